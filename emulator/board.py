@@ -1,0 +1,127 @@
+"""The virtual board: one clock, one world, one trace, the sensors on their bus, and the firmware that uses them.
+
+::
+
+    from emulator import Board
+
+    board = Board(firmware="lab3")
+    board.run_for(3)                       # seconds of virtual time
+    board.world.set_attitude(roll_deg=0, pitch_deg=85, yaw_deg=0)
+    board.terminal.expect(r"Pitch: 8[45]\\.")
+    assert board.led1.on
+
+A board without firmware is a bus with sensors, for tests of drivers::
+
+    board = Board()
+    board.i2c2.write_read(0x6B, b"\\x0f", 1)   # b"\\x6a", the LSM6DSL's WHO_AM_I
+
+Boards share nothing; a class of them may live in one process. A board belongs to the thread that first runs it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from emulator import firmwares
+from emulator.clock import Clock, to_ps
+from emulator.core import Core
+from emulator.errors import InputError
+from emulator.firmwares import Backend, FirmwareFactory, NoFirmware, PythonFirmware
+from emulator.gpio import Gpio, Led
+from emulator.hal import Hal
+from emulator.i2c import FAST_MODE_HZ, I2CBus
+from emulator.i2c_master import I2CMaster
+from emulator.sensor_set import SensorSet, SensorSettings
+from emulator.terminal import Terminal
+from emulator.trace import Trace
+from emulator.uart import Uart
+from emulator.wiring import LED1_PIN, LED2_PIN, UART_CLOCK_HZ
+from emulator.wiring import profile as find_profile
+from emulator.world import World
+
+if TYPE_CHECKING:
+    from emulator.scenario import Scenario
+
+
+class Board:
+    """A STEVAL-FCU001V1.
+
+    ``profile``: how the sensors are wired (``"lab3"``: all on I2C2). ``firmware``: a name (``"lab3"``,
+    ``"template"``), a callable that takes the HAL and returns the firmware, or None for none. ``scenario``: a
+    name, a path or a loaded scenario; it brings its own firmware unless one is given. ``seed``: which board of
+    the class this is, and its noise. ``ideal``: sensors without any error.
+
+    Raises InputError (ScenarioError) when a name, a file or a value cannot be used.
+    """
+
+    def __init__(
+        self,
+        profile: str = "lab3",
+        firmware: str | FirmwareFactory | None = None,
+        scenario: str | Path | Scenario | None = None,
+        seed: int = 0,
+        ideal: bool = False,
+    ) -> None:
+        plan = _load(scenario)
+        wiring = find_profile(profile)
+        self.scenario = plan
+        self.seed = seed or (plan.seed if plan else 0)
+        self.clock = Clock()
+        self.trace = Trace()
+        self.world = plan.create_world(lambda: self.clock.now_s) if plan else World(lambda: self.clock.now_s)
+        settings = plan.sensor_settings() if plan else SensorSettings()
+        if ideal:
+            settings = replace(settings, grade="ideal")
+        self.sensors = SensorSet(self.world, settings, self.seed)
+        self.bus = I2CBus("I2C2", self.clock, self.trace, plan.i2c_speed_hz if plan else FAST_MODE_HZ)
+        self.sensors.attach(self.bus, wiring, self.clock)
+        self.sensors.observe(self.trace)
+        self.uart = Uart("USART1", self.clock, self.trace, UART_CLOCK_HZ)
+        self.gpio = Gpio(self.clock, self.trace)
+        self.led1 = Led("LED1", self.gpio, *LED1_PIN)
+        self.led2 = Led("LED2", self.gpio, *LED2_PIN)
+        core = Core(self.clock)
+        hal = Hal(self.clock, self.trace, core, self.bus, self.uart, self.gpio)
+        self.tim9 = hal.tim9
+        self._backend = self._boot(firmware, plan, core, hal)
+        self.i2c2 = I2CMaster(self.bus, self._backend.run_until)
+        self.terminal = Terminal(self.uart, self.clock, self._backend.run_until)
+        if plan:
+            plan.play(self)
+
+    @property
+    def now_s(self) -> float:
+        """Seconds of virtual time since power-on."""
+        return self.clock.now_s
+
+    def run_for(self, seconds: float) -> None:
+        """Run for exactly this much virtual time. Raises FirmwareError when the firmware itself fails."""
+        if not (math.isfinite(seconds) and seconds >= 0):
+            raise InputError(f"cannot run for {seconds} s; give a number of seconds that is not negative")
+        self._backend.run_until(self.clock.now_ps + to_ps(seconds))
+
+    def variable(self, name: str) -> Any:
+        """A global variable of the firmware by its C name, such as ``acc`` or ``pitch``. Raises KeyError."""
+        return self._backend.variable(name)
+
+    def _boot(
+        self, firmware: str | FirmwareFactory | None, plan: Scenario | None, core: Core, hal: Hal
+    ) -> Backend:
+        if firmware is None and plan is not None:
+            firmware = plan.firmware
+        if firmware is None:
+            return NoFirmware(self.clock)
+        if isinstance(firmware, str):
+            firmware = firmwares.factory(firmware, plan.firmware_settings() if plan else None)
+        return PythonFirmware(firmware(hal), core, hal)
+
+
+def _load(scenario: str | Path | Scenario | None) -> Scenario | None:
+    if scenario is None:
+        return None
+    from emulator.scenario import Scenario, load_scenario
+
+    return scenario if isinstance(scenario, Scenario) else load_scenario(scenario)

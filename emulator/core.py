@@ -1,0 +1,117 @@
+"""The processor the Python firmware runs on: blocking calls, preemption, and a way back to the caller.
+
+Firmware is plain blocking code: ``main()`` never returns, and a HAL call comes back when its virtual time is
+over. It runs in a greenlet, so that ``run_until`` can leave it anywhere (also in the middle of an interrupt
+handler) and go on there later. Interrupt handlers run on top of whatever waits, as on the chip.
+
+Decision: a greenlet. A thread per board would need locks, could not be dropped while it waits, and switches ten
+times slower; generators would put ``yield from`` in front of every HAL call of firmware that is to be read as C.
+
+Only waiting costs virtual time; Python statements between two HAL calls take none.
+"""
+
+from __future__ import annotations
+
+import bisect
+from collections.abc import Callable
+
+from greenlet import getcurrent, greenlet
+
+from emulator.clock import Clock
+from emulator.errors import FirmwareError
+
+_THREAD_PRIORITY = 256  # below every interrupt; smaller numbers are more urgent, as in the NVIC
+
+
+class Interrupt:
+    """An interrupt line: its NVIC priority and its handler."""
+
+    __slots__ = ("handler", "priority")
+
+    def __init__(self, priority: int, handler: Callable[[], None]) -> None:
+        self.priority = priority
+        self.handler = handler
+
+
+class Core:
+    """Runs one firmware's ``main`` and its interrupt handlers on the board's clock."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._active = _THREAD_PRIORITY
+        self._pending: list[Interrupt] = []
+        self._context: greenlet | None = None
+        self._caller: greenlet | None = None
+        self._main: Callable[[], None] | None = None
+
+    def boot(self, main: Callable[[], None]) -> None:
+        """Start ``main`` the next time the core runs."""
+        self._main = main
+
+    def run_until(self, at_ps: int) -> None:
+        """Run up to and including ``at_ps``. Raises FirmwareError when the firmware itself fails."""
+        if self._context is None:
+            self._context = greenlet(self._run_main)
+        if self._context.dead:
+            self._clock.advance_to(at_ps)
+            return
+        self._caller = getcurrent()
+        pause = self._clock.schedule(at_ps, self._pause, last=True)
+        self._context.parent = self._caller
+        try:
+            self._context.switch()
+        finally:
+            pause.cancel()
+        self._clock.advance_to(at_ps)  # firmware that has returned leaves time to pass without it
+
+    def _pause(self) -> None:
+        assert self._caller is not None
+        self._caller.switch()
+
+    def _run_main(self) -> None:
+        assert self._main is not None
+        try:
+            self._main()
+        except Exception as error:
+            raise FirmwareError(
+                f"the firmware failed at {self._clock.now_s:.6f} s: {type(error).__name__}: {error}"
+            ) from error
+
+    # -- what the firmware's HAL uses -------------------------------------------------------------------
+
+    def raise_interrupt(self, interrupt: Interrupt) -> None:
+        """Mark an interrupt pending; it is taken by the next wait, or at once by :meth:`take_interrupts`."""
+        if interrupt not in self._pending:
+            bisect.insort(self._pending, interrupt, key=lambda entry: entry.priority)
+
+    def take_interrupts(self) -> None:
+        """Run pending handlers that are more urgent than what runs now."""
+        while self._pending and self._pending[0].priority < self._active:
+            interrupt = self._pending.pop(0)
+            preempted, self._active = self._active, interrupt.priority
+            try:
+                interrupt.handler()
+            finally:
+                self._active = preempted
+
+    def wait_until(self, at_ps: int) -> None:
+        """Let time pass until ``at_ps``; handlers run meanwhile and may return later than that."""
+        clock = self._clock
+        while clock.next_ps <= at_ps:
+            clock.fire_next()
+            if self._pending:
+                self.take_interrupts()
+        if clock.now_ps < at_ps:
+            clock.now_ps = at_ps
+
+    def elapse(self, duration_ps: int) -> None:
+        """Be busy for ``duration_ps``; time in preempting handlers does not count."""
+        clock = self._clock
+        end_ps = clock.now_ps + duration_ps
+        while clock.next_ps <= end_ps:
+            clock.fire_next()
+            if self._pending:
+                before_ps = clock.now_ps
+                self.take_interrupts()
+                end_ps += clock.now_ps - before_ps
+        clock.now_ps = end_ps

@@ -1,0 +1,87 @@
+"""Every error this package raises on purpose, grouped by where the fault lies.
+
+::
+
+    FcuError
+    ├── InputError                 what the user gave is wrong            (exit code 2)
+    │   ├── ScenarioError          a scenario file: names file and key path
+    │   ├── RecordingError         a CSV recording: names file and line
+    │   └── LinkError              a serial link or output file this machine cannot give
+    ├── ExpectationError           the firmware did not do what was expected (exit code 1)
+    ├── FirmwareError              the firmware itself failed             (exit code 3)
+    └── I2CError                   a transfer on the simulated bus failed
+        ├── I2CNackError           nobody acknowledged: absent device, or NACK at a byte
+        ├── I2CBusError            misplaced start or stop (BERR)
+        └── I2CStuckError          a line is held low, the bus stays busy
+
+What a guest does wrong (a NACK that firmware provokes, an overrun, a write to a read-only register) is no
+exception inside a run: it goes into the trace, where a grader sees it. The I2C errors reach Python only when
+Python itself is the bus master, through ``board.i2c2``. An error outside this tree is a bug of ours.
+"""
+
+from __future__ import annotations
+
+
+class FcuError(Exception):
+    """Base of everything this package raises on purpose."""
+
+
+class InputError(FcuError):
+    """Something the user gave cannot be used; the message says what, where and what would be right."""
+
+
+class ScenarioError(InputError):
+    """A scenario file is wrong at ``key`` (a dotted path such as ``timeline[2].for``)."""
+
+    def __init__(self, file: str, key: str, problem: str) -> None:
+        self.file = file
+        self.key = key
+        self.problem = problem
+        super().__init__(f"{file}: {key}: {problem}" if key else f"{file}: {problem}")
+
+
+class RecordingError(InputError):
+    """A CSV recording is wrong at ``line`` (counted from 1, the header's line; 0 means the whole file)."""
+
+    def __init__(self, file: str, line: int, problem: str) -> None:
+        self.file = file
+        self.line = line
+        self.problem = problem
+        super().__init__(f"{file}:{line}: {problem}" if line else f"{file}: {problem}")
+
+
+class LinkError(InputError):
+    """A serial link or an output file cannot be opened on this machine."""
+
+
+class ExpectationError(FcuError):
+    """Something expected of the firmware did not happen."""
+
+
+class FirmwareError(FcuError):
+    """The firmware under test failed; ``__cause__`` is its own exception."""
+
+
+class I2CError(FcuError):
+    """A transfer failed; ``address`` is the 7-bit address it was for."""
+
+    def __init__(self, address: int, problem: str) -> None:
+        self.address = address
+        super().__init__(f"I2C 0x{address:02X}: {problem}")
+
+
+class I2CNackError(I2CError):
+    """Byte ``byte_index`` was not acknowledged; 0 is the address byte, 1 the first data byte."""
+
+    def __init__(self, address: int, byte_index: int) -> None:
+        self.byte_index = byte_index
+        where = "its address" if byte_index == 0 else f"data byte {byte_index}"
+        super().__init__(address, f"no acknowledge of {where}")
+
+
+class I2CBusError(I2CError):
+    """A misplaced start or stop was seen (the BERR flag of the STM32's I2C)."""
+
+
+class I2CStuckError(I2CError):
+    """SDA or SCL is held low, so that no transfer can start."""

@@ -1,0 +1,203 @@
+"""I2C as the board's sensors see it: whole transfers, their time on the wire, and what can go wrong.
+
+A transfer is one message (start, address, bytes, perhaps a repeated start, stop); targets never see single bits.
+Time on the wire (NXP UM10204 3.1): nine clock periods a byte with its acknowledge, and one period each for start,
+repeated start and stop. A part answers as of the moment the transfer starts; all bytes of one burst belong to
+that moment.
+
+Faults are injected by rules (:class:`I2CFault`), so a scenario and a test break the bus in the same way.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, Protocol, TypeAlias
+
+from emulator.clock import PS_PER_MS, PS_PER_S, Clock
+from emulator.errors import I2CBusError, I2CError, I2CNackError, I2CStuckError
+from emulator.trace import BusTransfer, Fault, Trace
+
+STANDARD_MODE_HZ = 100_000
+FAST_MODE_HZ = 400_000
+BUSY_TIMEOUT_PS = 25 * PS_PER_MS  # how long ST's HAL waits for a busy bus (I2C_TIMEOUT_BUSY_FLAG)
+
+_BYTE_BITS = 9
+
+FaultKind: TypeAlias = Literal["absent", "nack", "stuck", "bus_error"]
+
+
+class I2CTarget(Protocol):
+    """A device on the bus."""
+
+    def start(self, *, read: bool) -> bool:
+        """A (repeated) start addressed the device; True acknowledges."""
+        ...
+
+    def write(self, data: bytes) -> int:
+        """Bytes from the master; how many of them the device acknowledged."""
+        ...
+
+    def read(self, count: int) -> bytes:
+        """Bytes for the master."""
+        ...
+
+    def stop(self) -> None:
+        """The master ended the transfer."""
+        ...
+
+    def read_from(self, subaddress: int, count: int, now_ps: int) -> bytes:
+        """The usual "write one byte, repeated start, read" in one call; must equal the four above."""
+        ...
+
+    def name(self) -> str:
+        """What the device is called in the trace."""
+        ...
+
+    def register_name(self, address: int) -> str:
+        """What the byte at a sub-address is called in the trace."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class I2CFault:
+    """A rule that breaks transfers from ``from_ps`` until ``until_ps``.
+
+    ``absent``: nobody answers at ``address``; ``nack``: byte ``byte_index`` of a write to ``address`` is not
+    acknowledged (0 is the address itself); ``stuck``: a line is held low, no transfer can start;
+    ``bus_error``: a misplaced start or stop is seen. ``address`` None means every address.
+    """
+
+    kind: FaultKind
+    from_ps: int
+    until_ps: int
+    address: int | None = None
+    byte_index: int = 0
+
+    def hits(self, address: int, now_ps: int) -> bool:
+        """Whether the rule breaks a transfer to ``address`` that starts at ``now_ps``."""
+        return self.from_ps <= now_ps < self.until_ps and self.address in (None, address)
+
+
+class I2CBus:
+    """One bus with its targets; a transfer returns its data at once and says when it is over.
+
+    ``end_ps`` is the end of the latest transfer: whoever is master has to let virtual time pass until then.
+    """
+
+    def __init__(self, name: str, clock: Clock, trace: Trace, speed_hz: int = FAST_MODE_HZ) -> None:
+        self.name = name
+        self.speed_hz = speed_hz
+        self.end_ps = 0
+        self.transfers = 0
+        self._clock = clock
+        self._trace = trace
+        self._targets: dict[int, I2CTarget] = {}
+        self._faults: list[I2CFault] = []
+
+    def attach(self, address: int, target: I2CTarget) -> None:
+        """Put a device at a 7-bit address."""
+        self._targets[address] = target
+
+    def inject(self, fault: I2CFault) -> None:
+        """Break transfers as the rule says."""
+        self._faults.append(fault)
+        until = "for good" if fault.until_ps >= PS_PER_S * 10**6 else f"until {fault.until_ps / PS_PER_S:g} s"
+        where = "" if fault.address is None else f" at 0x{fault.address:02X}"
+        self._trace.add(Fault(fault.from_ps, self.name, f"{fault.kind}{where} {until}"))
+
+    def duration_ps(self, bits: int) -> int:
+        """Time of ``bits`` clock periods on the wire."""
+        return bits * PS_PER_S // self.speed_hz
+
+    # -- transfers --------------------------------------------------------------------------------------
+
+    def read_from(self, address: int, subaddress: int, count: int) -> bytes:
+        """Write one sub-address byte, repeated start, read ``count`` bytes. Raises I2CError."""
+        now_ps = self._clock.now_ps
+        target = self._targets.get(address)
+        if self._faults or target is None:
+            return self.transfer(address, bytes((subaddress,)), count)
+        # start, address, sub-address, repeated start, address, data, stop: 30 periods and 9 a byte
+        self.end_ps = now_ps + (30 + _BYTE_BITS * count) * PS_PER_S // self.speed_hz
+        self.transfers += 1
+        data = target.read_from(subaddress, count, now_ps)
+        if self._trace.detailed:
+            self._record(now_ps, address, bytes((subaddress,)), data, "ok")
+        return data
+
+    def transfer(self, address: int, data: bytes, count: int = 0) -> bytes:
+        """Write ``data`` (if any), then read ``count`` bytes (if any). Raises I2CError."""
+        start_ps = self._clock.now_ps
+        self.transfers += 1
+        try:
+            received = self._run(address, data, count)
+        except I2CError as error:
+            self._record(start_ps, address, data, b"", str(error))
+            raise
+        bits = 2 + (_BYTE_BITS * (1 + len(data)) if data or not count else 0)
+        if count:
+            bits += _BYTE_BITS * (1 + count) + (1 if data else 0)
+        self.end_ps = start_ps + self.duration_ps(bits)
+        if self._trace.detailed:
+            self._record(start_ps, address, data, received, "ok")
+        return received
+
+    def _run(self, address: int, data: bytes, count: int) -> bytes:
+        nack_at = self._fault(address, reading=not data and count > 0)
+        target = self._targets.get(address)
+        if target is None:
+            raise self._nack(address, 0)
+        received = b""
+        if data or not count:
+            if nack_at == 0 or not target.start(read=False):
+                raise self._nack(address, 0)
+            acknowledged = target.write(data if nack_at is None else data[: nack_at - 1])
+            if acknowledged < len(data):
+                target.stop()
+                raise self._nack(address, acknowledged + 1)
+        if count:
+            if not target.start(read=True):
+                raise self._nack(address, 0)
+            received = target.read(count)
+        target.stop()
+        return received
+
+    def _fault(self, address: int, *, reading: bool) -> int | None:
+        """Raise for a rule that breaks the whole transfer; else the index of a byte to be refused."""
+        now_ps = self._clock.now_ps
+        nack_at: int | None = None
+        for fault in self._faults:
+            if not fault.hits(address, now_ps):
+                continue
+            if fault.kind == "stuck":
+                self.end_ps = now_ps + BUSY_TIMEOUT_PS
+                raise I2CStuckError(address, "a line is held low, the bus stays busy")
+            if fault.kind == "bus_error":
+                self.end_ps = now_ps + self.duration_ps(1 + _BYTE_BITS)
+                raise I2CBusError(address, "bus error, a misplaced start or stop")
+            nack_at = 0 if fault.kind == "absent" or reading else fault.byte_index
+            if nack_at == 0:
+                raise self._nack(address, 0)
+        return nack_at
+
+    def _nack(self, address: int, byte_index: int) -> I2CNackError:
+        self.end_ps = self._clock.now_ps + self.duration_ps(2 + _BYTE_BITS * (1 + byte_index))
+        return I2CNackError(address, byte_index)
+
+    def _record(self, start_ps: int, address: int, data: bytes, received: bytes, result: str) -> None:
+        target = self._targets.get(address)
+        event = BusTransfer(
+            t_ps=start_ps,
+            end_ps=self.end_ps,
+            bus=self.name,
+            address=address,
+            device=target.name() if target else "",
+            register=target.register_name(data[0]) if target and data else "",
+            written=data,
+            read=received,
+            result=result,
+        )
+        if result == "ok":
+            self._trace.add_detail(event)
+        else:
+            self._trace.add(event)

@@ -1,0 +1,109 @@
+"""The board's three sensors: built from the world, deviating as asked, attached to their bus."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, TypeVar
+
+from emulator.clock import Clock
+from emulator.errors import InputError
+from emulator.i2c import I2CBus
+from emulator.trace import DeviceNote, RegisterWrite, Trace
+from emulator.wiring import MAGNETOMETER_MOUNTING, MOUNTING, MagnetometerMounting, Matrix, Profile
+from emulator.world import World
+from sensors.errors import Grade
+from sensors.lis2mdl import LIS2MDL, LIS2MDLErrors
+from sensors.lps22hb import LPS22HB, LPS22HBErrors
+from sensors.lsm6dsl import LSM6DSL, LSM6DSLErrors
+from sensors.part import Part, Signal
+from sensors.register_file import NoteCallback, WriteLog
+from sensors.subaddress import SubaddressTarget
+
+Numbers = Mapping[str, Any]
+ErrorsT = TypeVar("ErrorsT", LSM6DSLErrors, LIS2MDLErrors, LPS22HBErrors)
+
+
+@dataclass(frozen=True)
+class SensorSettings:
+    """How far the sensors deviate from ideal ones.
+
+    ``grade`` fills every figure; the mappings replace single ones by explicit numbers, under the field names of
+    :class:`LSM6DSLErrors`, :class:`LIS2MDLErrors` and :class:`LPS22HBErrors`.
+    """
+
+    grade: Grade = "typical"
+    lsm6dsl: Numbers = field(default_factory=dict)
+    lis2mdl: Numbers = field(default_factory=dict)
+    lps22hb: Numbers = field(default_factory=dict)
+    magnetometer_mounting: MagnetometerMounting = "parallel"
+
+
+class SensorSet:
+    """The three parts of one board."""
+
+    def __init__(self, world: World, settings: SensorSettings, seed: int) -> None:
+        def turned(signal: Signal, mounting: Matrix) -> Signal:
+            return lambda t_s: signal(t_s) @ mounting.T
+
+        grade = settings.grade
+        self.lsm6dsl = LSM6DSL(
+            turned(world.specific_force_g, MOUNTING),
+            turned(world.angular_rate_dps, MOUNTING),
+            world.temperature_degc,
+            _replace(LSM6DSLErrors.of_grade(grade, seed), settings.lsm6dsl),
+            seed,
+        )
+        self.lis2mdl = LIS2MDL(
+            turned(world.magnetic_field_mgauss, MAGNETOMETER_MOUNTING[settings.magnetometer_mounting]),
+            world.temperature_degc,
+            _replace(LIS2MDLErrors.of_grade(grade, seed), settings.lis2mdl),
+            seed,
+        )
+        self.lps22hb = LPS22HB(
+            world.pressure_hpa,
+            world.temperature_degc,
+            _replace(LPS22HBErrors.of_grade(grade, seed), settings.lps22hb),
+            seed,
+        )
+        self.parts: tuple[Part, ...] = (self.lsm6dsl, self.lis2mdl, self.lps22hb)
+        world.on_change(self._world_changed)
+
+    def attach(self, bus: I2CBus, profile: Profile, clock: Clock) -> None:
+        """Solder the parts to their addresses."""
+        for part in self.parts:
+            bus.attach(profile.i2c2[part.NAME], SubaddressTarget(part, lambda: clock.now_ps))
+
+    def observe(self, trace: Trace) -> None:
+        """Report what firmware does to the registers to the trace."""
+        for part in self.parts:
+            part.observe(_note(trace, part.NAME), _write_log(trace, part.NAME))
+
+    def _world_changed(self, from_s: float) -> None:
+        del from_s
+        for part in self.parts:
+            part.world_changed()
+
+
+def _note(trace: Trace, device: str) -> NoteCallback:
+    def note(now_ps: int, what: str, text: str) -> None:
+        trace.add(DeviceNote(now_ps, device, what, text))
+
+    return note
+
+
+def _write_log(trace: Trace, device: str) -> WriteLog:
+    def log(now_ps: int, register: str, old: int, new: int) -> None:
+        if trace.detailed:
+            trace.add_detail(RegisterWrite(now_ps, device, register, old, new))
+
+    return log
+
+
+def _replace(errors: ErrorsT, numbers: Numbers) -> ErrorsT:
+    known = [entry.name for entry in dataclasses.fields(errors)]
+    for name in numbers:
+        if name not in known:
+            raise InputError(f"unknown sensor figure {name!r}; known: {', '.join(known)}")
+    return dataclasses.replace(errors, **numbers)

@@ -1,0 +1,94 @@
+"""How a real part deviates from the ideal one: offset, scale, their drift with temperature, and noise.
+
+Each part has a dataclass of explicit numbers in the datasheet's units, and three named grades that fill it:
+
+``ideal``    no error; only the part's resolution and range remain
+``typical``  this part, drawn from the seed: a normal draw with a third of the datasheet's limit as its standard
+             deviation, cut at the limit; noise as the datasheet's typical figure
+``worst``    every offset, scale error and drift at the datasheet's limit, its sign drawn from the seed; noise 1.5
+             times typical (no datasheet of the three gives a maximum for noise)
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable
+from typing import Literal, TypeAlias, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+Vec3: TypeAlias = tuple[float, float, float]
+Grade: TypeAlias = Literal["ideal", "typical", "worst"]
+GRADES: tuple[Grade, ...] = get_args(Grade)
+ZERO: Vec3 = (0.0, 0.0, 0.0)
+
+_REFERENCE_DEGC = 25.0  # all three datasheets give their figures at 25 degC
+_NOISE_FACTOR = {"ideal": 0.0, "typical": 1.0, "worst": 1.5}
+
+
+class GradeDraw:
+    """Draws one part's deviations for a grade; the same seed and part always give the same part."""
+
+    def __init__(self, grade: Grade, part: str, seed: int) -> None:
+        if grade not in GRADES:
+            raise ValueError(f"unknown error grade {grade!r}; known: {', '.join(GRADES)}")
+        self._grade = grade
+        self._random = np.random.default_rng([seed & (2**63 - 1), zlib.crc32(part.encode())])
+
+    def scalar(self, limit: float) -> float:
+        """A deviation within +-``limit``, in its unit."""
+        normal, sign = self._random.standard_normal(), self._random.choice((-1.0, 1.0))
+        if self._grade == "ideal":
+            return 0.0
+        if self._grade == "worst":
+            return float(sign * limit)
+        return float(np.clip(normal * limit / 3, -limit, limit))
+
+    def vector(self, limit: float) -> Vec3:
+        """Three independent deviations, one an axis."""
+        return self.scalar(limit), self.scalar(limit), self.scalar(limit)
+
+    def noise(self, typical: float) -> float:
+        """The grade's noise figure from the typical one."""
+        return typical * _NOISE_FACTOR[self._grade]
+
+
+class Deviation:
+    """Offset and scale errors of one channel group, ready to be applied to blocks.
+
+    ``bias`` and ``bias_drift`` (per degC) in the signal's unit; ``scale_percent`` and ``scale_drift_percent``
+    (per degC) relative to the signal.
+    """
+
+    def __init__(
+        self,
+        bias: Vec3 | float,
+        scale_percent: Vec3 | float = 0.0,
+        bias_drift: Vec3 | float = 0.0,
+        scale_drift_percent: float = 0.0,
+    ) -> None:
+        self._bias = np.asarray(bias, dtype=np.float64)
+        self._gain = 1.0 + np.asarray(scale_percent, dtype=np.float64) / 100
+        self._bias_drift = np.asarray(bias_drift, dtype=np.float64)
+        self._gain_drift = scale_drift_percent / 100
+        self._drifts = bool(np.any(self._bias_drift != 0)) or self._gain_drift != 0
+
+    def apply(
+        self,
+        signal: NDArray[np.float64],
+        t_s: NDArray[np.float64],
+        temperature_degc: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    ) -> NDArray[np.float64]:
+        """The deviating signal, a new array; the temperature is asked for only where something drifts."""
+        if not self._drifts:
+            return signal * self._gain + self._bias
+        warmer = temperature_degc(t_s) - _REFERENCE_DEGC
+        if signal.ndim == 2:
+            warmer = warmer[:, np.newaxis]
+        return signal * (self._gain + self._gain_drift * warmer) + (self._bias + self._bias_drift * warmer)
+
+
+def to_int16(counts: NDArray[np.float64]) -> NDArray[np.int16]:
+    """Rounded to the nearest count and saturated at the ends of 16 bits."""
+    return np.clip(np.rint(counts), -32768, 32767).astype("<i2")

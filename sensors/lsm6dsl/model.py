@@ -1,0 +1,210 @@
+"""The LSM6DSL's behaviour behind its registers (datasheet DocID028475 Rev 7; application note AN5040 Rev 3).
+
+Decisions where the documents are silent (they are also in the README's list of what is approximated):
+SW_RESET takes effect at once and its bit reads 1 for 50 us; the temperature's data-ready flag is cleared by
+reading OUT_TEMP_H; reserved ODR codes measure nothing; a changed configuration acts from the next sample on.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import ClassVar
+
+import numpy as np
+
+from sensors.errors import to_int16
+from sensors.lsm6dsl import accelerometer, bank_a, bank_b, gyroscope, registers
+from sensors.lsm6dsl.accelerometer import MG_PER_LSB, Accelerometer, AccelerometerSettings
+from sensors.lsm6dsl.errors import LSM6DSLErrors
+from sensors.lsm6dsl.gyroscope import MDPS_PER_LSB, Gyroscope, GyroscopeSettings
+from sensors.lsm6dsl.registers import (
+    CTRL1_XL,
+    CTRL2_G,
+    CTRL3_C,
+    CTRL5_C,
+    FUNC_CFG_ACCESS,
+    OUT_G,
+    OUT_TEMP,
+    OUT_XL,
+    STATUS_REG,
+    X_OFS_USR,
+    Y_OFS_USR,
+    Z_OFS_USR,
+)
+from sensors.output import OutputWords
+from sensors.part import Part, SelfClearingBits, Signal
+from sensors.register import Register, RegisterMap
+from sensors.register_file import RegisterFile
+from sensors.sampling import PS_PER_S, Producer, SampleStream, Times
+
+_SW_RESET_PS = 50 * PS_PER_S // 10**6  # AN5040 5.7
+_BOOT_PS = 15 * PS_PER_S // 10**3  # AN5040 5.7
+_TEMPERATURE_LSB_PER_DEGC = 256  # datasheet Table 4; 0 counts are 25 degC
+_FIFO_BURST = {0x3F: 0x3E}  # a burst on FIFO_DATA_OUT goes round in it (AN5040 4.7)
+
+
+class LSM6DSL(Part):
+    """Accelerometer, gyroscope and their thermometer; signals in the sensor's own right-handed axes.
+
+    ``acceleration_g``: specific force, (n, 3); ``angular_rate_dps``: (n, 3); ``temperature_degc``: (n,).
+    """
+
+    NAME: ClassVar[str] = "LSM6DSL"
+    WHO_AM_I: ClassVar[int] = 0x6A
+    MAP: ClassVar[RegisterMap] = RegisterMap.of(registers)
+    BANKS: ClassVar[dict[str, RegisterMap]] = {
+        "A": RegisterMap.of(bank_a),
+        "B": RegisterMap.of(bank_b),
+    }
+
+    def __init__(
+        self,
+        acceleration_g: Signal,
+        angular_rate_dps: Signal,
+        temperature_degc: Signal,
+        errors: LSM6DSLErrors | None = None,
+        seed: int = 0,
+    ) -> None:
+        super().__init__(self.MAP, _FIFO_BURST)
+        errors = errors or LSM6DSLErrors()
+        self._banks = {0x80: RegisterFile(self.BANKS["A"]), 0xA0: RegisterFile(self.BANKS["B"])}
+        self._accelerometer = Accelerometer(acceleration_g, temperature_degc, errors, seed)
+        self._gyroscope = Gyroscope(angular_rate_dps, temperature_degc, errors, seed)
+        self._temperature_degc = temperature_degc
+        self._temperature_offset = errors.temperature_offset_degc
+        self._xl = self._output(OUT_XL, self._accelerometer.produce, STATUS_REG.XLDA.mask)
+        self._g = self._output(OUT_G, self._gyroscope.produce, STATUS_REG.GDA.mask)
+        self._temp = self._output(OUT_TEMP, self._produce_temperature, STATUS_REG.TDA.mask)
+        self._outputs = (self._xl, self._g, self._temp)
+        self._clearing = SelfClearingBits(self.registers, CTRL3_C)
+        self._temperature_rate = Fraction(0)
+        self._wire()
+
+    def files(self) -> tuple[RegisterFile, ...]:
+        """The main bank and the embedded banks A and B."""
+        return (self.registers, *self._banks.values())
+
+    def world_changed(self) -> None:
+        """The signals differ from what they were: samples still to come are computed anew."""
+        for output in self._outputs:
+            output.stream.invalidate()
+
+    def sample_range(self, channel: str) -> tuple[float, float, float]:
+        """``acceleration_g``, ``angular_rate_dps`` or ``temperature_degc`` as now configured."""
+        lsb, zero = {
+            "acceleration_g": (MG_PER_LSB[self._accelerometer.settings.scale] / 1000, 0.0),
+            "angular_rate_dps": (MDPS_PER_LSB[self._gyroscope.settings.scale] / 1000, 0.0),
+            "temperature_degc": (1 / _TEMPERATURE_LSB_PER_DEGC, 25.0),
+        }[channel]
+        return zero - 32768 * lsb, zero + 32767 * lsb, lsb
+
+    # -- wiring -----------------------------------------------------------------------------------------
+
+    def _output(self, register: type[Register], produce: Producer, flag: int) -> OutputWords:
+        mem = self.registers.mem
+
+        def on_sample(count: int) -> None:
+            del count
+            mem[STATUS_REG.addr] |= flag
+
+        def on_high_read(first: int, end: int) -> None:
+            del first, end
+            mem[STATUS_REG.addr] &= ~flag
+
+        stream = SampleStream(register.size, produce)
+        return OutputWords(self.registers, register, stream, on_sample, on_high_read)
+
+    def _wire(self) -> None:
+        main = self.registers
+        main.before_read(STATUS_REG, self._refresh)
+        main.before_read(CTRL3_C, self._clearing.before_read)
+        main.on_write(CTRL3_C, self._write_ctrl3)
+        changing = {*accelerometer.CONFIGURATION, *gyroscope.CONFIGURATION} - {CTRL3_C}
+        for register in (*changing, X_OFS_USR, Y_OFS_USR, Z_OFS_USR):
+            main.on_write(register, self._configure)
+        main.on_write(FUNC_CFG_ACCESS, self._select_bank)
+        for bank in self._banks.values():
+            bank.on_write(FUNC_CFG_ACCESS, self._select_bank)
+
+    # -- behaviour --------------------------------------------------------------------------------------
+
+    def _refresh(self, first: int, end: int, now_ps: int) -> None:
+        del first, end
+        for output in self._outputs:
+            output.refresh(now_ps)
+
+    def _write_ctrl3(self, old: int, new: int, now_ps: int) -> None:
+        boot, reset = new & CTRL3_C.BOOT.mask, new & CTRL3_C.SW_RESET.mask
+        if boot and reset:
+            self.registers.note(now_ps, "forbidden", "CTRL3_C: BOOT and SW_RESET at once")  # AN5040 5.7
+        if reset and not old & CTRL3_C.SW_RESET.mask:
+            self._refresh(0, 0, now_ps)
+            self.registers.reset()
+            for bank in self._banks.values():
+                bank.reset()
+            self._clearing.begin(CTRL3_C.SW_RESET.mask, now_ps + _SW_RESET_PS)
+            self._configure(old, new, now_ps)
+        if boot and not old & CTRL3_C.BOOT.mask:  # trimming only: configuration and mode are unchanged
+            self._clearing.begin(CTRL3_C.BOOT.mask, now_ps + _BOOT_PS)
+        control = self.registers.mem[CTRL3_C.addr]
+        for output in self._outputs:
+            output.set_format(
+                bdu=bool(control & CTRL3_C.BDU.mask), big_endian=bool(control & CTRL3_C.BLE.mask)
+            )
+        for registers_ in self.files():
+            registers_.increment = bool(control & CTRL3_C.IF_INC.mask)
+
+    def _configure(self, old: int, new: int, now_ps: int) -> None:
+        """A control register has changed: bring all three streams in line with the registers."""
+        del old, new
+        self._refresh(0, 0, now_ps)
+        mem = self.registers.mem
+        self._note_impossible(mem, now_ps)
+        was = self._accelerometer.rate, self._gyroscope.rate, self._temperature_rate
+        self._accelerometer.settings = AccelerometerSettings.decode(mem)
+        self._gyroscope.settings = GyroscopeSettings.decode(mem)
+        self._temperature_rate = self._temperature_odr(mem)
+        now = self._accelerometer.rate, self._gyroscope.rate, self._temperature_rate
+        for output, rate, before in zip(self._outputs, now, was, strict=True):
+            if rate != before:
+                if rate:
+                    output.stream.start(now_ps, rate)
+                else:
+                    output.stream.stop()
+            output.stream.invalidate()
+
+    def _temperature_odr(self, mem: bytearray) -> Fraction:
+        """AN5040 section 9: 52 Hz, but the accelerometer's rate when it runs alone at 12.5 or 26 Hz low power."""
+        if self._gyroscope.settings.odr_hz:
+            return Fraction(52)
+        odr = self._accelerometer.settings.odr_hz
+        if not odr:
+            return Fraction(0)
+        low_power = bool(mem[registers.CTRL6_C.addr] & registers.CTRL6_C.XL_HM_MODE.mask)
+        return self._accelerometer.rate if low_power and odr <= 26 else Fraction(52)
+
+    def _note_impossible(self, mem: bytearray, now_ps: int) -> None:
+        note = self.registers.note
+        if CTRL1_XL.ODR_XL.get(mem[CTRL1_XL.addr]) > 11:
+            note(now_ps, "forbidden", "CTRL1_XL.ODR_XL above 11")
+        if CTRL2_G.ODR_G.get(mem[CTRL2_G.addr]) > 10:
+            note(now_ps, "forbidden", "CTRL2_G.ODR_G above 10")
+        if CTRL5_C.ST_XL.get(mem[CTRL5_C.addr]) == 3:
+            note(now_ps, "forbidden", "CTRL5_C.ST_XL = 11b")
+        if CTRL5_C.ST_G.get(mem[CTRL5_C.addr]) == 2:
+            note(now_ps, "forbidden", "CTRL5_C.ST_G = 10b")
+
+    def _select_bank(self, old: int, new: int, now_ps: int) -> None:
+        del old
+        if new == FUNC_CFG_ACCESS.FUNC_CFG_EN_B.mask:
+            self.registers.note(now_ps, "forbidden", "FUNC_CFG_ACCESS = 0x20 selects no bank")
+        chosen = self._banks.get(new, self.registers)
+        for registers_ in self.files():  # the register is visible in every bank
+            registers_.mem[FUNC_CFG_ACCESS.addr] = new
+        if chosen is not self.active:
+            self._activate(chosen)
+
+    def _produce_temperature(self, number: int, t_s: Times) -> bytes:
+        del number
+        degc = self._temperature_degc(t_s) + self._temperature_offset
+        return to_int16((np.asarray(degc) - 25.0) * _TEMPERATURE_LSB_PER_DEGC).tobytes()

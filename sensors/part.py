@@ -1,0 +1,85 @@
+"""What the three parts have in common: register files behind sub-addresses, notes, self-clearing bits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import ClassVar, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sensors.register import Register, RegisterMap
+from sensors.register_file import NoteCallback, RegisterFile, WriteLog
+from sensors.sampling import Times
+
+Signal: TypeAlias = Callable[[Times], NDArray[np.float64]]
+"""A physical quantity at the given times: shape (n, 3) in the sensor's own axes, or (n,) for a scalar."""
+
+
+class Part:
+    """One sensor behind its bus. ``read``, ``write`` and ``advance`` are those of its active register file.
+
+    They are instance attributes, so that the 800 Hz path reaches the registers without a detour; a part with
+    register banks replaces them when firmware switches.
+    """
+
+    NAME: ClassVar[str]
+    WHO_AM_I: ClassVar[int]
+
+    def __init__(self, registers: RegisterMap, wrap: Mapping[int, int] | None = None) -> None:
+        self.registers = RegisterFile(registers, wrap)
+        self._activate(self.registers)
+
+    def _activate(self, registers: RegisterFile) -> None:
+        self.active = registers
+        self.read = registers.read
+        self.write = registers.write
+        self.advance = registers.advance
+
+    def files(self) -> tuple[RegisterFile, ...]:
+        """Every register file of the part: the main one and its embedded banks."""
+        return (self.registers,)
+
+    def observe(self, note: NoteCallback, write_log: WriteLog | None) -> None:
+        """Report notes, and register writes where ``write_log`` is given, to the caller."""
+        for registers in self.files():
+            registers.note, registers.write_log = note, write_log
+
+    def register_name(self, address: int) -> str:
+        """The datasheet's name of the register at a sub-address, in the active bank."""
+        return self.active.map.name(address & 0x7F)
+
+    def world_changed(self) -> None:
+        """The physical signals differ from what they were: forget what was computed ahead."""
+        raise AssertionError(f"{type(self).__name__} has no signals")
+
+    def sample_range(self, channel: str) -> tuple[float, float, float]:
+        """(lowest value, highest value, size of one LSB) of ``channel`` as now configured, in its unit."""
+        raise KeyError(channel)
+
+
+class SelfClearingBits:
+    """Bits that the part clears itself some time after they were written (BOOT, SW_RESET)."""
+
+    def __init__(self, registers: RegisterFile, register: type[Register]) -> None:
+        self._mem = registers.mem
+        self._address = register.addr
+        self._due: list[tuple[int, int]] = []
+
+    def begin(self, mask: int, until_ps: int) -> None:
+        """The bits of ``mask`` read as 1 until ``until_ps``."""
+        self._mem[self._address] |= mask
+        self._due.append((until_ps, mask))
+
+    def pending(self, mask: int, now_ps: int) -> bool:
+        """Whether any bit of ``mask`` is still at work."""
+        return any(until > now_ps and bits & mask for until, bits in self._due)
+
+    def before_read(self, first: int, end: int, now_ps: int) -> None:
+        """Read hook: clear what is over."""
+        del first, end
+        if self._due:
+            for until, mask in self._due:
+                if until <= now_ps:
+                    self._mem[self._address] &= ~mask
+            self._due = [entry for entry in self._due if entry[0] > now_ps]

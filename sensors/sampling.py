@@ -1,0 +1,128 @@
+"""Samples at an output data rate: which one is the latest at a given time, and what it holds.
+
+Sample ``k`` (0, 1, 2 ...) of a stream becomes available ``first_delay_ps`` plus ``k`` periods after the stream
+was started. Times are integers computed from ``k``, never added up, so a rate of 6664 Hz is still exact after an
+hour. Sample values are a pure function of the sample's number, the configuration and the world; they are computed
+in blocks ahead of time and only cached here, so it does not matter who reads when. The number a producer sees
+goes on counting over restarts, so that two one-shot measurements do not get the same noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+PS_PER_S = 10**12
+NEVER_PS = 1 << 62  # later than any run; an int, so that the hot comparison stays one of integers
+
+Times: TypeAlias = NDArray[np.float64]
+"""Sample times in seconds of virtual time, shape (n,)."""
+
+Producer: TypeAlias = Callable[[int, Times], bytes]
+"""``produce(number, t_s)``: the register bytes of the samples ``number`` and following, taken at ``t_s``."""
+
+_SMALLEST_BLOCK = 32
+_LARGEST_BLOCK = 4096
+
+
+class SampleStream:
+    """The samples of one channel group. Attributes are plain because every register read looks at them.
+
+    ``next_ps``: when the next sample becomes available (``NEVER_PS`` when stopped);
+    ``data``: the register bytes of the latest sample; ``index``: its number, -1 before the first.
+    """
+
+    __slots__ = (
+        "_block",
+        "_block_end",
+        "_block_first",
+        "_block_length",
+        "_den",
+        "_earlier",
+        "_num",
+        "_origin_ps",
+        "_produce",
+        "_width",
+        "data",
+        "index",
+        "next_ps",
+    )
+
+    def __init__(self, width: int, produce: Producer) -> None:
+        self._width = width
+        self._produce = produce
+        self._num, self._den = 1, 1
+        self._earlier = 0  # samples of the runs before this one
+        self._origin_ps = 0
+        self._block = b""
+        self._block_first = self._block_end = 0
+        self._block_length = _SMALLEST_BLOCK
+        self.data = bytes(width)
+        self.index = -1
+        self.next_ps = NEVER_PS
+
+    def start(self, now_ps: int, rate_hz: Fraction, first_delay_ps: int | None = None) -> None:
+        """Begin sampling at ``rate_hz``; the first sample comes after ``first_delay_ps`` (one period)."""
+        period = PS_PER_S / rate_hz
+        delay = -(-period.numerator // period.denominator) if first_delay_ps is None else first_delay_ps
+        self._begin(now_ps + delay, period.numerator, period.denominator)
+        self._block_length = _SMALLEST_BLOCK
+
+    def start_single(self, now_ps: int, delay_ps: int) -> None:
+        """Take one sample, available after ``delay_ps``, and no other."""
+        self._begin(now_ps + delay_ps, NEVER_PS, 1)
+        self._block_length = 1
+
+    def _begin(self, first_ps: int, period_num: int, period_den: int) -> None:
+        self._num, self._den = period_num, period_den
+        self._origin_ps = self.next_ps = first_ps
+        self._earlier += self.index + 1
+        self.index = -1
+        self._block_end = self._block_first
+
+    def stop(self) -> None:
+        """Stop sampling; ``data`` keeps the last sample, as the output registers do in power-down."""
+        self.next_ps = NEVER_PS
+
+    @property
+    def running(self) -> bool:
+        """Whether samples are still to come."""
+        return self.next_ps != NEVER_PS
+
+    def invalidate(self) -> None:
+        """The world or the configuration has changed: samples still to come are computed anew."""
+        self._block_end = self._block_first
+        self._block_length = min(self._block_length, _SMALLEST_BLOCK)
+
+    def time_ps(self, index: int) -> int:
+        """When sample ``index`` becomes available."""
+        return self._origin_ps - (-index * self._num // self._den)
+
+    def advance(self, now_ps: int) -> int:
+        """Make the latest sample at ``now_ps`` current; the number of samples since the one before.
+
+        Only to be called when ``now_ps >= next_ps``.
+        """
+        index = (now_ps - self._origin_ps) * self._den // self._num
+        fresh = index - self.index
+        self.index = index
+        self.next_ps = self._origin_ps - (-(index + 1) * self._num // self._den)
+        if not self._block_first <= index < self._block_end:
+            self._fill(index)
+        offset = (index - self._block_first) * self._width
+        self.data = self._block[offset : offset + self._width]
+        return fresh
+
+    def _fill(self, first: int) -> None:
+        """Compute a block from sample ``first`` on; blocks grow while nothing invalidates them."""
+        count = self._block_length
+        if count > 1:
+            self._block_length = min(2 * count, _LARGEST_BLOCK)
+        period_s = self._num / (self._den * PS_PER_S)
+        t_s = self._origin_ps / PS_PER_S + np.arange(first, first + count, dtype=np.float64) * period_s
+        self._block = self._produce(self._earlier + first, t_s)
+        self._block_first, self._block_end = first, first + count

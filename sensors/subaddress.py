@@ -1,0 +1,95 @@
+"""ST's I2C sub-address protocol, once for all three parts.
+
+After the address byte a write's first byte is the sub-address, the rest is data; a read goes on at the
+sub-address left behind (LSM6DSL datasheet 6.2, LIS2MDL 6.1, LPS22HB 7.2). Bit 7 of the sub-address carries no
+meaning here: the LSM6DSL has none, and the other two increment with and without it (sensor facts, DIS-11 and
+DIS-14: drivers of both kinds work on silicon).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import ClassVar, Protocol
+
+
+class AddressedDevice(Protocol):
+    """A part seen through its sub-addresses."""
+
+    NAME: ClassVar[str]
+
+    def read(self, address: int, count: int, now_ps: int) -> bytes:
+        """``count`` bytes from ``address`` on."""
+        ...
+
+    def write(self, address: int, data: bytes, now_ps: int) -> None:
+        """Write ``data`` from ``address`` on."""
+        ...
+
+    def advance(self, address: int, count: int) -> int:
+        """The address a burst leaves behind."""
+        ...
+
+    def register_name(self, address: int) -> str:
+        """The datasheet's name of the register at a sub-address."""
+        ...
+
+
+class SubaddressTarget:
+    """The I2C face of one part: keeps the sub-address between the phases of a transfer.
+
+    ``now_ps`` gives the virtual time in picoseconds, in which the part's samples are due.
+    """
+
+    def __init__(self, device: AddressedDevice, now_ps: Callable[[], int]) -> None:
+        self.device = device
+        self._now_ps = now_ps
+        self._address = 0
+        self._lag = 0  # bytes of the last burst that ``_address`` has not been moved past yet
+        self._expects_subaddress = False
+
+    def start(self, *, read: bool) -> bool:
+        """A start or repeated start addressed this part; True acknowledges."""
+        self._expects_subaddress = not read
+        return True
+
+    def write(self, data: bytes) -> int:
+        """Bytes from the master; the number acknowledged (all of them)."""
+        payload = data
+        if self._expects_subaddress and data:
+            self._address, self._lag = data[0] & 0x7F, 0
+            self._expects_subaddress = False
+            payload = data[1:]
+        if payload:
+            self.device.write(self._catch_up(), payload, self._now_ps())
+            self._lag = len(payload)
+        return len(data)
+
+    def read(self, count: int) -> bytes:
+        """Bytes for the master, from the sub-address left behind."""
+        data = self.device.read(self._catch_up(), count, self._now_ps())
+        self._lag = count
+        return data
+
+    def stop(self) -> None:
+        """The master ended the transfer; the sub-address stays."""
+        self._expects_subaddress = False
+
+    def read_from(self, subaddress: int, count: int, now_ps: int) -> bytes:
+        """A whole "write sub-address, repeated start, read": the path nearly every transfer takes."""
+        self._address = address = subaddress & 0x7F
+        self._lag = count
+        return self.device.read(address, count, now_ps)
+
+    def name(self) -> str:
+        """The part's name."""
+        return self.device.NAME
+
+    def register_name(self, address: int) -> str:
+        """The datasheet's name of the register at a sub-address."""
+        return self.device.register_name(address)
+
+    def _catch_up(self) -> int:
+        if self._lag:
+            self._address = self.device.advance(self._address, self._lag)
+            self._lag = 0
+        return self._address
