@@ -1,22 +1,30 @@
-"""A virtual STEVAL-FCU001V1: sensors on a bus, a timer, a UART, and one physical world, in exact virtual time.
+"""A virtual STEVAL-FCU001V1: sensors, timer, UART and one physical world, in exact virtual time.
 
 ``from emulator import Board`` is all that course material needs; see :class:`emulator.board.Board`.
+
+Names are loaded when they are first used: the board needs numpy, and ``fcu --help`` does not.
 """
 
-from emulator.board import Board
-from emulator.errors import (
-    ExpectationError,
-    FcuError,
-    FirmwareError,
-    I2CBusError,
-    I2CError,
-    I2CNackError,
-    I2CStuckError,
-    InputError,
-    LinkError,
-    RecordingError,
-    ScenarioError,
-)
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from emulator.board import Board
+    from emulator.errors import (
+        ExpectationError,
+        FcuError,
+        FirmwareError,
+        I2CBusError,
+        I2CError,
+        I2CNackError,
+        I2CStuckError,
+        InputError,
+        LinkError,
+        RecordingError,
+        ScenarioError,
+    )
 
 __all__ = [
     "Board",
@@ -32,3 +40,9 @@ __all__ = [
     "RecordingError",
     "ScenarioError",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module("emulator.board" if name == "Board" else "emulator.errors"), name)

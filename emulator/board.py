@@ -1,4 +1,4 @@
-"""The virtual board: one clock, one world, one trace, the sensors on their bus, and the firmware that uses them.
+"""The virtual board: one clock, one world, one trace, the sensors on their bus, and the firmware.
 
 ::
 
@@ -15,7 +15,8 @@ A board without firmware is a bus with sensors, for tests of drivers::
     board = Board()
     board.i2c2.write_read(0x6B, b"\\x0f", 1)   # b"\\x6a", the LSM6DSL's WHO_AM_I
 
-Boards share nothing; a class of them may live in one process. A board belongs to the thread that first runs it.
+Boards share nothing; a class of them may live in one process. A board belongs to the thread that first runs
+it.
 """
 
 from __future__ import annotations
@@ -51,8 +52,8 @@ class Board:
 
     ``profile``: how the sensors are wired (``"lab3"``: all on I2C2). ``firmware``: a name (``"lab3"``,
     ``"template"``), a callable that takes the HAL and returns the firmware, or None for none. ``scenario``: a
-    name, a path or a loaded scenario; it brings its own firmware unless one is given. ``seed``: which board of
-    the class this is, and its noise. ``ideal``: sensors without any error.
+    name, a path or a loaded scenario; it brings its own firmware unless one is given. ``seed``: which board
+    of the class this is, and its noise. ``ideal``: sensors without any error.
 
     Raises InputError (ScenarioError) when a name, a file or a value cannot be used.
     """
@@ -101,7 +102,11 @@ class Board:
         """Run for exactly this much virtual time. Raises FirmwareError when the firmware itself fails."""
         if not (math.isfinite(seconds) and seconds >= 0):
             raise InputError(f"cannot run for {seconds} s; give a number of seconds that is not negative")
-        self._backend.run_until(self.clock.now_ps + to_ps(seconds))
+        self.run_until(self.clock.now_ps + to_ps(seconds))
+
+    def run_until(self, at_ps: int) -> None:
+        """Run up to and including ``at_ps`` picoseconds since power-on."""
+        self._backend.run_until(at_ps)
 
     def variable(self, name: str) -> Any:
         """A global variable of the firmware by its C name, such as ``acc`` or ``pitch``. Raises KeyError."""

@@ -1,12 +1,12 @@
 """Virtual time and the queue of events in it.
 
-Time is an integer number of picoseconds since power-on. Events at the same time fire in the order in which they
-were scheduled. Periodic events compute the n-th time from n (see :class:`Periodic`), so nothing drifts: 800 Hz is
-800 events a virtual second after an hour as well.
+Time is an integer number of picoseconds since power-on. Events at the same time fire in the order in which
+they were scheduled. Periodic events compute the n-th time from n (see :class:`Periodic`), so nothing drifts:
+800 Hz is 800 events a virtual second after an hour as well.
 
-Decision: picoseconds. Nanoseconds would round the 11.9 ns cycle of the 84 MHz core by 8 %; counting core cycles
-would tie the board's time to one clock setting of one firmware. Picoseconds round a cycle by 0.004 % at most, and
-only once, because longer times are computed from counts.
+Decision: picoseconds. Nanoseconds would round the 11.9 ns cycle of the 84 MHz core by 8 %; counting core
+cycles would tie the board's time to one clock setting of one firmware. Picoseconds round a cycle by 0.004 %
+at most, and only once, because longer times are computed from counts.
 
 The clock never looks at the wall clock; :mod:`emulator.pacing` sleeps between events instead.
 """
@@ -41,7 +41,7 @@ class Event:
         self.action: Callable[[], None] | None = action
 
     def cancel(self) -> None:
-        """Never call the action; harmless when it has already happened."""
+        """Never call the action; harmless when it has already happened once and for all."""
         self.action = None
 
 
@@ -74,6 +74,13 @@ class Clock:
         self.next_ps = self._queue[0][0]
         return event
 
+    def repeat(self, event: Event, at_ps: int) -> None:
+        """Put an event that has just fired back into the queue, for a time that has not passed yet."""
+        event.at_ps = at_ps
+        self._order += 1
+        heapq.heappush(self._queue, (at_ps, self._order, event))
+        self.next_ps = self._queue[0][0]
+
     def fire_next(self) -> None:
         """Move to the earliest event and call its action. The queue must not be empty."""
         at_ps, _, event = heapq.heappop(self._queue)
@@ -81,7 +88,6 @@ class Clock:
         action = event.action
         if action is not None:
             self.now_ps = at_ps
-            event.action = None
             action()
 
     def advance_to(self, at_ps: int) -> None:
@@ -92,14 +98,14 @@ class Clock:
 
 
 class Periodic:
-    """Calls ``action()`` at ``origin_ps + n * period_ps`` for n = 1, 2, 3 ..., with an exact rational period."""
+    """Calls ``action()`` at ``origin_ps + n * period_ps``, n = 1, 2, 3 ..., with an exact rational period."""
 
     def __init__(self, clock: Clock, origin_ps: int, period_ps: Fraction, action: Callable[[], None]) -> None:
         self._clock = clock
         self._origin_ps = origin_ps
         self._num, self._den = period_ps.numerator, period_ps.denominator
         self._action = action
-        self._count = 0
+        self._count = 1
         self._event = clock.schedule(self.time_ps(1), self._fire)
 
     def time_ps(self, count: int) -> int:
@@ -111,6 +117,6 @@ class Periodic:
         self._event.cancel()
 
     def _fire(self) -> None:
-        self._count += 1
-        self._event = self._clock.schedule(self.time_ps(self._count + 1), self._fire)
+        self._count = count = self._count + 1
+        self._clock.repeat(self._event, self._origin_ps + count * self._num // self._den)
         self._action()

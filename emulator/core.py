@@ -4,8 +4,9 @@ Firmware is plain blocking code: ``main()`` never returns, and a HAL call comes 
 over. It runs in a greenlet, so that ``run_until`` can leave it anywhere (also in the middle of an interrupt
 handler) and go on there later. Interrupt handlers run on top of whatever waits, as on the chip.
 
-Decision: a greenlet. A thread per board would need locks, could not be dropped while it waits, and switches ten
-times slower; generators would put ``yield from`` in front of every HAL call of firmware that is to be read as C.
+Decision: a greenlet. A thread per board would need locks, could not be dropped while it waits, and switches
+ten times slower; generators would put ``yield from`` in front of every HAL call of firmware that is to be
+read as C.
 
 Only waiting costs virtual time; Python statements between two HAL calls take none.
 """
@@ -81,7 +82,9 @@ class Core:
 
     def raise_interrupt(self, interrupt: Interrupt) -> None:
         """Mark an interrupt pending; it is taken by the next wait, or at once by :meth:`take_interrupts`."""
-        if interrupt not in self._pending:
+        if not self._pending:
+            self._pending.append(interrupt)
+        elif interrupt not in self._pending:
             bisect.insort(self._pending, interrupt, key=lambda entry: entry.priority)
 
     def take_interrupts(self) -> None:
@@ -101,8 +104,7 @@ class Core:
             clock.fire_next()
             if self._pending:
                 self.take_interrupts()
-        if clock.now_ps < at_ps:
-            clock.now_ps = at_ps
+        clock.now_ps = max(clock.now_ps, at_ps)
 
     def elapse(self, duration_ps: int) -> None:
         """Be busy for ``duration_ps``; time in preempting handlers does not count."""

@@ -1,13 +1,14 @@
 """The HAL calls the Python firmware runs on, with the behaviour of ST's STM32F4 HAL V1.6.0.
 
 That is the version the board's own firmware ships (board facts, section 1); later ones add one tick to
-``HAL_Delay``. Names and 8-bit device addresses are the HAL's. Every call takes the virtual time it takes on the
-board: bits on the I2C bus, frames on the serial line, ticks of the 1 ms SysTick.
+``HAL_Delay``. Names and 8-bit device addresses are the HAL's. Every call takes the virtual time it takes on
+the board: bits on the I2C bus, frames on the serial line, ticks of the 1 ms SysTick.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Protocol
 
 from emulator.clock import PS_PER_MS, Clock
@@ -50,7 +51,7 @@ class Hal:
         self._callback: Callable[[], None] | None = None
         self._tim9_interrupt = Interrupt(_TIM9_PRIORITY, self._tim9_irq_handler)
         self.tim9 = IntervalTimer(
-            "TIM9", clock, trace, TIMER_INPUT_HZ, lambda: core.raise_interrupt(self._tim9_interrupt)
+            "TIM9", clock, trace, TIMER_INPUT_HZ, partial(core.raise_interrupt, self._tim9_interrupt)
         )
 
     def link(self, application: Application) -> None:

@@ -1,9 +1,9 @@
 """I2C as the board's sensors see it: whole transfers, their time on the wire, and what can go wrong.
 
-A transfer is one message (start, address, bytes, perhaps a repeated start, stop); targets never see single bits.
-Time on the wire (NXP UM10204 3.1): nine clock periods a byte with its acknowledge, and one period each for start,
-repeated start and stop. A part answers as of the moment the transfer starts; all bytes of one burst belong to
-that moment.
+A transfer is one message (start, address, bytes, perhaps a repeated start, stop); targets never see single
+bits. Time on the wire (NXP UM10204 3.1): nine clock periods a byte with its acknowledge, and one period each
+for start, repeated start and stop. A part answers as of the moment the transfer starts; all bytes of one
+burst belong to that moment.
 
 Faults are injected by rules (:class:`I2CFault`), so a scenario and a test break the bus in the same way.
 """
@@ -22,6 +22,7 @@ FAST_MODE_HZ = 400_000
 BUSY_TIMEOUT_PS = 25 * PS_PER_MS  # how long ST's HAL waits for a busy bus (I2C_TIMEOUT_BUSY_FLAG)
 
 _BYTE_BITS = 9
+_SHORT = 32  # bytes up to which a read's time is looked up
 
 FaultKind: TypeAlias = Literal["absent", "nack", "stuck", "bus_error"]
 
@@ -93,6 +94,8 @@ class I2CBus:
         self._trace = trace
         self._targets: dict[int, I2CTarget] = {}
         self._faults: list[I2CFault] = []
+        # start, address, sub-address, repeated start, address, data, stop: 30 periods and 9 a byte
+        self._read_ps = [self.duration_ps(30 + _BYTE_BITS * count) for count in range(_SHORT + 1)]
 
     def attach(self, address: int, target: I2CTarget) -> None:
         """Put a device at a 7-bit address."""
@@ -113,12 +116,11 @@ class I2CBus:
 
     def read_from(self, address: int, subaddress: int, count: int) -> bytes:
         """Write one sub-address byte, repeated start, read ``count`` bytes. Raises I2CError."""
-        now_ps = self._clock.now_ps
         target = self._targets.get(address)
-        if self._faults or target is None:
+        if self._faults or target is None or count > _SHORT:
             return self.transfer(address, bytes((subaddress,)), count)
-        # start, address, sub-address, repeated start, address, data, stop: 30 periods and 9 a byte
-        self.end_ps = now_ps + (30 + _BYTE_BITS * count) * PS_PER_S // self.speed_hz
+        now_ps = self._clock.now_ps
+        self.end_ps = now_ps + self._read_ps[count]
         self.transfers += 1
         data = target.read_from(subaddress, count, now_ps)
         if self._trace.detailed:

@@ -9,7 +9,7 @@ from emulator.i2c import I2CBus, I2CFault
 
 
 class I2CMaster:
-    """A bus master in Python. Transfers take their time on the wire; firmware, if there is any, runs meanwhile.
+    """A bus master in Python. Transfers take their time on the wire; firmware, if any, runs meanwhile.
 
     Addresses have 7 bits. A transfer nobody acknowledges raises I2CNackError, a broken bus I2CBusError or
     I2CStuckError; an address or a length that cannot be, InputError.
@@ -42,7 +42,7 @@ class I2CMaster:
 
     def _transfer(self, address: int, data: bytes, count: int) -> bytes:
         if not 0 <= address <= 0x7F:
-            raise InputError(f"I2C address {address:#x} has more than 7 bits; give 0x00 to 0x7F, without R/W bit")
+            raise InputError(f"I2C address {address:#x} has more than 7 bits; give 0x00 to 0x7F, no R/W bit")
         try:
             return self._bus.transfer(address, data, count)
         finally:

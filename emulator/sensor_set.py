@@ -29,8 +29,8 @@ ErrorsT = TypeVar("ErrorsT", LSM6DSLErrors, LIS2MDLErrors, LPS22HBErrors)
 class SensorSettings:
     """How far the sensors deviate from ideal ones.
 
-    ``grade`` fills every figure; the mappings replace single ones by explicit numbers, under the field names of
-    :class:`LSM6DSLErrors`, :class:`LIS2MDLErrors` and :class:`LPS22HBErrors`.
+    ``grade`` fills every figure; the mappings replace single ones by explicit numbers, under the field names
+    of :class:`LSM6DSLErrors`, :class:`LIS2MDLErrors` and :class:`LPS22HBErrors`.
     """
 
     grade: Grade = "typical"

@@ -1,7 +1,7 @@
 """The terminal at the other end of USART1, for Python.
 
-Everything is in virtual time: ``expect`` runs the board until a pattern has been printed, and gives up after a
-given virtual time, so a result does not depend on how fast the machine is.
+Everything is in virtual time: ``expect`` runs the board until a pattern has been printed, and gives up after
+a given virtual time, so a result does not depend on how fast the machine is.
 """
 
 from __future__ import annotations
@@ -52,7 +52,8 @@ class Terminal:
     def expect(self, pattern: str | re.Pattern[str], timeout_s: float = 10.0) -> re.Match[str]:
         """Run the board until ``pattern`` (a regular expression) appears after the last match.
 
-        Returns the match. Raises ExpectationError when it has not appeared after ``timeout_s`` of virtual time.
+        Returns the match. Raises ExpectationError when it has not appeared after ``timeout_s`` of virtual
+        time.
         """
         compiled = re.compile(pattern)
         deadline_ps = self._clock.now_ps + to_ps(timeout_s)

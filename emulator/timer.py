@@ -13,7 +13,8 @@ class IntervalTimer:
     """Counts ``input_hz / (PSC + 1)`` up to ARR and raises the update interrupt.
 
     ``interrupt()`` is called whenever the update flag becomes set while the interrupt is enabled. A tick that
-    comes while the flag is still set is lost, as in hardware; one whose handler starts after its time is late.
+    comes while the flag is still set is lost, as in hardware; one whose handler starts after its time is
+    late.
     """
 
     def __init__(

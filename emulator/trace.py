@@ -2,8 +2,8 @@
 
 What is rare and what a user must not miss (faults, late and lost ticks, GPIO edges, functions that are not
 modelled) is always kept. What happens thousands of times a second (bus transfers, register writes, terminal
-bytes) is recorded only after :meth:`Trace.record_all`; until then its producers see ``trace.detailed`` False and
-do not even build the event, so a trace that is off costs nothing.
+bytes) is recorded only after :meth:`Trace.record_all`; until then its producers see ``trace.detailed`` False
+and do not even build the event, so a trace that is off costs nothing.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import io
 import json
 from collections import deque
 from collections.abc import Iterator
+from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
@@ -125,6 +126,7 @@ class Trace:
         self._events: deque[TraceEvent] = deque()
         self._keep_detail = False
         self._file: io.TextIOBase | None = None
+        self._closing = ExitStack()
 
     def __len__(self) -> int:
         return len(self._events)
@@ -143,7 +145,7 @@ class Trace:
     def write_to(self, path: str | Path) -> None:
         """Write every event from now on to a JSON-lines file. Raises LinkError if it cannot be opened."""
         try:
-            self._file = Path(path).open("w", encoding="utf-8", newline="\n")
+            self._file = self._closing.enter_context(Path(path).open("w", encoding="utf-8", newline="\n"))
         except OSError as error:
             raise LinkError(
                 f"trace file {path}: {error.strerror or error}; give a path that can be written"
@@ -163,9 +165,8 @@ class Trace:
 
     def close(self) -> None:
         """Close the file, if one is being written."""
-        if self._file is not None:
-            self._file.close()
-            self._file = None
+        self._file = None
+        self._closing.close()
 
     def _keep(self, event: TraceEvent) -> None:
         if len(self._events) >= _KEPT:

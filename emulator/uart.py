@@ -1,11 +1,13 @@
 """USART1's serial line: which bytes are on the wire when (reference manual RM0368 section 19).
 
-Sending has two stages, the data register and the shift register: a byte may be written as soon as the one before
-has moved on to the shift register (TXE), so a sender that is not interrupted keeps the line busy without gaps,
-and one that is interrupted leaves a gap. Runs of bytes without a gap are kept as one piece, never byte by byte.
+Sending has two stages, the data register and the shift register: a byte may be written as soon as the one
+before has moved on to the shift register (TXE), so a sender that is not interrupted keeps the line busy
+without gaps, and one that is interrupted leaves a gap. Runs of bytes without a gap are kept as one piece,
+never byte by byte.
 
-Receiving has one data register: a byte that completes while the one before has not been read is lost and counted
-(ORE), exactly as on the board; the stock firmware never reads, so all but the first are lost there too.
+Receiving has one data register: a byte that completes while the one before has not been read is lost and
+counted (ORE), exactly as on the board; the stock firmware never reads, so all but the first are lost there
+too.
 """
 
 from __future__ import annotations
@@ -29,7 +31,8 @@ def divider(kernel_clock_hz: int, baud: int) -> int:
 class Uart:
     """One USART with a line to a terminal.
 
-    The bit time is the divider's, as on the board: 84 MHz / 729 is 115226 baud, 0.02 % above the nominal rate.
+    The bit time is the divider's, as on the board: 84 MHz / 729 is 115226 baud, 0.02 % above the nominal
+    rate.
     """
 
     def __init__(self, name: str, clock: Clock, trace: Trace, kernel_clock_hz: int, baud: int = BAUD) -> None:
@@ -40,7 +43,7 @@ class Uart:
         self._frame_ps = Fraction(_FRAME_BITS * self.brr * PS_PER_S, kernel_clock_hz)
         self.txe_ps = 0  # when the data register is next empty
         self.idle_ps = 0  # when the line is next idle (TC)
-        self._on_wire: deque[tuple[int, bytes]] = deque()  # pieces not yet complete: (first frame's start, bytes)
+        self._on_wire: deque[tuple[int, bytes]] = deque()  # not yet complete: (first frame's start, bytes)
         self._text = bytearray()
         self.dropped = 0
         self._arriving: deque[tuple[int, int]] = deque()  # (completed at, value)
@@ -57,8 +60,8 @@ class Uart:
     def write(self, data: bytes, until_ps: int) -> int:
         """Write bytes to the data register, each as soon as it is empty, but none after ``until_ps``.
 
-        The sender is there from now until ``until_ps``. The first byte is always written (the caller has waited
-        for ``txe_ps``). Returns the number written.
+        The sender is there from now until ``until_ps``. The first byte is always written (the caller has
+        waited for ``txe_ps``). Returns the number written.
         """
         start_ps = max(self._clock.now_ps, self.idle_ps)
         count = len(data)
@@ -77,7 +80,7 @@ class Uart:
         return count
 
     def received(self) -> bytearray:
-        """Everything that has arrived at the terminal by now, the oldest perhaps dropped. Not to be changed."""
+        """What has arrived at the terminal by now, of long runs the latest part. Not to be changed."""
         now_ps = self._clock.now_ps
         while self._on_wire:
             start_ps, piece = self._on_wire[0]

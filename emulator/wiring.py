@@ -1,7 +1,8 @@
 """What is soldered where: profiles, addresses, and how the sensors sit on the board. A list, no behaviour.
 
 Mounting: the output axes of the lab's ``ReadSensorRawData`` are out.X = -raw.Y, out.Y = raw.X, out.Z = raw.Z
-(COORDINATE_SYSTEM 3) and are the board's X right, Y forward, Z up; so a sensor measures raw = MOUNTING @ board.
+(COORDINATE_SYSTEM 3) and are the board's X right, Y forward, Z up; so a sensor measures raw = MOUNTING @
+board.
 """
 
 from __future__ import annotations

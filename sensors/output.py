@@ -1,23 +1,45 @@
-"""Output registers of several 16-bit words: data-ready, block data update and byte order.
+"""Output registers of several 16-bit words: data-ready, overrun, block data update and byte order.
 
-All three parts share the rules (LSM6DSL application note AN5040 4.3-4.5, LIS2MDL AN5069 6.3-6.5):
+The parts share the rules (LSM6DSL application note AN5040 4.3-4.5, LIS2MDL AN5069 6.3-6.5):
 
-* a new sample sets the data-ready flag; reading any one high byte clears it;
+* a new sample sets the data-ready flags; reading any one high byte clears them;
 * with BDU set, a word of which one byte has been read keeps its value until its other byte is read too; words
   are independent. Once released it shows the latest sample at once;
 * BLE swaps the two bytes of every word.
 
-Samples are not pushed into the registers when they are taken but fetched when somebody looks: the result is the
-same, and a sensor nobody reads costs nothing.
+Samples are not pushed into the registers when they are taken but fetched when somebody looks: the result is
+the same, and a sensor nobody reads costs nothing.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 from sensors.register import Register
 from sensors.register_file import RegisterFile
 from sensors.sampling import SampleStream
+
+
+@dataclass(frozen=True)
+class DataReady:
+    """The flags of an output block in its status register.
+
+    ``words``: the flag of each word (the same for all where the part has only one); ``any``: the one that
+    every high byte clears. ``overrun_shift``: how far above a flag its overrun flag lies, 0 if there is none.
+    """
+
+    status: type[Register]
+    words: tuple[int, ...]
+    any: int
+    overrun_shift: int = 0
+
+    def all(self) -> int:
+        """Every flag, without the overrun flags."""
+        mask = self.any
+        for flag in self.words:
+            mask |= flag
+        return mask
 
 
 def swap_bytes(words: bytes) -> bytes:
@@ -28,22 +50,22 @@ def swap_bytes(words: bytes) -> bytes:
 
 
 class OutputWords:
-    """A block of 16-bit output words fed by a stream.
-
-    ``on_sample(count)`` is called when ``count`` new samples have come since the last look (sets the data-ready
-    flag); ``on_high_read(first, end)`` when a high byte has been read (clears it).
-    """
+    """A block of 16-bit words fed by a stream; ``after_sample()`` follows each look at a new sample."""
 
     __slots__ = (
+        "_after_sample",
+        "_all",
+        "_bdu",
+        "_big_endian",
+        "_clear_all",
         "_end",
         "_first",
+        "_flags",
         "_half_read",
         "_mem",
-        "_on_high_read",
-        "_on_sample",
+        "_overrun_shift",
         "_shown",
-        "bdu",
-        "big_endian",
+        "_status",
         "stream",
     )
 
@@ -52,58 +74,87 @@ class OutputWords:
         registers: RegisterFile,
         register: type[Register],
         stream: SampleStream,
-        on_sample: Callable[[int], None],
-        on_high_read: Callable[[int, int], None],
+        flags: DataReady | None,
+        after_sample: Callable[[], None] | None = None,
     ) -> None:
         self._mem = registers.mem
         self._first, self._end = register.addr, register.addr + register.size
-        self._on_sample, self._on_high_read = on_sample, on_high_read
+        self._flags = flags
+        self._status = flags.status.addr if flags else 0
+        self._all = flags.all() if flags else 0
+        self._overrun_shift = flags.overrun_shift if flags else 0
+        self._clear_all = 0xFF & ~(self._all | (self._all << self._overrun_shift))
+        self._after_sample = after_sample
         self.stream = stream
-        self.bdu = False
-        self.big_endian = False
+        self._bdu = self._big_endian = False
         self._half_read: set[int] = set()  # addresses read whose partner has not been read yet
         self._shown = b""
         registers.before_read(register, self.before_read)
 
-    def refresh(self, now_ps: int) -> None:
-        """Bring the registers up to date with the latest sample at ``now_ps``."""
-        stream = self.stream
-        if now_ps >= stream.next_ps:
-            fresh = stream.advance(now_ps)
-            self._show(stream.data)
-            self._on_sample(fresh)
-
-    def before_read(self, first: int, end: int, now_ps: int) -> None:
-        """The read hook: refresh, then account for what is about to be read."""
-        stream = self.stream
-        if now_ps >= stream.next_ps:
-            fresh = stream.advance(now_ps)
-            self._show(stream.data)
-            self._on_sample(fresh)
-        elif self._shown is not stream.data and not self._half_read:
-            self._show(stream.data)
-        if end - first > 1 or (first - self._first) & 1:
-            self._on_high_read(first, end)
-        if self.bdu and (self._half_read or (end - first) & 1 or (first - self._first) & 1):
-            self._hold(first, end)
-
     def set_format(self, *, bdu: bool, big_endian: bool) -> None:
         """BDU and BLE as configured; switching BDU off releases every word."""
-        self.bdu, self.big_endian = bdu, big_endian
+        self._bdu, self._big_endian = bdu, big_endian
         if not bdu:
             self._half_read.clear()
 
-    def _show(self, data: bytes) -> None:
-        if self.big_endian:
-            data = swap_bytes(data)
-        if not self._half_read:
-            self._mem[self._first : self._end] = data
-            self._shown = self.stream.data
+    def refresh(self, now_ps: int) -> None:
+        """Bring the registers up to date with the latest sample at ``now_ps``."""
+        stream = self.stream
+        if now_ps < stream.next_ps:
             return
+        fresh = stream.advance(now_ps)
+        mem = self._mem
+        if self._overrun_shift:
+            unread = self._all if fresh > 1 else mem[self._status] & self._all
+            mem[self._status] |= unread << self._overrun_shift
+        mem[self._status] |= self._all
+        if self._half_read:
+            self._show()
+        if self._after_sample is not None:
+            self._after_sample()
+
+    def before_read(self, first: int, end: int, now_ps: int) -> bytes | None:
+        """The read hook: refresh, then account for what is about to be read.
+
+        The usual read takes the whole block at once; it gets the sample itself, and the registers are filled
+        in only when somebody reads a part of them.
+        """
+        stream = self.stream
+        if now_ps >= stream.next_ps:
+            self.refresh(now_ps)
+        if first == self._first and end == self._end and not (self._half_read or self._big_endian):
+            self._mem[self._status] &= self._clear_all
+            return stream.data
+        if self._shown is not stream.data:
+            self._show()
+        self._clear(first, end)
+        if self._bdu:
+            self._hold(first, end)
+        return None
+
+    def _show(self) -> None:
+        data = self.stream.data
+        if not self._half_read:
+            self._mem[self._first : self._end] = swap_bytes(data) if self._big_endian else data
+            self._shown = data
+            return
+        self._shown = b""  # some words stay behind: look again at the next read
+        words = swap_bytes(data) if self._big_endian else data
         for offset in range(0, len(data), 2):
             word = self._first + offset
             if word not in self._half_read and word + 1 not in self._half_read:
-                self._mem[word : word + 2] = data[offset : offset + 2]
+                self._mem[word : word + 2] = words[offset : offset + 2]
+
+    def _clear(self, first: int, end: int) -> None:
+        if self._flags is None:
+            return
+        cleared = 0
+        for number, flag in enumerate(self._flags.words):
+            if first <= self._first + 2 * number + 1 < end:
+                cleared |= flag | self._flags.any
+        if self._overrun_shift:
+            cleared |= cleared << self._overrun_shift
+        self._mem[self._status] &= ~cleared
 
     def _hold(self, first: int, end: int) -> None:
         for address in range(first, end):

@@ -25,6 +25,12 @@ class Part:
 
     NAME: ClassVar[str]
     WHO_AM_I: ClassVar[int]
+    MAP: ClassVar[RegisterMap]
+
+    @classmethod
+    def maps(cls) -> dict[str, RegisterMap]:
+        """Every register map by the title of its bank; the main one has none."""
+        return {"": cls.MAP}
 
     def __init__(self, registers: RegisterMap, wrap: Mapping[int, int] | None = None) -> None:
         self.registers = RegisterFile(registers, wrap)
@@ -83,3 +89,5 @@ class SelfClearingBits:
                 if until <= now_ps:
                     self._mem[self._address] &= ~mask
             self._due = [entry for entry in self._due if entry[0] > now_ps]
+            for _, mask in self._due:  # begun again since, or written with 0 meanwhile
+                self._mem[self._address] |= mask

@@ -3,8 +3,8 @@
 One ``bytearray`` is the whole architectural state. A burst is planned once per (address, length): it is cut
 where the address wraps and where a register with a side effect begins or ends; each piece is one slice and at
 most one hook before and one after it. So plain registers cost nothing, and a burst of six output bytes is one
-dictionary look-up, one hook and one slice. ``tests/property`` holds the law that a burst equals the same bytes
-read one at a time.
+dictionary look-up, one hook and one slice. ``tests/property`` holds the law that a burst equals the same
+bytes read one at a time.
 
 Road not taken: one read method per byte (what the chip does) costs six times as much at 800 Hz x 4 bursts.
 """
@@ -16,14 +16,17 @@ from typing import TypeAlias
 
 from sensors.register import ADDRESSES, Register, RegisterMap
 
-ReadHook: TypeAlias = Callable[[int, int, int], None]
-"""``hook(first, end, now_ps)``: bytes ``first`` to ``end - 1`` of its register are read."""
+ReadHook: TypeAlias = Callable[[int, int, int], bytes | None]
+"""``hook(first, end, now_ps)``: bytes ``first`` to ``end - 1`` of its register are read.
+
+A hook before the read may return these bytes itself, where it has them at hand; None takes them from ``mem``.
+"""
+
+AfterHook: TypeAlias = Callable[[int, int, int], None]
+"""Likewise after the read."""
 
 WriteHook: TypeAlias = Callable[[int, int, int], None]
 """``hook(old, new, now_ps)``: a byte has been written; it holds ``new`` already."""
-
-WriteFilter: TypeAlias = Callable[[int, int, int], bool]
-"""``keep(address, value, now_ps)``: False refuses a write before anything is stored."""
 
 NoteCallback: TypeAlias = Callable[[int, str, str], None]
 """``note(now_ps, kind, text)``: something a user should be able to see in the trace."""
@@ -31,7 +34,7 @@ NoteCallback: TypeAlias = Callable[[int, str, str], None]
 WriteLog: TypeAlias = Callable[[int, str, int, int], None]
 """``log(now_ps, register, old, new)``: a register was written."""
 
-_Piece: TypeAlias = tuple[ReadHook | None, int, int, ReadHook | None]
+_Piece: TypeAlias = tuple[ReadHook | None, int, int, AfterHook | None]
 
 
 def _no_note(now_ps: int, kind: str, text: str) -> None:
@@ -54,7 +57,7 @@ class RegisterFile:
         for address, following in (wrap or {}).items():
             self._next[address] = following
         self._before: list[ReadHook | None] = [None] * ADDRESSES
-        self._after: list[ReadHook | None] = [None] * ADDRESSES
+        self._after: list[AfterHook | None] = [None] * ADDRESSES
         self._on_write: list[WriteHook | None] = [None] * ADDRESSES
         self._increment = True
         self._plans: dict[int, tuple[_Piece, ...]] = {}
@@ -66,21 +69,18 @@ class RegisterFile:
 
     def before_read(self, register: type[Register], hook: ReadHook) -> None:
         """Call ``hook`` before bytes of ``register`` are read, so that it can bring them up to date."""
-        self._set(self._before, register, hook)
+        self._before[register.addr : register.addr + register.size] = [hook] * register.size
+        self._plans.clear()
 
-    def after_read(self, register: type[Register], hook: ReadHook) -> None:
+    def after_read(self, register: type[Register], hook: AfterHook) -> None:
         """Call ``hook`` after bytes of ``register`` have been read, for whatever reading clears."""
-        self._set(self._after, register, hook)
+        self._after[register.addr : register.addr + register.size] = [hook] * register.size
+        self._plans.clear()
 
     def on_write(self, register: type[Register], hook: WriteHook) -> None:
         """Call ``hook`` after a byte of ``register`` has been written."""
         for address in range(register.addr, register.addr + register.size):
             self._on_write[address] = hook
-
-    def _set(self, hooks: list[ReadHook | None], register: type[Register], hook: ReadHook) -> None:
-        end = register.addr + register.size
-        hooks[register.addr : end] = [hook] * register.size
-        self._plans.clear()
 
     @property
     def increment(self) -> bool:
@@ -100,19 +100,18 @@ class RegisterFile:
         plan = self._plans.get(address << 16 | count)
         if plan is None:
             plan = self._plan(address, count)
-        if len(plan) == 1:
+        if len(plan) == 1:  # the usual burst, inside one register
             before, first, end, after = plan[0]
-            if before is not None:
-                before(first, end, now_ps)
-            data = bytes(self.mem[first:end])
+            data = None if before is None else before(first, end, now_ps)
+            if data is None:
+                data = bytes(self.mem[first:end])
             if after is not None:
                 after(first, end, now_ps)
             return data
         pieces = bytearray()
         for before, first, end, after in plan:
-            if before is not None:
-                before(first, end, now_ps)
-            pieces += self.mem[first:end]
+            data = None if before is None else before(first, end, now_ps)
+            pieces += self.mem[first:end] if data is None else data
             if after is not None:
                 after(first, end, now_ps)
         return bytes(pieces)

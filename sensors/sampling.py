@@ -1,10 +1,11 @@
 """Samples at an output data rate: which one is the latest at a given time, and what it holds.
 
-Sample ``k`` (0, 1, 2 ...) of a stream becomes available ``first_delay_ps`` plus ``k`` periods after the stream
-was started. Times are integers computed from ``k``, never added up, so a rate of 6664 Hz is still exact after an
-hour. Sample values are a pure function of the sample's number, the configuration and the world; they are computed
-in blocks ahead of time and only cached here, so it does not matter who reads when. The number a producer sees
-goes on counting over restarts, so that two one-shot measurements do not get the same noise.
+Sample ``k`` (0, 1, 2 ...) of a stream becomes available ``first_delay_ps`` plus ``k`` periods after the
+stream was started. Times are integers computed from ``k``, never added up, so a rate of 6664 Hz is still
+exact after an hour. Sample values are a pure function of the sample's number, the configuration and the
+world; they are computed in blocks ahead of time and only cached here, so it does not matter who reads when.
+The number a producer sees goes on counting over restarts, so that two one-shot measurements do not get the
+same noise.
 """
 
 from __future__ import annotations
@@ -44,6 +45,7 @@ class SampleStream:
         "_den",
         "_earlier",
         "_num",
+        "_origin_index",
         "_origin_ps",
         "_produce",
         "_width",
@@ -57,7 +59,8 @@ class SampleStream:
         self._produce = produce
         self._num, self._den = 1, 1
         self._earlier = 0  # samples of the runs before this one
-        self._origin_ps = 0
+        self._origin_ps = 0  # the time of sample ``_origin_index``
+        self._origin_index = 0
         self._block = b""
         self._block_first = self._block_end = 0
         self._block_length = _SMALLEST_BLOCK
@@ -80,6 +83,7 @@ class SampleStream:
     def _begin(self, first_ps: int, period_num: int, period_den: int) -> None:
         self._num, self._den = period_num, period_den
         self._origin_ps = self.next_ps = first_ps
+        self._origin_index = 0
         self._earlier += self.index + 1
         self.index = -1
         self._block_end = self._block_first
@@ -100,17 +104,19 @@ class SampleStream:
 
     def time_ps(self, index: int) -> int:
         """When sample ``index`` becomes available."""
-        return self._origin_ps - (-index * self._num // self._den)
+        return self._origin_ps - (-(index - self._origin_index) * self._num // self._den)
 
     def advance(self, now_ps: int) -> int:
         """Make the latest sample at ``now_ps`` current; the number of samples since the one before.
 
         Only to be called when ``now_ps >= next_ps``.
         """
-        index = (now_ps - self._origin_ps) * self._den // self._num
+        num = self._num
+        index, passed = divmod((now_ps - self._origin_ps) * self._den, num)
+        self.next_ps = now_ps - (passed - num) // self._den  # origin + (index + 1) periods, rounded up
+        index += self._origin_index
         fresh = index - self.index
         self.index = index
-        self.next_ps = self._origin_ps - (-(index + 1) * self._num // self._den)
         if not self._block_first <= index < self._block_end:
             self._fill(index)
         offset = (index - self._block_first) * self._width
@@ -119,10 +125,16 @@ class SampleStream:
 
     def _fill(self, first: int) -> None:
         """Compute a block from sample ``first`` on; blocks grow while nothing invalidates them."""
+        # Move the origin on by whole multiples of ``_num`` (``_den`` samples each): exact, and the numbers in
+        # ``advance`` stay small, where Python's integers are fast.
+        spans = (first - self._origin_index) // self._den
+        self._origin_ps += spans * self._num
+        self._origin_index += spans * self._den
         count = self._block_length
         if count > 1:
             self._block_length = min(2 * count, _LARGEST_BLOCK)
         period_s = self._num / (self._den * PS_PER_S)
-        t_s = self._origin_ps / PS_PER_S + np.arange(first, first + count, dtype=np.float64) * period_s
+        offset = first - self._origin_index
+        t_s = self._origin_ps / PS_PER_S + np.arange(offset, offset + count, dtype=np.float64) * period_s
         self._block = self._produce(self._earlier + first, t_s)
         self._block_first, self._block_end = first, first + count

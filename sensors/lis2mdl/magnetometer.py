@@ -11,7 +11,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from sensors.errors import Deviation, to_int16
+from sensors.errors import Deviation, to_int16, words
 from sensors.lis2mdl.errors import LIS2MDLErrors
 from sensors.lis2mdl.registers import CFG_REG_A, CFG_REG_B, CFG_REG_C, OFFSET_X_REG
 from sensors.noise import NoiseSource, noise_key
@@ -83,7 +83,7 @@ class Magnetometer:
             field += self._noise_mgauss * settings.noise_factor * self._noise.block(number, len(t_s))
         if settings.self_test:
             field += SELF_TEST_MGAUSS
-        measured = to_int16(field / MGAUSS_PER_LSB)
+        counts = field / MGAUSS_PER_LSB
         if any(settings.offset_counts):
-            return to_int16(measured.astype(np.float64) - np.asarray(settings.offset_counts)).tobytes()
-        return measured.tobytes()
+            counts = to_int16(counts) - np.array(settings.offset_counts, dtype=np.float64).reshape(3, 1)
+        return words(counts)

@@ -1,8 +1,8 @@
 """The LIS2MDL's behaviour behind its registers (datasheet DocID030621 Rev 3; application note AN5069 Rev 2).
 
 Decisions where the documents are silent: a second MD = 01 while a single measurement is under way does not
-restart it, and triggering one does not clear Zyxda (ST's own examples poll in such a loop); the per-axis flags
-are cleared by their own high byte.
+restart it, and triggering one does not clear Zyxda (ST's own examples poll in such a loop); the per-axis
+flags are cleared by their own high byte.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from sensors.lis2mdl.registers import (
     STATUS_REG,
     TEMP_OUT,
 )
-from sensors.output import OutputWords
+from sensors.output import DataReady, OutputWords
 from sensors.part import Part, SelfClearingBits, Signal
 from sensors.register import RegisterMap
 from sensors.sampling import PS_PER_S, SampleStream, Times
@@ -34,7 +34,12 @@ _REBOOT_PS = 20 * PS_PER_S // 10**3  # AN5069 section 7
 _CONTINUOUS, _SINGLE, _IDLE = 0, 1, 3  # CFG_REG_A.MD; 2 is idle too
 _TEMPERATURE_LSB_PER_DEGC = 8  # datasheet 8.16; 0 counts are 25 degC
 _BURST_WRAP = {0x6D: 0x68}  # a burst over X, Y, Z starts again at X (sensor facts 2.1)
-_NEW, _OVERRUN = 0x0F, 0xF0  # STATUS_REG's two halves: xda yda zda Zyxda, xor yor zor Zyxor
+_DATA_READY = DataReady(
+    STATUS_REG,
+    words=(STATUS_REG.xda.mask, STATUS_REG.yda.mask, STATUS_REG.zda.mask),
+    any=STATUS_REG.Zyxda.mask,
+    overrun_shift=4,
+)
 
 
 class LIS2MDL(Part):
@@ -60,11 +65,9 @@ class LIS2MDL(Part):
         main, mem = self.registers, self.registers.mem
         self._magnetometer.settings = MagnetometerSettings.decode(mem)
         self._mag = OutputWords(
-            main, OUT, SampleStream(6, self._magnetometer.produce), self._on_sample, self._on_high_read
+            main, OUT, SampleStream(6, self._magnetometer.produce), _DATA_READY, self._after_sample
         )
-        self._temp = OutputWords(
-            main, TEMP_OUT, SampleStream(2, self._produce_temperature), lambda _count: None, lambda *_: None
-        )
+        self._temp = OutputWords(main, TEMP_OUT, SampleStream(2, self._produce_temperature), None)
         self._clearing = SelfClearingBits(main, CFG_REG_A)
         main.before_read(STATUS_REG, self._refresh)
         main.before_read(CFG_REG_A, self._before_config)
@@ -93,21 +96,12 @@ class LIS2MDL(Part):
         self._mag.refresh(now_ps)
         self._temp.refresh(now_ps)
 
-    def _on_sample(self, count: int) -> None:
-        mem = self.registers.mem
-        unread = _NEW if count > 1 else mem[STATUS_REG.addr] & _NEW
-        mem[STATUS_REG.addr] |= _NEW | unread << 4
+    def _after_sample(self) -> None:
         if self._mode == _SINGLE:  # done: back to idle by itself (AN5069 3.3)
+            mem = self.registers.mem
             self._mode = _IDLE
             mem[CFG_REG_A.addr] = CFG_REG_A.MD.put(mem[CFG_REG_A.addr], _IDLE)
             self._mag.stream.stop()
-
-    def _on_high_read(self, first: int, end: int) -> None:
-        cleared = STATUS_REG.Zyxda.mask | STATUS_REG.Zyxor.mask
-        for axis in range(3):
-            if first <= OUT.addr + 2 * axis + 1 < end:
-                cleared |= STATUS_REG.xda.mask << axis | STATUS_REG.xor.mask << axis
-        self.registers.mem[STATUS_REG.addr] &= ~cleared
 
     # -- configuration ----------------------------------------------------------------------------------
 

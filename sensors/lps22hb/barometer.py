@@ -1,8 +1,8 @@
 """The LPS22HB's measurement: from pressure and temperature to counts (datasheet Tables 3 and 4).
 
-Approximation: the datasheet gives the noise for one setting only (0.0075 hPa RMS at 75 Hz, low noise, filter at
-ODR/20). Other settings are scaled by the square root of their bandwidth relative to the rate; low current is
-taken as twice as noisy. The filter does not delay the signal.
+Approximation: the datasheet gives the noise for one setting only (0.0075 hPa RMS at 75 Hz, low noise, filter
+at ODR/20). Other settings are scaled by the square root of their bandwidth relative to the rate; low current
+is taken as twice as noisy. The filter does not delay the signal.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ class Barometer:
         settings, errors = self.settings, self._errors
         hpa = self._pressure_hpa(t_s) + errors.pressure_bias_hpa
         if errors.pressure_noise_hpa:
-            noise = self._noise.block(number, len(t_s))[:, 0]
+            noise = self._noise.block(number, len(t_s))[0]
             hpa = hpa + errors.pressure_noise_hpa * settings.noise_factor * noise
         counts = np.rint(hpa * COUNTS_PER_HPA) - settings.offset_counts
         pressure = np.clip(counts, -(1 << 23), (1 << 23) - 1).astype("<i4")

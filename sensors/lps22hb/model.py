@@ -1,10 +1,10 @@
 """The LPS22HB's behaviour behind its registers (datasheet DocID027083 Rev 6).
 
-Decisions where the datasheet is silent: a one-shot takes 13 ms in low noise and 5 ms in low current (figures of
-the sister part LPS22HH), and writing ONE_SHOT again while it is busy does not restart it; SWRESET clears its bit
-after 10 us and keeps RPDS and RES_CONF, which section 9.6 does not list; BOOT ends after one period of the data
-rate, or 1 ms in power-down, and disturbs no setting (the board's own firmware sets BOOT by mistake and works);
-P_DA and T_DA are cleared by reading the high byte of their output.
+Decisions where the datasheet is silent: a one-shot takes 13 ms in low noise and 5 ms in low current (figures
+of the sister part LPS22HH), and writing ONE_SHOT again while it is busy does not restart it; SWRESET clears
+its bit after 10 us and keeps RPDS and RES_CONF, which section 9.6 does not list; BOOT ends after one period
+of the data rate, or 1 ms in power-down, and disturbs no setting (the board's own firmware sets BOOT by
+mistake and works); P_DA and T_DA are cleared by reading the high byte of their output.
 """
 
 from __future__ import annotations

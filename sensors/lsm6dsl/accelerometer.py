@@ -1,8 +1,8 @@
 """The LSM6DSL's accelerometer: from specific force to counts (datasheet Table 3; AN5040 sections 3 and 4).
 
-Approximation: the filters' effect on the noise is modelled (its bandwidth follows the setting), their effect on
-the signal is not: a sample is the world at its time, without delay or settling, and its noise is independent of
-the sample before.
+Approximation: the filters' effect on the noise is modelled (its bandwidth follows the setting), their effect
+on the signal is not: a sample is the world at its time, without delay or settling, and its noise is
+independent of the sample before.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from sensors.errors import Deviation, to_int16
+from sensors.errors import Deviation, words
 from sensors.lsm6dsl.errors import LSM6DSLErrors
 from sensors.lsm6dsl.registers import CTRL1_XL, CTRL3_C, CTRL5_C, CTRL6_C, CTRL8_XL, X_OFS_USR
 from sensors.noise import NoiseSource, noise_key
@@ -27,7 +27,7 @@ _ODR_LOWEST_CODE = 11  # 1.6 Hz in low power, 12.5 Hz otherwise
 # CTRL1_XL.FS_XL: the datasheet's order is 2, 16, 4, 8 g; sensitivities from Table 3.
 MG_PER_LSB = (0.061, 0.488, 0.122, 0.244)
 _NOISE_FACTOR = (80 / 80, 130 / 80, 80 / 80, 90 / 80)  # Table 3: 80, 130, 80, 90 ug/sqrt(Hz)
-_LOW_POWER_RMS_FACTOR = (1.8, 3.0, 2.0, 2.4)  # Table 3: mg RMS in low-power and normal mode, for 80 ug/sqrt(Hz)
+_LOW_POWER_RMS_FACTOR = (1.8, 3.0, 2.0, 2.4)  # Table 3: mg RMS in low-power and normal mode
 _LOW_POWER_LAST_CODE = 5  # up to 208 Hz XL_HM_MODE selects low-power or normal mode
 
 _LPF2_DIVISOR = (50, 100, 9, 400)  # CTRL8_XL.HPCF_XL with LPF2_XL_EN (datasheet Table 68)
@@ -88,7 +88,9 @@ def _user_offset(mem: bytearray) -> tuple[float, float, float]:
 class Accelerometer:
     """Produces blocks of accelerometer samples; ``acceleration_g``: specific force in the sensor's axes."""
 
-    def __init__(self, acceleration_g: Signal, temperature_degc: Signal, errors: LSM6DSLErrors, seed: int) -> None:
+    def __init__(
+        self, acceleration_g: Signal, temperature_degc: Signal, errors: LSM6DSLErrors, seed: int
+    ) -> None:
         self._acceleration_g = acceleration_g
         self._temperature_degc = temperature_degc
         self._density = errors.acc_noise_ug_rthz
@@ -112,10 +114,10 @@ class Accelerometer:
         mg = self._deviation.apply(1000 * self._acceleration_g(t_s), t_s, self._temperature_degc)
         if self._density:
             mg += self._density * settings.noise_rms_factor * self._noise.block(number, len(t_s))
-        if settings.self_test:
-            mg += settings.self_test * SELF_TEST_MG
-        mg += np.asarray(settings.user_offset_mg)
-        return to_int16(mg / MG_PER_LSB[settings.scale]).tobytes()
+        shift = np.array(settings.user_offset_mg) + settings.self_test * SELF_TEST_MG
+        if shift.any():
+            mg += shift.reshape(3, 1)
+        return words(mg / MG_PER_LSB[settings.scale])
 
 
 CONFIGURATION = (CTRL1_XL, CTRL3_C, CTRL5_C, CTRL6_C, CTRL8_XL)

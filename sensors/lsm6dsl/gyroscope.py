@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass
 from fractions import Fraction
 
-from sensors.errors import Deviation, to_int16
+from sensors.errors import Deviation, words
 from sensors.lsm6dsl.accelerometer import ODR_HZ
 from sensors.lsm6dsl.errors import LSM6DSLErrors
 from sensors.lsm6dsl.registers import CTRL2_G, CTRL4_C, CTRL5_C, CTRL7_G
@@ -88,7 +88,7 @@ class Gyroscope:
             dps += self._density * settings.noise_rms_factor / 1000 * self._noise.block(number, len(t_s))
         if settings.self_test:
             dps += settings.self_test * SELF_TEST_DPS[settings.scale]
-        return to_int16(dps * 1000 / MDPS_PER_LSB[settings.scale]).tobytes()
+        return words(dps * (1000 / MDPS_PER_LSB[settings.scale]))
 
 
 CONFIGURATION = (CTRL2_G, CTRL4_C, CTRL5_C, CTRL7_G)

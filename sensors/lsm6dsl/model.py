@@ -31,7 +31,7 @@ from sensors.lsm6dsl.registers import (
     Y_OFS_USR,
     Z_OFS_USR,
 )
-from sensors.output import OutputWords
+from sensors.output import DataReady, OutputWords
 from sensors.part import Part, SelfClearingBits, Signal
 from sensors.register import Register, RegisterMap
 from sensors.register_file import RegisterFile
@@ -80,6 +80,12 @@ class LSM6DSL(Part):
         self._temperature_rate = Fraction(0)
         self._wire()
 
+    @classmethod
+    def maps(cls) -> dict[str, RegisterMap]:
+        """The main bank and the embedded banks A and B."""
+        titles = {"A": "Embedded bank A, selected by FUNC_CFG_ACCESS = 0x80", "B": "... bank B, by 0xA0"}
+        return {"": cls.MAP, **{titles[name]: bank for name, bank in cls.BANKS.items()}}
+
     def files(self) -> tuple[RegisterFile, ...]:
         """The main bank and the embedded banks A and B."""
         return (self.registers, *self._banks.values())
@@ -101,18 +107,8 @@ class LSM6DSL(Part):
     # -- wiring -----------------------------------------------------------------------------------------
 
     def _output(self, register: type[Register], produce: Producer, flag: int) -> OutputWords:
-        mem = self.registers.mem
-
-        def on_sample(count: int) -> None:
-            del count
-            mem[STATUS_REG.addr] |= flag
-
-        def on_high_read(first: int, end: int) -> None:
-            del first, end
-            mem[STATUS_REG.addr] &= ~flag
-
-        stream = SampleStream(register.size, produce)
-        return OutputWords(self.registers, register, stream, on_sample, on_high_read)
+        flags = DataReady(STATUS_REG, words=(flag,) * (register.size // 2), any=flag)
+        return OutputWords(self.registers, register, SampleStream(register.size, produce), flags)
 
     def _wire(self) -> None:
         main = self.registers
@@ -174,7 +170,7 @@ class LSM6DSL(Part):
             output.stream.invalidate()
 
     def _temperature_odr(self, mem: bytearray) -> Fraction:
-        """AN5040 section 9: 52 Hz, but the accelerometer's rate when it runs alone at 12.5 or 26 Hz low power."""
+        """AN5040 section 9: 52 Hz, or the accelerometer's rate alone at 12.5 or 26 Hz in low power."""
         if self._gyroscope.settings.odr_hz:
             return Fraction(52)
         odr = self._accelerometer.settings.odr_hz

@@ -1,0 +1,135 @@
+"""The command line: ``fcu``. Arguments and exit codes only; what the commands do lies beside this file.
+
+Exit codes: 0 passed, 1 an expectation failed, 2 bad configuration or input, 3 a firmware or simulation fault.
+
+Everything heavy is imported inside the commands, so that ``fcu --help`` answers at once.
+"""
+
+from __future__ import annotations
+
+import sys
+import traceback
+from pathlib import Path
+
+import click
+
+from emulator.errors import ExpectationError, FcuError, InputError
+
+EXIT_EXPECTATION, EXIT_INPUT, EXIT_FAULT = 1, 2, 3
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(package_name="fcu-emulator", message="fcu-emulator %(version)s")
+def cli() -> None:
+    """A virtual STEVAL-FCU001V1 sensor board: its sensors, its firmware, its serial terminal."""
+
+
+@cli.command()
+@click.argument("firmware", required=False)
+@click.option("--profile", default="lab3", show_default=True, help="How the sensors are wired.")
+@click.option("--scenario", metavar="NAME|FILE", help="Move the board, and check what it prints.")
+@click.option("--duration", metavar="TIME", help="Virtual time to run, such as 10s or 500ms.")
+@click.option("--speed", metavar="FACTOR|max", help="Virtual over wall time. Default: 1 with a terminal.")
+@click.option(
+    "--serial",
+    multiple=True,
+    metavar="LINK",
+    help="stdout (default), pty or pty:/path/of/a/link; may be repeated.",
+)
+@click.option("--seed", type=int, default=0, help="Which board of the class, and its noise.")
+@click.option("--ideal", is_flag=True, help="Sensors without noise, offset or scale error.")
+@click.option("--trace", type=click.Path(path_type=Path), help="Write every event to a JSON-lines file.")
+@click.option("--quiet", "-q", is_flag=True, help="No announcement and no summary on stderr.")
+def run(
+    firmware: str | None,
+    profile: str,
+    scenario: str | None,
+    duration: str | None,
+    speed: str | None,
+    serial: tuple[str, ...],
+    seed: int,
+    ideal: bool,
+    trace: Path | None,
+    quiet: bool,
+) -> None:
+    """Run FIRMWARE (lab3 or template) on the virtual board.
+
+    The terminal's text goes to stdout, everything else to stderr. Ctrl-C ends the run.
+    """
+    from emulator.cli.run import RunOptions, run_board
+
+    options = RunOptions(
+        firmware=firmware,
+        profile=profile,
+        scenario=scenario,
+        duration=duration,
+        speed=speed,
+        serial=serial or ("stdout",),
+        seed=seed,
+        ideal=ideal,
+        trace=trace,
+        quiet=quiet,
+    )
+    sys.exit(0 if run_board(options) else EXIT_EXPECTATION)
+
+
+@cli.command()
+def scenarios() -> None:
+    """List the scenarios that come with fcu, and the question each asks."""
+    from emulator.cli.scenarios import list_scenarios
+
+    list_scenarios()
+
+
+@cli.group()
+def scenario() -> None:
+    """Work on scenario files."""
+
+
+@scenario.command()
+@click.argument("file")
+def check(file: str) -> None:
+    """Check a scenario FILE without running it."""
+    from emulator.cli.scenarios import check_scenario
+
+    check_scenario(file)
+
+
+@scenario.command()
+def schema() -> None:
+    """Print the JSON schema of scenario files, for an editor's completion."""
+    from emulator.cli.scenarios import print_schema
+
+    print_schema()
+
+
+@cli.command()
+@click.argument("part")
+def registers(part: str) -> None:
+    """Print the register map of PART (LSM6DSL, LIS2MDL or LPS22HB) with meanings."""
+    from emulator.cli.registers import print_registers
+
+    print_registers(part)
+
+
+@cli.command()
+def doctor() -> None:
+    """Say what works on this machine, and what to install for the rest."""
+    from emulator.cli.doctor import examine
+
+    sys.exit(0 if examine() else EXIT_INPUT)
+
+
+def main() -> None:
+    """Run the command line; every error of ours is one line and its exit code."""
+    try:
+        cli(prog_name="fcu")
+    except FcuError as error:
+        click.echo(f"fcu: {error}", err=True)
+        if isinstance(error, InputError):
+            sys.exit(EXIT_INPUT)
+        sys.exit(EXIT_EXPECTATION if isinstance(error, ExpectationError) else EXIT_FAULT)
+    except Exception:
+        traceback.print_exc()
+        click.echo("fcu: the lines above are a bug in fcu-emulator; please report them", err=True)
+        sys.exit(EXIT_FAULT)

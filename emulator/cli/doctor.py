@@ -1,0 +1,98 @@
+"""``fcu doctor``: what works on this machine, and what to install for the rest."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.metadata
+import os
+import platform
+import shutil
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import click
+
+from emulator.errors import FcuError
+
+_PACKAGES = ("numpy", "greenlet", "click", "pydantic", "pygeomag", "pyserial")
+_TERMINALS = {
+    "screen": "screen",
+    "minicom": "minicom",
+    "putty": "PuTTY",
+    "pyserial-miniterm": "pyserial-miniterm",
+}
+_SPEED_TEST_S = 2.0
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One line of the report; ``needed`` findings decide whether the board can run at all."""
+
+    ok: bool
+    text: str
+    needed: bool = False
+
+
+def examine() -> bool:
+    """Print the report; True when everything the board needs is there."""
+    findings = [_python(), *(_package(name) for name in _PACKAGES), _board(), _pty(), *_terminals()]
+    for finding in findings:
+        mark = "ok     " if finding.ok else ("MISSING" if finding.needed else "absent ")
+        click.echo(f"{mark}  {finding.text}")
+    healthy = all(finding.ok for finding in findings if finding.needed)
+    click.echo("\nThe board runs here: fcu run" if healthy else "\nInstall what is missing, then try again.")
+    return healthy
+
+
+def _python() -> Finding:
+    where = f"Python {platform.python_version()} on {platform.system()} {platform.machine()}"
+    return Finding(True, where, needed=True)
+
+
+def _package(name: str) -> Finding:
+    try:
+        version = importlib.metadata.version(name)
+        importlib.import_module("serial" if name == "pyserial" else name)
+    except ImportError as error:
+        return Finding(False, f"{name}: {error}; pip install {name}", needed=True)
+    return Finding(True, f"{name} {version}", needed=True)
+
+
+def _board() -> Finding:
+    from emulator.board import Board
+
+    started = time.perf_counter()
+    try:
+        board = Board(firmware="lab3")
+        board.terminal.expect(r"LAB3 Init\.\.\.\n", timeout_s=_SPEED_TEST_S)
+        board.run_for(_SPEED_TEST_S)
+    except FcuError as error:
+        return Finding(False, f"the lab3 firmware does not boot: {error}", needed=True)
+    factor = board.now_s / (time.perf_counter() - started)
+    return Finding(True, f"the lab3 firmware boots and runs at {factor:.0f} x real time", needed=True)
+
+
+def _pty() -> Finding:
+    from emulator.links import open_link
+
+    try:
+        link = open_link("pty")
+    except FcuError as error:
+        return Finding(False, f"serial port as a pseudo-terminal: {error}")
+    link.close()
+    return Finding(True, "serial port as a pseudo-terminal: fcu run --serial pty")
+
+
+def _terminals() -> list[Finding]:
+    here = str(Path(sys.executable).parent)
+    path = os.pathsep.join((here, os.environ.get("PATH", "")))
+    findings = []
+    for command, name in _TERMINALS.items():
+        if shutil.which(command, path=path):
+            findings.append(Finding(True, f"terminal program {name}"))
+        else:
+            how = "pip install pyserial" if "serial" in command else f"install the package {command}"
+            findings.append(Finding(False, f"terminal program {name}: optional; {how}"))
+    return findings

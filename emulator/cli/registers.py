@@ -1,0 +1,47 @@
+"""``fcu registers PART``: the register map with meanings, as declared in ``sensors``."""
+
+from __future__ import annotations
+
+import click
+
+from emulator.errors import InputError
+from sensors import PARTS
+from sensors.register import Bits, Register, RegisterMap
+
+_ACCESS = {"rw": "RW", "r": "R ", "w": " W"}
+
+
+def print_registers(name: str) -> None:
+    """Print the map of the part called ``name``; raises InputError naming the known parts."""
+    part = PARTS.get(name.upper())
+    if part is None:
+        raise InputError(f"unknown part {name!r}; known: {', '.join(PARTS)}")
+    click.echo(f"{part.NAME} registers: address, access, reset value, name, meaning")
+    click.echo("what has no behaviour in the model is marked (not modelled); touching it is reported\n")
+    for title, bank in part.maps().items():
+        if title:
+            click.echo(f"\n{title}\n")
+        click.echo("\n".join(_lines(bank)))
+
+
+def _lines(bank: RegisterMap) -> list[str]:
+    lines = []
+    for register in bank.registers:
+        lines.append(_register_line(register))
+        lines.extend(_field_line(bits, register) for bits in register.fields)
+    return lines
+
+
+def _register_line(register: type[Register]) -> str:
+    last = register.addr + register.size - 1
+    address = f"0x{register.addr:02X}" + (f"-0x{last:02X}" if register.size > 1 else "")
+    meaning = (register.__doc__ or "").strip().splitlines()[0]
+    mark = "" if register.modelled else " (not modelled)"
+    reset = f"0x{register.reset:0{2 * register.size}X}"
+    return f"{address:<10} {_ACCESS[register.access]} {reset:<8} {register.__name__}: {meaning}{mark}"
+
+
+def _field_line(bits: Bits, register: type[Register]) -> str:
+    where = f"{bits.msb}:{bits.lsb}" if bits.msb != bits.lsb else str(bits.msb)
+    mark = "" if bits.modelled or not register.modelled else " (not modelled)"
+    return f"{'':10}    {where:>5}     {bits.name}: {bits.doc}{mark}"

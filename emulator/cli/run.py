@@ -1,0 +1,162 @@
+"""``fcu run``: announce, run, summarise."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from types import FrameType
+
+import click
+
+from emulator import firmwares
+from emulator.board import Board
+from emulator.cli.progress import ProgressDisplay
+from emulator.cli.summary import summary
+from emulator.durations import seconds
+from emulator.errors import InputError
+from emulator.links import ByteLink, open_link
+from emulator.runner import Runner
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """The arguments of ``fcu run`` as typed."""
+
+    firmware: str | None
+    profile: str
+    scenario: str | None
+    duration: str | None
+    speed: str | None
+    serial: tuple[str, ...]
+    seed: int
+    ideal: bool
+    trace: Path | None
+    quiet: bool
+
+
+def run_board(options: RunOptions) -> bool:
+    """Run the board as asked; False when the scenario's expectations did not hold.
+
+    Nothing is opened or written before every argument has been understood.
+    """
+    board = _create_board(options)
+    duration_s = _duration(options, board)
+    with ExitStack() as stack:
+        links = [_open(spec, stack) for spec in dict.fromkeys(options.serial)]
+        speed = _speed(options.speed, options.serial, duration_s)
+        if options.trace is not None:
+            board.trace.write_to(options.trace)
+            stack.callback(board.trace.close)
+        say = _quiet if options.quiet else _to_stderr
+        for line in _announcement(options, board, speed, links):
+            say(line)
+        limit_s = board.scenario.wall_limit_s if board.scenario else None
+        runner = Runner(board, links, duration_s, speed, limit_s)
+        show = ProgressDisplay() if speed is None and not options.quiet else None
+        try:
+            with _interruptible(runner):
+                runner.run(show.update if show else lambda _progress: None)
+        finally:
+            if show:
+                show.close()
+            for link in links:
+                link.close()
+            for line in summary(board, links, runner.wall_s):
+                say(line)
+        return _check(board, duration_s)
+
+
+def _create_board(options: RunOptions) -> Board:
+    firmware = options.firmware
+    if firmware is None and options.scenario is None:
+        firmware = firmwares.DEFAULT
+    return Board(options.profile, firmware, options.scenario, options.seed, options.ideal)
+
+
+def _duration(options: RunOptions, board: Board) -> float | None:
+    if options.duration is not None:
+        try:
+            return seconds(options.duration)
+        except ValueError as error:
+            raise InputError(f"--duration: {error}") from error
+    return board.scenario.duration_s if board.scenario else None
+
+
+def _speed(text: str | None, serial: tuple[str, ...], duration_s: float | None) -> float | None:
+    """Virtual over wall time, None for no pacing: who watches gets real time, a script does not wait."""
+    if text is None:
+        watched = any(spec != "stdout" for spec in serial) or sys.stdout.isatty()
+        return 1.0 if watched or duration_s is None else None
+    if text == "max":
+        return None
+    try:
+        factor = float(text)
+    except ValueError:
+        factor = 0.0
+    if not 0 < factor <= 1e6:
+        raise InputError(f"--speed {text}: give max, or a factor above 0 such as 1, 0.5 or 10")
+    return factor
+
+
+def _open(spec: str, stack: ExitStack) -> ByteLink:
+    link = open_link(spec)
+    stack.callback(link.close)
+    return link
+
+
+def _announcement(
+    options: RunOptions, board: Board, speed: float | None, links: list[ByteLink]
+) -> Iterator[str]:
+    name = options.firmware or (board.scenario.firmware if board.scenario else firmwares.DEFAULT)
+    pace = "as fast as possible" if speed is None else f"at {speed:g} x real time"
+    what = f", scenario {options.scenario}" if options.scenario else ""
+    yield f"board {options.profile}, firmware {name}{what}, seed {board.seed}, {pace}"
+    for link in links:
+        yield from link.announce()
+
+
+def _check(board: Board, duration_s: float | None) -> bool:
+    plan = board.scenario
+    if plan is None:
+        return True
+    if duration_s is not None and duration_s < plan.duration_s:
+        _to_stderr(
+            f"expectations not checked: the run was shorter than the scenario's {plan.duration_s:g} s"
+        )
+        return True
+    result = plan.check(board)
+    for line in result.lines:
+        _to_stderr(line)
+    return result.passed
+
+
+@contextmanager
+def _interruptible(runner: Runner) -> Iterator[None]:
+    """Ctrl-C ends the run at the next slice, with its summary; a second one ends the program."""
+
+    def stop(number: int, frame: FrameType | None) -> None:
+        del number, frame
+        runner.stop()
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, stop)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _to_stderr(line: str) -> None:
+    click.echo(f"fcu: {line}" if line else "", err=True)
+
+
+def _quiet(line: str) -> None:
+    del line

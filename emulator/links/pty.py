@@ -1,0 +1,220 @@
+"""The board's serial port as a pseudo-terminal that any terminal program opens like a USB serial adapter.
+
+Decisions:
+
+* Until the first reader comes, text is kept, so that whoever opens the port late still sees the boot
+  messages. A real board has a reset button for that; a student who has to restart the emulator instead would
+  miss them each time.
+* A terminal program flushes its input right after opening (pyserial: open, tcsetattr, tcflush), which would
+  destroy what is already in the kernel. Data is therefore held until that flush was seen and nothing more
+  came for ``SETTLE_S``, or, for programs that do not flush (``cat``), for ``HOLD_S`` after the opening. An
+  opening shorter than that (``stty``, a modem prober) is no reader.
+* After a reader has gone, text is lost as on a real wire. The road not taken, keeping it, would show the next
+  reader minutes of the past.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import shlex
+import sys
+import time
+from pathlib import Path
+
+from emulator.errors import LinkError
+from emulator.links.backlog import Backlog
+from emulator.links.patience import Patience
+from emulator.links.port_name import PortName, claim_port
+from emulator.links.pty_device import CHUNK, PtyDevice
+
+FIRST_LIMIT = 1024 * 1024
+"""Bytes kept before the first reader."""
+BACKLOG_LIMIT = 16 * 1024 * 1024
+"""Bytes kept for a reader that has the port open and does not read."""
+INBOX_LIMIT = 64 * 1024
+"""Bytes taken from a reader before the board asks; the rest waits in the kernel, which stops the writer."""
+WRITE_BUDGET = 256 * 1024
+"""Bytes handed to the kernel in one call, about: a fast reader must not keep the board in it."""
+HOLD_S = 0.4
+SETTLE_S = 0.05
+POLL_S = 0.005
+EXCLUSIVE_GRACE_S = 0.3
+"""Time at the end of a run for a reader whose queue cannot be looked at; it is about to read, not paused."""
+
+
+class PtyLink:
+    """A pseudo-terminal named ``link_path``, or else the first free ttyFCU<n> in the user's directory.
+
+    Raises LinkError if the name is taken or the system gives no pseudo-terminal.
+    """
+
+    def __init__(self, link_path: Path | None = None) -> None:
+        self._name = claim_port(link_path)
+        try:
+            self._device = _open_device(self._name)
+        except LinkError:
+            self._name.release()
+            raise
+        self._backlog = Backlog(FIRST_LIMIT)
+        self._inbox = Backlog(INBOX_LIMIT)
+        self._present = False  # somebody has the port open
+        self._hold_until_s = 0.0  # and gets nothing before this time
+        self._serving = False  # and is past it: a reader
+        self._had_reader = False  # now or earlier
+        self._lost_absent = 0
+        self._lost_slow = 0
+        self._closed = False
+
+    @property
+    def path(self) -> Path:
+        """The stable name to open."""
+        return self._name.path
+
+    def send(self, data: bytes) -> None:
+        """Queue ``data`` for the reader and hand the kernel what it has room for."""
+        if self._closed:
+            return
+        self._follow_reader()
+        if self._present:
+            self._lost_slow += self._backlog.put(data)
+        elif self._had_reader:
+            self._lost_absent += len(data)
+        else:
+            self._lost_absent += self._backlog.put(data)
+        self._write()
+
+    def receive(self) -> bytes:
+        """Return what the reader has written since the last call."""
+        if self._closed:
+            return b""
+        self._follow_reader()
+        self._write()
+        return self._inbox.take()
+
+    def flush(self, timeout_s: float) -> None:
+        """Wait, while a reader is attached, until it has read all: ``close`` hangs it up."""
+        if self._closed:
+            return
+        patience = Patience(timeout_s)
+        while (left := self._untaken()) and (wait_s := patience.wait_s(left)):
+            time.sleep(min(POLL_S, wait_s))
+        if self._present and self._device.unread() is None:
+            time.sleep(min(EXCLUSIVE_GRACE_S, patience.wait_s(0)))
+
+    def close(self) -> None:
+        """Remove the name and close the port; what nobody has taken is lost."""
+        if self._closed:
+            return
+        self._follow_reader()
+        if self._present:
+            self._lost_slow += len(self._backlog) + (self._device.unread() or 0)
+        else:
+            self._lost_absent += len(self._backlog)
+        self._closed = True
+        self._name.release()
+        self._device.close()
+
+    def announce(self) -> list[str]:
+        """Return the port and, for each usual terminal program, the command to paste."""
+        path = shlex.quote(str(self.path))
+        return [
+            f"serial: {self.path} ({self._device.path}), 115200 8N1; open it with one of",
+            f"  screen {path} 115200",
+            f"  minicom -D {path} -b 115200",
+            f"  {shlex.quote(sys.executable)} -m serial.tools.miniterm {path} 115200",
+            f"  putty -serial {path} -sercfg 115200,8,n,1,N",
+        ]
+
+    def report(self) -> list[str]:
+        """Return one line if bytes were lost."""
+        reasons = [
+            f"{count} {why}"
+            for count, why in (
+                (self._lost_absent, "while nobody had it open"),
+                (self._lost_slow, "because its reader was too slow"),
+            )
+            if count
+        ]
+        lost = self._lost_absent + self._lost_slow
+        return [f"serial: {lost} bytes lost on {self.path}: {', '.join(reasons)}"] if lost else []
+
+    def _follow_reader(self) -> None:
+        """Notice a reader's coming, flushing and going, and take in what it wrote."""
+        flushed = self._read()
+        if not self._device.has_reader():
+            if self._present:
+                self._reader_left()
+            return
+        now_s = time.monotonic()
+        if not self._present:
+            self._present = True
+            self._hold_until_s = now_s + HOLD_S
+            self._backlog.limit = BACKLOG_LIMIT
+        if self._serving:
+            return
+        if flushed:
+            self._hold_until_s = now_s + SETTLE_S
+        if now_s >= self._hold_until_s:
+            self._serving = self._had_reader = True
+
+    def _read(self) -> bool:
+        """Fill the inbox as far as it goes; return whether the reader flushed its input."""
+        flushed_any = False
+        while len(self._inbox) <= INBOX_LIMIT - CHUNK:  # the inbox never overflows
+            data, flushed = self._device.read()
+            flushed_any |= flushed
+            self._inbox.put(data)
+            if not data and not flushed:
+                break
+        return flushed_any
+
+    def _reader_left(self) -> None:
+        self._present = self._serving = False
+        if self._had_reader:
+            self._lost_absent += len(self._backlog.take())
+        else:
+            self._backlog.limit = FIRST_LIMIT
+        unread = self._device.recycle()
+        if unread is None:
+            self._renew_device()
+        else:
+            self._lost_absent += unread
+
+    def _renew_device(self) -> None:
+        """Put a fresh device behind the name, since the old one is locked for good."""
+        self._read()  # its last words may have come after the look that found it gone
+        with contextlib.suppress(LinkError):  # then the port stays locked, but the board goes on
+            fresh = _open_device(self._name)
+            self._device.close()
+            self._device = fresh
+
+    def _write(self) -> None:
+        budget = WRITE_BUDGET
+        while self._serving and self._backlog and budget > 0:
+            count = self._device.write(self._backlog.peek(CHUNK))
+            if not count:
+                return
+            self._backlog.drop(count)
+            budget -= count
+
+    def _untaken(self) -> int:
+        """Count what an attached reader has not taken; 0 if nobody reads."""
+        self._follow_reader()
+        self._write()
+        if not self._present:
+            return 0
+        return len(self._backlog) + (self._device.unread() or 0)
+
+
+def _open_device(name: PortName) -> PtyDevice:
+    """Open a device and point ``name`` to it. Raises LinkError."""
+    try:
+        device = PtyDevice()
+    except OSError as error:
+        raise LinkError(f"--serial pty: no pty to be had ({error.strerror}); use --serial stdout") from error
+    try:
+        name.point_to(device.path)
+    except LinkError:
+        device.close()
+        raise
+    return device

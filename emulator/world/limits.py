@@ -1,0 +1,68 @@
+"""What the world accepts from a user: one range for each quantity, one message for all.
+
+The ranges are wide: they keep the physics defined (no root of a negative number, no overflow), and catch a
+wrong unit. What a sensor can measure is the sensor's business; a world beyond its range is a lesson, not an
+error.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from emulator.errors import InputError
+
+
+@dataclass(frozen=True)
+class Range:
+    """A closed interval in ``unit``."""
+
+    low: float
+    high: float
+    unit: str
+
+    def check(self, name: str, value: float) -> float:
+        """``value`` as a float, or an `InputError` that names it; not-a-number and infinity are outside."""
+        try:
+            number = float(value)
+        except (TypeError, ValueError, OverflowError):
+            number = math.nan
+        if not self.low <= number <= self.high:
+            raise InputError(f"{name} is {value!r}: give a number from {self}")
+        return number
+
+    def __str__(self) -> str:
+        return f"{self.low:g} to {self.high:g} {self.unit}".rstrip()
+
+
+ANGLE = Range(-36_000, 36_000, "deg")  # a hundred turns
+ALTITUDE = Range(-1_000, 10_000, "m")
+PRESSURE = Range(10, 2_000, "hPa")
+TEMPERATURE = Range(-90, 200, "degC")
+FIELD = Range(-100_000, 100_000, "uT")
+IRON = Range(-1_000_000, 1_000_000, "mgauss")
+SOFT_IRON = Range(-100, 100, "")
+GRAVITY = Range(0, 100, "m/s2")
+SPECIFIC_FORCE = Range(-1_000, 1_000, "g")
+RATE = Range(-100_000, 100_000, "deg/s")
+TIME = Range(0, 10_000_000, "s")
+DURATION = Range(1e-6, 1_000_000, "s")
+AMPLITUDE = Range(0, 1_000, "g")
+FREQUENCY = Range(0.01, 10_000, "Hz")
+EXCURSION = Range(0, 100, "m")
+MOMENT = Range(-10_000, 10_000, "A m2")
+DISTANCE = Range(0.005, 1_000, "m")
+SPEED = Range(0.001, 1_000, "m/s")
+TURNS = Range(1, 1_000, "turns")
+LATITUDE = Range(-90, 90, "deg")
+LONGITUDE = Range(-180, 180, "deg")
+MODEL_ALTITUDE = Range(-1_000, 850_000, "m")  # the World Magnetic Model's own
+
+
+def attitude(roll_deg: float, pitch_deg: float, yaw_deg: float) -> npt.NDArray[np.float64]:
+    """Roll, pitch and yaw, checked, as an array (3,)."""
+    named = (("roll_deg", roll_deg), ("pitch_deg", pitch_deg), ("yaw_deg", yaw_deg))
+    return np.array([ANGLE.check(name, angle) for name, angle in named])

@@ -1,0 +1,100 @@
+"""The Earth's field at a place, and a magnet that is moved past the board.
+
+Units: a user gives NED microtesla; inside, fields are NWU milligauss (1 uT = 10 mgauss), the magnetometer's
+unit.
+"""
+
+from __future__ import annotations
+
+import calendar
+import datetime as dt
+import importlib
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from emulator.errors import InputError
+from emulator.world import limits
+from emulator.world.track import Array
+
+MGAUSS_PER_UT = 10.0
+MU0_4PI = 1.0  # mgauss m3 / (A m2)
+FELT_MGAUSS = 0.1  # a magnet whose field is weaker is out of reach: 1/15 of the LIS2MDL's step
+
+
+def ned_to_nwu_mgauss(north_ut: float, east_ut: float, down_ut: float) -> Array:
+    """NED microtesla, checked -> NWU milligauss (3,)."""
+    north = limits.FIELD.check("north_ut", north_ut)
+    east = limits.FIELD.check("east_ut", east_ut)
+    down = limits.FIELD.check("down_ut", down_ut)
+    return MGAUSS_PER_UT * np.array([north, -east, -down])
+
+
+def earth_field(
+    latitude_deg: float,
+    longitude_deg: float,
+    altitude_m: float,
+    date: dt.date,
+    north: Literal["magnetic", "true"] = "magnetic",
+) -> tuple[float, float, float]:
+    """The Earth's field (north, east, down) in uT by the World Magnetic Model 2025.
+
+    Latitude and longitude are geodetic, the altitude is above the sea. ``north="magnetic"`` turns the field
+    so that its horizontal part lies on north, ``"true"`` keeps the declination. `InputError` for a value or
+    date out of range.
+    """
+    latitude = limits.LATITUDE.check("latitude_deg", latitude_deg)
+    longitude = limits.LONGITUDE.check("longitude_deg", longitude_deg)
+    altitude = limits.MODEL_ALTITUDE.check("altitude_m", altitude_m)
+    year = _decimal_year(date)
+    if north not in ("magnetic", "true"):
+        raise InputError(f'north is {north!r}: give "magnetic" or "true"')
+    model = importlib.import_module("pygeomag").GeoMag(coefficients_file="wmm/WMM_2025.COF")
+    first, last = model.life_span
+    if not first <= year <= last:
+        valid = f"{first:.0f}-01-01 to {last:.0f}-01-01"
+        raise InputError(f"date is {date}: the World Magnetic Model 2025 is valid from {valid}")
+    result = model.calculate(glat=latitude, glon=longitude, alt=altitude / 1000.0, time=year)
+    x, y, z = result.x / 1000.0, result.y / 1000.0, result.z / 1000.0
+    return (math.hypot(x, y), 0.0, z) if north == "magnetic" else (x, y, z)
+
+
+def _decimal_year(date: dt.date) -> float:
+    if not isinstance(date, dt.date):
+        raise InputError(f"date is {date!r}: give a date such as 2026-03-01")
+    days = 366 if calendar.isleap(date.year) else 365
+    return date.year + (date.timetuple().tm_yday - 1) / days
+
+
+@dataclass(frozen=True, eq=False)
+class Magnet:
+    """A dipole moved north at constant speed, east of the board at its height, pointing west.
+
+    At the closest point its field is 2 m / (10 d^3) uT to the west: it turns the compass, which a vertical
+    magnet would not.
+    """
+
+    closest_s: float
+    moment_am2: float
+    distance_m: float
+    speed_m_s: float
+
+    @classmethod
+    def starting_at(cls, start_s: float, moment_am2: float, distance_m: float, speed_m_s: float) -> Magnet:
+        """The pass that begins at ``start_s`` out of reach."""
+        reach_m = (2.0 * MU0_4PI * abs(moment_am2) / FELT_MGAUSS) ** (1.0 / 3.0)
+        half_line_m = math.sqrt(max(reach_m, 2.0 * distance_m) ** 2 - distance_m**2)
+        return cls(start_s + half_line_m / speed_m_s, moment_am2, distance_m, speed_m_s)
+
+    def value(self, t_s: Array, /) -> Array:
+        """Its field at the board, NWU (N, 3): (3 (m.r) r / r^2 - m) / r^3."""
+        from_magnet = np.zeros((t_s.size, 3))
+        from_magnet[:, 0] = self.speed_m_s * (self.closest_s - t_s)
+        from_magnet[:, 1] = self.distance_m
+        moment = np.array([0.0, self.moment_am2, 0.0])
+        squared = (from_magnet**2).sum(axis=1)[:, np.newaxis]
+        along = (from_magnet @ moment)[:, np.newaxis]
+        field: Array = MU0_4PI * (3.0 * along * from_magnet / squared - moment) / squared**1.5
+        return field

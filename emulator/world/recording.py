@@ -1,0 +1,207 @@
+"""CSV recordings: measured signals, or an attitude to follow. Units stand in the header.
+
+Two layouts, told apart by the header; columns may stand in any order, and each group may be left out whole::
+
+    t_s, ax_g,ay_g,az_g, gx_dps,gy_dps,gz_dps, mx_uT,my_uT,mz_uT, p_hPa, temp_C     (board axes)
+    t_s, roll_deg,pitch_deg,yaw_deg, alt_m                                          (world attitude)
+
+Time strictly increases, counted from the moment at which the replay starts. Between rows values are linear
+(attitude: the shortest arc at constant rate); the first row holds before it, the last one after it.
+
+Decision: a strict reader of its own. csv.reader accepts quotes and lines that go on over others, float()
+accepts ``1_0`` and ``nan``, numpy.loadtxt skips lines and names them by a number of its own; a student needs
+"file:line: what". Bytes are read line by line into one flat array, so that neither an endless line nor a huge
+file takes memory.
+"""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Iterator
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import BinaryIO, NoReturn
+
+import numpy as np
+
+from emulator.errors import RecordingError
+from emulator.world import limits
+from emulator.world.limits import Range
+from emulator.world.magnetism import MGAUSS_PER_UT
+from emulator.world.track import Array
+
+MAX_BYTES = 64 * 1024 * 1024
+MAX_ROWS = 2_000_000
+MAX_LINE_BYTES = 4096
+
+MEASURED: dict[str, tuple[tuple[str, ...], Range]] = {
+    "acc": (("ax_g", "ay_g", "az_g"), limits.SPECIFIC_FORCE),
+    "gyro": (("gx_dps", "gy_dps", "gz_dps"), limits.RATE),
+    "mag": (("mx_uT", "my_uT", "mz_uT"), limits.FIELD),
+    "pressure": (("p_hPa",), limits.PRESSURE),
+    "temperature": (("temp_C",), limits.TEMPERATURE),
+}
+FOLLOWED: dict[str, tuple[tuple[str, ...], Range]] = {
+    "attitude": (("roll_deg", "pitch_deg", "yaw_deg"), limits.ANGLE),
+    "altitude": (("alt_m",), limits.ALTITUDE),
+}
+GROUPS = {**MEASURED, **FOLLOWED}
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """Rows at ``t_s`` (M,) and the groups the file has, by name: (M, 3) or (M,).
+
+    acc in g, gyro in deg/s, mag in mgauss, pressure in hPa, temperature in degC; or attitude in degrees,
+    altitude in metres above the room's floor.
+    """
+
+    file: str
+    t_s: Array
+    groups: dict[str, Array]
+
+
+@dataclass(frozen=True, eq=False)
+class Interpolation:
+    """A group's rows as a signal of the world: linear in between, the first and last one held."""
+
+    row_s: Array  # (M,), strictly increasing
+    values: Array  # (M,) or (M, 3)
+
+    def __call__(self, t_s: Array) -> Array:
+        """(N,) -> (N,) or (N, 3)."""
+        if self.values.ndim == 1:
+            return np.interp(t_s, self.row_s, self.values)
+        return np.stack([np.interp(t_s, self.row_s, column) for column in self.values.T], axis=1)
+
+
+def load_recording(path: str | PathLike[str]) -> Recording:
+    """Read a CSV file; `RecordingError` names the file and the line at fault."""
+    file = str(path)
+    try:
+        _check_size(Path(path), file)
+        with Path(path).open("rb") as stream:
+            lines = _lines(stream, file)
+            names = _header(next(lines, b""), file)
+            table = _rows(lines, names, file)
+    except OSError as error:
+        raise RecordingError(file, 0, f"cannot be read: {error.strerror or error}") from error
+    column = dict(zip(names, table.T, strict=True))
+    _check_range(column["t_s"], "t_s", limits.TIME, file)
+    _check_time(column["t_s"], file)
+    groups = {}
+    for group, (members, allowed) in GROUPS.items():
+        if members[0] in column:
+            for name in members:
+                _check_range(column[name], name, allowed, file)
+            groups[group] = np.stack([column[name] for name in members], axis=1)
+    return Recording(file, column["t_s"].copy(), _in_our_units(groups))
+
+
+def _check_size(path: Path, file: str) -> None:
+    if path.exists() and not path.is_file():  # a pipe or a terminal would keep us waiting
+        raise RecordingError(file, 0, "is not a regular file")
+    if path.stat().st_size > MAX_BYTES:
+        raise RecordingError(file, 0, f"is larger than {MAX_BYTES // 2**20} MiB: shorten it or thin its rows")
+
+
+def _lines(stream: BinaryIO, file: str) -> Iterator[bytes]:
+    """The file's lines, each within bounds."""
+    number = 0
+    while line := stream.readline(MAX_LINE_BYTES + 1):
+        number += 1
+        if len(line) > MAX_LINE_BYTES:
+            raise RecordingError(file, number, f"is longer than {MAX_LINE_BYTES} bytes: not a CSV recording")
+        yield line
+
+
+def _header(line: bytes, file: str) -> list[str]:
+    """The column names, checked."""
+    line = line.removeprefix(b"\xef\xbb\xbf")  # the mark that Excel puts in front of UTF-8
+    text = line.decode("ascii", errors="backslashreplace").strip()
+    if not text:
+        raise RecordingError(file, 1, "has no header: the first line names the columns, such as t_s,p_hPa")
+    names = [name.strip() for name in text.split(",")]
+    known = {"t_s"}.union(*(members for members, _ in GROUPS.values()))
+    for name in names:
+        if name not in known:
+            names_known = ", ".join(sorted(known))
+            raise RecordingError(file, 1, f"unknown column '{name[:40]}': known are {names_known}")
+        if names.count(name) > 1:
+            raise RecordingError(file, 1, f"column {name} appears twice")
+    if "t_s" not in names:
+        raise RecordingError(file, 1, "column t_s is missing")
+    _check_groups(set(names), file)
+    return names
+
+
+def _check_groups(names: set[str], file: str) -> None:
+    for members, _ in GROUPS.values():
+        missing = [name for name in members if name not in names]
+        if missing and len(missing) < len(members):
+            together = ", ".join(members)
+            raise RecordingError(file, 1, f"column {missing[0]} is missing: {together} belong together")
+    measured = any(members[0] in names for members, _ in MEASURED.values())
+    followed = any(members[0] in names for members, _ in FOLLOWED.values())
+    if measured and followed:
+        raise RecordingError(file, 1, "mixes measured signals with an attitude: give one kind in a file")
+    if "alt_m" in names and "roll_deg" not in names:
+        raise RecordingError(file, 1, "alt_m needs roll_deg, pitch_deg, yaw_deg beside it")
+    if not measured and not followed:
+        raise RecordingError(file, 1, "has no column beside t_s")
+
+
+def _rows(lines: Iterator[bytes], names: list[str], file: str) -> Array:
+    """The table (M, len(names)); range and order are checked afterwards, for all rows at once."""
+    values = array("d")
+    for number, line in enumerate(lines, start=2):
+        if number - 1 > MAX_ROWS:
+            raise RecordingError(file, number, f"has more than {MAX_ROWS} rows: thin them")
+        cells = line.split(b",")
+        if len(cells) != len(names):
+            raise RecordingError(file, number, f"has {len(cells)} cells where the header has {len(names)}")
+        if b"_" in line:  # float() would take 1_0 for 10
+            _refuse_number(cells, names, number, file)
+        try:
+            values.extend(map(float, cells))
+        except ValueError:
+            _refuse_number(cells, names, number, file)
+    if not values:
+        raise RecordingError(file, 1, "has no rows after its header")
+    return np.frombuffer(values, dtype=np.float64).reshape(-1, len(names))
+
+
+def _refuse_number(cells: list[bytes], names: list[str], number: int, file: str) -> NoReturn:
+    name, cell = next((name, cell) for name, cell in zip(names, cells, strict=True) if not _is_number(cell))
+    shown = cell.strip()[:40].decode("ascii", errors="backslashreplace")
+    raise RecordingError(file, number, f"{name} is '{shown}': give a number such as 0.25")
+
+
+def _is_number(cell: bytes) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return b"_" not in cell
+
+
+def _check_range(values: Array, name: str, allowed: Range, file: str) -> None:
+    bad = ~((values >= allowed.low) & (values <= allowed.high))  # so that nan is bad as well
+    if bad.any():
+        row = int(bad.argmax())
+        raise RecordingError(file, row + 2, f"{name} is {values[row]:g}: give a number from {allowed}")
+
+
+def _check_time(t_s: Array, file: str) -> None:
+    stuck = np.diff(t_s) <= 0.0
+    if stuck.any():
+        row = int(stuck.argmax()) + 1
+        raise RecordingError(file, row + 2, f"t_s is {t_s[row]:g} after {t_s[row - 1]:g}: time must increase")
+
+
+def _in_our_units(groups: dict[str, Array]) -> dict[str, Array]:
+    """uT to mgauss, and a plain (M,) for the groups of one column."""
+    if "mag" in groups:
+        groups["mag"] *= MGAUSS_PER_UT
+    return {name: values if values.shape[1] > 1 else values[:, 0] for name, values in groups.items()}

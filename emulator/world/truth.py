@@ -1,0 +1,158 @@
+"""What the sensors are to measure: every signal as a function of time, out of one state.
+
+Decision: each signal has a track of its own whose usual piece is the world's law; a recording puts its own
+values in place of the law for the signals it has, and the next motion or setter that bears on such a signal
+puts the law back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from emulator.world import limits
+from emulator.world.atmosphere import isa_pressure_hpa, pressure_ratio
+from emulator.world.attitude import Attitude, Held
+from emulator.world.line import Line, Rest, Shake
+from emulator.world.magnetism import Magnet, ned_to_nwu_mgauss
+from emulator.world.overlays import Overlays
+from emulator.world.rotation import matrix_to_euler, to_board
+from emulator.world.track import Array, Constant, Track
+
+STANDARD_GRAVITY = 9.80665  # m/s2 in one g
+ZURICH_FIELD_UT = (21.5, 0.0, 43.0)  # the World Magnetic Model at Zurich, rounded, turned to north
+ROOM_DEGC = 25.0
+UP = np.array([0.0, 0.0, 1.0])
+
+Signal = Callable[[Array], Array]
+Disturbance = Constant | Magnet
+
+
+class Truth:
+    """The state over time, and the signals that follow from it; ``t_s`` is (N,) seconds in any order.
+
+    The room's floor lies ``floor_altitude_m`` above the sea.
+    """
+
+    def __init__(self, floor_altitude_m: float) -> None:
+        floor_hpa = isa_pressure_hpa(limits.ALTITUDE.check("floor_altitude_m", floor_altitude_m))
+        self._attitude: Track[Attitude] = Track(Held(np.zeros(3)))
+        self._height: Track[Line] = Track(Rest(0.0))
+        self._shakes: Overlays[Shake] = Overlays()
+        self._gravity = Track(Constant(STANDARD_GRAVITY))
+        self._earth = Track(Constant(ned_to_nwu_mgauss(*ZURICH_FIELD_UT)))
+        self._disturbances: Overlays[Disturbance] = Overlays()
+        self._hard_iron = Track(Constant(np.zeros(3)))
+        self._soft_iron = Track(Constant(np.eye(3)))
+        self._floor_pressure = Track(Constant(floor_hpa))
+        self._temperature = Track(Constant(ROOM_DEGC))
+        self._laws: dict[str, Signal] = {
+            "acc": self._force_g,
+            "gyro": self._rate_dps,
+            "mag": self._field_mgauss,
+            "pressure": self._pressure_hpa,
+            "temperature": self._temperature_degc,
+        }
+        self._signals = {name: Track(law) for name, law in self._laws.items()}
+
+    def rotation(self, t_s: npt.ArrayLike) -> Array:
+        """Board to world, (N, 3, 3)."""
+        return _sampled(self._rotation, t_s)
+
+    def attitude_deg(self, t_s: npt.ArrayLike) -> Array:
+        """Roll, pitch, yaw (N, 3): pitch within +-90, the others within +-180; roll 0 where pitch is +-90."""
+        return matrix_to_euler(self.rotation(t_s))
+
+    def specific_force_g(self, t_s: npt.ArrayLike) -> Array:
+        """What an ideal accelerometer measures, board axes, (N, 3) in g of 9.80665 m/s2."""
+        return self._signal("acc", t_s)
+
+    def angular_rate_dps(self, t_s: npt.ArrayLike) -> Array:
+        """What an ideal gyroscope measures, board axes, (N, 3) deg/s."""
+        return self._signal("gyro", t_s)
+
+    def magnetic_field_mgauss(self, t_s: npt.ArrayLike) -> Array:
+        """What an ideal magnetometer measures, board axes, (N, 3): soft iron @ R^T field + hard iron."""
+        return self._signal("mag", t_s)
+
+    def pressure_hpa(self, t_s: npt.ArrayLike) -> Array:
+        """Air pressure at the board, (N,)."""
+        return self._signal("pressure", t_s)
+
+    def temperature_degc(self, t_s: npt.ArrayLike) -> Array:
+        """Air temperature, (N,), the same at every height."""
+        return self._signal("temperature", t_s)
+
+    def altitude_m(self, t_s: npt.ArrayLike) -> Array:
+        """Height above the room's floor, (N,)."""
+        return _sampled(self._altitude_m, t_s)
+
+    def hard_iron_mgauss(self, t_s: npt.ArrayLike) -> Array:
+        """The board's own field at the magnetometer, board axes, (N, 3)."""
+        return _sampled(lambda t: self._hard_iron.evaluate(t, Constant.value), t_s)
+
+    def _restore_laws(self, start_s: float, names: Iterable[str]) -> None:
+        """Let the world's own laws give these signals again, where a recording did."""
+        for name in names:
+            if self._signals[name].last is not self._laws[name]:
+                self._signals[name].plan(start_s, self._laws[name])
+
+    def _forget(self, before_s: float) -> None:
+        """Drop the past, so that live changes by the million take no memory."""
+        tracks: tuple[Track[Any], ...] = (
+            self._attitude,
+            self._height,
+            self._gravity,
+            self._earth,
+            self._hard_iron,
+            self._soft_iron,
+            self._floor_pressure,
+            self._temperature,
+            *self._signals.values(),
+        )
+        for track in tracks:
+            track.forget(before_s)
+        self._shakes.forget(before_s)
+        self._disturbances.forget(before_s)
+
+    def _signal(self, name: str, t_s: npt.ArrayLike) -> Array:
+        return _sampled(lambda t: self._signals[name].evaluate(t, lambda signal, part: signal(part)), t_s)
+
+    def _rotation(self, t_s: Array) -> Array:
+        return self._attitude.evaluate(t_s, lambda piece, t: piece.rotation(t))
+
+    def _rate_dps(self, t_s: Array) -> Array:
+        return self._attitude.evaluate(t_s, lambda piece, t: piece.rate_dps(t))
+
+    def _force_g(self, t_s: Array) -> Array:
+        lift = self._height.evaluate(t_s, lambda piece, t: piece.acceleration_m_s2(t))
+        upward = lift + self._gravity.evaluate(t_s, Constant.value)
+        force = self._shakes.total(t_s, Shake.acceleration_m_s2) + upward[:, np.newaxis] * UP
+        return to_board(self._rotation(t_s), force) / STANDARD_GRAVITY
+
+    def _field_mgauss(self, t_s: Array) -> Array:
+        disturbance = self._disturbances.total(t_s, lambda piece, t: piece.value(t))
+        field = to_board(self._rotation(t_s), self._earth.evaluate(t_s, Constant.value) + disturbance)
+        distorted: Array = np.einsum("nij,nj->ni", self._soft_iron.evaluate(t_s, Constant.value), field)
+        return distorted + self._hard_iron.evaluate(t_s, Constant.value)
+
+    def _altitude_m(self, t_s: Array) -> Array:
+        height = self._height.evaluate(t_s, lambda piece, t: piece.position_m(t))
+        return height + self._shakes.total(t_s, Shake.displacement_m)[:, 2]
+
+    def _pressure_hpa(self, t_s: Array) -> Array:
+        floor_hpa = self._floor_pressure.evaluate(t_s, Constant.value)
+        return floor_hpa * pressure_ratio(self._altitude_m(t_s), self._temperature_degc(t_s))
+
+    def _temperature_degc(self, t_s: Array) -> Array:
+        return self._temperature.evaluate(t_s, Constant.value)
+
+
+def _sampled(signal: Signal, t_s: npt.ArrayLike) -> Array:
+    """The signal at ``t_s``, a constant's single row repeated, in an array of the caller's own."""
+    times = np.atleast_1d(np.asarray(t_s, dtype=np.float64))
+    values = signal(times)
+    return np.array(np.broadcast_to(values, (times.size, *values.shape[1:])))

@@ -1,0 +1,157 @@
+"""C's printf formatting, for a target where int and long have 32 bits (ARM, C11 7.21.6.1).
+
+Supported: ``%d %i %u %x %X %c %s %f %F %e %E %g %G %%`` with the flags ``- + space # 0``, width, precision
+(also ``*``) and the length modifiers hh, h, l, ll. Anything else raises a one-line ValueError. Arguments left
+over are ignored, as in C.
+
+Decision: written out rather than handed to Python's ``%`` operator, which differs from C in zero padding with
+a precision, in a precision of 0, in ``%#x`` of 0, in negative ``%x``, and in padding infinities. Only the
+digits of a float come from Python, which rounds them correctly, as newlib and glibc do.
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+import re
+from collections.abc import Iterator
+from typing import NamedTuple, SupportsFloat, SupportsIndex
+
+CArgument = SupportsFloat | SupportsIndex | str | bytes
+
+_SPEC = re.compile(r"%([-+ #0]*)(\*|\d+)?(?:\.(\*|\d*))?(hh|h|ll|l)?(.?)", re.DOTALL)
+_BITS = {"hh": 8, "h": 16, "": 32, "l": 32, "ll": 64}
+_DEFAULT_FLOAT_PRECISION = 6
+
+
+class _Spec(NamedTuple):
+    text: str  # the specification as written, for messages
+    flags: str
+    width: int
+    precision: int | None
+    length: str
+    conversion: str
+
+
+def sprintf(fmt: str, *args: CArgument) -> bytes:
+    """Format ``args`` as C's ``sprintf`` would.
+
+    Integer conversions take integers and wrap them to their C type; floating-point conversions take floats (a
+    float32 is promoted to double without loss); ``%s`` takes str (sent as UTF-8) or bytes; ``%c`` takes an
+    integer or a one-character str. Raises ValueError for an unsupported specification, a missing argument, or
+    an argument of the wrong kind.
+    """
+    arguments = iter(args)
+    # One character per byte from here on, so that widths and precisions count bytes as C does.
+    template = fmt.encode().decode("latin-1")
+    text = _SPEC.sub(lambda match: _convert(_parse(match, arguments), arguments), template)
+    return text.encode("latin-1")
+
+
+def _parse(match: re.Match[str], arguments: Iterator[CArgument]) -> _Spec:
+    """Turn a matched specification into numbers, taking the arguments of ``*``."""
+    text = match.group()
+    flags, width_text, precision_text, length, conversion = match.groups()
+    width = _number(width_text or "0", text, arguments)
+    if width < 0:  # "taken as a - flag followed by a positive field width"
+        flags, width = flags + "-", -width
+    # A lone "." means 0; a negative precision "is taken as if the precision were omitted".
+    precision = None if precision_text is None else _number(precision_text or "0", text, arguments)
+    if precision is not None and precision < 0:
+        precision = None
+    return _Spec(text, flags, width, precision, length or "", conversion)
+
+
+def _number(digits: str, text: str, arguments: Iterator[CArgument]) -> int:
+    return _wrapped(_integer_argument(text, arguments), 32, signed=True) if digits == "*" else int(digits)
+
+
+def _convert(spec: _Spec, arguments: Iterator[CArgument]) -> str:
+    if spec.text == "%%":
+        return "%"
+    if spec.conversion in tuple("di"):
+        return _signed(spec, _integer_argument(spec.text, arguments))
+    if spec.conversion in tuple("uxX"):
+        return _unsigned(spec, _integer_argument(spec.text, arguments))
+    if spec.conversion in tuple("fFeEgG") and spec.length in {"", "l"}:
+        return _floating(spec, _float_argument(spec.text, arguments))
+    if spec.conversion in tuple("cs") and not spec.length:
+        return _characters(spec, _next_argument(spec.text, arguments))
+    raise ValueError(f"sprintf: {spec.text!r} is not supported; use d i u x X c s f F e E g G or %%")
+
+
+def _next_argument(text: str, arguments: Iterator[CArgument]) -> CArgument:
+    for argument in arguments:
+        return argument
+    raise ValueError(f"sprintf: no argument left for {text!r}; pass one for each specification")
+
+
+def _integer_argument(text: str, arguments: Iterator[CArgument]) -> int:
+    argument = _next_argument(text, arguments)
+    if isinstance(argument, SupportsIndex):
+        return operator.index(argument)
+    raise ValueError(f"sprintf: {text!r} got {argument!r}; it needs an integer")
+
+
+def _float_argument(text: str, arguments: Iterator[CArgument]) -> float:
+    argument = _next_argument(text, arguments)
+    if isinstance(argument, SupportsFloat) and not isinstance(argument, SupportsIndex):
+        return float(argument)
+    raise ValueError(f"sprintf: {text!r} got {argument!r}; it needs a float")
+
+
+def _wrapped(value: int, bits: int, *, signed: bool) -> int:
+    value &= (1 << bits) - 1
+    return value - (1 << bits) if signed and value >> (bits - 1) else value
+
+
+def _sign(spec: _Spec, negative: bool) -> str:
+    if negative:
+        return "-"
+    return "+" if "+" in spec.flags else " " if " " in spec.flags else ""
+
+
+def _signed(spec: _Spec, argument: int) -> str:
+    value = _wrapped(argument, _BITS[spec.length], signed=True)
+    return _padded(spec, _sign(spec, value < 0), _digits(spec, abs(value), "d"), spec.precision is None)
+
+
+def _unsigned(spec: _Spec, argument: int) -> str:
+    value = _wrapped(argument, _BITS[spec.length], signed=False)
+    prefix = "0" + spec.conversion if "#" in spec.flags and spec.conversion != "u" and value else ""
+    base = "d" if spec.conversion == "u" else spec.conversion
+    return _padded(spec, prefix, _digits(spec, value, base), spec.precision is None)
+
+
+def _digits(spec: _Spec, magnitude: int, base: str) -> str:
+    if spec.precision == 0 and magnitude == 0:  # C11: "the result ... is no characters"
+        return ""
+    return format(magnitude, base).rjust(spec.precision or 0, "0")
+
+
+def _floating(spec: _Spec, value: float) -> str:
+    precision = _DEFAULT_FLOAT_PRECISION if spec.precision is None else spec.precision
+    alternative = "#" if "#" in spec.flags else ""
+    body = f"%{alternative}.{precision}{spec.conversion}" % abs(value)
+    negative = math.copysign(1.0, value) < 0  # also -0.0 and a NaN with its sign bit set
+    return _padded(spec, _sign(spec, negative), body, math.isfinite(value))
+
+
+def _characters(spec: _Spec, argument: CArgument) -> str:
+    if spec.conversion == "s" and isinstance(argument, str | bytes):
+        data = argument.encode() if isinstance(argument, str) else argument
+        return _padded(spec, "", data[: spec.precision].decode("latin-1"), zero_fill=False)
+    if spec.conversion == "c" and isinstance(argument, str) and len(argument) == 1 and argument.isascii():
+        return _padded(spec, "", argument, zero_fill=False)
+    if spec.conversion == "c" and isinstance(argument, SupportsIndex):
+        return _padded(spec, "", chr(operator.index(argument) & 0xFF), zero_fill=False)
+    raise ValueError(f"sprintf: {spec.text!r} got {argument!r}; %s needs text, %c one character")
+
+
+def _padded(spec: _Spec, prefix: str, body: str, zero_fill: bool) -> str:
+    """Fill to the field width: right of the text for "-", between prefix and digits for "0", else left."""
+    if "-" in spec.flags:
+        return (prefix + body).ljust(spec.width)
+    if "0" in spec.flags and zero_fill:
+        return prefix + body.rjust(spec.width - len(prefix), "0")
+    return (prefix + body).rjust(spec.width)

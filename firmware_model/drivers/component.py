@@ -1,0 +1,48 @@
+"""What the three sensor drivers share: status codes and the read-modify-write of a register.
+
+Decision: a driver's set-up is a table of steps, in the order of ST's drivers (board facts, section 5). ST has
+one C function per register field; a table shows the order at a glance and gives the same transactions. Each
+step is one read and one write, even when the field already has its value, because that is what the board puts
+on the bus.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from firmware_model.hal import HAL_OK, Hal
+
+COMPONENT_OK = 0
+COMPONENT_ERROR = 1
+
+Step = tuple[int, int, int]
+"""Register, mask of the field, value of the field (in place)."""
+
+
+def update_register(hal: Hal, device: int, step: Step) -> int:
+    """Read-modify-write one field; returns COMPONENT_OK or COMPONENT_ERROR."""
+    register, mask, value = step
+    status, data = hal.HAL_I2C_Mem_Read(device, register, 1)
+    if status != HAL_OK:
+        return COMPONENT_ERROR
+    return write_register(hal, device, register, (data[0] & ~mask & 0xFF) | value)
+
+
+def update_registers(hal: Hal, device: int, steps: Iterable[Step]) -> int:
+    """Apply the steps in order, up to the first that fails; returns COMPONENT_OK or COMPONENT_ERROR."""
+    for step in steps:
+        if update_register(hal, device, step) != COMPONENT_OK:
+            return COMPONENT_ERROR
+    return COMPONENT_OK
+
+
+def write_register(hal: Hal, device: int, register: int, value: int) -> int:
+    """Write a whole register without reading it first; returns COMPONENT_OK or COMPONENT_ERROR."""
+    status = hal.HAL_I2C_Mem_Write(device, register, bytes((value,)))
+    return COMPONENT_OK if status == HAL_OK else COMPONENT_ERROR
+
+
+def check_who_am_i(hal: Hal, device: int, register: int, expected: int) -> int:
+    """Read the identification register; COMPONENT_ERROR on a bus error or another part's answer."""
+    status, data = hal.HAL_I2C_Mem_Read(device, register, 1)
+    return COMPONENT_OK if status == HAL_OK and data[0] == expected else COMPONENT_ERROR

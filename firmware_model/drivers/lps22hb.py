@@ -1,0 +1,114 @@
+"""LPS22HB barometer: set-up over I2C and the readings of one sample.
+
+The order is that of ST's driver (board facts, section 5, transactions 37-59 and 66-71), less what I2C has no
+use for: the SIM bit (3-wire SPI) and the call that disables I2C. CTRL_REG1 therefore ends at 32.
+
+Decisions
+    ST's driver clears IF_ADD_INC because it reads byte by byte; the lab on I2C reads in bursts, so the same
+    transaction sets it, and CTRL_REG2 ends at 10. ``LPS22HB_WaitForData`` is ours. ST's main.c reads its
+    reference pressure some 10 ms after switching on a 25 Hz output, when the part may not have converted yet
+    and shows a meaningless 758.4 hPa (sensor facts, 3.2). A floor level of 0 m cannot be built on that. The
+    wait is bounded: a dead sensor must not stop the boot.
+"""
+
+from __future__ import annotations
+
+from firmware_model.c_math import f32, int_divide
+from firmware_model.drivers.component import (
+    COMPONENT_ERROR,
+    COMPONENT_OK,
+    Step,
+    check_who_am_i,
+    update_register,
+    update_registers,
+)
+from firmware_model.hal import HAL_OK, Hal
+
+LPS22HB_ADDRESS = 0xBA  # SA0 high: 0x5D in 7 bits
+
+WHO_AM_I = 0x0F
+CTRL_REG1 = 0x10
+CTRL_REG2 = 0x11
+RES_CONF = 0x1A
+STATUS = 0x27
+PRESS_OUT_XL = 0x28
+TEMP_OUT_L = 0x2B
+
+WHO_AM_I_VALUE = 0xB1
+
+ODR = 0x70
+EN_LPFP = 0x08
+LPFP_CFG = 0x04
+BDU = 0x02
+BOOT_SWRESET = 0x84
+IF_ADD_INC = 0x10
+LC_EN = 0x01
+P_DA_T_DA = 0x03
+
+ODR_25_HZ = 0x30
+RESET_TIME_MS = 1000
+FIRST_SAMPLE_TIMEOUT_MS = 100  # two and a half periods at 25 Hz
+
+_INIT: tuple[Step, ...] = (
+    (RES_CONF, LC_EN, LC_EN),
+    (CTRL_REG1, ODR, 0),  # one-shot until enabled
+    (CTRL_REG1, EN_LPFP, 0),
+    (CTRL_REG1, LPFP_CFG, 0),
+    (CTRL_REG1, BDU, BDU),
+    (CTRL_REG2, IF_ADD_INC, IF_ADD_INC),
+)
+
+
+def LPS22HB_Init(hal: Hal) -> int:
+    """Reset, wait 1 s, identify and set the part up, powered down; COMPONENT_ERROR if it is not there."""
+    if update_register(hal, LPS22HB_ADDRESS, (CTRL_REG2, BOOT_SWRESET, BOOT_SWRESET)) != COMPONENT_OK:
+        return COMPONENT_ERROR
+    hal.HAL_Delay(RESET_TIME_MS)
+    if check_who_am_i(hal, LPS22HB_ADDRESS, WHO_AM_I, WHO_AM_I_VALUE) != COMPONENT_OK:
+        return COMPONENT_ERROR
+    return update_registers(hal, LPS22HB_ADDRESS, _INIT)
+
+
+def LPS22HB_Enable(hal: Hal) -> int:
+    """Start 25 Hz and read the setting back, as ST does; called for pressure, then for temperature."""
+    if update_register(hal, LPS22HB_ADDRESS, (CTRL_REG1, ODR, ODR_25_HZ)) != COMPONENT_OK:
+        return COMPONENT_ERROR
+    status, _ = hal.HAL_I2C_Mem_Read(LPS22HB_ADDRESS, CTRL_REG1, 1)
+    return COMPONENT_OK if status == HAL_OK else COMPONENT_ERROR
+
+
+def LPS22HB_WaitForData(hal: Hal) -> int:
+    """Wait for the first pressure and temperature; COMPONENT_ERROR after 100 ms or on a bus error."""
+    for _ in range(FIRST_SAMPLE_TIMEOUT_MS):
+        status, data = hal.HAL_I2C_Mem_Read(LPS22HB_ADDRESS, STATUS, 1)
+        if status != HAL_OK:
+            return COMPONENT_ERROR
+        if data[0] & P_DA_T_DA == P_DA_T_DA:
+            return COMPONENT_OK
+        hal.HAL_Delay(1)
+    return COMPONENT_ERROR
+
+
+def pressure_hpa(raw: int) -> float:
+    """Pressure in hPa, a float32, from the 24-bit register: ``(float)((raw * 100) / 4096) / 100.0f``.
+
+    The int32 product cannot overflow: 2^23 * 100 is below 2^31.
+    """
+    return f32(int_divide(raw * 100, 4096) / 100.0)
+
+
+def temperature_degc(raw: int) -> float:
+    """Temperature in degC, a float32, from the 16-bit register: ``(float)((raw * 10) / 100) / 10.0f``."""
+    return f32(int_divide(raw * 10, 100) / 10.0)
+
+
+def LPS22HB_Get_Press(hal: Hal, press: float) -> float:
+    """Pressure in hPa, a float32; the old value ``press`` if the read fails."""
+    status, data = hal.HAL_I2C_Mem_Read(LPS22HB_ADDRESS, PRESS_OUT_XL, 3)
+    return pressure_hpa(int.from_bytes(data, "little", signed=True)) if status == HAL_OK else press
+
+
+def LPS22HB_Get_Temp(hal: Hal, temperature: float) -> float:
+    """Temperature in degC, a float32; the old value ``temperature`` if the read fails."""
+    status, data = hal.HAL_I2C_Mem_Read(LPS22HB_ADDRESS, TEMP_OUT_L, 2)
+    return temperature_degc(int.from_bytes(data, "little", signed=True)) if status == HAL_OK else temperature

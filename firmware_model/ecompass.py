@@ -1,0 +1,59 @@
+"""The slides' eCompass mathematics and the hypsometric altitude (brief, "Arithmetic").
+
+Every right-hand side is computed in double with math.h and stored in a float32 variable, which is what the
+next line reads. Two or three stores that do not read each other share one struct call, which is where the
+time goes.
+
+Decision: the slides' roll, atan2(Gy, sqrt(mu*Gx^2 + Gz^2)), is kept although it is an approximation: it never
+shows more than 90 degrees and is off when pitch and roll are both large. The exact atan2(Gy, Gz) would be
+better and would not be the lab.
+"""
+
+from __future__ import annotations
+
+import struct
+from math import atan2, cos, pi, sin, sqrt
+
+from firmware_model.axes import AxesRaw_TypeDef
+from firmware_model.c_math import c_pow, f32, float_divide
+
+_pack1, _unpack1 = struct.Struct("<f").pack, struct.Struct("<f").unpack
+_pack2, _unpack2 = struct.Struct("<ff").pack, struct.Struct("<ff").unpack
+_pack3, _unpack3 = struct.Struct("<fff").pack, struct.Struct("<fff").unpack
+
+_DEGREES = 180 / pi
+_KELVIN = 273.15
+_LAPSE_RATE = 0.0065  # K/m, the standard atmosphere's
+_EXPONENT = 1 / 5.257
+
+
+def eCompass(acc: AxesRaw_TypeDef, mag: AxesRaw_TypeDef, mu: float) -> tuple[float, float, float]:
+    """Pitch, roll and yaw in degrees (float32) from acceleration in mg and field in mgauss.
+
+    Frame: X right, Y forward, Z up, acceleration +1000 mg on the axis that points up. ``mu`` is 0.01..1.
+    Pitch and roll lie in -90..90, yaw in -180..180; yaw is 0 when X points to magnetic north, and grows
+    counter-clockwise seen from above.
+    """
+    # The negation is the integer's: a flat board must give +0.0, and -(0.0) is not.
+    minus_gx, gy, gz = float(-acc.AXIS_X), float(acc.AXIS_Y), float(acc.AXIS_Z)
+    gx2, gz2 = minus_gx * minus_gx, gz * gz
+    bx, by, bz = float(mag.AXIS_X), float(mag.AXIS_Y), float(mag.AXIS_Z)
+
+    pitch, roll = _unpack2(_pack2(atan2(minus_gx, sqrt(gy * gy + gz2)), atan2(gy, sqrt(mu * gx2 + gz2))))
+
+    sin_roll, cos_roll = sin(roll), cos(roll)
+    by2, bz2 = _unpack2(_pack2(bz * sin_roll - by * cos_roll, by * sin_roll + bz * cos_roll))
+    (bx3,) = _unpack1(_pack1(bx * cos(pitch) + bz2 * sin(pitch)))
+    (yaw,) = _unpack1(_pack1(atan2(by2, bx3)))
+
+    return _unpack3(_pack3(pitch * _DEGREES, roll * _DEGREES, yaw * _DEGREES))
+
+
+def getAltitude(press: float, temperature: float, press_zero_level: float) -> float:
+    """Height in m (float32) above the place where the pressure was ``press_zero_level``; hypsometric formula.
+
+    Pressures in hPa, temperature in degC. Readings that make no sense give what C gives: an infinity at a
+    pressure of 0, a NaN at a negative one.
+    """
+    ratio = float_divide(press_zero_level, press)
+    return f32((c_pow(ratio, _EXPONENT) - 1) * (temperature + _KELVIN) / _LAPSE_RATE)

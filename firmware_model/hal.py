@@ -1,0 +1,73 @@
+"""What the firmware needs of the hardware: STM32Cube HAL calls, as protocols.
+
+The firmware model is the lab's C program written in Python. It reaches the board through these calls only,
+and **HAL calls are the only thing that costs virtual time**: whatever stands between two of them takes none.
+That is the one liberty this model takes against a compiled firmware, whose arithmetic fills part of the 1.25
+ms tick.
+
+Decisions
+    Python types instead of C pointers: a read returns ``(status, data)``. The road not taken, a caller's
+    buffer filled in place, would need a bytearray per call site and gains nothing. Device addresses are in
+    the HAL's 8-bit form (7-bit address shifted left by one), because that is what C source for these parts
+    contains: 0xD6, 0x3C, 0xBA.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+# HAL_StatusTypeDef, stm32f4xx_hal_def.h
+HAL_OK = 0
+HAL_ERROR = 1
+HAL_BUSY = 2
+HAL_TIMEOUT = 3
+
+GPIO_PIN_RESET = 0
+GPIO_PIN_SET = 1
+
+
+class Hal(Protocol):
+    """The HAL calls the lab uses. A status is one of HAL_OK, HAL_ERROR, HAL_BUSY, HAL_TIMEOUT."""
+
+    def HAL_Delay(self, delay_ms: int) -> None:
+        """Wait at least ``delay_ms`` milliseconds; interrupts run meanwhile."""
+
+    def HAL_GetTick(self) -> int:
+        """Milliseconds since reset."""
+
+    def HAL_I2C_Mem_Read(self, dev_address: int, mem_address: int, size: int) -> tuple[int, bytes]:
+        """Read ``size`` bytes from register ``mem_address`` on; no data unless the status is HAL_OK."""
+
+    def HAL_I2C_Mem_Write(self, dev_address: int, mem_address: int, data: bytes) -> int:
+        """Write ``data`` from register ``mem_address`` on; returns the status."""
+
+    def HAL_UART_Transmit(self, data: bytes, timeout_ms: int) -> int:
+        """Send ``data`` on USART1 and wait for the last bit; interrupts run meanwhile. Returns the status."""
+
+    def HAL_UART_Receive(self, size: int, timeout_ms: int) -> tuple[int, bytes]:
+        """Wait for ``size`` bytes on USART1; the data are what came before the timeout."""
+
+    def HAL_GPIO_Init(self, port: str, pin: int) -> None:
+        """Make a pin a push-pull output; ``port`` is a letter, ``pin`` 0..15."""
+
+    def HAL_GPIO_WritePin(self, port: str, pin: int, state: int) -> None:
+        """Drive a pin to GPIO_PIN_RESET or GPIO_PIN_SET."""
+
+    def HAL_GPIO_TogglePin(self, port: str, pin: int) -> None:
+        """Invert a pin's output."""
+
+    def HAL_TIM_Base_Init(self, prescaler: int, period: int) -> None:
+        """Set TIM9: it overflows every (prescaler + 1) * (period + 1) cycles of 84 MHz."""
+
+    def HAL_TIM_Base_Start_IT(self) -> None:
+        """Start TIM9 with its update interrupt, which calls ``HAL_TIM_PeriodElapsedCallback`` from now on."""
+
+
+class Application(Protocol):
+    """What the HAL calls in the firmware."""
+
+    def main(self) -> None:
+        """Run the program; never returns."""
+
+    def HAL_TIM_PeriodElapsedCallback(self) -> None:
+        """TIM9's update interrupt; preempts ``main`` wherever it waits inside a HAL call."""

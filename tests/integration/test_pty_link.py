@@ -1,0 +1,318 @@
+"""The pseudo-terminal link with real readers: pyserial as students use it, and plain files like ``cat``."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+import serial
+
+from emulator.links import ByteLink, open_link, patience
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+
+ALL_BYTES = bytes(range(256))
+BOOT = b"STEVAL-FCU001V1 FH rev.1.0 - Sep 2017\n\n"  # brief, "Exact text"
+DEADLINE_S = 10.0
+MIB = 1024 * 1024
+
+
+@pytest.fixture
+def port(tmp_path: Path) -> Path:
+    return tmp_path / "board"
+
+
+@pytest.fixture
+def link(port: Path) -> Iterator[ByteLink]:
+    link = open_link(f"pty:{port}")
+    yield link
+    link.close()
+
+
+@contextlib.contextmanager
+def terminal(port: Path) -> Iterator[serial.Serial]:
+    """A terminal program: pyserial opens, sets attributes and flushes its input."""
+    with serial.Serial(str(port), 115200, timeout=0) as device:
+        yield device
+
+
+@contextlib.contextmanager
+def plain_file(port: Path) -> Iterator[int]:
+    """A reader that flushes nothing, such as ``cat``."""
+    fd = os.open(port, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+    try:
+        yield fd
+    finally:
+        os.close(fd)
+
+
+def read_plain(fd: int) -> bytes:
+    try:
+        return os.read(fd, 4096)
+    except BlockingIOError:
+        return b""
+
+
+def collect(link: ByteLink, read: Callable[[], bytes], count: int) -> bytes:
+    """Run the board's loop until ``count`` bytes came out of ``read``."""
+    got = bytearray()
+    give_up_s = time.monotonic() + DEADLINE_S
+    while len(got) < count:
+        assert time.monotonic() < give_up_s, f"{len(got)} of {count} bytes came"
+        link.send(b"")
+        got += read()
+    return bytes(got)
+
+
+def receive(link: ByteLink, count: int) -> bytes:
+    return collect(link, link.receive, count)
+
+
+def serve(link: ByteLink, device: serial.Serial) -> None:
+    """Bring a reader to the point where it gets what the board sends."""
+    link.send(b"!")
+    assert collect(link, lambda: device.read(4096), 1)[-1:] == b"!"
+
+
+def test_all_byte_values_reach_the_reader_unchanged(link: ByteLink, port: Path) -> None:
+    with terminal(port) as device:
+        link.send(ALL_BYTES)
+        assert collect(link, lambda: device.read(4096), 256) == ALL_BYTES
+
+
+def test_all_byte_values_reach_the_board_unchanged_and_are_not_echoed(link: ByteLink, port: Path) -> None:
+    with plain_file(port) as fd:
+        os.write(fd, ALL_BYTES)
+        assert receive(link, 256) == ALL_BYTES
+        link.send(b"!")
+        assert collect(link, lambda: read_plain(fd), 1) == b"!"
+
+
+def test_what_a_writer_sent_just_before_closing_arrives(link: ByteLink, port: Path) -> None:
+    with plain_file(port) as fd:
+        os.write(fd, b"reset\r")
+    assert receive(link, 6) == b"reset\r"
+
+
+def test_more_input_than_the_inbox_holds_waits_in_the_kernel(link: ByteLink, port: Path) -> None:
+    data = random.Random(5).randbytes(300_000)
+    with plain_file(port) as fd:
+        got, written, turn = bytearray(), 0, 0
+        give_up_s = time.monotonic() + DEADLINE_S
+        while len(got) < len(data):
+            assert time.monotonic() < give_up_s
+            with contextlib.suppress(BlockingIOError):
+                written += os.write(fd, data[written : written + 4096])
+            link.send(b"")
+            turn += 1
+            if turn % 40 == 0:  # the board asks too seldom: 40 writes are more than the inbox takes
+                got += link.receive()
+        assert got == data
+
+
+def test_a_terminal_opened_late_shows_the_boot_text(link: ByteLink, port: Path) -> None:
+    link.send(BOOT)
+    with terminal(port) as device:
+        assert collect(link, lambda: device.read(4096), len(BOOT)) == BOOT
+
+
+def test_a_late_reader_that_does_not_flush_gets_the_boot_text_too(link: ByteLink, port: Path) -> None:
+    link.send(BOOT)
+    with plain_file(port) as fd:
+        assert collect(link, lambda: read_plain(fd), len(BOOT)) == BOOT
+
+
+def test_a_flush_after_the_board_noticed_the_opening_costs_no_text(link: ByteLink, port: Path) -> None:
+    link.send(BOOT)
+    with plain_file(port):
+        link.send(b"")  # the board sees a reader that has not flushed yet
+        with terminal(port) as device:
+            assert collect(link, lambda: device.read(4096), len(BOOT)) == BOOT
+
+
+def test_a_second_flush_while_a_terminal_sets_itself_up_costs_no_text(link: ByteLink, port: Path) -> None:
+    link.send(BOOT)
+    with terminal(port) as device:
+        link.send(b"")  # the board sees the first flush
+        device.reset_input_buffer()
+        assert collect(link, lambda: device.read(4096), len(BOOT)) == BOOT
+
+
+def test_a_glance_at_the_port_is_no_reader(link: ByteLink, port: Path) -> None:
+    link.send(BOOT)
+    with plain_file(port):
+        link.send(b"")  # noticed, and gone again before anything was handed over: stty
+    link.send(b"")
+    with terminal(port) as device:
+        assert collect(link, lambda: device.read(4096), len(BOOT)) == BOOT
+
+
+def test_without_a_reader_only_the_newest_mebibyte_is_kept(link: ByteLink, port: Path) -> None:
+    with plain_file(port):
+        link.send(b"")  # a glance that is no reader
+    data = random.Random(1).randbytes(5_000_000)
+    for start in range(0, len(data), 10_000):
+        link.send(data[start : start + 10_000])
+    assert link.report() == [
+        f"serial: {len(data) - MIB} bytes lost on {port}: {len(data) - MIB} while nobody had it open"
+    ]
+    with terminal(port) as device:
+        assert collect(link, lambda: device.read(65536), MIB) == data[-MIB:]
+
+
+def test_a_slow_reader_loses_nothing(link: ByteLink, port: Path) -> None:
+    data = random.Random(2).randbytes(200_000)
+    with terminal(port) as device:
+        link.send(data)
+        assert collect(link, lambda: device.read(100), len(data)) == data
+    assert link.report() == []
+
+
+def test_a_reader_that_stops_reading_costs_the_oldest_beyond_16_mebibytes(link: ByteLink, port: Path) -> None:
+    with terminal(port) as device:
+        serve(link, device)
+        for _ in range(18):
+            link.send(bytes(MIB))
+        (line,) = link.report()
+    lost = int(line.split()[1])
+    assert MIB < lost <= 2 * MIB
+    assert line.endswith(f"{lost} because its reader was too slow")
+
+
+def test_a_reader_may_go_and_come_back(link: ByteLink, port: Path) -> None:
+    with terminal(port) as device:
+        serve(link, device)
+    link.send(b"nobody hears this")
+    assert link.report() == [f"serial: 17 bytes lost on {port}: 17 while nobody had it open"]
+    with terminal(port) as device:
+        link.send(b"welcome back")
+        assert collect(link, lambda: device.read(4096), 12) == b"welcome back"
+
+
+def test_the_next_reader_finds_neither_leftovers_nor_settings_of_the_last(link: ByteLink, port: Path) -> None:
+    with terminal(port) as device:
+        serve(link, device)
+        link.send(bytes(50_000))
+    subprocess.run(["stty", "-F", str(port), "cooked", "echo"], check=True)
+    link.send(b"")
+    with plain_file(port) as fd:
+        os.write(fd, ALL_BYTES)
+        assert receive(link, 256) == ALL_BYTES
+        link.send(ALL_BYTES)
+        assert collect(link, lambda: read_plain(fd), 256) == ALL_BYTES
+    assert link.report() == [f"serial: 50000 bytes lost on {port}: 50000 while nobody had it open"]
+
+
+@pytest.fixture
+def ordinary_user() -> Iterator[Path]:
+    """A directory and the rights of an ordinary user, also if root, whom TIOCEXCL does not stop, runs it."""
+    with tempfile.TemporaryDirectory() as directory:
+        user = os.geteuid()
+        if user == 0:
+            os.chown(directory, 65534, 65534)
+            os.seteuid(65534)
+        try:
+            yield Path(directory)
+        finally:
+            os.seteuid(user)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere the last close ends exclusive mode")
+def test_the_port_can_be_opened_again_after_a_program_that_wanted_it_alone(ordinary_user: Path) -> None:
+    import fcntl
+    import termios
+
+    port = ordinary_user / "board"
+    link = open_link(f"pty:{port}")
+    with contextlib.closing(link):
+        with terminal(port) as device:
+            fcntl.ioctl(device.fileno(), termios.TIOCEXCL)  # as screen does; on Linux it outlives the program
+            serve(link, device)
+            link.send(b"to the end")
+            started_s = time.monotonic()
+            link.flush(0.02)  # cannot see whether all is read, so it gives the reader the time
+            assert time.monotonic() - started_s >= 0.02
+            assert collect(link, lambda: device.read(4096), 10) == b"to the end"
+            device.write(b"bye")
+        link.send(b"")
+        assert receive(link, 3) == b"bye"
+        with terminal(port) as device:
+            serve(link, device)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere the last close ends exclusive mode")
+def test_the_board_goes_on_when_no_new_port_can_be_made(ordinary_user: Path) -> None:
+    import fcntl
+    import termios
+
+    port = ordinary_user / "removed" / "board"
+    port.parent.mkdir()
+    with contextlib.closing(open_link(f"pty:{port}")) as link:
+        with terminal(port) as device:
+            serve(link, device)
+            fcntl.ioctl(device.fileno(), termios.TIOCEXCL)
+            shutil.rmtree(port.parent)
+        link.send(b"goes on")
+        link.send(b"goes on")
+        assert "14 while nobody had it open" in link.report()[0]
+
+
+def read_until_hung_up(fd: int, got: bytearray) -> None:
+    with contextlib.suppress(OSError):  # EIO: hung up
+        while data := os.read(fd, 16):
+            got.extend(data)
+
+
+def test_flush_lets_the_reader_take_everything_before_close(link: ByteLink, port: Path) -> None:
+    data = random.Random(3).randbytes(100_000)
+    got = bytearray()
+    with plain_file(port) as fd:
+        os.set_blocking(fd, True)
+        reader = threading.Thread(target=read_until_hung_up, args=(fd, got))
+        reader.start()
+        link.send(data)
+        link.flush(DEADLINE_S)
+        link.close()
+        reader.join(DEADLINE_S)
+    assert got == data
+    assert link.report() == []
+
+
+def test_flush_without_a_reader_returns_at_once_and_close_counts_the_loss(
+    link: ByteLink, port: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(patience, "STALL_S", 60.0)
+    link.send(BOOT)
+    started_s = time.monotonic()
+    link.flush(60.0)
+    assert time.monotonic() - started_s < DEADLINE_S
+    link.close()
+    assert link.report() == [f"serial: 39 bytes lost on {port}: 39 while nobody had it open"]
+
+
+def test_flush_gives_up_on_a_reader_that_does_not_read(link: ByteLink, port: Path) -> None:
+    with terminal(port) as device:
+        serve(link, device)
+        link.send(b"unread")
+        link.flush(0.05)
+        link.close()
+        assert link.report() == [f"serial: 6 bytes lost on {port}: 6 because its reader was too slow"]
+
+
+def test_a_closed_link_is_silent(link: ByteLink) -> None:
+    link.close()
+    link.close()
+    link.send(BOOT)
+    link.flush(1.0)
+    assert link.receive() == b""
+    assert link.report() == []

@@ -1,0 +1,72 @@
+"""The link for tests, and the bounded queue beneath the real ones."""
+
+from __future__ import annotations
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from emulator.links import ByteLink, MemoryLink
+from emulator.links.backlog import Backlog
+
+
+def test_sent_bytes_are_collected_in_order() -> None:
+    link: ByteLink = MemoryLink()
+    link.send(b"LAB3 ")
+    link.send(b"Init...\n")
+    link.flush(1.0)
+    assert isinstance(link, MemoryLink)
+    assert link.sent == b"LAB3 Init...\n"
+
+
+def test_fed_bytes_arrive_once() -> None:
+    link = MemoryLink()
+    link.feed(b"a")
+    link.feed(b"\x00\xff")
+    assert link.receive() == b"a\x00\xff"
+    assert link.receive() == b""
+
+
+def test_a_closed_link_takes_and_gives_nothing() -> None:
+    link = MemoryLink()
+    link.send(b"kept")
+    link.feed(b"late")
+    link.close()
+    link.close()
+    link.send(b"too late")
+    assert link.receive() == b""
+    assert link.sent == b"kept"
+    assert link.closed
+
+
+def test_nothing_is_announced_or_lost() -> None:
+    link = MemoryLink()
+    assert link.announce() == []
+    assert link.report() == []
+
+
+@given(limit=st.integers(0, 50), pieces=st.lists(st.binary(max_size=40)))
+def test_a_backlog_keeps_the_newest_and_counts_the_rest(limit: int, pieces: list[bytes]) -> None:
+    backlog = Backlog(limit)
+    lost = sum(backlog.put(piece) for piece in pieces)
+    everything = b"".join(pieces)
+    assert lost == max(0, len(everything) - limit)
+    assert len(backlog) == len(everything) - lost
+    assert backlog.take() == everything[lost:]
+    assert len(backlog) == 0
+
+
+@given(data=st.binary(max_size=60), first=st.integers(0, 70))
+def test_a_backlog_is_taken_from_its_oldest_end(data: bytes, first: int) -> None:
+    backlog = Backlog(100)
+    backlog.put(data)
+    assert backlog.peek(first) == data[:first]
+    assert backlog.take(first) == data[:first]
+    assert backlog.take() == data[first:]
+
+
+def test_a_lowered_limit_holds_from_the_next_put() -> None:
+    backlog = Backlog(10)
+    backlog.put(b"0123456789")
+    backlog.limit = 4
+    assert backlog.put(b"ab") == 8
+    assert backlog.take() == b"89ab"

@@ -1,0 +1,178 @@
+"""CSV recordings: what is read, and how hostile files are refused."""
+
+from __future__ import annotations
+
+import os
+import tracemalloc
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from emulator.errors import InputError, RecordingError
+from emulator.world import World, load_recording
+
+FULL_HEADER = "t_s,ax_g,ay_g,az_g,gx_dps,gy_dps,gz_dps,mx_uT,my_uT,mz_uT,p_hPa,temp_C"
+ATTITUDE_HEADER = "t_s,roll_deg,pitch_deg,yaw_deg"
+
+
+def write(folder: Path, text: str | bytes) -> Path:
+    path = folder / "data.csv"
+    path.write_bytes(text.encode() if isinstance(text, str) else text)
+    return path
+
+
+def refusal(path: Path) -> RecordingError:
+    with pytest.raises(RecordingError) as caught:
+        load_recording(path)
+    assert "\n" not in str(caught.value)
+    assert str(path) in str(caught.value)
+    assert len(str(caught.value)) < 400 + len(str(path))
+    return caught.value
+
+
+def test_all_signals_are_replayed_in_the_worlds_units(tmp_path: Path) -> None:
+    rows = "0,0,0,1,1,2,3,20,0,-40,970,20\n2,0.5,0,0,3,2,1,10,0,-20,980,30\n"
+    recording = load_recording(write(tmp_path, f"{FULL_HEADER}\n{rows}"))
+    world = World()
+    assert world.replay(recording, start_s=1) == 3.0
+    t = [1.0, 2.0, 3.0, 9.0]
+    np.testing.assert_allclose(world.specific_force_g(t)[:, 0], [0, 0.25, 0.5, 0.5])
+    np.testing.assert_allclose(world.angular_rate_dps(t)[:, 2], [3, 2, 1, 1])
+    np.testing.assert_allclose(world.magnetic_field_mgauss(t)[:, 2], [-400, -300, -200, -200])
+    np.testing.assert_allclose(world.pressure_hpa(t), [970, 975, 980, 980])
+    np.testing.assert_allclose(world.temperature_degc(t), [20, 25, 30, 30])
+
+
+def test_an_attitude_is_followed_with_or_without_altitude(tmp_path: Path) -> None:
+    world = World()
+    world.replay(load_recording(write(tmp_path, f"{ATTITUDE_HEADER}\n0,0,0,0\n2,0,60,0\n")))
+    np.testing.assert_allclose(world.attitude_deg([1.0, 5.0])[:, 1], [30, 60])
+    assert world.altitude_m([1.0])[0] == 0
+    world.replay(load_recording(write(tmp_path, f"{ATTITUDE_HEADER},alt_m\n0,0,0,0,1\n2,0,60,0,3\n")))
+    np.testing.assert_allclose(world.altitude_m([1.0, 5.0]), [2, 3])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "t_s,p_hPa\n0,970\n1,971\n",
+        "t_s, p_hPa \r\n0 ,\t970\r\n1, 971\r\n",
+        "\ufefft_s,p_hPa\n0.0,+9.7e2\n1,971",
+        "p_hPa,t_s\n970,0\n971,1\n",
+    ],
+    ids=["plain", "spaces and CR LF", "Excel's mark, exponent, no last line feed", "another order"],
+)
+def test_spellings_that_are_accepted(tmp_path: Path, text: str) -> None:
+    recording = load_recording(str(write(tmp_path, text)))
+    assert list(recording.groups) == ["pressure"]
+    np.testing.assert_array_equal(recording.t_s, [0, 1])
+    np.testing.assert_array_equal(recording.groups["pressure"], [970, 971])
+
+
+@pytest.mark.parametrize(
+    ("header", "message"),
+    [
+        ("", "has no header: the first line names the columns, such as t_s,p_hPa"),
+        ("\n0,1", "has no header"),
+        ("time,p_hPa", "unknown column 'time': known are alt_m, ax_g"),
+        ("t_s,ax,ay,az", "unknown column 'ax'"),
+        ("t_s,P_hPa", "unknown column 'P_hPa'"),
+        ("t_s;p_hPa", "unknown column 't_s;p_hPa'"),
+        ("0,970", "unknown column '0'"),
+        ("t_s,,p_hPa", "unknown column ''"),
+        ("t_s,p_hPa,p_hPa", "column p_hPa appears twice"),
+        ("p_hPa,temp_C", "column t_s is missing"),
+        ("t_s", "has no column beside t_s"),
+        ("t_s,ax_g,az_g", "column ay_g is missing: ax_g, ay_g, az_g belong together"),
+        ("t_s,gz_dps", "column gx_dps is missing"),
+        ("t_s,yaw_deg", "column roll_deg is missing: roll_deg, pitch_deg, yaw_deg belong together"),
+        ("t_s,alt_m", "alt_m needs roll_deg, pitch_deg, yaw_deg beside it"),
+        ("t_s,p_hPa,alt_m", "mixes measured signals with an attitude"),
+        (f"{ATTITUDE_HEADER},temp_C", "mixes measured signals with an attitude"),
+    ],
+)
+def test_a_wrong_header_is_named(tmp_path: Path, header: str, message: str) -> None:
+    error = refusal(write(tmp_path, f"{header}\n" if header else ""))
+    assert error.line == 1
+    assert message in str(error)
+
+
+@pytest.mark.parametrize(
+    ("rows", "line", "message"),
+    [
+        ("", 1, "has no rows after its header"),
+        ("0,970,20\n1,970\n", 3, "has 2 cells where the header has 3"),
+        ("0,970,20,1\n", 2, "has 4 cells where the header has 3"),
+        ("0,970,20\n\n1,970,20\n", 3, "has 1 cells where the header has 3"),
+        ("0,970,\n", 2, "temp_C is '': give a number such as 0.25"),
+        ("0,970,20\n1,97O,20\n", 3, "p_hPa is '97O': give a number"),
+        ('0,"970",20\n', 2, "p_hPa is '\"970\"'"),
+        ("0,1_000,20\n", 2, "p_hPa is '1_000'"),
+        ("0,0x3E8,20\n", 2, "p_hPa is '0x3E8'"),
+        ("0,\u0669\u0667\u0660,20\n", 2, "p_hPa is '\\xd9"),
+        ("0,nan,20\n", 2, "p_hPa is nan: give a number from 10 to 2000 hPa"),
+        ("0,970,20\n1,970,inf\n", 3, "temp_C is inf"),
+        ("0,970,20\n1,970,1e999\n", 3, "temp_C is inf"),
+        ("0,97000,20\n", 2, "p_hPa is 97000: give a number from 10 to 2000 hPa"),
+        ("nan,970,20\n", 2, "t_s is nan"),
+        ("-1,970,20\n", 2, "t_s is -1: give a number from 0"),
+        ("1760000000,970,20\n", 2, "t_s is 1.76e+09: give a number from 0 to 1e+07 s"),
+        ("0,970,20\n1,970,20\n1,970,20\n", 4, "t_s is 1 after 1: time must increase"),
+        ("0,970,20\n2,970,20\n1,970,20\n", 4, "t_s is 1 after 2: time must increase"),
+    ],
+)
+def test_a_wrong_row_is_named_by_its_line(tmp_path: Path, rows: str, line: int, message: str) -> None:
+    error = refusal(write(tmp_path, f"t_s,p_hPa,temp_C\n{rows}"))
+    assert error.line == line
+    assert message in str(error)
+
+
+@pytest.mark.parametrize("group", ["ax_g,ay_g,az_g", "gx_dps,gy_dps,gz_dps", "mx_uT,my_uT,mz_uT"])
+def test_absurd_vectors_are_refused(tmp_path: Path, group: str) -> None:
+    error = refusal(write(tmp_path, f"t_s,{group}\n0,0,0,0\n1,0,0,1e300\n"))
+    assert error.line == 3
+    assert f"{group.split(',')[2]} is 1e+300" in str(error)
+
+
+def test_binary_is_refused(tmp_path: Path) -> None:
+    assert refusal(write(tmp_path, bytes(range(256)) * 4)).line == 1
+    assert refusal(write(tmp_path, b"t_s,p_hPa\n0,970\n\x00\xff\x1b[2J,1\n")).line == 3
+
+
+def test_an_endless_line_is_refused_without_reading_it_whole(tmp_path: Path) -> None:
+    path = tmp_path / "zeros.csv"
+    with path.open("wb") as stream:
+        stream.truncate(60 * 2**20)
+    tracemalloc.start()
+    try:
+        error = refusal(path)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert error.line == 1
+    assert "longer than 4096 bytes" in str(error)
+    assert peak < 2**20
+
+
+def test_a_huge_file_is_refused_unread(tmp_path: Path) -> None:
+    path = tmp_path / "huge.csv"
+    with path.open("wb") as stream:
+        stream.truncate(64 * 2**20 + 1)
+    assert "is larger than 64 MiB" in str(refusal(path))
+
+
+def test_too_many_rows_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("emulator.world.recording.MAX_ROWS", 3)  # two million rows take seconds to write
+    rows = "".join(f"{i},970\n" for i in range(4))
+    error = refusal(write(tmp_path, f"t_s,p_hPa\n{rows}"))
+    assert error.line == 5
+    assert "has more than 3 rows" in str(error)
+    assert load_recording(write(tmp_path, f"t_s,p_hPa\n{rows[:-6]}")).t_s.size == 3
+
+
+def test_what_is_no_file_is_refused(tmp_path: Path) -> None:
+    assert "cannot be read: No such file" in str(refusal(tmp_path / "absent.csv"))
+    assert "is not a regular file" in str(refusal(tmp_path))
+    with pytest.raises(InputError):
+        load_recording(os.devnull)
