@@ -22,6 +22,7 @@ it.
 from __future__ import annotations
 
 import math
+import weakref
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -70,9 +71,9 @@ class Board:
         wiring = find_profile(profile)
         self.scenario = plan
         self.seed = seed or (plan.seed if plan else 0)
-        self.clock = Clock()
+        self.clock = clock = Clock()
         self.trace = Trace()
-        self.world = plan.create_world(lambda: self.clock.now_s) if plan else World(lambda: self.clock.now_s)
+        self.world = plan.create_world(lambda: clock.now_s) if plan else World(lambda: clock.now_s)
         settings = plan.sensor_settings() if plan else SensorSettings()
         if ideal:
             settings = replace(settings, grade="ideal")
@@ -90,8 +91,9 @@ class Board:
         self._backend = self._boot(firmware, plan, core, hal)
         self.i2c2 = I2CMaster(self.bus, self._backend.run_until)
         self.terminal = Terminal(self.uart, self.clock, self._backend.run_until)
+        weakref.finalize(self, core.close)
         if plan:
-            plan.play(self)
+            plan.play(weakref.proxy(self))  # what it schedules must not keep the board alive
 
     @property
     def now_s(self) -> float:

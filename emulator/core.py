@@ -15,7 +15,9 @@ from __future__ import annotations
 
 import bisect
 from collections.abc import Callable
+from contextlib import suppress
 
+from greenlet import error as GreenletError
 from greenlet import getcurrent, greenlet
 
 from emulator.clock import Clock
@@ -65,6 +67,12 @@ class Core:
             pause.cancel()
         self._clock.advance_to(at_ps)  # firmware that has returned leaves time to pass without it
 
+    def close(self) -> None:
+        """Unwind the firmware. A suspended stack is invisible to the garbage collector: it has to be told."""
+        if self._context and not self._context.dead:
+            with suppress(GreenletError):  # it belongs to another thread, which is gone
+                self._context.throw()
+
     def _pause(self) -> None:
         assert self._caller is not None
         self._caller.switch()
@@ -105,6 +113,12 @@ class Core:
             if self._pending:
                 self.take_interrupts()
         clock.now_ps = max(clock.now_ps, at_ps)
+
+    def wait_for(self, condition: Callable[[], bool], until_ps: int) -> None:
+        """Poll until an event has made ``condition()`` true, at the longest until ``until_ps``."""
+        clock = self._clock
+        while not condition() and clock.now_ps < until_ps:
+            self.wait_until(min(clock.next_ps, until_ps))
 
     def elapse(self, duration_ps: int) -> None:
         """Be busy for ``duration_ps``; time in preempting handlers does not count."""

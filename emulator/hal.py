@@ -109,7 +109,7 @@ class Hal:
                 self._core.wait_until(self._uart.txe_ps)
                 if self._clock.now_ps >= deadline_ps:
                     return HAL_TIMEOUT
-                data = data[self._uart.write(data, self._clock.next_ps) :]
+                data = data[self._uart.write(data, min(self._clock.next_ps, deadline_ps)) :]
             self._core.wait_until(self._uart.idle_ps)
         finally:
             self._sending = False
@@ -120,15 +120,11 @@ class Hal:
         deadline_ps = (self.HAL_GetTick() + timeout_ms + 1) * PS_PER_MS
         received = bytearray()
         while len(received) < size:
+            self._core.wait_for(lambda: self._uart.rxne, deadline_ps)
             value = self._uart.read_data()
-            if value is not None:
-                received.append(value)
-            elif self._uart.next_arrival_ps() <= deadline_ps:
-                self._core.wait_until(self._uart.next_arrival_ps())
-            elif self._clock.now_ps >= deadline_ps:
+            if value is None:
                 return HAL_TIMEOUT, bytes(received)
-            else:  # a terminal may still begin to type before the deadline: look again at every tick
-                self._core.wait_until(min(deadline_ps, self._clock.now_ps + PS_PER_MS))
+            received.append(value)
         return HAL_OK, bytes(received)
 
     # -- GPIO and TIM9 ----------------------------------------------------------------------------------

@@ -87,13 +87,17 @@ class I2CBus:
 
     def __init__(self, name: str, clock: Clock, trace: Trace, speed_hz: int = FAST_MODE_HZ) -> None:
         self.name = name
-        self.speed_hz = speed_hz
         self.end_ps = 0
         self.transfers = 0
         self._clock = clock
         self._trace = trace
         self._targets: dict[int, I2CTarget] = {}
         self._faults: list[I2CFault] = []
+        self.set_speed(speed_hz)
+
+    def set_speed(self, speed_hz: int) -> None:
+        """Another clock rate, from the next transfer on."""
+        self.speed_hz = speed_hz
         # start, address, sub-address, repeated start, address, data, stop: 30 periods and 9 a byte
         self._read_ps = [self.duration_ps(30 + _BYTE_BITS * count) for count in range(_SHORT + 1)]
 

@@ -14,8 +14,9 @@ from __future__ import annotations
 
 from collections import deque
 from fractions import Fraction
+from functools import partial
 
-from emulator.clock import NEVER_PS, PS_PER_S, Clock
+from emulator.clock import PS_PER_S, Clock
 from emulator.trace import Fault, TerminalBytes, Trace
 
 BAUD = 115_200
@@ -43,10 +44,10 @@ class Uart:
         self._frame_ps = Fraction(_FRAME_BITS * self.brr * PS_PER_S, kernel_clock_hz)
         self.txe_ps = 0  # when the data register is next empty
         self.idle_ps = 0  # when the line is next idle (TC)
+        self._run_ps, self._run_frames = 0, 0  # the frames since the line was last idle, so that none drifts
         self._on_wire: deque[tuple[int, bytes]] = deque()  # not yet complete: (first frame's start, bytes)
         self._text = bytearray()
         self.dropped = 0
-        self._arriving: deque[tuple[int, int]] = deque()  # (completed at, value)
         self._rx_line_free_ps = 0
         self._rx_data: int | None = None
         self.rx_lost = 0
@@ -63,17 +64,15 @@ class Uart:
         The sender is there from now until ``until_ps``. The first byte is always written (the caller has
         waited for ``txe_ps``). Returns the number written.
         """
-        start_ps = max(self._clock.now_ps, self.idle_ps)
-        count = len(data)
-        last = start_ps + self.frames_ps(count - 1)
-        if count > 1 and start_ps + self.frames_ps(count - 2) >= until_ps:
-            room = max(until_ps - start_ps, 0)
-            count = 1 + -(-room * self._frame_ps.denominator // self._frame_ps.numerator)
-            count = min(count, len(data))
-            last = start_ps + self.frames_ps(count - 1)
+        if self._clock.now_ps > self.idle_ps:  # there is a gap on the line: a new run of frames begins
+            self._run_ps, self._run_frames = self._clock.now_ps, 0
+        start_ps = self._run_ps + self.frames_ps(self._run_frames)
+        room = max(until_ps - start_ps, 0)
+        count = min(len(data), 1 + -(-room * self._frame_ps.denominator // self._frame_ps.numerator))
         piece = data[:count]
-        self.txe_ps = last
-        self.idle_ps = start_ps + self.frames_ps(count)
+        self._run_frames += count
+        self.txe_ps = self._run_ps + self.frames_ps(self._run_frames - 1)
+        self.idle_ps = self._run_ps + self.frames_ps(self._run_frames)
         self._on_wire.append((start_ps, piece))
         if self._trace.detailed:
             self._trace.add_detail(TerminalBytes(start_ps, "tx", piece))
@@ -103,30 +102,27 @@ class Uart:
 
     def type(self, data: bytes) -> None:
         """The terminal sends bytes, one frame after the other, from now on."""
-        self._settle()
         start_ps = max(self._clock.now_ps, self._rx_line_free_ps)
         if self._trace.detailed and data:
             self._trace.add_detail(TerminalBytes(start_ps, "rx", data))
         for number, value in enumerate(data, start=1):
-            self._arriving.append((start_ps + self.frames_ps(number), value))
+            self._clock.schedule(start_ps + self.frames_ps(number), partial(self._arrive, value))
         self._rx_line_free_ps = start_ps + self.frames_ps(len(data))
 
-    def next_arrival_ps(self) -> int:
-        """When the next byte completes (``NEVER_PS`` if none is on the way)."""
-        return self._arriving[0][0] if self._arriving else NEVER_PS
+    @property
+    def rxne(self) -> bool:
+        """Whether a received byte waits in the data register."""
+        return self._rx_data is not None
 
     def read_data(self) -> int | None:
         """Read the data register: the byte received, or None when RXNE is not set."""
-        self._settle()
         value, self._rx_data = self._rx_data, None
         return value
 
-    def _settle(self) -> None:
-        now_ps = self._clock.now_ps
-        while self._arriving and self._arriving[0][0] <= now_ps:
-            at_ps, value = self._arriving.popleft()
-            if self._rx_data is None:
-                self._rx_data = value
-            else:
-                self.rx_lost += 1
-                self._trace.add(Fault(at_ps, self.name, f"overrun: received byte 0x{value:02X} is lost"))
+    def _arrive(self, value: int) -> None:
+        if self._rx_data is None:
+            self._rx_data = value
+            return
+        self.rx_lost += 1
+        text = f"overrun: received byte 0x{value:02X} is lost"
+        self._trace.add(Fault(self._clock.now_ps, self.name, text))

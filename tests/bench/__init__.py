@@ -1,0 +1,1 @@
+"""Benchmarks: ``python -m tests.bench`` prints the table. Figures are printed, never asserted."""

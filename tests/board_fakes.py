@@ -1,0 +1,42 @@
+"""Small firmwares for tests of the board: each does one thing, on the same HAL as the lab's."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from emulator.hal import Hal
+
+
+class Script:
+    """Firmware that runs ``main(hal)`` once and then idles; ``tick(hal)`` is its timer callback."""
+
+    def __init__(
+        self,
+        hal: Hal,
+        main: Callable[[Hal], None],
+        tick: Callable[[Hal], None] = lambda _hal: None,
+    ) -> None:
+        self.hal = hal
+        self._main = main
+        self._tick = tick
+
+    def main(self) -> None:
+        self._main(self.hal)
+        while True:
+            self.hal.HAL_Delay(1000)
+
+    def HAL_TIM_PeriodElapsedCallback(self) -> None:
+        self._tick(self.hal)
+
+
+def script(
+    main: Callable[[Hal], None], tick: Callable[[Hal], None] = lambda _hal: None
+) -> Callable[[Hal], Script]:
+    """A firmware to give to ``Board(firmware=...)``."""
+    return lambda hal: Script(hal, main, tick)
+
+
+def start_timer(hal: Hal, prescaler: int = 83, period: int = 1249) -> None:
+    """TIM9 with its interrupt, 800 Hz unless told otherwise."""
+    hal.HAL_TIM_Base_Init(prescaler, period)
+    hal.HAL_TIM_Base_Start_IT()

@@ -1,0 +1,18 @@
+"""Settings for every test: reproducible hypothesis runs, and helpers importable as ``tests.<name>``."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from hypothesis import settings
+
+# `pytest` and `python -m pytest` must find the same modules; only the second puts the root on the path.
+ROOT = str(Path(__file__).parents[1])
+if ROOT not in sys.path:
+    sys.path.insert(0, ROOT)
+
+# The same examples on every machine and no time limit per example: a test never fails for being run
+# elsewhere.
+settings.register_profile("reproducible", derandomize=True, deadline=None)
+settings.load_profile("reproducible")

@@ -1,0 +1,315 @@
+"""The board through its Python API: time, firmware, terminal, LEDs, determinism."""
+
+from __future__ import annotations
+
+import gc
+import re
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from emulator import Board, ExpectationError, FirmwareError, InputError
+from emulator.clock import PS_PER_MS, PS_PER_S
+from emulator.hal import HAL_BUSY, HAL_ERROR, HAL_OK, HAL_TIMEOUT, Hal
+from emulator.i2c import FaultKind, I2CFault
+from emulator.trace import BusTransfer, Fault, GpioEdge, TickLate, TickLost
+from tests.board_fakes import script, start_timer
+
+BOOT = (  # brief, "Exact text"
+    "STEVAL-FCU001V1 FH rev.1.0 - Sep 2017\n\n"
+    "LSM6DSL MEMS Accelerometer initialized and enabled\n"
+    "LSM6DSL MEMS Gyroscope initialized and enabled\n"
+    "LIS2MDL Magnetometer initialized and enabled\n"
+    "LPS22HB Pressure sensor initialized and enabled\n"
+    "LPS22HB Temperature sensor initialized and enabled\n"
+    "LAB3 Init...\n"
+)
+INT = r"-?\d+"
+FLOAT = r"-?\d+\.\d{6}"
+TEMPLATE_BLOCK = (
+    r"\*\*\*\*\*\n\n\n"
+    rf"ACC\[x,y,z\] {INT} mg {INT} mg {INT} mg \n\r"
+    rf"GYR\[x,y,z\] {INT} mdps {INT} mdps {INT} mdps \n\r"
+    rf"MAG\[x,y,z\] {INT} mg {INT} mg {INT} mg \n\r"
+    rf"Pre: {FLOAT} hPa \n\r"
+    r"\*\*\*\*\*\n\n\n"
+)
+PLOT_BLOCK = (
+    r"\*\*\*\*\*\n\r\n\r"
+    rf"Pitch: {FLOAT} deg Roll: {FLOAT} deg Yaw: {FLOAT} deg \n\r"
+    rf"Altitude: {FLOAT} m \n\r"
+    r"\*\*\*\*\*\n\r\n\r"
+)
+
+
+def test_the_lab3_terminal_is_the_briefs_to_the_byte() -> None:
+    board = Board(firmware="lab3")
+    board.run_for(4.15)
+    assert re.fullmatch(re.escape(BOOT) + f"({TEMPLATE_BLOCK}{PLOT_BLOCK}){{3}}", board.terminal.text)
+
+
+def test_the_template_prints_its_block_only_and_toggles_both_leds() -> None:
+    board = Board(firmware="template")
+    board.run_for(4)
+    assert re.fullmatch(re.escape(BOOT) + f"({TEMPLATE_BLOCK}){{3}}", board.terminal.text)
+    toggles = [edge.pin for edge in board.trace.of(GpioEdge) if edge.t_ps > 1.5 * PS_PER_S]
+    assert toggles[:4] == ["PB5", "PB4", "PB5", "PB4"]
+
+
+def test_the_banner_is_out_after_its_frames_and_the_lines_a_second_later() -> None:
+    """39 bytes of 10 bits at 84 MHz / 729; the LPS22HB driver waits 1 s before the five lines (brief)."""
+    board = Board(firmware="lab3")
+    board.run_for(39 * 10 * 729 / 84e6 - 1e-6)
+    assert board.terminal.text == BOOT[:38]
+    board.run_for(2e-6)
+    assert board.terminal.text == BOOT[:39]
+    board.run_for(0.99)
+    assert board.terminal.text == BOOT[:39]
+    board.terminal.expect("LSM6DSL MEMS Accelerometer", timeout_s=0.05)
+
+
+def test_800_callbacks_a_second_exactly() -> None:
+    ticks: list[int] = []
+    board = Board(firmware=script(start_timer, lambda hal: ticks.append(hal.HAL_GetTick())))
+    board.run_for(60)
+    assert len(ticks) == 800 * 60 + 1  # EGR.UG has set the flag: the first interrupt comes at once (RM0368)
+    assert board.tim9.ticks == len(ticks)
+    assert (board.tim9.late, board.tim9.lost) == (0, 0)
+
+
+def test_stock_timer_setting_gives_807_692_hz() -> None:
+    """Board facts, section 3: PSC 51, ARR 1999."""
+    board = Board(firmware=script(lambda hal: start_timer(hal, 51, 1999)))
+    board.run_for(13)
+    assert board.tim9.ticks == 1 + 13 * 84_000_000 // (52 * 2000)
+
+
+def test_the_callback_preempts_a_delay_and_a_transmit() -> None:
+    running: list[str] = []
+
+    def main(hal: Hal) -> None:
+        start_timer(hal)
+        running.append("transmit")
+        hal.HAL_UART_Transmit(bytes(100), 1000)
+        running.append("delay")
+        hal.HAL_Delay(20)
+        running.append("done")
+
+    seen: dict[str, int] = {}
+
+    def tick(_hal: Hal) -> None:
+        if running:
+            seen[running[-1]] = seen.get(running[-1], 0) + 1
+
+    board = Board(firmware=script(main, tick))
+    board.run_for(0.035)
+    assert seen["transmit"] >= 6  # 8.7 ms
+    assert seen["delay"] >= 15
+
+
+def test_a_callback_that_prints_during_a_print_is_busy() -> None:
+    """ST's HAL: a second HAL_UART_Transmit returns HAL_BUSY and its text is lost (board facts, section 4)."""
+    results: set[int] = set()
+
+    def main(hal: Hal) -> None:
+        start_timer(hal)
+        hal.HAL_UART_Transmit(b"x" * 60, 1000)
+
+    def tick(hal: Hal) -> None:
+        if hal.HAL_GetTick() < 5:
+            results.add(hal.HAL_UART_Transmit(b"?", 10))
+
+    board = Board(firmware=script(main, tick))
+    board.run_for(0.02)
+    assert HAL_BUSY in results
+    assert board.terminal.text.count("x") == 60
+
+
+def test_hal_delay_waits_for_ticks_of_1_ms() -> None:
+    """HAL V1.6.0: the first, partial millisecond counts."""
+    ends: list[int] = []
+
+    def main(hal: Hal) -> None:
+        hal.HAL_UART_Transmit(b"1234", 10)  # 0.35 ms
+        hal.HAL_Delay(5)
+        ends.append(hal.HAL_GetTick())
+        hal.HAL_Delay(1000)
+        ends.append(hal.HAL_GetTick())
+
+    board = Board(firmware=script(main))
+    board.run_for(2)
+    assert ends == [5, 1005]
+
+
+def test_100_khz_makes_ticks_late_and_lost_and_starves_main() -> None:
+    """Brief, "Timing": four bursts are 772.5 us at 400 kHz and 3.09 ms at 100 kHz, in a period of 1.25 ms."""
+    board = Board(firmware="lab3")
+    board.bus.set_speed(100_000)
+    board.run_for(3)
+    assert board.terminal.text == BOOT
+    assert board.tim9.lost > board.tim9.late > 300
+    assert len(board.trace.of(TickLate)) == board.tim9.late
+    assert len(board.trace.of(TickLost)) == board.tim9.lost
+
+
+def test_the_leds_follow_the_tilt() -> None:
+    board = Board(firmware="lab3", ideal=True)
+    assert not board.led1.on
+    board.run_for(1.5)
+    assert (board.led1.on, board.led2.on) == (False, False)
+    board.world.set_attitude(roll_deg=0, pitch_deg=81, yaw_deg=0)
+    board.run_for(0.1)
+    assert (board.led1.on, board.led2.on) == (True, False)
+    board.world.set_attitude(roll_deg=-81, pitch_deg=0, yaw_deg=0)
+    board.run_for(0.1)
+    assert (board.led1.on, board.led2.on) == (False, True)
+
+
+def test_the_terminal_reads_expects_and_keeps() -> None:
+    board = Board(firmware="lab3")
+    found = board.terminal.expect(r"FH rev\.(\d\.\d)")
+    assert found[1] == "1.0"
+    board.terminal.expect(r"Init\.\.\.\n")
+    assert board.terminal.read().decode() == BOOT
+    assert board.terminal.read() == b""
+    with pytest.raises(ExpectationError, match=r"'nothing like this' was not printed within 0.5 s"):
+        board.terminal.expect("nothing like this", timeout_s=0.5)
+    assert board.now_s == pytest.approx(1.54, abs=0.02)
+
+
+def test_all_256_byte_values_go_through_both_ways() -> None:
+    def echo(hal: Hal) -> None:
+        while True:
+            status, data = hal.HAL_UART_Receive(1, 100)
+            if status == HAL_OK:
+                hal.HAL_UART_Transmit(data, 10)
+
+    board = Board(firmware=script(echo))
+    for value in range(256):
+        board.terminal.write(bytes([value]))
+        board.run_for(0.0005)
+    assert board.terminal.read() == bytes(range(256))
+
+
+def test_unread_input_overruns_as_on_the_board() -> None:
+    """The stock firmware never reads: the first byte stays in DR, the rest is lost (board facts, section 11)."""
+    board = Board(firmware="lab3")
+    board.terminal.write("hello")
+    board.run_for(0.1)
+    board.terminal.write("!")
+    assert board.uart.rx_lost == 4
+    assert all("overrun" in event.text for event in board.trace.of(Fault))
+
+
+def test_receive_times_out_with_what_came() -> None:
+    results: list[tuple[int, bytes]] = []
+    board = Board(firmware=script(lambda hal: results.append(hal.HAL_UART_Receive(4, 20))))
+    board.terminal.write("ab")
+    board.run_for(0.1)
+    assert results == [(HAL_TIMEOUT, b"ab")]
+
+
+def test_a_transmit_that_cannot_finish_in_time_is_a_timeout() -> None:
+    results: list[int] = []
+    board = Board(firmware=script(lambda hal: results.append(hal.HAL_UART_Transmit(bytes(1000), 10))))
+    board.run_for(1)
+    assert results == [HAL_TIMEOUT]
+    assert 110 <= len(board.terminal.text) <= 130
+
+
+@pytest.mark.parametrize(
+    ("kind", "status"),
+    [("absent", HAL_ERROR), ("stuck", HAL_BUSY), ("bus_error", HAL_ERROR), ("nack", HAL_ERROR)],
+)
+def test_a_broken_bus_is_a_status_for_the_firmware(kind: FaultKind, status: int) -> None:
+    results: list[int] = []
+    board = Board(firmware=script(lambda hal: results.append(hal.HAL_I2C_Mem_Write(0xD6, 0x10, b"\xa8"))))
+    board.i2c2.inject(I2CFault(kind, 0, PS_PER_S, address=0x6B, byte_index=1))
+    board.run_for(0.1)
+    assert results == [status]
+
+
+def test_a_sensor_that_does_not_answer_stops_the_boot_after_the_banner() -> None:
+    """Board facts, section 5: initializeAllSensors spins for ever without a message."""
+    board = Board(firmware="lab3")
+    board.i2c2.inject(I2CFault("absent", 0, 1 << 62, address=0x1E))
+    board.run_for(5)
+    assert board.terminal.text == BOOT[:39]
+    assert board.tim9.ticks == 0
+
+
+def test_firmware_that_fails_is_named_and_time_goes_on() -> None:
+    def main(hal: Hal) -> None:
+        hal.HAL_Delay(100)
+        raise ZeroDivisionError("no such gain")
+
+    board = Board(firmware=script(main))
+    with pytest.raises(FirmwareError, match=r"failed at 0\.100000 s: ZeroDivisionError: no such gain"):
+        board.run_for(1)
+    board.run_for(1)
+    assert board.now_s == pytest.approx(1.1)
+
+
+SLICED_PS = 2200 * PS_PER_MS
+
+
+@pytest.fixture(scope="module")
+def whole() -> Board:
+    """A run in one piece, with everything that happened on the bus."""
+    board = Board(firmware="lab3", seed=3)
+    board.trace.record_all()
+    board.run_until(SLICED_PS)
+    return board
+
+
+@settings(max_examples=10)
+@given(st.lists(st.floats(0.0001, 0.4), min_size=1, max_size=5))
+def test_how_a_run_is_sliced_changes_nothing(whole: Board, slices: list[float]) -> None:
+    sliced = Board(firmware="lab3", seed=3)
+    sliced.trace.record_all()
+    for seconds in slices:
+        sliced.run_for(seconds)
+    sliced.run_until(SLICED_PS)
+    assert sliced.terminal.text == whole.terminal.text
+    assert sliced.trace.of(BusTransfer) == whole.trace.of(BusTransfer)
+
+
+def test_the_same_board_twice_is_the_same_and_another_seed_is_another() -> None:
+    texts = []
+    for seed in (1, 1, 2):
+        board = Board(firmware="lab3", seed=seed)
+        board.run_for(3)
+        texts.append(board.terminal.text)
+    assert texts[0] == texts[1] != texts[2]
+
+
+def test_a_class_of_boards_lives_in_one_process_and_goes_away() -> None:
+    boards = [Board(firmware="lab3", seed=seed) for seed in range(30)]
+    for _ in range(3):
+        for board in boards:
+            board.run_for(0.5)
+    assert len({board.terminal.text for board in boards}) == 30
+    del board, boards
+    gc.collect()
+    assert not [obj for obj in gc.get_objects() if isinstance(obj, Board)]
+
+
+def test_names_that_do_not_exist_are_answered_with_those_that_do() -> None:
+    with pytest.raises(InputError, match="unknown firmware 'lab4'; known: lab3, template"):
+        Board(firmware="lab4")
+    with pytest.raises(InputError, match="unknown board profile 'lab2'; known: lab3"):
+        Board(profile="lab2")
+    with pytest.raises(InputError, match="not negative"):
+        Board().run_for(-1)
+
+
+def test_firmware_variables_are_reachable_by_their_c_names() -> None:
+    board = Board(firmware="lab3", ideal=True)
+    board.run_for(2)
+    assert board.variable("acc").AXIS_Z == 1000
+    assert board.variable("press") == pytest.approx(965.2, abs=0.2)
+    with pytest.raises(KeyError):
+        board.variable("nothing")
+    with pytest.raises(KeyError):
+        Board().variable("acc")

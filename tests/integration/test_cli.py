@@ -1,0 +1,162 @@
+"""The command line as a user types it: a process, its streams, its exit code."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+BANNER = "STEVAL-FCU001V1 FH rev.1.0 - Sep 2017\n\n"
+
+
+def fcu(*arguments: str, code: int = 0, cwd: Path | None = None) -> subprocess.CompletedProcess[bytes]:
+    """Run ``fcu`` and check its exit code."""
+    done = subprocess.run(
+        [sys.executable, "-m", "emulator", *arguments],
+        capture_output=True,
+        stdin=subprocess.DEVNULL,
+        timeout=120,
+        check=False,
+        cwd=cwd or Path(__file__).parents[2],
+    )
+    assert done.returncode == code, done.stderr.decode()
+    return done
+
+
+def one_line_error(*arguments: str) -> str:
+    """The only line on stderr of a command that is refused; nothing goes to stdout."""
+    done = fcu(*arguments, code=2)
+    assert done.stdout == b""
+    lines = done.stderr.decode().splitlines()
+    assert len(lines) == 1, lines
+    return lines[0]
+
+
+def test_help_names_every_command() -> None:
+    text = fcu("--help").stdout.decode()
+    for command in ("run", "scenarios", "scenario", "registers", "doctor"):
+        assert f"\n  {command} " in text
+
+
+def test_run_prints_the_terminal_on_stdout_and_the_rest_on_stderr() -> None:
+    done = fcu("run", "--duration", "2500ms")
+    assert done.stdout.decode().startswith(BANNER)
+    assert b"fcu:" not in done.stdout
+    errors = done.stderr.decode()
+    assert "board lab3, firmware lab3, seed 0, as fast as possible" in errors
+    assert "2.500 s of virtual time" in errors
+    assert "TIM9 800.000 Hz" in errors
+
+
+def test_the_template_is_a_firmware_of_its_own() -> None:
+    text = fcu("run", "template", "--duration", "3s", "-q").stdout.decode()
+    assert "ACC[x,y,z] " in text
+    assert "Pitch" not in text
+
+
+def test_the_same_command_twice_gives_the_same_bytes_and_trace(tmp_path: Path) -> None:
+    runs = []
+    for name in ("a", "b", "c"):
+        trace = tmp_path / f"{name}.jsonl"
+        seed = "7" if name == "c" else "6"
+        done = fcu("run", "--duration", "2s", "--seed", seed, "--trace", str(trace), "-q")
+        runs.append((done.stdout, trace.read_bytes()))
+    assert runs[0] == runs[1]
+    assert runs[0][0] != runs[2][0]
+    assert runs[0][1] != runs[2][1]
+
+
+def test_the_trace_is_json_lines_with_register_names(tmp_path: Path) -> None:
+    trace = tmp_path / "trace.jsonl"
+    done = fcu("run", "--duration", "1200ms", "--trace", str(trace), "-q")
+    events = [json.loads(line) for line in trace.read_text().splitlines()]
+    kinds = {event["kind"] for event in events}
+    assert {"bus", "register", "gpio", "terminal", "note"} <= kinds
+    assert all(float(event["t_s"]) >= 0 for event in events)
+    writes = [(event["device"], event["register"]) for event in events if event["kind"] == "register"]
+    assert ("LSM6DSL", "CTRL1_XL") in writes
+    sent = b"".join(bytes.fromhex(event["data"]) for event in events if event["kind"] == "terminal")
+    assert sent.startswith(done.stdout)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("lab4",), "unknown firmware 'lab4'; known: lab3, template"),
+        (("--profile", "lab9"), "unknown board profile 'lab9'; known: lab3"),
+        (("--duration", "10"), "--duration: '10' is not a duration; write a number with its unit"),
+        (("--duration", "1e9h"), "is not a duration"),
+        (("--speed", "fast"), "--speed fast: give max, or a factor above 0"),
+        (("--speed", "-1"), "--speed -1: give max, or a factor above 0"),
+        (("--serial", "com3"), "--serial com3: unknown link; choose stdout, pty"),
+        (("--scenario", "nowhere"), "nowhere"),
+    ],
+)
+def test_what_cannot_be_is_one_line_that_says_what_would_be_right(
+    arguments: tuple[str, ...], message: str
+) -> None:
+    assert message in one_line_error("run", *arguments)
+
+
+def test_an_unwritable_trace_is_refused_before_anything_runs(tmp_path: Path) -> None:
+    where = tmp_path / "no such folder" / "trace.jsonl"
+    line = one_line_error("run", "--duration", "1s", "--trace", str(where))
+    assert "trace file" in line
+    assert not where.exists()
+
+
+def test_registers_prints_the_map_with_meanings() -> None:
+    text = fcu("registers", "lsm6dsl").stdout.decode()
+    assert "0x10       RW 0x00     CTRL1_XL: " in text
+    assert "ODR_XL: rate: 0 off, 1 to 10: 12.5" in text
+    assert "bank A" in text
+    assert "INT1_CTRL" in text
+    assert "(not modelled)" in text
+    assert "known: LSM6DSL, LIS2MDL, LPS22HB" in one_line_error("registers", "bme280")
+
+
+def test_doctor_says_what_works() -> None:
+    text = fcu("doctor").stdout.decode()
+    assert "the lab3 firmware boots and runs at" in text
+    assert "numpy" in text
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT for another process")
+def test_ctrl_c_ends_the_run_with_its_summary() -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-m", "emulator", "run", "--speed", "1"],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    assert process.stdout is not None
+    first = os.read(process.stdout.fileno(), 10)  # the board is running
+    process.send_signal(signal.SIGINT)
+    rest, errors = process.communicate(timeout=60)
+    assert process.returncode == 0
+    assert BANNER.encode().startswith((first + rest)[: len(BANNER)])
+    assert "s of virtual time" in errors.decode()
+    assert "Traceback" not in errors.decode()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="head is a POSIX tool")
+def test_a_reader_that_goes_away_does_not_break_the_run() -> None:
+    done = subprocess.run(
+        f"'{sys.executable}' -m emulator run --duration 20s | head -c 20",
+        shell=True,
+        capture_output=True,
+        timeout=120,
+        check=True,
+    )
+    assert done.stdout == BANNER[:20].encode()
+    assert b"Traceback" not in done.stderr
+    assert b"20.000 s of virtual time" in done.stderr
+
+
+def test_python_m_emulator_is_fcu() -> None:
+    assert fcu("--version").stdout.decode().startswith("fcu-emulator 0.")

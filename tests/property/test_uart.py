@@ -1,0 +1,57 @@
+"""The serial line against a slow oracle that moves every byte by itself, a byte at a time.
+
+The oracle knows two registers (RM0368 19.3.2): the sender may write the data register when it is empty, the shift
+register takes a byte whenever it is free. The sender is away during the given interruptions.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from emulator import Board
+from emulator.clock import PS_PER_S, PS_PER_US
+from emulator.hal import Hal
+from tests.board_fakes import script, start_timer
+
+FRAME = Fraction(10 * 729 * PS_PER_S, 84_000_000)  # BRR 0x2D9 (board facts, section 4)
+
+
+def completion_times(count: int, away: list[tuple[Fraction, Fraction]]) -> list[Fraction]:
+    """When each of ``count`` bytes has left, written by a sender that is away in the given intervals."""
+    times: list[Fraction] = []
+    shift_free, data_free = Fraction(0), Fraction(0)
+    for _ in range(count):
+        written = data_free
+        for begin, end in away:
+            if begin <= written < end:
+                written = end
+        start = max(written, shift_free)
+        data_free, shift_free = start, start + FRAME
+        times.append(shift_free)
+    return times
+
+
+@given(st.binary(min_size=1, max_size=60), st.integers(1000, 3000), st.integers(1, 38))
+def test_bytes_leave_when_two_registers_let_them(data: bytes, period_us: int, length: int) -> None:
+    """A timer takes the processor away for the time of an I2C read, again and again, during a transmit."""
+
+    def send(hal: Hal) -> None:
+        start_timer(hal, prescaler=83, period=period_us - 1)  # 1 MHz count: a period in us
+        hal.HAL_UART_Transmit(data, 1000)
+
+    board = Board(firmware=script(send, lambda hal: hal.HAL_I2C_Mem_Read(0xD6, 0x0F, length) and None))
+    away_ps = (
+        (30 + 9 * length) * PS_PER_S // 400_000
+    )  # start, address, register, restart, address, data, stop
+    away = [
+        (Fraction(number * period_us * PS_PER_US), Fraction(number * period_us * PS_PER_US + away_ps))
+        for number in range(200)
+    ]
+    for number, time in enumerate(completion_times(len(data), away), start=1):
+        board.run_until(int(time) - 100)  # the board rounds each piece of the line down to a picosecond
+        assert len(board.terminal.text) == number - 1
+        board.run_until(int(time) + 100)
+        assert board.terminal.text == data[:number].decode("latin-1")

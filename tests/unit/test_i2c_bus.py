@@ -1,0 +1,134 @@
+"""The bus: time on the wire, acknowledges, faults, the trace; through ``board.i2c2`` as a driver's test would."""
+
+from __future__ import annotations
+
+import pytest
+
+from emulator import Board, I2CBusError, I2CNackError, I2CStuckError, InputError
+from emulator.clock import PS_PER_MS, PS_PER_S
+from emulator.i2c import I2CFault
+from emulator.trace import BusTransfer, DeviceNote, Fault, RegisterWrite
+
+LSM6DSL, LIS2MDL, LPS22HB = 0x6B, 0x1E, 0x5D
+FOREVER = 1 << 62
+
+
+@pytest.mark.parametrize(
+    ("address", "register", "identity"),
+    [(LSM6DSL, 0x0F, 0x6A), (LIS2MDL, 0x4F, 0x40), (LPS22HB, 0x0F, 0xB1)],
+)
+def test_every_sensor_answers_at_its_address(address: int, register: int, identity: int) -> None:
+    """Brief, "The board"."""
+    assert Board().i2c2.write_read(address, bytes([register]), 1) == bytes([identity])
+
+
+@pytest.mark.parametrize(
+    ("written", "read", "bits"),
+    [
+        (1, 6, 1 + 9 + 9 + 1 + 9 + 54 + 1),  # start, address, register, restart, address, data, stop
+        (2, 0, 1 + 9 + 18 + 1),
+        (0, 4, 1 + 9 + 36 + 1),
+        (0, 0, 1 + 9 + 1),  # a scan: only the address
+    ],
+)
+def test_a_transfer_takes_its_bits_at_400_khz(written: int, read: int, bits: int) -> None:
+    board = Board()
+    if written and read:
+        board.i2c2.write_read(LSM6DSL, bytes(written), read)
+    elif read:
+        board.i2c2.read(LSM6DSL, read)
+    else:
+        board.i2c2.write(LSM6DSL, bytes(written))
+    assert board.clock.now_ps == bits * PS_PER_S // 400_000
+
+
+def test_a_read_goes_on_where_the_last_one_stopped() -> None:
+    board = Board()
+    board.i2c2.write(LPS22HB, b"\x0f")
+    assert board.i2c2.read(LPS22HB, 1) == b"\xb1"
+    assert board.i2c2.read(LPS22HB, 2) == b"\x00\x10"  # CTRL_REG1, CTRL_REG2 at reset
+
+
+def test_nobody_at_an_address_is_a_nack() -> None:
+    board = Board()
+    with pytest.raises(I2CNackError, match=r"0x42: no acknowledge of its address") as caught:
+        board.i2c2.write_read(0x42, b"\x0f", 1)
+    assert (caught.value.address, caught.value.byte_index) == (0x42, 0)
+    assert board.clock.now_ps == (1 + 9 + 1) * PS_PER_S // 400_000
+
+
+def test_an_absent_device_comes_back() -> None:
+    board = Board()
+    board.i2c2.inject(I2CFault("absent", 0, 10 * PS_PER_MS, address=LSM6DSL))
+    with pytest.raises(I2CNackError):
+        board.i2c2.write_read(LSM6DSL, b"\x0f", 1)
+    assert board.i2c2.write_read(LIS2MDL, b"\x4f", 1) == b"\x40"
+    board.run_for(0.01)
+    assert board.i2c2.write_read(LSM6DSL, b"\x0f", 1) == b"\x6a"
+
+
+def test_a_nack_at_a_byte_keeps_what_came_before_it() -> None:
+    board = Board()
+    board.i2c2.inject(I2CFault("nack", 0, PS_PER_MS, address=LSM6DSL, byte_index=3))
+    with pytest.raises(I2CNackError, match="data byte 3") as caught:
+        board.i2c2.write(LSM6DSL, b"\x73\x11\x22\x33")  # X_OFS_USR arrives, Y_OFS_USR does not
+    assert caught.value.byte_index == 3
+    board.run_for(0.001)
+    assert board.i2c2.write_read(LSM6DSL, b"\x73", 3) == b"\x11\x00\x00"
+
+
+def test_a_stuck_line_times_out_as_st_s_hal_does() -> None:
+    board = Board()
+    board.i2c2.inject(I2CFault("stuck", 0, FOREVER))
+    with pytest.raises(I2CStuckError):
+        board.i2c2.read(LSM6DSL, 1)
+    assert board.now_s == pytest.approx(0.025)
+
+
+def test_a_bus_error_is_typed() -> None:
+    board = Board()
+    board.i2c2.inject(I2CFault("bus_error", 0, FOREVER, address=LIS2MDL))
+    with pytest.raises(I2CBusError):
+        board.i2c2.read(LIS2MDL, 1)
+    assert len(board.i2c2.read(LSM6DSL, 1)) == 1
+
+
+@pytest.mark.parametrize("address", [-1, 0x80, 0xD6])
+def test_an_8_bit_address_is_refused_with_the_reason(address: int) -> None:
+    with pytest.raises(InputError, match="more than 7 bits"):
+        Board().i2c2.read(address, 1)
+
+
+def test_a_length_that_cannot_be_is_refused() -> None:
+    with pytest.raises(InputError, match="cannot read 0 bytes"):
+        Board().i2c2.read(LSM6DSL, 0)
+
+
+def test_the_trace_names_registers_and_is_silent_until_asked() -> None:
+    board = Board()
+    board.i2c2.write(LSM6DSL, b"\x10\xa8")
+    assert not board.trace.of(BusTransfer)
+    board.trace.record_all()
+    board.i2c2.write(LSM6DSL, b"\x11\x6c")
+    board.i2c2.write_read(LIS2MDL, b"\x68", 6)
+    write, read = board.trace.of(BusTransfer)
+    assert (write.device, write.register, write.written, write.result) == (
+        "LSM6DSL",
+        "CTRL2_G",
+        b"\x11\x6c",
+        "ok",
+    )
+    assert (read.device, read.register, len(read.read)) == ("LIS2MDL", "OUTX_L_REG", 6)
+    assert [(e.register, e.old, e.new) for e in board.trace.of(RegisterWrite)] == [("CTRL2_G", 0x00, 0x6C)]
+
+
+def test_what_is_not_modelled_and_what_fails_is_always_in_the_trace() -> None:
+    board = Board()
+    board.i2c2.write(LSM6DSL, b"\x0d\x01")  # INT1_CTRL
+    board.i2c2.inject(I2CFault("absent", 0, FOREVER, address=LSM6DSL))
+    with pytest.raises(I2CNackError):
+        board.i2c2.read(LSM6DSL, 1)
+    assert [(note.device, note.what) for note in board.trace.of(DeviceNote)] == [("LSM6DSL", "not modelled")]
+    assert "INT1_CTRL" in board.trace.of(DeviceNote)[0].text
+    assert len(board.trace.of(Fault)) == 1
+    assert "no acknowledge" in board.trace.of(BusTransfer)[0].result
