@@ -34,10 +34,9 @@ def to_ps(seconds: float) -> int:
 class Event:
     """A scheduled call; ``cancel()`` keeps it from happening."""
 
-    __slots__ = ("action", "at_ps")
+    __slots__ = ("action",)
 
-    def __init__(self, at_ps: int, action: Callable[[], None]) -> None:
-        self.at_ps = at_ps
+    def __init__(self, action: Callable[[], None]) -> None:
         self.action: Callable[[], None] | None = action
 
     def cancel(self) -> None:
@@ -67,16 +66,15 @@ class Clock:
 
         ``last`` puts it behind everything else of the same time, also what is scheduled later.
         """
-        event = Event(max(at_ps, self.now_ps), action)
+        event = Event(action)
         self._order += 1
         order = self._order + (_LAST if last else 0)
-        heapq.heappush(self._queue, (event.at_ps, order, event))
+        heapq.heappush(self._queue, (max(at_ps, self.now_ps), order, event))
         self.next_ps = self._queue[0][0]
         return event
 
     def repeat(self, event: Event, at_ps: int) -> None:
         """Put an event that has just fired back into the queue, for a time that has not passed yet."""
-        event.at_ps = at_ps
         self._order += 1
         heapq.heappush(self._queue, (at_ps, self._order, event))
         self.next_ps = self._queue[0][0]

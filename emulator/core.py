@@ -17,7 +17,7 @@ import bisect
 from collections.abc import Callable
 from contextlib import suppress
 
-from greenlet import error as GreenletError
+from greenlet import error as greenlet_error
 from greenlet import getcurrent, greenlet
 
 from emulator.clock import Clock
@@ -70,7 +70,7 @@ class Core:
     def close(self) -> None:
         """Unwind the firmware. A suspended stack is invisible to the garbage collector: it has to be told."""
         if self._context and not self._context.dead:
-            with suppress(GreenletError):  # it belongs to another thread, which is gone
+            with suppress(greenlet_error):  # it belongs to another thread, which is gone
                 self._context.throw()
 
     def _pause(self) -> None:

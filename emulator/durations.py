@@ -1,23 +1,63 @@
-"""Durations as people write them: a number with its unit."""
+"""Durations as people write them, on the command line and in scenario files: a number with its unit.
+
+Decision: a unit is required and a bare number is an error. A ``for = 50`` that one reader takes for seconds
+and the next for milliseconds cannot be found by looking at it.
+"""
 
 from __future__ import annotations
 
-import math
 import re
+from decimal import Decimal
+from typing import Any, Final
 
-_UNITS_S = {"us": 1e-6, "ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0}
-_PATTERN = re.compile(r"(\d+(?:\.\d*)?|\.\d+)\s*(us|ms|s|min|h)", re.ASCII)
-_LONGEST_S = 1e6  # eleven days of virtual time
+from emulator.clock import PS_PER_MS, PS_PER_S, PS_PER_US
+
+_PS_PER_UNIT = {
+    "us": PS_PER_US,
+    "ms": PS_PER_MS,
+    "s": PS_PER_S,
+    "min": 60 * PS_PER_S,
+    "h": 3600 * PS_PER_S,
+}
+NUMBER: Final = (
+    r"[0-9]{1,9}(?:\.[0-9]{1,12})?"  # bounded: no number of a million digits reaches the arithmetic
+)
+DURATION: Final = rf"({NUMBER}) ?({'|'.join(_PS_PER_UNIT)})"
+_HELP = 'give a number and a unit (us, ms, s, min, h), such as "50ms" or "1.5s"'
+_LONGEST_PS = 1_000_000 * PS_PER_S  # eleven days of virtual time
+_SHOWN = 40  # characters of a bad value that a message repeats
 
 
-def seconds(text: str) -> float:
-    """Seconds of ``"10s"``, ``"50ms"``, ``"10us"``, ``"2min"`` or ``"1h"``. Raises ValueError in one line."""
-    match = _PATTERN.fullmatch(text.strip())
+def shown(value: object) -> str:
+    """A value as messages repeat it: its beginning if it is long."""
+    try:
+        text = repr(value)
+    except ValueError:  # an integer of more digits than Python prints
+        return "a number of thousands of digits"
+    return text if len(text) <= _SHOWN else text[:_SHOWN] + "..."
+
+
+def parse_duration(value: Any) -> int:
+    """A duration in ps; the ValueError's text says what is wrong and what would be right."""
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        raise ValueError(f"is the bare number {shown(value)}; {_HELP} in quotes")
+    match = re.fullmatch(DURATION, value) if isinstance(value, str) else None
     if match is None:
-        raise ValueError(
-            f'{text!r} is not a duration; write a number with its unit (us, ms, s, min, h), such as "10s"'
-        )
-    value = float(match[1]) * _UNITS_S[match[2]]
-    if not math.isfinite(value) or value > _LONGEST_S:
-        raise ValueError(f"{text!r} is too long; the longest is {_LONGEST_S:g} s")
-    return value
+        raise ValueError(f"is {shown(value)}; {_HELP}")
+    duration_ps = int(Decimal(match[1]) * _PS_PER_UNIT[match[2]])
+    if duration_ps > _LONGEST_PS:
+        raise ValueError(f"is {shown(value)}; the longest is {seconds(_LONGEST_PS)}")
+    return duration_ps
+
+
+def format_duration(duration_ps: int) -> str:
+    """A duration as it stands in a file, exact to a picosecond."""
+    for unit in ("min", "s", "ms"):
+        if duration_ps and duration_ps % _PS_PER_UNIT[unit] == 0:
+            return f"{duration_ps // _PS_PER_UNIT[unit]}{unit}"
+    return f"{Decimal(duration_ps) / PS_PER_S:f}s"
+
+
+def seconds(at_ps: int) -> str:
+    """A time as messages show it."""
+    return f"{at_ps / PS_PER_S:.6g} s"

@@ -88,7 +88,6 @@ class I2CBus:
     def __init__(self, name: str, clock: Clock, trace: Trace, speed_hz: int = FAST_MODE_HZ) -> None:
         self.name = name
         self.end_ps = 0
-        self.transfers = 0
         self._clock = clock
         self._trace = trace
         self._targets: dict[int, I2CTarget] = {}
@@ -125,7 +124,6 @@ class I2CBus:
             return self.transfer(address, bytes((subaddress,)), count)
         now_ps = self._clock.now_ps
         self.end_ps = now_ps + self._read_ps[count]
-        self.transfers += 1
         data = target.read_from(subaddress, count, now_ps)
         if self._trace.detailed:
             self._record(now_ps, address, bytes((subaddress,)), data, "ok")
@@ -134,7 +132,6 @@ class I2CBus:
     def transfer(self, address: int, data: bytes, count: int = 0) -> bytes:
         """Write ``data`` (if any), then read ``count`` bytes (if any). Raises I2CError."""
         start_ps = self._clock.now_ps
-        self.transfers += 1
         try:
             received = self._run(address, data, count)
         except I2CError as error:

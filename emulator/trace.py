@@ -12,7 +12,6 @@ import io
 import json
 from collections import deque
 from collections.abc import Iterator
-from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
@@ -126,7 +125,6 @@ class Trace:
         self._events: deque[TraceEvent] = deque()
         self._keep_detail = False
         self._file: io.TextIOBase | None = None
-        self._closing = ExitStack()
 
     def __len__(self) -> int:
         return len(self._events)
@@ -145,7 +143,7 @@ class Trace:
     def write_to(self, path: str | Path) -> None:
         """Write every event from now on to a JSON-lines file. Raises LinkError if it cannot be opened."""
         try:
-            self._file = self._closing.enter_context(Path(path).open("w", encoding="utf-8", newline="\n"))
+            self._file = Path(path).open("w", encoding="utf-8", newline="\n")
         except OSError as error:
             raise LinkError(
                 f"trace file {path}: {error.strerror or error}; give a path that can be written"
@@ -165,8 +163,9 @@ class Trace:
 
     def close(self) -> None:
         """Close the file, if one is being written."""
-        self._file = None
-        self._closing.close()
+        if self._file is not None:
+            self._file.close()
+            self._file = None
 
     def _keep(self, event: TraceEvent) -> None:
         if len(self._events) >= _KEPT:

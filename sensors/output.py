@@ -87,15 +87,21 @@ class OutputWords:
         self._after_sample = after_sample
         self.stream = stream
         self._bdu = self._big_endian = False
-        self._half_read: set[int] = set()  # addresses read whose partner has not been read yet
+        self._half_read = registers.half_read
         self._shown = b""
         registers.before_read(register, self.before_read)
 
     def set_format(self, *, bdu: bool, big_endian: bool) -> None:
-        """BDU and BLE as configured; switching BDU off releases every word."""
+        """BDU and BLE as configured; switching BDU off releases every word, BLE turns those not held."""
+        if big_endian != self._big_endian:
+            self._shown = b""
         self._bdu, self._big_endian = bdu, big_endian
         if not bdu:
             self._half_read.clear()
+
+    def reset(self) -> None:
+        """Forget the latest sample: the words read 0 until the next one."""
+        self.stream.data = bytes(self._end - self._first)
 
     def refresh(self, now_ps: int) -> None:
         """Bring the registers up to date with the latest sample at ``now_ps``."""

@@ -59,6 +59,7 @@ class RegisterFile:
         self._before: list[ReadHook | None] = [None] * ADDRESSES
         self._after: list[AfterHook | None] = [None] * ADDRESSES
         self._on_write: list[WriteHook | None] = [None] * ADDRESSES
+        self.half_read: set[int] = set()  # block data update: bytes read whose partner has not been read yet
         self._increment = True
         self._plans: dict[int, tuple[_Piece, ...]] = {}
         for register in registers.registers:
@@ -97,6 +98,8 @@ class RegisterFile:
 
     def read(self, address: int, count: int, now_ps: int) -> bytes:
         """``count`` bytes from ``address`` on, with everything that reading them does."""
+        if self.half_read and count > 1:
+            return self._read_bytewise(address, count, now_ps)
         plan = self._plans.get(address << 16 | count)
         if plan is None:
             plan = self._plan(address, count)
@@ -138,6 +141,14 @@ class RegisterFile:
             self.mem[register.addr : end] = self.map.reset[register.addr : end]
 
     # -- inside -----------------------------------------------------------------------------------------
+
+    def _read_bytewise(self, address: int, count: int, now_ps: int) -> bytes:
+        """A burst over a held pair can release it half-way and show newer data in its later bytes."""
+        data = bytearray()
+        for _ in range(count):
+            data += self.read(address, 1, now_ps)
+            address = self.advance(address, 1)
+        return bytes(data)
 
     def _write_byte(self, address: int, value: int, now_ps: int) -> None:
         mask = self.map.write_mask[address]

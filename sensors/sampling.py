@@ -133,8 +133,10 @@ class SampleStream:
         count = self._block_length
         if count > 1:
             self._block_length = min(2 * count, _LARGEST_BLOCK)
+        # Each time is rounded from its own exact parts, so that it does not depend on where the block begins.
         period_s = self._num / (self._den * PS_PER_S)
         offset = first - self._origin_index
-        t_s = self._origin_ps / PS_PER_S + np.arange(offset, offset + count, dtype=np.float64) * period_s
+        spans_on, rest = np.divmod(np.arange(offset, offset + count, dtype=np.int64), self._den)
+        t_s = (self._origin_ps + spans_on * self._num) / PS_PER_S + rest * period_s
         self._block = self._produce(self._earlier + first, t_s)
         self._block_first, self._block_end = first, first + count

@@ -5,9 +5,10 @@ from __future__ import annotations
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from types import FrameType
 
@@ -17,7 +18,7 @@ from emulator import firmwares
 from emulator.board import Board
 from emulator.cli.progress import ProgressDisplay
 from emulator.cli.summary import summary
-from emulator.durations import seconds
+from emulator.durations import parse_duration, seconds
 from emulator.errors import InputError
 from emulator.links import ByteLink, open_link
 from emulator.runner import Runner
@@ -45,18 +46,17 @@ def run_board(options: RunOptions) -> bool:
     Nothing is opened or written before every argument has been understood.
     """
     board = _create_board(options)
-    duration_s = _duration(options, board)
+    end_ps = _end(options, board)
     with ExitStack() as stack:
         links = [_open(spec, stack) for spec in dict.fromkeys(options.serial)]
-        speed = _speed(options.speed, options.serial, duration_s)
+        speed = _speed(options.speed, options.serial, end_ps)
         if options.trace is not None:
             board.trace.write_to(options.trace)
             stack.callback(board.trace.close)
         say = _quiet if options.quiet else _to_stderr
         for line in _announcement(options, board, speed, links):
             say(line)
-        limit_s = board.scenario.wall_limit_s if board.scenario else None
-        runner = Runner(board, links, duration_s, speed, limit_s)
+        runner = Runner(board, links, end_ps, speed, _limits(board))
         show = ProgressDisplay() if speed is None and not options.quiet else None
         try:
             with _interruptible(runner):
@@ -68,7 +68,7 @@ def run_board(options: RunOptions) -> bool:
                 link.close()
             for line in summary(board, links, runner.wall_s):
                 say(line)
-        return _check(board, duration_s)
+        return _check(board, end_ps, runner.limit)
 
 
 def _create_board(options: RunOptions) -> Board:
@@ -78,20 +78,21 @@ def _create_board(options: RunOptions) -> Board:
     return Board(options.profile, firmware, options.scenario, options.seed, options.ideal)
 
 
-def _duration(options: RunOptions, board: Board) -> float | None:
+def _end(options: RunOptions, board: Board) -> int | None:
+    """When the run ends, in ps of virtual time; None for never."""
     if options.duration is not None:
         try:
-            return seconds(options.duration)
+            return parse_duration(options.duration)
         except ValueError as error:
-            raise InputError(f"--duration: {error}") from error
-    return board.scenario.duration_s if board.scenario else None
+            raise InputError(f"--duration {error}") from error
+    return board.scenario.duration_ps if board.scenario else None
 
 
-def _speed(text: str | None, serial: tuple[str, ...], duration_s: float | None) -> float | None:
+def _speed(text: str | None, serial: tuple[str, ...], end_ps: int | None) -> float | None:
     """Virtual over wall time, None for no pacing: who watches gets real time, a script does not wait."""
     if text is None:
         watched = any(spec != "stdout" for spec in serial) or sys.stdout.isatty()
-        return 1.0 if watched or duration_s is None else None
+        return 1.0 if watched or end_ps is None else None
     if text == "max":
         return None
     try:
@@ -120,16 +121,21 @@ def _announcement(
         yield from link.announce()
 
 
-def _check(board: Board, duration_s: float | None) -> bool:
+def _limits(board: Board) -> Callable[[float], str]:
+    plan = board.scenario
+    if plan is None:
+        return lambda _wall_s: ""
+    return partial(plan.exceeded, board)
+
+
+def _check(board: Board, end_ps: int | None, limit: str) -> bool:
     plan = board.scenario
     if plan is None:
         return True
-    if duration_s is not None and duration_s < plan.duration_s:
-        _to_stderr(
-            f"expectations not checked: the run was shorter than the scenario's {plan.duration_s:g} s"
-        )
+    if end_ps is not None and end_ps < plan.duration_ps:
+        _to_stderr(f"expectations not checked: the scenario lasts {seconds(plan.duration_ps)}")
         return True
-    result = plan.check(board)
+    result = plan.check(board, limit)
     for line in result.lines:
         _to_stderr(line)
     return result.passed

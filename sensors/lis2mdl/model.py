@@ -119,6 +119,8 @@ class LIS2MDL(Part):
             main.note(now_ps, "forbidden", "CFG_REG_A: REBOOT and SOFT_RST at once")  # AN5069 section 7
         if reset:
             main.reset()
+            for output in (self._mag, self._temp):
+                output.reset()
             self._clearing.begin(CFG_REG_A.SOFT_RST.mask, now_ps + _SOFT_RST_PS)
         if reboot:
             main.mem[CFG_REG_A.addr] = CFG_REG_A.MD.put(main.mem[CFG_REG_A.addr], _IDLE)
@@ -141,6 +143,8 @@ class LIS2MDL(Part):
             )
         if self._mode != mode_was or (self._mode == _CONTINUOUS and settings.rate != was.rate):
             self._switch(settings, now_ps)
+        elif self._mode == _CONTINUOUS:
+            self._switch_temperature(settings, now_ps)
 
     def _switch(self, settings: MagnetometerSettings, now_ps: int) -> None:
         measuring = [self._mag.stream]
@@ -153,6 +157,14 @@ class LIS2MDL(Part):
                 stream.start_single(now_ps, settings.turn_on_ps)
             else:
                 stream.start(now_ps, settings.rate, settings.turn_on_ps)
+
+    def _switch_temperature(self, settings: MagnetometerSettings, now_ps: int) -> None:
+        """COMP_TEMP_EN written during continuous measurement; the temperature comes with the field."""
+        on = bool(self.registers.mem[CFG_REG_A.addr] & CFG_REG_A.COMP_TEMP_EN.mask)
+        if on and not self._temp.stream.running:
+            self._temp.stream.start(now_ps, settings.rate, self._mag.stream.next_ps - now_ps)
+        elif not on:
+            self._temp.stream.stop()
 
     def _produce_temperature(self, number: int, t_s: Times) -> bytes:
         del number

@@ -39,6 +39,8 @@ _BURST_WRAP = {0x2C: 0x28}  # reading on after the temperature starts again at t
 _RESET_BY_SWRESET = (INTERRUPT_CFG, THS_P, CTRL_REG1, CTRL_REG2, CTRL_REG3, FIFO_CTRL, REF_P)
 _NEW, _OVERRUN_SHIFT = STATUS.P_DA.mask | STATUS.T_DA.mask, 4
 _FIRST, _END = PRESS_OUT.addr, TEMP_OUT.addr + TEMP_OUT.size
+_TEMP_FIRST = TEMP_OUT.addr
+_P_READ = 0xFF & ~(STATUS.P_DA.mask | STATUS.P_OR.mask)
 _PRESS_OUT_H, _TEMP_OUT_H = PRESS_OUT.addr + 2, TEMP_OUT.addr + 1
 
 
@@ -63,6 +65,7 @@ class LPS22HB(Part):
         self._stream = SampleStream(_END - _FIRST, self._barometer.produce)
         self._bdu = False
         self._held = False  # BDU: a read of the output has begun and not reached its high byte
+        self._behind = False  # while it was held, a sample may have come that is not shown yet
         self._one_shot = False
         self._clearing = SelfClearingBits(main, CTRL_REG2)
         main.before_read(STATUS, self._before_status)
@@ -88,13 +91,13 @@ class LPS22HB(Part):
     # -- output and data-ready --------------------------------------------------------------------------
 
     def _refresh(self, now_ps: int) -> None:
-        stream = self._stream
-        if now_ps < stream.next_ps:
-            return
-        fresh = stream.advance(now_ps)
-        mem = self.registers.mem
-        if not self._held:
+        stream, mem = self._stream, self.registers.mem
+        fresh = stream.advance(now_ps) if now_ps >= stream.next_ps else 0
+        self._behind = self._held
+        if not self._held:  # also what came while the output was held
             mem[_FIRST:_END] = stream.data
+        if not fresh:
+            return
         unread = _NEW if fresh > 1 else mem[STATUS.addr] & _NEW
         mem[STATUS.addr] |= _NEW | unread << _OVERRUN_SHIFT
         if self._one_shot:
@@ -108,21 +111,20 @@ class LPS22HB(Part):
 
     def _before_output(self, first: int, end: int, now_ps: int) -> None:
         """Datasheet 9.5: with BDU the output is held from the first byte read until PRESS_OUT_H is read."""
-        self._refresh(now_ps)
+        if now_ps >= self._stream.next_ps or self._behind:
+            self._refresh(now_ps)
         mem = self.registers.mem
+        if first == _FIRST and end == _TEMP_FIRST and not self._held:  # the usual whole read
+            mem[STATUS.addr] &= _P_READ
+            return
         cleared = 0
         if first <= _PRESS_OUT_H < end:
             cleared = STATUS.P_DA.mask | STATUS.P_OR.mask
         elif first <= _TEMP_OUT_H < end:
             cleared = STATUS.T_DA.mask | STATUS.T_OR.mask
         mem[STATUS.addr] &= ~cleared
-        if self._bdu:
-            if self._held and first < _PRESS_OUT_H < end:
-                self._held = False
-            elif first < _PRESS_OUT_H:
-                self._held = end <= _PRESS_OUT_H
-            elif first == _PRESS_OUT_H:
-                self._held = False
+        if self._bdu and first <= _PRESS_OUT_H:
+            self._held = end <= _PRESS_OUT_H
 
     # -- configuration ----------------------------------------------------------------------------------
 
@@ -139,12 +141,11 @@ class LPS22HB(Part):
         if new & CTRL_REG2.SWRESET.mask:
             main.reset(*_RESET_BY_SWRESET)
             self._one_shot = busy = False
+            self._stream.stop()
             self._clearing.begin(CTRL_REG2.SWRESET.mask, now_ps + _SWRESET_PS)
         if new & CTRL_REG2.BOOT.mask:
             rate = self._barometer.settings.rate
-            self._clearing.begin(
-                CTRL_REG2.BOOT.mask, now_ps + (int(PS_PER_S / rate) if rate else _BOOT_PS)
-            )
+            self._clearing.begin(CTRL_REG2.BOOT.mask, now_ps + (int(PS_PER_S / rate) if rate else _BOOT_PS))
         main.increment = bool(main.mem[CTRL_REG2.addr] & CTRL_REG2.IF_ADD_INC.mask)
         self._configure(old, new, now_ps)
         if main.mem[CTRL_REG2.addr] & CTRL_REG2.ONE_SHOT.mask and not busy:

@@ -106,6 +106,16 @@ class LSM6DSL(Part):
 
     # -- wiring -----------------------------------------------------------------------------------------
 
+    def _activate(self, registers: RegisterFile) -> None:
+        super()._activate(registers)
+        self.write = self._write_across_banks
+
+    def _write_across_banks(self, address: int, data: bytes, now_ps: int) -> None:
+        """A burst over FUNC_CFG_ACCESS goes on in the bank it has selected."""
+        for value in data:
+            self.active.write(address, bytes((value,)), now_ps)
+            address = self.active.advance(address, 1)
+
     def _output(self, register: type[Register], produce: Producer, flag: int) -> OutputWords:
         flags = DataReady(STATUS_REG, words=(flag,) * (register.size // 2), any=flag)
         return OutputWords(self.registers, register, SampleStream(register.size, produce), flags)
@@ -133,14 +143,17 @@ class LSM6DSL(Part):
         boot, reset = new & CTRL3_C.BOOT.mask, new & CTRL3_C.SW_RESET.mask
         if boot and reset:
             self.registers.note(now_ps, "forbidden", "CTRL3_C: BOOT and SW_RESET at once")  # AN5040 5.7
-        if reset and not old & CTRL3_C.SW_RESET.mask:
+        if reset and not self._clearing.pending(CTRL3_C.SW_RESET.mask, now_ps):
             self._refresh(0, 0, now_ps)
             self.registers.reset()
             for bank in self._banks.values():
                 bank.reset()
+            for output in self._outputs:
+                output.reset()
             self._clearing.begin(CTRL3_C.SW_RESET.mask, now_ps + _SW_RESET_PS)
             self._configure(old, new, now_ps)
-        if boot and not old & CTRL3_C.BOOT.mask:  # trimming only: configuration and mode are unchanged
+        if boot and not self._clearing.pending(CTRL3_C.BOOT.mask, now_ps):
+            # trimming only: configuration and mode are unchanged
             self._clearing.begin(CTRL3_C.BOOT.mask, now_ps + _BOOT_PS)
         control = self.registers.mem[CTRL3_C.addr]
         for output in self._outputs:
@@ -177,7 +190,7 @@ class LSM6DSL(Part):
         if not odr:
             return Fraction(0)
         low_power = bool(mem[registers.CTRL6_C.addr] & registers.CTRL6_C.XL_HM_MODE.mask)
-        return self._accelerometer.rate if low_power and odr <= 26 else Fraction(52)
+        return self._accelerometer.rate if low_power and odr in (12.5, 26) else Fraction(52)
 
     def _note_impossible(self, mem: bytearray, now_ps: int) -> None:
         note = self.registers.note

@@ -1,7 +1,7 @@
 """The speed table: ``python -m tests.bench`` (two minutes; ``--quick`` leaves out the hour).
 
-Each row first asserts what it computed (text, tick count), then reports the time. Ratios against real time are
-those of this machine; compare two versions only in one sitting.
+Each row first asserts what it computed (text, tick count), then reports the time. Ratios against real time
+are those of this machine; compare two versions only in one sitting.
 """
 
 from __future__ import annotations

@@ -89,8 +89,8 @@ def test_the_trace_is_json_lines_with_register_names(tmp_path: Path) -> None:
     [
         (("lab4",), "unknown firmware 'lab4'; known: lab3, template"),
         (("--profile", "lab9"), "unknown board profile 'lab9'; known: lab3"),
-        (("--duration", "10"), "--duration: '10' is not a duration; write a number with its unit"),
-        (("--duration", "1e9h"), "is not a duration"),
+        (("--duration", "10"), "--duration is '10'; give a number and a unit (us, ms, s, min, h)"),
+        (("--duration", "999999h"), "--duration is '999999h'; the longest is"),
         (("--speed", "fast"), "--speed fast: give max, or a factor above 0"),
         (("--speed", "-1"), "--speed -1: give max, or a factor above 0"),
         (("--serial", "com3"), "--serial com3: unknown link; choose stdout, pty"),

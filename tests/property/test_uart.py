@@ -1,7 +1,7 @@
 """The serial line against a slow oracle that moves every byte by itself, a byte at a time.
 
-The oracle knows two registers (RM0368 19.3.2): the sender may write the data register when it is empty, the shift
-register takes a byte whenever it is free. The sender is away during the given interruptions.
+The oracle knows two registers (RM0368 19.3.2): the sender may write the data register when it is empty, the
+shift register takes a byte whenever it is free. The sender is away during the given interruptions.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The bus: time on the wire, acknowledges, faults, the trace; through ``board.i2c2`` as a driver's test would."""
+"""The bus through ``board.i2c2``, as a driver's test would: time on the wire, acknowledges, faults, trace."""
 
 from __future__ import annotations
 

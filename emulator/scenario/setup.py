@@ -1,0 +1,144 @@
+"""A scenario's tables about the board at power-on: firmware, bus, world, sensors; and the run's limits."""
+
+from __future__ import annotations
+
+import dataclasses
+import datetime as dt
+from typing import Annotated, Any, Literal, get_type_hints
+
+from pydantic import BaseModel, Field, GetCoreSchemaHandler, Strict, create_model, model_validator
+from pydantic_core import CoreSchema, core_schema
+
+from emulator.clock import PS_PER_S
+from emulator.i2c import FAST_MODE_HZ
+from emulator.scenario.tables import Table, Vector, within
+from emulator.scenario.units import BusSpeed, Length
+from emulator.world import limits
+from sensors.errors import Grade, Vec3
+from sensors.lis2mdl import LIS2MDLErrors
+from sensors.lps22hb import LPS22HBErrors
+from sensors.lsm6dsl import LSM6DSLErrors
+
+LARGEST_FIGURE = 1e6  # of any sensor's deviation, in its unit: beyond every full scale, and no overflow
+LONGEST_RUN_PS = 24 * 3600 * PS_PER_S
+
+Row = Annotated[tuple[float, float, float], Strict(False)]
+Matrix = Annotated[tuple[Row, Row, Row], Strict(False)]
+
+
+class Figures:
+    """Marks a table whose keys are the fields of a sensor's error class; only the keys given are kept.
+
+    The table's model is made from the dataclass, so that a new figure of a sensor is a new key here.
+    """
+
+    def __init__(self, errors: type[Any]) -> None:
+        hints = get_type_hints(errors)
+        fields: dict[str, Any] = {
+            field.name: (_figure(field.name, hints[field.name]), field.default)
+            for field in dataclasses.fields(errors)
+        }
+        self._model: type[BaseModel] = create_model(errors.__name__, __base__=Table, **fields)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Pydantic's hook: validate by the model, keep what was given."""
+        model = handler.generate_schema(self._model)
+        given = core_schema.plain_serializer_function_ser_schema(dict)
+        return core_schema.no_info_after_validator_function(_as_given, model, serialization=given)
+
+
+def _as_given(table: BaseModel) -> dict[str, Any]:
+    return table.model_dump(exclude_unset=True)
+
+
+def _figure(name: str, hint: Any) -> Any:
+    low = 0.0 if "noise" in name else -LARGEST_FIGURE
+    number = Annotated[float, Field(ge=low, le=LARGEST_FIGURE)]
+    return Annotated[tuple[number, number, number], Strict(False)] if hint == Vec3 else number
+
+
+class FirmwareTable(Table):
+    """[firmware_settings]: what may be chosen about the firmware model; only what is given is passed on."""
+
+    mu: float = Field(1.0, ge=0.01, le=1)
+    led1_axis: Literal["pitch", "roll"] = "pitch"
+    led_threshold_deg: float = Field(80.0, ge=0, le=180)
+    banner: Literal["FH", "FW"] = "FH"
+    timer_prescaler: int = Field(83, ge=0, le=0xFFFF)
+    timer_period: int = Field(1249, ge=0, le=0xFFFF)
+
+
+class BusTable(Table):
+    """[bus]."""
+
+    speed: BusSpeed = FAST_MODE_HZ
+
+
+class FieldTable(Table):
+    """A magnetic field, NED in uT."""
+
+    north_ut: Annotated[float, within(limits.FIELD)]
+    east_ut: Annotated[float, within(limits.FIELD)]
+    down_ut: Annotated[float, within(limits.FIELD)]
+
+
+class PlaceTable(Table):
+    """Where and when on Earth, for the World Magnetic Model 2025."""
+
+    latitude_deg: Annotated[float, within(limits.LATITUDE)]
+    longitude_deg: Annotated[float, within(limits.LONGITUDE)]
+    altitude_m: Annotated[float, within(limits.MODEL_ALTITUDE)] = 0.0
+    date: dt.date
+    north: Literal["magnetic", "true"] = "magnetic"
+
+
+class WorldTable(Table):
+    """[world]: the state at power-on; what is not given is the world's default (Zurich, flat, 25 degC)."""
+
+    roll_deg: Annotated[float, within(limits.ANGLE)] = 0.0
+    pitch_deg: Annotated[float, within(limits.ANGLE)] = 0.0
+    yaw_deg: Annotated[float, within(limits.ANGLE)] = 0.0
+    temperature_degc: Annotated[float, within(limits.TEMPERATURE)] | None = None
+    pressure_hpa: Annotated[float, within(limits.PRESSURE)] | None = None
+    floor_altitude_m: Annotated[float, within(limits.ALTITUDE)] | None = None
+    field: FieldTable | None = None
+    place: PlaceTable | None = None
+    hard_iron_mgauss: Vector = (0.0, 0.0, 0.0)
+    soft_iron: Matrix | None = None
+    gravity: Annotated[float, within(limits.GRAVITY)] | None = None
+
+    @model_validator(mode="after")
+    def _refuse_contradictions(self) -> WorldTable:
+        if self.field is not None and self.place is not None:
+            raise ValueError("has both field and place; give one of them")
+        if self.pressure_hpa is not None and self.floor_altitude_m is not None:
+            raise ValueError("has both pressure_hpa and floor_altitude_m; give one of them")
+        return self
+
+
+class SensorsTable(Table):
+    """[sensors]: the grade fills every figure, the parts' own tables replace single ones."""
+
+    grade: Grade = "typical"
+    magnetometer_mounting: Literal["parallel", "left_handed"] = "parallel"
+    lsm6dsl: Annotated[dict[str, Any], Figures(LSM6DSLErrors)] = Field(default_factory=dict)
+    lis2mdl: Annotated[dict[str, Any], Figures(LIS2MDLErrors)] = Field(default_factory=dict)
+    lps22hb: Annotated[dict[str, Any], Figures(LPS22HBErrors)] = Field(default_factory=dict)
+
+
+class LimitsTable(Table):
+    """[limits]: what a run may take; beyond it the run is stopped and says so.
+
+    ``duration`` is virtual time and checked on loading; ``wall`` is looked at between slices of 0.1 s virtual
+    time.
+    """
+
+    duration: Length = 600 * PS_PER_S
+    terminal_bytes: int = Field(4 << 20, ge=1, le=8 << 20)  # the board keeps 8 MiB of text for certain
+    wall: Length = 60 * PS_PER_S
+
+    @model_validator(mode="after")
+    def _bound(self) -> LimitsTable:
+        if self.duration > LONGEST_RUN_PS:
+            raise ValueError('duration is longer than a day; give at most "24h"')
+        return self

@@ -1,0 +1,228 @@
+"""The shipped scenarios, as a user runs them; and runs as such: limits, faults, repeatability."""
+
+from __future__ import annotations
+
+import gc
+import weakref
+from pathlib import Path
+
+import pytest
+
+from emulator import Board, InputError
+from emulator.scenario import check, load_scenario, run, scenario_names
+from emulator.trace import TerminalBytes
+from tests.scenario_files import HEAD, IDEAL, SHORT, play, write
+
+GOLDEN = Path(__file__).parents[1] / "golden"
+BREAKS = {
+    # What to change in a shipped file so that its expectations must fail: they do look at what they name.
+    "compass_turn": ('do = "figure_eight"', 'do = "hold"'),
+    "desk": ("23.058", "24.3"),
+    "figure_eight": ('do = "figure_eight"', 'do = "hold"'),
+    "flat": ('grade = "typical"', 'grade = "typical"\n[sensors.lsm6dsl]\nacc_bias_mg = [70, 0, 0]'),
+    "free_fall": ('do = "free_fall"', 'do = "hold"'),
+    "led_x": ("pitch_deg", "roll_deg"),
+    "led_y": ("roll_deg", "pitch_deg"),
+    "magnet_passes_by": ("moment_am2 = 8", "moment_am2 = 80"),
+    "slow_bus": ('"100kHz"', '"400kHz"'),
+    "stairs": ("pressure_noise_hpa = 0.0012", "pressure_noise_hpa = 0.1"),
+    "tilt_sweep": ('grade = "ideal"', 'grade = "worst"'),
+}
+
+
+@pytest.mark.parametrize("name", scenario_names())
+def test_a_shipped_scenario_holds(name: str) -> None:
+    board = Board(scenario=name)
+    result = run(board)
+    assert result.passed, "\n".join(result.lines)
+    assert result.passed_count == result.checks > 0
+    assert board.now_s == load_scenario(name).duration_s <= 60
+
+
+@pytest.mark.parametrize("name", scenario_names())
+def test_a_shipped_scenario_fails_when_its_feature_breaks(tmp_path: Path, name: str) -> None:
+    original = load_scenario(name).path.read_text(encoding="utf-8")
+    old, new = BREAKS[name]
+    assert old in original
+    assert not play(tmp_path, original.replace(old, new)).passed
+
+
+def test_the_desk_prints_the_golden_text(tmp_path: Path) -> None:
+    """Four seconds of the slides' terminal: brief, "Exact text", byte by byte."""
+    text = load_scenario("desk").path.read_text(encoding="utf-8")
+    (tmp_path / "desk.txt").write_bytes((GOLDEN / "desk.txt").read_bytes())
+    result = play(tmp_path, f"{text}\n[[expect]]\nkind = 'text'\nfile = 'desk.txt'\n")
+    assert result.passed, "\n".join(result.lines)
+
+
+@pytest.mark.parametrize("pressure_raw", [4003431, 4003471])
+def test_the_desk_holds_for_all_the_slides_pressures(tmp_path: Path, pressure_raw: int) -> None:
+    text = load_scenario("desk").path.read_text(encoding="utf-8")
+    assert play(tmp_path, text.replace("977.405 ", f"{pressure_raw / 4096!r} ")).passed
+
+
+def test_a_scenario_plays_the_same_twice_and_on_any_slicing() -> None:
+    plan = load_scenario("flat")
+    first, second = Board(scenario=plan), Board(scenario=plan)
+    first.run_for(4)
+    for _ in range(400):
+        second.run_for(0.01)
+    assert first.terminal.text == second.terminal.text
+    assert first.terminal.text.count("Pitch:") == 3
+
+
+def test_the_seed_changes_the_noise() -> None:
+    texts = {seed: Board(scenario="flat", seed=seed) for seed in (1, 2)}
+    for board in texts.values():
+        board.run_for(2.5)
+    assert texts[1].terminal.text != texts[2].terminal.text
+
+
+def test_watching_changes_nothing(tmp_path: Path) -> None:
+    """To the picosecond: a byte is on the wire when it would be without a scenario."""
+    watched, alone = Board(scenario=write(tmp_path, SHORT)), Board(firmware="lab3")
+    for board in (watched, alone):
+        board.trace.record_all()
+        board.run_for(2.5)
+    assert watched.terminal.text == alone.terminal.text
+    assert _byte_times_ps(watched) == _byte_times_ps(alone)
+
+
+def _byte_times_ps(board: Board) -> list[int]:
+    """Start of each byte; a piece's first byte stands for itself, within the frames' rounding."""
+    frame_ps = board.uart.frames_ps(1)
+    return [
+        round((event.t_ps + board.uart.frames_ps(number)) / frame_ps * 1000)
+        for event in board.trace.of(TerminalBytes)
+        for number in range(len(event.data))
+    ]
+
+
+def test_a_board_is_not_kept_alive_by_its_scenario() -> None:
+    plan = load_scenario("flat")
+    board = Board(scenario=plan)
+    board.run_for(1.5)
+    gone = weakref.ref(board)
+    del board
+    gc.collect()
+    assert gone() is None
+
+
+def test_a_board_can_run_on_after_its_scenario() -> None:
+    board = Board(scenario="desk")
+    before = run(board)
+    board.world.set_pressure(900)
+    board.run_for(3)
+    assert check(board) == list(before.findings) == []
+
+
+def test_a_run_that_is_not_over_is_judged_so_far() -> None:
+    board = Board(scenario="desk")
+    board.run_for(2)
+    findings = check(board)
+    assert findings[0].miss.fault == "stopped"
+    assert "4 s" in findings[0].miss.expected
+    assert {finding.kind for finding in findings[1:]} == {"line"}
+
+
+def test_only_a_board_with_this_scenario_is_judged() -> None:
+    with pytest.raises(InputError, match="no scenario"):
+        check(Board())
+    with pytest.raises(InputError, match="does not play the scenario flat"):
+        load_scenario("flat").check(Board(scenario="desk"))
+
+
+def test_too_much_text_stops_the_run(tmp_path: Path) -> None:
+    result = play(tmp_path, f"{IDEAL}[limits]\nterminal_bytes = 400\n")
+    assert [finding.miss.fault for finding in result.findings] == ["stopped"]
+    assert "limits.terminal_bytes" in result.lines[0]
+    assert (result.passed_count, result.failed_count, result.passed) == (0, 0, False)
+
+
+def test_too_much_wall_time_stops_the_run(tmp_path: Path) -> None:
+    clock = iter(range(0, 1000, 2))
+    board = Board(scenario=write(tmp_path, f'{HEAD}[limits]\nwall = "5s"\n'))
+    result = run(board, lambda: float(next(clock)))
+    assert "limits.wall" in result.lines[0]
+    assert board.now_s == pytest.approx(0.3)
+
+
+def test_a_fault_breaks_the_bus_for_its_time(tmp_path: Path) -> None:
+    """While the magnetometer is absent MAG keeps its old value, corrected again on every call."""
+    fault = "[[timeline]]\ndo = 'fault'\nkind = 'absent'\naddress = 'LIS2MDL'\nat = '1.5s'\nfor = '500ms'\n"
+    board = Board(scenario=write(tmp_path, IDEAL + fault))
+    board.run_for(2.5)
+    failed = [event for event in board.trace if event.kind == "bus"]
+    assert {event.result for event in failed} == {"I2C 0x1E: no acknowledge of its address"}
+    assert len(failed) == 400  # 500 ms at 800 Hz
+    assert 1.5e12 <= failed[0].t_ps < failed[-1].t_ps < 2e12
+
+
+def test_a_missing_sensor_ends_the_boot(tmp_path: Path) -> None:
+    """The firmware hangs after the banner, as on the board (board facts, section 5)."""
+    fault = "[[timeline]]\ndo = 'fault'\nkind = 'absent'\naddress = 0x6B\n"
+    only_banner = "[[expect]]\nkind = 'never'\npattern = 'LSM6DSL'\n"
+    banner = "[[expect]]\nkind = 'line'\ntext = 'STEVAL-FCU001V1 FH rev.1.0 - Sep 2017'\n"
+    no_timer = "[[expect]]\nkind = 'ticks'\nlate_max = 0\n"
+    result = play(tmp_path, SHORT + fault + only_banner + banner + no_timer)
+    assert [(finding.key, finding.miss.fault) for finding in result.findings] == [("expect[2]", "missing")]
+
+
+def test_what_is_sent_arrives_at_the_board(tmp_path: Path) -> None:
+    send = "[[timeline]]\ndo = 'send'\ntext = 'ab'\nat = '1s'\n[[timeline]]\ndo = 'send'\nhex = 'ff 00'\n"
+    board = Board(scenario=write(tmp_path, SHORT + send))
+    board.trace.record_all()
+    board.run_for(1.1)
+    typed = [event for event in board.trace.of(TerminalBytes) if event.direction == "rx"]
+    assert [(event.t_ps >= 10**12, event.data) for event in typed] == [(True, b"ab"), (True, b"\xff\x00")]
+
+
+def test_a_recording_is_replayed(tmp_path: Path) -> None:
+    (tmp_path / "tilt.csv").write_text("t_s,roll_deg,pitch_deg,yaw_deg\n0,0,0,0\n1,0,20,0\n9,0,20,0\n")
+    replay = "[[timeline]]\ndo = 'replay'\ncsv = 'tilt.csv'\n"
+    field = "[[expect]]\nkind = 'field'\nname = 'Pitch'\nvalue = 20\ntolerance = 0.2\n"
+    assert play(tmp_path, IDEAL + replay + field).passed
+
+
+@pytest.mark.parametrize(
+    ("table", "field"),
+    [
+        ("set_pressure'\npressure_hpa = 950", "name = 'Pre'\nvalue = 950\ntolerance = 0.02"),
+        ("set_temperature'\ntemperature_degc = 5", "name = 'Pre'\ntruth = true\ntolerance = 0.02"),
+        (
+            "set_field'\nfield = { north_ut = 10, east_ut = 0, down_ut = 0 }",
+            "name = 'MAG.x'\nvalue = -57\ntolerance = 2",  # halfway from 215 mgauss to 100: (100 - 215) / 2
+        ),
+    ],
+)
+def test_jumps_of_the_world(tmp_path: Path, table: str, field: str) -> None:
+    jump = f"[[timeline]]\ndo = '{table}\nat = '1.5s'\n"
+    check_after = f"[[expect]]\nkind = 'field'\n{field}\nfrom = '2s'\n"
+    result = play(tmp_path, IDEAL + jump + check_after)
+    assert result.passed, result.lines
+
+
+def test_the_world_begins_as_the_file_says(tmp_path: Path) -> None:
+    text = f"""{HEAD}
+[world]
+roll_deg = 5
+pitch_deg = -10
+yaw_deg = 120
+temperature_degc = 10
+pressure_hpa = 940
+gravity = 1.62
+hard_iron_mgauss = [1, 2, 3]
+soft_iron = [[2, 0, 0], [0, 1, 0], [0, 0, 1]]
+[world.place]
+latitude_deg = 47.4
+longitude_deg = 8.5
+altitude_m = 400
+date = 2026-03-01
+"""
+    world = Board(scenario=write(tmp_path, text)).world
+    assert world.attitude_deg(0)[0] == pytest.approx([5, -10, 120])
+    assert world.temperature_degc(0)[0] == 10
+    assert world.pressure_hpa(0)[0] == pytest.approx(940)
+    assert abs(world.specific_force_g(0)[0]).max() < 0.17
+    assert world.hard_iron_mgauss(0)[0] == pytest.approx([1, 2, 3])
+    assert world.magnetic_field_mgauss(0)[0][2] < -350  # 43 uT down (World Magnetic Model), tilted

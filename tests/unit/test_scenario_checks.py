@@ -1,0 +1,209 @@
+"""Each kind of expectation: met by the lab's firmware, and found when it is not.
+
+The board is ideal and flat, unless a case says otherwise; printed texts are the brief's ("Exact text").
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from emulator import Board
+from emulator.scenario.expect_board import ExpectField
+from emulator.scenario.expectation import Seen
+from emulator.scenario.printed import FORMATS, same_banner
+from emulator.scenario.recorder import Line
+from emulator.scenario.truth import deviation
+from tests.scenario_files import HEAD, IDEAL, SHORT, play
+
+MET = [
+    ("line", "text = 'LAB3 Init...'\ncount = 1"),
+    ("line", "text = 'STEVAL-FCU001V1 FW rev.1.0 - Sep 2017'"),  # either banner
+    ("line", "text = 'ACC[x,y,z] 0 mg 0 mg 1000 mg'\nfrom = '1s'\nto = '1.5s'\ncount = 1"),
+    ("regex", "pattern = '^Pre: 9\\d+\\.\\d{6} hPa$'\ncount = 2"),
+    ("never", "pattern = '(?i)nan|inf(?!\\w)'"),
+    ("field", "name = 'ACC.z'\nvalue = 1000\ntolerance = 1"),
+    ("field", "name = 'Pre'\ntruth = true\ntolerance = 0.01"),
+    ("led", "led = 'led1'\nstate = 'off'"),
+    ("ticks", "late_max = 0\nlost_max = 0\nrate_hz = 800"),
+    ("hard_iron", "within_mgauss = 1000"),
+]
+NOT_MET = [
+    ("line", "text = 'LAB4 Init...'", "wrong value"),
+    ("line", "text = 'lab3 init'", "wrong format"),
+    ("line", "text = 'Hello, World'", "missing"),
+    ("line", "text = 'LAB3 Init'", "wrong format"),  # no part of a line is a line
+    ("line", "text = 'LAB3 Init...'\ncount = 2", "wrong value"),
+    ("line", "text = 'LAB3 Init...'\nto = '0.5s'", "missing"),
+    ("line", "text = 'ACC[x,y,z] 44 mg 23 mg 1008 mg'", "wrong value"),
+    ("regex", "pattern = 'Pressure: '", "missing"),
+    ("regex", "pattern = 'Pre: '\ncount = 3", "wrong value"),
+    ("never", "pattern = 'MAG'", "wrong value"),
+    ("field", "name = 'ACC.z'\nvalue = -999\ntolerance = 1", "wrong value"),  # the sign counts
+    ("field", "name = 'ACC.z'\nvalue = 99\ntolerance = 0", "wrong value"),
+    ("field", "name = 'Pitch'\nvalue = 3\ntolerance = 1", "wrong value"),
+    ("field", "name = 'Pitch'\nvalue = 0\ntolerance = 1\nto = '0.9s'", "missing"),
+    ("led", "led = 'led2'\nstate = 'on'\nfrom = '1s'", "wrong value"),
+    ("ticks", "late_min = 1", "wrong value"),
+    ("ticks", "lost_min = 1", "wrong value"),
+    ("ticks", "rate_hz = 807.692", "wrong value"),
+    ("hard_iron", "within_mgauss = 1", "wrong value"),  # not turned: the centre is the field itself
+]
+
+
+@pytest.mark.parametrize(("kind", "keys"), MET)
+def test_a_met_expectation_is_no_finding(tmp_path: Path, kind: str, keys: str) -> None:
+    result = play(tmp_path, f"{IDEAL}[[expect]]\nkind = '{kind}'\n{keys}\n")
+    assert result.lines == ["1 of 1 expectations met"]
+    assert result.passed
+
+
+@pytest.mark.parametrize(("kind", "keys", "fault"), NOT_MET)
+def test_a_broken_expectation_is_found(tmp_path: Path, kind: str, keys: str, fault: str) -> None:
+    result = play(tmp_path, f"{IDEAL}[[expect]]\nkind = '{kind}'\n{keys}\n")
+    (finding,) = result.findings
+    assert (finding.key, finding.kind, finding.miss.fault) == ("expect[0]", kind, fault)
+    assert not result.passed
+    assert (result.passed_count, result.failed_count) == (0, 1)
+    assert result.lines[0].startswith(f"expect[0] ({kind}): {fault}: expected ")
+    assert all(line.isprintable() for line in result.lines)
+
+
+def test_the_lines_that_differ_are_shown(tmp_path: Path) -> None:
+    keys = "kind = 'line'\ntext = 'ACC[x,y,z] 0 mg 0 mg 1008 mg'"
+    (finding,) = play(tmp_path, f"{IDEAL}[[expect]]\n{keys}\n").findings
+    assert finding.miss.diff == ("-ACC[x,y,z] 0 mg 0 mg 1008 mg", "+ACC[x,y,z] 0 mg 0 mg 1000 mg")
+
+
+def test_a_text_is_compared_byte_by_byte(tmp_path: Path) -> None:
+    text = f"{IDEAL}[[expect]]\nkind = 'text'\nfile = 'golden.txt'\n"
+    golden = tmp_path / "golden.txt"
+    golden.write_bytes(b"")
+    (finding,) = play(tmp_path, text).findings
+    assert finding.miss.fault == "wrong format"
+
+    board = Board(scenario=tmp_path / "case.toml")
+    board.run_for(2.5)
+    printed = board.terminal.text.encode("latin-1")
+    golden.write_bytes(printed.replace(b" FH ", b" FW "))
+    assert play(tmp_path, text).passed
+
+    golden.write_bytes(printed.replace(b"1000 mg \n\r", b"1008 mg \n\r"))
+    (finding,) = play(tmp_path, text).findings
+    assert finding.miss.fault == "wrong value"
+    assert finding.miss.diff[0] == "@@ line 12 @@"
+    assert "-ACC[x,y,z] 0 mg 0 mg 1008 mg " in finding.miss.diff
+    assert "+ACC[x,y,z] 0 mg 0 mg 1000 mg " in finding.miss.diff
+
+    golden.write_bytes(printed.replace(b" \n\r", b"\n\r"))  # blanks do count here
+    (finding,) = play(tmp_path, text).findings
+    assert finding.miss.fault == "wrong format"
+
+    golden.write_bytes(printed + b"more\n")
+    assert play(tmp_path, text).failed_count == 1
+
+
+def test_truth_is_that_of_the_moment_of_printing(tmp_path: Path) -> None:
+    """A sweep of 20 degrees a second; with a settling time of 0 the sensors' delay shows."""
+    turn = "[[timeline]]\ndo = 'sweep'\naxis = 'pitch'\nto_deg = 30\nat = '1s'\nfor = '1.5s'\n"
+    field = "[[expect]]\nkind = 'field'\nname = 'Pitch'\ntruth = true\n"
+    assert play(tmp_path, f"{IDEAL}{turn}{field}tolerance = 0.2\n").passed
+    assert not play(tmp_path, f"{IDEAL}{turn}{field}tolerance = 0.001\nsettle = '0s'\n").passed
+
+
+def test_truth_survives_jumps_of_the_world(tmp_path: Path) -> None:
+    """The world forgets what lies five seconds behind a jump; the recorder has noted the truth by then."""
+    head = HEAD + 'duration = "12s"\n[sensors]\ngrade = "ideal"\n'
+    jumps = "".join(
+        f"[[timeline]]\ndo = 'set_attitude'\npitch_deg = {second * 7 % 50}\nat = '{second}.7s'\n"
+        for second in range(12)
+    )
+    field = "[[expect]]\nkind = 'field'\nname = 'Pitch'\ntruth = true\ntolerance = 0.2\n"
+    assert play(tmp_path, head + jumps + field).passed
+
+
+def test_motions_after_a_jump_begin_where_it_led(tmp_path: Path) -> None:
+    """A jump would drop what was planned after it, and the sweep begins from the angles then in force."""
+    head = HEAD + 'duration = "8s"\n[sensors]\ngrade = "ideal"\n'
+    timeline = (
+        "[[timeline]]\ndo = 'rotate_to'\npitch_deg = 50\nfor = '2s'\n"
+        "[[timeline]]\ndo = 'set_attitude'\nroll_deg = 40\nat = '3s'\n"
+        "[[timeline]]\ndo = 'sweep'\naxis = 'pitch'\nto_deg = 30\nat = '5s'\nfor = '1s'\n"
+    )
+
+    def field(name: str, value: float, start: str, end: str) -> str:
+        window = f"from = '{start}'\nto = '{end}'\n"
+        return f"[[expect]]\nkind = 'field'\nname = '{name}'\nvalue = {value}\ntolerance = 0.2\n{window}"
+
+    checks = (
+        field("Pitch", 50, "2.1s", "3s")
+        + field("Pitch", 0, "3.1s", "5s")
+        + field("Roll", 40, "3.1s", "5s")
+        + field("Pitch", 30, "6.1s", "8s")
+    )
+    result = play(tmp_path, head + timeline + checks)
+    assert result.passed, result.lines
+
+
+def test_a_malformed_line_is_no_wrong_value() -> None:
+    expectation = ExpectField.model_validate(
+        {"kind": "field", "name": "Pitch", "value": 1.0, "tolerance": 0.1}
+    )
+    board = Board()
+    for text, fault in (
+        ("Pitch: 1.000000 deg Roll: 2.000000 deg Yaw: 3.000000 deg", None),
+        ("Pitch: -1.000000 deg Roll: 2.000000 deg Yaw: 3.000000 deg", "wrong value"),
+        ("Pitch: nan deg Roll: 2.000000 deg Yaw: 3.000000 deg", "wrong value"),
+        ("Pitch: 1.00 deg Roll: 2.000000 deg Yaw: 3.000000 deg", "wrong format"),
+        ("Pitch: 1.000000 deg Roll: 2.000000 deg", "wrong format"),
+        ("Pitch: 1.000000", "wrong format"),
+        ("The Pitch: 1.000000 deg Roll: 2.000000 deg Yaw: 3.000000 deg", "missing"),
+    ):
+        miss = expectation.judge(Seen(board, [Line(1, text, 0)], 10**12))
+        assert (miss.fault if miss else None) == fault, text
+
+
+@pytest.mark.parametrize("line_format", FORMATS, ids=lambda line_format: line_format.label)
+@given(data=st.data())
+def test_numbers_are_parsed_with_their_sign(line_format: object, data: st.DataObject) -> None:
+    (chosen,) = (entry for entry in FORMATS if entry is line_format)
+    numbers = [data.draw(st.integers(-99_999, 99_999)) for _ in chosen.fields]
+    text = chosen.text
+    for number in numbers:
+        text = text.replace("%d", f"{number}", 1) if "%d" in text else text.replace("%f", f"{number:.6f}", 1)
+    assert chosen.parse(text) == dict(zip(chosen.fields, map(float, numbers), strict=True))
+    assert chosen.parse("x" + text) is None
+    assert chosen.parse(text + "0") is None
+
+
+@given(st.floats(-720, 720), st.floats(-720, 720))
+def test_angles_differ_the_shorter_way_round(printed: float, wanted: float) -> None:
+    error = deviation("Yaw", printed, wanted)
+    assert -180 <= error <= 180
+    assert ((printed - wanted - error) / 360) == pytest.approx(round((printed - wanted - error) / 360))
+    assert deviation("Altitude", printed, wanted) == printed - wanted
+
+
+@pytest.mark.parametrize(("printed", "wanted", "error"), [(179, -179, -2), (-179, 179, 2), (5.5, -5.5, 11)])
+def test_angles_wrap_and_keep_their_sign(printed: float, wanted: float, error: float) -> None:
+    assert deviation("Yaw", printed, wanted) == pytest.approx(error)
+
+
+def test_only_the_banner_may_be_either() -> None:
+    assert same_banner("STEVAL-FCU001V1 FW rev.1.0") == "STEVAL-FCU001V1 FH rev.1.0"
+    assert same_banner("FW rev.1.0") == "FW rev.1.0"
+
+
+def test_a_report_compares_prints_with_the_truth(tmp_path: Path) -> None:
+    result = play(tmp_path, f"{IDEAL}[[report]]\nfield = 'Pitch'\nagainst = 'truth'\n")
+    assert result.reports[0] == "Pitch against the truth"
+    assert result.reports[-1] == "error: first +0.000, last +0.000, largest +0.000, 2 prints"
+    assert len(result.reports) == 5
+
+
+def test_a_report_of_what_is_never_printed_says_so(tmp_path: Path) -> None:
+    result = play(tmp_path, f"{SHORT}firmware = 'template'\n[[report]]\nfield = 'Yaw'\nagainst = 'truth'\n")
+    assert result.reports == ("Yaw against the truth: never printed",)

@@ -1,0 +1,228 @@
+"""Files that are wrong: one line that says what, where, and what would be right, in bounded time."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from emulator import InputError, ScenarioError
+from emulator.scenario import ScenarioFile, load_scenario
+from emulator.scenario.explain import scenario_error
+from tests.scenario_files import HEAD, refusal, write
+
+HOLD = '[[timeline]]\ndo = "hold"\nfor = "1s"\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "says"),
+    [
+        ("", "schema", "is missing"),
+        ('schema = 2\nquestion = "?"', "schema", "give 1"),
+        ('schema = 1\nquestion = ""', "question", "at least 1 character"),
+        (HEAD + 'duraton = "1s"', "duraton", "did you mean duration? known here: schema, question"),
+        (HEAD + '"a b\\n" = 1', "'a b\\n'", "unknown key"),
+        (HEAD + "duration = 10", "duration", "is the bare number 10; give a number and a unit"),
+        (HEAD + 'duration = "-1s"', "duration", "is '-1s'"),
+        (HEAD + 'duration = "0s"', "duration", 'at least "1us"'),
+        (HEAD + 'duration = "1h"', "duration", "longer than limits.duration"),
+        (HEAD + '[limits]\nduration = "25h"', "limits", 'at most "24h"'),
+        (HEAD + 'firmware = "lab4"', "firmware", "known: lab3, template"),
+        (HEAD + "seed = -1", "seed", "give 0 or more"),
+        (HEAD + 'seed = "1"', "seed", "give a whole number"),
+        (HEAD + "[firmware_settings]\nmu = 0", "firmware_settings.mu", "give 0.01 or more"),
+        (HEAD + "[firmware_settings]\nmu = true", "firmware_settings.mu", "give a number"),
+        (HEAD + '[bus]\nspeed = "5kHz"', "bus.speed", 'from "10kHz" to "1MHz"'),
+        (HEAD + "[world]\nroll_deg = nan", "world.roll_deg", "give a finite number"),
+        (HEAD + "[world]\npressure_hpa = inf", "world.pressure_hpa", "give a finite number"),
+        (HEAD + "[world]\npressure_hpa = 97740", "world.pressure_hpa", "give 2000.0 or less"),
+        (HEAD + "[world]\nhard_iron_mgauss = [1, 2]", "world.hard_iron_mgauss[2]", "is missing"),
+        (HEAD + "[world]\nhard_iron_mgauss = [1e9, 0, 0]", "world", "mgauss"),
+        (HEAD + "[world]\nsoft_iron = [[1,0,0],[0,1,0],[0,0,'1']]", "world.soft_iron[2][2]", "give a number"),
+        (HEAD + "[world]\npressure_hpa = 900\nfloor_altitude_m = 0", "world", "give one of them"),
+        (HEAD + "world = 3", "world", "give a table"),
+        (HEAD + '[sensors]\ngrade = "good"', "sensors.grade", "'ideal', 'typical' or 'worst'"),
+        (HEAD + "[sensors.lsm6dsl]\nacc_bias = 1", "sensors.lsm6dsl.acc_bias", "did you mean acc_bias_mg?"),
+        (HEAD + "[sensors.lis2mdl]\nnoise_mgauss = -1", "sensors.lis2mdl.noise_mgauss", "give 0.0 or more"),
+        (HEAD + "timeline = 1", "timeline", "give an array of tables"),
+        (HEAD + "timeline = [1]", "timeline[0]", "give a table"),
+        (HEAD + "[[timeline]]\nfor = '1s'", "timeline[0].do", "is missing"),
+        (HEAD + HOLD + "[[timeline]]\ndo = 'dance'", "timeline[1].do", "known: hold, rotate_to, sweep"),
+        (HEAD + HOLD + "[[timeline]]\ndo = 'hold'", "timeline[1].for", "is missing"),
+        (HEAD + HOLD + "[[timeline]]\ndo = 'hold'\nfor = 2", "timeline[1].for", "bare number"),
+        (
+            HEAD + "[[timeline]]\ndo = 'hold'\nfor = '1s'\nat = '11s'",
+            "timeline[0].at",
+            "after the scenario's end",
+        ),
+        (HEAD + "[[timeline]]\ndo = 'hold'\nfor = '1s'\nto = 3", "timeline[0].to", "known here: at, for, do"),
+        (HEAD + "[[timeline]]\ndo = 'send'", "timeline[0]", "either text"),
+        (HEAD + "[[timeline]]\ndo = 'send'\ntext = '€'", "timeline[0]", "not Latin-1"),
+        (HEAD + "[[timeline]]\ndo = 'send'\nhex = '0x0d'", "timeline[0].hex", "hexadecimal"),
+        (HEAD + "[[timeline]]\ndo = 'fault'\nkind = 'gone'", "timeline[0].kind", "'absent', 'nack'"),
+        (
+            HEAD + "[[timeline]]\ndo = 'fault'\nkind = 'nack'\naddress = 'LSM'",
+            "timeline[0].address",
+            '"LSM6DSL"',
+        ),
+        (HEAD + "[[timeline]]\ndo = 'fault'\nkind = 'nack'\naddress = 0xD6", "timeline[0].address", "0x6B"),
+        (HEAD + "[[timeline]]\ndo = 'replay'\ncsv = 'no.csv'", "timeline[0].csv", "cannot be read"),
+        (HEAD + "[[timeline]]\ndo = 'replay'\ncsv = \"a\\u0000b\"", "timeline[0].csv", "give a path"),
+        (
+            HEAD + "[[timeline]]\ndo = 'shake'\naxis = 'up'\namplitude_g = 1\nfrequency_hz = 1\nfor = '0.5s'",
+            "timeline[0]",
+            "at least one period",
+        ),
+        (
+            HEAD + "[[timeline]]\ndo = 'pass_magnet'\nmoment_am2 = 1\ndistance_m = 0\nspeed_m_s = 1",
+            "timeline[0].distance_m",
+            "give 0.005 or more",
+        ),
+        (
+            HEAD + "[[expect]]\nkind = 'regex'\npattern = '('",
+            "expect[0].pattern",
+            "give a regular expression",
+        ),
+        (
+            HEAD + "[[expect]]\nkind = 'field'\nname = 'Jaw'\nvalue = 1\ntolerance = 1",
+            "expect[0].name",
+            "known: ACC.x",
+        ),
+        (HEAD + "[[expect]]\nkind = 'field'\nname = 'Yaw'\ntolerance = 1", "expect[0]", "either value"),
+        (HEAD + "[[expect]]\nkind = 'ticks'", "expect[0]", "needs one of"),
+        (HEAD + "[[expect]]\nkind = 'led'\nled = 'led3'\nstate = 'on'", "expect[0].led", "'led1' or 'led2'"),
+        (
+            HEAD + "[[expect]]\nkind = 'never'\npattern = 'x'\nfrom = '2s'\nto = '1s'",
+            "expect[0]",
+            "a later to",
+        ),
+        (HEAD + "[[expect]]\nkind = 'text'\nfile = 'no.txt'", "expect[0].file", "cannot be read"),
+    ],
+)
+def test_a_wrong_value_is_named_by_its_key_path(tmp_path: Path, text: str, key: str, says: str) -> None:
+    error = refusal(tmp_path, text)
+    assert error.key == key
+    assert says in error.problem
+
+
+@pytest.mark.parametrize(
+    ("place", "says"),
+    [
+        ("latitude_deg = 91\nlongitude_deg = 8\ndate = 2026-03-01", "give 90.0 or less"),
+        ("latitude_deg = 47\nlongitude_deg = 8\ndate = 1995-03-01", "valid from"),
+        ("latitude_deg = 47\nlongitude_deg = 8\ndate = '2026-03-01'", "without quotes"),
+        ("latitude_deg = 47\nlongitude_deg = 8\ndate = 2026-03-01\nnorth = 'up'", "'magnetic' or 'true'"),
+    ],
+)
+def test_a_place_outside_the_model(tmp_path: Path, place: str, says: str) -> None:
+    error = refusal(tmp_path, f"{HEAD}[world.place]\n{place}\n")
+    assert error.key.startswith("world.place")
+    assert says in error.problem
+
+
+def test_two_motions_of_one_quantity_at_once_are_both_named(tmp_path: Path) -> None:
+    sweep = "[[timeline]]\ndo = 'sweep'\naxis = 'yaw'\nto_deg = 9\nfor = '1s'\nat = '1s'\n"
+    error = refusal(tmp_path, HEAD + "[[timeline]]\ndo = 'rotate_to'\nfor = '2s'\n" + HOLD + sweep)
+    assert error.key == "timeline[2].at"
+    assert "timeline[0] (rotate_to)" in error.problem
+    assert '"2s" or later' in error.problem
+
+
+def test_motions_of_different_quantities_may_overlap(tmp_path: Path) -> None:
+    lift = "[[timeline]]\ndo = 'lift'\nmetres = 1\nfor = '2s'\nat = '1s'\n"
+    scenario = load_scenario(write(tmp_path, HEAD + "[[timeline]]\ndo = 'rotate_to'\nfor = '2s'\n" + lift))
+    assert scenario.duration_s == 10.0
+
+
+def test_how_many_more_problems_there_are_is_told(tmp_path: Path) -> None:
+    error = refusal(tmp_path, HEAD + "seed = -1\nduration = 3\n[world]\nroll_deg = 'flat'\n")
+    assert error.problem.endswith("(and 2 more)")
+
+
+@pytest.mark.parametrize(
+    ("data", "says"),
+    [
+        (b"\xff\xfe\x00", "no text in UTF-8"),
+        (b"\x00\x01\x02", "not valid TOML"),
+        (b"schema = ", "not valid TOML"),
+        (b"schema = 1\nschema = 1", "not valid TOML"),
+        (b"a = " + b"[" * 100_000, "nested too deeply"),
+        (b"a = " + b"{a=" * 100_000, "nested too deeply"),
+        (b"a" + b".a" * 400_000 + b" = 1", "more than 64 dots"),
+        (b"[" + b"a." * 400_000 + b"a]", "more than 64 dots"),
+        (b"\n" * 500_000, "more than 20000 lines"),
+        (b"seed = " + b"9" * 5000, "not valid TOML"),
+        (b"#" * (1 << 20) + b"\n", "larger than 1 MiB"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else None,
+)
+def test_what_is_no_scenario_at_all(tmp_path: Path, data: bytes, says: str) -> None:
+    assert says in refusal(tmp_path, data).problem
+
+
+def test_a_number_beyond_every_range(tmp_path: Path) -> None:
+    assert refusal(tmp_path, f"{HEAD}[world]\nroll_deg = {'9' * 4000}").key == "world.roll_deg"
+
+
+def test_a_timeline_without_end(tmp_path: Path) -> None:
+    error = refusal(tmp_path, HEAD + HOLD * 1001)
+    assert (error.key, error.problem) == ("timeline", "has more than 1000 entries")
+
+
+def test_a_golden_text_that_is_too_large(tmp_path: Path) -> None:
+    (tmp_path / "golden.txt").write_bytes(b"x" * ((1 << 20) + 1))
+    error = refusal(tmp_path, HEAD + "[[expect]]\nkind = 'text'\nfile = 'golden.txt'")
+    assert "larger than 1 MiB" in error.problem
+
+
+def test_a_folder_is_no_scenario(tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError, match="not a regular file"):
+        load_scenario(tmp_path)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="named pipes are POSIX")
+def test_a_pipe_does_not_keep_the_loader_waiting(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe.toml"
+    os.mkfifo(pipe)
+    with pytest.raises(ScenarioError, match="not a regular file"):
+        load_scenario(pipe)
+
+
+def test_a_missing_file(tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError, match="cannot be read: No such file"):
+        load_scenario(str(tmp_path / "none.toml"))
+
+
+def test_an_unknown_name_lists_the_known_ones() -> None:
+    with pytest.raises(InputError, match=r"'stars'; did you mean stairs\?.*known: compass_turn, desk"):
+        load_scenario("stars")
+
+
+@given(st.binary(max_size=200) | st.text(max_size=200).map(str.encode))
+@settings(max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_nothing_but_scenario_errors(tmp_path: Path, data: bytes) -> None:
+    refusal(tmp_path, data)
+
+
+VALUES = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
+    max_leaves=6,
+)
+KEYS = ("duration", "seed", "firmware", "world", "sensors", "timeline", "expect", "report", "limits", "bus")
+
+
+@given(st.sampled_from(KEYS), VALUES)
+@settings(max_examples=200)
+def test_a_table_of_anything_is_taken_or_refused(key: str, value: object) -> None:
+    """Past the TOML parser, which would refuse some of it: every error has an explanation of one line."""
+    try:
+        ScenarioFile.model_validate({"schema": 1, "question": "?", key: value})
+    except ValidationError as error:
+        message = str(scenario_error("file", error))
+        assert message.startswith(f"file: {key}")
+        assert message.isprintable()

@@ -1,0 +1,242 @@
+"""The schema: agreement with what it describes, JSON schema, round trip."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import tomllib
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+
+from emulator import InputError
+from emulator.scenario import ScenarioFile, json_schema, load_scenario, scenario_names
+from emulator.scenario.printed import FIELDS
+from emulator.scenario.setup import FirmwareTable
+from emulator.scenario.truth import TRUTH
+from firmware_model import Settings
+from sensors.lis2mdl import LIS2MDLErrors
+from sensors.lps22hb import LPS22HBErrors
+from sensors.lsm6dsl import LSM6DSLErrors
+from tests.scenario_files import HEAD, write
+
+SHIPPED = Path(str(files("scenarios")))
+NAMES = sorted(path.stem for path in SHIPPED.glob("*.toml"))
+EVERYTHING = """
+schema = 1
+question = "Is every table taken?"
+firmware = "lab3"
+seed = 7
+duration = "60s"
+[firmware_settings]
+mu = 0.5
+led1_axis = "roll"
+[bus]
+speed = "100kHz"
+[world]
+yaw_deg = 10
+temperature_degc = 20
+floor_altitude_m = 500
+field = { north_ut = 20, east_ut = 1, down_ut = 40 }
+hard_iron_mgauss = [1, 2.5, 3]
+soft_iron = [[1, 0, 0], [0, 1.1, 0], [0, 0, 1]]
+gravity = 9.8
+[sensors]
+grade = "worst"
+magnetometer_mounting = "left_handed"
+[sensors.lsm6dsl]
+acc_bias_mg = [1, 2, 3]
+gyro_noise_mdps_rthz = 4.5
+[[timeline]]
+do = "hold"
+for = "1s"
+[[timeline]]
+do = "rotate_to"
+yaw_deg = 30
+for = "1s"
+[[timeline]]
+do = "sweep"
+axis = "yaw"
+to_deg = 0
+for = "500ms"
+[[timeline]]
+do = "figure_eight"
+for = "5s"
+[[timeline]]
+do = "lift"
+metres = 20
+for = "5s"
+[[timeline]]
+do = "free_fall"
+for = "1s"
+[[timeline]]
+do = "shake"
+axis = "north"
+amplitude_g = 0.1
+frequency_hz = 10
+for = "1s"
+[[timeline]]
+do = "disturb_field"
+field = { north_ut = 20, east_ut = 1, down_ut = 40 }
+for = "1s"
+[[timeline]]
+do = "pass_magnet"
+moment_am2 = 1
+distance_m = 0.2
+speed_m_s = 1
+[[timeline]]
+do = "replay"
+csv = "walk.csv"
+[[timeline]]
+do = "set_attitude"
+roll_deg = 3
+[[timeline]]
+do = "set_pressure"
+pressure_hpa = 950
+[[timeline]]
+do = "set_temperature"
+temperature_degc = 30
+[[timeline]]
+do = "set_field"
+field = { north_ut = 20, east_ut = 1, down_ut = 40 }
+[[timeline]]
+do = "fault"
+kind = "nack"
+address = "LIS2MDL"
+byte_index = 2
+for = "1s"
+[[timeline]]
+do = "fault"
+kind = "stuck"
+[[timeline]]
+do = "send"
+text = "p"
+[[timeline]]
+do = "send"
+hex = "0d 0a"
+[[expect]]
+kind = "line"
+text = "LAB3 Init..."
+count = 1
+[[expect]]
+kind = "regex"
+pattern = "^Pre: "
+from = "1s"
+[[expect]]
+kind = "never"
+pattern = "nan"
+[[expect]]
+kind = "field"
+name = "Yaw"
+truth = true
+tolerance = 5
+settle = "100ms"
+[[expect]]
+kind = "led"
+led = "led1"
+state = "off"
+to = "3s"
+[[expect]]
+kind = "ticks"
+rate_hz = 800
+[[expect]]
+kind = "hard_iron"
+within_mgauss = 5
+[[expect]]
+kind = "text"
+file = "golden.txt"
+[[report]]
+field = "Yaw"
+against = "truth"
+[limits]
+duration = "2min"
+wall = "30s"
+"""
+
+
+def validate(table: dict[str, Any]) -> None:
+    """By somebody else's validator; dates stand as text in JSON."""
+    schema = json_schema()
+    jsonschema.Draft202012Validator.check_schema(schema)
+    jsonschema.validate(json.loads(json.dumps(table, default=str)), schema)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_json_schema_takes_the_shipped_files(name: str) -> None:
+    validate(tomllib.loads((SHIPPED / f"{name}.toml").read_text(encoding="utf-8")))
+
+
+def test_the_json_schema_takes_every_table() -> None:
+    validate(tomllib.loads(EVERYTHING))
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        "duraton = '1s'",
+        "duration = 1",
+        "duration = '1 minute'",
+        "[world]\nroll = 1",
+        "[sensors.lsm6dsl]\nacc_bias = [0, 0, 0]",
+        "[[timeline]]\ndo = 'dance'",
+        "[[expect]]\nkind = 'field'\nname = 'Jaw'\nvalue = 1\ntolerance = 1",
+    ],
+)
+def test_the_json_schema_refuses_what_the_loader_refuses(tmp_path: Path, wrong: str) -> None:
+    with pytest.raises(jsonschema.ValidationError):
+        validate(tomllib.loads(HEAD + wrong))
+    with pytest.raises(InputError):
+        load_scenario(write(tmp_path, HEAD + wrong))
+
+
+def test_a_file_with_everything_round_trips(tmp_path: Path) -> None:
+    (tmp_path / "walk.csv").write_text("t_s,roll_deg,pitch_deg,yaw_deg\n0,0,0,0\n2,10,0,0\n")
+    (tmp_path / "golden.txt").write_bytes(b"text\n\r")
+    context = {"folder": tmp_path}
+    first = ScenarioFile.model_validate(tomllib.loads(EVERYTHING), context=context)
+    dumped = first.model_dump(by_alias=True, exclude_none=True)
+    assert dumped["timeline"][0] == {"do": "hold", "for": "1s"}
+    assert dumped["sensors"]["lsm6dsl"] == {"acc_bias_mg": (1, 2, 3), "gyro_noise_mdps_rthz": 4.5}
+    again = ScenarioFile.model_validate(dumped, context=context)
+    assert again.model_dump(by_alias=True, exclude_none=True) == dumped
+    load_scenario(write(tmp_path, EVERYTHING))  # and it can be played
+
+
+def test_the_firmwares_settings_are_the_firmwares_own() -> None:
+    settings = {field.name: field.default for field in dataclasses.fields(Settings)}
+    assert {name: field.default for name, field in FirmwareTable.model_fields.items()} == settings
+
+
+@pytest.mark.parametrize(
+    ("part", "errors"),
+    [("lsm6dsl", LSM6DSLErrors), ("lis2mdl", LIS2MDLErrors), ("lps22hb", LPS22HBErrors)],
+)
+def test_every_figure_of_a_sensor_can_be_given(tmp_path: Path, part: str, errors: type[Any]) -> None:
+    values = {
+        field.name: [1.0, 2.0, 3.0] if isinstance(field.default, tuple) else 0.5
+        for field in dataclasses.fields(errors)
+    }
+    lines = "".join(f"{name} = {value}\n" for name, value in values.items())
+    settings = load_scenario(write(tmp_path, f"{HEAD}[sensors.{part}]\n{lines}")).sensor_settings()
+    given = {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}
+    assert getattr(settings, part) == given
+
+
+def test_every_printed_field_has_a_truth() -> None:
+    assert set(TRUTH) == set(FIELDS)
+
+
+def test_the_shipped_scenarios_are_listed_with_their_questions() -> None:
+    names = scenario_names()
+    assert list(names) == NAMES
+    assert all(question.endswith("?") for question in names.values())
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_shipped_file_begins_with_a_question(name: str) -> None:
+    first = (SHIPPED / f"{name}.toml").read_text(encoding="utf-8").splitlines()[0]
+    assert first.startswith("# ")
+    assert first.endswith("?")
