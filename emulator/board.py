@@ -77,9 +77,9 @@ class Board:
         settings = plan.sensor_settings() if plan else SensorSettings()
         if ideal:
             settings = replace(settings, grade="ideal")
-        self.sensors = SensorSet(self.world, settings, self.seed)
+        self.sensors = SensorSet(self.world, clock, settings, self.seed)
         self.bus = I2CBus("I2C2", self.clock, self.trace, plan.i2c_speed_hz if plan else FAST_MODE_HZ)
-        self.sensors.attach(self.bus, wiring, self.clock)
+        self.sensors.attach(self.bus, wiring)
         self.sensors.observe(self.trace)
         self.uart = Uart("USART1", self.clock, self.trace, UART_CLOCK_HZ)
         self.gpio = Gpio(self.clock, self.trace)

@@ -43,7 +43,7 @@ class SensorSettings:
 class SensorSet:
     """The three parts of one board."""
 
-    def __init__(self, world: World, settings: SensorSettings, seed: int) -> None:
+    def __init__(self, world: World, clock: Clock, settings: SensorSettings, seed: int) -> None:
         def turned(signal: Signal, mounting: Matrix) -> Signal:
             return lambda t_s: signal(t_s) @ mounting.T
 
@@ -69,9 +69,11 @@ class SensorSet:
         )
         self.parts: tuple[Part, ...] = (self.lsm6dsl, self.lis2mdl, self.lps22hb)
         world.on_change(self._world_changed)
+        self._clock = clock
 
-    def attach(self, bus: I2CBus, profile: Profile, clock: Clock) -> None:
+    def attach(self, bus: I2CBus, profile: Profile) -> None:
         """Solder the parts to their addresses."""
+        clock = self._clock
         for part in self.parts:
             bus.attach(profile.i2c2[part.NAME], SubaddressTarget(part, lambda: clock.now_ps))
 
@@ -83,7 +85,7 @@ class SensorSet:
     def _world_changed(self, from_s: float) -> None:
         del from_s
         for part in self.parts:
-            part.world_changed()
+            part.world_changed(self._clock.now_ps)
 
 
 def _note(trace: Trace, device: str) -> NoteCallback:

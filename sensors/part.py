@@ -8,9 +8,10 @@ from typing import ClassVar, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from sensors.pin import Pin
 from sensors.register import Register, RegisterMap
 from sensors.register_file import NoteCallback, RegisterFile, WriteLog
-from sensors.sampling import Times
+from sensors.sampling import NEVER_PS, Times
 
 Signal: TypeAlias = Callable[[Times], NDArray[np.float64]]
 """A physical quantity at the given times: shape (n, 3) in the sensor's own axes, or (n,) for a scalar."""
@@ -55,8 +56,20 @@ class Part:
         """The datasheet's name of the register at a sub-address, in the active bank."""
         return self.active.map.name(address & 0x7F)
 
-    def world_changed(self) -> None:
-        """The physical signals differ from what they were: forget what was computed ahead."""
+    def pins(self) -> tuple[Pin, ...]:
+        """The part's interrupt and data-ready pins."""
+        return ()
+
+    def catch_up(self, now_ps: int) -> None:
+        """Do all that has become due until ``now_ps``: FIFO, event detection, pins."""
+
+    def next_event_ps(self) -> int:
+        """When a wired pin may change next (``NEVER_PS`` if none can)."""
+        return NEVER_PS
+
+    def world_changed(self, now_ps: int | None = None) -> None:
+        """The physical signals are others from ``now_ps`` on: forget what was computed ahead."""
+        del now_ps
         raise AssertionError(f"{type(self).__name__} has no signals")
 
     def sample_range(self, channel: str) -> tuple[float, float, float]:

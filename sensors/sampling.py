@@ -123,6 +123,30 @@ class SampleStream:
         self.data = self._block[offset : offset + self._width]
         return fresh
 
+    def samples(self, first: int, end: int) -> NDArray[np.uint8]:
+        """Register bytes of samples ``first`` to ``end - 1``, shape (n, width); all must be due already.
+
+        For functions that look at every sample (FIFO, event detection). Reading on from where the last call
+        ended costs no sample twice.
+        """
+        pieces = []
+        while first < end:
+            if not self._block_first <= first < self._block_end:
+                self._fill(first)
+            stop = min(end, self._block_end)
+            offset = (first - self._block_first) * self._width
+            count = stop - first
+            block = np.frombuffer(self._block, dtype=np.uint8, count=count * self._width, offset=offset)
+            pieces.append(block.reshape(count, self._width))
+            first = stop
+        return np.concatenate(pieces) if pieces else np.empty((0, self._width), dtype=np.uint8)
+
+    def latest(self, at_ps: int) -> int:
+        """Number of the latest sample at ``at_ps``, -1 if there is none yet; nothing changes."""
+        if at_ps < self._origin_ps and self._origin_index == 0:
+            return -1
+        return self._origin_index + (at_ps - self._origin_ps) * self._den // self._num
+
     def _fill(self, first: int) -> None:
         """Compute a block from sample ``first`` on; blocks grow while nothing invalidates them."""
         # Move the origin on by whole multiples of ``_num`` (``_den`` samples each): exact, and the numbers in

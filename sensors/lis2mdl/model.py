@@ -75,8 +75,9 @@ class LIS2MDL(Part):
         for register in (CFG_REG_B, CFG_REG_C, OFFSET_X_REG, OFFSET_Y_REG, OFFSET_Z_REG):
             main.on_write(register, self._configure)
 
-    def world_changed(self) -> None:
+    def world_changed(self, now_ps: int | None = None) -> None:
         """The signals differ from what they were: samples still to come are computed anew."""
+        del now_ps
         self._mag.stream.invalidate()
         self._temp.stream.invalidate()
 

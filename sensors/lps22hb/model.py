@@ -77,8 +77,9 @@ class LPS22HB(Part):
         main.on_write(RES_CONF, self._configure)
         main.on_write(RPDS, self._configure)
 
-    def world_changed(self) -> None:
+    def world_changed(self, now_ps: int | None = None) -> None:
         """The signals differ from what they were: samples still to come are computed anew."""
+        del now_ps
         self._stream.invalidate()
 
     def sample_range(self, channel: str) -> tuple[float, float, float]:

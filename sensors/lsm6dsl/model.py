@@ -16,6 +16,7 @@ from sensors.errors import to_int16
 from sensors.lsm6dsl import accelerometer, bank_a, bank_b, gyroscope, registers
 from sensors.lsm6dsl.accelerometer import MG_PER_LSB, Accelerometer, AccelerometerSettings
 from sensors.lsm6dsl.errors import LSM6DSLErrors
+from sensors.lsm6dsl.feature import Chip, Feature
 from sensors.lsm6dsl.gyroscope import MDPS_PER_LSB, Gyroscope, GyroscopeSettings
 from sensors.lsm6dsl.registers import (
     CTRL1_XL,
@@ -31,11 +32,13 @@ from sensors.lsm6dsl.registers import (
     Y_OFS_USR,
     Z_OFS_USR,
 )
+from sensors.lsm6dsl.signals import Signals
 from sensors.output import DataReady, OutputWords
 from sensors.part import Part, SelfClearingBits, Signal
+from sensors.pin import Pin
 from sensors.register import Register, RegisterMap
 from sensors.register_file import RegisterFile
-from sensors.sampling import PS_PER_S, Producer, SampleStream, Times
+from sensors.sampling import NEVER_PS, PS_PER_S, Producer, SampleStream, Times
 
 _SW_RESET_PS = 50 * PS_PER_S // 10**6  # AN5040 5.7
 _BOOT_PS = 15 * PS_PER_S // 10**3  # AN5040 5.7
@@ -78,6 +81,12 @@ class LSM6DSL(Part):
         self._outputs = (self._xl, self._g, self._temp)
         self._clearing = SelfClearingBits(self.registers, CTRL3_C)
         self._temperature_rate = Fraction(0)
+        self.int1, self.int2 = Pin("INT1"), Pin("INT2")
+        streams = self._xl.stream, self._g.stream, self._temp.stream
+        self._chip = Chip(
+            self.registers, self._banks, *streams, Signals(), self.int1, self.int2, self.catch_up
+        )
+        self._features: tuple[Feature, ...] = ()
         self._wire()
 
     @classmethod
@@ -90,8 +99,29 @@ class LSM6DSL(Part):
         """The main bank and the embedded banks A and B."""
         return (self.registers, *self._banks.values())
 
-    def world_changed(self) -> None:
-        """The signals differ from what they were: samples still to come are computed anew."""
+    def pins(self) -> tuple[Pin, ...]:
+        """INT1 and INT2."""
+        return self.int1, self.int2
+
+    def catch_up(self, now_ps: int) -> None:
+        """Let every active feature do what has become due."""
+        for feature in self._features:
+            if feature.active:
+                feature.catch_up(now_ps)
+
+    def next_event_ps(self) -> int:
+        """When a pin may change next."""
+        return min(
+            (feature.next_event_ps() for feature in self._features if feature.active), default=NEVER_PS
+        )
+
+    def world_changed(self, now_ps: int | None = None) -> None:
+        """The signals differ from what they were: samples still to come are computed anew.
+
+        ``now_ps``: features first work through what came before; it may be left out where none is active.
+        """
+        if now_ps is not None:
+            self.catch_up(now_ps)
         for output in self._outputs:
             output.stream.invalidate()
 
@@ -125,8 +155,10 @@ class LSM6DSL(Part):
         main.before_read(STATUS_REG, self._refresh)
         main.before_read(CTRL3_C, self._clearing.before_read)
         main.on_write(CTRL3_C, self._write_ctrl3)
-        changing = {*accelerometer.CONFIGURATION, *gyroscope.CONFIGURATION} - {CTRL3_C}
-        for register in (*changing, X_OFS_USR, Y_OFS_USR, Z_OFS_USR):
+        changing = {*accelerometer.CONFIGURATION, *gyroscope.CONFIGURATION}
+        for feature in self._features:
+            changing.update(feature.CONFIGURATION)
+        for register in (*(changing - {CTRL3_C}), X_OFS_USR, Y_OFS_USR, Z_OFS_USR):
             main.on_write(register, self._configure)
         main.on_write(FUNC_CFG_ACCESS, self._select_bank)
         for bank in self._banks.values():
@@ -150,6 +182,8 @@ class LSM6DSL(Part):
                 bank.reset()
             for output in self._outputs:
                 output.reset()
+            for feature in self._features:
+                feature.reset(now_ps)
             self._clearing.begin(CTRL3_C.SW_RESET.mask, now_ps + _SW_RESET_PS)
             self._configure(old, new, now_ps)
         if boot and not self._clearing.pending(CTRL3_C.BOOT.mask, now_ps):
@@ -166,6 +200,7 @@ class LSM6DSL(Part):
     def _configure(self, old: int, new: int, now_ps: int) -> None:
         """A control register has changed: bring all three streams in line with the registers."""
         del old, new
+        self.catch_up(now_ps)  # under the settings until now
         self._refresh(0, 0, now_ps)
         mem = self.registers.mem
         self._note_impossible(mem, now_ps)
@@ -181,6 +216,8 @@ class LSM6DSL(Part):
                 else:
                     output.stream.stop()
             output.stream.invalidate()
+        for feature in self._features:
+            feature.configure(now_ps)
 
     def _temperature_odr(self, mem: bytearray) -> Fraction:
         """AN5040 section 9: 52 Hz, or the accelerometer's rate alone at 12.5 or 26 Hz in low power."""

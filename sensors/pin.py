@@ -1,0 +1,41 @@
+"""An interrupt or data-ready pin: its level over virtual time, for whoever is wired to it.
+
+A part works lazily, so it may find out late what happened early; it reports each edge with the time at which
+it happened. Whoever needs edges when they happen calls the part's ``catch_up`` at ``next_event_ps``, and only
+then does a pin cost anything.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeAlias
+
+EdgeCallback: TypeAlias = Callable[[int, int], None]
+"""``edge(at_ps, level)``."""
+
+
+class Pin:
+    """A pin's logic level: 0, 1, or None while it is not driven (open drain, high impedance)."""
+
+    def __init__(self, name: str, level: int | None = 0) -> None:
+        self.name = name
+        self.level = level
+        self._listeners: list[EdgeCallback] = []
+
+    @property
+    def wired(self) -> bool:
+        """Whether anybody listens; a part need not work ahead for a pin that hangs in the air."""
+        return bool(self._listeners)
+
+    def listen(self, edge: EdgeCallback) -> None:
+        """Call ``edge`` at every change to 0 or 1 from now on."""
+        self._listeners.append(edge)
+
+    def drive(self, level: int | None, at_ps: int) -> None:
+        """Set the level as of ``at_ps``; nothing happens when it is that already."""
+        if level == self.level:
+            return
+        self.level = level
+        if level is not None:
+            for edge in self._listeners:
+                edge(at_ps, level)

@@ -1,0 +1,185 @@
+"""The layers, read from the imports: what may know what. Imports point one way, and the edges are few.
+
+``sensors`` and ``firmware_model`` know nothing of ours; ``emulator`` knows ``sensors``, and in one place
+``firmware_model``. Heavy or narrow libraries are known in one place each. What Windows does not have is
+never imported by merely importing a package.
+"""
+
+from __future__ import annotations
+
+import ast
+import sys
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PACKAGES = ("sensors", "firmware_model", "emulator")
+FILES = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
+NAMES = [path.relative_to(ROOT).as_posix() for path in FILES]
+files = pytest.mark.parametrize("name", NAMES)
+
+LAYERS = {
+    "sensors": {"sensors", "numpy"},
+    "firmware_model": {"firmware_model", "numpy"},
+}
+ONLY_IN = {
+    "firmware_model": ("emulator/firmwares.py", "emulator/cli", "firmware_model/"),
+    "pydantic": ("emulator/scenario",),
+    "click": ("emulator/cli",),
+    "rich": ("emulator/cli",),
+}
+POSIX_ONLY = {"fcntl", "grp", "posix", "pty", "pwd", "resource", "termios", "tty"}
+LONGEST = 600
+
+
+class Import(NamedTuple):
+    """A module named by an import statement; ``eager`` if importing the file alone executes it."""
+
+    module: str
+    eager: bool
+
+
+@cache
+def tree(name: str) -> ast.Module:
+    return ast.parse((ROOT / name).read_text(encoding="utf-8"), filename=name)
+
+
+def dotted(name: str) -> str:
+    """``emulator/links/pty.py`` as ``emulator.links.pty``."""
+    return name.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
+
+
+MODULES = {dotted(name): name for name in NAMES}
+
+
+@cache
+def imports(name: str) -> tuple[Import, ...]:
+    eager = set(tree(name).body)
+    return tuple(
+        Import(module, node in eager)
+        for node in ast.walk(tree(name))
+        if isinstance(node, ast.Import | ast.ImportFrom)
+        for module in named(name, node)
+    )
+
+
+def named(name: str, node: ast.Import | ast.ImportFrom) -> Iterator[str]:
+    """``from a import b`` names the module a.b where there is one, otherwise a."""
+    if isinstance(node, ast.Import):
+        yield from (alias.name for alias in node.names)
+        return
+    base = node.module or ""
+    if node.level:
+        package = dotted(name).split(".")
+        up = node.level - name.endswith("__init__.py")
+        base = ".".join([*package[: len(package) - up], *filter(None, [base])])
+    for alias in node.names:
+        submodule = f"{base}.{alias.name}"
+        yield submodule if submodule in MODULES else base
+
+
+def top(module: str) -> str:
+    return module.split(".", maxsplit=1)[0]
+
+
+def eager_ours(module: str) -> set[str]:
+    """Modules of ours that importing ``module`` imports at once, their packages included."""
+    found = {entry.module for entry in imports(MODULES[module]) if entry.eager and entry.module in MODULES}
+    parents = {parent for one in (*found, module) for parent in packages_of(one)}
+    return (found | parents) - {module}
+
+
+def packages_of(module: str) -> Iterator[str]:
+    while "." in module:
+        module = module.rpartition(".")[0]
+        yield module
+
+
+def reached_from(module: str) -> set[str]:
+    """Everything of ours that is loaded once ``module`` has been imported."""
+    reached, waiting = set(), [module]
+    while waiting:
+        one = waiting.pop()
+        if one not in reached:
+            reached.add(one)
+            waiting.extend(eager_ours(one))
+    return reached
+
+
+@pytest.mark.parametrize("package", LAYERS)
+def test_a_lower_layer_knows_only_itself_numpy_and_the_standard_library(package: str) -> None:
+    foreign = {
+        (name, entry.module)
+        for name in NAMES
+        if top(dotted(name)) == package
+        for entry in imports(name)
+        if top(entry.module) not in LAYERS[package] | sys.stdlib_module_names
+    }
+
+    assert not foreign
+
+
+@pytest.mark.parametrize("library", ONLY_IN)
+def test_a_library_is_known_in_its_own_place_only(library: str) -> None:
+    outside = {
+        name
+        for name in NAMES
+        if not name.startswith(ONLY_IN[library])
+        and any(top(entry.module) == library for entry in imports(name))
+    }
+
+    assert not outside
+
+
+def test_the_packages_import_one_another_in_one_direction() -> None:
+    arrows = {
+        (top(dotted(name)), top(entry.module))
+        for name in NAMES
+        for entry in imports(name)
+        if top(entry.module) in PACKAGES and top(entry.module) != top(dotted(name))
+    }
+
+    assert arrows <= {("emulator", "sensors"), ("emulator", "firmware_model")}
+
+
+def test_no_module_needs_itself_to_be_imported() -> None:
+    """Imports inside functions and for type checkers are no part of this; packages stand for themselves."""
+    graph = {
+        module: {entry.module for entry in imports(name) if entry.eager and entry.module in MODULES}
+        for module, name in MODULES.items()
+    }
+    resting: set[str] = set()
+    while removable := {module for module in graph.keys() - resting if graph[module] - {module} <= resting}:
+        resting |= removable
+
+    assert graph.keys() - resting == set()
+
+
+@pytest.mark.parametrize("module", [dotted(name) for name in NAMES if name.endswith("__init__.py")])
+def test_importing_a_package_needs_nothing_windows_does_not_have(module: str) -> None:
+    needed = {
+        (one, entry.module)
+        for one in reached_from(module)
+        for entry in imports(MODULES[one])
+        if entry.eager and top(entry.module) in POSIX_ONLY
+    }
+
+    assert not needed
+
+
+@files
+def test_every_file_says_what_it_is(name: str) -> None:
+    assert (ast.get_docstring(tree(name)) or "").strip()
+
+
+@files
+def test_no_file_is_too_long_to_read(name: str) -> None:
+    """Register tables are lists and may be as long as the datasheet's."""
+    is_table = name.startswith("sensors/") and Path(name).stem.startswith(("registers", "bank_"))
+    length = len((ROOT / name).read_text(encoding="utf-8").splitlines())
+
+    assert is_table or length <= LONGEST

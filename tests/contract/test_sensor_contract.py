@@ -1,0 +1,265 @@
+"""Every part of the registry as a register file: identity, reset, write masks, bursts and notes."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sensors import PARTS
+from tests.sensor_fakes import CHANNELS, FACTS, PS_PER_MS, PS_PER_S, Channel, Chip, PartFacts, ramp
+
+ADDRESSES = st.integers(0, 0x7F)
+BYTES = st.integers(0, 0xFF)
+TIMES = st.integers(0, 30 * PS_PER_MS)
+parts = pytest.mark.parametrize("name", PARTS)
+
+
+def following(facts: PartFacts, address: int) -> int:
+    """The address after ``address`` in a burst (sensor facts 1.1, 2.1 and 3.1)."""
+    return facts.next_address.get(address, (address + 1) % 0x80)
+
+
+def running(name: str) -> Chip:
+    """Every channel of the part measures a world in which no two samples are alike."""
+    chip = Chip(name)
+    for channel in CHANNELS:
+        if channel.part == name:
+            slope = channel.value(40 * channel.scales[0][1])
+            chip.world.signals[channel.name] = ramp(channel.value(0.0), slope)
+            chip.configure(channel.scales[0][0])
+    return chip
+
+
+def test_every_part_of_the_registry_is_described_for_these_tests() -> None:
+    assert set(FACTS) == set(PARTS)
+    assert {channel.part for channel in CHANNELS} == set(PARTS)
+
+
+@parts
+def test_a_part_is_registered_under_its_own_name(name: str) -> None:
+    assert name == PARTS[name].NAME
+    assert FACTS[name].who_am_i[1] == PARTS[name].WHO_AM_I
+
+
+@parts
+def test_who_am_i(name: str) -> None:
+    address, identity = FACTS[name].who_am_i
+    chip = Chip(name)
+
+    assert chip.byte(address) == identity
+    chip.write(address, 0x00)
+    assert chip.byte(address) == identity
+    assert chip.part.register_name(address) == "WHO_AM_I"
+
+
+@parts
+def test_after_power_up_every_address_reads_its_reset_value(name: str) -> None:
+    chip = Chip(name)
+
+    assert bytes(chip.byte(address) for address in range(0x80)) == chip.part.registers.map.reset
+
+
+@parts
+@given(data=st.data())
+def test_soft_reset_restores_what_was_written(name: str, data: st.DataObject) -> None:
+    facts, chip = FACTS[name], Chip(name)
+    image, mask = chip.part.registers.map.reset, chip.part.registers.map.write_mask
+    writable = [a for a in range(0x80) if mask[a] and chip.part.register_name(a) != "FUNC_CFG_ACCESS"]
+    for address, value in data.draw(st.lists(st.tuples(st.sampled_from(writable), BYTES), max_size=20)):
+        chip.write(address, value)
+    kept = {address: chip.byte(address) for address in facts.kept_by_reset}
+    chip.wait(PS_PER_S)  # whatever these writes began is over
+
+    chip.write(*facts.soft_reset)
+    assert chip.byte(facts.soft_reset[0]) & facts.soft_reset[1], "the bit reads 1 while the part resets"
+    chip.wait(facts.reset_ps)
+
+    found = {address: chip.byte(address) for address in writable}
+    assert found == {address: kept.get(address, image[address]) for address in writable}
+
+
+@parts
+def test_the_part_stays_silent_after_a_soft_reset(name: str) -> None:
+    facts, chip = FACTS[name], running(name)
+    chip.wait(PS_PER_S)
+
+    chip.write(*facts.soft_reset)
+    flags = {channel.ready[0] for channel in CHANNELS if channel.part == name and channel.ready}
+    for channel in CHANNELS:
+        if channel.part == name:
+            chip.counts(channel)
+    before = [chip.byte(address) for address in flags]
+    chip.wait(PS_PER_S)
+
+    assert [chip.byte(address) for address in flags] == before
+    assert not any(before)
+
+
+@parts
+@given(writes=st.lists(st.tuples(ADDRESSES, BYTES), max_size=40))
+def test_writes_change_writable_bits_only(name: str, writes: list[tuple[int, int]]) -> None:
+    """At the moment of power-up, so that no sample comes in between; whatever bank the writes select."""
+    chip = Chip(name)
+
+    for address, value in writes:
+        chip.write(address, value)
+
+    bank = chip.part.active.map
+    changed = [chip.byte(address) ^ bank.reset[address] for address in range(0x80)]
+    assert not any(bits & ~bank.write_mask[address] for address, bits in enumerate(changed))
+
+
+@parts
+@given(data=st.data(), value=BYTES)
+def test_a_written_byte_reads_back_in_its_writable_bits(name: str, data: st.DataObject, value: int) -> None:
+    chip = Chip(name)
+    bank = chip.part.registers.map
+    special = {FACTS[name].self_clearing, *(a for a in range(0x80) if bank.name(a) == "FUNC_CFG_ACCESS")}
+    address = data.draw(ADDRESSES.filter(lambda address: address not in special))
+
+    chip.write(address, value)
+
+    mask = bank.write_mask[address]
+    assert chip.byte(address) == bank.reset[address] & ~mask | value & mask
+
+
+@parts
+@given(data=st.data(), values=st.binary(min_size=1, max_size=4))
+def test_reserved_addresses_read_0_and_nothing_sticks(name: str, data: st.DataObject, values: bytes) -> None:
+    chip = Chip(name)
+    reserved = [a for a in range(0x80) if chip.part.register_name(a) == "reserved"]
+    address = data.draw(st.sampled_from(reserved))
+
+    for value in values:
+        chip.write(address, value)
+
+    assert chip.byte(address) == 0
+    assert chip.notes == [("write ignored", f"reserved (0x{address:02X}) is not writable")] * len(values)
+
+
+@parts
+@given(
+    earlier=st.lists(st.tuples(ADDRESSES, TIMES), max_size=4),
+    held=st.booleans(),
+    increments=st.booleans(),
+    start=ADDRESSES,
+    count=st.integers(1, 200),
+    wait_ps=TIMES,
+)
+def test_a_burst_equals_the_same_bytes_one_at_a_time(
+    name: str,
+    earlier: list[tuple[int, int]],
+    held: bool,
+    increments: bool,
+    start: int,
+    count: int,
+    wait_ps: int,
+) -> None:
+    """Also where it wraps, with the increment off, and when earlier reads have left a pair half read."""
+    facts = FACTS[name]
+    goes_on = increments or facts.increment_off is None
+    burst, bytewise = running(name), running(name)
+    for chip in (burst, bytewise):
+        for channel in CHANNELS:
+            if held and channel.part == name and channel.bdu:
+                chip.configure(channel.bdu)
+        for address, ps in earlier:
+            chip.wait(ps)
+            chip.read(address)
+        if not goes_on and facts.increment_off:
+            chip.write(*facts.increment_off)
+        chip.wait(wait_ps)
+
+    one_by_one, address = bytearray(), start
+    for _ in range(count):
+        one_by_one += bytewise.read(address)
+        address = following(facts, address) if goes_on else address
+
+    assert burst.read(start, count) == one_by_one
+    assert burst.part.advance(start, count) == address
+    assert [burst.read(a) for a in range(0x80)] == [bytewise.read(a) for a in range(0x80)]
+
+
+@parts
+@given(start=ADDRESSES, values=st.binary(min_size=1, max_size=20))
+def test_a_burst_write_equals_the_same_bytes_one_at_a_time(name: str, start: int, values: bytes) -> None:
+    burst, bytewise = Chip(name), Chip(name)
+
+    burst.write(start, *values)
+    address = start
+    for value in values:
+        bytewise.write(address, value)
+        address = bytewise.part.advance(address, 1)
+
+    assert burst.log == bytewise.log
+    assert [burst.read(a) for a in range(0x80)] == [bytewise.read(a) for a in range(0x80)]
+
+
+@pytest.mark.parametrize("channel", CHANNELS, ids=str)
+def test_power_down_keeps_the_last_sample(channel: Channel) -> None:
+    chip = running(channel.part)
+    chip.wait(PS_PER_S)
+    last = chip.counts(channel)
+
+    chip.configure(channel.off)
+    chip.wait(PS_PER_S)
+
+    assert any(last)
+    assert chip.counts(channel) == last
+
+
+@parts
+def test_touching_something_not_modelled_is_reported_by_name(name: str) -> None:
+    address, value, what = FACTS[name].unmodelled
+    chip = Chip(name)
+
+    chip.write(address, value)
+    chip.byte(address)
+
+    register = what.split(".", maxsplit=1)[0]
+    assert chip.notes == [("not modelled", f"{what} written"), ("not modelled", f"{register} read")]
+
+
+@parts
+def test_no_unmodelled_bit_can_be_set_in_silence(name: str) -> None:
+    chip = Chip(name)
+    for registers in chip.part.files():
+        for address, mask in enumerate(registers.map.unmodelled):
+            if mask:
+                chip.notes.clear()
+                registers.write(address, bytes([registers.map.reset[address] ^ mask]), 0)
+                assert any(registers.map.name(address) in text for _, text in chip.notes)
+
+
+@parts
+def test_the_write_log_names_register_old_and_new_value(name: str) -> None:
+    chip = Chip(name)
+    address = {"LSM6DSL": 0x10, "LIS2MDL": 0x61, "LPS22HB": 0x1A}[name]
+    register = {"LSM6DSL": "CTRL1_XL", "LIS2MDL": "CFG_REG_B", "LPS22HB": "RES_CONF"}[name]
+
+    chip.write(address, 0x01)
+    chip.write(address, 0x00)
+
+    assert chip.log == [(register, 0x00, 0x01), (register, 0x01, 0x00)]
+
+
+@parts
+def test_what_the_lab_sets_up_raises_no_note(name: str) -> None:
+    """Brief, sensor set-up on I2C."""
+    chip = Chip(name)
+    chip.configure(
+        {
+            "LSM6DSL": ((0x12, 0x44), (0x10, 0xA8), (0x17, 0xE0), (0x11, 0x6C)),
+            "LIS2MDL": ((0x60, 0x8C), (0x61, 0x02), (0x62, 0x10)),
+            "LPS22HB": ((0x11, 0x10), (0x10, 0x32)),
+        }[name]
+    )
+
+    assert chip.notes == []
+
+
+@parts
+def test_an_unknown_channel_has_no_range(name: str) -> None:
+    with pytest.raises(KeyError):
+        Chip(name).part.sample_range("humidity_percent")

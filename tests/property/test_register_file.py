@@ -1,0 +1,254 @@
+"""A register file with made-up registers: what holds for any map, whatever hooks sit on it."""
+
+from __future__ import annotations
+
+import types
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sensors.register import ADDRESSES, Bits, Register, RegisterMap
+from sensors.register_file import RegisterFile
+from sensors.subaddress import SubaddressTarget
+
+ADDRESS = st.integers(0, ADDRESSES - 1)
+BYTE = st.integers(0, 0xFF)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Registers by address and size, some with a hook before or after a read, and where bursts turn back."""
+
+    registers: tuple[type[Register], ...]
+    before: frozenset[int]
+    after: frozenset[int]
+    wrap: dict[int, int] = field(default_factory=dict)
+    increment: bool = True
+
+
+@st.composite
+def layouts(draw: st.DrawFn) -> Layout:
+    """Anything from an empty map to one without gaps."""
+    registers, address = [], 0
+    while address < ADDRESSES:
+        size = draw(st.integers(1, 6))
+        if draw(st.booleans()) and address + size <= ADDRESSES:
+            registers.append(declare(address, size, draw(st.sampled_from(("r", "rw"))), draw(st.booleans())))
+        address += size + draw(st.sampled_from((0, 0, 1, 20)))
+    addresses = frozenset(register.addr for register in registers)
+    some = st.frozensets(st.sampled_from(sorted(addresses))) if addresses else st.just(addresses)
+    wrap = draw(st.dictionaries(ADDRESS, ADDRESS, max_size=3))
+    return Layout(tuple(registers), draw(some), draw(some), wrap, draw(st.booleans()))
+
+
+def declare(address: int, size: int, access: str, modelled: bool) -> type[Register]:
+    options = {
+        "addr": address,
+        "size": size,
+        "access": access,
+        "modelled": modelled,
+        "names": tuple(f"R{address + byte:02X}" for byte in range(size)),
+    }
+    made = types.new_class(f"R{address:02X}", (Register,), options)
+    assert issubclass(made, Register)
+    return made
+
+
+def build(layout: Layout) -> RegisterFile:
+    """Hooks change memory, so that a hook called too often, too seldom or in the wrong place shows.
+
+    The one before a read counts it in every byte that is read (output registers); the one after a read clears
+    a byte elsewhere (latched flags).
+    """
+    registers = RegisterFile(RegisterMap(layout.registers), layout.wrap)
+    registers.mem[:] = bytes(range(ADDRESSES))
+
+    def count_read(first: int, end: int, now_ps: int) -> None:
+        for address in range(first, end):
+            registers.mem[address] = (registers.mem[address] + 16) & 0xFF
+
+    def add_up(first: int, end: int, now_ps: int) -> None:
+        registers.mem[0] = (registers.mem[0] + sum(range(first, end))) & 0xFF
+
+    for register in layout.registers:
+        if register.addr in layout.before:
+            registers.before_read(register, count_read)
+        if register.addr in layout.after and register.addr:
+            registers.after_read(register, add_up)
+    registers.increment = layout.increment
+    return registers
+
+
+@given(layouts(), ADDRESS, st.integers(1, 300))
+def test_a_burst_equals_the_same_bytes_one_at_a_time(layout: Layout, start: int, count: int) -> None:
+    burst, bytewise = build(layout), build(layout)
+    one_by_one, address = bytearray(), start
+
+    for _ in range(count):
+        one_by_one += bytewise.read(address, 1, 0)
+        if layout.increment:
+            address = layout.wrap.get(address, (address + 1) % ADDRESSES)
+
+    assert burst.read(start, count, 0) == one_by_one
+    assert burst.mem == bytewise.mem
+    assert burst.advance(start, count) == address
+
+
+@given(layouts(), ADDRESS, st.integers(1, 64))
+def test_a_burst_remembers_no_earlier_one(layout: Layout, start: int, count: int) -> None:
+    """Bursts are planned once; a change of the increment must not leave an old plan behind."""
+    used, fresh = build(layout), build(layout)
+    used.read(start, count, 0)
+    used.increment = not layout.increment
+    used.read(start, count, 0)
+    used.increment = layout.increment
+    used.mem[:] = fresh.mem
+
+    assert used.read(start, count, 0) == fresh.read(start, count, 0)
+
+
+@given(layouts(), st.lists(st.tuples(ADDRESS, BYTE), max_size=30))
+def test_writes_change_writable_bytes_only_and_each_is_logged(
+    layout: Layout, writes: list[tuple[int, int]]
+) -> None:
+    registers = RegisterFile(RegisterMap(layout.registers))
+    expected, log = bytearray(ADDRESSES), []
+    registers.write_log = lambda now_ps, name, old, new: log.append((now_ps, name, old, new))
+    writable = {
+        register.addr + byte
+        for register in layout.registers
+        if register.access == "rw"
+        for byte in range(register.size)
+    }
+
+    expected_log = []
+    for t_ps, (address, value) in enumerate(writes):
+        registers.write(address, bytes([value]), t_ps)
+        old = expected[address]
+        if address in writable:
+            expected[address] = value
+        expected_log.append((t_ps, registers.map.name(address), old, expected[address]))
+
+    assert registers.mem == expected
+    assert log == expected_log
+
+
+@given(layouts(), st.lists(st.tuples(ADDRESS, BYTE), max_size=30), st.data())
+def test_reset_restores_what_is_named_and_nothing_else(
+    layout: Layout, writes: list[tuple[int, int]], data: st.DataObject
+) -> None:
+    registers = RegisterFile(RegisterMap(layout.registers))
+    for address, value in writes:
+        registers.write(address, bytes([value]), 0)
+    before = bytes(registers.mem)
+    named = data.draw(st.lists(st.sampled_from(layout.registers))) if layout.registers else []
+
+    registers.reset(*named)
+
+    for register in layout.registers:
+        place = slice(register.addr, register.addr + register.size)
+        touched = register in named or not named
+        assert registers.mem[place] == (bytes(register.size) if touched else before[place])
+
+
+class CONTROL(Register, addr=0x10, reset=0x04):
+    """A register in all three states."""
+
+    USED = Bits(2, 0)
+    KNOWN = Bits(6, modelled=False)
+
+
+@given(BYTE)
+def test_a_note_names_the_unmodelled_field_that_left_its_reset_value(value: int) -> None:
+    registers = RegisterFile(RegisterMap([CONTROL]))
+    notes = []
+    registers.note = lambda now_ps, kind, text: notes.append((now_ps, kind, text))
+
+    registers.write(0x10, bytes([value]), 7)
+
+    assert notes == ([(7, "not modelled", "CONTROL.KNOWN written")] if value & 0x40 else [])
+    assert registers.mem[0x10] == value & 0x47
+
+
+def test_a_write_hook_sees_the_old_and_the_masked_new_value_after_it_is_stored() -> None:
+    registers = RegisterFile(RegisterMap([CONTROL]))
+    seen = []
+    registers.on_write(CONTROL, lambda old, new, now_ps: seen.append((old, new, registers.mem[0x10], now_ps)))
+
+    registers.write(0x10, b"\xff", 3)
+
+    assert seen == [(0x04, 0x47, 0x47, 3)]
+
+
+# -- the sub-address of the I2C protocol ------------------------------------------------------------
+
+
+class Memory:
+    """A device of 128 plain bytes."""
+
+    NAME: ClassVar[str] = "MEMORY"
+
+    def __init__(self) -> None:
+        self.registers = RegisterFile(RegisterMap([declare(0, ADDRESSES, "rw", True)]))
+        self.read, self.write, self.advance = (
+            self.registers.read,
+            self.registers.write,
+            self.registers.advance,
+        )
+        self.register_name = self.registers.map.name
+
+
+@given(st.binary(min_size=ADDRESSES, max_size=ADDRESSES), ADDRESS, st.lists(st.integers(1, 40), max_size=5))
+def test_reads_go_on_where_the_last_one_stopped(content: bytes, start: int, counts: list[int]) -> None:
+    """LSM6DSL datasheet 6.2, LIS2MDL 6.1, LPS22HB 7.2."""
+    device = Memory()
+    device.registers.mem[:] = content
+    target = SubaddressTarget(device, lambda: 0)
+
+    target.start(read=False)
+    target.write(bytes([start]))
+    found = b""
+    for count in counts:
+        target.start(read=True)
+        found += target.read(count)
+        target.stop()
+
+    assert found == bytes(content[(start + index) % ADDRESSES] for index in range(sum(counts)))
+
+
+@given(ADDRESS, st.booleans(), st.binary(min_size=1, max_size=40), st.data())
+def test_a_write_may_come_in_pieces(start: int, bit_7: bool, data: bytes, draw: st.DataObject) -> None:
+    """Bit 7 of the sub-address carries no meaning; data written and read back is the same."""
+    cut = draw.draw(st.integers(0, len(data)))
+    device = Memory()
+    target = SubaddressTarget(device, lambda: 0)
+
+    assert target.start(read=False)
+    assert target.write(bytes([start | bit_7 << 7])) == 1
+    for piece in (data[:cut], data[cut:]):
+        assert target.write(piece) == len(piece)
+    target.stop()
+
+    assert target.read_from(start, len(data), 0) == data
+    assert (target.name(), target.register_name(start)) == ("MEMORY", f"R{start:02X}")
+
+
+@pytest.mark.parametrize("first", ["read", "read_from"])
+def test_after_a_whole_transfer_a_plain_read_goes_on(first: str) -> None:
+    device = Memory()
+    device.registers.mem[:] = bytes(range(ADDRESSES))
+    target = SubaddressTarget(device, lambda: 0)
+    if first == "read_from":
+        target.read_from(0x7E, 3, 0)
+    else:
+        target.start(read=False)
+        target.write(b"\x7e")
+        target.start(read=True)
+        target.read(3)
+
+    target.start(read=True)
+
+    assert target.read(2) == b"\x01\x02"

@@ -1,0 +1,239 @@
+"""The LPS22HB beyond the contract (datasheet DocID027083 Rev 6)."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.sensor_fakes import LPS22HB_TEMPERATURE, PRESSURE, PS_PER_MS, PS_PER_S, PS_PER_US, Chip, ramp
+
+CTRL_REG1, CTRL_REG2, RPDS_L, RES_CONF, STATUS, PRESS_OUT_XL = 0x10, 0x11, 0x18, 0x1A, 0x27, 0x28
+
+
+def test_datasheet_example() -> None:
+    """Datasheet 4.5: 3FF58Dh are 4191629 LSB; the 1023.3 hPa it gives are rounded to one decimal."""
+    chip = Chip("LPS22HB")
+    chip.set("pressure_hpa", 0x3FF58D / 4096)
+    chip.set("temperature_degc", 23.45)
+    chip.write(CTRL_REG1, 0x50)
+    chip.wait(PS_PER_S)
+
+    assert chip.read(PRESS_OUT_XL, 5) == bytes((0x8D, 0xF5, 0x3F)) + (2345).to_bytes(2, "little")
+    assert round(0x3FF58D / 4096, 1) == 1023.3
+
+
+# -- one shot -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("res_conf", "conversion_ms"), [(0x00, 13), (0x01, 5)])
+def test_one_shot_measures_once(res_conf: int, conversion_ms: int) -> None:
+    """Datasheet 9.6; the times are the LPS22HH's, the LPS22HB's datasheet gives none."""
+    chip = Chip("LPS22HB")
+    chip.write(RES_CONF, res_conf)
+    chip.write(CTRL_REG2, 0x11)
+
+    chip.wait(conversion_ms * PS_PER_MS - 1)
+    assert (chip.byte(CTRL_REG2), chip.byte(STATUS)) == (0x11, 0x00)
+    chip.wait(1)
+    assert (chip.byte(CTRL_REG2), chip.byte(STATUS)) == (0x10, 0x03)
+    assert chip.counts(PRESSURE) == (round(1013.25 * 4096),)
+    assert chip.counts(LPS22HB_TEMPERATURE) == (2500,)
+    chip.wait(PS_PER_S)
+    assert chip.byte(STATUS) == 0x00, "no second sample"
+
+
+def test_writing_one_shot_while_busy_does_not_restart_it() -> None:
+    """ST's example sets it on every poll."""
+    chip = Chip("LPS22HB")
+    chip.write(CTRL_REG2, 0x11)
+    for _ in range(6):
+        chip.wait(2 * PS_PER_MS)
+        chip.write(CTRL_REG2, 0x11)
+
+    chip.wait(PS_PER_MS - 1)
+    assert chip.byte(STATUS) == 0x00
+    chip.wait(1)
+    assert chip.byte(STATUS) == 0x03
+
+
+def test_writing_0_does_not_end_a_one_shot_either() -> None:
+    chip = Chip("LPS22HB")
+    chip.write(CTRL_REG2, 0x11)
+    chip.write(CTRL_REG2, 0x10)
+
+    assert chip.byte(CTRL_REG2) == 0x11
+    chip.wait(13 * PS_PER_MS)
+    assert (chip.byte(CTRL_REG2), chip.byte(STATUS)) == (0x10, 0x03)
+
+
+def test_one_shot_works_again_and_again() -> None:
+    chip = Chip("LPS22HB")
+    for _ in range(3):
+        chip.write(CTRL_REG2, 0x11)
+        chip.wait(13 * PS_PER_MS)
+        assert chip.byte(STATUS) == 0x03
+        chip.read(PRESS_OUT_XL, 5)
+
+
+def test_one_shot_at_a_running_rate_is_refused_and_noted() -> None:
+    """Datasheet 9.6: only with ODR = 000."""
+    chip = Chip("LPS22HB")
+    chip.write(CTRL_REG1, 0x30)
+    chip.write(CTRL_REG2, 0x11)
+
+    assert chip.notes == [("forbidden", "CTRL_REG2.ONE_SHOT while CTRL_REG1.ODR is not 0")]
+    assert chip.byte(CTRL_REG2) == 0x10
+    chip.wait(13 * PS_PER_MS)
+    assert chip.byte(STATUS) == 0x00, "the first sample comes after 40 ms"
+
+
+# -- reset and boot -------------------------------------------------------------------------------------
+
+
+def test_swreset_resets_the_registers_of_section_9_6_and_keeps_the_others() -> None:
+    listed = {
+        0x0B: 0x08,
+        0x0C: 0x12,
+        0x0D: 0x34,
+        0x10: 0x32,
+        0x12: 0x04,
+        0x14: 0x05,
+        0x15: 1,
+        0x16: 2,
+        0x17: 3,
+    }
+    kept = {0x18: 0x11, 0x19: 0x22, 0x1A: 0x01}
+    chip = Chip("LPS22HB")
+    for address, value in {**listed, **kept}.items():
+        chip.write(address, value)
+
+    chip.write(CTRL_REG2, 0x14)
+    assert chip.byte(CTRL_REG2) == 0x14
+    chip.wait(10 * PS_PER_US)
+
+    assert {address: chip.byte(address) for address in listed} == dict.fromkeys(listed, 0x00)
+    assert {address: chip.byte(address) for address in kept} == kept
+    assert chip.byte(CTRL_REG2) == 0x10
+
+
+def test_swreset_ends_a_one_shot() -> None:
+    chip = Chip("LPS22HB")
+    chip.write(CTRL_REG2, 0x11)
+    chip.write(CTRL_REG2, 0x14)
+    chip.wait(PS_PER_S)
+
+    assert chip.byte(STATUS) == 0x00
+    chip.write(CTRL_REG2, 0x11)
+    chip.wait(13 * PS_PER_MS)
+    assert chip.byte(STATUS) == 0x03
+
+
+def test_boot_and_swreset_at_once_as_the_boards_firmware_does() -> None:
+    """Sensor facts 3.2: 0x94; the part works afterwards."""
+    chip = Chip("LPS22HB")
+    chip.write(CTRL_REG1, 0x32)
+    chip.write(CTRL_REG2, 0x94)
+
+    assert chip.byte(CTRL_REG2) == 0x94
+    chip.wait(40 * PS_PER_MS)
+    assert (chip.byte(CTRL_REG2), chip.byte(CTRL_REG1)) == (0x10, 0x00)
+    chip.write(CTRL_REG1, 0x32)
+    chip.wait(40 * PS_PER_MS)
+    assert chip.byte(STATUS) == 0x03
+    assert chip.notes == []
+
+
+def test_0xf8_in_ctrl_reg2_is_harmless_as_on_the_real_board() -> None:
+    """Sensor facts 3.2: FIFO_EN in bypass mode gives plain outputs, BOOT ends by itself."""
+    chip = Chip("LPS22HB")
+    chip.write(CTRL_REG2, 0xF8)
+    chip.write(CTRL_REG1, 0x33)
+
+    chip.wait(40 * PS_PER_MS)
+    assert chip.byte(CTRL_REG2) == 0x78
+    assert chip.read(PRESS_OUT_XL, 5) == round(1013.25 * 4096).to_bytes(3, "little") + b"\xc4\x09"
+    assert ("not modelled", "CTRL_REG2.FIFO_EN/STOP_ON_FTH/I2C_DIS written") in chip.notes
+    chip.wait(40 * PS_PER_MS)
+    assert chip.byte(STATUS) == 0x03
+
+
+@pytest.mark.parametrize("code", [6, 7])
+def test_an_undefined_rate_measures_nothing_and_is_noted(code: int) -> None:
+    """Datasheet T17."""
+    chip = Chip("LPS22HB")
+    chip.write(CTRL_REG1, code << 4)
+    chip.wait(PS_PER_S)
+
+    assert chip.notes == [("forbidden", "CTRL_REG1.ODR above 5")]
+    assert chip.byte(STATUS) == 0x00
+
+
+# -- output ---------------------------------------------------------------------------------------------
+
+
+def test_a_burst_turns_back_after_the_temperature() -> None:
+    """Datasheet 5.8: 0x2C is followed by 0x28."""
+    chip = Chip("LPS22HB")
+    chip.write(CTRL_REG1, 0x50)
+    chip.wait(PS_PER_S)
+
+    once = chip.read(PRESS_OUT_XL, 5)
+    assert chip.read(PRESS_OUT_XL, 15) == 3 * once
+    assert chip.read(0x2B, 4) == once[3:] + once[:2]
+
+
+def test_without_if_add_inc_a_burst_stays_at_its_address() -> None:
+    chip = Chip("LPS22HB")
+    chip.write(CTRL_REG1, 0x50)
+    chip.write(CTRL_REG2, 0x00)
+    chip.wait(PS_PER_S)
+
+    assert chip.read(0x2A, 4) == b"\x3f" * 4
+    chip.write(RPDS_L, 1, 2, 3)
+    assert (chip.byte(RPDS_L), chip.byte(RPDS_L + 1)) == (3, 0)
+
+
+@pytest.mark.parametrize("count", [16, -16, 32767, -32768])
+def test_rpds_is_subtracted_in_sixteenths_of_a_hpa(count: int) -> None:
+    """Sensor facts DIS-15: the LSB is that of the LPS25H's AN4450, 1/16 hPa; 24 bits saturate."""
+    chip = Chip("LPS22HB")
+    chip.write(RPDS_L, *count.to_bytes(2, "little", signed=True))
+    chip.write(CTRL_REG1, 0x50)
+    chip.wait(PS_PER_S)
+
+    expected = round((1013.25 - count / 16) * 4096)
+    assert chip.counts(PRESSURE) == (min(expected, 0x7FFFFF),)
+
+
+def test_with_bdu_pressure_and_temperature_stay_together_until_press_out_h() -> None:
+    """Datasheet 9.5; 0x2A has to be read last."""
+    chip = Chip("LPS22HB")
+    chip.world.signals["pressure_hpa"] = ramp((300.0,), (100.0,))
+    chip.world.signals["temperature_degc"] = ramp((0.0,), (20.0,))
+    chip.write(CTRL_REG1, 0x12)
+    chip.wait(PS_PER_S)
+    old = chip.read(PRESS_OUT_XL, 5)
+
+    chip.read(PRESS_OUT_XL)
+    chip.wait(PS_PER_S)
+    assert chip.read(0x2B, 2) == old[3:]
+    assert chip.read(0x29, 2) == old[1:3]
+    assert chip.read(PRESS_OUT_XL, 5) == (500 * 4096).to_bytes(3, "little") + (4000).to_bytes(2, "little")
+
+
+def test_the_two_flags_and_their_overruns_are_cleared_separately() -> None:
+    """Datasheet 9.20; which byte clears them is the LPS25H's rule."""
+    chip = Chip("LPS22HB")
+    chip.write(CTRL_REG1, 0x10)
+    chip.wait(PS_PER_S)
+
+    assert chip.byte(STATUS) == 0x03
+    chip.read(0x2C)
+    assert chip.byte(STATUS) == 0x01
+    chip.wait(PS_PER_S)
+    assert chip.byte(STATUS) == 0x13
+    chip.read(0x2A)
+    assert chip.byte(STATUS) == 0x02
+    chip.wait(2 * PS_PER_S)
+    assert chip.byte(STATUS) == 0x33, "two samples at once overwrite each other"
+    chip.read(PRESS_OUT_XL, 5)
+    assert chip.byte(STATUS) == 0x00

@@ -1,0 +1,230 @@
+"""Offset, scale, drift and noise: numbers that are set come out of the registers as these numbers."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sensors.errors import GRADES, Grade
+from sensors.lis2mdl import LIS2MDLErrors
+from sensors.lps22hb import LPS22HBErrors
+from sensors.lsm6dsl import LSM6DSLErrors
+from tests.sensor_fakes import (
+    ACCELEROMETER,
+    GYROSCOPE,
+    LIS2MDL_TEMPERATURE,
+    LPS22HB_TEMPERATURE,
+    LSM6DSL_TEMPERATURE,
+    MAGNETOMETER,
+    PRESSURE,
+    Channel,
+    Chip,
+    Writes,
+)
+
+BIAS, SCALE, BIAS_DRIFT, SCALE_DRIFT = (12.0, -34.0, 56.0), (1.0, -2.0, 3.0), (0.1, -0.2, 0.3), 0.05
+
+
+def measured(channel: Channel, errors: Any, degc: float, *values: float) -> list[float]:
+    """What the registers say, in the signal's unit, when the world stands still."""
+    chip = Chip(channel.part, errors)
+    chip.set("temperature_degc", degc)
+    chip.set(channel.name, *values)
+    chip.configure(channel.scales[0][0])
+    chip.wait(channel.sample_ps(0))
+    return [channel.zero + count * channel.scales[0][1] for count in chip.counts(channel)]
+
+
+@pytest.mark.parametrize("degc", [25.0, 45.0, -5.0])
+@pytest.mark.parametrize(
+    ("channel", "errors", "value", "unit"),
+    [
+        (ACCELEROMETER, LSM6DSLErrors(BIAS, SCALE, BIAS_DRIFT, SCALE_DRIFT), 1.0, 1e-3),
+        (
+            GYROSCOPE,
+            LSM6DSLErrors(
+                gyro_bias_dps=BIAS,
+                gyro_scale_percent=SCALE,
+                gyro_bias_drift_dps_per_degc=BIAS_DRIFT,
+                gyro_scale_drift_percent_per_degc=SCALE_DRIFT,
+            ),
+            100.0,
+            1.0,
+        ),
+        (MAGNETOMETER, LIS2MDLErrors(BIAS, SCALE, BIAS_DRIFT, SCALE_DRIFT), 4000.0, 1.0),
+    ],
+    ids=str,
+)
+def test_bias_scale_and_their_drift_are_applied_as_numbers(
+    channel: Channel, errors: Any, value: float, unit: float, degc: float
+) -> None:
+    """Value * (1 + scale) + bias, both moving linearly with the distance from 25 degC."""
+    expected = [
+        value * (1 + (scale + SCALE_DRIFT * (degc - 25)) / 100) + (bias + drift * (degc - 25)) * unit
+        for scale, bias, drift in zip(SCALE, BIAS, BIAS_DRIFT, strict=True)
+    ]
+
+    found = measured(channel, errors, degc, *channel.value(value))
+
+    assert found == pytest.approx(expected, rel=0, abs=0.51 * channel.scales[0][1])
+
+
+@pytest.mark.parametrize(
+    ("channel", "errors", "value", "expected"),
+    [
+        (PRESSURE, LPS22HBErrors(pressure_bias_hpa=0.5), 1000.0, 1000.5),
+        (LPS22HB_TEMPERATURE, LPS22HBErrors(temperature_bias_degc=-1.5), 20.0, 18.5),
+        (LSM6DSL_TEMPERATURE, LSM6DSLErrors(temperature_offset_degc=7.0), 20.0, 27.0),
+        (LIS2MDL_TEMPERATURE, LIS2MDLErrors(temperature_offset_degc=2.0), 20.0, 22.0),
+    ],
+    ids=str,
+)
+def test_offsets_of_pressure_and_temperature(
+    channel: Channel, errors: Any, value: float, expected: float
+) -> None:
+    assert measured(channel, errors, 20.0, value) == pytest.approx([expected], rel=0, abs=1e-9)
+
+
+# -- noise ----------------------------------------------------------------------------------------------
+
+XL, G = LSM6DSLErrors(acc_noise_ug_rthz=80.0), LSM6DSLErrors(gyro_noise_mdps_rthz=4.0)
+MAG, BARO = LIS2MDLErrors(noise_mgauss=4.5), LPS22HBErrors(pressure_noise_hpa=0.0075)
+NOISE = [
+    # LSM6DSL datasheet T3: 80 ug/sqrt(Hz) (8 g: 90), bandwidth ODR/2 or that of LPF2 (T68); low power by RMS
+    (ACCELEROMETER, XL, ((0x10, 0x40),), 80e-6 * math.sqrt(104 / 2)),
+    (ACCELEROMETER, XL, ((0x10, 0x4C),), 90e-6 * math.sqrt(104 / 2)),
+    (ACCELEROMETER, XL, ((0x17, 0xC0), (0x10, 0x60)), 80e-6 * math.sqrt(416 / 9)),
+    (ACCELEROMETER, XL, ((0x15, 0x10), (0x10, 0x44)), 3.0e-3),
+    # 4 mdps/sqrt(Hz) with the cut-off of AN5040 T19; 75 mdps RMS in low power and normal mode
+    (GYROSCOPE, G, ((0x11, 0x40),), 4e-3 * math.sqrt(33)),
+    (GYROSCOPE, G, ((0x11, 0x70),), 4e-3 * math.sqrt(312)),
+    (GYROSCOPE, G, ((0x16, 0x80), (0x11, 0x40)), 75e-3),
+    # LIS2MDL datasheet T3
+    (MAGNETOMETER, MAG, ((0x60, 0x8C),), 4.5),
+    (MAGNETOMETER, MAG, ((0x61, 0x01), (0x60, 0x8C)), 3.0),
+    (MAGNETOMETER, MAG, ((0x60, 0x9C),), 9.0),
+    (MAGNETOMETER, MAG, ((0x61, 0x01), (0x60, 0x9C)), 6.0),
+    # LPS22HB datasheet T3 at 75 Hz with ODR/20; the other two are the model's stated approximation: by the
+    # square root of the bandwidth, and twice as much in low current
+    (PRESSURE, BARO, ((0x10, 0x5C),), 0.0075),
+    (PRESSURE, BARO, ((0x10, 0x50),), 0.0075 * math.sqrt(20 / 2)),
+    (PRESSURE, BARO, ((0x1A, 0x01), (0x10, 0x5C)), 0.0150),
+]
+
+
+@pytest.mark.parametrize(("channel", "errors", "writes", "rms"), NOISE, ids=str)
+def test_noise_rms_is_that_of_the_setting(channel: Channel, errors: Any, writes: Writes, rms: float) -> None:
+    """2000 samples an axis: the standard error is 1.6 %; rounding to counts adds less than 2 %."""
+    chip = Chip(channel.part, errors, seed=3)
+    chip.set(channel.name, *channel.value(0.0))
+    chip.configure(writes)
+    lsb = chip.part.sample_range(channel.name)[2]
+    samples: list[tuple[int, ...]] = []
+    while len(samples) < 2000:
+        chip.wait(100_000_000)  # 0.1 ms: shorter than any period
+        if chip.is_ready(channel):
+            samples.append(chip.counts(channel))
+
+    found = np.array(samples) * lsb
+    assert found.std(axis=0) == pytest.approx(np.full(channel.axes, rms), rel=0.10)
+    assert found.mean(axis=0) == pytest.approx(np.zeros(channel.axes), abs=0.1 * rms + 0.1 * lsb)
+
+
+def test_the_axes_have_noise_of_their_own() -> None:
+    chip = Chip("LSM6DSL", XL)
+    chip.configure(ACCELEROMETER.scales[0][0])
+    rows = []
+    for sample in range(1000):
+        chip.t_ps = ACCELEROMETER.sample_ps(sample)
+        rows.append(chip.counts(ACCELEROMETER))
+
+    correlation = np.corrcoef(np.array(rows).T)
+    assert np.abs(correlation - np.eye(3)).max() < 0.15
+
+
+# -- grades ---------------------------------------------------------------------------------------------
+
+LIMITS: dict[type, dict[str, float]] = {
+    # the datasheets' Table 3; noise is typical, not a limit
+    LSM6DSLErrors: {
+        "acc_bias_mg": 40.0,
+        "acc_scale_percent": 1.0,
+        "acc_bias_drift_mg_per_degc": 0.1,
+        "acc_scale_drift_percent_per_degc": 0.01,
+        "gyro_bias_dps": 3.0,
+        "gyro_scale_percent": 1.0,
+        "gyro_bias_drift_dps_per_degc": 0.015,
+        "gyro_scale_drift_percent_per_degc": 0.007,
+        "temperature_offset_degc": 15.0,
+    },
+    LIS2MDLErrors: {
+        "bias_mgauss": 60.0,
+        "scale_percent": 7.0,
+        "bias_drift_mgauss_per_degc": 0.3,
+        "scale_drift_percent_per_degc": 0.03,
+        "temperature_offset_degc": 0.0,
+    },
+    LPS22HBErrors: {"pressure_bias_hpa": 1.0, "temperature_bias_degc": 1.5},
+}
+NOISE_FIGURES: dict[type, dict[str, float]] = {
+    LSM6DSLErrors: {"acc_noise_ug_rthz": 80.0, "gyro_noise_mdps_rthz": 4.0},
+    LIS2MDLErrors: {"noise_mgauss": 4.5},
+    LPS22HBErrors: {"pressure_noise_hpa": 0.0075},
+}
+parts = pytest.mark.parametrize("part", LIMITS, ids=lambda part: part.__name__)
+
+
+def of_grade(part: Any, grade: Grade, seed: int) -> dict[str, np.ndarray[Any, np.dtype[np.float64]]]:
+    errors = part.of_grade(grade, seed)
+    return {entry.name: np.atleast_1d(getattr(errors, entry.name)) for entry in fields(errors)}
+
+
+@parts
+def test_every_figure_has_a_limit_or_is_noise(part: type[Any]) -> None:
+    assert {entry.name for entry in fields(part)} == {*LIMITS[part], *NOISE_FIGURES[part]}
+
+
+@parts
+def test_an_ideal_part_is_the_default(part: type[Any]) -> None:
+    assert part.of_grade("ideal", 7) == part()
+    assert not any(np.any(figure) for figure in of_grade(part, "ideal", 7).values())
+
+
+@parts
+@pytest.mark.parametrize("seed", range(20))
+def test_a_typical_part_is_inside_the_limits_and_a_worst_one_at_them(part: type[Any], seed: int) -> None:
+    typical, worst = of_grade(part, "typical", seed), of_grade(part, "worst", seed)
+
+    for name, limit in LIMITS[part].items():
+        assert np.all(np.abs(typical[name]) <= limit)
+        assert np.all(np.abs(worst[name]) == limit)
+    for name, figure in NOISE_FIGURES[part].items():
+        assert float(typical[name][0]) == figure
+        assert float(worst[name][0]) == 1.5 * figure
+
+
+@parts
+def test_the_spread_of_typical_parts_is_a_third_of_the_limit(part: type[Any]) -> None:
+    """600 parts: the standard error of their spread is 3 %."""
+    drawn = [of_grade(part, "typical", seed) for seed in range(600)]
+    for name, limit in LIMITS[part].items():
+        figures = np.array([errors[name][0] for errors in drawn])
+        assert figures.std() == pytest.approx(limit / 3, rel=0.10)
+        assert figures.mean() == pytest.approx(0, abs=limit / 15)
+
+
+@parts
+def test_worst_parts_have_either_sign(part: type[Any]) -> None:
+    signs = {float(np.sign(of_grade(part, "worst", seed)[next(iter(LIMITS[part]))][0])) for seed in range(20)}
+
+    assert signs == {-1.0, 1.0}
+
+
+@parts
+def test_an_unknown_grade_is_refused_with_the_known_ones(part: type[Any]) -> None:
+    with pytest.raises(ValueError, match=f"unknown error grade 'perfect'; known: {', '.join(GRADES)}"):
+        part.of_grade("perfect", 0)
