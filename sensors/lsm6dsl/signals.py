@@ -1,7 +1,7 @@
 """The LSM6DSL's internal signals: what its functions raise, and what pins and the FIFO's trigger listen to.
 
-A function sets its signal with the time at which it happened; who needs it (pin routing, FIFO trigger) listens.
-Names are those of the routing registers without their pin: ``DRDY_XL``, ``FTH``, ``WU``, ``6D``, ``TILT`` ...
+A function sets its signal with the time at which it happened; who needs it (pin routing, FIFO trigger)
+listens. Names are those of the routing registers without their pin: ``DRDY_XL``, ``FTH``, ``WU``, ``6D`` ...
 """
 
 from __future__ import annotations
