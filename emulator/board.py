@@ -37,10 +37,11 @@ from emulator.hal import Hal
 from emulator.i2c import FAST_MODE_HZ, I2CBus
 from emulator.i2c_master import I2CMaster
 from emulator.sensor_set import SensorSet, SensorSettings
+from emulator.spi import SpiBus, SpiMaster
 from emulator.terminal import Terminal
 from emulator.trace import Trace
 from emulator.uart import Uart
-from emulator.wiring import LED1_PIN, LED2_PIN, UART_CLOCK_HZ
+from emulator.wiring import LED1_PIN, LED2_PIN, UART_CLOCK_HZ, Profile
 from emulator.wiring import profile as find_profile
 from emulator.world import World
 
@@ -51,7 +52,8 @@ if TYPE_CHECKING:
 class Board:
     """A STEVAL-FCU001V1.
 
-    ``profile``: how the sensors are wired (``"lab3"``: all on I2C2). ``firmware``: a name (``"lab3"``,
+    ``profile``: how the sensors are wired (``"lab3"``: all on I2C2; ``"fcu001v1"``: on SPI2, as on the real
+    board). ``firmware``: a name (``"lab3"``,
     ``"template"``), a callable that takes the HAL and returns the firmware, or None for none. ``scenario``: a
     name, a path or a loaded scenario; it brings its own firmware unless one is given. ``seed``: which board
     of the class this is, and its noise. ``ideal``: sensors without any error.
@@ -79,7 +81,8 @@ class Board:
             settings = replace(settings, grade="ideal")
         self.sensors = SensorSet(self.world, clock, settings, self.seed)
         self.bus = I2CBus("I2C2", self.clock, self.trace, plan.i2c_speed_hz if plan else FAST_MODE_HZ)
-        self.sensors.attach(self.bus, wiring)
+        spi = SpiBus("SPI2", clock, self.trace)
+        self.sensors.attach(self.bus, spi, wiring)
         self.sensors.observe(self.trace)
         self.uart = Uart("USART1", self.clock, self.trace, UART_CLOCK_HZ)
         self.gpio = Gpio(self.clock, self.trace)
@@ -88,8 +91,9 @@ class Board:
         core = Core(self.clock)
         hal = Hal(self.clock, self.trace, core, self.bus, self.uart, self.gpio)
         self.tim9 = hal.tim9
-        self._backend = self._boot(firmware, plan, core, hal)
+        self._backend = self._boot(wiring, firmware, plan, core, hal)
         self.i2c2 = I2CMaster(self.bus, self._backend.run_until)
+        self.spi2 = SpiMaster(spi, self._backend.run_until)
         self.terminal = Terminal(self.uart, self.clock, self._backend.run_until)
         weakref.finalize(self, core.close)
         if plan:
@@ -115,12 +119,22 @@ class Board:
         return self._backend.variable(name)
 
     def _boot(
-        self, firmware: str | FirmwareFactory | None, plan: Scenario | None, core: Core, hal: Hal
+        self,
+        wiring: Profile,
+        firmware: str | FirmwareFactory | None,
+        plan: Scenario | None,
+        core: Core,
+        hal: Hal,
     ) -> Backend:
         if firmware is None and plan is not None:
             firmware = plan.firmware
         if firmware is None:
             return NoFirmware(self.clock)
+        if not wiring.i2c2:
+            raise InputError(
+                "firmware in Python talks to the sensors on I2C2, where they are not with profile "
+                f'{wiring.name!r}; use profile "lab3", or no firmware'
+            )
         if isinstance(firmware, str):
             firmware = firmwares.factory(firmware, plan.firmware_settings() if plan else None)
         return PythonFirmware(firmware(hal), core, hal)

@@ -46,8 +46,11 @@ class I2CTarget(Protocol):
         """The master ended the transfer."""
         ...
 
-    def read_from(self, subaddress: int, count: int, now_ps: int) -> bytes:
-        """The usual "write one byte, repeated start, read" in one call; must equal the four above."""
+    def read_from(self, subaddress: int, count: int, now_ps: int) -> bytes | None:
+        """The usual "write one byte, repeated start, read" in one call; must equal the four above.
+
+        None if the device does not acknowledge its address.
+        """
         ...
 
     def name(self) -> str:
@@ -125,6 +128,8 @@ class I2CBus:
         now_ps = self._clock.now_ps
         self.end_ps = now_ps + self._read_ps[count]
         data = target.read_from(subaddress, count, now_ps)
+        if data is None:
+            return self.transfer(address, bytes((subaddress,)), count)  # which fails as it should
         if self._trace.detailed:
             self._record(now_ps, address, bytes((subaddress,)), data, "ok")
         return data

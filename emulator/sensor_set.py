@@ -10,6 +10,8 @@ from typing import Any, TypeVar
 from emulator.clock import Clock
 from emulator.errors import InputError
 from emulator.i2c import I2CBus
+from emulator.pin_watch import PinWatch
+from emulator.spi import SpiBus
 from emulator.trace import DeviceNote, RegisterWrite, Trace
 from emulator.wiring import MAGNETOMETER_MOUNTING, MOUNTING, MagnetometerMounting, Matrix, Profile
 from emulator.world import World
@@ -71,15 +73,19 @@ class SensorSet:
         world.on_change(self._world_changed)
         self._clock = clock
 
-    def attach(self, bus: I2CBus, profile: Profile) -> None:
-        """Solder the parts to their addresses."""
+    def attach(self, i2c2: I2CBus, spi2: SpiBus, profile: Profile) -> None:
+        """Solder the parts to their addresses and chip selects."""
         clock = self._clock
         for part in self.parts:
-            bus.attach(profile.i2c2[part.NAME], SubaddressTarget(part, lambda: clock.now_ps))
+            if part.NAME in profile.i2c2:
+                i2c2.attach(profile.i2c2[part.NAME], SubaddressTarget(part, lambda: clock.now_ps))
+            if part.NAME in profile.spi2:
+                spi2.attach(profile.spi2[part.NAME], part)
 
     def observe(self, trace: Trace) -> None:
-        """Report what firmware does to the registers to the trace."""
+        """Report what firmware does to the registers, and the edges of wired pins, to the trace."""
         for part in self.parts:
+            PinWatch(part, self._clock, trace)
             part.observe(_note(trace, part.NAME), _write_log(trace, part.NAME))
 
     def _world_changed(self, from_s: float) -> None:

@@ -34,10 +34,11 @@ UART_CLOCK_HZ = 84_000_000  # PCLK2, which feeds USART1
 
 @dataclass(frozen=True)
 class Profile:
-    """One way the sensors are connected: 7-bit I2C2 addresses by part name."""
+    """One way the sensors are connected: 7-bit I2C2 addresses, or SPI2 chip selects, by part name."""
 
     name: str
     i2c2: dict[str, int]
+    spi2: dict[str, str]
     description: str
 
 
@@ -45,7 +46,14 @@ PROFILES = {
     "lab3": Profile(
         "lab3",
         {"LSM6DSL": 0x6B, "LIS2MDL": 0x1E, "LPS22HB": 0x5D},
+        {},
         "the lab as the slides draw it: all sensors on I2C2, SCL PB10, SDA PB3",
+    ),
+    "fcu001v1": Profile(
+        "fcu001v1",
+        {},
+        {"LSM6DSL": "PA8", "LIS2MDL": "PB12", "LPS22HB": "PC13"},
+        "the real board: all sensors on SPI2, three wires, one chip select each",
     ),
 }
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import ClassVar, TypeAlias
+from typing import ClassVar, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +12,26 @@ from sensors.pin import Pin
 from sensors.register import Register, RegisterMap
 from sensors.register_file import NoteCallback, RegisterFile, WriteLog
 from sensors.sampling import NEVER_PS, Times
+from sensors.spi import Wires
 
 Signal: TypeAlias = Callable[[Times], NDArray[np.float64]]
 """A physical quantity at the given times: shape (n, 3) in the sensor's own axes, or (n,) for a scalar."""
+
+
+class Read(Protocol):
+    """A burst read."""
+
+    def __call__(self, address: int, count: int, now_ps: int) -> bytes:
+        """``count`` bytes from ``address`` on."""
+        ...
+
+
+class Write(Protocol):
+    """A burst write."""
+
+    def __call__(self, address: int, data: bytes, now_ps: int) -> None:
+        """Write ``data`` from ``address`` on."""
+        ...
 
 
 class Part:
@@ -35,13 +52,26 @@ class Part:
 
     def __init__(self, registers: RegisterMap, wrap: Mapping[int, int] | None = None) -> None:
         self.registers = RegisterFile(registers, wrap)
+        self._accessed: Callable[[], None] | None = None
+        self.i2c_off = False  # firmware that uses SPI switches I2C off (I2C_disable, I2C_DIS)
         self._activate(self.registers)
 
     def _activate(self, registers: RegisterFile) -> None:
         self.active = registers
-        self.read = registers.read
-        self.write = registers.write
+        self.read: Read = registers.read
+        self.write: Write = self._writer(registers)
         self.advance = registers.advance
+        if self._accessed is not None:
+            self.read = _read_then(self.read, self._accessed)
+            self.write = _write_then(self.write, self._accessed)
+
+    def _writer(self, registers: RegisterFile) -> Write:
+        return registers.write
+
+    def watch(self, accessed: Callable[[], None]) -> None:
+        """Call ``accessed()`` after every read and write: a pin may change earlier than it would have."""
+        self._accessed = accessed
+        self._activate(self.active)
 
     def files(self) -> tuple[RegisterFile, ...]:
         """Every register file of the part: the main one and its embedded banks."""
@@ -55,6 +85,19 @@ class Part:
     def register_name(self, address: int) -> str:
         """The datasheet's name of the register at a sub-address, in the active bank."""
         return self.active.map.name(address & 0x7F)
+
+    def accessible(self, now_ps: int) -> bool:
+        """Whether the registers answer; not while a part just powered on loads its trimming values."""
+        del now_ps
+        return True
+
+    def supply_current_ua(self) -> float:
+        """Supply current in microampere as now configured."""
+        raise AssertionError(f"{type(self).__name__} has no supply")
+
+    def spi_wires(self) -> Wires:
+        """Three wires or four, as configured."""
+        return 4
 
     def pins(self) -> tuple[Pin, ...]:
         """The part's interrupt and data-ready pins."""
@@ -75,6 +118,23 @@ class Part:
     def sample_range(self, channel: str) -> tuple[float, float, float]:
         """(lowest value, highest value, size of one LSB) of ``channel`` as now configured, in its unit."""
         raise KeyError(channel)
+
+
+def _read_then(read: Read, then: Callable[[], None]) -> Read:
+    def read_then(address: int, count: int, now_ps: int) -> bytes:
+        data = read(address, count, now_ps)
+        then()
+        return data
+
+    return read_then
+
+
+def _write_then(write: Write, then: Callable[[], None]) -> Write:
+    def write_then(address: int, data: bytes, now_ps: int) -> None:
+        write(address, data, now_ps)
+        then()
+
+    return write_then
 
 
 class SelfClearingBits:

@@ -20,6 +20,7 @@ class Pin:
     def __init__(self, name: str, level: int | None = 0) -> None:
         self.name = name
         self.level = level
+        self.on_wire: Callable[[], None] | None = None  # called once, before the first listener is added
         self._listeners: list[EdgeCallback] = []
 
     @property
@@ -28,7 +29,10 @@ class Pin:
         return bool(self._listeners)
 
     def listen(self, edge: EdgeCallback) -> None:
-        """Call ``edge`` at every change to 0 or 1 from now on."""
+        """Call ``edge`` at every change to 0 or 1 from now on; it must not access the part itself."""
+        if self.on_wire is not None:
+            on_wire, self.on_wire = self.on_wire, None
+            on_wire()
         self._listeners.append(edge)
 
     def drive(self, level: int | None, at_ps: int) -> None:

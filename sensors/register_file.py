@@ -53,15 +53,15 @@ class RegisterFile:
         self.mem = bytearray(registers.reset)
         self.note: NoteCallback = _no_note
         self.write_log: WriteLog | None = None
-        self._next = [(address + 1) % ADDRESSES for address in range(ADDRESSES)]
-        for address, following in (wrap or {}).items():
-            self._next[address] = following
+        self._wrap = dict(wrap or {})
+        self._next: list[int] = []
         self._before: list[ReadHook | None] = [None] * ADDRESSES
         self._after: list[AfterHook | None] = [None] * ADDRESSES
         self._on_write: list[WriteHook | None] = [None] * ADDRESSES
         self.half_read: set[int] = set()  # block data update: bytes read whose partner has not been read yet
         self._increment = True
         self._plans: dict[int, tuple[_Piece, ...]] = {}
+        self.set_jumps({})
         for register in registers.registers:
             if not register.modelled:
                 self.before_read(register, self._note_unmodelled_read)
@@ -93,6 +93,13 @@ class RegisterFile:
         if on != self._increment:
             self._increment = on
             self._plans.clear()
+
+    def set_jumps(self, jumps: Mapping[int, int]) -> None:
+        """Addresses that lead elsewhere than to the next one, beside ``wrap``; they replace earlier ones."""
+        self._next = [(address + 1) % ADDRESSES for address in range(ADDRESSES)]
+        for address, following in {**self._wrap, **jumps}.items():
+            self._next[address] = following
+        self._plans.clear()
 
     # -- access -----------------------------------------------------------------------------------------
 

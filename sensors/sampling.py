@@ -97,6 +97,11 @@ class SampleStream:
         """Whether samples are still to come."""
         return self.next_ps != NEVER_PS
 
+    @property
+    def rate_hz(self) -> Fraction:
+        """Samples per second; 0 when stopped."""
+        return Fraction(PS_PER_S * self._den, self._num) if self.running else Fraction(0)
+
     def invalidate(self) -> None:
         """The world or the configuration has changed: samples still to come are computed anew."""
         self._block_end = self._block_first
@@ -157,10 +162,23 @@ class SampleStream:
         count = self._block_length
         if count > 1:
             self._block_length = min(2 * count, _LARGEST_BLOCK)
+        self._block = self._produce(self._earlier + first, self._times_s(first, count))
+        self._block_first, self._block_end = first, first + count
+
+    def times_s(self, number: int, count: int) -> Times:
+        """When the samples ``number`` and following come, as the producer counts; of the present run only."""
+        return self._times_s(number - self._earlier, count)
+
+    def next_number(self, now_ps: int | None = None) -> int:
+        """The producer's number of the first sample after ``now_ps``, or after the latest one looked at."""
+        if now_ps is None or not self.running:
+            return self._earlier + self.index + 1
+        return self._earlier + self.latest(now_ps) + 1
+
+    def _times_s(self, first: int, count: int) -> Times:
         # Each time is rounded from its own exact parts, so that it does not depend on where the block begins.
         period_s = self._num / (self._den * PS_PER_S)
         offset = first - self._origin_index
         spans_on, rest = np.divmod(np.arange(offset, offset + count, dtype=np.int64), self._den)
-        t_s = (self._origin_ps + spans_on * self._num) / PS_PER_S + rest * period_s
-        self._block = self._produce(self._earlier + first, t_s)
-        self._block_first, self._block_end = first, first + count
+        times: Times = (self._origin_ps + spans_on * self._num) / PS_PER_S + rest * period_s
+        return times

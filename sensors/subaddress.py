@@ -16,6 +16,8 @@ class AddressedDevice(Protocol):
     """A part seen through its sub-addresses."""
 
     NAME: ClassVar[str]
+    i2c_off: bool
+    """Whether the part does not answer on I2C."""
 
     def read(self, address: int, count: int, now_ps: int) -> bytes:
         """``count`` bytes from ``address`` on."""
@@ -50,7 +52,7 @@ class SubaddressTarget:
     def start(self, *, read: bool) -> bool:
         """A start or repeated start addressed this part; True acknowledges."""
         self._expects_subaddress = not read
-        return True
+        return not self.device.i2c_off
 
     def write(self, data: bytes) -> int:
         """Bytes from the master; the number acknowledged (all of them)."""
@@ -74,8 +76,10 @@ class SubaddressTarget:
         """The master ended the transfer; the sub-address stays."""
         self._expects_subaddress = False
 
-    def read_from(self, subaddress: int, count: int, now_ps: int) -> bytes:
-        """A whole "write sub-address, repeated start, read": the path nearly every transfer takes."""
+    def read_from(self, subaddress: int, count: int, now_ps: int) -> bytes | None:
+        """A whole "write sub-address, repeated start, read"; None if the part does not answer."""
+        if self.device.i2c_off:
+            return None
         self._address = address = subaddress & 0x7F
         self._lag = count
         return self.device.read(address, count, now_ps)

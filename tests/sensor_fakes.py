@@ -7,7 +7,7 @@ DocID027083 Rev 6) and not taken from ``sensors``: a wrong constant there must n
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any, TypeAlias
 
@@ -80,6 +80,7 @@ class Channel:
     off: Writes
     rate_hz: Fraction
     first_ps: int | None = None  # to the first sample; one period if None
+    turn_on_ps: int = 0  # before that
     ready: tuple[int, int] | None = None  # status register and flag
     overrun: int = 0  # flag in the same register
     axes: int = 3
@@ -105,7 +106,7 @@ class Channel:
         """When sample ``number`` (0, 1 ...) comes, from the start: never before its exact time."""
         period = PS_PER_S / self.rate_hz
         first = -int(-period // 1) if self.first_ps is None else self.first_ps
-        return first - int(-number * period // 1)
+        return self.turn_on_ps + first - int(-number * period // 1)
 
     def value(self, number: float) -> tuple[float, ...]:
         """``number`` for every axis, as a signal's value."""
@@ -135,6 +136,7 @@ GYROSCOPE = Channel(
     ),
     off=((0x11, 0x00),),
     rate_hz=Fraction(104),
+    turn_on_ps=70 * PS_PER_MS,  # AN5040 Table 15
     ready=(0x1E, 0x02),
     bdu=((0x12, 0x44),),
 )
@@ -220,8 +222,9 @@ class PartFacts:
     next_address: dict[int, int]  # where a burst does not simply go on
     increment_off: tuple[int, int] | None
     self_clearing: int  # a register that changes by itself after a write
-    unmodelled: tuple[int, int, str]  # a write that asks for something not modelled, and the name in the note
+    unmodelled: tuple[int, int, str] | None  # a write asking for something not modelled, the name in the note
     build: Callable[[FakeWorld, Any, int], Part]
+    shows_settings: dict[int, int] = field(default_factory=dict)  # bits nobody can write that follow others
 
 
 FACTS = {
@@ -233,7 +236,11 @@ FACTS = {
         next_address={0x3F: 0x3E},
         increment_off=(0x12, 0x00),
         self_clearing=0x12,
-        unmodelled=(0x0D, 0x01, "INT1_CTRL.INT1_DRDY_XL"),
+        unmodelled=(0x04, 0x01, "SENSOR_SYNC_TIME_FRAME.TPH"),
+        shows_settings={
+            0x3B: 0x20,  # FIFO_FULL_SMART: a depth of less than one data set
+            0x53: 0x01,  # SENSORHUB_END_OP: the sensor hub is on, and idle
+        },
         build=lambda world, errors, seed: LSM6DSL(
             world["acceleration_g"], world["angular_rate_dps"], world["temperature_degc"], errors, seed
         ),
@@ -246,10 +253,11 @@ FACTS = {
         next_address={0x6D: 0x68},
         increment_off=None,
         self_clearing=0x60,
-        unmodelled=(0x63, 0xE1, "INT_CRTL_REG.IEN"),
+        unmodelled=None,
         build=lambda world, errors, seed: LIS2MDL(
             world["magnetic_field_mgauss"], world["temperature_degc"], errors, seed
         ),
+        shows_settings={0x64: 0x01},  # INT_SOURCE_REG.INT idles at the level IEA gives it
     ),
     "LPS22HB": PartFacts(
         who_am_i=(0x0F, 0xB1),
@@ -259,7 +267,7 @@ FACTS = {
         next_address={0x2C: 0x28},
         increment_off=(0x11, 0x00),
         self_clearing=0x11,
-        unmodelled=(0x14, 0x40, "FIFO_CTRL.F_MODE"),
+        unmodelled=(0x43, 0x00, "CLOCK_TREE_CONFIGURATION.CTE"),
         build=lambda world, errors, seed: LPS22HB(
             world["pressure_hpa"], world["temperature_degc"], errors, seed
         ),

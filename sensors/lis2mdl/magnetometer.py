@@ -1,18 +1,31 @@
-"""The LIS2MDL's measurement: from magnetic field to counts (datasheet Table 3; AN5069 sections 3 and 9).
+"""The LIS2MDL's measurement: from magnetic field to counts (datasheet Table 3; AN5069 sections 3, 8 and 9).
 
-Approximation: the set and reset pulses are not modelled one by one; offset cancellation lowers the noise as
-Table 3 says, and the offset error is the one it leaves.
+A measurement is the field, plus or minus Hoff by the polarity of the last pulse (``pulses``), plus noise. In
+continuous mode OFF_CANC gives the mean of the last two, one of each polarity, so Hoff cancels. LPF is the
+same mean without a change of polarity.
+
+Decisions: the shape of LPF is not documented; the mean of two has its -3 dB point at exactly ODR/4 and
+lowers white noise by the square root of two, which is what Table 3 says of both LPF and OFF_CANC, so both
+together are no more than one of them. A single measurement has no neighbour to be averaged with: LPF does
+nothing there, and with OFF_CANC and OFF_CANC_ONE_SHOT the polarity alternates and the host averages. OFF_CANC
+alone makes a single measurement longer (AN5069 Table 8) but leaves Hoff in it. Averaging takes both
+measurements under the settings of the later one.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sensors.errors import Deviation, to_int16, words
 from sensors.lis2mdl.errors import LIS2MDLErrors
+from sensors.lis2mdl.interrupt import InterruptSettings
+from sensors.lis2mdl.pulses import Pulses
 from sensors.lis2mdl.registers import CFG_REG_A, CFG_REG_B, CFG_REG_C, OFFSET_X_REG
 from sensors.noise import NoiseSource, noise_key
 from sensors.part import Signal
@@ -20,8 +33,9 @@ from sensors.sampling import PS_PER_S, Times
 
 MGAUSS_PER_LSB = 1.5
 SELF_TEST_MGAUSS = 150.0  # datasheet Table 3 allows +15 to +500 mgauss; one value inside, for every part
+_CONTINUOUS: Final = 0  # CFG_REG_A.MD
 _ODR_HZ = (10, 20, 50, 100)
-_NOISE_FACTOR = {  # Table 3's RMS noise over 4.5 mgauss, by (low power, filtered)
+_NOISE_FACTOR = {  # Table 3's RMS noise over 4.5 mgauss, by (low power, averaging)
     (False, False): 4.5 / 4.5,
     (False, True): 3.0 / 4.5,
     (True, False): 9.0 / 4.5,
@@ -35,6 +49,9 @@ class MagnetometerSettings:
 
     rate: Fraction  # Hz
     turn_on_ps: int  # also the time of a single measurement (AN5069 Table 8)
+    averaging: bool  # OFF_CANC or LPF in continuous mode
+    alternating: bool  # set and reset pulses in turn
+    periodic_set: bool  # Set_FREQ = 0
     noise_factor: float
     self_test: bool
     offset_counts: tuple[int, int, int]
@@ -44,14 +61,19 @@ class MagnetometerSettings:
         """Read the settings out of the registers."""
         config, filters = mem[CFG_REG_A.addr], mem[CFG_REG_B.addr]
         low_power = bool(config & CFG_REG_A.LP.mask)
+        continuous = CFG_REG_A.MD.get(config) == _CONTINUOUS
         cancelling = bool(filters & CFG_REG_B.OFF_CANC.mask)
+        averaging = continuous and (cancelling or bool(filters & CFG_REG_B.LPF.mask))
         rate = Fraction(_ODR_HZ[CFG_REG_A.ODR.get(config)])
         turn_on_us = 6400 if low_power else 9400
         offsets = np.frombuffer(mem, dtype="<i2", count=3, offset=OFFSET_X_REG.addr).tolist()
         return cls(
             rate=rate,
             turn_on_ps=turn_on_us * PS_PER_S // 10**6 + (int(PS_PER_S / rate) if cancelling else 0),
-            noise_factor=_NOISE_FACTOR[low_power, cancelling or bool(filters & CFG_REG_B.LPF.mask)],
+            averaging=averaging,
+            alternating=cancelling and (continuous or bool(filters & CFG_REG_B.OFF_CANC_ONE_SHOT.mask)),
+            periodic_set=not filters & CFG_REG_B.Set_FREQ.mask,
+            noise_factor=_NOISE_FACTOR[low_power, averaging],
             self_test=bool(mem[CFG_REG_C.addr] & CFG_REG_C.Self_test.mask),
             offset_counts=(offsets[0], offsets[1], offsets[2]),
         )
@@ -61,7 +83,12 @@ class Magnetometer:
     """Produces blocks of samples; ``magnetic_field_mgauss`` in the sensor's axes."""
 
     def __init__(
-        self, magnetic_field_mgauss: Signal, temperature_degc: Signal, errors: LIS2MDLErrors, seed: int
+        self,
+        magnetic_field_mgauss: Signal,
+        temperature_degc: Signal,
+        errors: LIS2MDLErrors,
+        seed: int,
+        mem: bytearray,
     ) -> None:
         self._field_mgauss = magnetic_field_mgauss
         self._temperature_degc = temperature_degc
@@ -73,17 +100,56 @@ class Magnetometer:
             errors.bias_drift_mgauss_per_degc,
             errors.scale_drift_percent_per_degc,
         )
-        self.settings: MagnetometerSettings
+        self._set_reset_offset = np.array(errors.set_reset_offset_mgauss).reshape(3, 1)
+        self.pulses = Pulses()
+        self.settings = MagnetometerSettings.decode(mem)
+        self.interrupt = InterruptSettings.decode(mem)
+
+    def configure(self, mem: bytearray, number: int) -> None:
+        """The registers may have changed: sample ``number`` is the first one under the new settings."""
+        settings = self.settings = MagnetometerSettings.decode(mem)
+        self.interrupt = InterruptSettings.decode(mem)
+        self.pulses.configure(number, alternating=settings.alternating, periodic=settings.periodic_set)
 
     def produce(self, number: int, t_s: Times) -> bytes:
-        """Samples as little-endian X, Y, Z int16, the hard-iron offset registers subtracted (AN5069 9)."""
+        """Output samples, little-endian X, Y, Z int16."""
+        return words(self._without_offset(self._measure(number, t_s)))
+
+    def compare(self, number: int, t_s: Times) -> bytes:
+        """The same samples as the threshold interrupt sees them: a byte each, INT_SOURCE_REG without INT."""
+        measured = np.rint(self._measure(number, t_s))
+        compared = self._without_offset(measured) if self.interrupt.after_offset else measured
+        return self.interrupt.compare(to_int16(compared), measured)
+
+    def _without_offset(self, counts: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The hard-iron offset registers subtracted from what the part has measured (AN5069 section 9)."""
+        if not any(self.settings.offset_counts):
+            return counts
+        return to_int16(counts) - np.array(self.settings.offset_counts, dtype=np.float64).reshape(3, 1)
+
+    def _measure(self, number: int, t_s: Times) -> NDArray[np.float64]:
+        """Counts, neither rounded nor saturated, shape (3, n)."""
         settings = self.settings
-        field = self._deviation.apply(self._field_mgauss(t_s), t_s, self._temperature_degc)
+        numbers = np.arange(number, number + len(t_s))
+        signal, sign = self._field_mgauss(t_s), self.pulses.polarity(numbers).astype(np.float64)
+        if settings.averaging:
+            earlier_s, earlier = t_s - float(1 / settings.rate), numbers - 1
+            if number == self.pulses.first and not settings.alternating:  # the filter starts with its first
+                earlier_s[0], earlier[0] = t_s[0], number
+            signal = (signal + self._field_mgauss(earlier_s)) / 2
+            sign = (sign + self.pulses.polarity(earlier)) / 2
+        field = self._deviation.apply(signal, t_s, self._temperature_degc)
+        if self._set_reset_offset.any():
+            field += self._set_reset_offset * sign
         if self._noise_mgauss:
-            field += self._noise_mgauss * settings.noise_factor * self._noise.block(number, len(t_s))
+            field += self._noise_mgauss * settings.noise_factor * self._noise_of(number, len(t_s))
         if settings.self_test:
             field += SELF_TEST_MGAUSS
-        counts = field / MGAUSS_PER_LSB
-        if any(settings.offset_counts):
-            counts = to_int16(counts) - np.array(settings.offset_counts, dtype=np.float64).reshape(3, 1)
-        return words(counts)
+        return field / MGAUSS_PER_LSB
+
+    def _noise_of(self, number: int, count: int) -> NDArray[np.float64]:
+        """Of unit variance; averaged samples share a measurement with their neighbour, and so its noise."""
+        if not self.settings.averaging:
+            return self._noise.block(number + 1, count)
+        measured = self._noise.block(number, count + 1)
+        return (measured[:, 1:] + measured[:, :-1]) / math.sqrt(2)

@@ -2,21 +2,29 @@
 
 Decisions where the documents are silent: a second MD = 01 while a single measurement is under way does not
 restart it, and triggering one does not clear Zyxda (ST's own examples poll in such a loop); the per-axis
-flags are cleared by their own high byte.
+flags are cleared by their own high byte; DRDY is high while Zyxda is set. REBOOT ends in idle "after
+performing one measurement" (AN5069 section 7), which is available when the 20 ms are over; MD reads idle
+meanwhile, and a measurement asked for in that time begins when it is over. The registers answer during
+REBOOT, or nobody could see its bit; after power-on they do not.
 """
 
 from __future__ import annotations
 
-from typing import ClassVar
+from fractions import Fraction
+from typing import ClassVar, Literal
 
-from sensors.errors import to_int16
 from sensors.lis2mdl import registers
 from sensors.lis2mdl.errors import LIS2MDLErrors
-from sensors.lis2mdl.magnetometer import MGAUSS_PER_LSB, Magnetometer, MagnetometerSettings
+from sensors.lis2mdl.int_drdy import IntDrdyPin
+from sensors.lis2mdl.interrupt import InterruptGenerator
+from sensors.lis2mdl.magnetometer import MGAUSS_PER_LSB, Magnetometer
 from sensors.lis2mdl.registers import (
     CFG_REG_A,
     CFG_REG_B,
     CFG_REG_C,
+    INT_CRTL_REG,
+    INT_SOURCE_REG,
+    INT_THS,
     OFFSET_X_REG,
     OFFSET_Y_REG,
     OFFSET_Z_REG,
@@ -24,15 +32,20 @@ from sensors.lis2mdl.registers import (
     STATUS_REG,
     TEMP_OUT,
 )
+from sensors.lis2mdl.streams import Streams
+from sensors.lis2mdl.supply import supply_current_ua
+from sensors.lis2mdl.thermometer import COUNTS, DEGC_PER_LSB, ZERO_DEGC, Thermometer
 from sensors.output import DataReady, OutputWords
 from sensors.part import Part, SelfClearingBits, Signal
+from sensors.pin import Pin
 from sensors.register import RegisterMap
-from sensors.sampling import PS_PER_S, SampleStream, Times
+from sensors.sampling import NEVER_PS, PS_PER_S, SampleStream
+from sensors.spi import Wires
 
 _SOFT_RST_PS = 5 * PS_PER_S // 10**6  # datasheet 8.5
-_REBOOT_PS = 20 * PS_PER_S // 10**3  # AN5069 section 7
+_BOOT_PS = 20 * PS_PER_S // 10**3  # AN5069 sections 3 and 7: power-on and REBOOT
 _CONTINUOUS, _SINGLE, _IDLE = 0, 1, 3  # CFG_REG_A.MD; 2 is idle too
-_TEMPERATURE_LSB_PER_DEGC = 8  # datasheet 8.16; 0 counts are 25 degC
+_AFTER_BOOT = 4  # a single measurement while MD says idle
 _BURST_WRAP = {0x6D: 0x68}  # a burst over X, Y, Z starts again at X (sensor facts 2.1)
 _DATA_READY = DataReady(
     STATUS_REG,
@@ -43,7 +56,11 @@ _DATA_READY = DataReady(
 
 
 class LIS2MDL(Part):
-    """Magnetometer with thermometer; ``magnetic_field_mgauss``: (n, 3) in the sensor's own axes."""
+    """Magnetometer with thermometer; ``magnetic_field_mgauss``: (n, 3) in the sensor's own axes.
+
+    ``powered_on_ps``: when supply came, None for long ago; for 20 ms from then on the registers are not
+    accessible. ``int_idle_level``: INT_SOURCE_REG.INT while IEN = 0 and IEA = 0 (see ``interrupt``).
+    """
 
     NAME: ClassVar[str] = "LIS2MDL"
     WHO_AM_I: ClassVar[int] = 0x40
@@ -55,42 +72,103 @@ class LIS2MDL(Part):
         temperature_degc: Signal,
         errors: LIS2MDLErrors | None = None,
         seed: int = 0,
+        *,
+        powered_on_ps: int | None = None,
+        int_idle_level: Literal[0, 1] = 0,
     ) -> None:
         super().__init__(self.MAP, _BURST_WRAP)
         errors = errors or LIS2MDLErrors()
-        self._magnetometer = Magnetometer(magnetic_field_mgauss, temperature_degc, errors, seed)
-        self._temperature_degc = temperature_degc
-        self._temperature_offset = errors.temperature_offset_degc
-        self._mode = _IDLE
         main, mem = self.registers, self.registers.mem
-        self._magnetometer.settings = MagnetometerSettings.decode(mem)
-        self._mag = OutputWords(
-            main, OUT, SampleStream(6, self._magnetometer.produce), _DATA_READY, self._after_sample
+        self._magnetometer = Magnetometer(magnetic_field_mgauss, temperature_degc, errors, seed, mem)
+        self._accessible_ps = 0 if powered_on_ps is None else powered_on_ps + _BOOT_PS
+        self._booted_ps = self._accessible_ps
+        self._mode = _IDLE
+        thermometer = Thermometer(temperature_degc, errors.temperature_offset_degc)
+        self._streams = streams = Streams(
+            SampleStream(6, self._magnetometer.produce),
+            SampleStream(2, thermometer.produce),
+            SampleStream(1, self._magnetometer.compare),
+            self._magnetometer.pulses,
         )
-        self._temp = OutputWords(main, TEMP_OUT, SampleStream(2, self._produce_temperature), None)
+        self._mag = OutputWords(main, OUT, streams.field, _DATA_READY, self._after_sample)
+        self._temp = OutputWords(main, TEMP_OUT, streams.temperature, None)
+        self._due_ps = NEVER_PS  # the first sample nobody has looked at
+        self._pin = IntDrdyPin()
+        self._interrupt = InterruptGenerator(
+            streams.compared,
+            self._magnetometer.interrupt,
+            int_idle_level,
+            lambda at_ps, level: self._pin.drive("INT", level, at_ps),
+        )
         self._clearing = SelfClearingBits(main, CFG_REG_A)
+        self._wire()
+
+    def _wire(self) -> None:
+        main = self.registers
         main.before_read(STATUS_REG, self._refresh)
         main.before_read(CFG_REG_A, self._before_config)
+        main.before_read(INT_SOURCE_REG, self._before_source)
+        main.after_read(INT_SOURCE_REG, self._after_source)
         main.on_write(CFG_REG_A, self._write_config_a)
-        for register in (CFG_REG_B, CFG_REG_C, OFFSET_X_REG, OFFSET_Y_REG, OFFSET_Z_REG):
+        main.on_write(CFG_REG_B, self._write_config_b)
+        main.on_write(CFG_REG_C, self._write_config_c)
+        for register in (INT_CRTL_REG, INT_THS, OFFSET_X_REG, OFFSET_Y_REG, OFFSET_Z_REG):
             main.on_write(register, self._configure)
 
+    # -- the part from outside --------------------------------------------------------------------------
+
+    def accessible(self, now_ps: int) -> bool:
+        """Whether the registers answer: not before the trimming values are loaded (AN5069 section 3)."""
+        return now_ps >= self._accessible_ps
+
+    def supply_current_ua(self, single_hz: float = 0.0) -> float:
+        """Average supply current in microampere as now configured.
+
+        ``single_hz``: how often firmware triggers a single measurement, where it does not measure
+        continuously.
+        """
+        return supply_current_ua(self.registers.mem, single_hz)
+
+    def spi_wires(self) -> Wires:
+        """CFG_REG_C.4WSPI: three wires or four."""
+        return 4 if self.registers.mem[CFG_REG_C.addr] & CFG_REG_C.FOURWSPI.mask else 3
+
+    def pins(self) -> tuple[Pin, ...]:
+        """INT/DRDY."""
+        return (self._pin.pin,)
+
+    def catch_up(self, now_ps: int) -> None:
+        """Compare every sample until ``now_ps`` with the threshold, and bring the pin up to date."""
+        self._interrupt.catch_up(now_ps)
+        if self._pin.shows == "DRDY":
+            self._mag.refresh(now_ps)
+
+    def next_event_ps(self) -> int:
+        """When the pin may change next: with the next sample, if the pin is wired and shows anything."""
+        if self._pin.pin.wired and self._pin.shows == "DRDY":
+            return self._streams.field.next_ps
+        if self._pin.pin.wired and self._pin.shows == "INT" and self._interrupt.settings.on:
+            return min(self._streams.compared.next_ps, NEVER_PS)
+        return NEVER_PS
+
     def world_changed(self, now_ps: int | None = None) -> None:
-        """The signals differ from what they were: samples still to come are computed anew."""
-        del now_ps
-        self._mag.stream.invalidate()
-        self._temp.stream.invalidate()
+        """The signals differ from what they were: samples still to come are computed anew.
+
+        ``now_ps``: the interrupt first sees what came before; it may be left out while that is off.
+        """
+        if now_ps is not None:
+            self._interrupt.catch_up(now_ps)
+        self._streams.invalidate()
 
     def sample_range(self, channel: str) -> tuple[float, float, float]:
         """``magnetic_field_mgauss`` or ``temperature_degc``."""
-        lsb, zero = {
-            "magnetic_field_mgauss": (MGAUSS_PER_LSB, 0.0),
-            "temperature_degc": (1 / _TEMPERATURE_LSB_PER_DEGC, 25.0),
+        lsb, zero, counts = {
+            "magnetic_field_mgauss": (MGAUSS_PER_LSB, 0.0, 32768),
+            "temperature_degc": (DEGC_PER_LSB, ZERO_DEGC, COUNTS),
         }[channel]
-        counts = 32768 if channel == "magnetic_field_mgauss" else 2048  # the thermometer has 12 bits
         return zero - counts * lsb, zero + (counts - 1) * lsb, lsb
 
-    # -- data-ready -------------------------------------------------------------------------------------
+    # -- samples ----------------------------------------------------------------------------------------
 
     def _refresh(self, first: int, end: int, now_ps: int) -> None:
         del first, end
@@ -98,20 +176,38 @@ class LIS2MDL(Part):
         self._temp.refresh(now_ps)
 
     def _after_sample(self) -> None:
-        if self._mode == _SINGLE:  # done: back to idle by itself (AN5069 3.3)
+        if self._mode != _CONTINUOUS:  # done: back to idle by itself (AN5069 3.3)
             mem = self.registers.mem
             self._mode = _IDLE
             mem[CFG_REG_A.addr] = CFG_REG_A.MD.put(mem[CFG_REG_A.addr], _IDLE)
-            self._mag.stream.stop()
+            self._streams.field.stop()
+        due_ps, self._due_ps = self._due_ps, self._streams.field.next_ps
+        self._pin.drive("DRDY", 1, due_ps)
 
-    # -- configuration ----------------------------------------------------------------------------------
+    # -- registers that are read ------------------------------------------------------------------------
 
     def _before_config(self, first: int, end: int, now_ps: int) -> None:
         self._refresh(first, end, now_ps)
         self._clearing.before_read(first, end, now_ps)
 
+    def _before_source(self, first: int, end: int, now_ps: int) -> None:
+        del first, end
+        self._interrupt.catch_up(now_ps)
+        self.registers.mem[INT_SOURCE_REG.addr] = self._interrupt.source
+
+    def _after_source(self, first: int, end: int, now_ps: int) -> None:
+        del first, end
+        self._interrupt.after_reading_source()
+        self._drive_pin(now_ps)
+
+    def _after_output(self, first: int, end: int, now_ps: int) -> None:
+        del first, end
+        self._drive_pin(now_ps)
+
+    # -- configuration ----------------------------------------------------------------------------------
+
     def _write_config_a(self, old: int, new: int, now_ps: int) -> None:
-        main = self.registers
+        main, clearing = self.registers, self._clearing
         main.mem[CFG_REG_A.addr] = old  # a single measurement may have ended meanwhile: settle it first
         self._refresh(0, 0, now_ps)
         main.mem[CFG_REG_A.addr] = new
@@ -119,55 +215,87 @@ class LIS2MDL(Part):
         if reboot and reset:
             main.note(now_ps, "forbidden", "CFG_REG_A: REBOOT and SOFT_RST at once")  # AN5069 section 7
         if reset:
-            main.reset()
-            for output in (self._mag, self._temp):
-                output.reset()
-            self._clearing.begin(CFG_REG_A.SOFT_RST.mask, now_ps + _SOFT_RST_PS)
-        if reboot:
+            self._reset(now_ps)
+            clearing.begin(CFG_REG_A.SOFT_RST.mask, now_ps + _SOFT_RST_PS)
+        boots = reboot and not clearing.pending(CFG_REG_A.REBOOT.mask, now_ps)
+        if boots:
             main.mem[CFG_REG_A.addr] = CFG_REG_A.MD.put(main.mem[CFG_REG_A.addr], _IDLE)
-            self._clearing.begin(CFG_REG_A.REBOOT.mask, now_ps + _REBOOT_PS)
+            clearing.begin(CFG_REG_A.REBOOT.mask, now_ps + _BOOT_PS)
         self._configure(old, new, now_ps)
+        if boots:
+            self._mode, self._booted_ps = _AFTER_BOOT, now_ps + _BOOT_PS
+            self._start(now_ps, _BOOT_PS, None)
+
+    def _reset(self, now_ps: int) -> None:
+        self._interrupt.catch_up(now_ps)
+        self.registers.reset()
+        for output in (self._mag, self._temp):
+            output.reset()
+        self._mode = _IDLE
+        self._streams.stop()
 
     def _configure(self, old: int, new: int, now_ps: int) -> None:
+        """A register has changed: settle what came before, then go on under the new settings."""
         del old, new
+        self._interrupt.catch_up(now_ps)
         self._refresh(0, 0, now_ps)
-        mem = self.registers.mem
-        was, mode_was = self._magnetometer.settings, self._mode
-        settings = self._magnetometer.settings = MagnetometerSettings.decode(mem)
+        magnetometer, mem = self._magnetometer, self.registers.mem
+        was, mode_was = magnetometer.settings, self._mode
+        magnetometer.configure(mem, self._streams.next_number())
+        self._interrupt.configure(magnetometer.interrupt, now_ps)
+        self._streams.invalidate()
+        self._configure_outputs()
         mode = CFG_REG_A.MD.get(mem[CFG_REG_A.addr])
-        self._mode = _IDLE if mode > _SINGLE else mode
-        control = mem[CFG_REG_C.addr]
+        if mode in (_CONTINUOUS, _SINGLE):
+            self._mode = mode
+        elif mode_was != _AFTER_BOOT:
+            self._mode = _IDLE
+        if self._mode != mode_was or (self._mode == _CONTINUOUS and magnetometer.settings.rate != was.rate):
+            self._switch(now_ps)
+        elif self._mode == _CONTINUOUS:
+            self._streams.switch_temperature(now_ps, was.rate, on=self._with_temperature())
+        self._configure_bus(now_ps)
+
+    def _switch(self, now_ps: int) -> None:
+        settings = self._magnetometer.settings
+        if self._mode == _IDLE:
+            self._streams.stop()
+        else:
+            delay_ps = max(self._booted_ps - now_ps, 0) + settings.turn_on_ps
+            self._start(now_ps, delay_ps, settings.rate if self._mode == _CONTINUOUS else None)
+
+    def _start(self, now_ps: int, first_delay_ps: int, rate: Fraction | None) -> None:
+        self._streams.start(now_ps, first_delay_ps, rate, temperature=self._with_temperature())
+        self._due_ps = self._streams.field.next_ps
+
+    def _with_temperature(self) -> bool:
+        return bool(self.registers.mem[CFG_REG_A.addr] & CFG_REG_A.COMP_TEMP_EN.mask)
+
+    def _configure_outputs(self) -> None:
+        control = self.registers.mem[CFG_REG_C.addr]
         for output in (self._mag, self._temp):
-            output.stream.invalidate()
             output.set_format(
                 bdu=bool(control & CFG_REG_C.BDU.mask), big_endian=bool(control & CFG_REG_C.BLE.mask)
             )
-        if self._mode != mode_was or (self._mode == _CONTINUOUS and settings.rate != was.rate):
-            self._switch(settings, now_ps)
-        elif self._mode == _CONTINUOUS:
-            self._switch_temperature(settings, now_ps)
 
-    def _switch(self, settings: MagnetometerSettings, now_ps: int) -> None:
-        measuring = [self._mag.stream]
-        if self.registers.mem[CFG_REG_A.addr] & CFG_REG_A.COMP_TEMP_EN.mask:
-            measuring.append(self._temp.stream)
-        for stream in (self._mag.stream, self._temp.stream):
-            if self._mode == _IDLE or stream not in measuring:
-                stream.stop()
-            elif self._mode == _SINGLE:
-                stream.start_single(now_ps, settings.turn_on_ps)
-            else:
-                stream.start(now_ps, settings.rate, settings.turn_on_ps)
+    def _configure_bus(self, now_ps: int) -> None:
+        control = self.registers.mem[CFG_REG_C.addr]
+        self.i2c_off = bool(control & CFG_REG_C.I2C_DIS.mask)
+        self._pin.configure(control, now_ps)
+        if self._pin.shows == "DRDY":
+            self.registers.after_read(OUT, self._after_output)  # only now does reading cost anything more
+        self._drive_pin(now_ps)
 
-    def _switch_temperature(self, settings: MagnetometerSettings, now_ps: int) -> None:
-        """COMP_TEMP_EN written during continuous measurement; the temperature comes with the field."""
-        on = bool(self.registers.mem[CFG_REG_A.addr] & CFG_REG_A.COMP_TEMP_EN.mask)
-        if on and not self._temp.stream.running:
-            self._temp.stream.start(now_ps, settings.rate, self._mag.stream.next_ps - now_ps)
-        elif not on:
-            self._temp.stream.stop()
+    def _drive_pin(self, now_ps: int) -> None:
+        self._pin.drive("INT", self._interrupt.level, now_ps)
+        self._pin.drive("DRDY", STATUS_REG.Zyxda.get(self.registers.mem[STATUS_REG.addr]), now_ps)
 
-    def _produce_temperature(self, number: int, t_s: Times) -> bytes:
-        del number
-        degc = self._temperature_degc(t_s) + self._temperature_offset
-        return to_int16(((degc - 25.0) * _TEMPERATURE_LSB_PER_DEGC).clip(-2048, 2047)).tobytes()
+    def _write_config_b(self, old: int, new: int, now_ps: int) -> None:
+        if new & CFG_REG_B.OFF_CANC_ONE_SHOT.mask and not new & CFG_REG_B.OFF_CANC.mask:
+            self.registers.note(now_ps, "forbidden", "CFG_REG_B: OFF_CANC_ONE_SHOT without OFF_CANC")
+        self._configure(old, new, now_ps)
+
+    def _write_config_c(self, old: int, new: int, now_ps: int) -> None:
+        if new & CFG_REG_C.FOURWSPI.mask and new & (CFG_REG_C.INT_on_PIN.mask | CFG_REG_C.DRDY_on_PIN.mask):
+            self.registers.note(now_ps, "forbidden", "CFG_REG_C: INT/DRDY is SDO while 4WSPI = 1")
+        self._configure(old, new, now_ps)

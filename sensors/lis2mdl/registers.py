@@ -41,9 +41,9 @@ class CFG_REG_A(Register, addr=0x60, reset=0x03):
 class CFG_REG_B(Register, addr=0x61):
     """Low-pass filter and offset cancellation."""
 
-    OFF_CANC_ONE_SHOT = Bits(4, modelled=False, doc="1: offset cancellation in single mode, with OFF_CANC")
-    INT_on_DataOFF = Bits(3, modelled=False, doc="threshold compared: 0 before, 1 after the hard-iron offset")
-    Set_FREQ = Bits(2, modelled=False, doc="set pulse, OFF_CANC = 0: 0 every 63 samples, 1 leaving idle")
+    OFF_CANC_ONE_SHOT = Bits(4, doc="1: offset cancellation in single mode, with OFF_CANC")
+    INT_on_DataOFF = Bits(3, doc="threshold compared: 0 before, 1 after the hard-iron offset")
+    Set_FREQ = Bits(2, doc="set pulse, OFF_CANC = 0: 0 every 63 samples, 1 leaving idle")
     OFF_CANC = Bits(1, doc="1: offset cancellation on")
     LPF = Bits(0, doc="bandwidth: 0 ODR/2, 1 ODR/4")
 
@@ -51,16 +51,16 @@ class CFG_REG_B(Register, addr=0x61):
 class CFG_REG_C(Register, addr=0x62):
     """Bus, data format, self-test and pin."""
 
-    INT_on_PIN = Bits(6, modelled=False, doc="1: interrupt on the INT/DRDY pin")
-    I2C_DIS = Bits(5, modelled=False, doc="1: SPI only")
+    INT_on_PIN = Bits(6, doc="1: interrupt on the INT/DRDY pin")
+    I2C_DIS = Bits(5, doc="1: SPI only")
     BDU = Bits(4, doc="block data update: 1 freezes a pair of bytes until both are read")
     BLE = Bits(3, doc="byte order of output pairs: 0 low byte first, 1 high byte first")
-    FOURWSPI = Bits(2, name="4WSPI", modelled=False, doc="SPI: 0 3-wire, 1 4-wire with SDO on INT/DRDY")
+    FOURWSPI = Bits(2, name="4WSPI", doc="SPI: 0 3-wire, 1 4-wire with SDO on INT/DRDY")
     Self_test = Bits(1, doc="1: self-test field on, 15 to 500 mgauss on each axis")
-    DRDY_on_PIN = Bits(0, modelled=False, doc="1: data-ready on the INT/DRDY pin")
+    DRDY_on_PIN = Bits(0, doc="1: data-ready on the INT/DRDY pin")
 
 
-class INT_CRTL_REG(Register, addr=0x63, reset=0xE0, modelled=False):
+class INT_CRTL_REG(Register, addr=0x63, reset=0xE0):
     """Threshold interrupt: axes, polarity, latch, enable (the datasheet's own spelling)."""
 
     XIEN = Bits(7, doc="1: X compared")
@@ -71,7 +71,7 @@ class INT_CRTL_REG(Register, addr=0x63, reset=0xE0, modelled=False):
     IEN = Bits(0, doc="1: interrupt on")
 
 
-class INT_SOURCE_REG(Register, addr=0x64, access="r", modelled=False):
+class INT_SOURCE_REG(Register, addr=0x64, access="r"):
     """Threshold interrupt: what crossed; reading clears a latched one."""
 
     P_TH_S_X = Bits(7, doc="X over the positive threshold")
@@ -84,7 +84,7 @@ class INT_SOURCE_REG(Register, addr=0x64, access="r", modelled=False):
     INT = Bits(0, doc="interrupt, level by IEA")
 
 
-class INT_THS(Register, addr=0x65, size=2, names=("INT_THS_L_REG", "INT_THS_H_REG"), modelled=False):
+class INT_THS(Register, addr=0x65, size=2, names=("INT_THS_L_REG", "INT_THS_H_REG")):
     """Interrupt threshold, unsigned: 1.5 mgauss/LSB."""
 
 

@@ -1,31 +1,50 @@
-"""The LPS22HB's measurement: from pressure and temperature to counts (datasheet Tables 3 and 4).
+"""The LPS22HB's measurement: from pressure and temperature to counts (datasheet Tables 3, 4, 17 and 18).
 
-Approximation: the datasheet gives the noise for one setting only (0.0075 hPa RMS at 75 Hz, low noise, filter
-at ODR/20). Other settings are scaled by the square root of their bandwidth relative to the rate; low current
-is taken as twice as noisy. The filter does not delay the signal.
+Filter. EN_LPFP is a low-pass on the sampled pressure, -3 dB at ODR/9 or ODR/20 (its order and shape: see
+``sensors.filters``). Decision: it starts settled, with the first sample after the rate or the filter has been
+set or LPFP_RES has been read; one-shot measurements do not pass through it, nor does the temperature.
+
+Noise. The datasheet gives one figure: 0.0075 hPa RMS at 75 Hz, in low noise, with the filter at ODR/20. The
+noise of the conversion itself is taken to be white and the same at every rate (the supply current grows with
+the rate, so a conversion takes the same effort at each); how strong it is follows from that one figure and
+the filter's noise gain. The other settings are this noise through their filter, or through none.
+
+Inference: low current draws 3 uA against 12 uA at 1 Hz. That is taken for a quarter of the internal samples
+averaged in a conversion, hence twice the noise.
+
+Decision: a conversion takes 13 ms in low noise and 5 ms in low current, figures of the sister part LPS22HH;
+the LPS22HB's datasheet gives none. They count in one-shot only; at a rate the first sample comes after one
+period.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sensors.errors import to_int16
+from sensors.filtering import SampledFilter
+from sensors.filters import Chain, chain, low_pass
 from sensors.lps22hb.errors import LPS22HBErrors
-from sensors.lps22hb.registers import CTRL_REG1, RES_CONF, RPDS
+from sensors.lps22hb.registers import CTRL_REG1, RES_CONF
 from sensors.noise import NoiseSource, noise_key
 from sensors.part import Signal
-from sensors.sampling import Times
+from sensors.sampling import PS_PER_S, SampleStream, Times
 
 COUNTS_PER_HPA = 4096
 COUNTS_PER_DEGC = 100
-RPDS_COUNTS_PER_LSB = 256  # 1/16 hPa (sensor facts DIS-15; inferred from ST's AN4450 for the LPS25H)
+SAMPLE_BYTES = 5  # pressure of 24 bits, temperature of 16, as in the output registers
 _ODR_HZ = (0, 1, 10, 25, 50, 75)  # CTRL_REG1.ODR; 6 and 7 are not defined and measure nothing
-_QUIETEST_BANDWIDTH = 1 / 20
-_LOW_CURRENT_FACTOR = 2.0
+_LOW_CURRENT_NOISE = 2.0
+_ONE_SHOT_PS = {False: 13 * PS_PER_S // 10**3, True: 5 * PS_PER_S // 10**3}  # by low current
+
+
+def _filter(divisor: int) -> Chain:
+    """The low-pass at ODR over ``divisor``."""
+    return chain((low_pass(1 / divisor),), "settled")
 
 
 @dataclass(frozen=True)
@@ -33,31 +52,26 @@ class BarometerSettings:
     """What the registers say about a measurement."""
 
     rate: Fraction  # Hz; 0 is power-down, where ONE_SHOT works
-    noise_factor: float
     low_current: bool
-    offset_counts: int
+    low_pass: Chain | None  # in continuous mode only
 
     @classmethod
     def decode(cls, mem: bytearray) -> BarometerSettings:
         """Read the settings out of the registers."""
         control = mem[CTRL_REG1.addr]
         code = CTRL_REG1.ODR.get(control)
-        low_current = bool(mem[RES_CONF.addr] & RES_CONF.LC_EN.mask)
-        bandwidth = 1 / 2
-        if control & CTRL_REG1.EN_LPFP.mask:
-            bandwidth = 1 / 20 if control & CTRL_REG1.LPFP_CFG.mask else 1 / 9
-        offset = int.from_bytes(mem[RPDS.addr : RPDS.addr + 2], "little", signed=True)
-        return cls(
-            rate=Fraction(_ODR_HZ[code] if code < len(_ODR_HZ) else 0),
-            noise_factor=math.sqrt(bandwidth / _QUIETEST_BANDWIDTH)
-            * (_LOW_CURRENT_FACTOR if low_current else 1.0),
-            low_current=low_current,
-            offset_counts=offset * RPDS_COUNTS_PER_LSB,
-        )
+        rate = Fraction(_ODR_HZ[code] if code < len(_ODR_HZ) else 0)
+        low_pass_ = None
+        if rate and control & CTRL_REG1.EN_LPFP.mask:
+            low_pass_ = _filter(20 if control & CTRL_REG1.LPFP_CFG.mask else 9)
+        return cls(rate, bool(mem[RES_CONF.addr] & RES_CONF.LC_EN.mask), low_pass_)
 
 
 class Barometer:
-    """Produces blocks of samples; ``pressure_hpa`` and ``temperature_degc`` have shape (n,)."""
+    """Samples of the measured pressure and temperature; the signals have shape (n,).
+
+    ``stream``: five bytes each, little-endian, before any offset is subtracted.
+    """
 
     def __init__(
         self, pressure_hpa: Signal, temperature_degc: Signal, errors: LPS22HBErrors, seed: int
@@ -66,19 +80,64 @@ class Barometer:
         self._temperature_degc = temperature_degc
         self._errors = errors
         self._noise = NoiseSource(noise_key(seed, "LPS22HB"), 1)
-        self.settings: BarometerSettings
-
-    def produce(self, number: int, t_s: Times) -> bytes:
-        """Samples as 24-bit pressure and 16-bit temperature, little-endian: five bytes each."""
-        settings, errors = self.settings, self._errors
-        hpa = self._pressure_hpa(t_s) + errors.pressure_bias_hpa
+        self._noise_rms_hpa = 0.0  # of the conversion; its filter is needed only where there is noise
         if errors.pressure_noise_hpa:
-            noise = self._noise.block(number, len(t_s))[0]
-            hpa = hpa + errors.pressure_noise_hpa * settings.noise_factor * noise
-        counts = np.rint(hpa * COUNTS_PER_HPA) - settings.offset_counts
+            self._noise_rms_hpa = errors.pressure_noise_hpa / _filter(20).noise_gain
+        self._filter = SampledFilter(self._unfiltered, axes=1)
+        self.settings = BarometerSettings(Fraction(0), low_current=False, low_pass=None)
+        self.stream = SampleStream(SAMPLE_BYTES, self._produce)
+
+    def configure(self, settings: BarometerSettings, now_ps: int) -> None:
+        """The settings from the next sample on; another rate begins a new run."""
+        was = self.settings
+        if settings == was:
+            return
+        if settings.rate == was.rate and settings.low_pass is was.low_pass:
+            self._filter.split(self.stream.next_number())
+        self.settings = settings
+        if settings.rate != was.rate:
+            if settings.rate:
+                self.stream.start(now_ps, settings.rate)
+            else:
+                self.stream.stop()
+        if settings.rate != was.rate or settings.low_pass is not was.low_pass:
+            self.restart_filter()
+        self.stream.invalidate()
+
+    def measure_once(self, now_ps: int) -> None:
+        """A one-shot measurement."""
+        self.stream.start_single(now_ps, _ONE_SHOT_PS[self.settings.low_current])
+
+    def restart_filter(self) -> None:
+        """The filter forgets; it starts anew with the next sample, settled."""
+        self._filter.restart(self.settings.low_pass, self.stream.next_number())
+        self.stream.invalidate()
+
+    def world_changed(self, now_ps: int | None) -> None:
+        """The signals are others from ``now_ps`` on, or from the next sample on that nobody has looked at."""
+        self._filter.forget(self.stream.next_number(now_ps))
+        self.stream.invalidate()
+
+    def _produce(self, number: int, t_s: Times) -> bytes:
+        count = len(t_s)
+        filtered = self.settings.low_pass is not None
+        hpa = self._filter.block(number, count)[0] if filtered else self._measured_hpa(number, t_s)
+        counts = np.rint(hpa * COUNTS_PER_HPA)
         pressure = np.clip(counts, -(1 << 23), (1 << 23) - 1).astype("<i4")
-        degc = self._temperature_degc(t_s) + errors.temperature_bias_degc
-        samples = np.empty((len(t_s), 5), dtype=np.uint8)
+        degc = self._temperature_degc(t_s) + self._errors.temperature_bias_degc
+        samples = np.empty((count, SAMPLE_BYTES), dtype=np.uint8)
         samples[:, :3] = pressure.view(np.uint8).reshape(-1, 4)[:, :3]
         samples[:, 3:] = to_int16(degc * COUNTS_PER_DEGC).view(np.uint8).reshape(-1, 2)
         return samples.tobytes()
+
+    def _unfiltered(self, number: int, count: int) -> NDArray[np.float64]:
+        """What the filter is fed with, (1, count)."""
+        return self._measured_hpa(number, self.stream.times_s(number, count))[np.newaxis]
+
+    def _measured_hpa(self, number: int, t_s: Times) -> NDArray[np.float64]:
+        """What the converter gives, (n,)."""
+        hpa = self._pressure_hpa(t_s) + self._errors.pressure_bias_hpa
+        if self._noise_rms_hpa:
+            factor = _LOW_CURRENT_NOISE if self.settings.low_current else 1.0
+            hpa = hpa + factor * self._noise_rms_hpa * self._noise.block(number, len(t_s))[0]
+        return hpa

@@ -1,10 +1,10 @@
 """The LPS22HB's behaviour behind its registers (datasheet DocID027083 Rev 6).
 
-Decisions where the datasheet is silent: a one-shot takes 13 ms in low noise and 5 ms in low current (figures
-of the sister part LPS22HH), and writing ONE_SHOT again while it is busy does not restart it; SWRESET clears
-its bit after 10 us and keeps RPDS and RES_CONF, which section 9.6 does not list; BOOT ends after one period
-of the data rate, or 1 ms in power-down, and disturbs no setting (the board's own firmware sets BOOT by
-mistake and works); P_DA and T_DA are cleared by reading the high byte of their output.
+Samples are taken when somebody looks. Where no function looks at every one of them, the latest is fetched
+alone. Whatever is due is done before a register is written, so that it happens under the settings until then.
+
+Decisions where the datasheet is silent: RESET_AZ and RESET_ARP act at once and read 1 for 10 us; while the
+FIFO is on and empty the output registers stay as they are.
 """
 
 from __future__ import annotations
@@ -13,13 +13,20 @@ from typing import ClassVar
 
 from sensors.lps22hb import registers
 from sensors.lps22hb.barometer import COUNTS_PER_DEGC, COUNTS_PER_HPA, Barometer, BarometerSettings
+from sensors.lps22hb.commands import RESET_PS, Commands
 from sensors.lps22hb.errors import LPS22HBErrors
+from sensors.lps22hb.output import Output
+from sensors.lps22hb.pipeline import Pipeline
+from sensors.lps22hb.reference import RPDS_COUNTS_PER_LSB
 from sensors.lps22hb.registers import (
     CTRL_REG1,
     CTRL_REG2,
     CTRL_REG3,
     FIFO_CTRL,
+    FIFO_STATUS,
+    INT_SOURCE,
     INTERRUPT_CFG,
+    LPFP_RES,
     PRESS_OUT,
     REF_P,
     RES_CONF,
@@ -28,24 +35,26 @@ from sensors.lps22hb.registers import (
     TEMP_OUT,
     THS_P,
 )
-from sensors.part import Part, SelfClearingBits, Signal
+from sensors.lps22hb.supply import supply_current_ua
+from sensors.part import Part, SelfClearingBits, Signal, Write
+from sensors.pin import Pin
 from sensors.register import RegisterMap
-from sensors.sampling import PS_PER_S, SampleStream
+from sensors.register_file import RegisterFile
+from sensors.sampling import NEVER_PS
+from sensors.spi import Wires
 
-_SWRESET_PS = 10 * PS_PER_S // 10**6
-_BOOT_PS = PS_PER_S // 10**3
-_ONE_SHOT_PS = {False: 13 * PS_PER_S // 10**3, True: 5 * PS_PER_S // 10**3}
-_BURST_WRAP = {0x2C: 0x28}  # reading on after the temperature starts again at the pressure (datasheet 5.8)
-_RESET_BY_SWRESET = (INTERRUPT_CFG, THS_P, CTRL_REG1, CTRL_REG2, CTRL_REG3, FIFO_CTRL, REF_P)
-_NEW, _OVERRUN_SHIFT = STATUS.P_DA.mask | STATUS.T_DA.mask, 4
-_FIRST, _END = PRESS_OUT.addr, TEMP_OUT.addr + TEMP_OUT.size
-_TEMP_FIRST = TEMP_OUT.addr
-_P_READ = 0xFF & ~(STATUS.P_DA.mask | STATUS.P_OR.mask)
-_PRESS_OUT_H, _TEMP_OUT_H = PRESS_OUT.addr + 2, TEMP_OUT.addr + 1
+_TEMP_OUT_H = TEMP_OUT.addr + 1
+_BURST_WRAP = {_TEMP_OUT_H: PRESS_OUT.addr}  # a burst goes round in the output (datasheet 5.8)
 
 
 class LPS22HB(Part):
-    """Barometer with thermometer; ``pressure_hpa`` and ``temperature_degc``: (n,)."""
+    """Barometer with thermometer; ``pressure_hpa`` and ``temperature_degc``: (n,).
+
+    Settings where sources disagree or are silent: ``rpds_counts_per_lsb`` is 256, or 1 as in ST's board
+    driver (sensor facts DIS-15); ``trimming_ps`` is how long after power-on INT_SOURCE.BOOT_STATUS is set, 0
+    for a part that was powered long enough before; ``power_on_counts`` is PRESS_OUT before the first
+    conversion, for which 0x2F6666 has been reported.
+    """
 
     NAME: ClassVar[str] = "LPS22HB"
     WHO_AM_I: ClassVar[int] = 0xB1
@@ -57,30 +66,52 @@ class LPS22HB(Part):
         temperature_degc: Signal,
         errors: LPS22HBErrors | None = None,
         seed: int = 0,
+        *,
+        rpds_counts_per_lsb: int = RPDS_COUNTS_PER_LSB,
+        trimming_ps: int = 0,
+        power_on_counts: int = 0,
     ) -> None:
         super().__init__(self.MAP, _BURST_WRAP)
         main = self.registers
         self._barometer = Barometer(pressure_hpa, temperature_degc, errors or LPS22HBErrors(), seed)
-        self._barometer.settings = BarometerSettings.decode(main.mem)
-        self._stream = SampleStream(_END - _FIRST, self._barometer.produce)
-        self._bdu = False
-        self._held = False  # BDU: a read of the output has begun and not reached its high byte
-        self._behind = False  # while it was held, a sample may have come that is not shown yet
-        self._one_shot = False
-        self._clearing = SelfClearingBits(main, CTRL_REG2)
-        main.before_read(STATUS, self._before_status)
-        main.before_read(CTRL_REG2, self._before_control2)
-        main.before_read(PRESS_OUT, self._before_output)
-        main.before_read(TEMP_OUT, self._before_output)
-        main.on_write(CTRL_REG1, self._configure)
-        main.on_write(CTRL_REG2, self._write_control2)
-        main.on_write(RES_CONF, self._configure)
-        main.on_write(RPDS, self._configure)
+        self._stream = self._barometer.stream
+        self._pipeline = Pipeline(main.mem, rpds_counts_per_lsb)
+        at_power_on = power_on_counts.to_bytes(PRESS_OUT.size, "little", signed=True) + bytes(TEMP_OUT.size)
+        self._output = Output(main.mem, at_power_on)
+        self._trimmed_ps = trimming_ps
+        self._commands = Commands(main, self._barometer, self._pipeline, self._configure)
+        self._clearing = SelfClearingBits(main, INTERRUPT_CFG)
+        self._wire(main)
+
+    def pins(self) -> tuple[Pin, ...]:
+        """INT_DRDY."""
+        return (self._pipeline.int_drdy.pin,)
+
+    def catch_up(self, now_ps: int) -> None:
+        """Take all samples until ``now_ps``."""
+        self._refresh(now_ps)
+
+    def next_event_ps(self) -> int:
+        """The next sample, if the pin is wired and shows anything."""
+        int_drdy = self._pipeline.int_drdy
+        return self._stream.next_ps if int_drdy.routed and int_drdy.pin.wired else NEVER_PS
 
     def world_changed(self, now_ps: int | None = None) -> None:
-        """The signals differ from what they were: samples still to come are computed anew."""
-        del now_ps
-        self._stream.invalidate()
+        """The signals differ from what they were: samples still to come are computed anew.
+
+        ``now_ps``: samples before are taken first; it may be left out where no function looks at each one.
+        """
+        if now_ps is not None and self._pipeline.every_sample:
+            self._refresh(now_ps)
+        self._barometer.world_changed(now_ps)
+
+    def spi_wires(self) -> Wires:
+        """CTRL_REG1.SIM: three wires or four (datasheet 9.5)."""
+        return 3 if self.registers.mem[CTRL_REG1.addr] & CTRL_REG1.SIM.mask else 4
+
+    def supply_current_ua(self) -> float:
+        """Supply current in microampere as now configured."""
+        return supply_current_ua(self._barometer.settings)
 
     def sample_range(self, channel: str) -> tuple[float, float, float]:
         """``pressure_hpa`` (the specified range, not that of 24 bits) or ``temperature_degc``."""
@@ -89,93 +120,134 @@ class LPS22HB(Part):
             "temperature_degc": (-327.68, 327.67, 1 / COUNTS_PER_DEGC),
         }[channel]
 
-    # -- output and data-ready --------------------------------------------------------------------------
+    # -- wiring -----------------------------------------------------------------------------------------
+
+    def _writer(self, registers: RegisterFile) -> Write:
+        def settle_and_write(address: int, data: bytes, now_ps: int) -> None:
+            self._refresh(now_ps)
+            registers.write(address, data, now_ps)
+
+        return settle_and_write
+
+    def _wire(self, main: RegisterFile) -> None:
+        main.before_read(STATUS, self._before_settled)
+        main.before_read(REF_P, self._before_settled)
+        main.before_read(INTERRUPT_CFG, self._before_interrupt_cfg)
+        main.before_read(CTRL_REG2, self._before_control2)
+        main.before_read(INT_SOURCE, self._before_int_source)
+        main.after_read(INT_SOURCE, self._after_int_source)
+        main.before_read(FIFO_STATUS, self._before_fifo_status)
+        main.before_read(PRESS_OUT, self._before_output)
+        main.before_read(TEMP_OUT, self._before_output)
+        main.after_read(TEMP_OUT, self._after_temperature)
+        main.before_read(LPFP_RES, self._before_lpfp_res)
+        for register in (THS_P, CTRL_REG3, REF_P, RPDS):
+            main.on_write(register, self._write_plain)
+        main.on_write(INTERRUPT_CFG, self._write_interrupt_cfg)
+        main.on_write(CTRL_REG1, self._write_control1)
+        main.on_write(CTRL_REG2, self._commands.write)
+        main.on_write(FIFO_CTRL, self._write_fifo_ctrl)
+        main.on_write(RES_CONF, self._write_res_conf)
+
+    # -- samples and reading ----------------------------------------------------------------------------
 
     def _refresh(self, now_ps: int) -> None:
-        stream, mem = self._stream, self.registers.mem
-        fresh = stream.advance(now_ps) if now_ps >= stream.next_ps else 0
-        self._behind = self._held
-        if not self._held:  # also what came while the output was held
-            mem[_FIRST:_END] = stream.data
-        if not fresh:
-            return
-        unread = _NEW if fresh > 1 else mem[STATUS.addr] & _NEW
-        mem[STATUS.addr] |= _NEW | unread << _OVERRUN_SHIFT
-        if self._one_shot:
-            self._one_shot = False
-            mem[CTRL_REG2.addr] &= ~CTRL_REG2.ONE_SHOT.mask
-            stream.stop()
+        """Take the samples that have become due, and show the latest, or the FIFO's oldest."""
+        stream, pipeline, output = self._stream, self._pipeline, self._output
+        while now_ps >= stream.next_ps:
+            at_ps = stream.next_ps if pipeline.every_sample else now_ps
+            output.flag(stream.advance(at_ps))
+            self._commands.end_one_shot()
+            output.latest = pipeline.take(stream.data, at_ps)
+        output.show(pipeline.fifo.oldest if pipeline.fifo.on else output.latest)
 
-    def _before_status(self, first: int, end: int, now_ps: int) -> None:
+    def _before_settled(self, first: int, end: int, now_ps: int) -> None:
         del first, end
         self._refresh(now_ps)
 
     def _before_output(self, first: int, end: int, now_ps: int) -> None:
-        """Datasheet 9.5: with BDU the output is held from the first byte read until PRESS_OUT_H is read."""
-        if now_ps >= self._stream.next_ps or self._behind:
+        if now_ps >= self._stream.next_ps or self._output.stale:
             self._refresh(now_ps)
-        mem = self.registers.mem
-        if first == _FIRST and end == _TEMP_FIRST and not self._held:  # the usual whole read
-            mem[STATUS.addr] &= _P_READ
-            return
-        cleared = 0
-        if first <= _PRESS_OUT_H < end:
-            cleared = STATUS.P_DA.mask | STATUS.P_OR.mask
-        elif first <= _TEMP_OUT_H < end:
-            cleared = STATUS.T_DA.mask | STATUS.T_OR.mask
-        mem[STATUS.addr] &= ~cleared
-        if self._bdu and first <= _PRESS_OUT_H:
-            self._held = end <= _PRESS_OUT_H
+        if self._output.account(first, end) and self._pipeline.int_drdy.routed:
+            self._pipeline.drive(now_ps)
 
-    # -- configuration ----------------------------------------------------------------------------------
+    def _after_temperature(self, first: int, end: int, now_ps: int) -> None:
+        del first
+        if end > _TEMP_OUT_H and self._pipeline.fifo.on:
+            self._pipeline.level_was_read(now_ps)
+            self._output.stale = True
 
-    def _before_control2(self, first: int, end: int, now_ps: int) -> None:
+    def _before_int_source(self, first: int, end: int, now_ps: int) -> None:
+        del first, end
+        self._refresh(now_ps)
+        booting = now_ps < self._trimmed_ps or self._commands.booting(now_ps)
+        boot_status = INT_SOURCE.BOOT_STATUS.mask if booting else 0
+        self.registers.mem[INT_SOURCE.addr] = self._pipeline.interrupt.source | boot_status
+
+    def _after_int_source(self, first: int, end: int, now_ps: int) -> None:
+        del first, end
+        self._pipeline.int_source_was_read(now_ps)
+        self._output.stale = True
+
+    def _before_fifo_status(self, first: int, end: int, now_ps: int) -> None:
+        del first, end
+        self._refresh(now_ps)
+        self.registers.mem[FIFO_STATUS.addr] = self._pipeline.fifo.status()
+
+    def _before_lpfp_res(self, first: int, end: int, now_ps: int) -> None:
+        del first, end
+        self._refresh(now_ps)
+        self._barometer.restart_filter()
+
+    def _before_interrupt_cfg(self, first: int, end: int, now_ps: int) -> None:
         self._refresh(now_ps)
         self._clearing.before_read(first, end, now_ps)
 
-    def _write_control2(self, old: int, new: int, now_ps: int) -> None:
-        main = self.registers
-        main.mem[CTRL_REG2.addr] = old  # a one-shot may have ended meanwhile: settle it first
-        self._before_control2(0, 0, now_ps)
-        busy = self._one_shot
-        main.mem[CTRL_REG2.addr] = new | (CTRL_REG2.ONE_SHOT.mask if busy else 0)
-        if new & CTRL_REG2.SWRESET.mask:
-            main.reset(*_RESET_BY_SWRESET)
-            self._one_shot = busy = False
-            self._stream.stop()
-            self._clearing.begin(CTRL_REG2.SWRESET.mask, now_ps + _SWRESET_PS)
-        if new & CTRL_REG2.BOOT.mask:
-            rate = self._barometer.settings.rate
-            self._clearing.begin(CTRL_REG2.BOOT.mask, now_ps + (int(PS_PER_S / rate) if rate else _BOOT_PS))
-        main.increment = bool(main.mem[CTRL_REG2.addr] & CTRL_REG2.IF_ADD_INC.mask)
-        self._configure(old, new, now_ps)
-        if main.mem[CTRL_REG2.addr] & CTRL_REG2.ONE_SHOT.mask and not busy:
-            self._trigger(now_ps)
-
-    def _trigger(self, now_ps: int) -> None:
-        settings = self._barometer.settings
-        if settings.rate:
-            self.registers.note(now_ps, "forbidden", "CTRL_REG2.ONE_SHOT while CTRL_REG1.ODR is not 0")
-            self.registers.mem[CTRL_REG2.addr] &= ~CTRL_REG2.ONE_SHOT.mask
-            return
-        self._one_shot = True
-        self._stream.start_single(now_ps, _ONE_SHOT_PS[settings.low_current])
-
-    def _configure(self, old: int, new: int, now_ps: int) -> None:
-        del old, new
+    def _before_control2(self, first: int, end: int, now_ps: int) -> None:
         self._refresh(now_ps)
+        self._commands.before_read(first, end, now_ps)
+
+    # -- writing ----------------------------------------------------------------------------------------
+
+    def _write_plain(self, old: int, new: int, now_ps: int) -> None:
+        del old, new
+        self._configure(now_ps)
+
+    def _configure(self, now_ps: int) -> None:
+        """A register has changed: bring everything in line."""
         mem = self.registers.mem
-        if CTRL_REG1.ODR.get(mem[CTRL_REG1.addr]) > 5:
+        self._barometer.configure(BarometerSettings.decode(mem), now_ps)
+        self._pipeline.configure(now_ps)
+        self._output.set_bdu(on=bool(mem[CTRL_REG1.addr] & CTRL_REG1.BDU.mask))
+        self.registers.increment = bool(mem[CTRL_REG2.addr] & CTRL_REG2.IF_ADD_INC.mask)
+        self.i2c_off = bool(mem[CTRL_REG2.addr] & CTRL_REG2.I2C_DIS.mask)
+
+    def _write_interrupt_cfg(self, old: int, new: int, now_ps: int) -> None:
+        del old
+        if new & INTERRUPT_CFG.RESET_AZ.mask:
+            self._pipeline.reference.reset_autozero()
+        if new & INTERRUPT_CFG.RESET_ARP.mask:
+            self._pipeline.reference.reset_autorifp()
+        resets = new & (INTERRUPT_CFG.RESET_AZ.mask | INTERRUPT_CFG.RESET_ARP.mask)
+        if resets:
+            self._clearing.begin(resets, now_ps + RESET_PS)
+        self._configure(now_ps)
+
+    def _write_control1(self, old: int, new: int, now_ps: int) -> None:
+        del old
+        if CTRL_REG1.ODR.get(new) > 5:
             self.registers.note(now_ps, "forbidden", "CTRL_REG1.ODR above 5")
-        was = self._barometer.settings
-        settings = self._barometer.settings = BarometerSettings.decode(mem)
-        self._bdu = bool(mem[CTRL_REG1.addr] & CTRL_REG1.BDU.mask)
-        if not self._bdu:
-            self._held = False
-        self._stream.invalidate()
-        if settings.rate != was.rate:
-            self._one_shot = False
-            if settings.rate:
-                self._stream.start(now_ps, settings.rate)
-            else:
-                self._stream.stop()
+        if CTRL_REG1.ODR.get(new):
+            self._commands.end_one_shot()
+        self._configure(now_ps)
+
+    def _write_fifo_ctrl(self, old: int, new: int, now_ps: int) -> None:
+        del old
+        if FIFO_CTRL.F_MODE.get(new) == 0b101:
+            self.registers.note(now_ps, "forbidden", "FIFO_CTRL.F_MODE = 101b")
+        self._configure(now_ps)
+
+    def _write_res_conf(self, old: int, new: int, now_ps: int) -> None:
+        if old != new and self._stream.running:
+            self.registers.note(now_ps, "forbidden", "RES_CONF.LC_EN changed outside power-down")
+        self._configure(now_ps)

@@ -9,20 +9,20 @@ and not modelled, so that firmware touching it is reported by name. The road not
 from sensors.register import Bits, Register
 
 
-class INTERRUPT_CFG(Register, addr=0x0B, modelled=False):
+class INTERRUPT_CFG(Register, addr=0x0B):
     """Differential pressure interrupt, reference capture."""
 
     AUTORIFP = Bits(7, doc="1: the next pressure becomes REF_P for the interrupt only; clears itself")
-    RESET_ARP = Bits(6, doc="1: ends AUTORIFP")
+    RESET_ARP = Bits(6, doc="1: ends AUTORIFP; clears itself")
     AUTOZERO = Bits(5, doc="1: the next pressure becomes REF_P, subtracted from the output; clears itself")
-    RESET_AZ = Bits(4, doc="1: ends AUTOZERO and clears REF_P")
+    RESET_AZ = Bits(4, doc="1: ends AUTOZERO and clears REF_P; clears itself")
     DIFF_EN = Bits(3, doc="1: comparison on")
     LIR = Bits(2, doc="interrupt: 0 follows the comparison, 1 latched until INT_SOURCE is read")
     PLE = Bits(1, doc="1: interrupt below the negative threshold")
     PHE = Bits(0, doc="1: interrupt above the positive threshold")
 
 
-class THS_P(Register, addr=0x0C, size=2, names=("THS_P_L", "THS_P_H"), modelled=False):
+class THS_P(Register, addr=0x0C, size=2, names=("THS_P_L", "THS_P_H")):
     """Pressure threshold, unsigned: 1/16 hPa per LSB."""
 
 
@@ -39,34 +39,34 @@ class CTRL_REG1(Register, addr=0x10):
     EN_LPFP = Bits(3, doc="pressure low-pass: 0 off (ODR/2), 1 on")
     LPFP_CFG = Bits(2, doc="bandwidth with EN_LPFP: 0 ODR/9, 1 ODR/20")
     BDU = Bits(1, doc="block data update: 1 freezes the output from the first byte read until PRESS_OUT_H is")
-    SIM = Bits(0, modelled=False, doc="SPI: 0 4-wire, 1 3-wire")
+    SIM = Bits(0, doc="SPI: 0 4-wire, 1 3-wire")
 
 
 class CTRL_REG2(Register, addr=0x11, reset=0x10):
     """Reset, one shot, FIFO and bus."""
 
     BOOT = Bits(7, doc="1: reload the trimming values; clears itself")
-    FIFO_EN = Bits(6, modelled=False, doc="1: FIFO on")
-    STOP_ON_FTH = Bits(5, modelled=False, doc="1: FIFO depth limited to the watermark")
+    FIFO_EN = Bits(6, doc="1: FIFO on")
+    STOP_ON_FTH = Bits(5, doc="1: FIFO depth limited to WTM + 1 levels")
     IF_ADD_INC = Bits(4, doc="1: the address advances after each byte of a burst")
-    I2C_DIS = Bits(3, modelled=False, doc="1: SPI only")
+    I2C_DIS = Bits(3, doc="1: SPI only")
     SWRESET = Bits(2, doc="1: control registers to reset values; clears itself")
     ONE_SHOT = Bits(0, doc="1: one pressure and temperature sample, only with ODR = 0; clears itself")
 
 
-class CTRL_REG3(Register, addr=0x12, modelled=False):
+class CTRL_REG3(Register, addr=0x12):
     """INT_DRDY pin: shape and signal."""
 
     INT_H_L = Bits(7, doc="pin active: 0 high, 1 low")
     PP_OD = Bits(6, doc="pin: 0 push-pull, 1 open drain")
-    F_FSS5 = Bits(5, doc="1: FIFO full")
+    F_FSS5 = Bits(5, doc="1: FIFO full, 32 levels")
     F_FTH = Bits(4, doc="1: FIFO watermark reached")
     F_OVR = Bits(3, doc="1: FIFO overrun")
     DRDY = Bits(2, doc="1: data-ready")
     INT_S = Bits(1, 0, doc="pin shows: 0 the signals above, 1 pressure high, 2 pressure low, 3 either")
 
 
-class FIFO_CTRL(Register, addr=0x14, modelled=False):
+class FIFO_CTRL(Register, addr=0x14):
     """FIFO mode and watermark."""
 
     F_MODE = Bits(
@@ -78,7 +78,7 @@ class FIFO_CTRL(Register, addr=0x14, modelled=False):
     WTM = Bits(4, 0, doc="watermark, levels")
 
 
-class REF_P(Register, addr=0x15, size=3, names=("REF_P_XL", "REF_P_L", "REF_P_H"), modelled=False):
+class REF_P(Register, addr=0x15, size=3, names=("REF_P_XL", "REF_P_L", "REF_P_H")):
     """Reference pressure, 24-bit two's complement: 4096 LSB/hPa."""
 
 
@@ -92,7 +92,7 @@ class RES_CONF(Register, addr=0x1A):
     LC_EN = Bits(0, doc="0 low noise, 1 low current")
 
 
-class INT_SOURCE(Register, addr=0x25, access="r", modelled=False):
+class INT_SOURCE(Register, addr=0x25, access="r"):
     """Boot in progress, and pressure interrupts; reading clears latched ones."""
 
     BOOT_STATUS = Bits(7, doc="1: boot in progress")
@@ -101,7 +101,7 @@ class INT_SOURCE(Register, addr=0x25, access="r", modelled=False):
     PH = Bits(0, doc="pressure above the positive threshold")
 
 
-class FIFO_STATUS(Register, addr=0x26, access="r", modelled=False):
+class FIFO_STATUS(Register, addr=0x26, access="r"):
     """FIFO flags and fill."""
 
     FTH_FIFO = Bits(7, doc="1: watermark reached")
@@ -128,7 +128,7 @@ class TEMP_OUT(Register, addr=0x2B, size=2, access="r", names=("TEMP_OUT_L", "TE
     """Temperature, int16: 100 LSB/degC, 0 is 0 degC."""
 
 
-class LPFP_RES(Register, addr=0x33, access="r", modelled=False):
+class LPFP_RES(Register, addr=0x33, access="r"):
     """Reading it restarts the pressure low-pass filter; the value is undefined."""
 
 

@@ -16,19 +16,19 @@ class FUNC_CFG_ACCESS(Register, addr=0x01, reset=0xA0):
     FUNC_CFG_EN_B = Bits(5, doc="1: bank B; only together with FUNC_CFG_EN")
 
 
-class A_WRIST_TILT_LAT(Register, addr=0x50, reset=0x0F, modelled=False):
+class A_WRIST_TILT_LAT(Register, addr=0x50, reset=0x0F):
     """Wrist tilt: how long the position must be held."""
 
     WRIST_TILT_TIMER = Bits(7, 0, doc="40 ms per LSB")
 
 
-class A_WRIST_TILT_THS(Register, addr=0x54, reset=0x20, modelled=False):
+class A_WRIST_TILT_THS(Register, addr=0x54, reset=0x20):
     """Wrist tilt: threshold."""
 
     WRIST_TILT_THS = Bits(7, 0, doc="15.625 mg per LSB; the angle is asin(value / 64)")
 
 
-class A_WRIST_TILT_Mask(Register, addr=0x59, reset=0xC0, modelled=False):
+class A_WRIST_TILT_Mask(Register, addr=0x59, reset=0xC0):
     """Wrist tilt: axes and directions that count."""
 
     WRIST_TILT_MASK_Xpos = Bits(7, doc="1: positive side of X")

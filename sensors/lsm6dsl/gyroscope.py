@@ -1,6 +1,8 @@
 """The LSM6DSL's gyroscope: from angular rate to counts (datasheet Table 3; AN5040 section 3).
 
-Approximation: as for the accelerometer, the filters act on the noise's bandwidth and not on the signal.
+World, deviation, noise and self-test go through the selected filters as in the accelerometer. After
+power-down the drive takes 70 ms to start (AN5040 Table 15), then sampling begins; out of sleep at once. Road
+not taken: samples from the first period on, invalid until the drive runs. AN5040 does not say which it is.
 """
 
 from __future__ import annotations
@@ -10,21 +12,23 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from sensors.errors import Deviation, words
+from sensors.filtering import SampledFilter
+from sensors.filters import Array
 from sensors.lsm6dsl.accelerometer import ODR_HZ
 from sensors.lsm6dsl.errors import LSM6DSLErrors
-from sensors.lsm6dsl.registers import CTRL2_G, CTRL4_C, CTRL5_C, CTRL7_G
+from sensors.lsm6dsl.filters import GyroscopeFilter, gyroscope_filter
+from sensors.lsm6dsl.registers import CTRL2_G, CTRL4_C, CTRL5_C, CTRL6_C, CTRL7_G
 from sensors.noise import NoiseSource, noise_key
 from sensors.part import Signal
-from sensors.sampling import Times
+from sensors.sampling import PS_PER_S, SampleStream, Times
 
 # CTRL2_G.FS_G: 250, 500, 1000, 2000 dps; the last entry is FS_125 (Table 3).
 MDPS_PER_LSB = (8.75, 17.5, 35.0, 70.0, 4.375)
 _FS_125 = 4
 
-# Overall cut-off in Hz with LPF1 off, for ODR codes 1 to 10 (AN5040 Table 19).
-_CUTOFF_HZ = (0, 4, 8, 17, 33, 67, 137, 312, 988, 1161, 1250)
 _LOW_POWER_RMS_FACTOR = 75 / 4  # Table 3: 75 mdps RMS in low-power and normal mode, for 4 mdps/sqrt(Hz)
 _LOW_POWER_LAST_CODE = 5
+_DRIVE_START_PS = 70 * PS_PER_S // 1000
 
 SELF_TEST_DPS = (50.0, 400.0, 400.0, 400.0, 50.0)  # Table 3 allows 20 to 80 at 250 dps, 150 to 700 at 2000
 _SELF_TEST_SIGN = (0, 1, 0, -1)  # CTRL5_C.ST_G; 2 is not allowed
@@ -36,8 +40,10 @@ class GyroscopeSettings:
 
     odr_hz: float
     scale: int  # FS_G code, or 4 for +-125 dps
-    noise_rms_factor: float  # mdps RMS for each mdps/sqrt(Hz) of the part's noise density
+    filters: GyroscopeFilter
+    noise_rms_factor: float  # before the chain: mdps RMS for each mdps/sqrt(Hz) of the part's noise density
     self_test: int
+    driven: bool  # also in sleep
 
     @classmethod
     def decode(cls, mem: bytearray) -> GyroscopeSettings:
@@ -48,17 +54,24 @@ class GyroscopeSettings:
         if code >= len(ODR_HZ):  # 11 to 15 are not available; nothing is measured
             code = 0
         low_power = bool(mem[CTRL7_G.addr] & CTRL7_G.G_HM_MODE.mask) and code <= _LOW_POWER_LAST_CODE
-        sleeping = bool(mem[CTRL4_C.addr] & CTRL4_C.SLEEP.mask)
+        odr = 0.0 if mem[CTRL4_C.addr] & CTRL4_C.SLEEP.mask else ODR_HZ[code]
+        filters = gyroscope_filter(mem, code, odr, high_performance=not low_power)
+        if low_power:
+            factor = _LOW_POWER_RMS_FACTOR / (filters.chain.noise_gain if filters.chain else 1.0)
+        else:
+            factor = math.sqrt(odr / 2)
         return cls(
-            odr_hz=0 if sleeping else ODR_HZ[code],
+            odr_hz=odr,
             scale=scale,
-            noise_rms_factor=_LOW_POWER_RMS_FACTOR if low_power else math.sqrt(_CUTOFF_HZ[code]),
+            filters=filters,
+            noise_rms_factor=factor,
             self_test=_SELF_TEST_SIGN[CTRL5_C.ST_G.get(mem[CTRL5_C.addr])],
+            driven=code > 0,
         )
 
 
 class Gyroscope:
-    """Produces blocks of gyroscope samples; ``angular_rate_dps`` in the sensor's axes."""
+    """The gyroscope and its ``stream`` of samples; ``angular_rate_dps`` in the sensor's axes."""
 
     def __init__(
         self, angular_rate_dps: Signal, temperature_degc: Signal, errors: LSM6DSLErrors, seed: int
@@ -73,23 +86,59 @@ class Gyroscope:
             errors.gyro_bias_drift_dps_per_degc,
             errors.gyro_scale_drift_percent_per_degc,
         )
-        self.settings = GyroscopeSettings(0, 0, 0.0, 0)
+        self.stream = SampleStream(6, self.produce)
+        self._filter = SampledFilter(self._unfiltered)
+        self._drive_ready_ps = 0
+        self.settings = GyroscopeSettings(0, 0, GyroscopeFilter(None, 0.0), 0.0, 0, driven=False)
 
     @property
     def rate(self) -> Fraction:
         """Output data rate in Hz; 0 in power-down and sleep."""
         return Fraction(self.settings.odr_hz).limit_denominator(10)
 
+    def configure(self, mem: bytearray, now_ps: int) -> None:
+        """Take over the settings of the main register bank from the next sample on."""
+        settings, old = GyroscopeSettings.decode(mem), self.settings
+        if settings == old:
+            return
+        if settings.driven and not old.driven:
+            self._drive_ready_ps = now_ps + _DRIVE_START_PS
+        number = self.stream.next_number()
+        if (settings.filters, settings.odr_hz) == (old.filters, old.odr_hz):
+            self._filter.split(number)
+        else:
+            self._filter.restart(settings.filters.chain, number)
+        self.settings = settings
+
+    def drive_start_ps(self, now_ps: int) -> int:
+        """How long the drive still needs before sampling can begin."""
+        return max(0, self._drive_ready_ps - now_ps)
+
+    def world_changed(self, now_ps: int | None) -> None:
+        """The signals are others from ``now_ps`` on, or from the next sample on that nobody has looked at."""
+        self._filter.forget(self.stream.next_number(now_ps))
+        self.stream.invalidate()
+
     def produce(self, number: int, t_s: Times) -> bytes:
         """Samples as little-endian X, Y, Z int16."""
         settings = self.settings
-        dps = self._deviation.apply(self._angular_rate_dps(t_s), t_s, self._temperature_degc)
+        filtered = settings.filters.chain is not None
+        dps = self._filter.block(number, len(t_s)) if filtered else self._sampled(number, t_s)
+        return words(dps * (1000 / MDPS_PER_LSB[settings.scale]))
+
+    def _unfiltered(self, number: int, count: int) -> Array:
+        return self._sampled(number, self.stream.times_s(number, count))
+
+    def _sampled(self, number: int, t_s: Times) -> Array:
+        settings = self.settings
+        signal = self._angular_rate_dps(t_s - settings.filters.delay_s)
+        dps = self._deviation.apply(signal, t_s, self._temperature_degc)
         if self._density:
             dps += self._density * settings.noise_rms_factor / 1000 * self._noise.block(number, len(t_s))
         if settings.self_test:
             dps += settings.self_test * SELF_TEST_DPS[settings.scale]
-        return words(dps * (1000 / MDPS_PER_LSB[settings.scale]))
+        return dps
 
 
-CONFIGURATION = (CTRL2_G, CTRL4_C, CTRL5_C, CTRL7_G)
+CONFIGURATION = (CTRL2_G, CTRL4_C, CTRL5_C, CTRL6_C, CTRL7_G)
 """The registers that change what the gyroscope puts out."""

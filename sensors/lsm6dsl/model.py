@@ -14,14 +14,23 @@ import numpy as np
 
 from sensors.errors import to_int16
 from sensors.lsm6dsl import accelerometer, bank_a, bank_b, gyroscope, registers
-from sensors.lsm6dsl.accelerometer import MG_PER_LSB, Accelerometer, AccelerometerSettings
+from sensors.lsm6dsl.accelerometer import MG_PER_LSB, Accelerometer
+from sensors.lsm6dsl.boot import BOOT_PS, Boot
+from sensors.lsm6dsl.data_ready import DataReadySignals
+from sensors.lsm6dsl.embedded import EmbeddedFunctions
 from sensors.lsm6dsl.errors import LSM6DSLErrors
+from sensors.lsm6dsl.events import Events
 from sensors.lsm6dsl.feature import Chip, Feature
-from sensors.lsm6dsl.gyroscope import MDPS_PER_LSB, Gyroscope, GyroscopeSettings
+from sensors.lsm6dsl.fifo import Fifo
+from sensors.lsm6dsl.filters import high_pass_is_idle, reference_mode_is_idle
+from sensors.lsm6dsl.function_sources import FunctionSources
+from sensors.lsm6dsl.gyroscope import MDPS_PER_LSB, Gyroscope
+from sensors.lsm6dsl.hub import SensorHub
 from sensors.lsm6dsl.registers import (
     CTRL1_XL,
     CTRL2_G,
     CTRL3_C,
+    CTRL4_C,
     CTRL5_C,
     FUNC_CFG_ACCESS,
     OUT_G,
@@ -32,16 +41,21 @@ from sensors.lsm6dsl.registers import (
     Y_OFS_USR,
     Z_OFS_USR,
 )
+from sensors.lsm6dsl.rounding import Rounding
+from sensors.lsm6dsl.routing import Routing
 from sensors.lsm6dsl.signals import Signals
+from sensors.lsm6dsl.supply import supply_current_ua
+from sensors.lsm6dsl.timestamp import Timestamp
 from sensors.output import DataReady, OutputWords
-from sensors.part import Part, SelfClearingBits, Signal
+from sensors.part import Part, SelfClearingBits, Signal, Write
 from sensors.pin import Pin
 from sensors.register import Register, RegisterMap
-from sensors.register_file import RegisterFile
-from sensors.sampling import NEVER_PS, PS_PER_S, Producer, SampleStream, Times
+from sensors.register_file import ReadHook, RegisterFile
+from sensors.sampling import NEVER_PS, PS_PER_S, SampleStream, Times
+from sensors.spi import Wires
+from sensors.subaddress import AddressedDevice
 
 _SW_RESET_PS = 50 * PS_PER_S // 10**6  # AN5040 5.7
-_BOOT_PS = 15 * PS_PER_S // 10**3  # AN5040 5.7
 _TEMPERATURE_LSB_PER_DEGC = 256  # datasheet Table 4; 0 counts are 25 degC
 _FIFO_BURST = {0x3F: 0x3E}  # a burst on FIFO_DATA_OUT goes round in it (AN5040 4.7)
 
@@ -75,9 +89,9 @@ class LSM6DSL(Part):
         self._gyroscope = Gyroscope(angular_rate_dps, temperature_degc, errors, seed)
         self._temperature_degc = temperature_degc
         self._temperature_offset = errors.temperature_offset_degc
-        self._xl = self._output(OUT_XL, self._accelerometer.produce, STATUS_REG.XLDA.mask)
-        self._g = self._output(OUT_G, self._gyroscope.produce, STATUS_REG.GDA.mask)
-        self._temp = self._output(OUT_TEMP, self._produce_temperature, STATUS_REG.TDA.mask)
+        self._xl = self._output(OUT_XL, self._accelerometer.stream, STATUS_REG.XLDA.mask)
+        self._g = self._output(OUT_G, self._gyroscope.stream, STATUS_REG.GDA.mask)
+        self._temp = self._output(OUT_TEMP, SampleStream(2, self._produce_temperature), STATUS_REG.TDA.mask)
         self._outputs = (self._xl, self._g, self._temp)
         self._clearing = SelfClearingBits(self.registers, CTRL3_C)
         self._temperature_rate = Fraction(0)
@@ -86,7 +100,26 @@ class LSM6DSL(Part):
         self._chip = Chip(
             self.registers, self._banks, *streams, Signals(), self.int1, self.int2, self.catch_up
         )
-        self._features: tuple[Feature, ...] = ()
+        self._events = Events(self._chip, self._rate_changed)
+        self._boot = Boot(self._chip.signals)
+        self._looks_before_reading = False
+        sources = FunctionSources(self._chip)
+        self._hub = SensorHub(self._chip, sources)
+        timestamp = Timestamp(self._chip)
+        # In the order in which they depend on each other's results: the events come first because they may
+        # change the rates, pulses end after all events, and the pins come last.
+        self._features: tuple[Feature, ...] = (
+            self._events,
+            Rounding(self._chip),
+            timestamp,
+            EmbeddedFunctions(self._chip, sources),
+            self._hub,
+            Fifo(self._chip, timestamp),
+            sources,
+            DataReadySignals(self._chip),
+            self._boot,
+            Routing(self._chip),
+        )
         self._wire()
 
     @classmethod
@@ -98,6 +131,14 @@ class LSM6DSL(Part):
     def files(self) -> tuple[RegisterFile, ...]:
         """The main bank and the embedded banks A and B."""
         return (self.registers, *self._banks.values())
+
+    def supply_current_ua(self) -> float:
+        """Supply current in microampere as now configured."""
+        return supply_current_ua(self.registers.mem)
+
+    def spi_wires(self) -> Wires:
+        """CTRL3_C.SIM: three wires or four (datasheet 9.15)."""
+        return 3 if self.registers.mem[CTRL3_C.addr] & CTRL3_C.SIM.mask else 4
 
     def pins(self) -> tuple[Pin, ...]:
         """INT1 and INT2."""
@@ -122,8 +163,18 @@ class LSM6DSL(Part):
         """
         if now_ps is not None:
             self.catch_up(now_ps)
-        for output in self._outputs:
-            output.stream.invalidate()
+        self._accelerometer.world_changed(now_ps)
+        self._gyroscope.world_changed(now_ps)
+        self._temp.stream.invalidate()
+
+    @property
+    def pass_through(self) -> bool:
+        """MASTER_CONFIG.PASS_THROUGH_MODE: the host's I2C is connected to the auxiliary bus (AN5040 7.3)."""
+        return self._hub.pass_through
+
+    def attach_auxiliary(self, address: int, device: AddressedDevice) -> None:
+        """Connect ``device`` to the sensor hub's bus at a 7-bit I2C address."""
+        self._hub.bus.attach(address, device)
 
     def sample_range(self, channel: str) -> tuple[float, float, float]:
         """``acceleration_g``, ``angular_rate_dps`` or ``temperature_degc`` as now configured."""
@@ -136,9 +187,9 @@ class LSM6DSL(Part):
 
     # -- wiring -----------------------------------------------------------------------------------------
 
-    def _activate(self, registers: RegisterFile) -> None:
-        super()._activate(registers)
-        self.write = self._write_across_banks
+    def _writer(self, registers: RegisterFile) -> Write:
+        del registers
+        return self._write_across_banks
 
     def _write_across_banks(self, address: int, data: bytes, now_ps: int) -> None:
         """A burst over FUNC_CFG_ACCESS goes on in the bank it has selected."""
@@ -146,9 +197,9 @@ class LSM6DSL(Part):
             self.active.write(address, bytes((value,)), now_ps)
             address = self.active.advance(address, 1)
 
-    def _output(self, register: type[Register], produce: Producer, flag: int) -> OutputWords:
+    def _output(self, register: type[Register], stream: SampleStream, flag: int) -> OutputWords:
         flags = DataReady(STATUS_REG, words=(flag,) * (register.size // 2), any=flag)
-        return OutputWords(self.registers, register, SampleStream(register.size, produce), flags)
+        return OutputWords(self.registers, register, stream, flags)
 
     def _wire(self) -> None:
         main = self.registers
@@ -172,6 +223,7 @@ class LSM6DSL(Part):
             output.refresh(now_ps)
 
     def _write_ctrl3(self, old: int, new: int, now_ps: int) -> None:
+        self.catch_up(now_ps)  # under the settings until now
         boot, reset = new & CTRL3_C.BOOT.mask, new & CTRL3_C.SW_RESET.mask
         if boot and reset:
             self.registers.note(now_ps, "forbidden", "CTRL3_C: BOOT and SW_RESET at once")  # AN5040 5.7
@@ -188,7 +240,8 @@ class LSM6DSL(Part):
             self._configure(old, new, now_ps)
         if boot and not self._clearing.pending(CTRL3_C.BOOT.mask, now_ps):
             # trimming only: configuration and mode are unchanged
-            self._clearing.begin(CTRL3_C.BOOT.mask, now_ps + _BOOT_PS)
+            self._clearing.begin(CTRL3_C.BOOT.mask, now_ps + BOOT_PS)
+            self._boot.begin(now_ps)
         control = self.registers.mem[CTRL3_C.addr]
         for output in self._outputs:
             output.set_format(
@@ -196,28 +249,60 @@ class LSM6DSL(Part):
             )
         for registers_ in self.files():
             registers_.increment = bool(control & CTRL3_C.IF_INC.mask)
+        for feature in self._features:
+            if CTRL3_C in feature.CONFIGURATION:
+                feature.configure(now_ps)
 
     def _configure(self, old: int, new: int, now_ps: int) -> None:
         """A control register has changed: bring all three streams in line with the registers."""
         del old, new
         self.catch_up(now_ps)  # under the settings until now
+        self.i2c_off = bool(self.registers.mem[CTRL4_C.addr] & CTRL4_C.I2C_disable.mask)
+        self._note_impossible(self.registers.mem, now_ps)
+        self._apply(now_ps)
+
+    def _rate_changed(self, at_ps: int) -> None:
+        """The part falls asleep or wakes at ``at_ps``; the events themselves have come so far already."""
+        for feature in self._features:
+            if feature.active and feature is not self._events:
+                feature.catch_up(at_ps)
+        self._apply(at_ps)
+
+    def _apply(self, now_ps: int) -> None:
+        """The sensors run as the registers say; a part that lies still may have put them to sleep."""
         self._refresh(0, 0, now_ps)
-        mem = self.registers.mem
-        self._note_impossible(mem, now_ps)
+        mem = self._events.activity.effective(self.registers.mem)
         was = self._accelerometer.rate, self._gyroscope.rate, self._temperature_rate
-        self._accelerometer.settings = AccelerometerSettings.decode(mem)
-        self._gyroscope.settings = GyroscopeSettings.decode(mem)
+        self._accelerometer.configure(mem)
+        self._gyroscope.configure(mem, now_ps)
         self._temperature_rate = self._temperature_odr(mem)
         now = self._accelerometer.rate, self._gyroscope.rate, self._temperature_rate
         for output, rate, before in zip(self._outputs, now, was, strict=True):
             if rate != before:
                 if rate:
-                    output.stream.start(now_ps, rate)
+                    waits_ps = self._gyroscope.drive_start_ps(now_ps) if output is self._g else 0
+                    output.stream.start(now_ps + waits_ps, rate)
                 else:
                     output.stream.stop()
             output.stream.invalidate()
         for feature in self._features:
             feature.configure(now_ps)
+        if self._events.activity.enabled and not self._looks_before_reading:
+            self._look_before_reading()
+
+    def _look_before_reading(self) -> None:
+        """Inactivity changes the rates unseen: from now on catch up before a sample or its flag is read."""
+        self._looks_before_reading = True
+        for register, output in zip((OUT_XL, OUT_G, OUT_TEMP), self._outputs, strict=True):
+            self.registers.before_read(register, self._caught_up(output.before_read))
+        self.registers.before_read(STATUS_REG, self._caught_up(self._refresh))
+
+    def _caught_up(self, hook: ReadHook) -> ReadHook:
+        def catch_up_and_read(first: int, end: int, now_ps: int) -> bytes | None:
+            self.catch_up(now_ps)
+            return hook(first, end, now_ps)
+
+        return catch_up_and_read
 
     def _temperature_odr(self, mem: bytearray) -> Fraction:
         """AN5040 section 9: 52 Hz, or the accelerometer's rate alone at 12.5 or 26 Hz in low power."""
@@ -239,6 +324,10 @@ class LSM6DSL(Part):
             note(now_ps, "forbidden", "CTRL5_C.ST_XL = 11b")
         if CTRL5_C.ST_G.get(mem[CTRL5_C.addr]) == 2:
             note(now_ps, "forbidden", "CTRL5_C.ST_G = 10b")
+        if reference_mode_is_idle(mem):
+            note(now_ps, "forbidden", "CTRL8_XL.HP_REF_MODE without HP_SLOPE_XL_EN = 1 and HPCF_XL above 0")
+        if high_pass_is_idle(mem):
+            note(now_ps, "forbidden", "CTRL7_G.HP_EN_G outside high performance")
 
     def _select_bank(self, old: int, new: int, now_ps: int) -> None:
         del old

@@ -34,13 +34,13 @@ class SENSOR_SYNC_RES_RATIO(Register, addr=0x05, modelled=False):
     RR = Bits(1, 0, doc="0 2^-11, 1 2^-12, 2 2^-13, 3 2^-14")
 
 
-class FIFO_CTRL1(Register, addr=0x06, modelled=False):
+class FIFO_CTRL1(Register, addr=0x06):
     """FIFO watermark, low bits: one LSB is one 16-bit word."""
 
     FTH_7_0 = Bits(7, 0, doc="watermark bits 7 to 0")
 
 
-class FIFO_CTRL2(Register, addr=0x07, modelled=False):
+class FIFO_CTRL2(Register, addr=0x07):
     """FIFO watermark, high bits, and the content of the fourth data set."""
 
     TIMER_PEDO_FIFO_EN = Bits(7, doc="1: timestamp and step count are the fourth data set")
@@ -49,14 +49,14 @@ class FIFO_CTRL2(Register, addr=0x07, modelled=False):
     FTH_10_8 = Bits(2, 0, doc="watermark bits 10 to 8")
 
 
-class FIFO_CTRL3(Register, addr=0x08, modelled=False):
+class FIFO_CTRL3(Register, addr=0x08):
     """FIFO decimation of gyroscope and accelerometer."""
 
     DEC_FIFO_GYRO = Bits(5, 3, doc=f"gyroscope: {_DECIMATION}")
     DEC_FIFO_XL = Bits(2, 0, doc=f"accelerometer: {_DECIMATION}")
 
 
-class FIFO_CTRL4(Register, addr=0x09, modelled=False):
+class FIFO_CTRL4(Register, addr=0x09):
     """FIFO depth limit and decimation of the third and fourth data set."""
 
     STOP_ON_FTH = Bits(7, doc="1: depth limited to the watermark")
@@ -65,21 +65,21 @@ class FIFO_CTRL4(Register, addr=0x09, modelled=False):
     DEC_DS3_FIFO = Bits(2, 0, doc=f"third set: {_DECIMATION}")
 
 
-class FIFO_CTRL5(Register, addr=0x0A, modelled=False):
+class FIFO_CTRL5(Register, addr=0x0A):
     """FIFO rate and mode."""
 
     ODR_FIFO = Bits(6, 3, doc=_ODR)
     FIFO_MODE = Bits(2, 0, doc="0 bypass, 1 FIFO, 3 continuous to FIFO, 4 bypass to continuous, 6 continuous")
 
 
-class DRDY_PULSE_CFG_G(Register, addr=0x0B, modelled=False):
+class DRDY_PULSE_CFG_G(Register, addr=0x0B):
     """Shape of the data-ready pins, and wrist tilt on INT2."""
 
     DRDY_PULSED = Bits(7, doc="data-ready pins: 0 latched, 1 pulses of 75 us")
     INT2_WRIST_TILT = Bits(0, doc="1: wrist tilt on INT2")
 
 
-class INT1_CTRL(Register, addr=0x0D, modelled=False):
+class INT1_CTRL(Register, addr=0x0D):
     """Which data and FIFO signals drive the INT1 pin."""
 
     INT1_STEP_DETECTOR = Bits(7, doc="1: step detected")
@@ -92,7 +92,7 @@ class INT1_CTRL(Register, addr=0x0D, modelled=False):
     INT1_DRDY_XL = Bits(0, doc="1: accelerometer data-ready")
 
 
-class INT2_CTRL(Register, addr=0x0E, modelled=False):
+class INT2_CTRL(Register, addr=0x0E):
     """Which data and FIFO signals drive the INT2 pin."""
 
     INT2_STEP_DELTA = Bits(7, doc="1: steps seen within the delta time")
@@ -116,8 +116,8 @@ class CTRL1_XL(Register, addr=0x10):
 
     ODR_XL = Bits(7, 4, doc=f"rate: {_ODR}, 11: 1.6 Hz in low power, else 12.5 Hz")
     FS_XL = Bits(3, 2, doc="full scale: 0 2 g, 1 16 g, 2 4 g, 3 8 g (0.061, 0.488, 0.122, 0.244 mg/LSB)")
-    LPF1_BW_SEL = Bits(1, modelled=False, doc="digital low-pass LPF1: 0 ODR/2, 1 ODR/4")
-    BW0_XL = Bits(0, modelled=False, doc="analog filter at 1666 Hz and above: 0 1500 Hz, 1 400 Hz")
+    LPF1_BW_SEL = Bits(1, doc="digital low-pass LPF1: 0 ODR/2, 1 ODR/4")
+    BW0_XL = Bits(0, doc="analog filter at 1666 Hz and above: 0 1500 Hz, 1 400 Hz")
 
 
 class CTRL2_G(Register, addr=0x11):
@@ -133,9 +133,9 @@ class CTRL3_C(Register, addr=0x12, reset=0x04):
 
     BOOT = Bits(7, doc="1: reload the trimming values, 15 ms; clears itself")
     BDU = Bits(6, doc="block data update: 1 freezes a pair of bytes until both are read")
-    H_LACTIVE = Bits(5, modelled=False, doc="interrupt pins active: 0 high, 1 low")
-    PP_OD = Bits(4, modelled=False, doc="interrupt pins: 0 push-pull, 1 open drain")
-    SIM = Bits(3, modelled=False, doc="SPI: 0 4-wire, 1 3-wire")
+    H_LACTIVE = Bits(5, doc="interrupt pins active: 0 high, 1 low")
+    PP_OD = Bits(4, doc="interrupt pins: 0 push-pull, 1 open drain")
+    SIM = Bits(3, doc="SPI: 0 4-wire, 1 3-wire")
     IF_INC = Bits(2, doc="1: the address advances after each byte of a burst")
     BLE = Bits(1, doc="byte order of output pairs: 0 low byte first, 1 high byte first")
     SW_RESET = Bits(0, doc="1: control registers to reset values, 50 us; clears itself")
@@ -146,11 +146,11 @@ class CTRL4_C(Register, addr=0x13):
 
     DEN_XL_EN = Bits(7, modelled=False, doc="1: data enable also acts on the accelerometer")
     SLEEP = Bits(6, doc="1: gyroscope asleep: drive on, no data")
-    INT2_on_INT1 = Bits(5, modelled=False, doc="1: INT2's signals are ORed onto INT1")
+    INT2_on_INT1 = Bits(5, doc="1: INT2's signals are ORed onto INT1")
     DEN_DRDY_INT1 = Bits(4, modelled=False, doc="1: DEN data-ready on INT1")
     DRDY_MASK = Bits(3, modelled=False, doc="1: data-ready masked until the filters have settled")
-    I2C_disable = Bits(2, modelled=False, doc="1: SPI only")
-    LPF1_SEL_G = Bits(1, modelled=False, doc="1: gyroscope low-pass LPF1 on, bandwidth by FTYPE")
+    I2C_disable = Bits(2, doc="1: SPI only")
+    LPF1_SEL_G = Bits(1, doc="1: gyroscope low-pass LPF1 on, bandwidth by FTYPE")
 
 
 class CTRL5_C(Register, addr=0x14):
@@ -159,7 +159,6 @@ class CTRL5_C(Register, addr=0x14):
     ROUNDING = Bits(
         7,
         5,
-        modelled=False,
         doc="burst wraps over: 0 none, 1 XL, 2 G, 3 G+XL, 4 SH1-6, 5 XL+SH1-6, 6 G+XL+SH1-12, 7 G+XL+SH1-6",
     )
     DEN_LH = Bits(4, modelled=False, doc="data-enable input active: 0 low, 1 high")
@@ -175,16 +174,16 @@ class CTRL6_C(Register, addr=0x15):
     LVL2_EN = Bits(5, modelled=False, doc="1: with LVL1_EN, data enable by latched level")
     XL_HM_MODE = Bits(4, doc="accelerometer: 0 high performance, 1 low power or normal by rate")
     USR_OFF_W = Bits(3, doc="weight of X, Y, Z_OFS_USR: 0 2^-10 g/LSB, 1 2^-6 g/LSB")
-    FTYPE = Bits(1, 0, modelled=False, doc="gyroscope LPF1 cutoff at 833 Hz: 0 245, 1 195, 2 155, 3 293 Hz")
+    FTYPE = Bits(1, 0, doc="gyroscope LPF1 cutoff at 833 Hz: 0 245, 1 195, 2 155, 3 293 Hz")
 
 
 class CTRL7_G(Register, addr=0x16):
     """Gyroscope power mode and high-pass filter."""
 
     G_HM_MODE = Bits(7, doc="gyroscope: 0 high performance, 1 low power or normal by rate")
-    HP_EN_G = Bits(6, modelled=False, doc="1: high-pass filter on, in high performance only")
-    HPM_G = Bits(5, 4, modelled=False, doc="high-pass cutoff: 0 16 mHz, 1 65 mHz, 2 260 mHz, 3 1.04 Hz")
-    ROUNDING_STATUS = Bits(2, modelled=False, doc="1: burst wraps over the sources, STATUS_REG and FUNC_SRC1")
+    HP_EN_G = Bits(6, doc="1: high-pass filter on, in high performance only")
+    HPM_G = Bits(5, 4, doc="high-pass cutoff: 0 16 mHz, 1 65 mHz, 2 260 mHz, 3 1.04 Hz")
+    ROUNDING_STATUS = Bits(2, doc="1: burst wraps over the sources, STATUS_REG and FUNC_SRC1")
 
 
 class CTRL8_XL(Register, addr=0x17):
@@ -192,23 +191,23 @@ class CTRL8_XL(Register, addr=0x17):
 
     LPF2_XL_EN = Bits(7, doc="1: second low-pass LPF2 on")
     HPCF_XL = Bits(6, 5, doc="cutoff: 0 ODR/50 (slope filter: ODR/4), 1 ODR/100, 2 ODR/9, 3 ODR/400")
-    HP_REF_MODE = Bits(4, modelled=False, doc="1: high-pass subtracts the sample at which it was enabled")
-    INPUT_COMPOSITE = Bits(3, modelled=False, doc="composite filter's input: 0 ODR/2, 1 ODR/4")
-    HP_SLOPE_XL_EN = Bits(2, modelled=False, doc="1: output through slope or high-pass filter")
+    HP_REF_MODE = Bits(4, doc="1: high-pass subtracts the sample at which it was enabled")
+    INPUT_COMPOSITE = Bits(3, doc="composite filter's input: 0 ODR/2, 1 ODR/4")
+    HP_SLOPE_XL_EN = Bits(2, doc="1: output through slope or high-pass filter")
     LOW_PASS_ON_6D = Bits(0, modelled=False, doc="1: 6D orientation uses the LPF2 output")
 
 
-class CTRL9_XL(Register, addr=0x18, modelled=False):
+class CTRL9_XL(Register, addr=0x18):
     """Data-enable stamp on the samples, and soft-iron correction."""
 
-    DEN_X = Bits(7, doc="1: X carries the stamp in its LSB")
-    DEN_Y = Bits(6, doc="1: Y carries the stamp in its LSB")
-    DEN_Z = Bits(5, doc="1: Z carries the stamp in its LSB")
-    DEN_XL_G = Bits(4, doc="stamped sensor: 0 gyroscope, 1 accelerometer")
+    DEN_X = Bits(7, modelled=False, doc="1: X carries the stamp in its LSB")
+    DEN_Y = Bits(6, modelled=False, doc="1: Y carries the stamp in its LSB")
+    DEN_Z = Bits(5, modelled=False, doc="1: Z carries the stamp in its LSB")
+    DEN_XL_G = Bits(4, modelled=False, doc="stamped sensor: 0 gyroscope, 1 accelerometer")
     SOFT_EN = Bits(2, doc="1: soft-iron correction on, needs IRON_EN")
 
 
-class CTRL10_C(Register, addr=0x19, modelled=False):
+class CTRL10_C(Register, addr=0x19):
     """Embedded functions on and off."""
 
     WRIST_TILT_EN = Bits(7, doc="1: absolute wrist tilt on")
@@ -220,19 +219,19 @@ class CTRL10_C(Register, addr=0x19, modelled=False):
     SIGN_MOTION_EN = Bits(0, doc="1: significant motion on")
 
 
-class MASTER_CONFIG(Register, addr=0x1A, modelled=False):
+class MASTER_CONFIG(Register, addr=0x1A):
     """Sensor hub: I2C master, its trigger and its pins."""
 
     DRDY_ON_INT1 = Bits(7, doc="1: hub data-ready on INT1")
     DATA_VALID_SEL_FIFO = Bits(6, doc="FIFO written at: 0 data-ready or step, 1 end of the hub's reads")
-    START_CONFIG = Bits(4, doc="hub trigger: 0 accelerometer data-ready, 1 INT2 pin")
+    START_CONFIG = Bits(4, modelled=False, doc="hub trigger: 0 accelerometer data-ready, 1 INT2 pin")
     PULL_UP_EN = Bits(3, doc="1: pull-ups of the auxiliary bus on")
     PASS_THROUGH_MODE = Bits(2, doc="1: main and auxiliary I2C connected")
     IRON_EN = Bits(1, doc="1: hard-iron correction on")
     MASTER_ON = Bits(0, doc="1: hub master on")
 
 
-class WAKE_UP_SRC(Register, addr=0x1B, access="r", modelled=False):
+class WAKE_UP_SRC(Register, addr=0x1B, access="r"):
     """Free-fall, inactivity and wake-up events; reading clears latched ones."""
 
     FF_IA = Bits(5, doc="free fall")
@@ -243,7 +242,7 @@ class WAKE_UP_SRC(Register, addr=0x1B, access="r", modelled=False):
     Z_WU = Bits(0, doc="wake-up on Z")
 
 
-class TAP_SRC(Register, addr=0x1C, access="r", modelled=False):
+class TAP_SRC(Register, addr=0x1C, access="r"):
     """Tap events; reading clears latched ones."""
 
     TAP_IA = Bits(6, doc="single or double tap")
@@ -255,10 +254,10 @@ class TAP_SRC(Register, addr=0x1C, access="r", modelled=False):
     Z_TAP = Bits(0, doc="tap on Z")
 
 
-class D6D_SRC(Register, addr=0x1D, access="r", modelled=False):
+class D6D_SRC(Register, addr=0x1D, access="r"):
     """Orientation (6D, 4D) events; reading clears a latched one."""
 
-    DEN_DRDY = Bits(7, doc="data-enable sample ready")
+    DEN_DRDY = Bits(7, modelled=False, doc="data-enable sample ready")
     D6D_IA = Bits(6, doc="orientation has changed")
     ZH = Bits(5, doc="Z over the positive threshold")
     ZL = Bits(4, doc="Z under the negative threshold")
@@ -305,19 +304,18 @@ class SENSORHUB(
     addr=0x2E,
     size=12,
     access="r",
-    modelled=False,
     names=tuple(f"SENSORHUB{byte}_REG" for byte in range(1, 13)),
 ):
     """Bytes 1 to 12 read by the sensor hub."""
 
 
-class FIFO_STATUS1(Register, addr=0x3A, access="r", modelled=False):
+class FIFO_STATUS1(Register, addr=0x3A, access="r"):
     """Unread FIFO words, low bits."""
 
     DIFF_FIFO_7_0 = Bits(7, 0, doc="unread 16-bit words, bits 7 to 0")
 
 
-class FIFO_STATUS2(Register, addr=0x3B, access="r", reset=0x10, modelled=False):
+class FIFO_STATUS2(Register, addr=0x3B, access="r", reset=0x10):
     """FIFO flags, and unread words, high bits."""
 
     WaterM = Bits(7, doc="1: watermark reached")
@@ -327,13 +325,13 @@ class FIFO_STATUS2(Register, addr=0x3B, access="r", reset=0x10, modelled=False):
     DIFF_FIFO_10_8 = Bits(2, 0, doc="unread 16-bit words, bits 10 to 8")
 
 
-class FIFO_STATUS3(Register, addr=0x3C, access="r", modelled=False):
+class FIFO_STATUS3(Register, addr=0x3C, access="r"):
     """Place of the next FIFO word in the repeating pattern, low bits."""
 
     FIFO_PATTERN_7_0 = Bits(7, 0, doc="word index in the pattern, bits 7 to 0")
 
 
-class FIFO_STATUS4(Register, addr=0x3D, access="r", modelled=False):
+class FIFO_STATUS4(Register, addr=0x3D, access="r"):
     """Place of the next FIFO word in the repeating pattern, high bits."""
 
     FIFO_PATTERN_9_8 = Bits(1, 0, doc="word index in the pattern, bits 9 to 8")
@@ -344,25 +342,24 @@ class FIFO_DATA_OUT(
     addr=0x3E,
     size=2,
     access="r",
-    modelled=False,
     names=("FIFO_DATA_OUT_L", "FIFO_DATA_OUT_H"),
 ):
     """Next FIFO word; a burst alternates between its two bytes."""
 
 
-class TIMESTAMP0_REG(Register, addr=0x40, access="r", modelled=False):
+class TIMESTAMP0_REG(Register, addr=0x40, access="r"):
     """Timestamp, bits 7 to 0: 6.4 ms or 25 us per LSB by TIMER_HR."""
 
     TIMESTAMP0 = Bits(7, 0, doc="counter bits 7 to 0")
 
 
-class TIMESTAMP1_REG(Register, addr=0x41, access="r", modelled=False):
+class TIMESTAMP1_REG(Register, addr=0x41, access="r"):
     """Timestamp, bits 15 to 8."""
 
     TIMESTAMP1 = Bits(7, 0, doc="counter bits 15 to 8")
 
 
-class TIMESTAMP2_REG(Register, addr=0x42, modelled=False):
+class TIMESTAMP2_REG(Register, addr=0x42):
     """Timestamp, bits 23 to 16; writing 0xAA restarts the counter."""
 
     TIMESTAMP2 = Bits(7, 0, doc="counter bits 23 to 16")
@@ -373,7 +370,6 @@ class STEP_TIMESTAMP(
     addr=0x49,
     size=2,
     access="r",
-    modelled=False,
     names=("STEP_TIMESTAMP_L", "STEP_TIMESTAMP_H"),
 ):
     """Timestamp bits 23 to 8 at the last step: 1638.4 ms or 6.4 ms per LSB."""
@@ -384,7 +380,6 @@ class STEP_COUNTER(
     addr=0x4B,
     size=2,
     access="r",
-    modelled=False,
     names=("STEP_COUNTER_L", "STEP_COUNTER_H"),
 ):
     """Steps counted, uint16."""
@@ -395,13 +390,12 @@ class SENSORHUB_EXT(
     addr=0x4D,
     size=6,
     access="r",
-    modelled=False,
     names=tuple(f"SENSORHUB{byte}_REG" for byte in range(13, 19)),
 ):
     """Bytes 13 to 18 read by the sensor hub."""
 
 
-class FUNC_SRC1(Register, addr=0x53, access="r", modelled=False):
+class FUNC_SRC1(Register, addr=0x53, access="r"):
     """Events of the embedded functions; reading clears latched ones."""
 
     STEP_COUNT_DELTA_IA = Bits(7, doc="steps were seen within the delta time")
@@ -414,7 +408,7 @@ class FUNC_SRC1(Register, addr=0x53, access="r", modelled=False):
     SENSORHUB_END_OP = Bits(0, doc="sensor hub: 0 transferring, 1 idle")
 
 
-class FUNC_SRC2(Register, addr=0x54, access="r", modelled=False):
+class FUNC_SRC2(Register, addr=0x54, access="r"):
     """Sensor hub slaves that did not answer, and wrist tilt."""
 
     SLAVE3_NACK = Bits(6, doc="slave 3 did not acknowledge")
@@ -424,7 +418,7 @@ class FUNC_SRC2(Register, addr=0x54, access="r", modelled=False):
     WRIST_TILT_IA = Bits(0, doc="wrist tilt; reading clears a latched one")
 
 
-class WRIST_TILT_IA(Register, addr=0x55, access="r", modelled=False):
+class WRIST_TILT_IA(Register, addr=0x55, access="r"):
     """Wrist tilt, by axis and direction."""
 
     WRIST_TILT_IA_Xpos = Bits(7, doc="on the positive side of X")
@@ -435,7 +429,7 @@ class WRIST_TILT_IA(Register, addr=0x55, access="r", modelled=False):
     WRIST_TILT_IA_Zneg = Bits(2, doc="on the negative side of Z")
 
 
-class TAP_CFG(Register, addr=0x58, modelled=False):
+class TAP_CFG(Register, addr=0x58):
     """Basic interrupts: enable, inactivity, filter, tap axes, latch."""
 
     INTERRUPTS_ENABLE = Bits(7, doc="1: 6D, free fall, wake-up, tap and inactivity on")
@@ -447,7 +441,7 @@ class TAP_CFG(Register, addr=0x58, modelled=False):
     LIR = Bits(0, doc="interrupts: 0 pulsed, 1 latched until the source is read")
 
 
-class TAP_THS_6D(Register, addr=0x59, modelled=False):
+class TAP_THS_6D(Register, addr=0x59):
     """Thresholds of orientation and tap."""
 
     D4D_EN = Bits(7, doc="1: 4D, the Z axis is ignored")
@@ -455,7 +449,7 @@ class TAP_THS_6D(Register, addr=0x59, modelled=False):
     TAP_THS = Bits(4, 0, doc="tap threshold: full scale / 32 per LSB")
 
 
-class INT_DUR2(Register, addr=0x5A, modelled=False):
+class INT_DUR2(Register, addr=0x5A):
     """Time windows of the tap, in accelerometer periods."""
 
     DUR = Bits(7, 4, doc="double-tap window: 32/ODR per LSB, 0 is 16/ODR")
@@ -463,14 +457,14 @@ class INT_DUR2(Register, addr=0x5A, modelled=False):
     SHOCK = Bits(1, 0, doc="longest overshoot of a tap: 8/ODR per LSB, 0 is 4/ODR")
 
 
-class WAKE_UP_THS(Register, addr=0x5B, modelled=False):
+class WAKE_UP_THS(Register, addr=0x5B):
     """Wake-up threshold, and double tap."""
 
     SINGLE_DOUBLE_TAP = Bits(7, doc="taps: 0 single only, 1 single and double")
     WK_THS = Bits(5, 0, doc="wake-up threshold: full scale / 64 per LSB")
 
 
-class WAKE_UP_DUR(Register, addr=0x5C, modelled=False):
+class WAKE_UP_DUR(Register, addr=0x5C):
     """Durations of free fall, wake-up and sleep, and timestamp resolution."""
 
     FF_DUR5 = Bits(7, doc="free-fall duration, bit 5")
@@ -479,14 +473,14 @@ class WAKE_UP_DUR(Register, addr=0x5C, modelled=False):
     SLEEP_DUR = Bits(3, 0, doc="time to inactivity: 512/ODR per LSB, 0 is 16/ODR")
 
 
-class FREE_FALL(Register, addr=0x5D, modelled=False):
+class FREE_FALL(Register, addr=0x5D):
     """Free-fall duration and threshold."""
 
     FF_DUR_4_0 = Bits(7, 3, doc="free-fall duration, bits 4 to 0: 1/ODR per LSB")
     FF_THS = Bits(2, 0, doc="threshold: 0 156, 1 219, 2 250, 3 312, 4 344, 5 406, 6 469, 7 500 mg")
 
 
-class MD1_CFG(Register, addr=0x5E, modelled=False):
+class MD1_CFG(Register, addr=0x5E):
     """Which events drive the INT1 pin."""
 
     INT1_INACT_STATE = Bits(7, doc="1: inactivity")
@@ -499,7 +493,7 @@ class MD1_CFG(Register, addr=0x5E, modelled=False):
     INT1_TIMER = Bits(0, doc="1: timestamp counter about to wrap")
 
 
-class MD2_CFG(Register, addr=0x5F, modelled=False):
+class MD2_CFG(Register, addr=0x5F):
     """Which events drive the INT2 pin."""
 
     INT2_INACT_STATE = Bits(7, doc="1: inactivity")
@@ -529,7 +523,6 @@ class OUT_MAG_RAW(
     addr=0x66,
     size=6,
     access="r",
-    modelled=False,
     names=tuple(f"OUT_MAG_RAW_{axis}_{half}" for axis in "XYZ" for half in "LH"),
 ):
     """External magnetometer X, Y, Z before correction, int16 each."""

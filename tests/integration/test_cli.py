@@ -76,7 +76,7 @@ def test_the_trace_is_json_lines_with_register_names(tmp_path: Path) -> None:
     done = fcu("run", "--duration", "1200ms", "--trace", str(trace), "-q")
     events = [json.loads(line) for line in trace.read_text().splitlines()]
     kinds = {event["kind"] for event in events}
-    assert {"bus", "register", "gpio", "terminal", "note"} <= kinds
+    assert {"bus", "register", "gpio", "terminal"} <= kinds
     assert all(float(event["t_s"]) >= 0 for event in events)
     writes = [(event["device"], event["register"]) for event in events if event["kind"] == "register"]
     assert ("LSM6DSL", "CTRL1_XL") in writes

@@ -124,11 +124,11 @@ def test_the_trace_names_registers_and_is_silent_until_asked() -> None:
 
 def test_what_is_not_modelled_and_what_fails_is_always_in_the_trace() -> None:
     board = Board()
-    board.i2c2.write(LSM6DSL, b"\x0d\x01")  # INT1_CTRL
+    board.i2c2.write(LSM6DSL, b"\x04\x01")  # SENSOR_SYNC_TIME_FRAME
     board.i2c2.inject(I2CFault("absent", 0, FOREVER, address=LSM6DSL))
     with pytest.raises(I2CNackError):
         board.i2c2.read(LSM6DSL, 1)
     assert [(note.device, note.what) for note in board.trace.of(DeviceNote)] == [("LSM6DSL", "not modelled")]
-    assert "INT1_CTRL" in board.trace.of(DeviceNote)[0].text
+    assert "SENSOR_SYNC_TIME_FRAME" in board.trace.of(DeviceNote)[0].text
     assert len(board.trace.of(Fault)) == 1
     assert "no acknowledge" in board.trace.of(BusTransfer)[0].result

@@ -167,6 +167,7 @@ LIMITS: dict[type, dict[str, float]] = {
         "bias_drift_mgauss_per_degc": 0.3,
         "scale_drift_percent_per_degc": 0.03,
         "temperature_offset_degc": 0.0,
+        "set_reset_offset_mgauss": 120.0,  # in no document: the model's stated assumption
     },
     LPS22HBErrors: {"pressure_bias_hpa": 1.0, "temperature_bias_degc": 1.5},
 }

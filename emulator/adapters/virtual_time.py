@@ -1,0 +1,87 @@
+"""The drivers' waits pass on the board's clock: no test sleeps, and a wait is as long as the driver asked.
+
+Decision: only the modules that are named see virtual time. Replacing ``time.sleep`` and ``time.monotonic``
+for the whole process, the road not taken, would put pytest's durations, other threads and the serial links
+on the clock of one board.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+from emulator.errors import InputError
+
+if TYPE_CHECKING:
+    from emulator.board import Board
+
+_PS_PER_NS = 1000
+_in_use: set[str] = set()  # modules that run on some board's time now
+
+
+@contextmanager
+def virtual_time(board: Board, *modules: ModuleType) -> Iterator[None]:
+    """Let ``modules`` and their submodules, as far as imported, wait and measure time on the board's clock.
+
+    Wherever a module's global is ``time`` or one of its functions, under whatever name (``import time``,
+    ``from time import sleep``), it is replaced until the block ends: ``sleep``, and the clocks ``monotonic``,
+    ``perf_counter`` and ``time`` with their ``_ns`` twins, which count from power-on. What a function of a
+    driver imports while it runs is not seen.
+
+    Raises InputError when a module runs on a board's time already: it has one ``time``, not one a board.
+    """
+    found = _with_submodules(modules)
+    taken = _in_use.intersection(found)
+    if taken:
+        raise InputError(f"{min(taken)} runs on a board's time already; leave that block first")
+    replacements = _replacements(board)
+    replaced: list[tuple[dict[str, Any], str, Any]] = []
+    _in_use.update(found)
+    try:
+        for module in found.values():
+            for name, value in list(vars(module).items()):
+                if id(value) in replacements:
+                    replaced.append((vars(module), name, value))
+                    vars(module)[name] = replacements[id(value)]
+        yield
+    finally:
+        for names, name, value in replaced:
+            names[name] = value
+        _in_use.difference_update(found)
+
+
+def _with_submodules(modules: tuple[ModuleType, ...]) -> dict[str, ModuleType]:
+    own = tuple(module.__name__ for module in modules)
+    inside = tuple(f"{name}." for name in own)
+    return {
+        name: module for name, module in list(sys.modules.items()) if name in own or name.startswith(inside)
+    }
+
+
+def _replacements(board: Board) -> dict[int, object]:
+    """What stands for the real ``time`` and its functions, by their id(): globals need not be hashable."""
+    clock = board.clock
+
+    def sleep(seconds: float) -> None:
+        if seconds < 0:
+            raise ValueError("sleep length must be non-negative")  # as the real one
+        board.run_for(seconds)
+
+    def now_s() -> float:
+        return clock.now_s
+
+    def now_ns() -> int:
+        return clock.now_ps // _PS_PER_NS
+
+    functions: dict[str, Callable[..., Any]] = {
+        "sleep": sleep,
+        **dict.fromkeys(("monotonic", "perf_counter", "time"), now_s),
+        **dict.fromkeys(("monotonic_ns", "perf_counter_ns", "time_ns"), now_ns),
+    }
+    module = ModuleType("time", "The virtual board's time.")
+    vars(module).update({**vars(time), **functions})
+    return {id(time): module, **{id(getattr(time, name)): virtual for name, virtual in functions.items()}}

@@ -1,0 +1,146 @@
+"""The LIS2MDL's threshold interrupt (datasheet 8.8 to 8.11; AN5069 section 10; sensor facts 2.5).
+
+Every sample is compared with the threshold, axis by axis. IEL = 0: INT_SOURCE_REG shows the latest sample's
+comparison; IEL = 1: what has once crossed stays until the register is read, which clears all its bits. MROI
+(range overflow) stays until it is read in either case. IEA is the level of INT while it signals, in the
+register and on the pin alike: with IEA = 0 a 0 signals an interrupt.
+
+Decisions:
+
+* MROI needs IEN = 1 (AN5069 10.2); the datasheet calls it "always enabled".
+* the threshold has 16 bits, as the datasheet's Table 38 shows; AN5069 speaks of 15. It is compared as an
+  unsigned number, so no int16 sample crosses 0x8000 and above.
+* INT signals crossings only: an overflowing axis crosses every smaller threshold anyway.
+* a changed setting acts from the next sample on, except that IEN = 0 clears everything at once and IEA turns
+  the level at once.
+* with IEN = 0 and IEA = 0 bit INT reads 0, as every bit does after reset; read literally, IEA = 0 makes it 1.
+  No document says which, so it is a setting (``idle_level``). The pin is then inactive in either case.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sensors.lis2mdl.registers import CFG_REG_B, INT_CRTL_REG, INT_SOURCE_REG, INT_THS
+from sensors.pin import EdgeCallback
+from sensors.sampling import SampleStream
+
+_CROSSINGS: Final = 0xFF & ~(INT_SOURCE_REG.MROI.mask | INT_SOURCE_REG.INT.mask)
+_ABOVE: Final = np.array(
+    [INT_SOURCE_REG.P_TH_S_X.mask, INT_SOURCE_REG.P_TH_S_Y.mask, INT_SOURCE_REG.P_TH_S_Z.mask]
+)
+_BELOW: Final = np.array(
+    [INT_SOURCE_REG.N_TH_S_X.mask, INT_SOURCE_REG.N_TH_S_Y.mask, INT_SOURCE_REG.N_TH_S_Z.mask]
+)
+
+
+@dataclass(frozen=True)
+class InterruptSettings:
+    """What the registers say about the interrupt."""
+
+    on: bool
+    latched: bool
+    active_level: int
+    axes: tuple[bool, bool, bool]
+    threshold: int  # counts
+    after_offset: bool  # compared is the output, from which the hard-iron offset has been subtracted
+
+    @classmethod
+    def decode(cls, mem: bytearray) -> InterruptSettings:
+        """Read the settings out of the registers."""
+        control = mem[INT_CRTL_REG.addr]
+        return cls(
+            on=bool(control & INT_CRTL_REG.IEN.mask),
+            latched=bool(control & INT_CRTL_REG.IEL.mask),
+            active_level=INT_CRTL_REG.IEA.get(control),
+            axes=(
+                bool(control & INT_CRTL_REG.XIEN.mask),
+                bool(control & INT_CRTL_REG.YIEN.mask),
+                bool(control & INT_CRTL_REG.ZIEN.mask),
+            ),
+            threshold=int.from_bytes(mem[INT_THS.addr : INT_THS.addr + INT_THS.size], "little"),
+            after_offset=bool(mem[CFG_REG_B.addr] & CFG_REG_B.INT_on_DataOFF.mask),
+        )
+
+    def compare(self, compared: NDArray[np.int16], measured: NDArray[np.float64]) -> bytes:
+        """For each sample what INT_SOURCE_REG shows, without INT: a byte each.
+
+        ``compared``: counts, shape (3, n); ``measured``: counts before they were cut to 16 bits, likewise.
+        """
+        axes, counts = np.array(self.axes), compared.astype(np.int64)
+        source = (_ABOVE * axes) @ (counts > self.threshold) + (_BELOW * axes) @ (counts < -self.threshold)
+        overflows = ((measured < -32768) | (measured > 32767)).sum(axis=0) > 0
+        return bytes((source | INT_SOURCE_REG.MROI.mask * overflows).astype(np.uint8))
+
+
+class InterruptGenerator:
+    """INT_SOURCE_REG and the INT signal.
+
+    ``compared``: a stream of one byte a sample, as ``InterruptSettings.compare`` gives it, in step with the
+    output; it is looked at only while IEN = 1. ``idle_level``: bit INT while IEN = 0 and IEA = 0. ``edge``:
+    called with each change of the INT signal that a sample brings, and with its time.
+    """
+
+    def __init__(
+        self, compared: SampleStream, settings: InterruptSettings, idle_level: int, edge: EdgeCallback
+    ) -> None:
+        self.compared = compared
+        self.settings = settings
+        self._idle_level = idle_level
+        self._edge = edge
+        self._source = 0  # crossings and MROI
+
+    @property
+    def level(self) -> int:
+        """The INT signal as the pin shows it."""
+        active = self.settings.active_level
+        return active if self._source & _CROSSINGS else 1 - active
+
+    @property
+    def source(self) -> int:
+        """INT_SOURCE_REG."""
+        settings = self.settings
+        if not settings.on:
+            return 0 if settings.active_level else self._idle_level
+        return self._source | self.level
+
+    def configure(self, settings: InterruptSettings, now_ps: int) -> None:
+        """The registers may have changed; what came before ``now_ps`` has been caught up."""
+        if settings.on and not self.settings.on and now_ps >= self.compared.next_ps:
+            self.compared.advance(now_ps)  # what came before IEN = 1 is not compared
+        self.settings = settings
+        if not settings.on:
+            self._source = 0
+
+    def after_reading_source(self) -> None:
+        """INT_SOURCE_REG was read: clear what was latched."""
+        self._source &= 0 if self.settings.latched else _CROSSINGS
+
+    def catch_up(self, now_ps: int) -> None:
+        """Take every sample that has become available until ``now_ps``."""
+        stream = self.compared
+        if not self.settings.on or now_ps < stream.next_ps:
+            return
+        first = stream.index + 1
+        sources = stream.samples(first, stream.latest(now_ps) + 1)[:, 0]
+        stream.advance(now_ps)
+        active = self.settings.active_level
+        for index, signals in self._take(sources):
+            self._edge(stream.time_ps(first + index), active if signals else 1 - active)
+
+    def _take(self, sources: NDArray[np.uint8]) -> list[tuple[int, bool]]:
+        """Where in ``sources`` the interrupt begins (True) or ends (False) to signal."""
+        was = bool(self._source & _CROSSINGS)
+        signals = (sources & _CROSSINGS) != 0
+        everything = int(np.bitwise_or.reduce(sources))
+        if self.settings.latched:
+            signals = np.logical_or.accumulate(signals) | was
+            self._source |= everything
+        else:
+            overflow = (self._source | everything) & INT_SOURCE_REG.MROI.mask
+            self._source = overflow | int(sources[-1]) & _CROSSINGS
+        return [(int(index), bool(signals[index])) for index in np.flatnonzero(np.diff(signals, prepend=was))]

@@ -1,0 +1,130 @@
+"""The LPS22HB's FIFO: 32 levels of pressure and temperature (datasheet section 5, 9.8 and 9.16).
+
+A mode is one of four behaviours, or one of two depending on the interrupt (INT_SOURCE.IA, as a level;
+firmware sets LIR so that it lasts):
+
+bypass   empty; the output registers show the latest sample
+FIFO     collects until it is full; the first sample that does not fit stops it and sets OVR, and only leaving
+         FIFO behaviour starts it again
+stream   when full, a new sample overwrites the oldest. The last level read stays in the buffer: once it has
+         been emptied, the next sample makes the fill jump from 0 to 2, and the old level is read again
+dynamic  stream without this repetition: the fill counts new samples only
+
+Decisions where the datasheet is silent or contradicts itself: section 5.2 says of FIFO mode both that it
+stops and that the first data has been overwritten: it stops. STOP_ON_FTH limits every behaviour to WTM + 1
+levels. OVR ends when a level has been read. F_FSS5 is bit 5 of the fill, so 32 levels. The reserved mode 101b
+and FIFO_EN = 0 are bypass. A level is consumed when its TEMP_OUT_H has been read.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from enum import Enum, auto
+
+from sensors.lps22hb.registers import CTRL_REG2, CTRL_REG3, FIFO_CTRL, FIFO_STATUS
+
+LEVELS = 32
+
+
+class Behaviour(Enum):
+    """What happens to a new sample."""
+
+    BYPASS = auto()
+    FIFO = auto()
+    STREAM = auto()
+    DYNAMIC_STREAM = auto()
+
+
+_MODES = {  # FIFO_CTRL.F_MODE: without the interrupt, with it
+    0b000: (Behaviour.BYPASS, Behaviour.BYPASS),
+    0b001: (Behaviour.FIFO, Behaviour.FIFO),
+    0b010: (Behaviour.STREAM, Behaviour.STREAM),
+    0b011: (Behaviour.STREAM, Behaviour.FIFO),
+    0b100: (Behaviour.BYPASS, Behaviour.STREAM),
+    0b110: (Behaviour.DYNAMIC_STREAM, Behaviour.DYNAMIC_STREAM),
+    0b111: (Behaviour.BYPASS, Behaviour.FIFO),
+}
+_OFF = (Behaviour.BYPASS, Behaviour.BYPASS)
+
+
+class Fifo:
+    """``on``: not in bypass now; ``active``: may be, so that it has to see each sample."""
+
+    def __init__(self) -> None:
+        self._levels: deque[bytes] = deque()  # the unread ones, oldest first
+        self.on = self.active = False
+        self._mode = _OFF
+        self._behaviour = Behaviour.BYPASS
+        self._depth = LEVELS
+        self._watermark = 0
+        self._last_read: bytes | None = None
+        self._stopped = self._overrun = False
+
+    def configure(self, mem: bytearray, *, triggered: bool) -> None:
+        """The registers may have changed; ``triggered``: IA."""
+        control = mem[FIFO_CTRL.addr]
+        enabled = mem[CTRL_REG2.addr] & CTRL_REG2.FIFO_EN.mask
+        self._mode = _MODES.get(FIFO_CTRL.F_MODE.get(control), _OFF) if enabled else _OFF
+        self._watermark = FIFO_CTRL.WTM.get(control)
+        limited = mem[CTRL_REG2.addr] & CTRL_REG2.STOP_ON_FTH.mask
+        self._depth = self._watermark + 1 if limited else LEVELS
+        self.active = self._mode != _OFF
+        self.trigger(on=triggered)
+
+    def trigger(self, *, on: bool) -> None:
+        """IA is, or has become, ``on``."""
+        self._behaviour = self._mode[on]
+        self.on = self._behaviour is not Behaviour.BYPASS
+        if self._behaviour is not Behaviour.FIFO:
+            self._stopped = False
+        if not self.on:
+            self._levels.clear()
+            self._last_read = None
+            self._overrun = False
+
+    def push(self, level: bytes) -> None:
+        """A sample has come."""
+        if self._behaviour is Behaviour.FIFO:
+            if len(self._levels) >= self._depth:
+                self._stopped = self._overrun = True
+            if not self._stopped:
+                self._levels.append(level)
+        elif self.on:
+            if self._behaviour is Behaviour.STREAM and self._last_read is not None and not self._levels:
+                self._levels.append(self._last_read)
+            self._levels.append(level)
+            while len(self._levels) > self._depth:
+                self._levels.popleft()
+                self._overrun = True
+
+    def pop(self) -> None:
+        """The oldest level has been read."""
+        if self._levels:
+            self._last_read = self._levels.popleft()
+            self._overrun = False
+
+    @property
+    def oldest(self) -> bytes | None:
+        """The level to be read next."""
+        return self._levels[0] if self._levels else None
+
+    def status(self) -> int:
+        """FIFO_STATUS."""
+        value = len(self._levels)
+        if self._at_watermark():
+            value |= FIFO_STATUS.FTH_FIFO.mask
+        if self._overrun:
+            value |= FIFO_STATUS.OVR.mask
+        return value
+
+    def signals(self) -> int:
+        """What the pin can show, under the bits of CTRL_REG3 that let it."""
+        value = CTRL_REG3.F_FSS5.mask if len(self._levels) == LEVELS else 0
+        if self._at_watermark():
+            value |= CTRL_REG3.F_FTH.mask
+        if self._overrun:
+            value |= CTRL_REG3.F_OVR.mask
+        return value
+
+    def _at_watermark(self) -> bool:
+        return len(self._levels) >= self._watermark > 0

@@ -1,0 +1,247 @@
+"""The embedded functions as one feature: 26 times a second each gets a sample of the accelerometer.
+
+AN5040 section 6: they need CTRL10_C.FUNC_EN and an accelerometer at 26 Hz or more. Every second, fourth, ...
+sample is taken at the higher rates, which is 26 Hz or, from 833 Hz up, a tenth of a percent more.
+
+Decision: one feature for all four, not four, so that their events come in the order of time whoever looks
+when. The road not taken is a feature each; a pin that two of them share would then hear edges out of order.
+
+Where the documents are silent: the functions see the samples as they are put out (user offset, filters); a
+function that was off or without its rate begins anew; step counter and step time are kept.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sensors.errors import Vec3
+from sensors.lsm6dsl.accelerometer import MG_PER_LSB
+from sensors.lsm6dsl.bank_a import CONFIG_PEDO_THS_MIN, PEDO_DEB_REG, SM_THS, STEP_COUNT_DELTA
+from sensors.lsm6dsl.bank_access import BANK_A, BANK_B, on_bank_write
+from sensors.lsm6dsl.bank_b import A_WRIST_TILT_LAT, A_WRIST_TILT_THS, A_WRIST_TILT_Mask
+from sensors.lsm6dsl.embedded.pedometer import DeltaTime, PedometerSettings, StepDetector
+from sensors.lsm6dsl.embedded.significant_motion import SignificantMotion
+from sensors.lsm6dsl.embedded.tilt import Tilt
+from sensors.lsm6dsl.embedded.wrist_tilt import WristTilt, WristTiltSettings
+from sensors.lsm6dsl.feature import Chip
+from sensors.lsm6dsl.function_sources import (
+    SIGNIFICANT_MOTION,
+    STEP,
+    STEP_DELTA,
+    STEP_OVERFLOW,
+    TILT,
+    WRIST_TILT,
+    FunctionSources,
+    Source,
+)
+from sensors.lsm6dsl.registers import (
+    CTRL1_XL,
+    CTRL10_C,
+    STEP_COUNTER,
+    STEP_TIMESTAMP,
+    TIMESTAMP1_REG,
+    WAKE_UP_DUR,
+    WRIST_TILT_IA,
+)
+from sensors.lsm6dsl.violations import Violations
+from sensors.register import Register
+
+_RATE_HZ = 26
+_TICKS_AT_ONCE = 256
+_PEDO, _SIGN_MOTION = CTRL10_C.PEDO_EN.mask, CTRL10_C.SIGN_MOTION_EN.mask
+_TILT, _WRIST_TILT = CTRL10_C.TILT_EN.mask, CTRL10_C.WRIST_TILT_EN.mask
+_EVENTS: dict[int, tuple[Source, ...]] = {
+    _PEDO: (STEP, STEP_OVERFLOW, STEP_DELTA),
+    _SIGN_MOTION: (SIGNIFICANT_MOTION,),
+    _TILT: (TILT,),
+    _WRIST_TILT: (WRIST_TILT,),
+}
+_BANK_A = (CONFIG_PEDO_THS_MIN, SM_THS, PEDO_DEB_REG, STEP_COUNT_DELTA)
+_BANK_B = (A_WRIST_TILT_LAT, A_WRIST_TILT_THS, A_WRIST_TILT_Mask)
+
+
+class EmbeddedFunctions:
+    """Pedometer, significant motion, tilt and absolute wrist tilt."""
+
+    CONFIGURATION: tuple[type[Register], ...] = (CTRL1_XL, CTRL10_C, WAKE_UP_DUR)
+
+    def __init__(self, chip: Chip, sources: FunctionSources) -> None:
+        self.active = False
+        self._chip = chip
+        self._sources = sources
+        self._mem = chip.registers.mem
+        self._violations = Violations(chip)
+        self._on = 0  # functions at work, as bits of CTRL10_C
+        self._accelerometer_on = False
+        self._every, self._next = 1, 0  # samples from one tick to the next; the next tick's sample
+        self._mg_per_lsb = MG_PER_LSB[0]
+        self._steps, self._delta = StepDetector(), DeltaTime()
+        self._significant_motion, self._tilt, self._wrist_tilt = SignificantMotion(), Tilt(), WristTilt()
+        self._decode_banks()
+        for register in (STEP_COUNTER, STEP_TIMESTAMP):
+            chip.registers.before_read(register, self._before_read)
+        on_bank_write(chip, BANK_A, _BANK_A, self.configure)
+        on_bank_write(chip, BANK_B, _BANK_B, self.configure)
+
+    # -- as a feature -----------------------------------------------------------------------------------
+
+    def configure(self, now_ps: int) -> None:
+        """Decode the registers; functions that were off begin anew."""
+        control, stream = self._mem[CTRL10_C.addr], self._chip.xl
+        self._follow_power(accelerometer_on=stream.running)
+        self._decode_banks()
+        if control & CTRL10_C.PEDO_RST_STEP.mask:
+            self._write_counter(0)
+        wanted = control & sum(_EVENTS) if control & CTRL10_C.FUNC_EN.mask else 0
+        fast_enough = stream.running and stream.rate_hz >= _RATE_HZ
+        was, self._on = self._on, wanted if fast_enough else 0
+        self.active = bool(self._on)
+        self._begin_and_end(was, now_ps)
+        if fast_enough:
+            self._every = round(stream.rate_hz / _RATE_HZ)
+            self._mg_per_lsb = MG_PER_LSB[CTRL1_XL.FS_XL.get(self._mem[CTRL1_XL.addr])]
+            # A restarted stream counts from 0 again; one that goes on keeps its ticks.
+            following = stream.latest(now_ps) + 1
+            self._next = -(-following // self._every) * self._every
+        self._delta.configure(self._delta_ps(), now_ps)
+        too_slow = bool(wanted) and stream.running and not fast_enough
+        self._violations.report(self._find_violations(too_slow=too_slow), now_ps)
+
+    def catch_up(self, now_ps: int) -> None:
+        """Work through the ticks until ``now_ps``."""
+        latest = self._chip.xl.latest(now_ps)
+        while self._next <= latest:
+            self._work(self._next, min(latest + 1, self._next + _TICKS_AT_ONCE * self._every))
+        self._close_delta_windows(now_ps)
+
+    def reset(self, now_ps: int) -> None:
+        """SW_RESET: nothing is on, and what has not been worked through never will be."""
+        del now_ps
+        self.active, self._on = False, 0
+
+    def next_event_ps(self) -> int:
+        """The next tick, or the end of the pedometer's delta time."""
+        return min(self._chip.xl.time_ps(self._next), self._delta.end_ps)
+
+    # -- configuration ----------------------------------------------------------------------------------
+
+    def _follow_power(self, *, accelerometer_on: bool) -> None:
+        """Bank B is reset each time the accelerometer leaves power-down (AN5040 6.4)."""
+        if accelerometer_on and not self._accelerometer_on:
+            self._chip.banks[BANK_B].reset(*_BANK_B)
+        self._accelerometer_on = accelerometer_on
+
+    def _decode_banks(self) -> None:
+        bank_a = self._chip.banks[BANK_A].mem
+        self._pedometer = PedometerSettings.decode(bank_a)
+        self._motion_threshold = bank_a[SM_THS.addr]
+        self._wrist = WristTiltSettings.decode(self._chip.banks[BANK_B].mem)
+
+    def _begin_and_end(self, was: int, now_ps: int) -> None:
+        begun, ended = self._on & ~was, was & ~self._on
+        if begun and not was & (_PEDO | _SIGN_MOTION):
+            self._steps.restart()
+        if begun & _SIGN_MOTION:
+            self._significant_motion.restart()
+        if begun & _TILT:
+            self._tilt.restart()
+        if begun & _WRIST_TILT:
+            self._wrist_tilt.restart()
+        for function, events in _EVENTS.items():
+            if ended & function:
+                self._sources.fall(events, now_ps)
+
+    def _delta_ps(self) -> int:
+        """The delta time needs the pedometer, and the timer at its low resolution (datasheet 11.19)."""
+        return self._pedometer.delta_ps if self._on & _PEDO and self._timer_runs_slowly() else 0
+
+    def _timer_runs_slowly(self) -> bool:
+        fast = self._mem[WAKE_UP_DUR.addr] & WAKE_UP_DUR.TIMER_HR.mask
+        return bool(self._mem[CTRL10_C.addr] & CTRL10_C.TIMER_EN.mask and not fast)
+
+    def _find_violations(self, *, too_slow: bool) -> dict[str, bool]:
+        bank_a, bank_b = self._chip.banks[BANK_A].mem, self._chip.banks[BANK_B].mem
+        walks, counts = self._on & (_PEDO | _SIGN_MOTION), self._on & _PEDO
+        wide = bank_a[CONFIG_PEDO_THS_MIN.addr] & CONFIG_PEDO_THS_MIN.PEDO_FS.mask
+        narrow = not self._mem[CTRL1_XL.addr] & CTRL1_XL.FS_XL.mask
+        return {
+            "CTRL10_C: embedded functions need CTRL1_XL.ODR_XL of 26 Hz or more": too_slow,
+            "CONFIG_PEDO_THS_MIN.PEDO_FS = 1 needs CTRL1_XL.FS_XL of 4 g or more": bool(walks and wide)
+            and narrow,
+            "PEDO_DEB_REG.DEB_TIME = 0": bool(walks) and not self._pedometer.debounce_ps,
+            "STEP_COUNT_DELTA needs TIMER_EN = 1 and TIMER_HR = 0": bool(counts and self._pedometer.delta_ps)
+            and not self._timer_runs_slowly(),
+            "A_WRIST_TILT_THS above 0x3F": bool(self._on & _WRIST_TILT)
+            and bank_b[A_WRIST_TILT_THS.addr] > 0x3F,
+        }
+
+    # -- ticks ------------------------------------------------------------------------------------------
+
+    def _work(self, first: int, end: int) -> None:
+        """Every ``_every``-th of the samples ``first`` to ``end - 1``."""
+        rows = np.ascontiguousarray(self._chip.xl.samples(first, end)[:: self._every])
+        mg = rows.view("<i2") * self._mg_per_lsb
+        limit = self._pedometer.full_scale_mg
+        magnitudes = np.sqrt((np.clip(mg, -limit, limit) ** 2).sum(axis=1))
+        for index, magnitude, (x, y, z) in zip(
+            range(first, end, self._every), magnitudes.tolist(), mg.tolist(), strict=True
+        ):
+            self._next = index + self._every  # before the tick: an event can lead back here
+            self._tick(self._chip.xl.time_ps(index), magnitude, (x, y, z))
+
+    def _tick(self, at_ps: int, magnitude_mg: float, acceleration_mg: Vec3) -> None:
+        self._close_delta_windows(at_ps)
+        on = self._on
+        if on & (_PEDO | _SIGN_MOTION):
+            steps = self._steps.feed(magnitude_mg, at_ps, self._pedometer)
+            if steps:
+                self._walk(steps, at_ps)
+        if on & _TILT and self._tilt.feed(acceleration_mg, at_ps):
+            self._raise(TILT, at_ps)
+        if on & _WRIST_TILT:
+            directions = self._wrist_tilt.feed(acceleration_mg, at_ps, self._wrist)
+            if directions:
+                self._raise(WRIST_TILT, at_ps)
+                self._mem[WRIST_TILT_IA.addr] |= directions
+
+    def _raise(self, source: Source, at_ps: int) -> None:
+        """An event; first everybody else does what comes before it, so that the FIFO sees things in order."""
+        self._chip.catch_up(at_ps - 1)
+        self._sources.happened(source, at_ps)
+
+    def _walk(self, steps: int, at_ps: int) -> None:
+        if self._on & _PEDO:
+            self._count(steps, at_ps)
+        if self._on & _SIGN_MOTION and self._significant_motion.feed(steps, self._motion_threshold):
+            self._raise(SIGNIFICANT_MOTION, at_ps)
+
+    def _count(self, steps: int, at_ps: int) -> None:
+        self._chip.catch_up(at_ps - 1)  # the FIFO copies the counter: first with its value until now
+        total = int.from_bytes(self._mem[STEP_COUNTER.addr : STEP_COUNTER.addr + 2], "little") + steps
+        if self._mem[CTRL10_C.addr] & CTRL10_C.PEDO_RST_STEP.mask:
+            total = 0
+        self._write_counter(total & 0xFFFF)
+        self._copy_timestamp(at_ps)
+        self._delta.stepped()
+        self._raise(STEP, at_ps)
+        if total > 0xFFFF:
+            self._raise(STEP_OVERFLOW, at_ps)
+
+    def _write_counter(self, steps: int) -> None:
+        self._mem[STEP_COUNTER.addr : STEP_COUNTER.addr + 2] = steps.to_bytes(2, "little")
+
+    def _copy_timestamp(self, at_ps: int) -> None:
+        """Bits 23 to 8 of the timestamp as they were at the step."""
+        for byte in range(2):
+            (value,) = self._chip.registers.read(TIMESTAMP1_REG.addr + byte, 1, at_ps)
+            self._mem[STEP_TIMESTAMP.addr + byte] = value
+
+    def _close_delta_windows(self, until_ps: int) -> None:
+        while self._delta.end_ps <= until_ps:
+            end_ps = self._delta.end_ps
+            if self._delta.close():
+                self._raise(STEP_DELTA, end_ps)
+
+    def _before_read(self, first: int, end: int, now_ps: int) -> None:
+        del first, end
+        self._chip.catch_up(now_ps)

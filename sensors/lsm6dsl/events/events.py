@@ -1,0 +1,241 @@
+"""The event functions as one feature: every accelerometer sample goes through all of them.
+
+INTERRUPTS_ENABLE switches them on together, as on the part (AN5040 section 5). A latched event (LIR) is held
+until its source register is read, but only if it is routed to a pin; with SINGLE_DOUBLE_TAP set, the double
+tap is latched and the single one is not (AN5040 5.5.3; the road not taken is 5.5.1, which words it by the
+routing).
+
+Approximation: the functions look at the samples as in the output registers, user offset included.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from sensors.lsm6dsl.accelerometer import MG_PER_LSB
+from sensors.lsm6dsl.events.activity import Activity
+from sensors.lsm6dsl.events.free_fall import FreeFall
+from sensors.lsm6dsl.events.line import Line
+from sensors.lsm6dsl.events.motion_filter import ZERO, Axes, MotionFilter
+from sensors.lsm6dsl.events.orientation import Orientation
+from sensors.lsm6dsl.events.tap import Tap
+from sensors.lsm6dsl.events.wake_up import WakeUp
+from sensors.lsm6dsl.feature import Chip
+from sensors.lsm6dsl.registers import (
+    CTRL1_XL,
+    CTRL8_XL,
+    D6D_SRC,
+    FREE_FALL,
+    INT_DUR2,
+    MD1_CFG,
+    MD2_CFG,
+    TAP_CFG,
+    TAP_SRC,
+    TAP_THS_6D,
+    WAKE_UP_DUR,
+    WAKE_UP_SRC,
+    WAKE_UP_THS,
+)
+from sensors.lsm6dsl.routing import routes
+from sensors.register import Register
+from sensors.sampling import NEVER_PS
+
+_FULL_SCALE_MG = (2000, 16000, 4000, 8000)  # FS_XL, in the datasheet's order
+_BLOCK = 1024  # samples looked at in one go
+_FASTEST_ODR = 10  # 6664 Hz: too fast for activity recognition
+
+
+class Events:
+    """``rate_changed(at_ps)``: the part has become inactive or active; the sensors' rates are others."""
+
+    CONFIGURATION: tuple[type[Register], ...] = (
+        CTRL1_XL,
+        CTRL8_XL,
+        TAP_CFG,
+        TAP_THS_6D,
+        INT_DUR2,
+        WAKE_UP_THS,
+        WAKE_UP_DUR,
+        FREE_FALL,
+        MD1_CFG,
+        MD2_CFG,
+    )
+
+    def __init__(self, chip: Chip, rate_changed: Callable[[int], None]) -> None:
+        self.active = False
+        self.activity = Activity()
+        self._chip = chip
+        self._rate_changed = rate_changed
+        self._filter = MotionFilter()
+        self._free_fall, self._wake_up = FreeFall(), WakeUp()
+        self._orientation, self._tap = Orientation(), Tap()
+        signals = chip.signals
+        self._ff, self._wu = Line(signals, "FF"), Line(signals, "WU")
+        self._sleep, self._six_d = Line(signals, "INACT_STATE"), Line(signals, "6D")
+        self._single, self._double = Line(signals, "SINGLE_TAP"), Line(signals, "DOUBLE_TAP")
+        self._lines = (self._ff, self._wu, self._sleep, self._six_d, self._single, self._double)
+        self._mg_per_lsb = MG_PER_LSB[0]
+        self._next = 0  # the first sample not looked at yet
+        self._running = self._routed = False
+        self._wire()
+
+    def _wire(self) -> None:
+        registers = self._chip.registers
+        for register, after in (
+            (WAKE_UP_SRC, self._after_wake_up_src),
+            (TAP_SRC, self._after_tap_src),
+            (D6D_SRC, self._after_d6d_src),
+        ):
+            registers.before_read(register, self._before_source)
+            registers.after_read(register, after)
+
+    # -- the registers ----------------------------------------------------------------------------------
+
+    def configure(self, now_ps: int) -> None:
+        """Decode the registers; the samples up to ``now_ps`` have been looked at."""
+        mem = self._chip.registers.mem
+        was_on = self.active and self._running
+        self.active = bool(mem[TAP_CFG.addr] & TAP_CFG.INTERRUPTS_ENABLE.mask)
+        self._running = self._chip.xl.running
+        scale = CTRL1_XL.FS_XL.get(mem[CTRL1_XL.addr])
+        self._mg_per_lsb = MG_PER_LSB[scale]
+        self._decode(mem, _FULL_SCALE_MG[scale])
+        self._route(mem)
+        if not self.active:
+            self.reset(now_ps)
+        elif not self._running:
+            self._stop(now_ps)
+        elif not was_on:
+            self._filter.start(self._latest_sample())
+        self._next = self._chip.xl.latest(now_ps) + 1
+        if self.active:
+            self._note_impossible(mem, now_ps)
+
+    def reset(self, now_ps: int) -> None:
+        """Forget everything, latched events too."""
+        self._restart()
+        for line in self._lines:
+            line.drop(now_ps)
+
+    def _stop(self, now_ps: int) -> None:
+        """The accelerometer is off: only what is latched stays."""
+        self._restart()
+        for line in self._lines:
+            if not line.latched:
+                line.drop(now_ps)
+
+    def _restart(self) -> None:
+        self._running = False
+        for detector in (self._free_fall, self._wake_up, self._orientation, self._tap, self.activity):
+            detector.reset()
+
+    def _decode(self, mem: bytearray, full_scale_mg: int) -> None:
+        self._filter.configure(mem)
+        self._free_fall.configure(mem)
+        self._wake_up.configure(mem, full_scale_mg)
+        self._orientation.configure(mem)
+        self._tap.configure(mem, full_scale_mg)
+        self.activity.configure(mem, full_scale_mg)
+
+    def _route(self, mem: bytearray) -> None:
+        int1, int2 = routes(mem)
+        routed = int1 | int2
+        latch = bool(mem[TAP_CFG.addr] & TAP_CFG.LIR.mask)
+        double = bool(mem[WAKE_UP_THS.addr] & WAKE_UP_THS.SINGLE_DOUBLE_TAP.mask)
+        self._ff.latched = latch and "FF" in routed
+        self._wu.latched = latch and "WU" in routed
+        self._sleep.latched = latch and "INACT_STATE" in routed
+        self._six_d.latched = latch and "6D" in routed
+        self._single.latched = latch and "SINGLE_TAP" in routed and not double
+        self._double.latched = latch and "DOUBLE_TAP" in routed and double
+        self._routed = bool(routed)
+
+    def _note_impossible(self, mem: bytearray, now_ps: int) -> None:
+        tap, wake_up = TAP_THS_6D.TAP_THS.get(mem[TAP_THS_6D.addr]), mem[WAKE_UP_THS.addr]
+        axes = TAP_CFG.TAP_X_EN.mask | TAP_CFG.TAP_Y_EN.mask | TAP_CFG.TAP_Z_EN.mask
+        if mem[TAP_CFG.addr] & axes and 0 < 2 * tap <= WAKE_UP_THS.WK_THS.get(wake_up):
+            self._chip.note(now_ps, "forbidden", "TAP_THS_6D.TAP_THS not above the wake-up threshold")
+        if self.activity.enabled and CTRL1_XL.ODR_XL.get(mem[CTRL1_XL.addr]) == _FASTEST_ODR:
+            self._chip.note(now_ps, "forbidden", "TAP_CFG.INACT_EN with ODR_XL above 3332 Hz")
+
+    # -- the samples ------------------------------------------------------------------------------------
+
+    def catch_up(self, now_ps: int) -> None:
+        """Look at every sample that has come since the last time."""
+        stream = self._chip.xl
+        while self._running:
+            latest = stream.latest(now_ps)  # of another run of the stream when the rate has changed meanwhile
+            if self._next > latest:
+                return
+            self._look_at(self._next, min(latest + 1, self._next + _BLOCK))
+
+    def next_event_ps(self) -> int:
+        """The next sample, if an event it brings can be seen on a pin or changes the rate."""
+        if self._running and (self._routed or self.activity.enabled):
+            return self._chip.xl.time_ps(self._next)
+        return NEVER_PS
+
+    def _look_at(self, first: int, end: int) -> None:
+        stream = self._chip.xl
+        rows = (stream.samples(first, end).view("<i2") * self._mg_per_lsb).tolist()
+        for index, (x, y, z) in enumerate(rows, first):
+            self._next = index + 1
+            at_ps = stream.time_ps(index)
+            if self._step((x, y, z), at_ps):
+                self._rate_changed(at_ps)  # which configures anew
+                return
+
+    def _step(self, sample: Axes, at_ps: int) -> bool:
+        """One sample, in mg, through every function; whether the part has fallen asleep or woken up."""
+        self._filter.step(sample)
+        motion = self._filter.motion
+        self._ff.update(self._free_fall.step(sample), at_ps)
+        self._wu.update(self._wake_up.step(motion), at_ps)
+        self._six_d.update(self._orientation.step(sample), at_ps)
+        changed = self.activity.step(motion)
+        self._sleep.update(WAKE_UP_SRC.SLEEP_STATE_IA.mask if changed else 0, at_ps)
+        if changed or self.activity.inactive:  # no tap events meanwhile, and the waking sample is none
+            self._tap.reset()
+            tap = 0
+        else:
+            tap = self._tap.step(self._filter.slope)
+        self._single.update(tap if tap & TAP_SRC.SINGLE_TAP.mask else 0, at_ps)
+        self._double.update(tap if tap & TAP_SRC.DOUBLE_TAP.mask else 0, at_ps)
+        return changed
+
+    def _latest_sample(self) -> Axes:
+        """The sample before the next one, in mg; zero when the accelerometer has just been switched on."""
+        stream = self._chip.xl
+        if stream.index < 0:
+            return ZERO
+        words = (int.from_bytes(stream.data[at : at + 2], "little", signed=True) for at in (0, 2, 4))
+        x, y, z = (word * self._mg_per_lsb for word in words)
+        return x, y, z
+
+    # -- the source registers ---------------------------------------------------------------------------
+
+    def _before_source(self, first: int, end: int, now_ps: int) -> None:
+        del first, end
+        self._chip.catch_up(now_ps)
+        mem = self._chip.registers.mem
+        asleep = WAKE_UP_SRC.SLEEP_STATE_IA.mask if self.activity.inactive else 0
+        mem[WAKE_UP_SRC.addr] = self._ff.bits | self._wu.bits | asleep
+        mem[TAP_SRC.addr] = self._single.bits | self._double.bits
+        mem[D6D_SRC.addr] = self._six_d.bits | self._orientation.position
+
+    def _after_wake_up_src(self, first: int, end: int, now_ps: int) -> None:
+        del first, end
+        for line in (self._ff, self._wu, self._sleep):
+            line.acknowledge(now_ps)
+        self._chip.catch_up(now_ps)
+
+    def _after_tap_src(self, first: int, end: int, now_ps: int) -> None:
+        del first, end
+        self._single.acknowledge(now_ps)
+        self._double.acknowledge(now_ps)
+        self._chip.catch_up(now_ps)
+
+    def _after_d6d_src(self, first: int, end: int, now_ps: int) -> None:
+        del first, end
+        self._six_d.acknowledge(now_ps)
+        self._chip.catch_up(now_ps)

@@ -1,0 +1,268 @@
+"""The FIFO of the LSM6DSL (AN5040 Rev 3, section 8; datasheet DocID028475 Rev 7, 5.5).
+
+At every trigger, usually a sample of the faster sensor, the data sets whose turn it is are stored. Nothing
+happens until somebody looks; then all triggers that have become due are worked through in order, with the
+events that switch a triggered mode over in between.
+
+Decisions where the documents are silent or disagree:
+* FIFO mode stops as soon as the next trigger's sets would fill the memory (FIFO_FULL_SMART), which is 2046
+  words with one set (AN5040 figures 28 and 29; its Table 64 goes on to 2047 and an overrun). It stays stopped
+  until bypass, also when words are read meanwhile.
+* The sample that raises the event is the first of the new mode.
+* A configuration changed outside bypass is noted; the words stay and the pattern begins anew behind them.
+* What this feature hears of is raised by features before it in the model's list, not behind it.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import NamedTuple
+
+from sensors.lsm6dsl.feature import Chip
+from sensors.lsm6dsl.fifo_buffer import FifoBuffer
+from sensors.lsm6dsl.fifo_sets import DataSets
+from sensors.lsm6dsl.fifo_settings import (
+    CONFIGURATION,
+    TRIGGERS,
+    FifoSettings,
+    Mode,
+    Pattern,
+    Writer,
+    violations,
+)
+from sensors.lsm6dsl.fifo_triggers import SampleTriggers
+from sensors.lsm6dsl.registers import (
+    FIFO_DATA_OUT,
+    FIFO_STATUS1,
+    FIFO_STATUS2,
+    FIFO_STATUS3,
+    FIFO_STATUS4,
+)
+from sensors.lsm6dsl.signals import SignalName
+from sensors.lsm6dsl.timestamp import Timestamp
+from sensors.lsm6dsl.violations import Violations
+from sensors.sampling import NEVER_PS
+
+_TRIGGERS_AT_ONCE = 512
+_WATERMARK, _OVERRUN = FIFO_STATUS2.WaterM.mask, FIFO_STATUS2.OVER_RUN.mask
+_FULL, _EMPTY = FIFO_STATUS2.FIFO_FULL_SMART.mask, FIFO_STATUS2.FIFO_EMPTY.mask
+_HEARD: tuple[SignalName, ...] = (*TRIGGERS, "SENSORHUB")
+
+
+class Event(NamedTuple):
+    """Something the FIFO has heard of and not dealt with yet."""
+
+    at_ps: int
+    name: SignalName
+
+
+class Fifo:
+    """Data sets in, words out; ``active`` in every mode but bypass."""
+
+    CONFIGURATION = CONFIGURATION
+
+    def __init__(self, chip: Chip, timestamp: Timestamp) -> None:
+        self.active = False
+        self._chip = chip
+        self._mem = chip.registers.mem
+        self._buffer = FifoBuffer()
+        self._sets = DataSets(chip, timestamp)
+        self._violations = Violations(chip)
+        self._settings = FifoSettings.decode(self._mem)
+        self._contents = self._sets.contents(self._settings.layout)
+        self._pattern = Pattern(self._settings.layout.decimations)
+        self._pattern_first = 0  # number of the word at which the pattern began
+        self._trigger = 0  # number of the next trigger in the pattern
+        self._samples = SampleTriggers(chip)
+        self._switched = self._stopped = False  # a triggered mode's event has come; FIFO mode has stopped
+        self._flags = _EMPTY
+        self._done_ps = -1  # everything until then has been dealt with
+        self._events: list[Event] = []
+        self._wire()
+
+    def _wire(self) -> None:
+        registers = self._chip.registers
+        for status in (FIFO_STATUS1, FIFO_STATUS2, FIFO_STATUS3, FIFO_STATUS4):
+            registers.before_read(status, self._show_status)
+        registers.before_read(FIFO_DATA_OUT, self._read)
+        for name in _HEARD:
+            self._chip.signals.listen(name, partial(self._hear, name))
+
+    # -- as a feature -----------------------------------------------------------------------------------
+
+    def configure(self, now_ps: int) -> None:
+        """Decode the registers and follow the sensors' rates."""
+        old, new = self._settings, FifoSettings.decode(self._mem)
+        changed = (old.mode, old.layout) != (new.mode, new.layout)
+        self._settings = new
+        self._buffer.depth = new.depth
+        self._sets.mark()
+        self.active = new.mode is not Mode.BYPASS
+        if not self.active or old.mode is Mode.BYPASS:
+            self._clear()
+        elif changed:
+            self._chip.note(now_ps, "forbidden", "FIFO configuration changed without going through bypass")
+            self._stopped = False
+        if old.layout != new.layout:
+            self._take_layout()
+        self._samples.follow(new.layout.odr_fifo, now_ps, restart=changed)
+        self._update_flags(now_ps)
+        self._violations.report(violations(self._mem), now_ps)
+
+    def catch_up(self, now_ps: int) -> None:
+        """Store what has become due, and deal with the events heard of, in the order of time."""
+        events, self._events = sorted(self._events), []
+        for event in events:
+            self._collect(event.at_ps - 1)
+            self._deal_with(event)
+        self._collect(now_ps)
+        self._done_ps = now_ps
+
+    def reset(self, now_ps: int) -> None:
+        """SW_RESET: bypass."""
+        self.active = False
+        self._clear()
+        self._update_flags(now_ps)
+
+    def next_event_ps(self) -> int:
+        """When a flag that drives a pin may change next; seldom too early, never too late."""
+        settings = self._settings
+        if not settings.on_pin or settings.layout.writer is not Writer.DATA_READY or not self._collects():
+            return NEVER_PS  # another function's event is waited for, and that function knows when
+        triggers = self._triggers_to_next_flag()
+        return self._samples.time_ps(triggers - 1) if triggers else NEVER_PS
+
+    # -- configuration ----------------------------------------------------------------------------------
+
+    def _clear(self) -> None:
+        self._buffer.clear()
+        self._events.clear()
+        self._switched = self._stopped = False
+        self._begin_pattern()
+
+    def _begin_pattern(self) -> None:
+        self._pattern_first = self._buffer.gone + self._buffer.fill
+        self._trigger = 0
+
+    def _take_layout(self) -> None:
+        layout = self._settings.layout
+        self._pattern = Pattern(layout.decimations)
+        self._contents = self._sets.contents(layout)
+        self._begin_pattern()
+
+    # -- events -----------------------------------------------------------------------------------------
+
+    def _hear(self, name: SignalName, on: bool, at_ps: int) -> None:
+        if on and self.active:
+            self._events.append(Event(at_ps, name))
+
+    def _deal_with(self, event: Event) -> None:
+        settings = self._settings
+        if event.name in settings.triggers and not self._switched:
+            self._switched = True
+            if settings.mode is Mode.BYPASS_TO_CONTINUOUS:
+                self._samples.begin(event.at_ps)
+            self._update_flags(event.at_ps)
+        if event.name == settings.layout.writer.value and settings.layout.odr_fifo and self._collects():
+            self._store([event.at_ps])
+
+    # -- writing ----------------------------------------------------------------------------------------
+
+    def _waits(self) -> bool:
+        return self._settings.mode is Mode.BYPASS_TO_CONTINUOUS and not self._switched
+
+    def _collects(self) -> bool:
+        return not (self._stopped or self._waits())
+
+    def _stops_when_full(self) -> bool:
+        mode = self._settings.mode
+        return mode is Mode.FIFO or (mode is Mode.CONTINUOUS_TO_FIFO and self._switched)
+
+    def _collect(self, until_ps: int) -> None:
+        """Store the data sets of every sample that triggers, until ``until_ps`` and with it."""
+        if self._settings.layout.writer is not Writer.DATA_READY:
+            return
+        while self._collects() and (due := self._samples.due(until_ps)):
+            due -= self._skip(due)
+            self._store(self._samples.take(min(due, _TRIGGERS_AT_ONCE)))
+
+    def _skip(self, due: int) -> int:
+        """Leave out whole patterns that are overwritten before anybody can look; how many triggers."""
+        pattern = self._pattern
+        if not self._buffer.overrun or not pattern.length:
+            return 0
+        kept = (self._buffer.depth // pattern.length + 1) * pattern.period
+        repeats = max(0, due - kept) // pattern.period
+        self._buffer.skip(repeats * pattern.length)
+        self._samples.skip(repeats * pattern.period)
+        return repeats * pattern.period
+
+    def _store(self, times_ps: list[int]) -> None:
+        rows = {number: self._contents[number](times_ps) for number in self._pattern.sets(0)}
+        for position, at_ps in enumerate(times_ps):
+            for number in self._pattern.sets(self._trigger):
+                self._buffer.store(rows[number][position])
+            self._trigger += 1
+            self._update_flags(at_ps)
+            if self._stopped:
+                return
+
+    # -- reading ----------------------------------------------------------------------------------------
+
+    def _update_flags(self, at_ps: int) -> None:
+        """Flags, signals, and FIFO mode's stop, after anything that may have changed them."""
+        buffer, settings = self._buffer, self._settings
+        fill, flags = buffer.fill, 0
+        if not fill:
+            flags |= _EMPTY
+        if 0 < settings.watermark <= fill:
+            flags |= _WATERMARK
+        if buffer.overrun:
+            flags |= _OVERRUN
+        ahead = self._pattern.words(self._trigger)
+        if self.active and not self._waits() and fill + ahead >= buffer.depth:
+            flags |= _FULL
+            self._stopped = self._stopped or self._stops_when_full()
+        if flags != self._flags:
+            self._flags = flags
+            signals = self._chip.signals
+            signals.set("FTH", bool(flags & _WATERMARK), at_ps)
+            signals.set("FULL_FLAG", bool(flags & _FULL), at_ps)
+            signals.set("FIFO_OVR", bool(flags & _OVERRUN), at_ps)
+
+    def _triggers_to_next_flag(self) -> int:
+        """At least so many triggers come before a flag changes, the last included; 0: none changes."""
+        buffer, widest = self._buffer, self._pattern.widest
+        if buffer.overrun or not widest:
+            return 0
+        levels = (self._settings.watermark, buffer.depth - widest, buffer.depth, buffer.depth + 1)
+        missing = min(level - buffer.fill for level in levels if level > buffer.fill)
+        return -(-missing // widest)
+
+    def _look(self, now_ps: int) -> None:
+        if now_ps > self._done_ps:  # a long burst asks once for each word
+            self._chip.catch_up(now_ps)
+
+    def _show_status(self, first: int, end: int, now_ps: int) -> None:
+        del first, end
+        self._look(now_ps)
+        buffer, mem = self._buffer, self._mem
+        place = (buffer.gone - self._pattern_first) % self._pattern.length if self._pattern.length else 0
+        mem[FIFO_STATUS1.addr] = buffer.fill & 0xFF
+        mem[FIFO_STATUS2.addr] = self._flags | FIFO_STATUS2.DIFF_FIFO_10_8.put(0, buffer.fill >> 8)
+        mem[FIFO_STATUS3.addr] = place & 0xFF
+        mem[FIFO_STATUS4.addr] = place >> 8
+
+    def _read(self, first: int, end: int, now_ps: int) -> bytes:
+        self._look(now_ps)
+        buffer = self._buffer
+        data = bytearray()
+        for address in range(first, end):
+            if not buffer.readable():
+                self._chip.note(now_ps, "forbidden", "FIFO_DATA_OUT read while the FIFO is empty")
+            data.append(buffer.low() if address == FIFO_DATA_OUT.addr else buffer.high())
+        flags = self._flags
+        self._update_flags(now_ps)
+        if flags != self._flags:
+            self._chip.catch_up(now_ps)  # for the pins
+        return bytes(data)

@@ -1,0 +1,235 @@
+"""FUNC_SRC1, FUNC_SRC2 and WRIST_TILT_IA: the events of embedded functions and sensor hub, and how they end.
+
+TAP_CFG.LIR = 0: the pin's signal is a pulse of 150 us and the bit reads 1 for a time of its own (AN5040
+section 6: 1/26 s; 7.5.3: 1/100 s). LIR = 1: bit and signal stay until the source register is read, but only
+if the event is routed to a pin; otherwise the bit behaves as with LIR = 0.
+
+Decisions where the documents are silent: reading a bit that is not latched does not clear it; what is latched
+falls when its latching or its function is switched off.
+
+An event may be found late, so whatever ended before it is ended first: listeners hear the edges of one
+function in the order of their times.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from sensors.lsm6dsl.feature import Chip
+from sensors.lsm6dsl.registers import (
+    DRDY_PULSE_CFG_G,
+    FUNC_SRC1,
+    FUNC_SRC2,
+    INT1_CTRL,
+    INT2_CTRL,
+    MASTER_CONFIG,
+    MD1_CFG,
+    MD2_CFG,
+    TAP_CFG,
+    WRIST_TILT_IA,
+)
+from sensors.lsm6dsl.signals import SignalName
+from sensors.register import Register
+from sensors.sampling import NEVER_PS, PS_PER_S
+
+_PIN_PULSE_PS = 150 * PS_PER_S // 10**6
+_FUNCTION_PERIOD_PS = -(-PS_PER_S // 26)
+_IRON_PERIOD_PS = PS_PER_S // 100
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """An event: its bit, its signal, and the routing bits of which one must be set for it to latch.
+
+    ``bit_ps``: how long the bit stays when it is not latched; None: until it is taken back.
+    """
+
+    register: type[Register]
+    mask: int
+    signal: SignalName
+    routes: tuple[tuple[type[Register], int], ...]
+    bit_ps: int | None = _FUNCTION_PERIOD_PS
+
+
+STEP = Source(
+    FUNC_SRC1,
+    FUNC_SRC1.STEP_DETECTED.mask,
+    "STEP_DETECTOR",
+    ((INT1_CTRL, INT1_CTRL.INT1_STEP_DETECTOR.mask),),
+)
+STEP_OVERFLOW = Source(
+    FUNC_SRC1,
+    FUNC_SRC1.STEP_OVERFLOW.mask,
+    "STEP_COUNT_OV",
+    ((INT2_CTRL, INT2_CTRL.INT2_STEP_COUNT_OV.mask),),
+)
+STEP_DELTA = Source(
+    FUNC_SRC1,
+    FUNC_SRC1.STEP_COUNT_DELTA_IA.mask,
+    "STEP_DELTA",
+    ((INT2_CTRL, INT2_CTRL.INT2_STEP_DELTA.mask),),
+)
+SIGNIFICANT_MOTION = Source(
+    FUNC_SRC1, FUNC_SRC1.SIGN_MOTION_IA.mask, "SIGN_MOT", ((INT1_CTRL, INT1_CTRL.INT1_SIGN_MOT.mask),)
+)
+TILT = Source(
+    FUNC_SRC1,
+    FUNC_SRC1.TILT_IA.mask,
+    "TILT",
+    ((MD1_CFG, MD1_CFG.INT1_TILT.mask), (MD2_CFG, MD2_CFG.INT2_TILT.mask)),
+)
+WRIST_TILT = Source(
+    FUNC_SRC2,
+    FUNC_SRC2.WRIST_TILT_IA.mask,
+    "WRIST_TILT",
+    ((DRDY_PULSE_CFG_G, DRDY_PULSE_CFG_G.INT2_WRIST_TILT.mask),),
+)
+_HUB_ROUTES = ((MASTER_CONFIG, MASTER_CONFIG.DRDY_ON_INT1.mask),)
+HUB_IDLE = Source(FUNC_SRC1, FUNC_SRC1.SENSORHUB_END_OP.mask, "SENSORHUB", _HUB_ROUTES, None)
+HUB_IRONED = Source(FUNC_SRC1, FUNC_SRC1.SENSORHUB_END_OP.mask, "SENSORHUB", _HUB_ROUTES, _IRON_PERIOD_PS)
+IRON = Source(
+    FUNC_SRC1,
+    FUNC_SRC1.SI_END_OP.mask,
+    "IRON",
+    ((MD2_CFG, MD2_CFG.INT2_IRON.mask),),
+    _IRON_PERIOD_PS,
+)
+_SOURCES = (
+    STEP,
+    STEP_OVERFLOW,
+    STEP_DELTA,
+    SIGNIFICANT_MOTION,
+    TILT,
+    WRIST_TILT,
+    HUB_IDLE,
+    HUB_IRONED,
+    IRON,
+)
+
+
+class FunctionSources:
+    """Holds the source registers; a feature of its own, so that pulses end when nothing else happens.
+
+    It has to come after the features that report events: what they find late must still be ended.
+    """
+
+    CONFIGURATION: tuple[type[Register], ...] = (
+        DRDY_PULSE_CFG_G,
+        INT1_CTRL,
+        INT2_CTRL,
+        MASTER_CONFIG,
+        MD1_CFG,
+        MD2_CFG,
+        TAP_CFG,
+    )
+
+    def __init__(self, chip: Chip) -> None:
+        self.active = False
+        self._chip = chip
+        self._mem = chip.registers.mem
+        self._latching: set[Source] = set()
+        self._held: set[Source] = set()
+        self._pin_ends: dict[Source, int] = {}
+        self._bit_ends: dict[Source, int] = {}
+        for register in (FUNC_SRC1, FUNC_SRC2, WRIST_TILT_IA):
+            chip.registers.before_read(register, self._before_read)
+        chip.registers.after_read(FUNC_SRC1, self._release_func_src1)
+        chip.registers.after_read(FUNC_SRC2, self._release_func_src2)
+
+    # -- for the functions ------------------------------------------------------------------------------
+
+    def happened(self, source: Source, at_ps: int) -> None:
+        """An event: set bit and signal, and settle how they will end."""
+        self.catch_up(at_ps)
+        self._mem[source.register.addr] |= source.mask
+        if source in self._latching:
+            self._held.add(source)
+        else:
+            self._pin_ends[source] = at_ps + _PIN_PULSE_PS
+            if source.bit_ps is not None:
+                self._bit_ends[source] = at_ps + source.bit_ps
+            self.active = True
+        self._chip.signals.set(source.signal, on=True, at_ps=at_ps)
+
+    def show(self, source: Source, *, on: bool) -> None:
+        """Set or take back the bit of a source that is a level; one that latches is left alone."""
+        if source not in self._latching:
+            self._put(source, on=on)
+
+    def fall(self, sources: Iterable[Source], at_ps: int) -> None:
+        """The function behind ``sources`` is off: its bits and signals fall."""
+        self.catch_up(at_ps)
+        for source in sources:
+            self._held.discard(source)
+            self._pin_ends.pop(source, None)
+            self._bit_ends.pop(source, None)
+            self._put(source, on=False)
+            self._chip.signals.set(source.signal, on=False, at_ps=at_ps)
+        self.active = bool(self._pin_ends or self._bit_ends)
+
+    # -- as a feature -----------------------------------------------------------------------------------
+
+    def configure(self, now_ps: int) -> None:
+        """Which sources latch from now on."""
+        mem = self._mem
+        latches = bool(mem[TAP_CFG.addr] & TAP_CFG.LIR.mask)
+        was, self._latching = (
+            self._latching,
+            {
+                source
+                for source in _SOURCES
+                if latches and any(mem[register.addr] & mask for register, mask in source.routes)
+            },
+        )
+        if HUB_IDLE in self._latching - was:
+            self._put(HUB_IDLE, on=False)  # no level any more: it waits for the next event
+        self.fall([source for source in self._held_in_order() if source not in self._latching], now_ps)
+
+    def catch_up(self, now_ps: int) -> None:
+        """End the pulses that are over."""
+        if not self.active:
+            return
+        over = [(end, source) for source, end in self._pin_ends.items() if end <= now_ps]
+        for end, source in sorted(over, key=lambda entry: entry[0]):
+            del self._pin_ends[source]
+            self._chip.signals.set(source.signal, on=False, at_ps=end)
+        for source in [source for source, end in self._bit_ends.items() if end <= now_ps]:
+            del self._bit_ends[source]
+            self._put(source, on=False)
+        self.active = bool(self._pin_ends or self._bit_ends)
+
+    def reset(self, now_ps: int) -> None:
+        """SW_RESET: nothing has happened."""
+        self.fall(_SOURCES, now_ps)
+
+    def next_event_ps(self) -> int:
+        """The end of the next pulse."""
+        return min(self._pin_ends.values(), default=NEVER_PS)
+
+    # -- registers --------------------------------------------------------------------------------------
+
+    def _before_read(self, first: int, end: int, now_ps: int) -> None:
+        del first, end
+        self._chip.catch_up(now_ps)
+
+    def _release_func_src1(self, first: int, end: int, now_ps: int) -> None:
+        del first, end
+        self.fall([source for source in self._held_in_order() if source.register is FUNC_SRC1], now_ps)
+
+    def _release_func_src2(self, first: int, end: int, now_ps: int) -> None:
+        del first, end
+        self.fall([source for source in self._held_in_order() if source.register is FUNC_SRC2], now_ps)
+
+    def _held_in_order(self) -> list[Source]:
+        """A set has no order of its own, and edges at the same time must come in the same one every run."""
+        return [source for source in _SOURCES if source in self._held]
+
+    def _put(self, source: Source, *, on: bool) -> None:
+        address = source.register.addr
+        if on:
+            self._mem[address] |= source.mask
+            return
+        self._mem[address] &= ~source.mask
+        if source is WRIST_TILT:
+            self._mem[WRIST_TILT_IA.addr] = 0

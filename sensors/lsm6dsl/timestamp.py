@@ -1,0 +1,105 @@
+"""The timestamp counter of the LSM6DSL (AN5040 Rev 3, 6.5; datasheet DocID028475 Rev 7, 9.57 to 9.59).
+
+24 bits of 6.4 ms or, with TIMER_HR, 25 us. It counts while TIMER_EN is set and at least one of the two
+sensors is not in power-down, and keeps its value otherwise; a sleeping gyroscope is not in power-down.
+
+Decisions where the documents are silent: TIMER_EN alone starts it (the road not taken, FUNC_EN as for the
+other embedded functions, would stop Linux' driver, which sets TIMER_EN only); a change of TIMER_HR keeps the
+count and goes on in the new unit; stopping loses the part of a tick that had passed; a value other than 0xAA
+written to TIMESTAMP2_REG does nothing.
+"""
+
+from __future__ import annotations
+
+from sensors.lsm6dsl.feature import Chip
+from sensors.lsm6dsl.registers import (
+    CTRL1_XL,
+    CTRL2_G,
+    CTRL10_C,
+    TIMESTAMP0_REG,
+    TIMESTAMP1_REG,
+    TIMESTAMP2_REG,
+    WAKE_UP_DUR,
+)
+from sensors.register import Register
+from sensors.sampling import NEVER_PS
+
+_COUNTS = 1 << 24
+_TICK_PS = (6_400 * 10**6, 25 * 10**6)  # TIMER_HR = 0, 1
+_WARNING = (0xFFFF00, 0xFF0000)  # INT1_TIMER rises here, 1.6384 s before the counter wraps
+_RESTART = 0xAA
+_XL_LAST_CODE, _G_LAST_CODE = 11, 10
+
+
+class Timestamp:
+    """The counter; ``active`` while it counts."""
+
+    CONFIGURATION: tuple[type[Register], ...] = (CTRL1_XL, CTRL2_G, CTRL10_C, WAKE_UP_DUR)
+
+    def __init__(self, chip: Chip) -> None:
+        self.active = False
+        self._chip = chip
+        self._mem = chip.registers.mem
+        self._count = 0  # at ``_since_ps``
+        self._since_ps = 0
+        self._high_resolution = 0
+        for register in (TIMESTAMP0_REG, TIMESTAMP1_REG, TIMESTAMP2_REG):
+            chip.registers.before_read(register, self._show)
+        chip.registers.on_write(TIMESTAMP2_REG, self._write)
+
+    def value(self, at_ps: int) -> int:
+        """The counter at ``at_ps``, not before the last change of its configuration."""
+        if not self.active:
+            return self._count
+        return (self._count + (at_ps - self._since_ps) // _TICK_PS[self._high_resolution]) % _COUNTS
+
+    def configure(self, now_ps: int) -> None:
+        """Start, stop or change the unit, as the registers say."""
+        mem = self._mem
+        active = bool(mem[CTRL10_C.addr] & CTRL10_C.TIMER_EN.mask) and _powered(mem)
+        high_resolution = WAKE_UP_DUR.TIMER_HR.get(mem[WAKE_UP_DUR.addr])
+        if (active, high_resolution) != (self.active, self._high_resolution):
+            self._restart(self.value(now_ps), now_ps)
+            self.active, self._high_resolution = active, high_resolution
+            self.catch_up(now_ps)  # in the new unit the warning may be due at once
+
+    def catch_up(self, now_ps: int) -> None:
+        """Raise the warning once the counter has reached it; only writing 0xAA takes it back."""
+        due_ps = self.next_event_ps()
+        if due_ps <= now_ps:
+            self._chip.signals.set("TIMER", True, due_ps)
+
+    def reset(self, now_ps: int) -> None:
+        """SW_RESET: stopped at 0."""
+        self.active = False
+        self._high_resolution = 0
+        self._restart(0, now_ps)
+        self._chip.signals.set("TIMER", False, now_ps)
+
+    def next_event_ps(self) -> int:
+        """When the warning rises."""
+        if not self.active or self._chip.signals["TIMER"]:
+            return NEVER_PS
+        ticks = max(0, _WARNING[self._high_resolution] - self._count)
+        return self._since_ps + ticks * _TICK_PS[self._high_resolution]
+
+    def _restart(self, count: int, now_ps: int) -> None:
+        self._count, self._since_ps = count, now_ps
+
+    def _show(self, first: int, end: int, now_ps: int) -> None:
+        del first, end
+        value = self.value(now_ps).to_bytes(3, "little")
+        self._mem[TIMESTAMP0_REG.addr : TIMESTAMP2_REG.addr + 1] = value
+
+    def _write(self, old: int, new: int, now_ps: int) -> None:
+        del old
+        if new == _RESTART:
+            self._chip.catch_up(now_ps)  # the FIFO stores timestamps of before
+            self._restart(0, now_ps)
+            self._chip.signals.set("TIMER", False, now_ps)
+            self._chip.catch_up(now_ps)  # for the pin
+
+
+def _powered(mem: bytearray) -> bool:
+    xl, g = CTRL1_XL.ODR_XL.get(mem[CTRL1_XL.addr]), CTRL2_G.ODR_G.get(mem[CTRL2_G.addr])
+    return 0 < xl <= _XL_LAST_CODE or 0 < g <= _G_LAST_CODE

@@ -1,0 +1,79 @@
+"""ST's SPI protocol, once for all three parts (LSM6DSL datasheet 6.3, LIS2MDL 6.2, LPS22HB 7.3).
+
+While chip select is low the first byte is the read flag (bit 7) and the register address; what follows is
+data, from that register on. Bits are sampled in SPI mode 0 or 3; in the other two a part sees garbage and
+answers none.
+
+Wires. A part drives its answers on SDO (4-wire) or back on SDI (3-wire), as configured; a host listens on one
+of the two. Where they disagree the host reads an undriven line, 0xFF. Writing works either way, which is how
+a 3-wire host gets the LSM6DSL and the LPS22HB, 4-wire after reset, to talk to it: its first access is a blind
+write.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Final, Literal, Protocol, TypeAlias
+
+Wires: TypeAlias = Literal[3, 4]
+Mode: TypeAlias = Literal[0, 1, 2, 3]
+
+READ: Final = 0x80
+UNDRIVEN: Final = 0xFF
+_UNDERSTOOD: tuple[Mode, ...] = (0, 3)
+
+
+class SpiDevice(Protocol):
+    """A part as its SPI face needs it."""
+
+    def read(self, address: int, count: int, now_ps: int) -> bytes:
+        """``count`` bytes from ``address`` on."""
+        ...
+
+    def write(self, address: int, data: bytes, now_ps: int) -> None:
+        """Write ``data`` from ``address`` on."""
+        ...
+
+    def advance(self, address: int, count: int) -> int:
+        """The address a burst leaves behind."""
+        ...
+
+    def spi_wires(self) -> Wires:
+        """The wiring the part is configured for."""
+        ...
+
+
+class SpiTarget:
+    """The SPI face of one part: the bytes between two edges of its chip select.
+
+    ``now_ps`` gives the virtual time, in which the part's samples are due.
+    """
+
+    def __init__(self, device: SpiDevice, now_ps: Callable[[], int]) -> None:
+        self.device = device
+        self._now_ps = now_ps
+        self._command: int | None = None
+        self._address = 0
+
+    def select(self) -> None:
+        """Chip select falls: the next byte is a command."""
+        self._command = None
+
+    def write(self, data: bytes, mode: Mode) -> None:
+        """Bytes from the host, while it does not listen."""
+        if mode not in _UNDERSTOOD or not data:
+            return
+        if self._command is None:
+            self._command, self._address = data[0], data[0] & 0x7F
+            data = data[1:]
+        if data and not self._command & READ:
+            self.device.write(self._address, data, self._now_ps())
+            self._address = self.device.advance(self._address, len(data))
+
+    def read(self, count: int, mode: Mode, wires: Wires) -> bytes:
+        """``count`` bytes as a host with ``wires`` sees them."""
+        if mode not in _UNDERSTOOD or self._command is None or not self._command & READ:
+            return bytes([UNDRIVEN]) * count
+        data = self.device.read(self._address, count, self._now_ps())
+        self._address = self.device.advance(self._address, count)
+        return data if self.device.spi_wires() == wires else bytes([UNDRIVEN]) * count

@@ -1,0 +1,136 @@
+"""Noise of the LSM6DSL behind its filters: strength, correlation, and independence of who reads when.
+
+Density and RMS are the datasheet's (DocID028475 Rev 7, Table 3), bandwidths AN5040's (Tables 10 and 19). The
+equivalent noise bandwidth of a second-order Butterworth low-pass is pi / (2 sqrt 2) = 1.11 times its cut-off.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sensors.lsm6dsl import LSM6DSLErrors
+from tests.sensor_fakes import ACCELEROMETER, GYROSCOPE, PS_PER_S, Array, Channel, Chip, Writes
+
+CTRL1_XL, CTRL2_G, CTRL4_C, CTRL6_C, CTRL7_G, CTRL8_XL = 0x10, 0x11, 0x13, 0x15, 0x16, 0x17
+NOISY = LSM6DSLErrors(acc_noise_ug_rthz=80.0, gyro_noise_mdps_rthz=4.0)
+BUTTERWORTH = math.pi / (2 * math.sqrt(2))
+LAB3 = ((CTRL8_XL, 0xE0), (CTRL2_G, 0x6C), (CTRL1_XL, 0xA8))
+
+
+def still(channel: Channel, writes: Writes, count: int, skip: int) -> Array:
+    """``count`` samples of a still world, in the signal's unit, (count, 3)."""
+    chip = Chip("LSM6DSL", NOISY, seed=5)
+    chip.set(channel.name, 0.0, 0.0, 0.0)
+    chip.configure(writes)
+    rows = []
+    for number in range(skip, skip + count):
+        chip.t_ps = channel.sample_ps(number)
+        rows.append(chip.counts(channel))
+    return np.array(rows) * chip.part.sample_range(channel.name)[2]
+
+
+def rms(samples: Array) -> float:
+    """Over all three axes."""
+    return float(np.sqrt(np.mean(samples**2)))
+
+
+def at(channel: Channel, rate_hz: float) -> Channel:
+    return replace(channel, rate_hz=Fraction(rate_hz))
+
+
+@pytest.mark.parametrize(
+    ("channel", "writes", "expected"),
+    [
+        (at(ACCELEROMETER, 416), ((CTRL1_XL, 0x60),), 80e-6 * math.sqrt(416 / 2)),
+        (at(ACCELEROMETER, 416), ((CTRL1_XL, 0x64),), 130e-6 * math.sqrt(416 / 2)),
+        (
+            at(ACCELEROMETER, 416),
+            ((CTRL8_XL, 0xC0), (CTRL1_XL, 0x60)),
+            80e-6 * math.sqrt(BUTTERWORTH * 416 / 9),
+        ),
+        (
+            at(ACCELEROMETER, 6664),
+            ((CTRL8_XL, 0x80), (CTRL1_XL, 0xA0)),
+            80e-6 * math.sqrt(BUTTERWORTH * 6664 / 50),
+        ),
+        (at(ACCELEROMETER, 6664), ((CTRL1_XL, 0xA1),), 80e-6 * math.sqrt(BUTTERWORTH * 400)),
+        (at(GYROSCOPE, 416), ((CTRL2_G, 0x60),), 4e-3 * math.sqrt(137)),
+        (
+            at(GYROSCOPE, 6664),
+            ((CTRL4_C, 0x02), (CTRL6_C, 0x02), (CTRL2_G, 0xA0)),
+            4e-3 * math.sqrt(BUTTERWORTH * 173),
+        ),
+    ],
+    ids=str,
+)
+def test_rms_is_density_times_root_bandwidth(channel: Channel, writes: Writes, expected: float) -> None:
+    assert rms(still(channel, writes, 6000, skip=500)) == pytest.approx(expected, rel=0.10)
+
+
+@pytest.mark.parametrize(
+    ("channel", "writes", "expected"),
+    [
+        (at(ACCELEROMETER, 208), ((CTRL6_C, 0x10), (CTRL1_XL, 0x50)), 1.8e-3),
+        (at(ACCELEROMETER, 208), ((CTRL6_C, 0x10), (CTRL8_XL, 0xC0), (CTRL1_XL, 0x58)), 0.6 * 2.0e-3),
+        (at(ACCELEROMETER, 208), ((CTRL6_C, 0x10), (CTRL8_XL, 0xC0), (CTRL1_XL, 0x5C)), 0.6 * 2.4e-3),
+        (at(GYROSCOPE, 52), ((CTRL7_G, 0x80), (CTRL2_G, 0x30)), 75e-3),
+        (at(GYROSCOPE, 208), ((CTRL7_G, 0x80), (CTRL2_G, 0x50)), 75e-3),
+    ],
+    ids=str,
+)
+def test_low_power_and_normal_mode_have_the_datasheets_rms(
+    channel: Channel, writes: Writes, expected: float
+) -> None:
+    """Table 3: at ODR/2, and 0.6 times that at ODR/9; the gyroscope's at any rate."""
+    assert rms(still(channel, writes, 4000, skip=100)) == pytest.approx(expected, rel=0.10)
+
+
+@pytest.mark.parametrize(
+    ("ctrl8", "low", "high"),
+    [(0x00, -0.05, 0.05), (0xC0, 0.80, 0.92), (0x80, 0.985, 1.0), (0x04, -0.55, -0.45)],
+)
+def test_successive_samples_are_correlated_by_the_filter(ctrl8: int, low: float, high: float) -> None:
+    """White; ODR/9 (0.87 for the analog prototype); ODR/50; slope, (x[n] - x[n-1]) / 2: -1/2."""
+    samples = still(at(ACCELEROMETER, 416), ((CTRL8_XL, ctrl8), (CTRL1_XL, 0x60)), 4000, skip=200)
+    correlation = float(np.sum(samples[1:] * samples[:-1]) / np.sum(samples**2))
+    assert low < correlation < high
+
+
+def lab3() -> Chip:
+    chip = Chip("LSM6DSL", NOISY, seed=5)
+    chip.configure(LAB3)
+    return chip
+
+
+MOMENTS = st.lists(st.integers(1, 20 * PS_PER_S), min_size=1, max_size=8)
+CHANGES = st.lists(st.tuples(st.integers(1, 20 * PS_PER_S), st.booleans()), min_size=1, max_size=8)
+
+
+@settings(max_examples=15)
+@given(MOMENTS)
+def test_in_the_labs_setting_it_does_not_matter_who_reads_when(moments: list[int]) -> None:
+    often = lab3()
+    for t_ps in sorted(moments):
+        often.t_ps = t_ps
+        alone = lab3()
+        alone.t_ps = t_ps
+        for channel in (ACCELEROMETER, GYROSCOPE):
+            assert often.counts(channel) == alone.counts(channel)
+
+
+@settings(max_examples=15)
+@given(CHANGES)
+def test_nor_that_what_was_computed_ahead_is_dropped(changes: list[tuple[int, bool]]) -> None:
+    disturbed, left_alone = lab3(), lab3()
+    for t_ps, told_when in sorted(changes):
+        disturbed.t_ps = left_alone.t_ps = t_ps
+        disturbed.part.world_changed(t_ps if told_when else None)
+        for channel in (ACCELEROMETER, GYROSCOPE):
+            assert disturbed.counts(channel) == left_alone.counts(channel)

@@ -1,0 +1,63 @@
+"""What tests of third-party drivers share: attitudes, the truth in board axes, and how often data changes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from emulator import Board
+
+ATTITUDES = [(0, 0, 0), (20, -30, 40), (-170, 60, -120), (90, 0, 15), (0, 85, 200)]
+"""Roll, pitch, yaw in degrees."""
+
+SETTLED_S = 2.0  # longer than every turn-on and filter at the rates used here, in virtual time
+
+Vector = tuple[float, float, float]
+G_M_S2 = 9.80665
+
+
+def board_axes(raw: Vector) -> Vector:
+    """Brief, "Axes and units": out.X = -raw.Y, out.Y = raw.X, out.Z = raw.Z, for all three vectors."""
+    return -raw[1], raw[0], raw[2]
+
+
+def settled(attitude: Vector = (0, 0, 0)) -> Board:
+    """An ideal board without firmware, held in an attitude."""
+    board = Board(ideal=True)
+    board.world.set_attitude(*attitude)
+    return board
+
+
+def acceleration_g(board: Board) -> Vector:
+    """The truth now."""
+    x, y, z = board.world.specific_force_g(board.now_s)[0]
+    return float(x), float(y), float(z)
+
+
+def rate_dps(board: Board) -> Vector:
+    """The truth now."""
+    x, y, z = board.world.angular_rate_dps(board.now_s)[0]
+    return float(x), float(y), float(z)
+
+
+def field_ut(board: Board) -> Vector:
+    """The truth now, in microteslas."""
+    x, y, z = board.world.magnetic_field_mgauss(board.now_s)[0] / 10
+    return float(x), float(y), float(z)
+
+
+def within(measured: Vector, truth: Vector, lsb: float) -> bool:
+    """Whether every axis is within one LSB."""
+    return all(math.isclose(a, b, rel_tol=0, abs_tol=lsb) for a, b in zip(measured, truth, strict=True))
+
+
+def changes(board: Board, read: Callable[[], object], seconds: float, every_s: float) -> int:
+    """How often ``read()``, called ``every_s``, gives something else than the time before."""
+    last, count = read(), 0
+    end_s = board.now_s + seconds
+    while board.now_s < end_s:
+        board.run_for(every_s)
+        now = read()
+        count += now != last
+        last = now
+    return count

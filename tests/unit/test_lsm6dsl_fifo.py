@@ -1,0 +1,364 @@
+"""The words of the LSM6DSL's FIFO and its plain modes (AN5040 Rev 3, 8; datasheet 9.4 to 9.8, 9.53 on)."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.fifo_bench import (
+    BOTH,
+    BYPASS,
+    CONTINUOUS,
+    CTRL1_XL,
+    CTRL2_G,
+    CTRL3_C,
+    EMPTY,
+    FIFO,
+    FIFO_CTRL3,
+    FIFO_CTRL4,
+    FIFO_CTRL5,
+    FIFO_DATA_OUT,
+    FIFO_STATUS1,
+    FIFO_TEMP_EN,
+    FULL,
+    HZ_104,
+    HZ_208,
+    ONLY_HIGH_DATA,
+    OVERRUN,
+    PERIOD_PS,
+    STOP_ON_FTH,
+    TEMPERATURE,
+    TIMER_PEDO_FIFO_EN,
+    WATERMARK,
+    XL,
+    XL_ONLY,
+    G,
+    bench_of,
+    fifo_of,
+    sample_word,
+    samples,
+    status,
+)
+from tests.sensor_fakes import PS_PER_MS, PS_PER_S, Chip
+
+# -- words ----------------------------------------------------------------------------------------------
+
+
+def test_words_are_the_samples_in_order_low_byte_first() -> None:
+    chip = fifo_of(CONTINUOUS)
+    taken = b""
+    for _ in range(5):
+        samples(chip, 1)
+        taken += chip.read(0x28, 6)
+
+    assert status(chip) == (15, 0x00, 0)
+    assert chip.read(FIFO_DATA_OUT, 30) == taken
+    assert status(chip) == (0, EMPTY, 0)
+
+
+@pytest.mark.parametrize(
+    ("xl", "g", "dec", "expected"),
+    [  # AN5040 section 8's examples of patterns
+        (HZ_104, HZ_104, (1, 1, 0, 0), [G, XL]),
+        (HZ_104, HZ_208, (1, 2, 0, 0), [G, XL, G]),
+        (HZ_208, HZ_104, (2, 1, 4, 0), [G, XL, 0, XL, G, XL, XL]),
+    ],
+)
+def test_pattern(xl: int, g: int, dec: tuple[int, ...], expected: list[int]) -> None:
+    bench = bench_of(CONTINUOUS, xl=xl, g=g, dec=dec)
+    words_a_period = 3 * len(expected)
+    while bench.fill() < 2 * words_a_period:
+        bench.wait(PS_PER_MS)
+    bench.words(words_a_period)  # in the first one the slower sensor may not have measured yet
+    before = bench.t_ps
+    places, words = [], []
+    for _ in range(words_a_period):
+        low, high = bench.read(0x3C, 2)
+        places.append(low | high << 8)
+        words += bench.words(1)
+
+    assert places == list(range(words_a_period))
+    assert bench.read(0x3C, 2) == b"\0\0"
+    possible: dict[int, set[tuple[int, ...]]] = {XL: set(), G: set()}
+    for mark, rate in ((XL, (104, 208)[xl - HZ_104]), (G, (104, 208)[g - HZ_104])):
+        for sample in range(1, before * rate // PS_PER_S + 1):
+            possible[mark].add(tuple(sample_word(mark, sample / rate, axis) for axis in range(3)))
+    for place, mark in enumerate(expected):
+        found = tuple(words[3 * place : 3 * place + 3])
+        assert found in possible[mark] if mark else found == (0, 0, 0)
+
+
+def test_a_slower_fifo_takes_every_fourth_sample() -> None:
+    """104 Hz in a FIFO at 26 Hz."""
+    chip = fifo_of(CONTINUOUS, odr=2)
+    taken = b""
+    for sample in range(12):
+        samples(chip, 1)
+        if sample % 4 == 0:
+            taken += chip.read(0x28, 6)
+
+    assert chip.read(FIFO_DATA_OUT, 18) == taken
+    assert status(chip)[1] == EMPTY
+
+
+def test_a_faster_fifo_is_no_faster_than_the_sensors() -> None:
+    """AN5040 figure 32."""
+    chip = fifo_of(CONTINUOUS, odr=10)
+    samples(chip, 10)
+
+    assert status(chip)[0] == 30
+
+
+def test_a_slower_fifo_begins_with_the_next_sample_each_time_it_is_switched_on() -> None:
+    chip = fifo_of(CONTINUOUS, odr=2)
+    samples(chip, 3)
+    assert status(chip)[0] == 3
+    chip.write(FIFO_CTRL5, 0x10)
+    chip.write(FIFO_CTRL5, 0x10 | CONTINUOUS)
+    samples(chip, 1)
+
+    assert chip.read(FIFO_DATA_OUT, 6) == chip.read(0x28, 6)
+
+
+def test_of_two_sensors_at_the_same_rate_the_gyroscope_leads() -> None:
+    """AN5040 section 3: the accelerometer is synchronised to it."""
+    bench = bench_of(BYPASS, dec=(1, 1, 0, 0))
+    bench.wait(2 * PS_PER_MS)
+    bench.write(CTRL2_G, HZ_104 << 4)
+    bench.write(FIFO_CTRL5, HZ_104 << 3 | CONTINUOUS)
+    bench.t_ps = sample_ps(2 * PS_PER_MS, 104, 1) - 1
+    assert bench.fill() == 0
+    bench.wait(1)
+
+    assert bench.fill() == 6
+
+
+def test_only_high_bytes_of_both_sensors_share_a_set() -> None:
+    """AXh GXh AYh GYh AZh GZh."""
+    bench = bench_of(CONTINUOUS, g=HZ_104, dec=(1, 0, 0, 0))
+    bench.write(FIFO_CTRL5, 0)
+    bench.write(FIFO_CTRL4, ONLY_HIGH_DATA)
+    bench.write(FIFO_CTRL5, HZ_104 << 3 | CONTINUOUS)
+    bench.wait(PERIOD_PS)
+
+    high = {mark: [sample_word(mark, 1 / 104, axis) >> 8 for axis in range(3)] for mark in (XL, G)}
+    pairs = zip(high[XL], high[G], strict=True)
+    assert bench.read(FIFO_DATA_OUT, 6) == bytes(byte for pair in pairs for byte in pair)
+
+
+def test_timestamp_and_steps_as_the_fourth_set() -> None:
+    """AN5040 Table 73: TS[15:8], TS[23:16], unused, TS[7:0], steps[7:0], steps[15:8]."""
+    bench = bench_of(BYPASS, dec=(0, 0, 0, 1), ctrl2=TIMER_PEDO_FIFO_EN)
+    bench.write(0x5C, 0x10)
+    bench.write(0x19, 0x20)
+    bench.registers.mem[0x4B:0x4D] = b"\x34\x12"
+    bench.wait(30 * PS_PER_S + PS_PER_MS)
+    bench.write(FIFO_CTRL5, HZ_104 << 3 | CONTINUOUS)
+    bench.wait(PERIOD_PS)
+
+    ticks = int(3121 / 104 / 25e-6)
+    expected = bytes((ticks >> 8 & 0xFF, ticks >> 16, 0, ticks & 0xFF, 0x34, 0x12))
+    assert bench.read(FIFO_DATA_OUT, 6) == expected
+
+
+def test_temperature_as_the_fourth_set() -> None:
+    bench = bench_of(CONTINUOUS, dec=(0, 0, 0, 1), ctrl2=FIFO_TEMP_EN)
+    bench.wait(3 * PERIOD_PS)
+
+    assert bench.words(9)[6:] == [0, sample_word(TEMPERATURE, 1 / 52, 0), 0]
+
+
+def test_the_hubs_outputs_are_the_third_and_fourth_set() -> None:
+    bench = bench_of(CONTINUOUS, dec=(0, 0, 1, 1))
+    bench.registers.mem[0x2E:0x3A] = bytes(range(1, 13))
+    bench.wait(PERIOD_PS)
+
+    assert bench.read(FIFO_DATA_OUT, 12) == bytes(range(1, 13))
+
+
+def test_a_sensor_that_has_not_measured_yet_gives_what_its_registers_hold() -> None:
+    bench = bench_of(CONTINUOUS, xl=1, g=HZ_104, dec=(1, 1, 0, 0))
+    bench.wait(8 * PERIOD_PS)
+
+    assert bench.words(6)[3:] == [0, 0, 0]
+
+
+def test_a_sample_measured_before_a_change_stays_as_it_was() -> None:
+    """The gyroscope leads at 104 Hz; a 12.5 Hz sample of the accelerometer is stored anew after FS_XL."""
+    chip = Chip("LSM6DSL")
+    chip.configure(((CTRL3_C, 0x44), (CTRL1_XL, 0x10), (CTRL2_G, 0x40), (FIFO_CTRL3, XL_ONLY)))
+    chip.t_ps = 402 * PS_PER_MS  # just after a sample of the accelerometer
+    measured = chip.read(0x28, 6)
+    chip.write(FIFO_CTRL5, HZ_104 << 3 | CONTINUOUS)
+    chip.write(CTRL1_XL, 0x14)
+    samples(chip, 3)
+
+    assert chip.read(FIFO_DATA_OUT, 6) == measured
+    chip.wait(80 * PS_PER_MS)
+    latest = [chip.read(FIFO_DATA_OUT, 6) for _ in range(status(chip)[0] // 3)][-1]
+    assert latest == chip.read(0x28, 6) != measured
+
+
+# -- reading --------------------------------------------------------------------------------------------
+
+
+def test_a_word_leaves_with_its_high_byte() -> None:
+    chip = fifo_of(CONTINUOUS)
+    samples(chip, 50)
+    first = chip.read(FIFO_DATA_OUT, 1)
+
+    assert chip.read(FIFO_DATA_OUT, 1) == first
+    assert status(chip)[0] == 150
+    chip.read(FIFO_DATA_OUT + 1, 1)
+    assert status(chip)[0] == 149
+
+
+def test_a_word_half_read_stays_whole_when_it_is_overwritten() -> None:
+    chip = fifo_of(CONTINUOUS, ctrl4=STOP_ON_FTH, watermark=3)
+    samples(chip, 1)
+    word = chip.read(0x28, 2)
+
+    low = chip.read(FIFO_DATA_OUT, 1)
+    samples(chip, 1)
+    high = chip.read(FIFO_DATA_OUT + 1, 1)
+
+    assert low + high == word
+    assert status(chip)[0] == 3
+    assert chip.read(FIFO_DATA_OUT, 6) == chip.read(0x28, 6)
+
+
+def test_reading_an_empty_fifo_is_noted_and_shows_the_last_word() -> None:
+    chip = fifo_of(CONTINUOUS)
+    samples(chip, 1)
+    words = chip.read(FIFO_DATA_OUT, 6)
+    assert chip.notes == []
+
+    assert chip.read(FIFO_DATA_OUT, 2) == words[4:]
+    assert ("forbidden", "FIFO_DATA_OUT read while the FIFO is empty") in chip.notes
+
+
+def test_a_burst_over_status_and_data_reads_the_status_first() -> None:
+    chip = fifo_of(CONTINUOUS)
+    samples(chip, 2)
+    data = chip.read(FIFO_STATUS1, 4 + 12)
+
+    assert data[:4] == bytes((6, 0, 0, 0))
+    assert data[10:] == chip.read(0x28, 6)
+
+
+# -- modes ----------------------------------------------------------------------------------------------
+
+
+def test_bypass_reads_as_empty_and_empties() -> None:
+    chip = fifo_of(CONTINUOUS)
+    samples(chip, 4)
+    chip.write(FIFO_CTRL5, HZ_104 << 3)
+    samples(chip, 4)
+
+    assert chip.read(FIFO_STATUS1, 4) == bytes((0, EMPTY, 0, 0))
+    chip.write(FIFO_CTRL5, HZ_104 << 3 | CONTINUOUS)
+    assert status(chip) == (0, EMPTY, 0)
+
+
+def test_software_reset_empties() -> None:
+    chip = fifo_of(CONTINUOUS, watermark=3)
+    samples(chip, 4)
+    chip.write(CTRL3_C, 0x01)
+    samples(chip, 4)
+
+    assert chip.read(FIFO_STATUS1, 4) == bytes((0, EMPTY, 0, 0))
+
+
+@pytest.mark.parametrize(("sets", "words"), [(XL_ONLY, 2046), (BOTH, 2046)])
+def test_fifo_mode_stops_when_the_next_set_would_fill_it(sets: int, words: int) -> None:
+    """AN5040 figures 28 and 29: 2046 words with one set."""
+    chip = fifo_of(FIFO, sets)
+    rows = words // (3 if sets == XL_ONLY else 6)
+    samples(chip, rows - 1)
+    assert status(chip)[1] == 0
+    samples(chip, 1)
+    assert status(chip) == (words, FULL, 0)
+    chip.read(FIFO_DATA_OUT, 2)
+    chip.wait(100 * PS_PER_S)
+
+    assert status(chip)[:2] == (words - 1, FULL), "reading does not start it again"
+
+
+def test_fifo_mode_limited_to_the_watermark_stops_before_it() -> None:
+    """AN5040: with FTH = 21 and one sensor it stops at 18, and WaterM never rises."""
+    chip = fifo_of(FIFO, ctrl4=STOP_ON_FTH, watermark=21)
+    samples(chip, 5)
+    assert status(chip)[:2] == (15, 0)
+    samples(chip, 1)
+    assert status(chip)[:2] == (18, FULL)
+    chip.wait(PS_PER_S)
+    assert status(chip)[:2] == (18, FULL)
+
+
+@pytest.mark.parametrize("looks", [0, 3])
+def test_another_mode_starts_a_fifo_again_that_had_stopped(looks: int) -> None:
+    """Noted, because it should go through bypass; who has looked before does not matter."""
+    chip = fifo_of(FIFO, ctrl4=STOP_ON_FTH, watermark=60, odr=2)
+    for look in range(looks):
+        chip.t_ps = look * 170 * PS_PER_MS
+        status(chip)
+    chip.t_ps = 5 * PS_PER_S + PS_PER_MS
+    chip.write(FIFO_CTRL5, 0x10 | CONTINUOUS)
+    samples(chip, 1)
+
+    assert status(chip)[:2] == (60, FULL | WATERMARK)
+    assert chip.read(FIFO_DATA_OUT, 120)[-6:] == chip.read(0x28, 6)
+
+
+def test_continuous_mode_limited_to_the_watermark_reaches_it() -> None:
+    """AN5040: FULL_SMART at 18, WaterM at 21; then the oldest words go."""
+    chip = fifo_of(CONTINUOUS, ctrl4=STOP_ON_FTH, watermark=21)
+    samples(chip, 6)
+    assert status(chip)[:2] == (18, FULL)
+    samples(chip, 1)
+    assert status(chip)[:2] == (21, FULL | WATERMARK)
+    samples(chip, 1)
+    assert status(chip)[:2] == (21, FULL | WATERMARK | OVERRUN)
+    chip.read(FIFO_DATA_OUT, 2)
+    assert status(chip)[:2] == (20, FULL)
+
+
+def test_continuous_mode_overwrites_the_oldest_words_one_by_one() -> None:
+    """2048 words: the 683rd set overwrites one word. The count of 11 bits reads 0 then (AN5040 Table 64)."""
+    chip = fifo_of(CONTINUOUS, watermark=2)
+    samples(chip, 682)
+    assert status(chip) == (2046, WATERMARK | FULL, 0)
+    samples(chip, 1)
+
+    assert status(chip) == (0, WATERMARK | FULL | OVERRUN, 1)
+    data = chip.read(FIFO_DATA_OUT, 2 * 2048)
+    assert data[-6:] == chip.read(0x28, 6)
+    assert status(chip)[1] == EMPTY
+
+
+@pytest.mark.parametrize("looks", [0, 7])
+def test_words_left_alone_for_long_are_the_latest_in_the_end(looks: int) -> None:
+    """Whether somebody has looked meanwhile or not; 100 s at 104 Hz with a pattern of 5 sets."""
+    chip = fifo_of(CONTINUOUS, 0x01 | 4 << 3)
+    for look in range(looks):
+        chip.t_ps = (look * 13 + 1) * PS_PER_S
+        status(chip)
+    chip.t_ps = 100 * PS_PER_S
+
+    sets = 10_399 + 2600
+    assert status(chip) == (0, FULL | OVERRUN, (3 * sets - 2048) % 15)
+    data = chip.read(FIFO_DATA_OUT, 2 * 2048)
+    assert data[-6:] == chip.read(0x28, 6)
+
+
+def test_a_watermark_of_0_is_never_reached() -> None:
+    chip = fifo_of(CONTINUOUS)
+    samples(chip, 700)
+
+    assert not status(chip)[1] & WATERMARK
+
+
+def test_nothing_is_stored_without_a_rate() -> None:
+    for odr in (0, 11, 15):
+        chip = fifo_of(CONTINUOUS, odr=odr)
+        samples(chip, 20)
+        assert status(chip) == (0, EMPTY, 0)

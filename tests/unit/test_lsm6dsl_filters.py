@@ -1,0 +1,360 @@
+"""The LSM6DSL's filters as a driver sees them: sines, steps and first samples (AN5040 Rev 3, 3.7 and 3.8)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from tests.sensor_fakes import (
+    ACCELEROMETER,
+    GYROSCOPE,
+    PS_PER_MS,
+    PS_PER_S,
+    Array,
+    Channel,
+    Chip,
+    Signal,
+    Writes,
+    constant,
+    step,
+)
+
+CTRL1_XL, CTRL2_G, CTRL3_C, CTRL4_C, CTRL5_C = 0x10, 0x11, 0x12, 0x13, 0x14
+CTRL6_C, CTRL7_G, CTRL8_XL, X_OFS_USR = 0x15, 0x16, 0x17, 0x73
+HZ = (0, 12.5, 26, 52, 104, 208, 416, 833, 1666, 3332, 6664)
+HALF_POWER = math.sqrt(0.5)
+
+
+def at_rate(channel: Channel, code: int) -> Channel:
+    return replace(channel, rate_hz=Fraction(HZ[code]))
+
+
+def sine(hz: float, amplitude: float) -> Signal:
+    def signal(t_s: Array) -> Array:
+        return np.outer(amplitude * np.sin(2 * np.pi * hz * t_s), (1.0, 1.0, 1.0))
+
+    return signal
+
+
+def measured(channel: Channel, writes: Writes, hz: float, skip: int, count: int = 600) -> complex:
+    """Gain and phase of a sine on X, from ``count`` samples after the first ``skip``."""
+    chip = Chip("LSM6DSL")
+    amplitude = 25_000 * channel.scales[0][1]
+    chip.world.signals[channel.name] = sine(hz, amplitude)
+    chip.configure(writes)
+    times_s = np.array([channel.sample_ps(number) for number in range(skip, skip + count)]) / PS_PER_S
+    counts = []
+    for number in range(skip, skip + count):
+        chip.t_ps = channel.sample_ps(number)
+        counts.append(chip.counts(channel)[0])
+    angle = 2 * np.pi * hz * times_s
+    basis = np.column_stack((np.sin(angle), np.cos(angle)))
+    (real, imaginary), *_ = np.linalg.lstsq(basis, np.array(counts) / 25_000, rcond=None)
+    return complex(real, imaginary)
+
+
+def stepped(writes: Writes, samples: int, code: int = 6) -> tuple[Chip, Channel]:
+    """Still at 0 g until after sample 9, then 1 g on every axis; ``samples`` later."""
+    channel, chip = at_rate(ACCELEROMETER, code), Chip("LSM6DSL")
+    at_s = (channel.sample_ps(9) + 1000) / PS_PER_S
+    chip.world.signals[channel.name] = step(constant(0, 0, 0), constant(1, 1, 1), at_s)
+    chip.configure((*writes, (CTRL1_XL, code << 4)))
+    chip.t_ps = channel.sample_ps(9 + samples)
+    return chip, channel
+
+
+# -- accelerometer: bandwidths (AN5040 Table 10) -----------------------------------------------------------
+
+XL_416 = at_rate(ACCELEROMETER, 6)
+
+
+@pytest.mark.parametrize(
+    ("ctrl1", "ctrl8", "bandwidth"),
+    [
+        (0x62, 0x00, 416 / 4),  # LPF1_BW_SEL
+        (0x60, 0x80, 416 / 50),
+        (0x60, 0xA0, 416 / 100),
+        (0x60, 0xC0, 416 / 9),
+        (0x60, 0xE0, 416 / 400),
+        (0x62, 0xC0, 416 / 9),  # LPF1_BW_SEL is not in this path
+        (0x60, 0x04, 416 / 4),  # slope
+        (0x60, 0x24, 416 / 100),
+        (0x60, 0x44, 416 / 9),
+        (0x60, 0x64, 416 / 400),
+        (0x62, 0x84, 416 / 4),  # HP_SLOPE_XL_EN goes before LPF2_XL_EN
+    ],
+)
+def test_half_power_at_the_bandwidth(ctrl1: int, ctrl8: int, bandwidth: float) -> None:
+    gain = abs(measured(XL_416, ((CTRL8_XL, ctrl8), (CTRL1_XL, ctrl1)), bandwidth, skip=2500, count=1300))
+    assert gain == pytest.approx(HALF_POWER, rel=0.005)
+
+
+@pytest.mark.parametrize("ctrl8", [0x00, 0x08])
+def test_without_a_filter_samples_are_the_world(ctrl8: int) -> None:
+    """ODR/2 is all that samples can show; INPUT_COMPOSITE is not in the plain path."""
+    found = measured(XL_416, ((CTRL8_XL, ctrl8), (CTRL1_XL, 0x60)), 150.0, skip=0)
+    assert found == pytest.approx(1.0, abs=1e-4)
+
+
+def test_input_composite_puts_odr_4_before_the_second_filter() -> None:
+    plain, narrow = (
+        abs(measured(XL_416, ((CTRL8_XL, ctrl8), (CTRL1_XL, 0x60)), 416 / 4, skip=300))
+        for ctrl8 in (0xC0, 0xC8)
+    )
+    assert narrow / plain == pytest.approx(HALF_POWER, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("code", "bw0", "bandwidth"),
+    [(10, 0, 1500.0), (10, 1, 400.0), (9, 1, 400.0), (8, 1, 400.0), (7, 0, 400.0)],
+)
+def test_the_analog_filter_by_bw0_xl(code: int, bw0: int, bandwidth: float) -> None:
+    """1500 Hz from 1666 Hz on, or 400 Hz with BW0_XL = 1; always 400 Hz below."""
+    channel = at_rate(ACCELEROMETER, code)
+    gain = abs(measured(channel, ((CTRL1_XL, code << 4 | bw0),), bandwidth, skip=200, count=1300))
+    assert gain == pytest.approx(HALF_POWER, rel=0.005)
+
+
+def test_low_power_has_no_analog_filter() -> None:
+    """AN5040 3.7: high performance only. At 208 Hz nothing else is left to see, at 833 Hz there is none."""
+    high_performance_always = ((CTRL6_C, 0x10), (CTRL1_XL, 0x70))
+    assert abs(measured(at_rate(ACCELEROMETER, 7), high_performance_always, 400.0, 200, 1300)) < 0.71
+    normal = ((CTRL6_C, 0x10), (CTRL1_XL, 0x50))
+    assert measured(at_rate(ACCELEROMETER, 5), normal, 90.0, 0) == pytest.approx(1.0, abs=1e-4)
+
+
+# -- accelerometer: settling and first samples -------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("ctrl8", "samples"), [(0x00, 1), (0x80, 40), (0xA0, 80), (0xC0, 15), (0xE0, 320)], ids=hex
+)
+def test_a_step_has_settled_after_the_documented_samples(ctrl8: int, samples: int) -> None:
+    """AN5040 Table 10, samples to settle; to 5 %. A quarter of them is not enough."""
+    chip, channel = stepped(((CTRL8_XL, ctrl8),), samples)
+    settled = chip.counts(channel)
+    chip, _ = stepped(((CTRL8_XL, ctrl8),), samples // 4)
+
+    assert settled == pytest.approx((16393,) * 3, rel=0.05)
+    assert max(chip.counts(channel)) < 0.9 * 16393
+
+
+def test_the_second_sample_after_a_step_differs_by_setting() -> None:
+    found = [stepped(((CTRL8_XL, ctrl8),), 2)[0].counts(XL_416)[0] for ctrl8 in (0x00, 0xC0, 0x80, 0xE0)]
+    assert found == sorted(found, reverse=True)
+    assert len(set(found)) == 4
+
+
+def test_a_low_pass_begins_settled_on_its_first_sample() -> None:
+    chip = Chip("LSM6DSL")
+    chip.configure(((CTRL8_XL, 0xE0), (CTRL1_XL, 0x60)))
+    for number in (0, 1, 10, 5000):
+        chip.t_ps = XL_416.sample_ps(number)
+        assert chip.counts(XL_416) == (0, 0, 0x4009)
+
+
+def test_the_slope_filter_begins_with_half_its_first_sample() -> None:
+    """AN5040 3.7: (a[n] - a[n-1]) / 2 with a[-1] = 0, hence the spurious wake-up of 5.3."""
+    chip = Chip("LSM6DSL")
+    chip.configure(((CTRL8_XL, 0x04), (CTRL1_XL, 0x60)))
+    found = []
+    for number in range(3):
+        chip.t_ps = XL_416.sample_ps(number)
+        found.append(chip.counts(XL_416))
+
+    assert found == [(0, 0, 8197), (0, 0, 0), (0, 0, 0)]
+
+
+@pytest.mark.parametrize(("code", "samples"), [(1, 80), (2, 15), (3, 320)])
+def test_the_high_pass_takes_gravity_away(code: int, samples: int) -> None:
+    chip = Chip("LSM6DSL")
+    chip.configure(((CTRL8_XL, 0x04 | code << 5), (CTRL1_XL, 0x60)))
+
+    chip.t_ps = XL_416.sample_ps(0)
+    assert chip.counts(XL_416)[2] > 0.6 * 16393
+    chip.t_ps = XL_416.sample_ps(samples)
+    assert abs(chip.counts(XL_416)[2]) < 0.06 * 16393
+    chip.t_ps = XL_416.sample_ps(10 * samples)
+    assert chip.counts(XL_416) == (0, 0, 0)
+
+
+def test_reference_mode_subtracts_the_sample_at_which_it_was_enabled() -> None:
+    """AN5040 3.7."""
+    chip = Chip("LSM6DSL")
+    chip.set("acceleration_g", 0.1, 0.2, 0.3)
+    chip.configure(((CTRL8_XL, 0x74), (CTRL1_XL, 0x60)))
+    chip.t_ps = XL_416.sample_ps(0)
+    assert chip.counts(XL_416) == (0, 0, 0)
+
+    later = step(constant(0.1, 0.2, 0.3), constant(0.2, 0.2, 0.0), (chip.t_ps + 1) / PS_PER_S)
+    chip.world.signals["acceleration_g"] = later
+    chip.part.world_changed()
+    for number in (1, 5000):
+        chip.t_ps = XL_416.sample_ps(number)
+        assert chip.counts(XL_416) == (1639, 0, -4918)  # 0.1 g and -0.3 g at 0.061 mg
+    chip.write(CTRL8_XL, 0x00)
+    chip.t_ps = XL_416.sample_ps(5001)
+    assert chip.counts(XL_416) == (3279, 3279, 0)
+
+
+def test_the_self_test_shift_goes_through_the_filter_and_the_user_offset_does_not() -> None:
+    chip = Chip("LSM6DSL")
+    chip.set("acceleration_g", 0.0, 0.0, 0.0)
+    chip.configure(((CTRL8_XL, 0xE0), (CTRL1_XL, 0x60)))
+    chip.t_ps = XL_416.sample_ps(100)
+    chip.counts(XL_416)
+
+    chip.write(X_OFS_USR, 0x40)
+    chip.t_ps = XL_416.sample_ps(101)
+    assert chip.counts(XL_416) == (1025, 0, 0)  # 64 * 2^-10 g at 0.061 mg
+    chip.write(CTRL5_C, 0x01)
+    chip.t_ps = XL_416.sample_ps(102)
+    assert 0 < chip.counts(XL_416)[1] < 0.01 * 0.8 / 0.000061
+    chip.t_ps = XL_416.sample_ps(5000)
+    assert chip.counts(XL_416)[1] == round(0.8 / 0.000061)
+
+
+def test_another_full_scale_in_the_middle_of_a_step_keeps_what_the_filter_remembers() -> None:
+    changed, channel = stepped(((CTRL8_XL, 0xE0),), 60)
+    changed.write(CTRL1_XL, 0x6C)  # 8 g, 0.244 mg
+    unchanged, _ = stepped(((CTRL8_XL, 0xE0),), 150)
+    changed.t_ps = unchanged.t_ps
+
+    expected = unchanged.counts(channel)[0] * 0.061
+    assert 200 < expected < 900
+    assert changed.counts(channel)[0] * 0.244 == pytest.approx(expected, abs=0.16)
+
+
+def test_another_filter_begins_anew_with_the_next_sample() -> None:
+    chip, channel = stepped(((CTRL8_XL, 0xE0),), 20)
+    chip.counts(channel)
+    chip.write(CTRL8_XL, 0x80)
+    chip.t_ps = channel.sample_ps(30)
+    assert chip.counts(channel) == (16393,) * 3
+
+
+@pytest.mark.parametrize(
+    ("writes", "text"),
+    [
+        (((CTRL8_XL, 0x90),), "CTRL8_XL.HP_REF_MODE without HP_SLOPE_XL_EN = 1 and HPCF_XL above 0"),
+        (((CTRL8_XL, 0x14),), "CTRL8_XL.HP_REF_MODE without HP_SLOPE_XL_EN = 1 and HPCF_XL above 0"),
+        (((CTRL2_G, 0x50), (CTRL7_G, 0xC0)), "CTRL7_G.HP_EN_G outside high performance"),
+    ],
+)
+def test_a_setting_without_its_condition_is_noted(writes: Writes, text: str) -> None:
+    chip = Chip("LSM6DSL")
+    chip.configure(writes)
+    assert chip.notes == [("forbidden", text)]
+
+
+# -- gyroscope: cut-off (AN5040 Table 19) ------------------------------------------------------------------
+
+CUTOFF_HZ = {
+    6: (137, 138, 131, 121, 138),
+    7: (312, 245, 195, 155, 293),
+    8: (None, 315, 224, 168, 505),  # 988 Hz is above half the rate: samples cannot show it
+    9: (1161, 343, 234, 172, 925),
+    10: (1250, 351, 237, 173, 937),
+}
+LOW_RATES = {1: 4, 2: 8, 3: 17, 4: 33, 5: 67}
+CUTOFFS = [
+    *((code, 0, hz) for code, hz in LOW_RATES.items()),
+    *((code, column, row[column]) for code, row in CUTOFF_HZ.items() for column in range(5) if row[column]),
+]
+
+
+def gyroscope(code: int, column: int) -> Writes:
+    """Column 0: LPF1 off; 1 to 4: FTYPE 0 to 3."""
+    lpf1: Writes = ((CTRL4_C, 0x02), (CTRL6_C, column - 1)) if column else ()
+    return (*lpf1, (CTRL2_G, code << 4))
+
+
+@pytest.mark.parametrize(("code", "column", "cutoff_hz"), CUTOFFS)
+def test_gyroscope_half_power_at_the_cutoff(code: int, column: int, cutoff_hz: float) -> None:
+    channel = at_rate(GYROSCOPE, code)
+    gain = abs(measured(channel, gyroscope(code, column), cutoff_hz, skip=200))
+    assert gain == pytest.approx(HALF_POWER, rel=0.005)
+
+
+PHASE_DEG = {
+    3: (144, 146, 149, 142),
+    4: (75, 77, 79, 73),
+    5: (40, 42, 45, 39),
+    6: (23, 25, 28, 21),
+    7: (14, 17, 19, 13),
+    8: (10, 12, 15, 8),
+    9: (8, 10, 12, 6),
+    10: (7, 9, 11, 5),
+}
+
+
+@pytest.mark.parametrize(
+    ("code", "ftype", "lag_deg"),
+    [(code, ftype, lag) for code, row in PHASE_DEG.items() for ftype, lag in enumerate(row)],
+)
+def test_gyroscope_phase_at_20_hz(code: int, ftype: int, lag_deg: float) -> None:
+    found = measured(at_rate(GYROSCOPE, code), gyroscope(code, ftype + 1), 20.0, skip=300)
+    assert -math.degrees(math.atan2(found.imag, found.real)) == pytest.approx(lag_deg, abs=0.1)
+
+
+@pytest.mark.parametrize(("code", "corner_hz"), list(enumerate((0.016, 0.065, 0.260, 1.04))))
+def test_gyroscope_high_pass(code: int, corner_hz: float) -> None:
+    """At 12.5 Hz, so that a few thousand samples last long enough."""
+    channel = at_rate(GYROSCOPE, 1)
+    skip = int(3 * 12.5 / corner_hz)
+    gain = abs(measured(channel, ((CTRL7_G, 0x40 | code << 4), (CTRL2_G, 0x10)), corner_hz, skip, skip))
+    low_pass_alone = abs(measured(channel, ((CTRL2_G, 0x10),), corner_hz, 200))
+    assert gain / low_pass_alone == pytest.approx(HALF_POWER, rel=0.01)
+
+
+def test_the_gyroscopes_high_pass_and_lpf1_work_in_high_performance_only() -> None:
+    writes = ((CTRL4_C, 0x02), (CTRL6_C, 0x02), (CTRL7_G, 0xF0), (CTRL2_G, 0x50))
+    alone, both = (measured(at_rate(GYROSCOPE, 5), some, 0.5, 200) for some in (((CTRL2_G, 0x50),), writes))
+    assert both == pytest.approx(alone, abs=1e-9)
+
+
+# -- gyroscope: turn-on (AN5040 Table 15) ------------------------------------------------------------------
+
+
+def first_sample_ms(chip: Chip) -> float:
+    """How long until the gyroscope's data-ready flag comes, in steps of 10 us."""
+    began_ps = chip.t_ps
+    while not chip.is_ready(GYROSCOPE):
+        chip.wait(PS_PER_MS // 100)
+    return (chip.t_ps - began_ps) / PS_PER_MS
+
+
+@pytest.mark.parametrize("code", [4, 6])
+def test_out_of_power_down_the_drive_takes_70_ms(code: int) -> None:
+    chip = Chip("LSM6DSL")
+    chip.write(CTRL2_G, code << 4)
+    assert first_sample_ms(chip) == pytest.approx(70 + 1000 / HZ[code], abs=0.011)
+
+
+def test_out_of_sleep_sampling_begins_at_once() -> None:
+    chip = Chip("LSM6DSL")
+    chip.configure(((CTRL4_C, 0x40), (CTRL2_G, 0x60)))
+    chip.wait(PS_PER_S)
+    chip.write(CTRL4_C, 0x00)
+    assert first_sample_ms(chip) == pytest.approx(1000 / 416, abs=0.011)
+
+
+def test_sleep_left_early_waits_for_the_drive() -> None:
+    chip = Chip("LSM6DSL")
+    chip.configure(((CTRL4_C, 0x40), (CTRL2_G, 0x60)))
+    chip.wait(50 * PS_PER_MS)
+    chip.write(CTRL4_C, 0x00)
+    assert first_sample_ms(chip) == pytest.approx(20 + 1000 / 416, abs=0.011)
+
+
+def test_another_rate_needs_no_new_start_of_the_drive() -> None:
+    chip = Chip("LSM6DSL")
+    chip.write(CTRL2_G, 0x60)
+    chip.wait(PS_PER_S)
+    chip.counts(GYROSCOPE)
+    chip.write(CTRL2_G, 0x40)
+    assert first_sample_ms(chip) == pytest.approx(1000 / 104, abs=0.011)

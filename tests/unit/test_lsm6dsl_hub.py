@@ -1,0 +1,530 @@
+"""The LSM6DSL's sensor hub (datasheet DocID028475 Rev 7; application note AN5040 Rev 3, section 7).
+
+Most tests follow the note's own example: a LIS2MDL on the auxiliary bus, set up and read by the hub.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import ClassVar
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sensors import LIS2MDL, LSM6DSL
+from sensors.lsm6dsl.hub.bus import UNANSWERED_PS, WRITE_PS, read_ps
+from tests.sensor_fakes import (
+    FACTS,
+    PS_PER_MS,
+    PS_PER_S,
+    PS_PER_US,
+    Chip,
+    Writes,
+    constant,
+    decode,
+    ramp,
+    step,
+)
+
+FUNC_CFG_ACCESS, CTRL1_XL, CTRL2_G, CTRL3_C, CTRL9_XL, CTRL10_C = 0x01, 0x10, 0x11, 0x12, 0x18, 0x19
+MASTER_CONFIG, SENSORHUB1, SENSORHUB13 = 0x1A, 0x2E, 0x4D
+FUNC_SRC1, FUNC_SRC2, TAP_CFG, MD2_CFG, OUT_MAG_RAW = 0x53, 0x54, 0x58, 0x5F, 0x66
+END_OP, SI_END_OP, HI_FAIL = 0x01, 0x02, 0x04
+MASTER_ON, IRON_EN, PASS_THROUGH = 0x01, 0x02, 0x04
+SLV0_ADD, SLV0_SUBADD, SLAVE0_CONFIG, SLV1_ADD, SLAVE1_CONFIG, DATAWRITE = 0x02, 0x03, 0x04, 0x05, 0x07, 0x0E
+MAG_SI_XX, MAG_OFFX_L = 0x24, 0x2D
+XL_104_HZ = 0x40
+LIS2MDL_READ = ((SLV0_ADD, 0x3D), (SLV0_SUBADD, 0x68), (SLAVE0_CONFIG, 0x06))
+CLOCK_PS = PS_PER_S / 116_300  # datasheet T8
+
+
+class Recorder:
+    """A device of 256 registers that remembers when it was asked for what."""
+
+    NAME: ClassVar[str] = "recorder"
+
+    def __init__(self) -> None:
+        self.i2c_off = False
+        self.registers = bytearray(range(128))
+        self.reads: list[tuple[int, int, int]] = []
+        self.writes: list[tuple[int, int, int]] = []
+
+    def read(self, address: int, count: int, now_ps: int) -> bytes:
+        self.reads.append((now_ps, address, count))
+        return bytes(self.registers[address : address + count])
+
+    def write(self, address: int, data: bytes, now_ps: int) -> None:
+        self.writes.append((now_ps, address, data[0]))
+        self.registers[address] = data[0]
+
+    def advance(self, address: int, count: int) -> int:
+        return address + count
+
+    def register_name(self, address: int) -> str:
+        return f"register {address}"
+
+
+def hub(bank_a: Writes, *, xl: int = XL_104_HZ, master: int = MASTER_ON, **devices: Recorder) -> Chip:
+    """Set up as in AN5040 7.2: bank A in power-down, then FUNC_EN, MASTER_ON and the accelerometer.
+
+    ``devices`` are attached at address ``a<hex>``.
+    """
+    chip = Chip("LSM6DSL")
+    for name, device in devices.items():
+        lsm6dsl(chip).attach_auxiliary(int(name[1:], 16), device)
+    start(chip, bank_a, xl, master)
+    return chip
+
+
+def start(chip: Chip, bank_a: Writes, xl: int = XL_104_HZ, master: int = MASTER_ON) -> None:
+    chip.configure(((FUNC_CFG_ACCESS, 0x80), *bank_a, (FUNC_CFG_ACCESS, 0x00)))
+    chip.configure(((CTRL10_C, 0x04), (MASTER_CONFIG, master), (CTRL1_XL, xl)))
+
+
+def lsm6dsl(chip: Chip) -> LSM6DSL:
+    assert isinstance(chip.part, LSM6DSL)
+    return chip.part
+
+
+def with_magnetometer(chip: Chip) -> LIS2MDL:
+    magnetometer = FACTS["LIS2MDL"].build(chip.world, None, 0)
+    assert isinstance(magnetometer, LIS2MDL)
+    lsm6dsl(chip).attach_auxiliary(0x1E, magnetometer)
+    return magnetometer
+
+
+def outputs(chip: Chip) -> bytes:
+    return chip.read(SENSORHUB1, 12) + chip.read(SENSORHUB13, 6)
+
+
+def stop(chip: Chip) -> None:
+    """AN5040 7.2: master off, sensors off, before bank A is written again."""
+    chip.configure(((MASTER_CONFIG, 0x00), (CTRL1_XL, 0x00)))
+
+
+# -- the note's example ---------------------------------------------------------------------------------
+
+
+def test_a_lis2mdl_is_set_up_and_read_through_the_hub() -> None:
+    """AN5040 7.2.4: slave 0 writes CFG_REG_A once, END_OP tells when; then it reads OUTX_L to OUTZ_H."""
+    chip = Chip("LSM6DSL")
+    magnetometer = with_magnetometer(chip)
+    start(
+        chip,
+        (
+            (SLV0_ADD, 0x3C),
+            (SLV0_SUBADD, 0x60),
+            (DATAWRITE, 0x8C),
+            (SLAVE0_CONFIG, 0x10),
+            (SLAVE1_CONFIG, 0x20),
+        ),
+    )
+    chip.wait(PS_PER_S // 10)
+    assert chip.byte(FUNC_SRC1) & END_OP
+    assert magnetometer.read(0x60, 1, chip.t_ps) == b"\x8c"
+
+    stop(chip)
+    start(chip, LIS2MDL_READ)
+    chip.wait(PS_PER_S)
+
+    assert decode(chip.read(SENSORHUB1, 6)) == (133, 0, -267)  # 200, 0, -400 mgauss at 1.5 mgauss/LSB
+    assert chip.read(SENSORHUB1 + 6, 6) + chip.read(SENSORHUB13, 6) == bytes(12)
+    assert chip.notes == []
+
+
+def test_the_hub_sees_the_field_as_it_was_at_the_transfer() -> None:
+    """Whoever looks later: the outputs are those of the last round, 10 s ago."""
+    chip = Chip("LSM6DSL")
+    magnetometer = with_magnetometer(chip)
+    chip.world.signals["magnetic_field_mgauss"] = ramp((0.0, 0.0, 0.0), (15.0, 0.0, 0.0))
+    magnetometer.write(0x60, b"\x8c", 0)
+    start(chip, LIS2MDL_READ)
+    chip.wait(10 * PS_PER_S)
+    chip.write(MASTER_CONFIG, 0x00)
+    chip.wait(10 * PS_PER_S)
+
+    assert abs(decode(chip.read(SENSORHUB1, 2))[0] - 100) <= 1
+
+
+# -- timing ---------------------------------------------------------------------------------------------
+
+
+def test_transfers_take_their_time_on_the_bus() -> None:
+    """Datasheet T8: 116.3 kHz; nine clocks a byte, one each for start, repeated start and stop."""
+    assert pytest.approx(29 * CLOCK_PS, rel=1e-6) == WRITE_PS
+    assert pytest.approx(11 * CLOCK_PS, rel=1e-6) == UNANSWERED_PS
+    assert read_ps(6) == pytest.approx(84 * CLOCK_PS, rel=1e-6)
+
+    device = Recorder()
+    chip = hub(LIS2MDL_READ, a1E=device)
+    chip.wait(2 * PS_PER_S)
+    chip.byte(FUNC_SRC1)
+    first, second = device.reads[0][0], device.reads[1][0]
+
+    assert first == -(-PS_PER_S // 104) + read_ps(6)
+    assert second - first == pytest.approx(PS_PER_S / 104, abs=1)
+    assert {(address, count) for _, address, count in device.reads} == {(0x68, 6)}
+
+
+@pytest.mark.parametrize(
+    ("xl", "g", "per_s"),
+    [
+        (0x10, 0x00, 12),
+        (0x20, 0x00, 26),
+        (0x40, 0x00, 104),
+        (0x50, 0x00, 104),
+        (0x80, 0x00, 104),
+        (0xA0, 0x00, 104),
+        (0x00, 0x30, 52),  # the gyroscope alone
+        (0x20, 0x60, 26),
+        (0x00, 0x00, 0),
+    ],
+)
+def test_trigger_is_data_ready_at_104_hz_at_most(xl: int, g: int, per_s: int) -> None:
+    device = Recorder()
+    chip = hub(LIS2MDL_READ, xl=xl, a1E=device)
+    chip.write(CTRL2_G, g)
+    chip.wait(10 * PS_PER_S)
+    chip.byte(FUNC_SRC1)
+
+    assert len(device.reads) == pytest.approx(10 * per_s, abs=6)
+
+
+def test_end_op_is_0_during_transfers_and_outputs_change_at_their_end() -> None:
+    """AN5040 7.2.3. Before MASTER_ON the flag has the datasheet's default, 0."""
+    device = Recorder()
+    chip = hub(LIS2MDL_READ, a1E=device, master=0)
+    assert chip.byte(FUNC_SRC1) == 0
+
+    chip.write(MASTER_CONFIG, MASTER_ON)
+    trigger = -(-PS_PER_S // 104)
+    seen = []
+    for t_ps in (trigger - 1, trigger, trigger + read_ps(6) - 1, trigger + read_ps(6)):
+        chip.t_ps = t_ps
+        seen.append((chip.byte(FUNC_SRC1) & END_OP, chip.byte(SENSORHUB1)))
+
+    assert seen == [(1, 0), (0, 0), (0, 0), (1, 0x68)]
+
+
+def test_end_op_latched_on_a_pin_is_cleared_by_reading() -> None:
+    """AN5040 7.2.3: LIR = 1 and DRDY_ON_INT1."""
+    chip = hub(LIS2MDL_READ, a1E=Recorder(), master=0)
+    chip.configure(((TAP_CFG, 0x01), (MASTER_CONFIG, 0x80 | MASTER_ON)))
+    assert chip.byte(FUNC_SRC1) == 0
+    chip.wait(50 * PS_PER_MS)
+
+    assert (chip.byte(FUNC_SRC1), chip.byte(FUNC_SRC1)) == (END_OP, 0)
+    chip.wait(50 * PS_PER_MS)
+    assert chip.byte(FUNC_SRC1) == END_OP
+
+
+# -- slaves ---------------------------------------------------------------------------------------------
+
+
+def slaves(*configs: tuple[int, int, int, int]) -> Writes:
+    """(address byte, sub-address, length, rate code) of slaves 0, 1 ..."""
+    writes: list[tuple[int, int]] = []
+    for number, (address, subaddress, length, rate) in enumerate(configs):
+        base = SLV0_ADD + 3 * number
+        extra = (len(configs) - 1) << 4 if number == 0 else 0
+        writes += [(base, address), (base + 1, subaddress), (base + 2, rate << 6 | extra | length)]
+    return tuple(writes)
+
+
+def test_results_are_packed_one_after_the_other() -> None:
+    """AN5040 7.2: SENSORHUB1 to 12 and on to 13 to 18, in the order of the slaves."""
+    device, other = Recorder(), Recorder()
+    chip = hub(
+        slaves((0x3D, 0x10, 7, 0), (0x41, 0x20, 2, 0), (0x3D, 0x30, 6, 0), (0x41, 0x40, 3, 0)),
+        a1E=device,
+        a20=other,
+    )
+    chip.wait(PS_PER_S)
+
+    expected = [*range(0x10, 0x17), 0x20, 0x21, *range(0x30, 0x36), 0x40, 0x41, 0x42]
+    assert list(outputs(chip)) == expected
+    assert chip.notes == []
+
+
+def test_more_than_18_bytes_are_noted_and_cut_off() -> None:
+    chip = hub(slaves((0x3D, 0x10, 7, 0), (0x3D, 0x20, 7, 0), (0x3D, 0x30, 7, 0)), a1E=Recorder())
+    chip.wait(PS_PER_S)
+
+    assert list(outputs(chip)) == [*range(0x10, 0x17), *range(0x20, 0x27), *range(0x30, 0x34)]
+    assert chip.notes == [("forbidden", "SLAVEx_CONFIG: more than 18 bytes to read")]
+
+
+def test_a_slave_that_is_not_read_takes_no_room() -> None:
+    """r_1 = 0, and slave 0 writing."""
+    chip = hub(slaves((0x3C, 0x05, 0, 0), (0x3C, 0x20, 3, 0), (0x3D, 0x30, 2, 0)), a1E=Recorder())
+    chip.wait(PS_PER_S)
+
+    assert outputs(chip) == b"\x30\x31" + bytes(16)
+
+
+def test_rates_are_every_trigger_to_every_eighth() -> None:
+    device = Recorder()
+    chip = hub(slaves(*((0x3D, 0x10 * (code + 1), 1, code) for code in range(4))), a1E=device)
+    chip.t_ps = -(-16 * PS_PER_S // 104) + 9 * PS_PER_MS
+    chip.byte(FUNC_SRC1)
+    turns = [address for _, address, _ in device.reads]
+
+    assert [turns.count(0x10 * (code + 1)) for code in range(4)] == [16, 8, 4, 2]
+    assert turns[:4] == [0x10, 0x20, 0x30, 0x40], "all at the first trigger, in their order"
+
+
+@pytest.mark.parametrize(
+    ("extra", "once", "writes"),
+    [(1, True, 1), (1, False, 10), (0, True, 10)],  # write_once needs more than one slave
+)
+def test_write_once(extra: int, once: bool, writes: int) -> None:
+    """Datasheet 11.8."""
+    device = Recorder()
+    bank_a = (
+        (SLV0_ADD, 0x3C),
+        (SLV0_SUBADD, 0x05),
+        (SLAVE0_CONFIG, extra << 4),
+        (SLAVE1_CONFIG, 0x20 if once else 0x00),
+        (DATAWRITE, 0xAB),
+    )
+    chip = hub(bank_a, a1E=device)
+    chip.t_ps = -(-10 * PS_PER_S // 104) + 5 * PS_PER_MS
+    chip.byte(FUNC_SRC1)
+
+    assert [(address, value) for _, address, value in device.writes] == [(0x05, 0xAB)] * writes
+    assert outputs(chip) == bytes(18)
+
+
+@pytest.mark.parametrize(("status", "reads"), [(0, 0), (1, 1)])
+def test_src_mode_reads_only_if_the_tested_register_is_not_zero(status: int, reads: int) -> None:
+    """AN5040 7.2: Slave_dataw names the register."""
+    device = Recorder()
+    device.registers[0x27] = status
+    chip = hub(((SLV0_ADD, 0x3D), (SLV0_SUBADD, 0x10), (DATAWRITE, 0x27), (SLAVE0_CONFIG, 0x0E)), a1E=device)
+    chip.t_ps = 15 * PS_PER_MS
+    chip.byte(FUNC_SRC1)
+
+    assert [entry[1:] for entry in device.reads] == [(0x27, 1), (0x10, 6)][: 1 + reads]
+    assert device.reads[-1][0] == -(-PS_PER_S // 104) + read_ps(1) + reads * read_ps(6)
+
+
+def test_silent_slaves_are_named_and_keep_their_bytes() -> None:
+    """Datasheet 9.68: FUNC_SRC2 bits 3 to 6; the flag shows the latest turn."""
+    device = Recorder()
+    chip = hub(
+        slaves((0x3D, 0x10, 1, 0), (0x51, 0x20, 1, 0), (0x3D, 0x30, 1, 0), (0x53, 0, 1, 0)), a1E=device
+    )
+    chip.wait(PS_PER_S)
+    assert (chip.byte(FUNC_SRC2), outputs(chip)[:4]) == (0x50, b"\x10\x00\x30\x00")
+
+    device.i2c_off = True
+    device.registers[0x10] = 0xFF
+    chip.wait(PS_PER_S)
+    assert (chip.byte(FUNC_SRC2), outputs(chip)[:4]) == (0x78, b"\x10\x00\x30\x00")
+
+    device.i2c_off = False
+    chip.wait(PS_PER_S)
+    assert (chip.byte(FUNC_SRC2), outputs(chip)[:4]) == (0x50, b"\xff\x00\x30\x00")
+
+
+# -- on and off -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "off",
+    [(CTRL10_C, 0x00), (MASTER_CONFIG, 0x00), (CTRL1_XL, 0x00), (CTRL3_C, 0x05)],
+)
+@pytest.mark.parametrize("in_a_round", [False, True])
+def test_switching_off_stops_the_hub(off: tuple[int, int], in_a_round: bool) -> None:
+    device = Recorder()
+    chip = hub(LIS2MDL_READ, a1E=device)
+    chip.t_ps = -(-104 * PS_PER_S // 104) + (PS_PER_US if in_a_round else 5 * PS_PER_MS)
+    chip.byte(FUNC_SRC1)
+    reads = len(device.reads)
+    chip.write(*off)
+    chip.wait(PS_PER_S)
+
+    assert reads == (103 if in_a_round else 104)
+    assert chip.byte(FUNC_SRC1) == (END_OP if off[0] == CTRL1_XL else 0)
+    assert len(device.reads) == reads
+    assert any(outputs(chip)) is (off[0] != CTRL3_C)
+
+
+def test_pass_through_connects_the_buses_and_excludes_the_master() -> None:
+    """AN5040 7.3."""
+    device = Recorder()
+    chip = hub(LIS2MDL_READ, master=PASS_THROUGH, a1E=device)
+    assert lsm6dsl(chip).pass_through
+    assert chip.notes == []
+
+    chip.write(MASTER_CONFIG, PASS_THROUGH | MASTER_ON)
+    chip.wait(PS_PER_S)
+    chip.byte(FUNC_SRC1)
+    assert device.reads == []
+    assert chip.notes == [("forbidden", "MASTER_CONFIG: MASTER_ON and PASS_THROUGH_MODE at once")]
+    chip.write(MASTER_CONFIG, MASTER_ON)
+    assert not lsm6dsl(chip).pass_through
+
+
+def test_the_int2_trigger_is_not_modelled() -> None:
+    device = Recorder()
+    chip = hub(LIS2MDL_READ, master=MASTER_ON | 0x10, a1E=device)
+    chip.wait(PS_PER_S)
+    chip.byte(FUNC_SRC1)
+
+    assert chip.notes == [("not modelled", "MASTER_CONFIG.START_CONFIG written")]
+    assert device.reads == []
+
+
+@pytest.mark.parametrize("address", [-1, 0x80])
+def test_an_auxiliary_address_has_seven_bits(address: int) -> None:
+    with pytest.raises(ValueError, match="is not in 0x00 to 0x7F"):
+        lsm6dsl(Chip("LSM6DSL")).attach_auxiliary(address, Recorder())
+
+
+def test_an_auxiliary_address_is_taken_once() -> None:
+    part = lsm6dsl(Chip("LSM6DSL"))
+    part.attach_auxiliary(0x1E, Recorder())
+    with pytest.raises(ValueError, match="two devices at address 0x1E"):
+        part.attach_auxiliary(0x1E, Recorder())
+
+
+# -- ironing --------------------------------------------------------------------------------------------
+
+
+def ironing(chip: Chip, soft: Iterable[int], hard: tuple[int, int, int], *, soft_on: bool = True) -> None:
+    """AN5040 7.5.4: a LIS2MDL as slave 0, matrix and offsets in bank A, SOFT_EN, then IRON_EN."""
+    offsets = np.array(hard, dtype="<i2").tobytes()
+    matrix = tuple((MAG_SI_XX + place, value) for place, value in enumerate(soft))
+    bank_a = LIS2MDL_READ + matrix + tuple((MAG_OFFX_L + place, value) for place, value in enumerate(offsets))
+    chip.write(CTRL9_XL, 0x04 if soft_on else 0x00)
+    start(chip, bank_a, master=MASTER_ON | IRON_EN)
+
+
+def measuring(*mgauss: float) -> Chip:
+    chip = Chip("LSM6DSL")
+    with_magnetometer(chip).write(0x60, b"\x8c", 0)
+    chip.world.signals["magnetic_field_mgauss"] = constant(*mgauss)
+    return chip
+
+
+UNIT = (8, 0, 0, 0, 8, 0, 0, 0, 8)
+
+
+@pytest.mark.parametrize(
+    ("soft", "soft_on", "calibrated"),
+    [
+        (UNIT, True, (90, 220, -330)),
+        # Sign and magnitude, 1/8 per LSB: 2, -0.5; 0.125, 1; -1, 0, 1.5.
+        ((16, 0x84, 0, 1, 8, 0, 0x88, 0, 12), True, (180 - 110, 11 + 220, -90 - 495)),
+        ((16, 0x84, 0, 1, 8, 0, 0x88, 0, 12), False, (90, 220, -330)),
+    ],
+)
+def test_ironing(soft: tuple[int, ...], soft_on: bool, calibrated: tuple[int, int, int]) -> None:
+    """AN5040 7.5.3: raw M, calibrated SI (M - HI), uncalibrated SI (M - HI) + HI."""
+    raw, hard = (100, 200, -300), (10, -20, 30)
+    chip = measuring(*(1.5 * value for value in raw))
+    ironing(chip, soft, hard, soft_on=soft_on)
+    chip.wait(PS_PER_S // 2)
+    uncalibrated = tuple(value + offset for value, offset in zip(calibrated, hard, strict=True))
+
+    assert decode(chip.read(OUT_MAG_RAW, 6)) == raw
+    for found, expected in ((SENSORHUB1, calibrated), (SENSORHUB13, uncalibrated)):
+        for one, other in zip(decode(chip.read(found, 6)), expected, strict=True):
+            assert one == pytest.approx(other, abs=0.5), "rounded to whole LSB"
+    assert not chip.byte(FUNC_SRC1) & HI_FAIL
+
+
+def test_the_end_of_ironing_is_a_pulse_of_a_hundredth_of_a_second() -> None:
+    """AN5040 7.5.3, LIR = 0; at 104 Hz the next round would come first, so 12.5 Hz."""
+    chip = measuring(15.0, 0.0, 0.0)
+    ironing(chip, UNIT, (0, 0, 0))
+    chip.configure(((CTRL1_XL, 0x00), (CTRL1_XL, 0x10)))
+    end = 80 * PS_PER_MS + read_ps(6)
+    seen = []
+    for t_ps in (end - 1, end, end + 10 * PS_PER_MS - 1, end + 10 * PS_PER_MS):
+        chip.t_ps = t_ps
+        seen.append(chip.byte(FUNC_SRC1))
+
+    assert seen == [0, END_OP | SI_END_OP, END_OP | SI_END_OP, 0]
+
+
+def test_si_end_op_latches_on_int2() -> None:
+    chip = measuring(15.0, 0.0, 0.0)
+    chip.configure(((TAP_CFG, 0x01), (MD2_CFG, 0x01)))
+    ironing(chip, UNIT, (0, 0, 0))
+    chip.wait(PS_PER_S)
+    chip.write(MASTER_CONFIG, MASTER_ON)
+    chip.wait(PS_PER_S)
+
+    assert chip.byte(FUNC_SRC1) & SI_END_OP
+    assert not chip.byte(FUNC_SRC1) & SI_END_OP
+
+
+def test_a_result_out_of_range_fails() -> None:
+    chip = measuring(0.0, 0.0, 0.0)
+    strong, weak = constant(30_000.0, 0.0, 0.0), constant(15.0, 0.0, 0.0)
+    chip.world.signals["magnetic_field_mgauss"] = step(strong, weak, at_s=1.5)
+    ironing(chip, (0x7F, 0, 0, 0, 8, 0, 0, 0, 8), (0, 0, 0))
+    chip.wait(PS_PER_S)
+
+    assert chip.byte(FUNC_SRC1) & HI_FAIL
+    assert decode(chip.read(SENSORHUB1, 6)) == (32767, 0, 0)
+
+    chip.wait(PS_PER_S)
+    assert not chip.byte(FUNC_SRC1) & HI_FAIL
+
+
+@pytest.mark.parametrize(
+    ("writes", "master", "text"),
+    [
+        (((SLAVE0_CONFIG, 0x05),), IRON_EN, "MASTER_CONFIG.IRON_EN needs slave 0 to read 6 bytes"),
+        ((), 0, "CTRL9_XL.SOFT_EN needs MASTER_CONFIG.IRON_EN"),
+        (
+            slaves((0x3D, 0x10, 6, 0), (0x3D, 0x20, 7, 0)),
+            IRON_EN,
+            "SLAVEx_CONFIG: more than 12 bytes to read",
+        ),
+    ],
+)
+def test_impossible_ironing_is_noted(writes: Writes, master: int, text: str) -> None:
+    chip = Chip("LSM6DSL")
+    lsm6dsl(chip).attach_auxiliary(0x1E, Recorder())
+    chip.write(CTRL9_XL, 0x04)
+    start(chip, (*LIS2MDL_READ, *writes), master=MASTER_ON | master)
+    chip.wait(PS_PER_S)
+    chip.write(TAP_CFG, 0x01)
+
+    assert chip.notes == [("forbidden", text)]
+
+
+# -- laziness -------------------------------------------------------------------------------------------
+
+
+@settings(max_examples=25)
+@given(moments=st.lists(st.integers(0, PS_PER_S), max_size=15))
+def test_who_looks_when_changes_nothing(moments: list[int]) -> None:
+    """The outputs, the flags, and what the devices on the bus got to see."""
+    chips, devices = [], []
+    for _ in range(2):
+        device = Recorder()
+        chip = Chip("LSM6DSL")
+        chip.world.signals["magnetic_field_mgauss"] = ramp((0.0, 0.0, 0.0), (150.0, 75.0, -75.0))
+        with_magnetometer(chip).write(0x60, b"\x8c", 0)
+        lsm6dsl(chip).attach_auxiliary(0x20, device)
+        start(chip, slaves((0x3D, 0x68, 6, 0), (0x41, 0x10, 3, 1), (0x43, 0x10, 1, 2)), 0x60)
+        chips.append(chip)
+        devices.append(device)
+    often, once = chips
+    for t_ps in sorted(moments):
+        often.t_ps = t_ps
+        often.read(SENSORHUB1, 6)
+        often.read(FUNC_SRC1, 2)
+        often.part.catch_up(t_ps)
+    often.t_ps = once.t_ps = PS_PER_S
+
+    assert outputs(often) == outputs(once)
+    assert often.read(FUNC_SRC1, 2) == once.read(FUNC_SRC1, 2)
+    assert devices[0].reads == devices[1].reads

@@ -1,0 +1,86 @@
+"""SPI: framing, wires, clock modes; through ``board.spi2`` as a driver's test would."""
+
+from __future__ import annotations
+
+import pytest
+
+from emulator import Board, I2CNackError, InputError
+from emulator.clock import PS_PER_S
+from emulator.trace import BusTransfer
+
+READ = 0x80
+CS = {"LSM6DSL": "PA8", "LIS2MDL": "PB12", "LPS22HB": "PC13"}  # board facts, section 2
+IDENTITY = {"LSM6DSL": (0x0F, 0x6A), "LIS2MDL": (0x4F, 0x40), "LPS22HB": (0x0F, 0xB1)}
+TO_3_WIRE = {"LSM6DSL": b"\x12\x0c", "LIS2MDL": b"", "LPS22HB": b"\x10\x01"}  # LIS2MDL: 3-wire after reset
+TO_4_WIRE = {"LSM6DSL": b"\x12\x04", "LIS2MDL": b"\x62\x04", "LPS22HB": b"\x10\x00"}
+
+
+@pytest.mark.parametrize("part", CS)
+def test_a_three_wire_host_writes_blindly_first(part: str) -> None:
+    """Board facts, section 11: LSM6DSL and LPS22HB start in 4-wire mode, the LIS2MDL does not."""
+    board = Board(profile="fcu001v1")
+    register, identity = IDENTITY[part]
+    before = board.spi2.write_read(CS[part], bytes([READ | register]), 1)
+    assert before == (bytes([identity]) if part == "LIS2MDL" else b"\xff")
+    if TO_3_WIRE[part]:
+        board.spi2.write(CS[part], TO_3_WIRE[part])
+    assert board.spi2.write_read(CS[part], bytes([READ | register]), 1) == bytes([identity])
+
+
+@pytest.mark.parametrize("part", CS)
+@pytest.mark.parametrize("mode", [0, 3])
+def test_a_four_wire_host_reads_in_both_modes(part: str, mode: int) -> None:
+    board = Board(profile="fcu001v1")
+    board.spi2.configure(mode=0 if mode == 0 else 3, wires=4)
+    board.spi2.write(CS[part], TO_4_WIRE[part])
+    register, identity = IDENTITY[part]
+    assert board.spi2.write_read(CS[part], bytes([READ | register]), 1) == bytes([identity])
+
+
+def test_the_other_clock_modes_are_not_understood() -> None:
+    board = Board(profile="fcu001v1")
+    board.spi2.configure(mode=1, wires=4)
+    board.spi2.write("PA8", b"\x10\xa8")
+    assert board.spi2.write_read("PA8", b"\x8f", 1) == b"\xff"
+    board.spi2.configure(mode=3, wires=4)
+    assert board.spi2.write_read("PA8", b"\x90", 1) == b"\x00"
+
+
+def test_a_burst_increments_and_writes_several_registers() -> None:
+    board = Board(profile="fcu001v1", ideal=True)
+    board.spi2.write("PA8", b"\x12\x0c")
+    board.spi2.write("PA8", b"\x73\x01\x02\x03")
+    assert board.spi2.write_read("PA8", b"\xf3", 3) == b"\x01\x02\x03"
+
+
+def test_a_byte_is_eight_periods_of_2_625_mhz() -> None:
+    """Question 1 of the lab: 42 MHz / 16 (board facts 2.1)."""
+    board = Board(profile="fcu001v1")
+    board.spi2.write_read("PA8", b"\x8f", 3)
+    assert board.spi2.speed_hz == 2_625_000
+    assert board.clock.now_ps == 4 * 8 * PS_PER_S // 2_625_000
+
+
+def test_the_trace_names_the_register_without_its_read_flag() -> None:
+    board = Board(profile="fcu001v1")
+    board.trace.record_all()
+    board.spi2.write_read("PB12", b"\xcf", 1)
+    (event,) = board.trace.of(BusTransfer)
+    assert (event.bus, event.device, event.register, event.read) == ("SPI2", "LIS2MDL", "WHO_AM_I", b"\x40")
+
+
+def test_i2c_disable_silences_i2c() -> None:
+    """LSM6DSL CTRL4_C.I2C_disable."""
+    board = Board()
+    board.i2c2.write(0x6B, b"\x13\x04")
+    with pytest.raises(I2CNackError):
+        board.i2c2.write_read(0x6B, b"\x0f", 1)
+
+
+def test_what_is_not_there_is_answered_with_what_is() -> None:
+    with pytest.raises(InputError, match="known: PA8, PB12, PC13"):
+        Board(profile="fcu001v1").spi2.write("PA4", b"\x00")
+    with pytest.raises(InputError, match="none with this profile"):
+        Board().spi2.write("PA8", b"\x00")
+    with pytest.raises(InputError, match="talks to the sensors on I2C2"):
+        Board(profile="fcu001v1", firmware="lab3")

@@ -1,0 +1,30 @@
+"""Supply current for the configured mode: figures from the datasheets' tables (sensor facts 1.3, 1.4)."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.sensor_fakes import Chip
+
+
+@pytest.mark.parametrize(
+    ("writes", "microampere"),
+    [
+        ((), 3),
+        ([(0x10, 0x40)], 150),  # 104 Hz, high performance
+        ([(0x15, 0x10), (0x10, 0x40)], 44),  # 104 Hz, normal
+        ([(0x15, 0x10), (0x10, 0x10)], 9),  # 12.5 Hz, low power
+        ([(0x15, 0x10), (0x10, 0xB0)], 4.5),  # 1.6 Hz
+        ([(0x10, 0xB0)], 150),  # the same code is 12.5 Hz in high performance
+        ([(0x10, 0xA0)], 160),  # 6664 Hz
+        ([(0x11, 0x40)], 555),
+        ([(0x16, 0x80), (0x11, 0x30)], 270),
+        ([(0x10, 0xA8), (0x11, 0x6C)], 650),  # the lab's setting
+        ([(0x10, 0xF0)], 3),  # a reserved code measures nothing
+    ],
+)
+def test_the_lsm6dsl(writes: list[tuple[int, int]], microampere: float) -> None:
+    chip = Chip("LSM6DSL")
+    for address, value in writes:
+        chip.write(address, value)
+    assert chip.part.supply_current_ua() == microampere
