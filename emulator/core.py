@@ -71,6 +71,7 @@ class Core:
         """Unwind the firmware. A suspended stack is invisible to the garbage collector: it has to be told."""
         if self._context and not self._context.dead:
             with suppress(greenlet_error):  # it belongs to another thread, which is gone
+                self._context.parent = getcurrent()  # come back here, which may be inside another firmware
                 self._context.throw()
 
     def _pause(self) -> None:

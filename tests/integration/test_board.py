@@ -297,6 +297,26 @@ def test_a_class_of_boards_lives_in_one_process_and_goes_away() -> None:
     assert not any(reference() for reference in references)
 
 
+def test_a_board_may_go_away_while_another_one_runs() -> None:
+    """The garbage collector may run anywhere, also inside another board's firmware."""
+    dropped = [Board(firmware="lab3") for _ in range(3)]
+    for board in dropped:
+        board.run_for(0.3)
+
+    def main(hal: Hal) -> None:
+        hal.HAL_Delay(10)
+        dropped.clear()
+        gc.collect()
+        hal.HAL_Delay(10)
+        hal.HAL_UART_Transmit(b"still here", 10)
+
+    board = Board(firmware=script(main))
+    board.run_for(0.015)
+    assert board.now_s == pytest.approx(0.015)
+    board.run_for(0.015)
+    assert board.terminal.text == "still here"
+
+
 def test_names_that_do_not_exist_are_answered_with_those_that_do() -> None:
     with pytest.raises(InputError, match="unknown firmware 'lab4'; known: lab3, template"):
         Board(firmware="lab4")
