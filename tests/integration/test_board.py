@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import re
 import weakref
+from itertools import pairwise
 
 import pytest
 from hypothesis import given, settings
@@ -322,8 +323,31 @@ def test_names_that_do_not_exist_are_answered_with_those_that_do() -> None:
         Board(firmware="lab4")
     with pytest.raises(InputError, match="unknown board profile 'lab2'; known: lab3"):
         Board(profile="lab2")
-    with pytest.raises(InputError, match="not negative"):
+    with pytest.raises(InputError, match=r"cannot run for -1 s; give a number of seconds from 0"):
         Board().run_for(-1)
+    with pytest.raises(InputError, match=r"cannot run for nan s"):
+        Board().run_for(float("nan"))
+    with pytest.raises(InputError, match="no regular expression"):
+        Board().terminal.expect("(")
+    with pytest.raises(InputError, match="no Latin-1 character"):
+        Board().terminal.write("\u20ac")
+
+
+def test_a_callback_that_finds_the_bus_taken_is_busy() -> None:
+    """The HAL locks its handle; main loop and interrupt share the bus without a lock (board facts, 11.8)."""
+    results: set[int] = set()
+
+    def main(hal: Hal) -> None:
+        start_timer(hal)
+        for _ in range(100):
+            assert hal.HAL_I2C_Mem_Read(0xD6, 0x28, 30)[0] == HAL_OK
+
+    board = Board(firmware=script(main, lambda hal: results.add(hal.HAL_I2C_Mem_Read(0xD6, 0x22, 6)[0])))
+    board.trace.record_all()
+    board.run_for(0.1)
+    assert results == {HAL_OK, HAL_BUSY}
+    transfers = board.trace.of(BusTransfer)
+    assert all(one.end_ps <= other.t_ps for one, other in pairwise(transfers))
 
 
 def test_firmware_variables_are_reachable_by_their_c_names() -> None:
