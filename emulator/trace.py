@@ -90,10 +90,11 @@ class TickLate(TraceEvent):
 
 @dataclass(frozen=True, slots=True)
 class TickLost(TraceEvent):
-    """A timer tick was lost: the flag of the one before had not been cleared."""
+    """Ticks were lost, seen when the handler came: the flag of the one before had not been cleared."""
 
     kind: ClassVar[str] = "tick_lost"
     timer: str
+    count: int
 
 
 @dataclass(frozen=True, slots=True)
