@@ -1,8 +1,8 @@
 """TIM9 as an interval timer with its update interrupt (reference manual RM0368 section 14).
 
 Update ``k`` happens at ``k`` periods after the start, computed from ``k``, so nothing drifts. While the
-update flag waits for its handler, further updates change nothing but the count of lost ones; they are counted
-when the handler comes, not fired one by one, so that a timer set far too fast costs no more than its handlers.
+update flag waits for its handler, further updates change nothing but the count of lost ones. They are counted
+when the handler comes, not fired one by one: a timer set far too fast costs no more than its handlers.
 """
 
 from __future__ import annotations
