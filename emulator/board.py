@@ -21,7 +21,6 @@ it.
 
 from __future__ import annotations
 
-import math
 import weakref
 from dataclasses import replace
 from pathlib import Path
@@ -49,6 +48,9 @@ if TYPE_CHECKING:
     from emulator.scenario import Scenario
 
 
+LONGEST_RUN_S = 1_000_000  # eleven days
+
+
 class Board:
     """A STEVAL-FCU001V1.
 
@@ -69,6 +71,8 @@ class Board:
         seed: int = 0,
         ideal: bool = False,
     ) -> None:
+        if not isinstance(seed, int):
+            raise InputError(f"seed is {seed!r}; give an integer")
         plan = _load(scenario)
         wiring = find_profile(profile)
         self.scenario = plan
@@ -106,8 +110,10 @@ class Board:
 
     def run_for(self, seconds: float) -> None:
         """Run for exactly this much virtual time. Raises FirmwareError when the firmware itself fails."""
-        if not (math.isfinite(seconds) and seconds >= 0):
-            raise InputError(f"cannot run for {seconds} s; give a number of seconds that is not negative")
+        if not isinstance(seconds, int | float) or not 0 <= seconds <= LONGEST_RUN_S:
+            raise InputError(
+                f"cannot run for {seconds!r} s; give a number of seconds from 0 to {LONGEST_RUN_S}"
+            )
         self.run_until(self.clock.now_ps + to_ps(seconds))
 
     def run_until(self, at_ps: int) -> None:
@@ -137,6 +143,8 @@ class Board:
             )
         if isinstance(firmware, str):
             firmware = firmwares.factory(firmware, plan.firmware_settings() if plan else None)
+        if not callable(firmware):
+            raise InputError(f"firmware is {firmware!r}; give a name, or a callable that takes the HAL")
         return PythonFirmware(firmware(hal), core, hal)
 
 

@@ -21,7 +21,7 @@ from greenlet import error as greenlet_error
 from greenlet import getcurrent, greenlet
 
 from emulator.clock import Clock
-from emulator.errors import FirmwareError
+from emulator.errors import FirmwareError, InputError
 
 _THREAD_PRIORITY = 256  # below every interrupt; smaller numbers are more urgent, as in the NVIC
 
@@ -71,6 +71,7 @@ class Core:
         """Unwind the firmware. A suspended stack is invisible to the garbage collector: it has to be told."""
         if self._context and not self._context.dead:
             with suppress(greenlet_error):  # it belongs to another thread, which is gone
+                self._context.parent = getcurrent()  # come back here, which may be inside another firmware
                 self._context.throw()
 
     def _pause(self) -> None:
@@ -81,6 +82,8 @@ class Core:
         assert self._main is not None
         try:
             self._main()
+        except InputError:
+            raise  # not the firmware's fault: the trace file is full, say
         except Exception as error:
             raise FirmwareError(
                 f"the firmware failed at {self._clock.now_s:.6f} s: {type(error).__name__}: {error}"

@@ -48,6 +48,7 @@ class Hal:
         self._uart = uart
         self._gpio = gpio
         self._sending = False
+        self._transferring = False
         self._callback: Callable[[], None] | None = None
         self._tim9_interrupt = Interrupt(_TIM9_PRIORITY, self._tim9_irq_handler)
         self.tim9 = IntervalTimer(
@@ -71,7 +72,12 @@ class Hal:
     # -- I2C --------------------------------------------------------------------------------------------
 
     def HAL_I2C_Mem_Read(self, dev_address: int, mem_address: int, size: int) -> tuple[int, bytes]:
-        """Read ``size`` bytes from a device's register on; (status, data), no data unless HAL_OK."""
+        """Read ``size`` bytes from a device's register on; (status, data), no data unless HAL_OK.
+
+        A call from an interrupt while main() is in a transfer is HAL_BUSY, as the HAL's lock makes it.
+        """
+        if self._transferring:
+            return HAL_BUSY, b""
         bus, clock = self._i2c, self._clock
         try:
             data = bus.read_from(dev_address >> 1, mem_address, size)
@@ -80,20 +86,30 @@ class Hal:
         if clock.next_ps > bus.end_ps:  # nothing happens meanwhile: the 800 Hz path
             clock.now_ps = bus.end_ps
         else:
-            self._core.elapse(bus.end_ps - clock.now_ps)
+            self._transfer()
         return HAL_OK, data
 
     def HAL_I2C_Mem_Write(self, dev_address: int, mem_address: int, data: bytes) -> int:
         """Write bytes to a device's register on."""
+        if self._transferring:
+            return HAL_BUSY
         try:
             self._i2c.transfer(dev_address >> 1, bytes((mem_address,)) + data)
         except I2CError as error:
             return self._i2c_failed(error)
-        self._core.elapse(self._i2c.end_ps - self._clock.now_ps)
+        self._transfer()
         return HAL_OK
 
+    def _transfer(self) -> None:
+        """Let the transfer take its time; a handler that calls meanwhile finds the handle locked."""
+        self._transferring = True
+        try:
+            self._core.elapse(self._i2c.end_ps - self._clock.now_ps)
+        finally:
+            self._transferring = False
+
     def _i2c_failed(self, error: I2CError) -> int:
-        self._core.elapse(self._i2c.end_ps - self._clock.now_ps)
+        self._transfer()
         return HAL_BUSY if isinstance(error, I2CStuckError) else HAL_ERROR
 
     # -- USART1 -----------------------------------------------------------------------------------------

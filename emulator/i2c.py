@@ -103,6 +103,11 @@ class I2CBus:
         # start, address, sub-address, repeated start, address, data, stop: 30 periods and 9 a byte
         self._read_ps = [self.duration_ps(30 + _BYTE_BITS * count) for count in range(_SHORT + 1)]
 
+    @property
+    def now_ps(self) -> int:
+        """Virtual time."""
+        return self._clock.now_ps
+
     def attach(self, address: int, target: I2CTarget) -> None:
         """Put a device at a 7-bit address."""
         self._targets[address] = target

@@ -43,6 +43,7 @@ class I2CMaster:
     def _transfer(self, address: int, data: bytes, count: int) -> bytes:
         if not 0 <= address <= 0x7F:
             raise InputError(f"I2C address {address:#x} has more than 7 bits; give 0x00 to 0x7F, no R/W bit")
+        self._run_until(max(self._bus.end_ps, self._bus.now_ps))  # firmware may be in a transfer
         try:
             return self._bus.transfer(address, data, count)
         finally:

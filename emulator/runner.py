@@ -42,34 +42,35 @@ class Runner:
         end_ps: int | None,
         speed: float | None,
         exceeded: Callable[[float], str] = lambda _wall_s: "",
+        wall_clock_s: Callable[[], float] = time.monotonic,
     ) -> None:
         self._board = board
         self._links = links
         self._end_ps = end_ps
         self._pacer = Pacer(speed)
         self._exceeded = exceeded
+        self._wall_clock_s = wall_clock_s
         self._position = 0
-        self._stopped = False
+        self.stopped = False
         self.limit = ""
         self.wall_s = 0.0
 
     def stop(self) -> None:
         """End the run soon."""
-        self._stopped = True
+        self.stopped = True
 
     def run(self, on_progress: Callable[[Progress], None] = lambda _progress: None) -> None:
         """Run to the end. Raises FirmwareError; the links have had their bytes then, too."""
-        started = time.monotonic()
+        started = self._wall_clock_s()
         end_ps = NEVER_PS if self._end_ps is None else self._end_ps
         total_s = None if self._end_ps is None else self._end_ps / PS_PER_S
-        slice_ps = to_ps(self._pacer.slice_s)
         clock = self._board.clock
         try:
-            while clock.now_ps < end_ps and not self._stopped and not self.limit:
-                self._board.run_until(min(clock.now_ps + slice_ps, end_ps))
+            while clock.now_ps < end_ps and not self.stopped and not self.limit:
+                self._board.run_until(min(clock.now_ps + to_ps(self._pacer.slice_s), end_ps))
                 self._serve_links()
                 self._pacer.wait(clock.now_s)
-                self.wall_s = time.monotonic() - started
+                self.wall_s = self._wall_clock_s() - started
                 on_progress(Progress(clock.now_s, total_s, self.wall_s))
                 self.limit = self._exceeded(self.wall_s)
         finally:

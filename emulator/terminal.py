@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable
 
 from emulator.clock import PS_PER_S, Clock, to_ps
-from emulator.errors import ExpectationError
+from emulator.errors import ExpectationError, InputError
 from emulator.uart import Uart
 
 _LOOK_EVERY_PS = PS_PER_S // 100  # how far expect() runs between two looks
@@ -47,7 +47,12 @@ class Terminal:
 
     def write(self, data: bytes | str) -> None:
         """Type on the keyboard; the bytes arrive at USART1 one after the other at the line's speed."""
-        self._uart.type(data.encode("latin-1") if isinstance(data, str) else bytes(data))
+        try:
+            self._uart.type(data.encode("latin-1") if isinstance(data, str) else bytes(data))
+        except UnicodeEncodeError as error:
+            raise InputError(
+                f"{error.object[error.start]!r} is no Latin-1 character; give bytes, as a serial line does"
+            ) from error
 
     def expect(self, pattern: str | re.Pattern[str], timeout_s: float = 10.0) -> re.Match[str]:
         """Run the board until ``pattern`` (a regular expression) appears after the last match.
@@ -55,7 +60,10 @@ class Terminal:
         Returns the match. Raises ExpectationError when it has not appeared after ``timeout_s`` of virtual
         time.
         """
-        compiled = re.compile(pattern)
+        try:
+            compiled = re.compile(pattern)
+        except re.error as error:
+            raise InputError(f"{pattern!r} is no regular expression: {error}") from error
         deadline_ps = self._clock.now_ps + to_ps(timeout_s)
         while True:
             data, end = self.since(self._expected)

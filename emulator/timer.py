@@ -1,11 +1,16 @@
-"""TIM9 as an interval timer with its update interrupt (reference manual RM0368 section 14)."""
+"""TIM9 as an interval timer with its update interrupt (reference manual RM0368 section 14).
+
+Update ``k`` happens at ``k`` periods after the start, computed from ``k``, so nothing drifts. While the
+update flag waits for its handler, further updates change nothing but the count of lost ones. They are counted
+when the handler comes, not fired one by one: a timer set far too fast costs no more than its handlers.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
 
-from emulator.clock import PS_PER_S, Clock, Periodic
+from emulator.clock import PS_PER_S, Clock, Event
 from emulator.trace import TickLate, TickLost, Trace
 
 
@@ -30,7 +35,10 @@ class IntervalTimer:
         self._input_hz = input_hz
         self._interrupt = interrupt
         self._period_ps = Fraction(PS_PER_S, input_hz)
-        self._running: Periodic | None = None
+        self._num, self._den = 1, 1
+        self._origin_ps = 0
+        self._count = 0  # updates since the start
+        self._event: Event | None = None
         self._flag = False
         self._due_ps = 0
 
@@ -47,29 +55,50 @@ class IntervalTimer:
 
     def start(self) -> None:
         """Enable the interrupt and count from zero; a flag left by ``configure`` interrupts at once."""
-        if self._running is not None:
-            self._running.cancel()
-        self._running = Periodic(self._clock, self._clock.now_ps, self._period_ps, self._update)
+        if self._event is not None:
+            self._event.cancel()
+        self._num, self._den = self._period_ps.numerator, self._period_ps.denominator
+        self._origin_ps, self._count = self._clock.now_ps, 0
+        self._event = None
         if self._flag:
             self.ticks += 1
             self._due_ps = self._clock.now_ps
             self._interrupt()
+        else:
+            self._schedule()
 
     def acknowledge(self) -> None:
-        """The interrupt handler clears the flag; accounts for how late it is."""
+        """The interrupt handler clears the flag; accounts for how late it is, and for what was lost."""
         self._flag = False
-        waited_ps = self._clock.now_ps - self._due_ps
-        if waited_ps > 0:
-            self.late += 1
-            self.longest_wait_ps = max(self.longest_wait_ps, waited_ps)
-            self._trace.add(TickLate(self._clock.now_ps, self.name, waited_ps))
+        now_ps = self._clock.now_ps
+        if now_ps > self._due_ps:
+            self._account(now_ps)
+        self._schedule()
+
+    def _account(self, now_ps: int) -> None:
+        waited_ps = now_ps - self._due_ps
+        self.late += 1
+        self.longest_wait_ps = max(self.longest_wait_ps, waited_ps)
+        self._trace.add(TickLate(now_ps, self.name, waited_ps))
+        # the largest k whose time, k * num // den, is not after now
+        happened = ((now_ps - self._origin_ps + 1) * self._den - 1) // self._num
+        lost = happened - self._count
+        if lost:
+            self._count = happened
+            self.ticks += lost
+            self.lost += lost
+            self._trace.add(TickLost(now_ps, self.name, lost))
+
+    def _schedule(self) -> None:
+        at_ps = self._origin_ps + (self._count + 1) * self._num // self._den
+        if self._event is None:
+            self._event = self._clock.schedule(at_ps, self._update)
+        else:
+            self._clock.repeat(self._event, at_ps)
 
     def _update(self) -> None:
+        self._count += 1
         self.ticks += 1
-        if self._flag:
-            self.lost += 1
-            self._trace.add(TickLost(self._clock.now_ps, self.name))
-            return
         self._flag = True
         self._due_ps = self._clock.now_ps
         self._interrupt()

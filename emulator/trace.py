@@ -19,7 +19,8 @@ from typing import Any, ClassVar, TypeVar
 from emulator.clock import PS_PER_S
 from emulator.errors import LinkError
 
-_KEPT = 200_000  # events in memory; older ones are dropped and counted
+_KEPT = 200_000  # rare events in memory; older ones are dropped and counted
+_KEPT_IN_DETAIL = 4_000_000  # after record_all(), several minutes of the lab's firmware
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,10 +90,11 @@ class TickLate(TraceEvent):
 
 @dataclass(frozen=True, slots=True)
 class TickLost(TraceEvent):
-    """A timer tick was lost: the flag of the one before had not been cleared."""
+    """Ticks were lost, seen when the handler came: the flag of the one before had not been cleared."""
 
     kind: ClassVar[str] = "tick_lost"
     timer: str
+    count: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,6 +127,7 @@ class Trace:
         self._events: deque[TraceEvent] = deque()
         self._keep_detail = False
         self._file: io.TextIOBase | None = None
+        self._path = ""
 
     def __len__(self) -> int:
         return len(self._events)
@@ -142,6 +145,7 @@ class Trace:
 
     def write_to(self, path: str | Path) -> None:
         """Write every event from now on to a JSON-lines file. Raises LinkError if it cannot be opened."""
+        self._path = str(path)
         try:
             self._file = Path(path).open("w", encoding="utf-8", newline="\n")
         except OSError as error:
@@ -164,18 +168,28 @@ class Trace:
     def close(self) -> None:
         """Close the file, if one is being written."""
         if self._file is not None:
-            self._file.close()
-            self._file = None
+            file, self._file = self._file, None
+            try:
+                file.close()
+            except OSError as error:
+                raise self._unwritable(error) from error
+
+    def _unwritable(self, error: OSError) -> LinkError:
+        self._file = None
+        return LinkError(f"trace file {self._path}: {error.strerror or error}; the run was stopped")
 
     def _keep(self, event: TraceEvent) -> None:
-        if len(self._events) >= _KEPT:
+        if len(self._events) >= (_KEPT_IN_DETAIL if self._keep_detail else _KEPT):
             self._events.popleft()
             self.dropped += 1
         self._events.append(event)
 
     def _write(self, event: TraceEvent) -> None:
         if self._file is not None:
-            self._file.write(json.dumps(to_json(event), separators=(",", ":")) + "\n")
+            try:
+                self._file.write(json.dumps(to_json(event), separators=(",", ":")) + "\n")
+            except OSError as error:
+                raise self._unwritable(error) from error
 
 
 def to_json(event: TraceEvent) -> dict[str, Any]:

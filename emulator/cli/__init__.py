@@ -16,6 +16,7 @@ import click
 from emulator.errors import ExpectationError, FcuError, InputError
 
 EXIT_EXPECTATION, EXIT_INPUT, EXIT_FAULT = 1, 2, 3
+EXIT_INTERRUPTED = 130  # the shell's own code for a program that Ctrl-C ended
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
@@ -36,10 +37,12 @@ def cli() -> None:
     metavar="LINK",
     help="stdout (default), pty or pty:/path/of/a/link; may be repeated.",
 )
-@click.option("--seed", type=int, default=0, help="Which board of the class, and its noise.")
+@click.option(
+    "--seed", type=int, help="Which board of the class, and its noise. Default: the scenario's, or 0."
+)
 @click.option("--ideal", is_flag=True, help="Sensors without noise, offset or scale error.")
 @click.option("--trace", type=click.Path(path_type=Path), help="Write every event to a JSON-lines file.")
-@click.option("--quiet", "-q", is_flag=True, help="No announcement and no summary on stderr.")
+@click.option("--quiet", "-q", is_flag=True, help="Nothing on stderr but a scenario's verdict.")
 def run(
     firmware: str | None,
     profile: str,
@@ -47,7 +50,7 @@ def run(
     duration: str | None,
     speed: str | None,
     serial: tuple[str, ...],
-    seed: int,
+    seed: int | None,
     ideal: bool,
     trace: Path | None,
     quiet: bool,
@@ -123,12 +126,19 @@ def doctor() -> None:
 def main() -> None:
     """Run the command line; every error of ours is one line and its exit code."""
     try:
-        cli(prog_name="fcu")
+        cli(prog_name="fcu", standalone_mode=False)
+    except click.ClickException as error:
+        error.show()
+        sys.exit(EXIT_INPUT)
+    except click.Abort:
+        sys.exit(EXIT_INTERRUPTED)
     except FcuError as error:
         click.echo(f"fcu: {error}", err=True)
         if isinstance(error, InputError):
             sys.exit(EXIT_INPUT)
         sys.exit(EXIT_EXPECTATION if isinstance(error, ExpectationError) else EXIT_FAULT)
+    except KeyboardInterrupt:
+        sys.exit(EXIT_INTERRUPTED)
     except Exception:
         traceback.print_exc()
         click.echo("fcu: the lines above are a bug in fcu-emulator; please report them", err=True)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+from contextlib import suppress
+from typing import TextIO
 
 import click
 
@@ -13,6 +15,10 @@ _EVERY_TTY_S = 0.2
 _EVERY_LOG_S = 10.0
 
 
+def _is_terminal(stream: TextIO | None) -> bool:
+    return stream is not None and stream.isatty()
+
+
 class ProgressDisplay:
     """One line rewritten in place on a terminal; a line every ten seconds in a log.
 
@@ -20,7 +26,7 @@ class ProgressDisplay:
     """
 
     def __init__(self) -> None:
-        self._in_place = sys.stderr.isatty() and not sys.stdout.isatty()
+        self._in_place = _is_terminal(sys.stderr) and not _is_terminal(sys.stdout)
         self._next_s = _FIRST_AFTER_S if self._in_place else _EVERY_LOG_S
         self._shown = False
 
@@ -32,7 +38,8 @@ class ProgressDisplay:
         factor = progress.virtual_s / progress.wall_s
         whole = "" if progress.total_s is None else f" of {progress.total_s:.0f}"
         text = f"fcu: {progress.virtual_s:.0f}{whole} s of virtual time, {factor:.0f} x real time"
-        click.echo(f"\r{text}\033[K" if self._in_place else text, err=True, nl=not self._in_place)
+        with suppress(OSError):  # stderr may be full or gone; the run goes on
+            click.echo(f"\r{text}\033[K" if self._in_place else text, err=True, nl=not self._in_place)
         self._shown = True
 
     def close(self) -> None:

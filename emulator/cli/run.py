@@ -6,7 +6,7 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -23,6 +23,9 @@ from emulator.errors import InputError
 from emulator.links import ByteLink, open_link
 from emulator.runner import Runner
 
+_SLOWEST, _FASTEST = 0.001, 1e6  # virtual over wall time
+_STOPPING = ("SIGINT", "SIGTERM", "SIGHUP")  # Ctrl-C, kill, a terminal window that is closed
+
 
 @dataclass(frozen=True)
 class RunOptions:
@@ -34,7 +37,7 @@ class RunOptions:
     duration: str | None
     speed: str | None
     serial: tuple[str, ...]
-    seed: int
+    seed: int | None
     ideal: bool
     trace: Path | None
     quiet: bool
@@ -43,13 +46,13 @@ class RunOptions:
 def run_board(options: RunOptions) -> bool:
     """Run the board as asked; False when the scenario's expectations did not hold.
 
-    Nothing is opened or written before every argument has been understood.
+    Nothing is opened before the arguments have been understood; the links come first, the trace file last.
     """
     board = _create_board(options)
     end_ps = _end(options, board)
     with ExitStack() as stack:
-        links = [_open(spec, stack) for spec in dict.fromkeys(options.serial)]
         speed = _speed(options.speed, options.serial, end_ps)
+        links = [_open(spec, stack) for spec in dict.fromkeys(options.serial)]
         if options.trace is not None:
             board.trace.write_to(options.trace)
             stack.callback(board.trace.close)
@@ -68,6 +71,8 @@ def run_board(options: RunOptions) -> bool:
                 link.close()
             for line in summary(board, links, runner.wall_s):
                 say(line)
+        if runner.stopped:
+            return True
         return _check(board, end_ps, runner.limit)
 
 
@@ -75,7 +80,14 @@ def _create_board(options: RunOptions) -> Board:
     firmware = options.firmware
     if firmware is None and options.scenario is None:
         firmware = firmwares.DEFAULT
-    return Board(options.profile, firmware, options.scenario, options.seed, options.ideal)
+    if options.scenario is None:
+        return Board(options.profile, firmware, None, options.seed or 0, options.ideal)
+    from emulator.scenario import load_scenario
+
+    plan = load_scenario(options.scenario)
+    if options.seed is not None:
+        plan.seed = options.seed
+    return Board(options.profile, firmware, plan, plan.seed, options.ideal)
 
 
 def _end(options: RunOptions, board: Board) -> int | None:
@@ -99,8 +111,8 @@ def _speed(text: str | None, serial: tuple[str, ...], end_ps: int | None) -> flo
         factor = float(text)
     except ValueError:
         factor = 0.0
-    if not 0 < factor <= 1e6:
-        raise InputError(f"--speed {text}: give max, or a factor above 0 such as 1, 0.5 or 10")
+    if not _SLOWEST <= factor <= _FASTEST:
+        raise InputError(f"--speed {text}: give max, or a factor from {_SLOWEST:g} up, such as 1, 0.5 or 10")
     return factor
 
 
@@ -146,22 +158,25 @@ def _interruptible(runner: Runner) -> Iterator[None]:
     """Ctrl-C ends the run at the next slice, with its summary; a second one ends the program."""
 
     def stop(number: int, frame: FrameType | None) -> None:
-        del number, frame
+        del frame
         runner.stop()
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+        signal.signal(number, before[number])
 
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = signal.signal(signal.SIGINT, stop)
+    numbers = [getattr(signal, name) for name in _STOPPING if hasattr(signal, name)]
+    before = {number: signal.signal(number, stop) for number in numbers}
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _to_stderr(line: str) -> None:
-    click.echo(f"fcu: {line}" if line else "", err=True)
+    with suppress(OSError):  # stderr may be full or gone; the run goes on
+        click.echo(f"fcu: {line}", err=True)
 
 
 def _quiet(line: str) -> None:

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import importlib
 import sys
 from pathlib import Path
 
@@ -33,6 +32,6 @@ def open_link(spec: str) -> ByteLink:
 def _open_pty(link_path: Path | None) -> ByteLink:
     if sys.platform == "win32":
         raise LinkError("--serial pty: Windows has no pseudo-terminals; use --serial stdout")
-    # Imported here only: the module needs termios and fcntl, which Windows lacks.
-    link: ByteLink = importlib.import_module("emulator.links.pty").PtyLink(link_path)
-    return link
+    from emulator.links.pty import PtyLink  # needs termios and fcntl, which Windows lacks
+
+    return PtyLink(link_path)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from typing import Annotated, Literal
 
+import regex
 from pydantic import Field, PlainSerializer, PlainValidator, ValidationInfo, WithJsonSchema
 
 from emulator.durations import seconds, shown
@@ -16,6 +16,7 @@ from emulator.scenario.result import Miss
 from emulator.scenario.tables import folder_of, read_bounded
 
 LONGEST_PATTERN = 500
+_PATIENCE_S = 0.5  # for one line; a sane pattern takes microseconds
 
 
 class ExpectLine(Windowed):
@@ -48,11 +49,11 @@ class Pattern:
 
     def __init__(self, text: str) -> None:
         self.text = text
-        self._compiled = re.compile(text)
+        self._compiled = regex.compile(text)
 
     def found_in(self, line: str) -> bool:
-        """Searches one line; the banner may be either."""
-        return bool(self._compiled.search(line) or self._compiled.search(same_banner(line)))
+        """Searches one line; the banner may be either. Raises TimeoutError when that takes too long."""
+        return any(self._compiled.search(text, timeout=_PATIENCE_S) for text in {line, same_banner(line)})
 
 
 def _parse_pattern(value: object) -> Pattern:
@@ -61,7 +62,7 @@ def _parse_pattern(value: object) -> Pattern:
         raise ValueError(f"is {shown(value)}; give a regular expression {longest}")
     try:
         return Pattern(value)
-    except (re.error, OverflowError, RecursionError) as error:
+    except (regex.error, OverflowError, RecursionError) as error:
         raise ValueError(f"is {shown(value)}: {error}; give a regular expression") from error
 
 

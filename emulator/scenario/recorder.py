@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from emulator.clock import PS_PER_MS, PS_PER_S, Periodic
-from emulator.scenario.printed import FORMATS
-from emulator.scenario.truth import TRUTH, deviation
+from emulator.scenario.printed import ANGLES, FORMATS
+from emulator.scenario.truth import G_MODULUS, TRUTH, deviation
 from emulator.world.track import Array
 
 if TYPE_CHECKING:
@@ -111,9 +111,12 @@ class Recorder:
             for name in line_format.fields
             if name in self._settle_ps
         ]
+        if not ANGLES.isdisjoint(wanted):
+            wanted.append(G_MODULUS)
         truth = {}
         for name in wanted:
             at_s = at_ps / PS_PER_S
-            t_s = np.linspace(max(at_s - self._settle_ps[name] / PS_PER_S, 0.0), at_s, _TRUTH_STEPS)
+            settle_s = self._settle_ps.get(name, 0) / PS_PER_S
+            t_s = np.linspace(max(at_s - settle_s, 0.0), at_s, _TRUTH_STEPS)
             truth[name] = (t_s, TRUTH[name](self._world, t_s))
         return truth

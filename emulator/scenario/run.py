@@ -1,24 +1,23 @@
 """Running a board through its scenario, within the scenario's limits.
 
-The wall clock is looked at between slices of virtual time; firmware that loops without ever calling the HAL
-lets no virtual time pass, and is beyond what a look between slices can stop.
+The limits are looked at between slices of virtual time; firmware that loops without ever calling the HAL lets
+no virtual time pass, and is beyond what a look between slices can stop.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING
 
-from emulator.clock import PS_PER_S
 from emulator.errors import InputError
+from emulator.runner import Runner
 from emulator.scenario.result import Finding, Result
 from emulator.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     from emulator.board import Board
-
-_SLICE_PS = PS_PER_S // 10
 
 
 def run(board: Board, wall_clock_s: Callable[[], float] = time.monotonic) -> Result:
@@ -27,13 +26,9 @@ def run(board: Board, wall_clock_s: Callable[[], float] = time.monotonic) -> Res
     Raises FirmwareError when the firmware fails, InputError when the board has no scenario.
     """
     plan = _scenario(board)
-    started_s = wall_clock_s()
-    while board.clock.now_ps < plan.duration_ps:
-        board.run_until(min(board.clock.now_ps + _SLICE_PS, plan.duration_ps))
-        limit = plan.exceeded(board, wall_clock_s() - started_s)
-        if limit:
-            return plan.check(board, limit)
-    return plan.check(board)
+    runner = Runner(board, [], plan.duration_ps, None, partial(plan.exceeded, board), wall_clock_s)
+    runner.run()
+    return plan.check(board, runner.limit)
 
 
 def check(board: Board) -> list[Finding]:

@@ -18,7 +18,7 @@ from emulator.clock import PS_PER_S
 from emulator.durations import seconds
 from emulator.errors import InputError, ScenarioError
 from emulator.scenario.expect_board import SETTLE_PS, ExpectField
-from emulator.scenario.expectation import Seen
+from emulator.scenario.expectation import Seen, Windowed
 from emulator.scenario.recorder import Recorder
 from emulator.scenario.report import against_truth
 from emulator.scenario.result import Finding, Miss, Result
@@ -57,6 +57,7 @@ class Scenario:
         if self.duration_ps > self.limits.duration:
             problem = "is longer than limits.duration; shorten it or raise that limit"
             raise ScenarioError(self.file, "duration", problem)
+        self._refuse_windows_after_the_end()
         self._field_ut = self._magnetic_field()
         self._steps = steps_of(contents.timeline, self.duration_ps, self.file)
         rehearse(self._steps, self.create_world, self.file)
@@ -140,11 +141,21 @@ class Scenario:
             miss = Miss("stopped", f"a run of {seconds(self.duration_ps)}", f"{seconds(now_ps)}{cause}")
             findings.append(Finding("duration", "run", miss))
         for number, expectation in enumerate(self.expectations):
-            failure = expectation.judge(seen)
+            failure = _judged(expectation, seen)
             if failure is not None:
                 findings.append(Finding(f"expect[{number}]", expectation.kind, failure))
         reports = [text for report in self.reports for text in against_truth(report.field, lines)]
         return Result(len(self.expectations), tuple(findings), tuple(reports))
+
+    def _refuse_windows_after_the_end(self) -> None:
+        """An expectation that looks at nothing must not pass for one that is met."""
+        for number, expectation in enumerate(self.expectations):
+            if isinstance(expectation, Windowed) and expectation.from_ >= self.duration_ps:
+                problem = (
+                    f"begins at {seconds(expectation.from_)}, when the scenario has ended "
+                    f"({seconds(self.duration_ps)}); look earlier or give a longer duration"
+                )
+                raise ScenarioError(self.file, f"expect[{number}].from", problem)
 
     def _fields_of_interest(self) -> dict[str, int]:
         """Fields to be compared with the truth, and for how long before each print it is wanted."""
@@ -168,6 +179,15 @@ class Scenario:
             return earth_field(*where, place.date, place.north)
         except InputError as error:
             raise ScenarioError(self.file, "world.place", str(error)) from error
+
+
+def _judged(expectation: AnyExpectation, seen: Seen) -> Miss | None:
+    try:
+        return expectation.judge(seen)
+    except TimeoutError:
+        return Miss(
+            "stopped", "a pattern that can be searched in reasonable time", "the search took too long"
+        )
 
 
 def _do(step: Step, world: World) -> None:

@@ -13,7 +13,7 @@ from pydantic import AfterValidator, Field
 
 from emulator import firmwares
 from emulator.clock import PS_PER_S
-from emulator.durations import shown
+from emulator.durations import format_duration, shown
 from emulator.scenario.expect_board import ExpectField, ExpectHardIron, ExpectLed, ExpectTicks, FieldName
 from emulator.scenario.expect_text import ExpectLine, ExpectNever, ExpectRegex, ExpectText
 from emulator.scenario.setup import BusTable, FirmwareTable, LimitsTable, SensorsTable, WorldTable
@@ -74,6 +74,20 @@ def json_schema() -> dict[str, Any]:
     """The file's JSON schema (draft 2020-12), for an editor's completion and checks."""
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        **ScenarioFile.model_json_schema(by_alias=True),
+        **_as_written(ScenarioFile.model_json_schema(by_alias=True)),
         "title": "fcu-emulator scenario, schema 1",
     }
+
+
+def _as_written(schema: Any) -> Any:
+    """The schema with the defaults of durations and speeds as they stand in a file, not in our units."""
+    if isinstance(schema, list):
+        return [_as_written(entry) for entry in schema]
+    if not isinstance(schema, dict):
+        return schema
+    written = {key: _as_written(value) for key, value in schema.items()}
+    if written.get("type") == "string" and isinstance(written.get("default"), int):
+        of_speed = "Hz" in written.get("pattern", "")
+        default = written["default"]
+        written["default"] = f"{default // 1000}kHz" if of_speed else format_duration(default)
+    return written

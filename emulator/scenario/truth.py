@@ -8,11 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
+
 from emulator.scenario.printed import ANGLES
 from emulator.world import World
 from emulator.world.track import Array
 
 Law = Callable[[World, Array], Array]
+G_MODULUS = "|G|"  # printed by nobody; tells whether the accelerometer is a tilt sensor at that moment
 
 
 def _attitude(column: int) -> Law:
@@ -38,6 +41,7 @@ TRUTH: dict[str, Law] = {
     **{angle: _attitude(column) for column, angle in enumerate(("Roll", "Pitch", "Yaw"))},
     "Pre": lambda world, t_s: world.pressure_hpa(t_s),
     "Altitude": lambda world, t_s: world.altitude_m(t_s),
+    G_MODULUS: lambda world, t_s: np.linalg.norm(world.specific_force_g(t_s), axis=1),
 }
 
 

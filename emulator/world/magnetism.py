@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import calendar
 import datetime as dt
-import importlib
 import math
 from dataclasses import dataclass
 from typing import Literal
@@ -51,7 +50,9 @@ def earth_field(
     year = _decimal_year(date)
     if north not in ("magnetic", "true"):
         raise InputError(f'north is {north!r}: give "magnetic" or "true"')
-    model = importlib.import_module("pygeomag").GeoMag(coefficients_file="wmm/WMM_2025.COF")
+    from pygeomag import GeoMag  # a scenario that names a place needs it, nothing else does
+
+    model = GeoMag(coefficients_file="wmm/WMM_2025.COF")
     first, last = model.life_span
     if not first <= year <= last:
         valid = f"{first:.0f}-01-01 to {last:.0f}-01-01"

@@ -7,8 +7,8 @@ Decisions
     ST's driver clears IF_ADD_INC because it reads byte by byte; the lab on I2C reads in bursts, so the same
     transaction sets it, and CTRL_REG2 ends at 10. ``LPS22HB_WaitForData`` is ours. ST's main.c reads its
     reference pressure some 10 ms after switching on a 25 Hz output, when the part may not have converted yet
-    and shows a meaningless 758.4 hPa (sensor facts, 3.2). A floor level of 0 m cannot be built on that. The
-    wait is bounded: a dead sensor must not stop the boot.
+    and shows no pressure (758.4 hPa was seen on a part: sensor facts, 3.2). A floor level of 0 m cannot be
+    built on that. The wait is bounded: a dead sensor must not stop the boot.
 """
 
 from __future__ import annotations

@@ -91,8 +91,8 @@ def test_the_trace_is_json_lines_with_register_names(tmp_path: Path) -> None:
         (("--profile", "lab9"), "unknown board profile 'lab9'; known: lab3"),
         (("--duration", "10"), "--duration is '10'; give a number and a unit (us, ms, s, min, h)"),
         (("--duration", "999999h"), "--duration is '999999h'; the longest is"),
-        (("--speed", "fast"), "--speed fast: give max, or a factor above 0"),
-        (("--speed", "-1"), "--speed -1: give max, or a factor above 0"),
+        (("--speed", "fast"), "--speed fast: give max, or a factor from 0.001 up"),
+        (("--speed", "-1"), "--speed -1: give max, or a factor from 0.001 up"),
         (("--serial", "com3"), "--serial com3: unknown link; choose stdout, pty"),
         (("--scenario", "nowhere"), "nowhere"),
     ],
@@ -160,3 +160,13 @@ def test_a_reader_that_goes_away_does_not_break_the_run() -> None:
 
 def test_python_m_emulator_is_fcu() -> None:
     assert fcu("--version").stdout.decode().startswith("fcu-emulator 0.")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="/dev/full is a Linux device")
+def test_a_full_disk_is_blamed_on_the_trace_file() -> None:
+    done = fcu("run", "--duration", "3s", "--trace", "/dev/full", "-q", code=2)
+    assert "fcu: trace file /dev/full: No space left on device" in done.stderr.decode()
+
+
+def test_seed_0_can_be_chosen_over_the_scenarios_own() -> None:
+    assert b"seed 0" in fcu("run", "--scenario", "flat", "--seed", "0").stderr

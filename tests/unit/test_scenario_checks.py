@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from emulator import Board
+from emulator.scenario import run
 from emulator.scenario.expect_board import ExpectField
 from emulator.scenario.expectation import Seen
 from emulator.scenario.printed import FORMATS, same_banner
@@ -207,3 +208,16 @@ def test_a_report_compares_prints_with_the_truth(tmp_path: Path) -> None:
 def test_a_report_of_what_is_never_printed_says_so(tmp_path: Path) -> None:
     result = play(tmp_path, f"{SHORT}firmware = 'template'\n[[report]]\nfield = 'Yaw'\nagainst = 'truth'\n")
     assert result.reports == ("Yaw against the truth: never printed",)
+
+
+def test_a_report_flags_angles_while_the_board_is_no_tilt_sensor(tmp_path: Path) -> None:
+    """Slides, "eCompass math": tilt only when the modulus is near g."""
+    file = tmp_path / "shaken.toml"
+    file.write_text(
+        'schema = 1\nquestion = "?"\nduration = "4s"\n[[timeline]]\ndo = "shake"\nat = "2s"\nfor = "1s"\n'
+        'axis = "up"\namplitude_g = 0.5\nfrequency_hz = 200\n'
+        '[[report]]\nfield = "Pitch"\nagainst = "truth"\n'
+    )
+    rows = run(Board(scenario=file)).reports
+    flagged = [row for row in rows if "no tilt sensor now" in row]
+    assert 0 < len(flagged) < len(rows) - 3

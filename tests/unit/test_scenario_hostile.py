@@ -10,10 +10,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from emulator import InputError, ScenarioError
-from emulator.scenario import ScenarioFile, load_scenario
+from emulator import Board, InputError, ScenarioError
+from emulator.scenario import ScenarioFile, load_scenario, run
 from emulator.scenario.explain import scenario_error
-from tests.scenario_files import HEAD, refusal, write
+from tests.scenario_files import HEAD, SHORT, refusal, write
 
 HOLD = '[[timeline]]\ndo = "hold"\nfor = "1s"\n'
 
@@ -83,7 +83,7 @@ HOLD = '[[timeline]]\ndo = "hold"\nfor = "1s"\n'
             "give 0.005 or more",
         ),
         (
-            HEAD + "[[expect]]\nkind = 'regex'\npattern = '('",
+            SHORT + "[[expect]]\nkind = 'regex'\npattern = '('",
             "expect[0].pattern",
             "give a regular expression",
         ),
@@ -94,7 +94,7 @@ HOLD = '[[timeline]]\ndo = "hold"\nfor = "1s"\n'
         ),
         (HEAD + "[[expect]]\nkind = 'field'\nname = 'Yaw'\ntolerance = 1", "expect[0]", "either value"),
         (HEAD + "[[expect]]\nkind = 'ticks'", "expect[0]", "needs one of"),
-        (HEAD + "[[expect]]\nkind = 'led'\nled = 'led3'\nstate = 'on'", "expect[0].led", "'led1' or 'led2'"),
+        (SHORT + "[[expect]]\nkind = 'led'\nled = 'led3'\nstate = 'on'", "expect[0].led", "'led1' or 'led2'"),
         (
             HEAD + "[[expect]]\nkind = 'never'\npattern = 'x'\nfrom = '2s'\nto = '1s'",
             "expect[0]",
@@ -226,3 +226,29 @@ def test_a_table_of_anything_is_taken_or_refused(key: str, value: object) -> Non
         message = str(scenario_error("file", error))
         assert message.startswith(f"file: {key}")
         assert message.isprintable()
+
+
+def test_a_pattern_that_never_ends_is_stopped_and_says_so(tmp_path: Path) -> None:
+    file = tmp_path / "slow.toml"
+    file.write_text(SHORT + "[[expect]]\nkind = 'regex'\npattern = '^(.|..)+(?<!.)$'\n")
+    (finding,) = run(Board(scenario=file)).findings
+    assert finding.miss.fault == "stopped"
+    assert "took too long" in finding.miss.seen
+
+
+def test_a_window_after_the_end_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "late.toml"
+    file.write_text(SHORT + "[[expect]]\nkind = 'led'\nled = 'led1'\nstate = 'off'\nfrom = '1000s'\n")
+    with pytest.raises(
+        ScenarioError, match=r"expect\[0\]\.from: begins at 1000 s, when the scenario has ended"
+    ):
+        load_scenario(file)
+
+
+def test_a_timer_at_84_mhz_costs_no_more_than_its_handlers(tmp_path: Path) -> None:
+    file = tmp_path / "flood.toml"
+    file.write_text(SHORT + "[firmware_settings]\ntimer_prescaler = 0\ntimer_period = 0\n")
+    board = Board(scenario=file)
+    assert run(board).passed
+    assert board.tim9.lost > 80_000_000
+    assert board.tim9.late < 4_000

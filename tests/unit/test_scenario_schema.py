@@ -16,7 +16,7 @@ from emulator import InputError
 from emulator.scenario import ScenarioFile, json_schema, load_scenario, scenario_names
 from emulator.scenario.printed import FIELDS
 from emulator.scenario.setup import FirmwareTable
-from emulator.scenario.truth import TRUTH
+from emulator.scenario.truth import G_MODULUS, TRUTH
 from firmware_model import Settings
 from sensors.lis2mdl import LIS2MDLErrors
 from sensors.lps22hb import LPS22HBErrors
@@ -226,7 +226,7 @@ def test_every_figure_of_a_sensor_can_be_given(tmp_path: Path, part: str, errors
 
 
 def test_every_printed_field_has_a_truth() -> None:
-    assert set(TRUTH) == set(FIELDS)
+    assert set(TRUTH) == {*FIELDS, G_MODULUS}
 
 
 def test_the_shipped_scenarios_are_listed_with_their_questions() -> None:
@@ -240,3 +240,11 @@ def test_a_shipped_file_begins_with_a_question(name: str) -> None:
     first = (SHIPPED / f"{name}.toml").read_text(encoding="utf-8").splitlines()[0]
     assert first.startswith("# ")
     assert first.endswith("?")
+
+
+def test_defaults_stand_in_the_schema_as_in_a_file() -> None:
+    """What an editor inserts must be what the loader takes."""
+    bus = json_schema()["$defs"]["BusTable"]["properties"]["speed"]
+    assert bus["default"] == "400kHz"
+    limits = json_schema()["$defs"]["LimitsTable"]["properties"]
+    assert all(isinstance(limits[name]["default"], str) for name in ("duration", "wall"))
