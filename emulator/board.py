@@ -58,7 +58,9 @@ class Board:
     board). ``firmware``: a name (``"lab3"``,
     ``"template"``), a callable that takes the HAL and returns the firmware, or None for none. ``scenario``: a
     name, a path or a loaded scenario; it brings its own firmware unless one is given. ``seed``: which board
-    of the class this is, and its noise. ``ideal``: sensors without any error.
+    of the class this is, and its noise. ``ideal``: sensors without any error. ``cold_start``: False, as after
+    the reset button, with sensors powered long before; True, with their supply switched on at t = 0, so that
+    at first LSM6DSL (15 ms) and LIS2MDL (20 ms) do not answer: no acknowledge on I2C, 0xFF on SPI.
 
     Raises InputError (ScenarioError) when a name, a file or a value cannot be used.
     """
@@ -70,6 +72,7 @@ class Board:
         scenario: str | Path | Scenario | None = None,
         seed: int = 0,
         ideal: bool = False,
+        cold_start: bool = False,
     ) -> None:
         if not isinstance(seed, int):
             raise InputError(f"seed is {seed!r}; give an integer")
@@ -83,7 +86,7 @@ class Board:
         settings = plan.sensor_settings() if plan else SensorSettings()
         if ideal:
             settings = replace(settings, grade="ideal")
-        self.sensors = SensorSet(self.world, clock, settings, self.seed)
+        self.sensors = SensorSet(self.world, clock, settings, self.seed, 0 if cold_start else None)
         self.bus = I2CBus("I2C2", self.clock, self.trace, plan.i2c_speed_hz if plan else FAST_MODE_HZ)
         spi = SpiBus("SPI2", clock, self.trace)
         self.sensors.attach(self.bus, spi, wiring)
@@ -119,6 +122,10 @@ class Board:
     def run_until(self, at_ps: int) -> None:
         """Run up to and including ``at_ps`` picoseconds since power-on."""
         self._backend.run_until(at_ps)
+
+    def supply_current_ua(self) -> dict[str, float]:
+        """What each sensor draws in microampere as firmware has configured it, by part name."""
+        return self.sensors.supply_current_ua()
 
     def variable(self, name: str) -> Any:
         """A global variable of the firmware by its C name, such as ``acc`` or ``pitch``. Raises KeyError."""

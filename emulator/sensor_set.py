@@ -43,9 +43,19 @@ class SensorSettings:
 
 
 class SensorSet:
-    """The three parts of one board."""
+    """The three parts of one board.
 
-    def __init__(self, world: World, clock: Clock, settings: SensorSettings, seed: int) -> None:
+    ``powered_on_ps``: when they got their supply, None for long before the clock started.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        clock: Clock,
+        settings: SensorSettings,
+        seed: int,
+        powered_on_ps: int | None = None,
+    ) -> None:
         def turned(signal: Signal, mounting: Matrix) -> Signal:
             return lambda t_s: signal(t_s) @ mounting.T
 
@@ -56,18 +66,21 @@ class SensorSet:
             world.temperature_degc,
             _replace(LSM6DSLErrors.of_grade(grade, seed), settings.lsm6dsl),
             seed,
+            powered_on_ps=powered_on_ps,
         )
         self.lis2mdl = LIS2MDL(
             turned(world.magnetic_field_mgauss, MAGNETOMETER_MOUNTING[settings.magnetometer_mounting]),
             world.temperature_degc,
             _replace(LIS2MDLErrors.of_grade(grade, seed), settings.lis2mdl),
             seed,
+            powered_on_ps=powered_on_ps,
         )
         self.lps22hb = LPS22HB(
             world.pressure_hpa,
             world.temperature_degc,
             _replace(LPS22HBErrors.of_grade(grade, seed), settings.lps22hb),
             seed,
+            powered_on_ps=powered_on_ps,
         )
         self.parts: tuple[Part, ...] = (self.lsm6dsl, self.lis2mdl, self.lps22hb)
         world.on_change(self._world_changed)
@@ -87,6 +100,10 @@ class SensorSet:
         for part in self.parts:
             PinWatch(part, self._clock, trace)
             part.observe(_note(trace, part.NAME), _write_log(trace, part.NAME))
+
+    def supply_current_ua(self) -> dict[str, float]:
+        """What each part draws in microampere as firmware has configured it, by its name."""
+        return {part.NAME: part.supply_current_ua() for part in self.parts}
 
     def _world_changed(self, from_s: float) -> None:
         del from_s
@@ -114,4 +131,7 @@ def _replace(errors: ErrorsT, numbers: Numbers) -> ErrorsT:
     for name in numbers:
         if name not in known:
             raise InputError(f"unknown sensor figure {name!r}; known: {', '.join(known)}")
-    return dataclasses.replace(errors, **numbers)
+    try:
+        return dataclasses.replace(errors, **numbers)
+    except ValueError as error:
+        raise InputError(str(error)) from None

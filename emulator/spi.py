@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from emulator import bus_arguments
 from emulator.clock import PS_PER_S, Clock
 from emulator.errors import InputError
 from emulator.trace import BusTransfer, Trace
@@ -91,9 +92,8 @@ class SpiMaster:
         if chip_select not in self._bus.chip_selects:
             known = ", ".join(self._bus.chip_selects) or "none with this profile"
             raise InputError(f"unknown chip select {chip_select!r}; known: {known}")
-        if not 0 <= n <= 65535:
-            raise InputError(f"cannot read {n} bytes in one transfer; give 0 to 65535")
+        sent, count = bus_arguments.payload(data), bus_arguments.length(n, 0)
         try:
-            return self._bus.transfer(chip_select, bytes(data), n)
+            return self._bus.transfer(chip_select, sent, count)
         finally:
             self._run_until(self._bus.end_ps)

@@ -4,11 +4,11 @@ Each part has a dataclass of explicit numbers in the datasheet's units, and thre
 
 ``ideal``    no error; only the part's resolution and range remain
 ``typical``  this part, drawn from the seed: a normal draw with a third of the datasheet's limit as its
-standard
-             deviation, cut at the limit; noise as the datasheet's typical figure
-``worst``    every offset, scale error and drift at the datasheet's limit, its sign drawn from the seed; noise
-1.5
-             times typical (no datasheet of the three gives a maximum for noise)
+             standard deviation, cut at the limit; noise as the datasheet's typical figure
+``worst``    every offset, scale error, drift and cross-axis figure at the datasheet's limit, its sign drawn
+             from the seed; noise 1.5 times typical (no datasheet of the three gives a maximum for noise)
+
+Rates are exact in every grade: none of the three datasheets gives a tolerance for them.
 """
 
 from __future__ import annotations
@@ -57,23 +57,31 @@ class GradeDraw:
 
 
 class Deviation:
-    """Offset and scale errors of a three-axis channel, ready to be applied to blocks.
+    """Offset, scale and cross-axis errors of a three-axis channel, ready to be applied to blocks.
 
     ``bias`` and ``bias_drift`` (per degC) in the signal's unit; ``scale_percent`` and ``scale_drift_percent``
-    (per degC) relative to the signal.
+    (per degC) relative to the signal. ``cross_axis_percent``: how much of Y is seen in X and of X in Y, the
+    same of X and Z, of Y and Z; an axis that is tilted in the package does this, before its own scale error.
 
     Blocks are axis-major inside a part, shape (3, n): numpy applies one number an axis five times faster than
     along rows of three.
     """
 
     def __init__(
-        self, bias: Vec3, scale_percent: Vec3, bias_drift: Vec3 = ZERO, scale_drift_percent: float = 0.0
+        self,
+        bias: Vec3,
+        scale_percent: Vec3,
+        bias_drift: Vec3 = ZERO,
+        scale_drift_percent: float = 0.0,
+        cross_axis_percent: Vec3 = ZERO,
     ) -> None:
         self._bias = np.array(bias).reshape(3, 1)
         self._gain = 1.0 + np.array(scale_percent).reshape(3, 1) / 100
         self._bias_drift = np.array(bias_drift).reshape(3, 1)
         self._gain_drift = scale_drift_percent / 100
         self._drifts = any(bias_drift) or scale_drift_percent != 0
+        self._cross_axis = tuple(percent / 100 for percent in cross_axis_percent)
+        self._crosses = any(cross_axis_percent)
 
     def apply(
         self,
@@ -86,6 +94,8 @@ class Deviation:
         The temperature is asked for only where something drifts.
         """
         rows = np.ascontiguousarray(signal.T)
+        if self._crosses:
+            rows = rows + self._seen_across(rows)
         if not self._drifts:
             deviating = rows * self._gain
             deviating += self._bias
@@ -96,6 +106,12 @@ class Deviation:
         deviating = rows * (self._gain + self._gain_drift * warmer)
         deviating += self._bias + self._bias_drift * warmer
         return deviating
+
+    def _seen_across(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
+        """What each axis sees of the other two; not as a matrix product, whose rounding depends on n."""
+        xy, xz, yz = self._cross_axis
+        x, y, z = rows
+        return np.stack((xy * y + xz * z, xy * x + yz * z, xz * x + yz * y))
 
 
 def to_int16(counts: NDArray[np.float64]) -> NDArray[np.int16]:

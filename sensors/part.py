@@ -8,18 +8,22 @@ from typing import ClassVar, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from sensors.fidelity import Function
 from sensors.pin import Pin
-from sensors.register import Register, RegisterMap
-from sensors.register_file import NoteCallback, RegisterFile, WriteLog
-from sensors.sampling import NEVER_PS, Times
+from sensors.register import ADDRESSES, Register, RegisterMap
+from sensors.register_file import AccessError, NoteCallback, RegisterFile, WriteLog
+from sensors.sampling import NEVER_PS, PS_PER_S, Times
 from sensors.spi import Wires
 
 Signal: TypeAlias = Callable[[Times], NDArray[np.float64]]
 """A physical quantity at the given times: shape (n, 3) in the sensor's own axes, or (n,) for a scalar."""
 
 
+PS_PER_MS = PS_PER_S // 1000
+
+
 class Read(Protocol):
-    """A burst read."""
+    """A burst read. Raises AccessError for one that no bus could carry."""
 
     def __call__(self, address: int, count: int, now_ps: int) -> bytes:
         """``count`` bytes from ``address`` on."""
@@ -27,7 +31,7 @@ class Read(Protocol):
 
 
 class Write(Protocol):
-    """A burst write."""
+    """A burst write. Raises AccessError for one that no bus could carry, TypeError for what is no bytes."""
 
     def __call__(self, address: int, data: bytes, now_ps: int) -> None:
         """Write ``data`` from ``address`` on."""
@@ -44,14 +48,19 @@ class Part:
     NAME: ClassVar[str]
     WHO_AM_I: ClassVar[int]
     MAP: ClassVar[RegisterMap]
+    FUNCTIONS: ClassVar[tuple[Function, ...]]
 
     @classmethod
     def maps(cls) -> dict[str, RegisterMap]:
         """Every register map by the title of its bank; the main one has none."""
         return {"": cls.MAP}
 
-    def __init__(self, registers: RegisterMap, wrap: Mapping[int, int] | None = None) -> None:
+    def __init__(
+        self, registers: RegisterMap, wrap: Mapping[int, int] | None = None, accessible_ps: int = 0
+    ) -> None:
+        """``wrap``: where a burst does not simply go on; ``accessible_ps``: when the part first answers."""
         self.registers = RegisterFile(registers, wrap)
+        self._accessible_ps = accessible_ps
         self._accessed: Callable[[], None] | None = None
         self.i2c_off = False  # firmware that uses SPI switches I2C off (I2C_disable, I2C_DIS)
         self._activate(self.registers)
@@ -59,7 +68,7 @@ class Part:
     def _activate(self, registers: RegisterFile) -> None:
         self.active = registers
         self.read: Read = registers.read
-        self.write: Write = self._writer(registers)
+        self.write: Write = _checked(self._writer(registers))
         self.advance = registers.advance
         if self._accessed is not None:
             self.read = _read_then(self.read, self._accessed)
@@ -87,9 +96,16 @@ class Part:
         return self.active.map.name(address & 0x7F)
 
     def accessible(self, now_ps: int) -> bool:
-        """Whether the registers answer; not while a part just powered on loads its trimming values."""
-        del now_ps
-        return True
+        """Whether the registers answer; not while a part just powered on loads its trimming values.
+
+        The bus asks (``subaddress``, ``spi``), not ``read`` and ``write``.
+        """
+        return now_ps >= self._accessible_ps
+
+    def refuse(self, now_ps: int) -> None:
+        """Note that somebody has tried in vain to reach a part that is not accessible yet."""
+        from_ms = self._accessible_ps / PS_PER_MS
+        self.registers.note(now_ps, "not accessible", f"trimming values are loaded until {from_ms:g} ms")
 
     def supply_current_ua(self) -> float:
         """Supply current in microampere as now configured."""
@@ -118,6 +134,19 @@ class Part:
     def sample_range(self, channel: str) -> tuple[float, float, float]:
         """(lowest value, highest value, size of one LSB) of ``channel`` as now configured, in its unit."""
         raise KeyError(channel)
+
+
+def _checked(write: Write) -> Write:
+    """``write`` for callers who may be wrong; reads are checked where bursts are planned."""
+
+    def checked(address: int, data: bytes, now_ps: int) -> None:
+        if not isinstance(data, bytes | bytearray):
+            raise TypeError(f"cannot write {data!r} at sub-address {address!r}; give bytes")
+        if not data or not 0 <= address < ADDRESSES:
+            raise AccessError("write", address, len(data))
+        write(address, data, now_ps)
+
+    return checked
 
 
 def _read_then(read: Read, then: Callable[[], None]) -> Read:

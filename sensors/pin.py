@@ -13,14 +13,22 @@ from typing import TypeAlias
 EdgeCallback: TypeAlias = Callable[[int, int], None]
 """``edge(at_ps, level)``."""
 
+InputCallback: TypeAlias = Callable[[int, int], None]
+"""``changes(at_ps, level)``: ``applied`` is still the level before."""
+
 
 class Pin:
-    """A pin's logic level: 0, 1, or None while it is not driven (open drain, high impedance)."""
+    """A pin's logic level: 0, 1, or None while it is not driven (open drain, high impedance).
+
+    ``applied``: what the board puts on a pin that is an input, 0 at first.
+    """
 
     def __init__(self, name: str, level: int | None = 0) -> None:
         self.name = name
         self.level = level
+        self.applied = 0
         self.on_wire: Callable[[], None] | None = None  # called once, before the first listener is added
+        self.on_input: InputCallback | None = None
         self._listeners: list[EdgeCallback] = []
 
     @property
@@ -43,3 +51,15 @@ class Pin:
         if level is not None:
             for edge in self._listeners:
                 edge(at_ps, level)
+
+    def apply(self, level: int, at_ps: int) -> None:
+        """The board drives the pin to ``level`` (0 or 1) from ``at_ps`` on; ValueError for another level.
+
+        A sample taken at exactly ``at_ps`` still sees the level before.
+        """
+        if level not in {0, 1}:
+            raise ValueError(f"pin {self.name}: level {level} is not 0 or 1")
+        if level != self.applied:
+            if self.on_input is not None:
+                self.on_input(at_ps, level)
+            self.applied = level

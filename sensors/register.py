@@ -139,6 +139,16 @@ class RegisterMap:
             if isinstance(value, type) and issubclass(value, Register) and value is not Register
         )
 
+    def without_behaviour(self) -> list[str]:
+        """What is known but not modelled: names of whole registers, and of fields as ``REGISTER.FIELD``."""
+        names = []
+        for register in self.registers:
+            if not register.modelled:
+                names.append(register.__name__)
+                continue
+            names += [f"{register.__name__}.{bits.name}" for bits in register.fields if not bits.modelled]
+        return names
+
     def name(self, address: int) -> str:
         """The datasheet's name of the byte at ``address``, or ``reserved``."""
         return self.names[address % ADDRESSES] or "reserved"

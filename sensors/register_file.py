@@ -35,6 +35,29 @@ WriteLog: TypeAlias = Callable[[int, str, int, int], None]
 """``log(now_ps, register, old, new)``: a register was written."""
 
 _Piece: TypeAlias = tuple[ReadHook | None, int, int, AfterHook | None]
+_Plan: TypeAlias = tuple[_Piece, tuple[_Piece, ...]]  # the first piece, and those after it if there are any
+
+_COUNT_BITS = 22  # of a plan's key, which stays a small integer
+
+
+class AccessError(ValueError):
+    """A burst that no bus could carry: a sub-address of more than 7 bits, no byte at all, or four million."""
+
+    def __init__(self, what: str, address: int, count: int) -> None:
+        self.address = address
+        self.count = count
+        super().__init__(
+            f"cannot {what} {count} bytes at sub-address {address:#04x}; "
+            "give an address from 0x00 to 0x7F and at least one byte"
+        )
+
+
+def _one_after_the_other(earlier: AfterHook, later: AfterHook) -> AfterHook:
+    def both(first: int, end: int, now_ps: int) -> None:
+        earlier(first, end, now_ps)
+        later(first, end, now_ps)
+
+    return both
 
 
 def _no_note(now_ps: int, kind: str, text: str) -> None:
@@ -60,11 +83,14 @@ class RegisterFile:
         self._on_write: list[WriteHook | None] = [None] * ADDRESSES
         self.half_read: set[int] = set()  # block data update: bytes read whose partner has not been read yet
         self._increment = True
-        self._plans: dict[int, tuple[_Piece, ...]] = {}
+        self._plans: dict[int, _Plan] = {}
         self.set_jumps({})
-        for register in registers.registers:
-            if not register.modelled:
-                self.before_read(register, self._note_unmodelled_read)
+        for address in range(ADDRESSES):
+            register_at = registers.at[address]
+            if register_at is None:
+                self._before[address] = self._note_reserved_read
+            elif not register_at.modelled:
+                self._before[address] = self._note_unmodelled_read
 
     # -- wiring -----------------------------------------------------------------------------------------
 
@@ -74,8 +100,13 @@ class RegisterFile:
         self._plans.clear()
 
     def after_read(self, register: type[Register], hook: AfterHook) -> None:
-        """Call ``hook`` after bytes of ``register`` have been read, for whatever reading clears."""
-        self._after[register.addr : register.addr + register.size] = [hook] * register.size
+        """Call ``hook`` after bytes of ``register`` have been read, for whatever reading clears.
+
+        Several hooks are called in the order in which they were given.
+        """
+        earlier = self._after[register.addr]
+        both = hook if earlier is None else _one_after_the_other(earlier, hook)
+        self._after[register.addr : register.addr + register.size] = [both] * register.size
         self._plans.clear()
 
     def on_write(self, register: type[Register], hook: WriteHook) -> None:
@@ -104,22 +135,22 @@ class RegisterFile:
     # -- access -----------------------------------------------------------------------------------------
 
     def read(self, address: int, count: int, now_ps: int) -> bytes:
-        """``count`` bytes from ``address`` on, with everything that reading them does."""
+        """``count`` bytes from ``address`` on, with all that reading them does. Raises AccessError."""
         if self.half_read and count > 1:
             return self._read_bytewise(address, count, now_ps)
-        plan = self._plans.get(address << 16 | count)
+        plan = self._plans.get(address << _COUNT_BITS | count)
         if plan is None:
             plan = self._plan(address, count)
-        if len(plan) == 1:  # the usual burst, inside one register
-            before, first, end, after = plan[0]
-            data = None if before is None else before(first, end, now_ps)
-            if data is None:
-                data = bytes(self.mem[first:end])
-            if after is not None:
-                after(first, end, now_ps)
+        (before, first, end, after), rest = plan
+        data = None if before is None else before(first, end, now_ps)
+        if data is None:
+            data = bytes(self.mem[first:end])
+        if after is not None:
+            after(first, end, now_ps)
+        if not rest:  # the usual burst, inside one register
             return data
-        pieces = bytearray()
-        for before, first, end, after in plan:
+        pieces = bytearray(data)
+        for before, first, end, after in rest:
             data = None if before is None else before(first, end, now_ps)
             pieces += self.mem[first:end] if data is None else data
             if after is not None:
@@ -166,8 +197,12 @@ class RegisterFile:
             self.write_log(now_ps, self.map.name(address), old, new)
         if mask == 0:
             self.note(now_ps, "write ignored", f"{self.map.name(address)} (0x{address:02X}) is not writable")
-        elif (new ^ self.map.reset[address]) & self.map.unmodelled[address]:
-            self.note(now_ps, "not modelled", f"{self._unmodelled_fields(address, new)} written")
+        else:
+            if value != new:
+                bits = ", ".join(str(bit) for bit in range(8) if (value ^ new) >> bit & 1)
+                self.note(now_ps, "write ignored", f"{self.map.name(address)}: bit {bits} cannot be changed")
+            if (new ^ self.map.reset[address]) & self.map.unmodelled[address]:
+                self.note(now_ps, "not modelled", f"{self._unmodelled_fields(address, new)} written")
         hook = self._on_write[address]
         if hook is not None:
             hook(old, new, now_ps)
@@ -179,11 +214,18 @@ class RegisterFile:
         name = self.map.name(address)
         return f"{name}.{'/'.join(fields)}" if fields else name
 
+    def _note_reserved_read(self, first: int, end: int, now_ps: int) -> None:
+        for address in range(first, end):
+            self.note(now_ps, "reserved", f"0x{address:02X} read; nothing is documented there")
+
     def _note_unmodelled_read(self, first: int, end: int, now_ps: int) -> None:
         for address in range(first, end):
             self.note(now_ps, "not modelled", f"{self.map.name(address)} read")
 
-    def _plan(self, address: int, count: int) -> tuple[_Piece, ...]:
+    def _plan(self, address: int, count: int) -> _Plan:
+        if not 0 <= address < ADDRESSES or not 0 < count < 1 << _COUNT_BITS:  # such a burst never gets a plan
+            raise AccessError("read", address, count)
+        key = address << _COUNT_BITS | count
         pieces: list[_Piece] = []
         for _ in range(count):
             before, after = self._before[address], self._after[address]
@@ -193,9 +235,9 @@ class RegisterFile:
                 pieces.append((before, address, address + 1, after))
             if self._increment:
                 address = self._next[address]
-        plan = tuple(pieces)
+        plan = pieces[0], tuple(pieces[1:])
         if count <= 64:  # longer bursts are rare, and their number must not fill the memory
-            self._plans[(address if not pieces else pieces[0][1]) << 16 | count] = plan
+            self._plans[key] = plan
         return plan
 
     def _joins(self, piece: _Piece, address: int) -> bool:

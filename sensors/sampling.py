@@ -26,6 +26,9 @@ Times: TypeAlias = NDArray[np.float64]
 Producer: TypeAlias = Callable[[int, Times], bytes]
 """``produce(number, t_s)``: the register bytes of the samples ``number`` and following, taken at ``t_s``."""
 
+Stamp: TypeAlias = Callable[[int, bytes], bytes]
+"""``stamp(number, data)``: the bytes of the samples ``number`` and following, changed as needed."""
+
 _SMALLEST_BLOCK = 32
 _LARGEST_BLOCK = 4096
 
@@ -34,7 +37,9 @@ class SampleStream:
     """The samples of one channel group. Attributes are plain because every register read looks at them.
 
     ``next_ps``: when the next sample becomes available (``NEVER_PS`` when stopped);
-    ``data``: the register bytes of the latest sample; ``index``: its number, -1 before the first.
+    ``data``: the register bytes of the latest sample; ``index``: its number, -1 before the first;
+    ``raster_ps``: one time that is a whole number of periods from every sample;
+    ``settled_number``: the producer's number of the first sample that need not be discarded.
     """
 
     __slots__ = (
@@ -52,11 +57,13 @@ class SampleStream:
         "data",
         "index",
         "next_ps",
+        "raster_ps",
+        "settled_number",
     )
 
     def __init__(self, width: int, produce: Producer) -> None:
         self._width = width
-        self._produce = produce
+        self._produce: Producer = produce
         self._num, self._den = 1, 1
         self._earlier = 0  # samples of the runs before this one
         self._origin_ps = 0  # the time of sample ``_origin_index``
@@ -67,12 +74,27 @@ class SampleStream:
         self.data = bytes(width)
         self.index = -1
         self.next_ps = NEVER_PS
+        self.raster_ps = 0
+        self.settled_number = 0
 
     def start(self, now_ps: int, rate_hz: Fraction, first_delay_ps: int | None = None) -> None:
         """Begin sampling at ``rate_hz``; the first sample comes after ``first_delay_ps`` (one period)."""
         period = PS_PER_S / rate_hz
         delay = -(-period.numerator // period.denominator) if first_delay_ps is None else first_delay_ps
         self._begin(now_ps + delay, period.numerator, period.denominator)
+        self._block_length = _SMALLEST_BLOCK
+
+    def start_in_step(self, other: SampleStream, now_ps: int, rate_hz: Fraction) -> None:
+        """Begin sampling in step with a stream whose rate is a multiple of ``rate_hz``, or a whole part.
+
+        The first sample comes one to two periods after ``now_ps``.
+        """
+        period = PS_PER_S / rate_hz
+        num, den = period.numerator, period.denominator
+        periods = 1 - (other.raster_ps - now_ps) * den // num
+        self._begin(other.raster_ps - (-periods * num // den), num, den)
+        self._origin_ps, self._origin_index = other.raster_ps, -periods
+        self.raster_ps = other.raster_ps
         self._block_length = _SMALLEST_BLOCK
 
     def start_single(self, now_ps: int, delay_ps: int) -> None:
@@ -82,7 +104,7 @@ class SampleStream:
 
     def _begin(self, first_ps: int, period_num: int, period_den: int) -> None:
         self._num, self._den = period_num, period_den
-        self._origin_ps = self.next_ps = first_ps
+        self._origin_ps = self.next_ps = self.raster_ps = first_ps
         self._origin_index = 0
         self._earlier += self.index + 1
         self.index = -1
@@ -101,6 +123,16 @@ class SampleStream:
     def rate_hz(self) -> Fraction:
         """Samples per second; 0 when stopped."""
         return Fraction(PS_PER_S * self._den, self._num) if self.running else Fraction(0)
+
+    def stamp_with(self, stamp: Stamp) -> None:
+        """From now on every block goes through ``stamp(number, data)`` once it has been produced."""
+        produce = self._produce
+
+        def produce_stamped(number: int, t_s: Times) -> bytes:
+            return stamp(number, produce(number, t_s))
+
+        self._produce = produce_stamped
+        self.invalidate()
 
     def invalidate(self) -> None:
         """The world or the configuration has changed: samples still to come are computed anew."""
@@ -148,9 +180,7 @@ class SampleStream:
 
     def latest(self, at_ps: int) -> int:
         """Number of the latest sample at ``at_ps``, -1 if there is none yet; nothing changes."""
-        if at_ps < self._origin_ps and self._origin_index == 0:
-            return -1
-        return self._origin_index + (at_ps - self._origin_ps) * self._den // self._num
+        return max(-1, self._origin_index + (at_ps - self._origin_ps) * self._den // self._num)
 
     def _fill(self, first: int) -> None:
         """Compute a block from sample ``first`` on; blocks grow while nothing invalidates them."""
@@ -168,6 +198,15 @@ class SampleStream:
     def times_s(self, number: int, count: int) -> Times:
         """When the samples ``number`` and following come, as the producer counts; of the present run only."""
         return self._times_s(number - self._earlier, count)
+
+    @property
+    def settled_index(self) -> int:
+        """The first sample of the present run that need not be discarded."""
+        return self.settled_number - self._earlier
+
+    def number(self, index: int) -> int:
+        """The producer's number of sample ``index`` of the present run."""
+        return self._earlier + index
 
     def next_number(self, now_ps: int | None = None) -> int:
         """The producer's number of the first sample after ``now_ps``, or after the latest one looked at."""

@@ -8,6 +8,9 @@ Wires. A part drives its answers on SDO (4-wire) or back on SDI (3-wire), as con
 of the two. Where they disagree the host reads an undriven line, 0xFF. Writing works either way, which is how
 a 3-wire host gets the LSM6DSL and the LPS22HB, 4-wire after reset, to talk to it: its first access is a blind
 write.
+
+Decision: a part that loads its trimming values after power-on drives nothing and takes no command, so the
+host reads 0xFF and its writes are lost; the documents say "not accessible" only (AN5040 5.7, AN5069 3).
 """
 
 from __future__ import annotations
@@ -42,6 +45,14 @@ class SpiDevice(Protocol):
         """The wiring the part is configured for."""
         ...
 
+    def accessible(self, now_ps: int) -> bool:
+        """Whether the registers answer; once they do, they do so for good."""
+        ...
+
+    def refuse(self, now_ps: int) -> None:
+        """Somebody has tried to reach the part before that."""
+        ...
+
 
 class SpiTarget:
     """The SPI face of one part: the bytes between two edges of its chip select.
@@ -54,14 +65,20 @@ class SpiTarget:
         self._now_ps = now_ps
         self._command: int | None = None
         self._address = 0
+        self._booting = not device.accessible(now_ps())  # asked again only while it is so
 
     def select(self) -> None:
         """Chip select falls: the next byte is a command."""
         self._command = None
+        if self._booting:
+            now_ps = self._now_ps()
+            self._booting = not self.device.accessible(now_ps)
+            if self._booting:
+                self.device.refuse(now_ps)
 
     def write(self, data: bytes, mode: Mode) -> None:
         """Bytes from the host, while it does not listen."""
-        if mode not in _UNDERSTOOD or not data:
+        if mode not in _UNDERSTOOD or not data or self._booting:
             return
         if self._command is None:
             self._command, self._address = data[0], data[0] & 0x7F

@@ -4,6 +4,10 @@ After the address byte a write's first byte is the sub-address, the rest is data
 sub-address left behind (LSM6DSL datasheet 6.2, LIS2MDL 6.1, LPS22HB 7.2). Bit 7 of the sub-address carries no
 meaning here: the LSM6DSL has none, and the other two increment with and without it (sensor facts, DIS-11 and
 DIS-14: drivers of both kinds work on silicon).
+
+Decision: a part that loads its trimming values after power-on does not acknowledge its address; the documents
+say "not accessible" only (AN5040 5.7, AN5069 3). The alternative, stretching the clock for 15 ms, is in no
+description of these parts' interface.
 """
 
 from __future__ import annotations
@@ -35,6 +39,14 @@ class AddressedDevice(Protocol):
         """The datasheet's name of the register at a sub-address."""
         ...
 
+    def accessible(self, now_ps: int) -> bool:
+        """Whether the registers answer; once they do, they do so for good."""
+        ...
+
+    def refuse(self, now_ps: int) -> None:
+        """Somebody has tried to reach the part before that."""
+        ...
+
 
 class SubaddressTarget:
     """The I2C face of one part: keeps the sub-address between the phases of a transfer.
@@ -48,11 +60,15 @@ class SubaddressTarget:
         self._address = 0
         self._lag = 0  # bytes of the last burst that ``_address`` has not been moved past yet
         self._expects_subaddress = False
+        self._booting = not device.accessible(now_ps())  # asked again only while it is so
 
     def start(self, *, read: bool) -> bool:
         """A start or repeated start addressed this part; True acknowledges."""
         self._expects_subaddress = not read
-        return not self.device.i2c_off
+        answers = self._answers()
+        if self._booting:
+            self.device.refuse(self._now_ps())
+        return answers
 
     def write(self, data: bytes) -> int:
         """Bytes from the master; the number acknowledged (all of them)."""
@@ -78,7 +94,7 @@ class SubaddressTarget:
 
     def read_from(self, subaddress: int, count: int, now_ps: int) -> bytes | None:
         """A whole "write sub-address, repeated start, read"; None if the part does not answer."""
-        if self.device.i2c_off:
+        if (self._booting or self.device.i2c_off) and not self._answers():
             return None
         self._address = address = subaddress & 0x7F
         self._lag = count
@@ -91,6 +107,11 @@ class SubaddressTarget:
     def register_name(self, address: int) -> str:
         """The datasheet's name of the register at a sub-address."""
         return self.device.register_name(address)
+
+    def _answers(self) -> bool:
+        if self._booting:
+            self._booting = not self.device.accessible(self._now_ps())
+        return not self._booting and not self.device.i2c_off
 
     def _catch_up(self) -> int:
         if self._lag:

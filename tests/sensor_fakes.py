@@ -81,6 +81,7 @@ class Channel:
     rate_hz: Fraction
     first_ps: int | None = None  # to the first sample; one period if None
     turn_on_ps: int = 0  # before that
+    settled: int = 0  # number of the first sample that shows nothing of the start
     ready: tuple[int, int] | None = None  # status register and flag
     overrun: int = 0  # flag in the same register
     axes: int = 3
@@ -136,7 +137,8 @@ GYROSCOPE = Channel(
     ),
     off=((0x11, 0x00),),
     rate_hz=Fraction(104),
-    turn_on_ps=70 * PS_PER_MS,  # AN5040 Table 15
+    turn_on_ps=35 * PS_PER_MS,  # datasheet Table 4
+    settled=20,  # AN5040 Table 16: the filters start from rest
     ready=(0x1E, 0x02),
     bdu=((0x12, 0x44),),
 )

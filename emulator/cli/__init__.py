@@ -107,12 +107,16 @@ def schema() -> None:
 
 
 @cli.command()
-@click.argument("part")
-def registers(part: str) -> None:
+@click.argument("part", required=False)
+@click.option("--fidelity", is_flag=True, help="Instead, say what is modelled of each part, and how.")
+def registers(part: str | None, fidelity: bool) -> None:
     """Print the register map of PART (LSM6DSL, LIS2MDL or LPS22HB) with meanings."""
-    from emulator.cli.registers import print_registers
+    from emulator.cli.registers import print_fidelity, print_registers
 
-    print_registers(part)
+    if fidelity:
+        print_fidelity()
+    else:
+        print_registers(part)
 
 
 @cli.command()

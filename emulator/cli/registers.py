@@ -5,19 +5,26 @@ from __future__ import annotations
 import click
 
 from emulator.errors import InputError
+from emulator.fidelity import table, without_behaviour
 from sensors import PARTS
 from sensors.register import Bits, Register, RegisterMap
 
 _ACCESS = {"rw": "RW", "r": "R ", "w": " W"}
 
 
-def print_registers(name: str) -> None:
+def print_fidelity() -> None:
+    """Print what is modelled of all parts, as a Markdown table."""
+    click.echo(table())
+
+
+def print_registers(name: str | None) -> None:
     """Print the map of the part called ``name``; raises InputError naming the known parts."""
-    part = PARTS.get(name.upper())
+    part = PARTS.get(name.upper()) if name else None
     if part is None:
-        raise InputError(f"unknown part {name!r}; known: {', '.join(PARTS)}")
+        raise InputError(f"unknown part {name or ''!r}; known: {', '.join(PARTS)}")
+    names = without_behaviour(part)
     click.echo(f"{part.NAME} registers: address, access, reset value, name, meaning")
-    click.echo("what has no behaviour in the model is marked (not modelled); touching it is reported\n")
+    click.echo(f"not modelled, reported when touched: {', '.join(names) or 'nothing'}\n")
     for title, bank in part.maps().items():
         if title:
             click.echo(f"\n{title}\n")

@@ -35,7 +35,7 @@ class Figures:
     def __init__(self, errors: type[Any]) -> None:
         hints = get_type_hints(errors)
         fields: dict[str, Any] = {
-            field.name: (_figure(field.name, hints[field.name]), field.default)
+            field.name: (_figure(field, hints[field.name]), field.default)
             for field in dataclasses.fields(errors)
         }
         self._model: type[BaseModel] = create_model(errors.__name__, __base__=Table, **fields)
@@ -51,9 +51,10 @@ def _as_given(table: BaseModel) -> dict[str, Any]:
     return table.model_dump(exclude_unset=True)
 
 
-def _figure(name: str, hint: Any) -> Any:
-    low = 0.0 if "noise" in name else -LARGEST_FIGURE
-    number = Annotated[float, Field(ge=low, le=LARGEST_FIGURE)]
+def _figure(field: dataclasses.Field[Any], hint: Any) -> Any:
+    lowest = 0.0 if "noise" in field.name else -LARGEST_FIGURE
+    low, high = field.metadata.get("limits", (lowest, LARGEST_FIGURE))
+    number = Annotated[float, Field(ge=low, le=high)]
     return Annotated[tuple[number, number, number], Strict(False)] if hint == Vec3 else number
 
 

@@ -18,13 +18,15 @@ class LIS2MDLErrors:
     noise_mgauss: float = 0.0  # RMS in high resolution without LPF and OFF_CANC; other modes follow Table 3
     temperature_offset_degc: float = 0.0  # not in the datasheet; zero in every grade
     set_reset_offset_mgauss: Vec3 = ZERO  # Hoff: added after a set pulse, subtracted after a reset pulse
+    cross_axis_percent: Vec3 = ZERO  # between X and Y, X and Z, Y and Z: of the field along the other axis
 
     @classmethod
     def of_grade(cls, grade: Grade, seed: int) -> LIS2MDLErrors:
         """One part of the given grade; the limits are Table 3's, the offset's with offset cancellation.
 
         No document gives a figure for the offset that cancellation removes. It is taken as twice the one that
-        remains (60 mgauss), so that leaving cancellation out is seen.
+        remains (60 mgauss), so that leaving cancellation out is seen. Nor does Table 3 give one for what an
+        axis sees of the field along another: 1 % is taken, an axis tilted by 0.6 degrees.
         """
         draw = GradeDraw(grade, "LIS2MDL", seed)
         return cls(
@@ -34,4 +36,5 @@ class LIS2MDLErrors:
             scale_drift_percent_per_degc=draw.scalar(0.03),
             noise_mgauss=draw.noise(4.5),
             set_reset_offset_mgauss=draw.vector(120.0),
+            cross_axis_percent=draw.vector(1.0),
         )

@@ -99,6 +99,7 @@ class Magnetometer:
             errors.scale_percent,
             errors.bias_drift_mgauss_per_degc,
             errors.scale_drift_percent_per_degc,
+            errors.cross_axis_percent,
         )
         self._set_reset_offset = np.array(errors.set_reset_offset_mgauss).reshape(3, 1)
         self.pulses = Pulses()

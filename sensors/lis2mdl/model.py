@@ -1,23 +1,24 @@
 """The LIS2MDL's behaviour behind its registers (datasheet DocID030621 Rev 3; application note AN5069 Rev 2).
 
-Decisions where the documents are silent: a second MD = 01 while a single measurement is under way does not
-restart it, and triggering one does not clear Zyxda (ST's own examples poll in such a loop); the per-axis
-flags are cleared by their own high byte; DRDY is high while Zyxda is set. REBOOT ends in idle "after
-performing one measurement" (AN5069 section 7), which is available when the 20 ms are over; MD reads idle
-meanwhile, and a measurement asked for in that time begins when it is over. The registers answer during
-REBOOT, or nobody could see its bit; after power-on they do not.
+Decisions where the documents are silent: triggering a single measurement does not clear Zyxda (ST's own
+examples poll in such a loop); the per-axis flags are cleared by their own high byte; DRDY is high while Zyxda
+is set; the registers answer during REBOOT, or nobody could see its bit, while after power-on they do not.
+Measuring with COMP_TEMP_EN = 0, which "must be 1" (datasheet 8.5), works and is noted.
 """
 
 from __future__ import annotations
 
-from fractions import Fraction
 from typing import ClassVar, Literal
 
-from sensors.lis2mdl import registers
+from sensors.fidelity import Function
+from sensors.lis2mdl import registers, violations
 from sensors.lis2mdl.errors import LIS2MDLErrors
+from sensors.lis2mdl.fidelity import FUNCTIONS
 from sensors.lis2mdl.int_drdy import IntDrdyPin
 from sensors.lis2mdl.interrupt import InterruptGenerator
 from sensors.lis2mdl.magnetometer import MGAUSS_PER_LSB, Magnetometer
+from sensors.lis2mdl.modes import BOOT_PS, IDLE, Modes
+from sensors.lis2mdl.outputs import Outputs
 from sensors.lis2mdl.registers import (
     CFG_REG_A,
     CFG_REG_B,
@@ -30,29 +31,20 @@ from sensors.lis2mdl.registers import (
     OFFSET_Z_REG,
     OUT,
     STATUS_REG,
-    TEMP_OUT,
 )
 from sensors.lis2mdl.streams import Streams
 from sensors.lis2mdl.supply import supply_current_ua
 from sensors.lis2mdl.thermometer import COUNTS, DEGC_PER_LSB, ZERO_DEGC, Thermometer
-from sensors.output import DataReady, OutputWords
+from sensors.lis2mdl.violations import Violation
 from sensors.part import Part, SelfClearingBits, Signal
 from sensors.pin import Pin
 from sensors.register import RegisterMap
+from sensors.register_file import WriteHook
 from sensors.sampling import NEVER_PS, PS_PER_S, SampleStream
 from sensors.spi import Wires
 
 _SOFT_RST_PS = 5 * PS_PER_S // 10**6  # datasheet 8.5
-_BOOT_PS = 20 * PS_PER_S // 10**3  # AN5069 sections 3 and 7: power-on and REBOOT
-_CONTINUOUS, _SINGLE, _IDLE = 0, 1, 3  # CFG_REG_A.MD; 2 is idle too
-_AFTER_BOOT = 4  # a single measurement while MD says idle
 _BURST_WRAP = {0x6D: 0x68}  # a burst over X, Y, Z starts again at X (sensor facts 2.1)
-_DATA_READY = DataReady(
-    STATUS_REG,
-    words=(STATUS_REG.xda.mask, STATUS_REG.yda.mask, STATUS_REG.zda.mask),
-    any=STATUS_REG.Zyxda.mask,
-    overrun_shift=4,
-)
 
 
 class LIS2MDL(Part):
@@ -65,6 +57,7 @@ class LIS2MDL(Part):
     NAME: ClassVar[str] = "LIS2MDL"
     WHO_AM_I: ClassVar[int] = 0x40
     MAP: ClassVar[RegisterMap] = RegisterMap.of(registers)
+    FUNCTIONS: ClassVar[tuple[Function, ...]] = FUNCTIONS
 
     def __init__(
         self,
@@ -76,13 +69,11 @@ class LIS2MDL(Part):
         powered_on_ps: int | None = None,
         int_idle_level: Literal[0, 1] = 0,
     ) -> None:
-        super().__init__(self.MAP, _BURST_WRAP)
+        accessible_ps = 0 if powered_on_ps is None else powered_on_ps + BOOT_PS
+        super().__init__(self.MAP, _BURST_WRAP, accessible_ps)
         errors = errors or LIS2MDLErrors()
         main, mem = self.registers, self.registers.mem
         self._magnetometer = Magnetometer(magnetic_field_mgauss, temperature_degc, errors, seed, mem)
-        self._accessible_ps = 0 if powered_on_ps is None else powered_on_ps + _BOOT_PS
-        self._booted_ps = self._accessible_ps
-        self._mode = _IDLE
         thermometer = Thermometer(temperature_degc, errors.temperature_offset_degc)
         self._streams = streams = Streams(
             SampleStream(6, self._magnetometer.produce),
@@ -90,9 +81,8 @@ class LIS2MDL(Part):
             SampleStream(1, self._magnetometer.compare),
             self._magnetometer.pulses,
         )
-        self._mag = OutputWords(main, OUT, streams.field, _DATA_READY, self._after_sample)
-        self._temp = OutputWords(main, TEMP_OUT, streams.temperature, None)
-        self._due_ps = NEVER_PS  # the first sample nobody has looked at
+        self._outputs = Outputs(main, streams, self._after_sample)
+        self._modes = Modes(mem, streams, accessible_ps)
         self._pin = IntDrdyPin()
         self._interrupt = InterruptGenerator(
             streams.compared,
@@ -110,16 +100,12 @@ class LIS2MDL(Part):
         main.before_read(INT_SOURCE_REG, self._before_source)
         main.after_read(INT_SOURCE_REG, self._after_source)
         main.on_write(CFG_REG_A, self._write_config_a)
-        main.on_write(CFG_REG_B, self._write_config_b)
-        main.on_write(CFG_REG_C, self._write_config_c)
+        main.on_write(CFG_REG_B, self._noting(violations.config_b))
+        main.on_write(CFG_REG_C, self._noting(violations.config_c))
         for register in (INT_CRTL_REG, INT_THS, OFFSET_X_REG, OFFSET_Y_REG, OFFSET_Z_REG):
             main.on_write(register, self._configure)
 
     # -- the part from outside --------------------------------------------------------------------------
-
-    def accessible(self, now_ps: int) -> bool:
-        """Whether the registers answer: not before the trimming values are loaded (AN5069 section 3)."""
-        return now_ps >= self._accessible_ps
 
     def supply_current_ua(self, single_hz: float = 0.0) -> float:
         """Average supply current in microampere as now configured.
@@ -141,7 +127,7 @@ class LIS2MDL(Part):
         """Compare every sample until ``now_ps`` with the threshold, and bring the pin up to date."""
         self._interrupt.catch_up(now_ps)
         if self._pin.shows == "DRDY":
-            self._mag.refresh(now_ps)
+            self._outputs.field.refresh(now_ps)
 
     def next_event_ps(self) -> int:
         """When the pin may change next: with the next sample, if the pin is wired and shows anything."""
@@ -172,17 +158,10 @@ class LIS2MDL(Part):
 
     def _refresh(self, first: int, end: int, now_ps: int) -> None:
         del first, end
-        self._mag.refresh(now_ps)
-        self._temp.refresh(now_ps)
+        self._outputs.refresh(now_ps)
 
     def _after_sample(self) -> None:
-        if self._mode != _CONTINUOUS:  # done: back to idle by itself (AN5069 3.3)
-            mem = self.registers.mem
-            self._mode = _IDLE
-            mem[CFG_REG_A.addr] = CFG_REG_A.MD.put(mem[CFG_REG_A.addr], _IDLE)
-            self._streams.field.stop()
-        due_ps, self._due_ps = self._due_ps, self._streams.field.next_ps
-        self._pin.drive("DRDY", 1, due_ps)
+        self._pin.drive("DRDY", 1, self._modes.measured())
 
     # -- registers that are read ------------------------------------------------------------------------
 
@@ -211,28 +190,23 @@ class LIS2MDL(Part):
         main.mem[CFG_REG_A.addr] = old  # a single measurement may have ended meanwhile: settle it first
         self._refresh(0, 0, now_ps)
         main.mem[CFG_REG_A.addr] = new
-        reboot, reset = new & CFG_REG_A.REBOOT.mask, new & CFG_REG_A.SOFT_RST.mask
-        if reboot and reset:
-            main.note(now_ps, "forbidden", "CFG_REG_A: REBOOT and SOFT_RST at once")  # AN5069 section 7
-        if reset:
+        self._note(violations.config_a, old, new, now_ps)
+        if new & CFG_REG_A.SOFT_RST.mask:
             self._reset(now_ps)
             clearing.begin(CFG_REG_A.SOFT_RST.mask, now_ps + _SOFT_RST_PS)
-        boots = reboot and not clearing.pending(CFG_REG_A.REBOOT.mask, now_ps)
+        boots = new & CFG_REG_A.REBOOT.mask and not clearing.pending(CFG_REG_A.REBOOT.mask, now_ps)
         if boots:
-            main.mem[CFG_REG_A.addr] = CFG_REG_A.MD.put(main.mem[CFG_REG_A.addr], _IDLE)
-            clearing.begin(CFG_REG_A.REBOOT.mask, now_ps + _BOOT_PS)
+            main.mem[CFG_REG_A.addr] = CFG_REG_A.MD.put(main.mem[CFG_REG_A.addr], IDLE)
+            clearing.begin(CFG_REG_A.REBOOT.mask, now_ps + BOOT_PS)
         self._configure(old, new, now_ps)
         if boots:
-            self._mode, self._booted_ps = _AFTER_BOOT, now_ps + _BOOT_PS
-            self._start(now_ps, _BOOT_PS, None)
+            self._modes.boot(now_ps)
 
     def _reset(self, now_ps: int) -> None:
         self._interrupt.catch_up(now_ps)
         self.registers.reset()
-        for output in (self._mag, self._temp):
-            output.reset()
-        self._mode = _IDLE
-        self._streams.stop()
+        self._outputs.reset()
+        self._modes.stop()
 
     def _configure(self, old: int, new: int, now_ps: int) -> None:
         """A register has changed: settle what came before, then go on under the new settings."""
@@ -240,43 +214,13 @@ class LIS2MDL(Part):
         self._interrupt.catch_up(now_ps)
         self._refresh(0, 0, now_ps)
         magnetometer, mem = self._magnetometer, self.registers.mem
-        was, mode_was = magnetometer.settings, self._mode
+        was = magnetometer.settings
         magnetometer.configure(mem, self._streams.next_number())
         self._interrupt.configure(magnetometer.interrupt, now_ps)
         self._streams.invalidate()
-        self._configure_outputs()
-        mode = CFG_REG_A.MD.get(mem[CFG_REG_A.addr])
-        if mode in (_CONTINUOUS, _SINGLE):
-            self._mode = mode
-        elif mode_was != _AFTER_BOOT:
-            self._mode = _IDLE
-        if self._mode != mode_was or (self._mode == _CONTINUOUS and magnetometer.settings.rate != was.rate):
-            self._switch(now_ps)
-        elif self._mode == _CONTINUOUS:
-            self._streams.switch_temperature(now_ps, was.rate, on=self._with_temperature())
+        self._outputs.configure()
+        self._modes.configure(was, magnetometer.settings, now_ps)
         self._configure_bus(now_ps)
-
-    def _switch(self, now_ps: int) -> None:
-        settings = self._magnetometer.settings
-        if self._mode == _IDLE:
-            self._streams.stop()
-        else:
-            delay_ps = max(self._booted_ps - now_ps, 0) + settings.turn_on_ps
-            self._start(now_ps, delay_ps, settings.rate if self._mode == _CONTINUOUS else None)
-
-    def _start(self, now_ps: int, first_delay_ps: int, rate: Fraction | None) -> None:
-        self._streams.start(now_ps, first_delay_ps, rate, temperature=self._with_temperature())
-        self._due_ps = self._streams.field.next_ps
-
-    def _with_temperature(self) -> bool:
-        return bool(self.registers.mem[CFG_REG_A.addr] & CFG_REG_A.COMP_TEMP_EN.mask)
-
-    def _configure_outputs(self) -> None:
-        control = self.registers.mem[CFG_REG_C.addr]
-        for output in (self._mag, self._temp):
-            output.set_format(
-                bdu=bool(control & CFG_REG_C.BDU.mask), big_endian=bool(control & CFG_REG_C.BLE.mask)
-            )
 
     def _configure_bus(self, now_ps: int) -> None:
         control = self.registers.mem[CFG_REG_C.addr]
@@ -290,12 +234,14 @@ class LIS2MDL(Part):
         self._pin.drive("INT", self._interrupt.level, now_ps)
         self._pin.drive("DRDY", STATUS_REG.Zyxda.get(self.registers.mem[STATUS_REG.addr]), now_ps)
 
-    def _write_config_b(self, old: int, new: int, now_ps: int) -> None:
-        if new & CFG_REG_B.OFF_CANC_ONE_SHOT.mask and not new & CFG_REG_B.OFF_CANC.mask:
-            self.registers.note(now_ps, "forbidden", "CFG_REG_B: OFF_CANC_ONE_SHOT without OFF_CANC")
-        self._configure(old, new, now_ps)
+    def _noting(self, violation: Violation) -> WriteHook:
+        def note_and_configure(old: int, new: int, now_ps: int) -> None:
+            self._note(violation, old, new, now_ps)
+            self._configure(old, new, now_ps)
 
-    def _write_config_c(self, old: int, new: int, now_ps: int) -> None:
-        if new & CFG_REG_C.FOURWSPI.mask and new & (CFG_REG_C.INT_on_PIN.mask | CFG_REG_C.DRDY_on_PIN.mask):
-            self.registers.note(now_ps, "forbidden", "CFG_REG_C: INT/DRDY is SDO while 4WSPI = 1")
-        self._configure(old, new, now_ps)
+        return note_and_configure
+
+    def _note(self, violation: Violation, old: int, new: int, now_ps: int) -> None:
+        """Once, when the setting comes about."""
+        if violation(new) not in ("", violation(old)):
+            self.registers.note(now_ps, "forbidden", violation(new))

@@ -136,7 +136,7 @@ class Barometer:
 
     def _measured_hpa(self, number: int, t_s: Times) -> NDArray[np.float64]:
         """What the converter gives, (n,)."""
-        hpa = self._pressure_hpa(t_s) + self._errors.pressure_bias_hpa
+        hpa = self._errors.deviating_hpa(self._pressure_hpa(t_s), t_s, self._temperature_degc)
         if self._noise_rms_hpa:
             factor = _LOW_CURRENT_NOISE if self.settings.low_current else 1.0
             hpa = hpa + factor * self._noise_rms_hpa * self._noise.block(number, len(t_s))[0]

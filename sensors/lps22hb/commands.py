@@ -1,9 +1,10 @@
-"""BOOT, SWRESET and ONE_SHOT: the bits of CTRL_REG2 that begin something and end by themselves.
+"""Bits that begin something and end by themselves: CTRL_REG2's BOOT, SWRESET and ONE_SHOT, and RESET_AZ/ARP.
 
-Decisions where the datasheet (9.6) is silent: writing ONE_SHOT again, or 0, while it is busy changes nothing,
-and another rate ends it; SWRESET acts at once and reads 1 for 10 us; it keeps RPDS and RES_CONF, which the
-section does not list; BOOT ends after one period of the data rate, or 1 ms in power-down, and disturbs no
-setting (the board's own firmware sets BOOT by mistake and works).
+Decisions where the datasheet (9.1, 9.6) is silent: RESET_AZ and RESET_ARP act at once and read 1 for 10 us;
+writing ONE_SHOT again, or 0, while it is busy changes nothing, and another rate ends it; SWRESET acts at once
+and reads 1 for 10 us; it keeps RPDS and RES_CONF, which the section does not list; BOOT ends after one period
+of the data rate, or 1 ms in power-down, and disturbs no setting (the board's own firmware sets BOOT by
+mistake and works).
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from sensors.part import SelfClearingBits
 from sensors.register_file import RegisterFile
 from sensors.sampling import PS_PER_S
 
-RESET_PS = 10 * PS_PER_S // 10**6
+_RESET_PS = 10 * PS_PER_S // 10**6
 _BOOT_PS = PS_PER_S // 10**3
 _RESET_BY_SWRESET = (INTERRUPT_CFG, THS_P, CTRL_REG1, CTRL_REG2, CTRL_REG3, FIFO_CTRL, REF_P)
 _BOOT, _SWRESET, _ONE_SHOT = CTRL_REG2.BOOT.mask, CTRL_REG2.SWRESET.mask, CTRL_REG2.ONE_SHOT.mask
@@ -47,16 +48,33 @@ class Commands:
         self._pipeline = pipeline
         self._configure = configure
         self._clearing = SelfClearingBits(registers, CTRL_REG2)
+        self._clearing_resets = SelfClearingBits(registers, INTERRUPT_CFG)
 
-    def before_read(self, first: int, end: int, now_ps: int) -> None:
-        """Clear the bits of what is over."""
+    def before_control2(self, first: int, end: int, now_ps: int) -> None:
+        """CTRL_REG2 is read: clear the bits of what is over."""
         self._clearing.before_read(first, end, now_ps)
+
+    def before_interrupt_cfg(self, first: int, end: int, now_ps: int) -> None:
+        """INTERRUPT_CFG is read: likewise."""
+        self._clearing_resets.before_read(first, end, now_ps)
 
     def booting(self, now_ps: int) -> bool:
         """Whether BOOT is at work."""
         return self._clearing.pending(_BOOT, now_ps)
 
-    def write(self, old: int, new: int, now_ps: int) -> None:
+    def write_interrupt_cfg(self, old: int, new: int, now_ps: int) -> None:
+        """INTERRUPT_CFG has been written; all samples until now have been taken."""
+        del old
+        if new & INTERRUPT_CFG.RESET_AZ.mask:
+            self._pipeline.reference.reset_autozero()
+        if new & INTERRUPT_CFG.RESET_ARP.mask:
+            self._pipeline.reference.reset_autorifp()
+        resets = new & (INTERRUPT_CFG.RESET_AZ.mask | INTERRUPT_CFG.RESET_ARP.mask)
+        if resets:
+            self._clearing_resets.begin(resets, now_ps + _RESET_PS)
+        self._configure(now_ps)
+
+    def write_control2(self, old: int, new: int, now_ps: int) -> None:
         """CTRL_REG2 has been written; all samples until now have been taken."""
         del old
         mem, busy = self._registers.mem, self._one_shot
@@ -66,7 +84,7 @@ class Commands:
             self.end_one_shot()
             self._registers.reset(*_RESET_BY_SWRESET)
             self._pipeline.reset()
-            self._clearing.begin(_SWRESET, now_ps + RESET_PS)
+            self._clearing.begin(_SWRESET, now_ps + _RESET_PS)
         self._configure(now_ps)
         if new & _BOOT:
             rate = self._barometer.settings.rate

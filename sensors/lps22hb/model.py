@@ -3,18 +3,20 @@
 Samples are taken when somebody looks. Where no function looks at every one of them, the latest is fetched
 alone. Whatever is due is done before a register is written, so that it happens under the settings until then.
 
-Decisions where the datasheet is silent: RESET_AZ and RESET_ARP act at once and read 1 for 10 us; while the
-FIFO is on and empty the output registers stay as they are.
+Decisions where the datasheet is silent: while the FIFO is on and empty the output registers stay as they are;
+the registers answer during the boot after power-on, or nobody could see INT_SOURCE.BOOT_STATUS, and work.
 """
 
 from __future__ import annotations
 
 from typing import ClassVar
 
+from sensors.fidelity import Function
 from sensors.lps22hb import registers
 from sensors.lps22hb.barometer import COUNTS_PER_DEGC, COUNTS_PER_HPA, Barometer, BarometerSettings
-from sensors.lps22hb.commands import RESET_PS, Commands
+from sensors.lps22hb.commands import Commands
 from sensors.lps22hb.errors import LPS22HBErrors
+from sensors.lps22hb.fidelity import FUNCTIONS
 from sensors.lps22hb.output import Output
 from sensors.lps22hb.pipeline import Pipeline
 from sensors.lps22hb.reference import RPDS_COUNTS_PER_LSB
@@ -36,13 +38,14 @@ from sensors.lps22hb.registers import (
     THS_P,
 )
 from sensors.lps22hb.supply import supply_current_ua
-from sensors.part import Part, SelfClearingBits, Signal, Write
+from sensors.part import Part, Signal, Write
 from sensors.pin import Pin
 from sensors.register import RegisterMap
 from sensors.register_file import RegisterFile
-from sensors.sampling import NEVER_PS
+from sensors.sampling import NEVER_PS, PS_PER_S
 from sensors.spi import Wires
 
+TRIMMING_PS = 5 * PS_PER_S // 10**3  # an assumption: the datasheet gives no time for the boot after power-on
 _TEMP_OUT_H = TEMP_OUT.addr + 1
 _BURST_WRAP = {_TEMP_OUT_H: PRESS_OUT.addr}  # a burst goes round in the output (datasheet 5.8)
 
@@ -51,14 +54,15 @@ class LPS22HB(Part):
     """Barometer with thermometer; ``pressure_hpa`` and ``temperature_degc``: (n,).
 
     Settings where sources disagree or are silent: ``rpds_counts_per_lsb`` is 256, or 1 as in ST's board
-    driver (sensor facts DIS-15); ``trimming_ps`` is how long after power-on INT_SOURCE.BOOT_STATUS is set, 0
-    for a part that was powered long enough before; ``power_on_counts`` is PRESS_OUT before the first
-    conversion, for which 0x2F6666 has been reported.
+    driver (sensor facts DIS-15); ``powered_on_ps`` is when supply came, None for long ago; for
+    ``trimming_ps`` from then on INT_SOURCE.BOOT_STATUS is set; ``power_on_counts`` is PRESS_OUT before the
+    first conversion, for which 0x2F6666 has been reported.
     """
 
     NAME: ClassVar[str] = "LPS22HB"
     WHO_AM_I: ClassVar[int] = 0xB1
     MAP: ClassVar[RegisterMap] = RegisterMap.of(registers)
+    FUNCTIONS: ClassVar[tuple[Function, ...]] = FUNCTIONS
 
     def __init__(
         self,
@@ -68,7 +72,8 @@ class LPS22HB(Part):
         seed: int = 0,
         *,
         rpds_counts_per_lsb: int = RPDS_COUNTS_PER_LSB,
-        trimming_ps: int = 0,
+        powered_on_ps: int | None = None,
+        trimming_ps: int = TRIMMING_PS,
         power_on_counts: int = 0,
     ) -> None:
         super().__init__(self.MAP, _BURST_WRAP)
@@ -78,9 +83,8 @@ class LPS22HB(Part):
         self._pipeline = Pipeline(main.mem, rpds_counts_per_lsb)
         at_power_on = power_on_counts.to_bytes(PRESS_OUT.size, "little", signed=True) + bytes(TEMP_OUT.size)
         self._output = Output(main.mem, at_power_on)
-        self._trimmed_ps = trimming_ps
+        self._trimmed_ps = 0 if powered_on_ps is None else powered_on_ps + trimming_ps
         self._commands = Commands(main, self._barometer, self._pipeline, self._configure)
-        self._clearing = SelfClearingBits(main, INTERRUPT_CFG)
         self._wire(main)
 
     def pins(self) -> tuple[Pin, ...]:
@@ -143,9 +147,9 @@ class LPS22HB(Part):
         main.before_read(LPFP_RES, self._before_lpfp_res)
         for register in (THS_P, CTRL_REG3, REF_P, RPDS):
             main.on_write(register, self._write_plain)
-        main.on_write(INTERRUPT_CFG, self._write_interrupt_cfg)
+        main.on_write(INTERRUPT_CFG, self._commands.write_interrupt_cfg)
         main.on_write(CTRL_REG1, self._write_control1)
-        main.on_write(CTRL_REG2, self._commands.write)
+        main.on_write(CTRL_REG2, self._commands.write_control2)
         main.on_write(FIFO_CTRL, self._write_fifo_ctrl)
         main.on_write(RES_CONF, self._write_res_conf)
 
@@ -201,11 +205,11 @@ class LPS22HB(Part):
 
     def _before_interrupt_cfg(self, first: int, end: int, now_ps: int) -> None:
         self._refresh(now_ps)
-        self._clearing.before_read(first, end, now_ps)
+        self._commands.before_interrupt_cfg(first, end, now_ps)
 
     def _before_control2(self, first: int, end: int, now_ps: int) -> None:
         self._refresh(now_ps)
-        self._commands.before_read(first, end, now_ps)
+        self._commands.before_control2(first, end, now_ps)
 
     # -- writing ----------------------------------------------------------------------------------------
 
@@ -222,28 +226,15 @@ class LPS22HB(Part):
         self.registers.increment = bool(mem[CTRL_REG2.addr] & CTRL_REG2.IF_ADD_INC.mask)
         self.i2c_off = bool(mem[CTRL_REG2.addr] & CTRL_REG2.I2C_DIS.mask)
 
-    def _write_interrupt_cfg(self, old: int, new: int, now_ps: int) -> None:
-        del old
-        if new & INTERRUPT_CFG.RESET_AZ.mask:
-            self._pipeline.reference.reset_autozero()
-        if new & INTERRUPT_CFG.RESET_ARP.mask:
-            self._pipeline.reference.reset_autorifp()
-        resets = new & (INTERRUPT_CFG.RESET_AZ.mask | INTERRUPT_CFG.RESET_ARP.mask)
-        if resets:
-            self._clearing.begin(resets, now_ps + RESET_PS)
-        self._configure(now_ps)
-
     def _write_control1(self, old: int, new: int, now_ps: int) -> None:
-        del old
-        if CTRL_REG1.ODR.get(new) > 5:
+        if CTRL_REG1.ODR.get(new) > 5 >= CTRL_REG1.ODR.get(old):
             self.registers.note(now_ps, "forbidden", "CTRL_REG1.ODR above 5")
         if CTRL_REG1.ODR.get(new):
             self._commands.end_one_shot()
         self._configure(now_ps)
 
     def _write_fifo_ctrl(self, old: int, new: int, now_ps: int) -> None:
-        del old
-        if FIFO_CTRL.F_MODE.get(new) == 0b101:
+        if FIFO_CTRL.F_MODE.get(new) == 0b101 != FIFO_CTRL.F_MODE.get(old):
             self.registers.note(now_ps, "forbidden", "FIFO_CTRL.F_MODE = 101b")
         self._configure(now_ps)
 

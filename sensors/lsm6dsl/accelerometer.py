@@ -18,8 +18,10 @@ from sensors.errors import Deviation, words
 from sensors.filtering import SampledFilter
 from sensors.filters import Array, Chain
 from sensors.lsm6dsl.errors import LSM6DSLErrors
-from sensors.lsm6dsl.filters import accelerometer_chain
+from sensors.lsm6dsl.event_samples import EventFilters, EventSamples
+from sensors.lsm6dsl.filters import accelerometer_chain, event_filters, slow_to_settle
 from sensors.lsm6dsl.registers import CTRL1_XL, CTRL3_C, CTRL5_C, CTRL6_C, CTRL8_XL, X_OFS_USR
+from sensors.lsm6dsl.settling import Mode, accelerometer_discards
 from sensors.noise import NoiseSource, noise_key
 from sensors.part import Signal
 from sensors.sampling import SampleStream, Times
@@ -39,6 +41,7 @@ _ODR_9_CODE = 2  # CTRL8_XL.HPCF_XL
 
 SELF_TEST_MG = 800.0  # datasheet Table 3 allows 90 to 1700 mg; one value inside, for every part
 _SELF_TEST_SIGN = (0, 1, -1, 0)  # CTRL5_C.ST_XL; 3 is not allowed
+_OFF = Mode(0.0, high_performance=True, column=False)
 
 
 @dataclass(frozen=True)
@@ -48,6 +51,8 @@ class AccelerometerSettings:
     odr_hz: float
     scale: int  # FS_XL code
     chain: Chain | None
+    event_filters: EventFilters
+    mode: Mode
     noise_rms_factor: float  # before the chain: mg RMS for each ug/sqrt(Hz) of the part's noise density
     self_test: int
     user_offset_mg: tuple[float, float, float]
@@ -69,6 +74,8 @@ class AccelerometerSettings:
             odr_hz=odr,
             scale=scale,
             chain=filters,
+            event_filters=event_filters(mem, odr, high_performance=not low_power),
+            mode=Mode(odr, not low_power, slow_to_settle(mem)),
             noise_rms_factor=factor,
             self_test=_SELF_TEST_SIGN[CTRL5_C.ST_XL.get(mem[CTRL5_C.addr])],
             user_offset_mg=_user_offset(mem),
@@ -112,14 +119,18 @@ class Accelerometer:
             errors.acc_bias_drift_mg_per_degc,
             errors.acc_scale_drift_percent_per_degc,
         )
+        self.rate_factor = errors.rate_factor
         self.stream = SampleStream(6, self.produce)
         self._filter = SampledFilter(self._unfiltered)
-        self.settings = AccelerometerSettings(0, 0, None, 0.0, 0, (0.0, 0.0, 0.0))
+        self.for_events = EventSamples(self._unfiltered)
+        self.settings = AccelerometerSettings(
+            0, 0, None, EventFilters(None, None), _OFF, 0.0, 0, (0.0, 0.0, 0.0)
+        )
 
     @property
     def rate(self) -> Fraction:
         """Output data rate in Hz; 0 in power-down."""
-        return Fraction(self.settings.odr_hz).limit_denominator(10)
+        return Fraction(self.settings.odr_hz).limit_denominator(10) * self.rate_factor
 
     def configure(self, mem: bytearray) -> None:
         """Take over the settings of the main register bank from the next sample on."""
@@ -131,11 +142,18 @@ class Accelerometer:
             self._filter.split(number)
         else:
             self._filter.restart(settings.chain, number)
+        restarts = settings.odr_hz != old.odr_hz
+        discards = accelerometer_discards(old.mode, settings.mode)
+        if discards:
+            self.stream.settled_number = number + discards
+        self.for_events.settings_change(settings.event_filters, number, restarts=restarts)
         self.settings = settings
 
     def world_changed(self, now_ps: int | None) -> None:
         """The signals are others from ``now_ps`` on, or from the next sample on that nobody has looked at."""
-        self._filter.forget(self.stream.next_number(now_ps))
+        number = self.stream.next_number(now_ps)
+        self._filter.forget(number)
+        self.for_events.world_changed(number)
         self.stream.invalidate()
 
     def produce(self, number: int, t_s: Times) -> bytes:

@@ -2,7 +2,8 @@
 
 Latched, a signal follows its flag in STATUS_REG: it rises with a sample and falls when a high byte is read.
 With DRDY_PULSED every sample gives a pulse of 75 us instead, whether anybody reads or not; the flag itself is
-always latched.
+always latched. With DRDY_MASK there is neither flag nor signal until a sensor has settled: as many samples
+after a change as AN5040 says are to be discarded (``settling``).
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from sensors.lsm6dsl.feature import Chip
 from sensors.lsm6dsl.registers import (
     CTRL1_XL,
     CTRL2_G,
+    CTRL4_C,
     DRDY_PULSE_CFG_G,
     INT1_CTRL,
     INT2_CTRL,
@@ -34,7 +36,7 @@ class _Source:
     def __init__(self, name: SignalName, flag: int, stream: SampleStream) -> None:
         self.name: SignalName = name
         self.flag = flag
-        self.stream = stream
+        self.sensor = self.stream = stream  # which may be shown through another one
         self.next = 0
         self.routed = False
 
@@ -45,6 +47,7 @@ class DataReadySignals:
     CONFIGURATION: tuple[type[Register], ...] = (
         CTRL1_XL,
         CTRL2_G,
+        CTRL4_C,
         DRDY_PULSE_CFG_G,
         INT1_CTRL,
         INT2_CTRL,
@@ -53,7 +56,7 @@ class DataReadySignals:
     def __init__(self, chip: Chip) -> None:
         self.active = False
         self._chip = chip
-        self._pulsed = self._wired = False
+        self._pulsed = self._masked = self._wired = False
         self._sources = (
             _Source("DRDY_XL", STATUS_REG.XLDA.mask, chip.xl),
             _Source("DRDY_G", STATUS_REG.GDA.mask, chip.g),
@@ -66,10 +69,14 @@ class DataReadySignals:
         int1, int2 = routes(mem)
         was_pulsed = self._pulsed
         self._pulsed = bool(mem[DRDY_PULSE_CFG_G.addr] & DRDY_PULSE_CFG_G.DRDY_PULSED.mask)
+        self._masked = bool(mem[CTRL4_C.addr] & CTRL4_C.DRDY_MASK.mask)
         for source in self._sources:
+            source.stream = self._chip.gates.shown(source.sensor)
             was_routed, source.routed = source.routed, source.name in int1 | int2
             source.next = source.stream.latest(now_ps) + 1
-            if (was_routed, was_pulsed) != (source.routed, self._pulsed):
+            if self._masked:
+                source.next = max(source.next, source.stream.settled_index)
+            if self._masked or (was_routed, was_pulsed) != (source.routed, self._pulsed):
                 self._follow_flag(source, now_ps)
         self.active = any(source.routed for source in self._sources)
         if self.active and not self._wired:
@@ -130,7 +137,9 @@ class DataReadySignals:
 
     def _follow_flag(self, source: _Source, now_ps: int) -> None:
         flag = self._chip.registers.mem[STATUS_REG.addr] & source.flag
-        self._chip.signals.set(source.name, source.routed and bool(flag) and not self._pulsed, now_ps)
+        hidden = self._masked and source.stream.index < source.stream.settled_index
+        on = source.routed and bool(flag) and not (self._pulsed or hidden)
+        self._chip.signals.set(source.name, on, now_ps)
 
     def _after_read(self, source: _Source, now_ps: int) -> None:
         """The read may have cleared the flag; the samples before it still count."""

@@ -1,8 +1,14 @@
-"""The LSM6DSL's deviations, from its datasheet (DocID028475 Rev 7), Table 3."""
+"""The LSM6DSL's deviations, from its datasheet (DocID028475 Rev 7), Table 3.
+
+Two figures are the same in every grade and there to be set by hand: the datasheet has no tolerance for the
+output data rates (parts that run a few percent fast or slow are well known), and for the gyroscope's start it
+has a typical time only.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
+from fractions import Fraction
 
 from sensors.errors import ZERO, Grade, GradeDraw, Vec3
 
@@ -22,6 +28,22 @@ class LSM6DSLErrors:
     gyro_scale_drift_percent_per_degc: float = 0.0
     gyro_noise_mdps_rthz: float = 0.0
     temperature_offset_degc: float = 0.0
+    gyro_turn_on_ms: float = field(default=35.0, metadata={"limits": (0.0, 1000.0)})  # Table 4; see gyroscope
+    odr_percent: float = field(default=0.0, metadata={"limits": (-20.0, 20.0)})  # faster, of every rate
+
+    def __post_init__(self) -> None:
+        """Raises ValueError for a figure that no part can have."""
+        for figure in fields(self):
+            if "limits" not in figure.metadata:
+                continue
+            (low, high), value = figure.metadata["limits"], getattr(self, figure.name)
+            if not low <= value <= high:
+                raise ValueError(f"LSM6DSLErrors.{figure.name} is {value:g}; give {low:g} to {high:g}")
+
+    @property
+    def rate_factor(self) -> Fraction:
+        """The part's true output data rates over the nominal ones."""
+        return 1 + Fraction(self.odr_percent / 100).limit_denominator(10**6)
 
     @classmethod
     def of_grade(cls, grade: Grade, seed: int) -> LSM6DSLErrors:

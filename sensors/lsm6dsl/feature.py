@@ -10,9 +10,10 @@ results are read. A feature that is off is not ``active`` and is never called: i
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
+from sensors.lsm6dsl.den_gate import Gates
 from sensors.lsm6dsl.signals import Signals
 from sensors.pin import Pin
 from sensors.register import Register
@@ -27,7 +28,8 @@ class Chip:
     ``registers``: the main bank; ``banks``: the embedded ones by their FUNC_CFG_ACCESS value; ``xl``, ``g``,
     ``temperature``: the sample streams, little-endian int16 words as in the output registers with BLE = 0;
     ``signals``: what functions raise for each other, for the pins and for the FIFO's trigger;
-    ``catch_up(now_ps)``: let every active feature do what is due; ``note(now_ps, kind, text)``: the trace.
+    ``gates``: what data enable lets through; ``catch_up(now_ps)``: let every active feature do what is due;
+    ``note(now_ps, kind, text)``: the trace.
     """
 
     registers: RegisterFile
@@ -39,6 +41,7 @@ class Chip:
     int1: Pin
     int2: Pin
     catch_up: Callable[[int], None]
+    gates: Gates = field(default_factory=Gates)
 
     def note(self, now_ps: int, kind: str, text: str) -> None:
         """A trace event of the part."""

@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 from sensors.lsm6dsl.feature import Chip
 from sensors.lsm6dsl.fifo_buffer import FifoBuffer
+from sensors.lsm6dsl.fifo_flags import FifoFlags
 from sensors.lsm6dsl.fifo_sets import DataSets
 from sensors.lsm6dsl.fifo_settings import (
     CONFIGURATION,
@@ -44,8 +45,6 @@ from sensors.lsm6dsl.violations import Violations
 from sensors.sampling import NEVER_PS
 
 _TRIGGERS_AT_ONCE = 512
-_WATERMARK, _OVERRUN = FIFO_STATUS2.WaterM.mask, FIFO_STATUS2.OVER_RUN.mask
-_FULL, _EMPTY = FIFO_STATUS2.FIFO_FULL_SMART.mask, FIFO_STATUS2.FIFO_EMPTY.mask
 _HEARD: tuple[SignalName, ...] = (*TRIGGERS, "SENSORHUB")
 
 
@@ -75,7 +74,8 @@ class Fifo:
         self._trigger = 0  # number of the next trigger in the pattern
         self._samples = SampleTriggers(chip)
         self._switched = self._stopped = False  # a triggered mode's event has come; FIFO mode has stopped
-        self._flags = _EMPTY
+        self._flags = FifoFlags(self._buffer, chip.signals)
+        self._open = True  # as far as data enable is concerned
         self._done_ps = -1  # everything until then has been dealt with
         self._events: list[Event] = []
         self._wire()
@@ -95,7 +95,7 @@ class Fifo:
         old, new = self._settings, FifoSettings.decode(self._mem)
         changed = (old.mode, old.layout) != (new.mode, new.layout)
         self._settings = new
-        self._buffer.depth = new.depth
+        self._buffer.depth, self._flags.watermark = new.depth, new.watermark
         self._sets.mark()
         self.active = new.mode is not Mode.BYPASS
         if not self.active or old.mode is Mode.BYPASS:
@@ -105,14 +105,17 @@ class Fifo:
             self._stopped = False
         if old.layout != new.layout:
             self._take_layout()
-        self._samples.follow(new.layout.odr_fifo, now_ps, restart=changed)
+        was_open, self._open = self._open, self._chip.gates.fifo_open
+        opened = self._open and not was_open
+        self._samples.follow(new.layout.odr_fifo, now_ps, restart=changed or opened)
         self._update_flags(now_ps)
         self._violations.report(violations(self._mem), now_ps)
 
     def catch_up(self, now_ps: int) -> None:
         """Store what has become due, and deal with the events heard of, in the order of time."""
-        events, self._events = sorted(self._events), []
-        for event in events:
+        heard = sorted(self._events)
+        self._events = [event for event in heard if event.at_ps > now_ps]  # another function is ahead of us
+        for event in heard[: len(heard) - len(self._events)]:
             self._collect(event.at_ps - 1)
             self._deal_with(event)
         self._collect(now_ps)
@@ -129,7 +132,7 @@ class Fifo:
         settings = self._settings
         if not settings.on_pin or settings.layout.writer is not Writer.DATA_READY or not self._collects():
             return NEVER_PS  # another function's event is waited for, and that function knows when
-        triggers = self._triggers_to_next_flag()
+        triggers = self._flags.triggers_to_next(self._pattern.widest)
         return self._samples.time_ps(triggers - 1) if triggers else NEVER_PS
 
     # -- configuration ----------------------------------------------------------------------------------
@@ -172,7 +175,7 @@ class Fifo:
         return self._settings.mode is Mode.BYPASS_TO_CONTINUOUS and not self._switched
 
     def _collects(self) -> bool:
-        return not (self._stopped or self._waits())
+        return self._open and not (self._stopped or self._waits())
 
     def _stops_when_full(self) -> bool:
         mode = self._settings.mode
@@ -211,36 +214,12 @@ class Fifo:
 
     def _update_flags(self, at_ps: int) -> None:
         """Flags, signals, and FIFO mode's stop, after anything that may have changed them."""
-        buffer, settings = self._buffer, self._settings
-        fill, flags = buffer.fill, 0
-        if not fill:
-            flags |= _EMPTY
-        if 0 < settings.watermark <= fill:
-            flags |= _WATERMARK
-        if buffer.overrun:
-            flags |= _OVERRUN
-        ahead = self._pattern.words(self._trigger)
-        if self.active and not self._waits() and fill + ahead >= buffer.depth:
-            flags |= _FULL
-            self._stopped = self._stopped or self._stops_when_full()
-        if flags != self._flags:
-            self._flags = flags
-            signals = self._chip.signals
-            signals.set("FTH", bool(flags & _WATERMARK), at_ps)
-            signals.set("FULL_FLAG", bool(flags & _FULL), at_ps)
-            signals.set("FIFO_OVR", bool(flags & _OVERRUN), at_ps)
-
-    def _triggers_to_next_flag(self) -> int:
-        """At least so many triggers come before a flag changes, the last included; 0: none changes."""
-        buffer, widest = self._buffer, self._pattern.widest
-        if buffer.overrun or not widest:
-            return 0
-        levels = (self._settings.watermark, buffer.depth - widest, buffer.depth, buffer.depth + 1)
-        missing = min(level - buffer.fill for level in levels if level > buffer.fill)
-        return -(-missing // widest)
+        ahead = self._pattern.words(self._trigger) if self.active and not self._waits() else None
+        self._flags.update(ahead, at_ps)
+        self._stopped = self._stopped or (self._flags.full and self._stops_when_full())
 
     def _look(self, now_ps: int) -> None:
-        if now_ps > self._done_ps:  # a long burst asks once for each word
+        if now_ps > self._done_ps or self._events:  # a long burst asks once for each word
             self._chip.catch_up(now_ps)
 
     def _show_status(self, first: int, end: int, now_ps: int) -> None:
@@ -249,7 +228,7 @@ class Fifo:
         buffer, mem = self._buffer, self._mem
         place = (buffer.gone - self._pattern_first) % self._pattern.length if self._pattern.length else 0
         mem[FIFO_STATUS1.addr] = buffer.fill & 0xFF
-        mem[FIFO_STATUS2.addr] = self._flags | FIFO_STATUS2.DIFF_FIFO_10_8.put(0, buffer.fill >> 8)
+        mem[FIFO_STATUS2.addr] = self._flags.bits | FIFO_STATUS2.DIFF_FIFO_10_8.put(0, buffer.fill >> 8)
         mem[FIFO_STATUS3.addr] = place & 0xFF
         mem[FIFO_STATUS4.addr] = place >> 8
 
@@ -261,8 +240,8 @@ class Fifo:
             if not buffer.readable():
                 self._chip.note(now_ps, "forbidden", "FIFO_DATA_OUT read while the FIFO is empty")
             data.append(buffer.low() if address == FIFO_DATA_OUT.addr else buffer.high())
-        flags = self._flags
+        bits = self._flags.bits
         self._update_flags(now_ps)
-        if flags != self._flags:
+        if bits != self._flags.bits:
             self._chip.catch_up(now_ps)  # for the pins
         return bytes(data)

@@ -1,7 +1,8 @@
 """The four data sets of the LSM6DSL's FIFO: what their three words hold at a trigger (AN5040 Rev 3, 8).
 
 A trigger stores the latest sample of each set. Where a set's sensor is off, or has not measured yet, that is
-what its output registers still hold.
+what its output registers still hold. With DRDY_MASK the words of samples that are to be discarded are 7FFF;
+the documents allow 7FFE and 7FFD as well and do not say which is when.
 """
 
 from __future__ import annotations
@@ -12,9 +13,10 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from sensors.lsm6dsl.den_gate import Gates
 from sensors.lsm6dsl.feature import Chip
 from sensors.lsm6dsl.fifo_settings import Fourth, Layout
-from sensors.lsm6dsl.registers import SENSORHUB, STEP_COUNTER
+from sensors.lsm6dsl.registers import CTRL4_C, SENSORHUB, STEP_COUNTER
 from sensors.lsm6dsl.timestamp import Timestamp
 from sensors.sampling import SampleStream
 
@@ -25,6 +27,7 @@ Contents: TypeAlias = Callable[[list[int]], Rows]
 """``contents(times_ps)``: a set's words at these triggers, which are in order."""
 
 _SET_BYTES = 6
+_UNSETTLED = np.frombuffer(b"\xff\x7f" * 3, dtype=np.uint8)
 
 
 class LatestSample:
@@ -33,13 +36,14 @@ class LatestSample:
     The sample that was the latest then is kept: computed anew, it would follow the new configuration.
     """
 
-    def __init__(self, stream: SampleStream) -> None:
-        self._stream = stream
-        self.mark()
+    def __init__(self, stream: SampleStream, gates: Gates) -> None:
+        self._sensor, self._gates = stream, gates
+        self.mark(masked=False)
 
-    def mark(self) -> None:
-        """The configuration has changed."""
-        self._running = self._stream.running
+    def mark(self, *, masked: bool) -> None:
+        """The configuration has changed; ``masked``: DRDY_MASK."""
+        self._stream = self._gates.shown(self._sensor)
+        self._running, self._masked = self._stream.running, masked
         self._index, self._data = self._stream.index, self._stream.data
 
     def at(self, times_ps: list[int]) -> NDArray[np.uint8]:
@@ -52,6 +56,8 @@ class LatestSample:
                 first = int(latest[fresh][0])
                 samples = self._stream.samples(first, int(latest[-1]) + 1)
                 rows[fresh] = samples[latest[fresh] - first]
+            if self._masked:
+                rows[fresh & (latest < self._stream.settled_index)] = _UNSETTLED
         return rows
 
 
@@ -61,13 +67,15 @@ class DataSets:
     def __init__(self, chip: Chip, timestamp: Timestamp) -> None:
         self._mem = chip.registers.mem
         self._timestamp = timestamp
-        self._xl, self._g = LatestSample(chip.xl), LatestSample(chip.g)
-        self._temperature = LatestSample(chip.temperature)
+        self._xl, self._g = LatestSample(chip.xl, chip.gates), LatestSample(chip.g, chip.gates)
+        self._temperature = LatestSample(chip.temperature, chip.gates)
 
     def mark(self) -> None:
         """The configuration has changed."""
-        for samples in (self._xl, self._g, self._temperature):
-            samples.mark()
+        masked = bool(self._mem[CTRL4_C.addr] & CTRL4_C.DRDY_MASK.mask)
+        for samples in (self._xl, self._g):
+            samples.mark(masked=masked)
+        self._temperature.mark(masked=False)
 
     def contents(self, layout: Layout) -> tuple[Contents, ...]:
         """The four sets, in their order."""

@@ -19,15 +19,19 @@ class SampleTriggers:
     """Counts the leading sensor's samples; ``rate_code``: ODR_FIFO, 0 for off."""
 
     def __init__(self, chip: Chip) -> None:
-        self._xl, self._g = chip.xl, chip.g
-        self._leader = chip.xl
+        self._chip = chip
+        self._leader = chip.xl  # as it is shown
         self._every = 0  # samples from trigger to trigger; 0: none triggers
         self._next = 0  # the next one that does
 
     def follow(self, rate_code: int, now_ps: int, *, restart: bool) -> None:
         """Lead by the sensors' present rates; without ``restart`` go on in step where that is possible."""
-        self._leader = self._g if self._g.rate_hz >= self._xl.rate_hz else self._xl
-        self._every = _samples_per_trigger(self._leader.rate_hz, rate_code)
+        xl, g = self._chip.xl, self._chip.g
+        leader = g if g.rate_hz >= xl.rate_hz else xl
+        self._leader = self._chip.gates.shown(leader)
+        self._every = _samples_per_trigger(leader.rate_hz, rate_code)
+        if self._leader is not leader:  # data enable lets single samples through: each one triggers
+            self._every = min(self._every, 1) if self._leader.running else 0
         latest = self._leader.latest(now_ps)
         if restart or not latest < self._next <= latest + self._every:  # or the stream began anew
             self._next = latest + 1

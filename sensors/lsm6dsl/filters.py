@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sensors.filters import SLOPE, Chain, Section, Start, chain, high_pass, low_pass, response
+from sensors.lsm6dsl.event_samples import EventFilters
 from sensors.lsm6dsl.registers import CTRL1_XL, CTRL2_G, CTRL4_C, CTRL6_C, CTRL7_G, CTRL8_XL
 
 _UNCHANGED: Section = (1.0, 0.0, 0.0, 0.0, 0.0)
@@ -36,10 +37,7 @@ def accelerometer_chain(mem: bytearray, odr_hz: float, *, high_performance: bool
     if not odr_hz:
         return None
     control = mem[CTRL8_XL.addr]
-    sections: list[Section] = []
-    if high_performance:
-        wide = odr_hz >= _ANALOG_WIDE_FROM_HZ and not mem[CTRL1_XL.addr] & CTRL1_XL.BW0_XL.mask
-        _add_low_pass(sections, _ANALOG_WIDE_HZ if wide else _ANALOG_NARROW_HZ, odr_hz)
+    sections = _analog(mem, odr_hz, high_performance=high_performance)
     high_pass_path = bool(control & CTRL8_XL.HP_SLOPE_XL_EN.mask)
     if high_pass_path or control & CTRL8_XL.LPF2_XL_EN.mask:
         narrow = control & CTRL8_XL.INPUT_COMPOSITE.mask
@@ -61,6 +59,35 @@ def accelerometer_chain(mem: bytearray, odr_hz: float, *, high_performance: bool
     elif control & CTRL8_XL.LPF2_XL_EN.mask:
         sections.append(low_pass(1 / _DIVISOR[code]))
     return chain(tuple(sections), start) if sections else None
+
+
+def event_filters(mem: bytearray, odr_hz: float, *, high_performance: bool) -> EventFilters:
+    """What the event functions get: LPF1 as INPUT_COMPOSITE selects it, and LPF2 behind it for 6D.
+
+    Their slope and high-pass filters hang on the composite filter's input (datasheet figure 8).
+    """
+    if not odr_hz:
+        return EventFilters(None, None)
+    sections = _analog(mem, odr_hz, high_performance=high_performance)
+    if mem[CTRL8_XL.addr] & CTRL8_XL.INPUT_COMPOSITE.mask:
+        sections.append(low_pass(1 / 4))
+    lpf2 = low_pass(1 / _DIVISOR[CTRL8_XL.HPCF_XL.get(mem[CTRL8_XL.addr])])
+    return EventFilters(tuple(sections), (*sections, lpf2))
+
+
+def _analog(mem: bytearray, odr_hz: float, *, high_performance: bool) -> list[Section]:
+    sections: list[Section] = []
+    if high_performance:
+        wide = odr_hz >= _ANALOG_WIDE_FROM_HZ and not mem[CTRL1_XL.addr] & CTRL1_XL.BW0_XL.mask
+        _add_low_pass(sections, _ANALOG_WIDE_HZ if wide else _ANALOG_NARROW_HZ, odr_hz)
+    return sections
+
+
+def slow_to_settle(mem: bytearray) -> bool:
+    """Whether the accelerometer's output passes LPF1 at ODR/4 or the slope filter (AN5040 Table 13)."""
+    control = mem[CTRL8_XL.addr]
+    slope = control & CTRL8_XL.HP_SLOPE_XL_EN.mask and CTRL8_XL.HPCF_XL.get(control) == _SLOPE_CODE
+    return bool(slope or mem[CTRL1_XL.addr] & CTRL1_XL.LPF1_BW_SEL.mask)
 
 
 def reference_mode_is_idle(mem: bytearray) -> bool:

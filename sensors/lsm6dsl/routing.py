@@ -54,6 +54,7 @@ INT1_SOURCES: tuple[_Source, ...] = (
     (MD1_CFG, MD1_CFG.INT1_TILT, "TILT"),
     (MD1_CFG, MD1_CFG.INT1_TIMER, "TIMER"),
     (MASTER_CONFIG, MASTER_CONFIG.DRDY_ON_INT1, "SENSORHUB"),
+    (CTRL4_C, CTRL4_C.DEN_DRDY_INT1, "DEN_DRDY"),
 )
 INT2_SOURCES: tuple[_Source, ...] = (
     (INT2_CTRL, INT2_CTRL.INT2_STEP_DELTA, "STEP_DELTA"),
@@ -85,7 +86,8 @@ def routes(mem: bytearray) -> tuple[Routed, Routed]:
     return int1, int2
 
 
-def _int2_is_input(mem: bytearray) -> bool:
+def int2_is_input(mem: bytearray) -> bool:
+    """In every data-enable mode, and while the sensor hub is triggered from outside."""
     data_enable = CTRL6_C.TRIG_EN.mask | CTRL6_C.LVL1_EN.mask | CTRL6_C.LVL2_EN.mask
     triggered = MASTER_CONFIG.MASTER_ON.mask | MASTER_CONFIG.START_CONFIG.mask
     return bool(mem[CTRL6_C.addr] & data_enable) or mem[MASTER_CONFIG.addr] & triggered == triggered
@@ -131,7 +133,7 @@ class Routing:
         self.active = bool(routed)
         self._pending = [change for change in self._pending if change[1] in routed]
         self._levels = _levels(mem[CTRL3_C.addr])
-        self._int2_is_input = _int2_is_input(mem)
+        self._int2_is_input = int2_is_input(mem)
         self._drive(now_ps)
 
     def catch_up(self, now_ps: int) -> None:

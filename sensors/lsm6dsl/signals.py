@@ -32,6 +32,7 @@ SignalName: TypeAlias = Literal[
     "IRON",
     "WRIST_TILT",
     "SENSORHUB",
+    "DEN_DRDY",
 ]
 SIGNALS: tuple[SignalName, ...] = get_args(SignalName)
 

@@ -88,17 +88,17 @@ def test_a_value_is_read_back_within_half_an_lsb(
     values = [data.draw(st.floats(low, high)) for _ in range(channel.axes)]
     chip.set(channel.name, *values)
 
-    chip.wait(channel.sample_ps(0))
+    chip.wait(channel.sample_ps(channel.settled))
 
     read = [channel.zero + count * lsb for count in chip.counts(channel)]
     assert read == pytest.approx(values, rel=0, abs=0.5001 * lsb)
 
 
-@channels
+@pytest.mark.parametrize(("channel", "writes", "lsb"), SCALES)
 @pytest.mark.parametrize("sign", [-1, 1])
-def test_a_value_out_of_range_saturates(channel: Channel, sign: int) -> None:
+def test_a_value_out_of_range_saturates(channel: Channel, writes: Writes, lsb: float, sign: int) -> None:
     chip = Chip(channel.part)
-    chip.configure(channel.scales[0][0])
+    chip.configure(writes)
     chip.set(channel.name, *channel.value(sign * 1e9))
 
     chip.wait(channel.sample_ps(0))
@@ -208,8 +208,7 @@ def test_an_unread_sample_that_is_overwritten_sets_overrun(channel: Channel, loo
     assert not chip.byte(status) & channel.overrun
 
 
-# -- block data update
-# -----------------------------------------------------------------------------------------
+# -- block data update --------------------------------------------------------------------------------------
 
 HELD = [channel for channel in CHANNELS if channel.bdu]
 
@@ -252,12 +251,13 @@ def test_without_bdu_a_word_can_be_torn(channel: Channel) -> None:
     chip = Chip(channel.part)
     lsb = channel.scales[0][1]
     below, above = (constant(*channel.value(channel.zero + count * lsb)) for count in (0x00FF, 0x0100))
-    chip.world.signals[channel.name] = step(below, above, (channel.sample_ps(0) + 1000) / PS_PER_S)
+    last_below_ps = channel.sample_ps(channel.settled)
+    chip.world.signals[channel.name] = step(below, above, (last_below_ps + 1000) / PS_PER_S)
     chip.configure(channel.scales[0][0])
     low, high = word(channel, 0)[:2]
 
-    chip.wait(channel.sample_ps(0))
+    chip.wait(last_below_ps)
     first = chip.byte(low)
-    chip.wait(channel.sample_ps(20) - channel.sample_ps(0))  # the gyroscope's filter has settled
+    chip.wait(channel.sample_ps(channel.settled + 20) - last_below_ps)  # the gyroscope's filter has settled
 
     assert (first, chip.byte(high)) == (0xFF, 0x01)

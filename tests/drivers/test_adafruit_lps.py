@@ -9,7 +9,7 @@ import pytest
 
 from emulator import Board
 from emulator.adapters import BusioI2C, virtual_time
-from tests.driver_bench import SETTLED_S, changes, settled
+from tests.driver_fakes import SETTLED_S, changes, settled
 
 adafruit_lps2x = pytest.importorskip("adafruit_lps2x", reason="pip install -e '.[test]'")
 adafruit_lps35hw = pytest.importorskip("adafruit_lps35hw")

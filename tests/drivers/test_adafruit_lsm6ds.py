@@ -9,7 +9,7 @@ import pytest
 
 from emulator import Board
 from emulator.adapters import BusioI2C, virtual_time
-from tests.driver_bench import (
+from tests.driver_fakes import (
     ATTITUDES,
     G_M_S2,
     SETTLED_S,

@@ -6,7 +6,7 @@ import pytest
 
 from emulator import Board
 from emulator.adapters import SMBus
-from tests.driver_bench import (
+from tests.driver_fakes import (
     ATTITUDES,
     SETTLED_S,
     Vector,

@@ -132,3 +132,19 @@ def test_every_part_of_the_board_reports_its_pin() -> None:
     levels = [level for _, level in edges]
     assert levels[-4:] == [1, 0, 1, 0]
     assert {event.pin for event in board.trace.of(GpioEdge)} == {"LIS2MDL.INT/DRDY"}
+
+
+def test_the_board_drives_int2_and_data_enable_answers_on_int1() -> None:
+    """CTRL6_C: level; CTRL9_XL: the accelerometer; CTRL4_C: DEN_DRDY_INT1 (AN5040 4.8)."""
+    board = Board(ideal=True)
+    edges = wired(board)
+    for register, value in ((0x15, 0x40), (0x14, 0x10), (0x18, 0xF0), (0x13, 0x10), (0x10, 0x40)):
+        board.i2c2.write(LSM6DSL, bytes((register, value)))
+    board.run_for(0.05)
+    driven_ps = board.clock.now_ps
+    board.sensors.lsm6dsl.int2.apply(1, driven_ps)
+    board.run_for(0.05)
+
+    assert [level for _, level in edges] == [1]
+    assert 0 < edges[0][0] - driven_ps <= PERIOD_104_PS
+    assert board.i2c2.write_read(LSM6DSL, b"\x28", 6)[0] & 1

@@ -10,7 +10,8 @@ from typing import NamedTuple
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.motion_bench import (
+from tests.motion_fakes import (
+    CTRL8_XL,
     D6D_SRC,
     DRDY_PULSE_CFG,
     ENABLE,
@@ -190,9 +191,10 @@ LOOKS = st.lists(
     looks=LOOKS,
     inact=st.integers(0, 3),
     routes=st.tuples(st.integers(0, 0xFC), st.integers(0, 0xFC)),
+    ctrl8=st.sampled_from((0x00, 0x08, 0xE1, 0x45)),
 )
 def test_pins_do_not_depend_on_who_looks_when(
-    samples: list[Sample], looks: list[tuple[int, int]], inact: int, routes: tuple[int, int]
+    samples: list[Sample], looks: list[tuple[int, int]], inact: int, routes: tuple[int, int], ctrl8: int
 ) -> None:
     """Not latched, reading changes nothing: neither the edges nor the samples."""
 
@@ -204,6 +206,7 @@ def test_pins_do_not_depend_on_who_looks_when(
             (INT2_CTRL, 0x04),
             (MD1_CFG, routes[0]),
             (MD2_CFG, routes[1]),
+            (CTRL8_XL, ctrl8),
             (TAP_THS_6D, 0x41),
             (WAKE_UP_THS, 0x81),
             (TAP_CFG, ENABLE | inact << 5 | 0x0E),

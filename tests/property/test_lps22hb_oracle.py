@@ -1,9 +1,8 @@
-"""The LPS22HB's reference, interrupt, FIFO and pin under arbitrary use, against a slow and plain oracle.
+"""The LPS22HB under arbitrary use, against a slow and plain oracle.
 
-The oracle knows the sensor facts (3.3 to 3.5) and the decisions stated in the modules of ``sensors.lps22hb``;
-it goes sample by sample and keeps everything as numbers and lists. Two parts are driven alike: one is left
-alone until it is accessed, the other is made to catch up all the time. Both must do what the oracle says,
-with every edge of the pin at its time.
+Reference, interrupt, FIFO, pin, block data update, one-shot and reset. Two parts are driven alike: one is
+left alone until it is accessed, the other is made to catch up all the time. Both must do what the oracle
+says, with every edge of the pin at its time.
 """
 
 from __future__ import annotations
@@ -13,23 +12,11 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, rule
 
+from tests.lps22hb_oracle import PERIOD_PS, RATE_HZ, Oracle
 from tests.sensor_fakes import PS_PER_S, Array, Chip
 
-RATE_HZ = 50
-PERIOD_PS = PS_PER_S // RATE_HZ
 INTERRUPT_CFG, THS_P_L, CTRL_REG1, CTRL_REG2, CTRL_REG3, FIFO_CTRL = 0x0B, 0x0C, 0x10, 0x11, 0x12, 0x14
 REF_P_XL, RPDS_L, INT_SOURCE, FIFO_STATUS, STATUS, PRESS_OUT_XL = 0x15, 0x18, 0x25, 0x26, 0x27, 0x28
-BYPASS, FIFO, STREAM, DYNAMIC = "bypass", "fifo", "stream", "dynamic"
-MODES = {
-    0: (BYPASS, BYPASS),
-    1: (FIFO, FIFO),
-    2: (STREAM, STREAM),
-    3: (STREAM, FIFO),
-    4: (BYPASS, STREAM),
-    5: (BYPASS, BYPASS),
-    6: (DYNAMIC, DYNAMIC),
-    7: (BYPASS, FIFO),
-}
 
 SETTINGS: dict[str, st.SearchStrategy[int]] = {
     "interrupt_cfg": st.one_of(st.integers(0, 0xFF), st.sampled_from((0x0B, 0x0F, 0x8F))),
@@ -38,140 +25,30 @@ SETTINGS: dict[str, st.SearchStrategy[int]] = {
     "fifo_ctrl": st.builds(
         lambda mode, watermark: mode << 5 | watermark, st.integers(0, 7), st.sampled_from((0, 1, 2, 5, 31))
     ),
-    "control2": st.sampled_from((0x50, 0x50, 0x70, 0x10)),
+    "control1": st.sampled_from((0x40, 0x42, 0x42, 0x00)),
+    # FIFO_EN, STOP_ON_FTH, IF_ADD_INC, ONE_SHOT
+    "control2": st.sampled_from((0x50, 0x50, 0x70, 0x10, 0x40, 0x51, 0x11)),
     # push-pull: an open-drain pin has no rising edges
     "control3": st.sampled_from((0x00, 0x01, 0x02, 0x03, 0x04, 0x08, 0x10, 0x14, 0x20, 0x3C, 0x84, 0x90)),
 }
 
 
-def measured(sample: Array) -> Array:
-    """Counts of sample 0, 1 ...: about 1000 hPa, up to 2 hPa off in steps of 1/16 hPa."""
+def counts(sample: Array) -> Array:
+    """Of the sample that comes ``sample`` periods after 0: about 1000 hPa, up to 2 off in steps of 1/16."""
     return 1000 * 4096 + (sample * 29 % 65 - 32) * 256
 
 
 def pressure_hpa(t_s: Array) -> Array:
-    return measured(np.rint(t_s * RATE_HZ) - 1) / 4096
+    return counts(np.rint(t_s * RATE_HZ)) / 4096
 
 
 def temperature_degc(t_s: Array) -> Array:
     return np.rint(t_s * RATE_HZ) / 100
 
 
-class Oracle:
-    """One sample, one read, one write at a time."""
-
-    def __init__(self) -> None:
-        self.number = 0  # of the next sample
-        self.interrupt_cfg = self.threshold = self.control3 = self.fifo_ctrl = self.rpds = 0
-        self.fifo_en = self.stop_on_fth = False
-        self.ref_p = 0
-        self.autozero = self.autorifp = False
-        self.ph = self.pl = False
-        self.status = 0
-        self.latest = bytes(5)
-        self.registers = bytes(5)
-        self.levels: list[bytes] = []
-        self.behaviour = BYPASS
-        self.last_read: bytes | None = None
-        self.stopped = self.overrun = False
-        self.level = 0
-        self.edges: list[tuple[int, int]] = []
-
-    def run_to(self, t_ps: int) -> None:
-        while (due_ps := (self.number + 1) * PERIOD_PS) <= t_ps:
-            self.sample(int(measured(np.array(self.number))), self.number + 1)
-            self.number += 1
-            self.drive(due_ps)
-        self.look()
-
-    def sample(self, counts: int, temperature: int) -> None:
-        self.status |= (self.status & 0x03) << 4 | 0x03
-        if self.interrupt_cfg & 0xA0:
-            self.ref_p = counts
-            self.autozero |= bool(self.interrupt_cfg & 0x20)
-            self.autorifp |= bool(self.interrupt_cfg & 0x80)
-            self.interrupt_cfg &= 0x5F
-        shown = counts - (self.ref_p if self.autozero else 256 * self.rpds)
-        self.latest = shown.to_bytes(3, "little", signed=True) + temperature.to_bytes(2, "little")
-        if self.interrupt_cfg & 0x08:
-            difference = counts - self.ref_p if self.autozero or self.autorifp else counts
-            latched = bool(self.interrupt_cfg & 0x04)
-            high = difference > 256 * self.threshold and bool(self.interrupt_cfg & 0x01)
-            low = difference < -256 * self.threshold and bool(self.interrupt_cfg & 0x02)
-            if self.interrupt_cfg & 0x03:
-                self.ph, self.pl = high or (latched and self.ph), low or (latched and self.pl)
-        self.behave()
-        self.collect()
-
-    def behave(self) -> None:
-        modes = MODES[self.fifo_ctrl >> 5] if self.fifo_en else MODES[0]
-        self.behaviour = modes[self.ph or self.pl]
-        if self.behaviour != FIFO:
-            self.stopped = False
-        if self.behaviour == BYPASS:
-            self.levels, self.last_read, self.overrun = [], None, False
-
-    def collect(self) -> None:
-        depth = (self.fifo_ctrl & 0x1F) + 1 if self.stop_on_fth else 32
-        if self.behaviour == FIFO and len(self.levels) >= depth:
-            self.stopped = self.overrun = True
-        if self.behaviour == BYPASS or self.stopped:
-            return
-        if self.behaviour == STREAM and not self.levels and self.last_read:
-            self.levels = [self.last_read]
-        self.levels = [*self.levels, self.latest]
-        if len(self.levels) > depth:
-            self.levels = self.levels[-depth:]
-            self.overrun = True
-
-    def look(self) -> None:
-        if self.behaviour == BYPASS:
-            self.registers = self.latest
-        elif self.levels:
-            self.registers = self.levels[0]
-
-    def read_output(self, offset: int) -> int:
-        self.look()
-        value = self.registers[offset]
-        if offset == 2:
-            self.status &= 0x22
-        if offset == 4:
-            self.status &= 0x11
-            if self.levels:
-                self.last_read, self.overrun = self.levels.pop(0), False
-        return value
-
-    def read_int_source(self) -> int:
-        value = self.ph | self.pl << 1 | (self.ph or self.pl) << 2
-        if self.interrupt_cfg & 0x04:
-            self.ph = self.pl = False
-        self.behave()
-        self.look()
-        return value
-
-    def fifo_status(self) -> int:
-        return len(self.levels) | self.overrun << 6 | self.at_watermark() << 7
-
-    def at_watermark(self) -> bool:
-        watermark = self.fifo_ctrl & 0x1F
-        return watermark > 0 and len(self.levels) >= watermark
-
-    def written(self) -> None:
-        if not self.interrupt_cfg & 0x04:
-            on = self.interrupt_cfg & 0x08
-            self.ph = self.ph and bool(on and self.interrupt_cfg & 0x01)
-            self.pl = self.pl and bool(on and self.interrupt_cfg & 0x02)
-        self.behave()
-
-    def drive(self, t_ps: int) -> None:
-        select, control = self.control3 & 0x03, self.control3
-        signals = self.at_watermark() << 4 | self.overrun << 3 | (len(self.levels) == 32) << 5
-        signals |= (self.status & 0x01) << 2
-        active = (bool(control & signals & 0x3C), self.ph, self.pl, self.ph or self.pl)[select]
-        level = int(active != bool(control & 0x80))
-        if level != self.level:
-            self.level = level
-            self.edges.append((t_ps, level))
+def measured(t_ps: int) -> tuple[int, int]:
+    sample = np.rint(t_ps / PS_PER_S * RATE_HZ)
+    return int(counts(sample)), int(sample)
 
 
 def collect_edges(chip: Chip, edges: list[tuple[int, int]]) -> None:
@@ -183,33 +60,37 @@ class Lps22hbMachine(RuleBasedStateMachine):
     @initialize(
         fifo_ctrl=SETTINGS["fifo_ctrl"],
         control3=SETTINGS["control3"],
-        interrupt_cfg=st.sampled_from((0x00, 0x8B, 0x8F)),
+        interrupt_cfg=st.sampled_from((0x00, 0x0B, 0x8B, 0x8F, 0xAB)),
     )
     def power_up(self, fifo_ctrl: int, control3: int, interrupt_cfg: int) -> None:
-        self.oracle = Oracle()
+        self.oracle = Oracle(measured)
         self.chips = Chip("LPS22HB"), Chip("LPS22HB")
         self.edges: tuple[list[tuple[int, int]], ...] = ([], [])
         for chip, edges in zip(self.chips, self.edges, strict=True):
             chip.world.signals["pressure_hpa"] = pressure_hpa
             chip.world.signals["temperature_degc"] = temperature_degc
             collect_edges(chip, edges)
-            chip.write(CTRL_REG1, 0x40)
+        self.control1(0x40)
         self.control2(0x50)
         self.fifo_ctrl(fifo_ctrl)
         self.control3(control3)
         self.interrupt_cfg(interrupt_cfg)
 
+    @property
+    def t_ps(self) -> int:
+        return self.chips[0].t_ps
+
     def write(self, address: int, *values: int) -> None:
         for chip in self.chips:
             chip.write(address, *values)
-        self.oracle.written()
-        self.oracle.look()
-        self.oracle.drive(self.chips[0].t_ps)
+        self.oracle.written(self.t_ps)
 
-    def read(self, address: int, count: int) -> bytes:
+    def read(self, address: int, count: int = 1) -> bytes:
         lazy, eager = (chip.read(address, count) for chip in self.chips)
         assert lazy == eager
         return lazy
+
+    # -- time and reading -------------------------------------------------------------------------------
 
     @rule(periods=st.one_of(st.integers(0, 3), st.integers(0, 45), st.floats(0, 3)))
     def time_passes(self, periods: float) -> None:
@@ -222,53 +103,79 @@ class Lps22hbMachine(RuleBasedStateMachine):
         self.oracle.run_to(lazy.t_ps)
         assert self.edges[1] == self.oracle.edges
 
-    @rule(first=st.integers(0, 4), count=st.sampled_from((1, 2, 3, 5, 6, 20, 160)))
-    def read_output(self, first: int, count: int) -> None:
-        expected = []
-        for offset in range(first, first + count):
-            expected.append(self.oracle.read_output(offset % 5))
-            self.oracle.drive(self.chips[0].t_ps)
+    @rule(offset=st.integers(0, 4), count=st.sampled_from((1, 2, 3, 5, 6, 20, 160)))
+    def read_output(self, offset: int, count: int) -> None:
+        first, expected = offset, []
+        for _ in range(count):
+            expected.append(self.oracle.read_output(offset))
+            self.oracle.drive(self.t_ps)
+            offset = self.oracle.following(offset)
         assert self.read(PRESS_OUT_XL + first, count) == bytes(expected)
-
-    @rule()
-    def read_int_source(self) -> None:
-        assert self.read(INT_SOURCE, 1)[0] == self.oracle.read_int_source()
-        self.oracle.drive(self.chips[0].t_ps)
-
-    @rule()
-    def read_states(self) -> None:
-        assert self.read(FIFO_STATUS, 2) == bytes((self.oracle.fifo_status(), self.oracle.status))
-        assert self.read(REF_P_XL, 3) == self.oracle.ref_p.to_bytes(3, "little")
-        assert self.read(INTERRUPT_CFG, 1)[0] & 0xAF == self.oracle.interrupt_cfg
 
     @rule()
     def drain(self) -> None:
         self.read_output(0, 5 * max(len(self.oracle.levels), 1))
 
+    @rule(times=st.integers(1, 2))
+    def read_int_source(self, times: int) -> None:
+        for _ in range(times):
+            assert self.read(INT_SOURCE)[0] == self.oracle.read_int_source()
+            self.oracle.drive(self.t_ps)
+
+    @rule()
+    def read_states(self) -> None:
+        assert self.read(FIFO_STATUS)[0] == self.oracle.fifo_status()
+        assert self.read(STATUS)[0] == self.oracle.status
+        ref_p = bytes(self.read(address)[0] for address in range(REF_P_XL, REF_P_XL + 3))
+        assert ref_p == self.oracle.ref_p.to_bytes(3, "little")
+        assert self.read(INTERRUPT_CFG)[0] & 0xAF == self.oracle.interrupt_cfg
+        assert self.read(CTRL_REG2)[0] & 0x71 == self.oracle.control2, "ONE_SHOT ends by itself"
+
     @rule()
     def compare_edges(self) -> None:
-        self.chips[0].part.catch_up(self.chips[0].t_ps)
+        self.chips[0].part.catch_up(self.t_ps)
         assert self.edges[0] == self.edges[1] == self.oracle.edges
+
+    # -- writing ----------------------------------------------------------------------------------------
 
     @rule(data=st.data())
     def reconfigure(self, data: st.DataObject) -> None:
         """One rule for all settings, so that more is done under each than setting others."""
-        setting = data.draw(st.sampled_from(tuple(SETTINGS)))
-        value = data.draw(SETTINGS[setting])
-        getattr(self, setting)(value)
+        for setting in data.draw(st.lists(st.sampled_from(tuple(SETTINGS)), min_size=1, max_size=4)):
+            getattr(self, setting)(data.draw(SETTINGS[setting]))
+
+    @rule(offset=st.integers(0, 1))
+    def begin_reading_under_bdu(self, offset: int) -> None:
+        """Datasheet 9.5: nothing changes until PRESS_OUT_H has been read."""
+        self.control1(0x42)
+        self.read_output(offset, 1)
+
+    @rule(rarely=st.integers(0, 4), then=st.sampled_from((0x50, 0x51, 0x71)), periods=st.floats(0, 1))
+    def one_shot(self, rarely: int, then: int, periods: float) -> None:
+        """Datasheet 9.6; ``then`` is written while the conversion is under way, or after its end."""
+        if rarely == 0:
+            self.control1(0x00)
+            self.control2(0x51)
+            self.time_passes(periods)
+            self.control2(then)
+            self.read_states()
+            self.control1(0x40)
+
+    @rule(rarely=st.integers(0, 9))
+    def swreset(self, rarely: int) -> None:
+        """Datasheet 9.6; the rate is set again, or there would be little to see."""
+        if rarely == 0:
+            self.oracle.swreset()
+            self.write(CTRL_REG2, 0x14)
+            self.control1(0x40)
 
     def interrupt_cfg(self, value: int) -> None:
-        oracle = self.oracle
-        if value & 0x10:
-            oracle.autozero, oracle.ref_p = False, 0
-        if value & 0x40:
-            oracle.autorifp = False
-        oracle.interrupt_cfg = value & 0xAF
+        self.oracle.write_interrupt_cfg(value)
         self.write(INTERRUPT_CFG, value)
 
     def threshold(self, value: int) -> None:
         self.oracle.threshold = value
-        self.write(THS_P_L, value, 0)
+        self.write(THS_P_L, value)
 
     def offset(self, value: int) -> None:
         self.oracle.rpds = value
@@ -278,8 +185,12 @@ class Lps22hbMachine(RuleBasedStateMachine):
         self.oracle.fifo_ctrl = value
         self.write(FIFO_CTRL, value)
 
+    def control1(self, value: int) -> None:
+        self.oracle.write_control1(value, self.t_ps)
+        self.write(CTRL_REG1, value)
+
     def control2(self, value: int) -> None:
-        self.oracle.fifo_en, self.oracle.stop_on_fth = bool(value & 0x40), bool(value & 0x20)
+        self.oracle.write_control2(value, self.t_ps)
         self.write(CTRL_REG2, value)
 
     def control3(self, value: int) -> None:
@@ -287,5 +198,5 @@ class Lps22hbMachine(RuleBasedStateMachine):
         self.write(CTRL_REG3, value)
 
 
-Lps22hbMachine.TestCase.settings = settings(max_examples=150, stateful_step_count=50)
+Lps22hbMachine.TestCase.settings = settings(max_examples=300, stateful_step_count=50)
 TestLps22hb = Lps22hbMachine.TestCase

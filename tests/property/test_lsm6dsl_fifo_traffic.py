@@ -8,7 +8,7 @@ from math import lcm
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.fifo_bench import FLAGS, RATES_HZ, TEMPERATURE, XL, Bench, G, sample_ps, sample_word
+from tests.fifo_fakes import FLAGS, RATES_HZ, TEMPERATURE, XL, Bench, G, sample_ps, sample_word
 from tests.sensor_fakes import PS_PER_MS, PS_PER_S, PS_PER_US
 
 BYPASS, FIFO, CONTINUOUS_TO_FIFO, BYPASS_TO_CONTINUOUS, CONTINUOUS = 0, 1, 3, 4, 6
@@ -31,6 +31,11 @@ class Sensor:
     def next_ps(self) -> int:
         return sample_ps(self.start_ps, self.rate_hz, self.count + 1) if self.rate_hz else 1 << 62
 
+    def samples_at(self, t_ps: int) -> bool:
+        nearest = 1 + round((t_ps - self.start_ps) * self.rate_hz / PS_PER_S) if self.rate_hz else 0
+        numbers = range(max(1, nearest - 2), nearest + 1)
+        return any(t_ps == sample_ps(self.start_ps, self.rate_hz, number) for number in numbers)
+
     def take(self) -> None:
         t_s = self.next_ps() / PS_PER_S
         self.words = [sample_word(self.mark, t_s, axis) for axis in range(self.axes)]
@@ -46,7 +51,7 @@ class Oracle:
         self.timer_start_ps = 0
         self.heard: list[tuple[str, bool, int]] = []
         self.shown = dict.fromkeys(FLAGS, False)
-        self.mode, self.fourth = BYPASS, "hub"
+        self.mode, self.fourth, self.only_high = BYPASS, "hub", False
         self.decimations: tuple[int, ...] = (0, 0, 0, 0)
         self.every, self.depth, self.watermark = 0, 2048, 0
         self.triggers: set[str] = set()
@@ -97,6 +102,9 @@ class Oracle:
         return sum(SET * len(self.sets_at(trigger)) for trigger in range(period))
 
     def words_of(self, number: int) -> list[int]:
+        if number == 0 and self.only_high:
+            pairs = zip(self.xl.words, self.g.words, strict=True)
+            return [xl >> 8 | g & 0xFF00 for xl, g in pairs]
         if number < 2:
             return (self.g, self.xl)[number].words
         if number == 2 or self.fourth == "hub":
@@ -162,6 +170,7 @@ class Setup:
     fourth: str
     watermark: int
     stops: bool
+    only_high: bool
 
 
 SETUPS = st.builds(
@@ -174,6 +183,7 @@ SETUPS = st.builds(
     fourth=st.sampled_from(("timestamp", "temperature", "hub")),
     watermark=st.integers(10, 90) | st.integers(0, 2047),
     stops=st.booleans(),
+    only_high=st.booleans(),
 )
 WAITS = st.tuples(st.just("wait"), st.integers(0, 300 * PS_PER_MS) | st.integers(PS_PER_S, 6 * PS_PER_S))
 STEPS = st.one_of(
@@ -181,6 +191,7 @@ STEPS = st.one_of(
     WAITS,
     st.tuples(st.just("read"), st.integers(1, 30) | st.integers(0, 2048)),
     st.tuples(st.just("event"), st.sampled_from((1, 1, 0))),
+    st.tuples(st.just("ahead"), st.integers(1, 100 * PS_PER_MS)),
     st.tuples(st.just("look"), st.just(0)),
     st.tuples(st.just("early"), st.just(0)),
 )
@@ -215,7 +226,9 @@ class Traffic:
         first, second, third, fourth = setup.decimations
         kinds = {"hub": 0x00, "timestamp": 0x80, "temperature": 0x08}
         bench.write(0x06, setup.watermark & 0xFF, setup.watermark >> 8 | kinds[setup.fourth])
-        bench.write(0x08, first << 3 | second, 0x80 * setup.stops | fourth << 3 | third)
+        ctrl4 = 0x80 * setup.stops | 0x40 * setup.only_high | fourth << 3 | third
+        bench.write(0x08, first << 3 | second, ctrl4)
+        oracle.only_high = setup.only_high
         bench.write(0x0A, setup.rate << 3 | setup.mode)
         oracle.mode, oracle.fourth, oracle.watermark = setup.mode, setup.fourth, setup.watermark
         oracle.decimations = tuple(DECIMATION[code] for code in setup.decimations)
@@ -236,6 +249,22 @@ class Traffic:
         self.wait(1)
         self.bench.pulse("WU" if routed else "FF")
         self.oracle.event("WU" if routed else "FF")
+
+    def ahead(self, ps: int) -> None:
+        """A function that has worked ahead has raised its event; nothing of it shows before its time."""
+        bench, oracle = self.bench, self.oracle
+        at_ps = bench.t_ps + ps
+        while any(sensor.samples_at(at_ps) for sensor in (oracle.xl, oracle.g)):
+            at_ps += 1  # at the time of a sample the order matters, which is a test of its own
+        bench.catch_up(bench.t_ps)
+        bench.signals.set("WU", True, at_ps)
+        bench.signals.set("WU", False, at_ps)
+        for moment_ps in (at_ps - ps // 2, at_ps - 1):
+            if moment_ps > bench.t_ps:
+                self.wait(moment_ps - bench.t_ps)
+                self.look(0)
+        self.wait(at_ps - bench.t_ps)
+        oracle.event("WU")
 
     def look(self, _: int) -> None:
         assert self.bench.read(0x3A, 4) == self.oracle.status()

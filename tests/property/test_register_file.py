@@ -169,8 +169,22 @@ def test_a_note_names_the_unmodelled_field_that_left_its_reset_value(value: int)
 
     registers.write(0x10, bytes([value]), 7)
 
-    assert notes == ([(7, "not modelled", "CONTROL.KNOWN written")] if value & 0x40 else [])
+    not_modelled = [note for note in notes if note[1] == "not modelled"]
+    assert not_modelled == ([(7, "not modelled", "CONTROL.KNOWN written")] if value & 0x40 else [])
     assert registers.mem[0x10] == value & 0x47
+
+
+@given(BYTE)
+def test_a_note_names_the_reserved_bits_that_were_written(value: int) -> None:
+    registers = RegisterFile(RegisterMap([CONTROL]))
+    notes = []
+    registers.note = lambda now_ps, kind, text: notes.append((now_ps, kind, text))
+
+    registers.write(0x10, bytes([value]), 7)
+
+    refused = ", ".join(str(bit) for bit in (3, 4, 5, 7) if value >> bit & 1)
+    expected = (7, "write ignored", f"CONTROL: bit {refused} cannot be changed")
+    assert [note for note in notes if note[1] == "write ignored"] == ([expected] if refused else [])
 
 
 def test_a_write_hook_sees_the_old_and_the_masked_new_value_after_it_is_stored() -> None:
@@ -190,6 +204,7 @@ class Memory:
     """A device of 128 plain bytes."""
 
     NAME: ClassVar[str] = "MEMORY"
+    i2c_off = False
 
     def __init__(self) -> None:
         self.registers = RegisterFile(RegisterMap([declare(0, ADDRESSES, "rw", True)]))
@@ -199,6 +214,12 @@ class Memory:
             self.registers.advance,
         )
         self.register_name = self.registers.map.name
+
+    def accessible(self, now_ps: int) -> bool:
+        return True
+
+    def refuse(self, now_ps: int) -> None:
+        raise AssertionError("it is accessible")
 
 
 @given(st.binary(min_size=ADDRESSES, max_size=ADDRESSES), ADDRESS, st.lists(st.integers(1, 40), max_size=5))

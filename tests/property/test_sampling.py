@@ -93,6 +93,28 @@ def test_numbers_go_on_over_restarts(rate_hz: Fraction, runs_ps: list[int]) -> N
     assert numbers == list(range(len(numbers)))
 
 
+@given(STARTS, STARTS, RATES, st.sampled_from([1, 2, 64]), st.booleans(), GAPS)
+def test_streams_in_step_coincide_whoever_reads_when(
+    first_ps: int, second_ps: int, rate_hz: Fraction, ratio: int, faster: bool, gaps: list[int]
+) -> None:
+    """Every sample of the slower one comes with one of the faster one, once both run."""
+    other_hz = rate_hz * ratio if faster else rate_hz / ratio
+    first, second = SampleStream(16, tagged), SampleStream(16, tagged)
+    first.start(first_ps, rate_hz)
+    for now_ps in moments(first_ps, gaps):
+        if first.next_ps <= now_ps <= second_ps:
+            first.advance(now_ps)
+    second.start_in_step(first, second_ps, other_hz)
+
+    assert PS_PER_S / other_hz <= second.next_ps - second_ps <= 2 * PS_PER_S / other_hz + 1
+    assert second.latest(second.next_ps - 1) == -1
+    slow, fast = (first, second) if faster else (second, first)
+    both_ps = max(first.time_ps(0), second.time_ps(0))
+    for number in range(slow.latest(both_ps) + 1, slow.latest(both_ps) + 20):
+        at_ps = slow.time_ps(number)
+        assert fast.time_ps(fast.latest(at_ps)) == at_ps
+
+
 @given(STARTS, st.integers(1, PS_PER_S), st.integers(0, 10**6 * PS_PER_S))
 def test_a_single_measurement_gives_one_sample(start_ps: int, delay_ps: int, later_ps: int) -> None:
     stream = SampleStream(16, tagged)

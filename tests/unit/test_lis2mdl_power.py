@@ -165,3 +165,20 @@ def test_spi_has_three_wires_after_reset_and_four_with_4wspi() -> None:
     assert chip.part.spi_wires() == 4
     chip.write(CFG_REG_A, 0x20)
     assert chip.part.spi_wires() == 3
+
+
+@pytest.mark.parametrize("config_a", [0x0C, 0x0D, 0x1C])
+def test_measuring_without_temperature_compensation_is_noted(config_a: int) -> None:
+    """Datasheet 8.5: COMP_TEMP_EN "must be 1"; it measures all the same."""
+    chip = Chip("LIS2MDL")
+    chip.write(CFG_REG_A, config_a)
+    assert chip.notes == [("forbidden", "CFG_REG_A: measuring with COMP_TEMP_EN = 0")]
+    chip.wait(20 * PS_PER_MS)
+    assert chip.byte(STATUS_REG) & 0x08
+
+
+@pytest.mark.parametrize("config_a", [0x8C, 0x8D, 0x03, 0x0F, 0x20, 0x40])
+def test_nothing_is_noted_while_idle_or_compensated(config_a: int) -> None:
+    chip = Chip("LIS2MDL")
+    chip.write(CFG_REG_A, config_a)
+    assert chip.notes == []

@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from fractions import Fraction
+
 import pytest
 
 from sensors import LPS22HB
-from tests.sensor_fakes import (
-    LPS22HB_TEMPERATURE,
-    PRESSURE,
-    PS_PER_MS,
-    PS_PER_S,
-    PS_PER_US,
-    Chip,
-    constant,
-    ramp,
-)
+from tests.sensor_fakes import PRESSURE, PS_PER_S, Chip, constant, ramp
 
 CTRL_REG1, CTRL_REG2, RPDS_L, RES_CONF = 0x10, 0x11, 0x18, 0x1A
-INT_SOURCE, STATUS, PRESS_OUT_XL = 0x25, 0x27, 0x28
+STATUS, PRESS_OUT_XL = 0x27, 0x28
 
 
 def test_datasheet_example() -> None:
@@ -32,151 +26,21 @@ def test_datasheet_example() -> None:
     assert round(0x3FF58D / 4096, 1) == 1023.3
 
 
-# -- one shot -------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(("res_conf", "conversion_ms"), [(0x00, 13), (0x01, 5)])
-def test_one_shot_measures_once(res_conf: int, conversion_ms: int) -> None:
-    """Datasheet 9.6; the times are the LPS22HH's, the LPS22HB's datasheet gives none."""
-    chip = Chip("LPS22HB")
-    chip.write(RES_CONF, res_conf)
-    chip.write(CTRL_REG2, 0x11)
-
-    chip.wait(conversion_ms * PS_PER_MS - 1)
-    assert (chip.byte(CTRL_REG2), chip.byte(STATUS)) == (0x11, 0x00)
-    chip.wait(1)
-    assert (chip.byte(CTRL_REG2), chip.byte(STATUS)) == (0x10, 0x03)
-    assert chip.counts(PRESSURE) == (round(1013.25 * 4096),)
-    assert chip.counts(LPS22HB_TEMPERATURE) == (2500,)
-    chip.wait(PS_PER_S)
-    assert chip.byte(STATUS) == 0x00, "no second sample"
-
-
-def test_writing_one_shot_while_busy_does_not_restart_it() -> None:
-    """ST's example sets it on every poll."""
-    chip = Chip("LPS22HB")
-    chip.write(CTRL_REG2, 0x11)
-    for _ in range(6):
-        chip.wait(2 * PS_PER_MS)
-        chip.write(CTRL_REG2, 0x11)
-
-    chip.wait(PS_PER_MS - 1)
-    assert chip.byte(STATUS) == 0x00
-    chip.wait(1)
-    assert chip.byte(STATUS) == 0x03
-
-
-def test_writing_0_does_not_end_a_one_shot_either() -> None:
-    chip = Chip("LPS22HB")
-    chip.write(CTRL_REG2, 0x11)
-    chip.write(CTRL_REG2, 0x10)
-
-    assert chip.byte(CTRL_REG2) == 0x11
-    chip.wait(13 * PS_PER_MS)
-    assert (chip.byte(CTRL_REG2), chip.byte(STATUS)) == (0x10, 0x03)
-
-
-def test_one_shot_works_again_and_again() -> None:
-    chip = Chip("LPS22HB")
-    for _ in range(3):
-        chip.write(CTRL_REG2, 0x11)
-        chip.wait(13 * PS_PER_MS)
-        assert chip.byte(STATUS) == 0x03
-        chip.read(PRESS_OUT_XL, 5)
-
-
-def test_one_shot_at_a_running_rate_is_refused_and_noted() -> None:
-    """Datasheet 9.6: only with ODR = 000."""
-    chip = Chip("LPS22HB")
-    chip.write(CTRL_REG1, 0x30)
-    chip.write(CTRL_REG2, 0x11)
-
-    assert chip.notes == [("forbidden", "CTRL_REG2.ONE_SHOT while CTRL_REG1.ODR is not 0")]
-    assert chip.byte(CTRL_REG2) == 0x10
-    chip.wait(13 * PS_PER_MS)
-    assert chip.byte(STATUS) == 0x00, "the first sample comes after 40 ms"
-
-
-# -- reset and boot -------------------------------------------------------------------------------------
-
-
-def test_swreset_resets_the_registers_of_section_9_6_and_keeps_the_others() -> None:
-    listed = {
-        0x0B: 0x08,
-        0x0C: 0x12,
-        0x0D: 0x34,
-        0x10: 0x32,
-        0x12: 0x04,
-        0x14: 0x05,
-        0x15: 1,
-        0x16: 2,
-        0x17: 3,
-    }
-    kept = {0x18: 0x11, 0x19: 0x22, 0x1A: 0x01}
-    chip = Chip("LPS22HB")
-    for address, value in {**listed, **kept}.items():
-        chip.write(address, value)
-
-    chip.write(CTRL_REG2, 0x14)
-    assert chip.byte(CTRL_REG2) == 0x14
-    chip.wait(10 * PS_PER_US)
-
-    assert {address: chip.byte(address) for address in listed} == dict.fromkeys(listed, 0x00)
-    assert {address: chip.byte(address) for address in kept} == kept
-    assert chip.byte(CTRL_REG2) == 0x10
-
-
-def test_swreset_ends_a_one_shot() -> None:
-    chip = Chip("LPS22HB")
-    chip.write(CTRL_REG2, 0x11)
-    chip.write(CTRL_REG2, 0x14)
-    chip.wait(PS_PER_S)
-
-    assert chip.byte(STATUS) == 0x00
-    chip.write(CTRL_REG2, 0x11)
-    chip.wait(13 * PS_PER_MS)
-    assert chip.byte(STATUS) == 0x03
-
-
-def test_boot_and_swreset_at_once_as_the_boards_firmware_does() -> None:
-    """Sensor facts 3.2: 0x94; the part works afterwards."""
-    chip = Chip("LPS22HB")
-    chip.write(CTRL_REG1, 0x32)
-    chip.write(CTRL_REG2, 0x94)
-
-    assert chip.byte(CTRL_REG2) == 0x94
-    chip.wait(40 * PS_PER_MS)
-    assert (chip.byte(CTRL_REG2), chip.byte(CTRL_REG1)) == (0x10, 0x00)
-    chip.write(CTRL_REG1, 0x32)
-    chip.wait(40 * PS_PER_MS)
-    assert chip.byte(STATUS) == 0x03
-    assert chip.notes == []
-
-
-def test_0xf8_in_ctrl_reg2_is_harmless_as_on_the_real_board() -> None:
-    """Sensor facts 3.2: FIFO_EN in bypass mode gives plain outputs, BOOT ends by itself."""
-    chip = Chip("LPS22HB")
-    chip.write(CTRL_REG2, 0xF8)
-    chip.write(CTRL_REG1, 0x33)
-
-    chip.wait(40 * PS_PER_MS)
-    assert chip.byte(CTRL_REG2) == 0x78
-    assert chip.read(PRESS_OUT_XL, 5) == round(1013.25 * 4096).to_bytes(3, "little") + b"\xc4\x09"
-    assert chip.notes == []
-    assert chip.part.i2c_off
-    chip.wait(40 * PS_PER_MS)
-    assert chip.byte(STATUS) == 0x03
-
-
-@pytest.mark.parametrize("code", [6, 7])
-def test_an_undefined_rate_measures_nothing_and_is_noted(code: int) -> None:
-    """Datasheet T17."""
+@pytest.mark.parametrize(("code", "rate_hz"), [(1, 1), (2, 10), (3, 25), (4, 50), (5, 75)])
+def test_samples_come_at_every_rate(code: int, rate_hz: int) -> None:
+    """Datasheet T17; pressure and temperature together."""
     chip = Chip("LPS22HB")
     chip.write(CTRL_REG1, code << 4)
-    chip.wait(PS_PER_S)
-
-    assert chip.notes == [("forbidden", "CTRL_REG1.ODR above 5")]
-    assert chip.byte(STATUS) == 0x00
+    channel = replace(PRESSURE, rate_hz=Fraction(rate_hz))
+    for sample in range(3):
+        chip.t_ps = channel.sample_ps(sample) - 1
+        assert chip.byte(STATUS) == 0x00
+        chip.wait(1)
+        assert chip.byte(STATUS) == 0x03
+        chip.read(PRESS_OUT_XL, 5)
+    chip.write(CTRL_REG1, 0x00)
+    chip.wait(10 * PS_PER_S)
+    assert chip.byte(STATUS) == 0x00, "power-down"
 
 
 # -- output ---------------------------------------------------------------------------------------------
@@ -249,46 +113,6 @@ def test_the_two_flags_and_their_overruns_are_cleared_separately() -> None:
     assert chip.byte(STATUS) == 0x33, "two samples at once overwrite each other"
     chip.read(PRESS_OUT_XL, 5)
     assert chip.byte(STATUS) == 0x00
-
-
-# -- what the reset and boot show elsewhere ---------------------------------------------------------------
-
-
-@pytest.mark.parametrize(("control1", "boots_ps"), [(0x00, PS_PER_MS), (0x30, 40 * PS_PER_MS)])
-def test_boot_status_is_set_while_the_part_boots(control1: int, boots_ps: int) -> None:
-    """Datasheet 9.15; 9.6: one period of the data rate."""
-    chip = Chip("LPS22HB")
-    chip.write(CTRL_REG1, control1)
-    chip.write(CTRL_REG2, 0x90)
-
-    chip.wait(boots_ps - 1)
-    assert (chip.byte(INT_SOURCE), chip.byte(CTRL_REG2)) == (0x80, 0x90)
-    chip.wait(1)
-    assert (chip.byte(INT_SOURCE), chip.byte(CTRL_REG2)) == (0x00, 0x10)
-    assert chip.byte(CTRL_REG1) == control1
-
-
-def test_power_on_as_a_setting() -> None:
-    """Sensor facts 3.2: no time is documented; 2F6666h has been seen before the first conversion."""
-    part = LPS22HB(constant(1000.0), constant(20.0), trimming_ps=5 * PS_PER_MS, power_on_counts=0x2F6666)
-
-    assert part.read(INT_SOURCE, 1, 5 * PS_PER_MS - 1) == b"\x80"
-    assert part.read(INT_SOURCE, 1, 5 * PS_PER_MS) == b"\x00"
-    assert part.read(PRESS_OUT_XL, 5, 5 * PS_PER_MS) == b"\x66\x66\x2f\x00\x00"
-    part.write(CTRL_REG1, b"\x50", 5 * PS_PER_MS)
-    assert part.read(PRESS_OUT_XL, 3, PS_PER_S) == (1000 * 4096).to_bytes(3, "little")
-
-
-def test_another_rate_ends_a_one_shot() -> None:
-    chip = Chip("LPS22HB")
-    chip.write(CTRL_REG2, 0x11)
-    chip.write(CTRL_REG1, 0x10)
-
-    assert chip.byte(CTRL_REG2) == 0x10
-    chip.wait(PS_PER_S - 1)
-    assert chip.byte(STATUS) == 0x00
-    chip.wait(1)
-    assert chip.byte(STATUS) == 0x03
 
 
 # -- configuration ------------------------------------------------------------------------------------------

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import pytest
 
-from tests.motion_bench import (
+from tests.motion_fakes import (
     CTRL1_XL,
     CTRL2_G,
     CTRL4_C,

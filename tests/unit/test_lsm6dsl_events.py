@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from tests.motion_bench import (
+from tests.motion_fakes import (
     CTRL1_XL,
     CTRL3_C,
     CTRL8_XL,

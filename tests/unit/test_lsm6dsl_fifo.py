@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.fifo_bench import (
+from tests.fifo_fakes import (
     BOTH,
     BYPASS,
     CONTINUOUS,
@@ -34,6 +34,7 @@ from tests.fifo_bench import (
     G,
     bench_of,
     fifo_of,
+    sample_ps,
     sample_word,
     samples,
     status,

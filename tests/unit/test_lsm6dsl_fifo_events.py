@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from sensors.lsm6dsl.signals import SignalName
-from tests.fifo_bench import (
+from tests.fifo_fakes import (
     BOTH,
     BYPASS,
     BYPASS_TO_CONTINUOUS,

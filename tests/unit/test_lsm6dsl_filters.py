@@ -1,68 +1,24 @@
-"""The LSM6DSL's filters as a driver sees them: sines, steps and first samples (AN5040 Rev 3, 3.7 and 3.8)."""
+"""The LSM6DSL's accelerometer filters as a driver sees them: sines, steps, starts (AN5040 Rev 3, 3.7)."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
-from fractions import Fraction
 
-import numpy as np
 import pytest
 
-from tests.sensor_fakes import (
-    ACCELEROMETER,
-    GYROSCOPE,
-    PS_PER_MS,
-    PS_PER_S,
-    Array,
-    Channel,
-    Chip,
-    Signal,
-    Writes,
-    constant,
-    step,
-)
+from tests.filter_fakes import at_rate, measured
+from tests.sensor_fakes import ACCELEROMETER, PS_PER_S, Channel, Chip, Writes, constant, step
 
-CTRL1_XL, CTRL2_G, CTRL3_C, CTRL4_C, CTRL5_C = 0x10, 0x11, 0x12, 0x13, 0x14
-CTRL6_C, CTRL7_G, CTRL8_XL, X_OFS_USR = 0x15, 0x16, 0x17, 0x73
-HZ = (0, 12.5, 26, 52, 104, 208, 416, 833, 1666, 3332, 6664)
+CTRL1_XL, CTRL2_G, CTRL5_C, CTRL6_C, CTRL7_G, CTRL8_XL, X_OFS_USR = 0x10, 0x11, 0x14, 0x15, 0x16, 0x17, 0x73
 HALF_POWER = math.sqrt(0.5)
 
 
-def at_rate(channel: Channel, code: int) -> Channel:
-    return replace(channel, rate_hz=Fraction(HZ[code]))
-
-
-def sine(hz: float, amplitude: float) -> Signal:
-    def signal(t_s: Array) -> Array:
-        return np.outer(amplitude * np.sin(2 * np.pi * hz * t_s), (1.0, 1.0, 1.0))
-
-    return signal
-
-
-def measured(channel: Channel, writes: Writes, hz: float, skip: int, count: int = 600) -> complex:
-    """Gain and phase of a sine on X, from ``count`` samples after the first ``skip``."""
-    chip = Chip("LSM6DSL")
-    amplitude = 25_000 * channel.scales[0][1]
-    chip.world.signals[channel.name] = sine(hz, amplitude)
-    chip.configure(writes)
-    times_s = np.array([channel.sample_ps(number) for number in range(skip, skip + count)]) / PS_PER_S
-    counts = []
-    for number in range(skip, skip + count):
-        chip.t_ps = channel.sample_ps(number)
-        counts.append(chip.counts(channel)[0])
-    angle = 2 * np.pi * hz * times_s
-    basis = np.column_stack((np.sin(angle), np.cos(angle)))
-    (real, imaginary), *_ = np.linalg.lstsq(basis, np.array(counts) / 25_000, rcond=None)
-    return complex(real, imaginary)
-
-
-def stepped(writes: Writes, samples: int, code: int = 6) -> tuple[Chip, Channel]:
+def stepped(writes: Writes, samples: int, code: int = 6, narrow: int = 0) -> tuple[Chip, Channel]:
     """Still at 0 g until after sample 9, then 1 g on every axis; ``samples`` later."""
     channel, chip = at_rate(ACCELEROMETER, code), Chip("LSM6DSL")
     at_s = (channel.sample_ps(9) + 1000) / PS_PER_S
     chip.world.signals[channel.name] = step(constant(0, 0, 0), constant(1, 1, 1), at_s)
-    chip.configure((*writes, (CTRL1_XL, code << 4)))
+    chip.configure((*writes, (CTRL1_XL, code << 4 | narrow)))
     chip.t_ps = channel.sample_ps(9 + samples)
     return chip, channel
 
@@ -141,6 +97,20 @@ def test_a_step_has_settled_after_the_documented_samples(ctrl8: int, samples: in
 
     assert settled == pytest.approx((16393,) * 3, rel=0.05)
     assert max(chip.counts(channel)) < 0.9 * 16393
+
+
+@pytest.mark.parametrize(
+    ("ctrl8", "narrow", "end"),
+    [(0x00, 0x02, 16393), (0x04, 0x00, 0), (0x0C, 0x00, 0)],
+    ids=["LPF1 at ODR/4", "slope", "slope behind LPF1 at ODR/4"],
+)
+def test_short_filters_settle_in_14_samples(ctrl8: int, narrow: int, end: int) -> None:
+    """AN5040 Table 10; to 1 % of the step. After the first sample they have not."""
+    found = [stepped(((CTRL8_XL, ctrl8),), count, narrow=narrow) for count in (1, 14)]
+    first, last = (chip.counts(channel)[0] for chip, channel in found)
+
+    assert last == pytest.approx(end, abs=0.01 * 16393)
+    assert abs(first - end) > 0.1 * 16393
 
 
 def test_the_second_sample_after_a_step_differs_by_setting() -> None:
@@ -249,112 +219,3 @@ def test_a_setting_without_its_condition_is_noted(writes: Writes, text: str) -> 
     chip = Chip("LSM6DSL")
     chip.configure(writes)
     assert chip.notes == [("forbidden", text)]
-
-
-# -- gyroscope: cut-off (AN5040 Table 19) ------------------------------------------------------------------
-
-CUTOFF_HZ = {
-    6: (137, 138, 131, 121, 138),
-    7: (312, 245, 195, 155, 293),
-    8: (None, 315, 224, 168, 505),  # 988 Hz is above half the rate: samples cannot show it
-    9: (1161, 343, 234, 172, 925),
-    10: (1250, 351, 237, 173, 937),
-}
-LOW_RATES = {1: 4, 2: 8, 3: 17, 4: 33, 5: 67}
-CUTOFFS = [
-    *((code, 0, hz) for code, hz in LOW_RATES.items()),
-    *((code, column, row[column]) for code, row in CUTOFF_HZ.items() for column in range(5) if row[column]),
-]
-
-
-def gyroscope(code: int, column: int) -> Writes:
-    """Column 0: LPF1 off; 1 to 4: FTYPE 0 to 3."""
-    lpf1: Writes = ((CTRL4_C, 0x02), (CTRL6_C, column - 1)) if column else ()
-    return (*lpf1, (CTRL2_G, code << 4))
-
-
-@pytest.mark.parametrize(("code", "column", "cutoff_hz"), CUTOFFS)
-def test_gyroscope_half_power_at_the_cutoff(code: int, column: int, cutoff_hz: float) -> None:
-    channel = at_rate(GYROSCOPE, code)
-    gain = abs(measured(channel, gyroscope(code, column), cutoff_hz, skip=200))
-    assert gain == pytest.approx(HALF_POWER, rel=0.005)
-
-
-PHASE_DEG = {
-    3: (144, 146, 149, 142),
-    4: (75, 77, 79, 73),
-    5: (40, 42, 45, 39),
-    6: (23, 25, 28, 21),
-    7: (14, 17, 19, 13),
-    8: (10, 12, 15, 8),
-    9: (8, 10, 12, 6),
-    10: (7, 9, 11, 5),
-}
-
-
-@pytest.mark.parametrize(
-    ("code", "ftype", "lag_deg"),
-    [(code, ftype, lag) for code, row in PHASE_DEG.items() for ftype, lag in enumerate(row)],
-)
-def test_gyroscope_phase_at_20_hz(code: int, ftype: int, lag_deg: float) -> None:
-    found = measured(at_rate(GYROSCOPE, code), gyroscope(code, ftype + 1), 20.0, skip=300)
-    assert -math.degrees(math.atan2(found.imag, found.real)) == pytest.approx(lag_deg, abs=0.1)
-
-
-@pytest.mark.parametrize(("code", "corner_hz"), list(enumerate((0.016, 0.065, 0.260, 1.04))))
-def test_gyroscope_high_pass(code: int, corner_hz: float) -> None:
-    """At 12.5 Hz, so that a few thousand samples last long enough."""
-    channel = at_rate(GYROSCOPE, 1)
-    skip = int(3 * 12.5 / corner_hz)
-    gain = abs(measured(channel, ((CTRL7_G, 0x40 | code << 4), (CTRL2_G, 0x10)), corner_hz, skip, skip))
-    low_pass_alone = abs(measured(channel, ((CTRL2_G, 0x10),), corner_hz, 200))
-    assert gain / low_pass_alone == pytest.approx(HALF_POWER, rel=0.01)
-
-
-def test_the_gyroscopes_high_pass_and_lpf1_work_in_high_performance_only() -> None:
-    writes = ((CTRL4_C, 0x02), (CTRL6_C, 0x02), (CTRL7_G, 0xF0), (CTRL2_G, 0x50))
-    alone, both = (measured(at_rate(GYROSCOPE, 5), some, 0.5, 200) for some in (((CTRL2_G, 0x50),), writes))
-    assert both == pytest.approx(alone, abs=1e-9)
-
-
-# -- gyroscope: turn-on (AN5040 Table 15) ------------------------------------------------------------------
-
-
-def first_sample_ms(chip: Chip) -> float:
-    """How long until the gyroscope's data-ready flag comes, in steps of 10 us."""
-    began_ps = chip.t_ps
-    while not chip.is_ready(GYROSCOPE):
-        chip.wait(PS_PER_MS // 100)
-    return (chip.t_ps - began_ps) / PS_PER_MS
-
-
-@pytest.mark.parametrize("code", [4, 6])
-def test_out_of_power_down_the_drive_takes_70_ms(code: int) -> None:
-    chip = Chip("LSM6DSL")
-    chip.write(CTRL2_G, code << 4)
-    assert first_sample_ms(chip) == pytest.approx(70 + 1000 / HZ[code], abs=0.011)
-
-
-def test_out_of_sleep_sampling_begins_at_once() -> None:
-    chip = Chip("LSM6DSL")
-    chip.configure(((CTRL4_C, 0x40), (CTRL2_G, 0x60)))
-    chip.wait(PS_PER_S)
-    chip.write(CTRL4_C, 0x00)
-    assert first_sample_ms(chip) == pytest.approx(1000 / 416, abs=0.011)
-
-
-def test_sleep_left_early_waits_for_the_drive() -> None:
-    chip = Chip("LSM6DSL")
-    chip.configure(((CTRL4_C, 0x40), (CTRL2_G, 0x60)))
-    chip.wait(50 * PS_PER_MS)
-    chip.write(CTRL4_C, 0x00)
-    assert first_sample_ms(chip) == pytest.approx(20 + 1000 / 416, abs=0.011)
-
-
-def test_another_rate_needs_no_new_start_of_the_drive() -> None:
-    chip = Chip("LSM6DSL")
-    chip.write(CTRL2_G, 0x60)
-    chip.wait(PS_PER_S)
-    chip.counts(GYROSCOPE)
-    chip.write(CTRL2_G, 0x40)
-    assert first_sample_ms(chip) == pytest.approx(1000 / 104, abs=0.011)

@@ -32,7 +32,7 @@ FUNC_CFG_ACCESS, CTRL1_XL, CTRL2_G, CTRL3_C, CTRL9_XL, CTRL10_C = 0x01, 0x10, 0x
 MASTER_CONFIG, SENSORHUB1, SENSORHUB13 = 0x1A, 0x2E, 0x4D
 FUNC_SRC1, FUNC_SRC2, TAP_CFG, MD2_CFG, OUT_MAG_RAW = 0x53, 0x54, 0x58, 0x5F, 0x66
 END_OP, SI_END_OP, HI_FAIL = 0x01, 0x02, 0x04
-MASTER_ON, IRON_EN, PASS_THROUGH = 0x01, 0x02, 0x04
+MASTER_ON, IRON_EN, PASS_THROUGH, START_CONFIG = 0x01, 0x02, 0x04, 0x10
 SLV0_ADD, SLV0_SUBADD, SLAVE0_CONFIG, SLV1_ADD, SLAVE1_CONFIG, DATAWRITE = 0x02, 0x03, 0x04, 0x05, 0x07, 0x0E
 MAG_SI_XX, MAG_OFFX_L = 0x24, 0x2D
 XL_104_HZ = 0x40
@@ -64,6 +64,12 @@ class Recorder:
 
     def register_name(self, address: int) -> str:
         return f"register {address}"
+
+    def accessible(self, now_ps: int) -> bool:
+        return True
+
+    def refuse(self, now_ps: int) -> None:
+        raise AssertionError("it is accessible")
 
 
 def hub(bank_a: Writes, *, xl: int = XL_104_HZ, master: int = MASTER_ON, **devices: Recorder) -> Chip:
@@ -368,14 +374,54 @@ def test_pass_through_connects_the_buses_and_excludes_the_master() -> None:
     assert not lsm6dsl(chip).pass_through
 
 
-def test_the_int2_trigger_is_not_modelled() -> None:
+def by_pin(high: bool = False) -> tuple[Chip, Recorder]:
+    """A hub that INT2 triggers (START_CONFIG)."""
     device = Recorder()
-    chip = hub(LIS2MDL_READ, master=MASTER_ON | 0x10, a1E=device)
+    chip = Chip("LSM6DSL")
+    lsm6dsl(chip).attach_auxiliary(0x1E, device)
+    if high:
+        chip.write(MASTER_CONFIG, MASTER_ON | START_CONFIG)
+        lsm6dsl(chip).int2.apply(1, chip.t_ps)
+        chip.write(MASTER_CONFIG, 0x00)
+    start(chip, LIS2MDL_READ, master=MASTER_ON | START_CONFIG)
+    return chip, device
+
+
+def test_int2_going_high_triggers_a_round() -> None:
+    """START_CONFIG = 1; INT2 is an input then."""
+    chip, device = by_pin()
+    pin = lsm6dsl(chip).int2
+    assert pin.level is None
+    chip.wait(PS_PER_S)
+    pin.apply(1, chip.t_ps)
+    rose_ps = chip.t_ps
+    chip.wait(PS_PER_S)
+    pin.apply(0, chip.t_ps)
     chip.wait(PS_PER_S)
     chip.byte(FUNC_SRC1)
 
-    assert chip.notes == [("not modelled", "MASTER_CONFIG.START_CONFIG written")]
-    assert device.reads == []
+    assert [at_ps for at_ps, _, _ in device.reads] == [rose_ps + read_ps(6)]
+    assert chip.read(SENSORHUB1, 6) == bytes(range(0x68, 0x6E))
+    assert chip.notes == []
+
+
+def test_int2_going_high_during_a_round_is_lost() -> None:
+    chip, device = by_pin()
+    for level in (1, 0, 1, 0):
+        lsm6dsl(chip).int2.apply(level, chip.t_ps)
+        chip.wait(read_ps(6) // 4)
+    chip.wait(PS_PER_S)
+    chip.byte(FUNC_SRC1)
+
+    assert len(device.reads) == 1
+
+
+def test_int2_that_is_high_already_triggers_as_the_hub_is_switched_on() -> None:
+    chip, device = by_pin(high=True)
+    chip.wait(PS_PER_S)
+    chip.byte(FUNC_SRC1)
+
+    assert [at_ps for at_ps, _, _ in device.reads] == [read_ps(6)]
 
 
 @pytest.mark.parametrize("address", [-1, 0x80])

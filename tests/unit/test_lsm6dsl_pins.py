@@ -13,7 +13,7 @@ from sensors.lsm6dsl.signals import SIGNALS, SignalName, Signals
 from sensors.pin import Pin
 from sensors.register_file import RegisterFile
 from sensors.sampling import SampleStream
-from tests.motion_bench import (
+from tests.motion_fakes import (
     CTRL1_XL,
     CTRL2_G,
     CTRL3_C,
@@ -55,6 +55,7 @@ INT1_ROUTES: list[tuple[int, int, SignalName]] = [
     (MD1_CFG, 0x02, "TILT"),
     (MD1_CFG, 0x01, "TIMER"),
     (MASTER_CONFIG, 0x80, "SENSORHUB"),
+    (CTRL4_C, 0x10, "DEN_DRDY"),  # 9.16
 ]
 INT2_ROUTES: list[tuple[int, int, SignalName]] = [
     # datasheet 9.10 (INT2_CTRL), 9.86 (MD2_CFG) and 9.8 (DRDY_PULSE_CFG_G)
@@ -124,7 +125,7 @@ def test_each_bit_routes_its_signal_and_no_other(address: int, bit: int, name: S
 
 @pytest.mark.parametrize(("address", "bit", "name", "pin"), WHEREVER)
 def test_int2_on_int1_brings_everything_to_int1(address: int, bit: int, name: SignalName, pin: int) -> None:
-    wires = Wires((address, bit), (CTRL4_C, 0x20))
+    wires = Wires((address, bit), (CTRL4_C, 0x20 | (bit if address == CTRL4_C else 0)))
 
     assert wires.raise_all(others(name), 1) == [0, 0]
     assert wires.raise_all((name,), 2) == [1, 0]
@@ -264,7 +265,7 @@ def test_another_rate_goes_on_from_the_moment_it_is_set() -> None:
 
 
 def test_routing_nothing_asks_for_no_time() -> None:
-    bench = Bench([STILL], (CTRL2_G, 0x40), (TAP_CFG, ENABLE))
+    bench = Bench([STILL], (TAP_CFG, ENABLE))
     assert bench.part.next_event_ps() > 10**6 * PS_PER_S
 
     bench.write(INT1_CTRL, 0x01)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
@@ -35,7 +35,7 @@ def measured(channel: Channel, errors: Any, degc: float, *values: float) -> list
     chip.set("temperature_degc", degc)
     chip.set(channel.name, *values)
     chip.configure(channel.scales[0][0])
-    chip.wait(channel.sample_ps(0))
+    chip.wait(channel.sample_ps(channel.settled))
     return [channel.zero + count * channel.scales[0][1] for count in chip.counts(channel)]
 
 
@@ -87,6 +87,58 @@ def test_offsets_of_pressure_and_temperature(
     channel: Channel, errors: Any, value: float, expected: float
 ) -> None:
     assert measured(channel, errors, 20.0, value) == pytest.approx([expected], rel=0, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("hpa", "degc", "expected"),
+    [
+        (950.0, 25.0, 950.5),  # the middle of 800 to 1100 hPa: the bias alone
+        (1100.0, 25.0, 1100.6),
+        (800.0, 25.0, 800.4),
+        (950.0, 65.0, 950.6),
+        (1100.0, 5.0, 1100.55),
+    ],
+)
+def test_a_barometer_is_off_by_a_bias_a_slope_and_a_drift(hpa: float, degc: float, expected: float) -> None:
+    """LPS22HB datasheet T3: absolute, relative, and over temperature."""
+    errors = LPS22HBErrors(
+        pressure_bias_hpa=0.5, pressure_relative_hpa=0.1, pressure_drift_hpa_per_degc=0.0025
+    )
+    assert measured(PRESSURE, errors, degc, hpa) == pytest.approx([expected], rel=0, abs=0.51 / 4096)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_a_calibrated_barometer_is_as_accurate_as_table_3_says(seed: int) -> None:
+    """+-0.1 hPa from 0 to 65 degC after a one-point calibration, here at the middle of the range."""
+    errors = replace(LPS22HBErrors.of_grade("worst", seed), pressure_noise_hpa=0.0)
+    bias = errors.pressure_bias_hpa
+    found = [measured(PRESSURE, errors, degc, 950.0)[0] - bias - 950.0 for degc in (0.0, 25.0, 65.0)]
+
+    assert abs(found[1]) <= 0.51 / 4096
+    assert max(map(abs, found)) == pytest.approx(0.1, abs=0.51 / 4096)
+
+
+@pytest.mark.parametrize(
+    ("field", "expected"),
+    [
+        ((1000.0, 0.0, 0.0), (1000.0, 10.0, -20.0)),
+        ((0.0, 1000.0, 0.0), (10.0, 1000.0, 5.0)),
+        ((0.0, 0.0, 1000.0), (-20.0, 5.0, 1000.0)),
+    ],
+)
+def test_an_axis_of_the_magnetometer_sees_the_others(
+    field: tuple[float, ...], expected: tuple[float, ...]
+) -> None:
+    errors = LIS2MDLErrors(cross_axis_percent=(1.0, -2.0, 0.5))
+    assert measured(MAGNETOMETER, errors, 25.0, *field) == pytest.approx(expected, rel=0, abs=0.76)
+
+
+def test_what_an_axis_sees_of_the_others_is_scaled_and_shifted_like_its_own() -> None:
+    errors = LIS2MDLErrors(
+        bias_mgauss=(30.0, 0.0, 0.0), scale_percent=(10.0, 0.0, 0.0), cross_axis_percent=(1.0, 0.0, 0.0)
+    )
+    found = measured(MAGNETOMETER, errors, 25.0, 1000.0, 3000.0, 0.0)
+    assert found == pytest.approx([1.1 * 1030.0 + 30.0, 3010.0, 0.0], rel=0, abs=0.76)
 
 
 # -- noise ----------------------------------------------------------------------------------------------
@@ -167,14 +219,26 @@ LIMITS: dict[type, dict[str, float]] = {
         "bias_drift_mgauss_per_degc": 0.3,
         "scale_drift_percent_per_degc": 0.03,
         "temperature_offset_degc": 0.0,
-        "set_reset_offset_mgauss": 120.0,  # in no document: the model's stated assumption
+        # in no document: the model's stated assumptions
+        "set_reset_offset_mgauss": 120.0,
+        "cross_axis_percent": 1.0,
     },
-    LPS22HBErrors: {"pressure_bias_hpa": 1.0, "temperature_bias_degc": 1.5},
+    LPS22HBErrors: {
+        "pressure_bias_hpa": 1.0,
+        "temperature_bias_degc": 1.5,
+        "pressure_relative_hpa": 0.1,
+        "pressure_drift_hpa_per_degc": 0.0025,  # 0.1 hPa at 65 degC
+    },
 }
 NOISE_FIGURES: dict[type, dict[str, float]] = {
     LSM6DSLErrors: {"acc_noise_ug_rthz": 80.0, "gyro_noise_mdps_rthz": 4.0},
     LIS2MDLErrors: {"noise_mgauss": 4.5},
     LPS22HBErrors: {"pressure_noise_hpa": 0.0075},
+}
+SETTINGS: dict[type, dict[str, float]] = {  # the same in every grade
+    LSM6DSLErrors: {"gyro_turn_on_ms": 35.0, "odr_percent": 0.0},
+    LIS2MDLErrors: {},
+    LPS22HBErrors: {},
 }
 parts = pytest.mark.parametrize("part", LIMITS, ids=lambda part: part.__name__)
 
@@ -185,14 +249,15 @@ def of_grade(part: Any, grade: Grade, seed: int) -> dict[str, np.ndarray[Any, np
 
 
 @parts
-def test_every_figure_has_a_limit_or_is_noise(part: type[Any]) -> None:
-    assert {entry.name for entry in fields(part)} == {*LIMITS[part], *NOISE_FIGURES[part]}
+def test_every_figure_has_a_limit_or_is_noise_or_a_setting(part: type[Any]) -> None:
+    assert {entry.name for entry in fields(part)} == {*LIMITS[part], *NOISE_FIGURES[part], *SETTINGS[part]}
 
 
 @parts
 def test_an_ideal_part_is_the_default(part: type[Any]) -> None:
     assert part.of_grade("ideal", 7) == part()
-    assert not any(np.any(figure) for figure in of_grade(part, "ideal", 7).values())
+    figures = of_grade(part, "ideal", 7)
+    assert not any(np.any(figures[name]) for name in (*LIMITS[part], *NOISE_FIGURES[part]))
 
 
 @parts
@@ -206,6 +271,21 @@ def test_a_typical_part_is_inside_the_limits_and_a_worst_one_at_them(part: type[
     for name, figure in NOISE_FIGURES[part].items():
         assert float(typical[name][0]) == figure
         assert float(worst[name][0]) == 1.5 * figure
+    for name, figure in SETTINGS[part].items():
+        assert float(typical[name][0]) == float(worst[name][0]) == figure
+
+
+@pytest.mark.parametrize(
+    ("figures", "message"),
+    [
+        ({"gyro_turn_on_ms": -1.0}, "LSM6DSLErrors.gyro_turn_on_ms is -1; give 0 to 1000"),
+        ({"odr_percent": 21.0}, "LSM6DSLErrors.odr_percent is 21; give -20 to 20"),
+        ({"odr_percent": math.nan}, "LSM6DSLErrors.odr_percent is nan; give -20 to 20"),
+    ],
+)
+def test_a_figure_no_part_can_have_is_refused(figures: dict[str, float], message: str) -> None:
+    with pytest.raises(ValueError, match=f"^{message}$"):
+        LSM6DSLErrors(**figures)
 
 
 @parts

@@ -53,6 +53,34 @@ def test_a_burst_increments_and_writes_several_registers() -> None:
     assert board.spi2.write_read("PA8", b"\xf3", 3) == b"\x01\x02\x03"
 
 
+def test_the_barometer_increments_only_with_if_add_inc() -> None:
+    """LPS22HB datasheet 7.3 and 9.6: the bit holds for SPI as well, for reads and writes."""
+    board = Board(profile="fcu001v1", ideal=True)
+    board.spi2.write("PC13", b"\x10\x01")
+    board.spi2.write("PC13", b"\x15\x01\x02\x03")
+    assert board.spi2.write_read("PC13", b"\x95", 3) == b"\x01\x02\x03"
+    board.spi2.write("PC13", b"\x11\x00")
+    board.spi2.write("PC13", b"\x15\x04\x05")
+    assert board.spi2.write_read("PC13", b"\x95", 2) == b"\x05\x05"
+    assert board.spi2.write_read("PC13", b"\x96", 1) == b"\x02"
+
+
+def test_the_magnetometer_reads_and_writes_as_its_drivers_address_it() -> None:
+    """Sensor facts 2.1: drivers set bit 6 too, which every address has already."""
+    board = Board(profile="fcu001v1", ideal=True)
+    board.spi2.write("PB12", bytes([0x40 | 0x45]) + bytes(range(1, 7)))
+    assert board.spi2.write_read("PB12", bytes([0xC0 | 0x45]), 6) == bytes(range(1, 7))
+
+
+def test_the_barometers_burst_goes_round_on_spi() -> None:
+    """LPS22HB datasheet 5.8."""
+    board = Board(profile="fcu001v1", ideal=True)
+    board.spi2.write("PC13", b"\x10\x31")
+    board.run_for(0.05)
+    data = board.spi2.write_read("PC13", b"\xa8", 10)
+    assert data[:5] == data[5:] != bytes(5)
+
+
 def test_a_byte_is_eight_periods_of_2_625_mhz() -> None:
     """Question 1 of the lab: 42 MHz / 16 (board facts 2.1)."""
     board = Board(profile="fcu001v1")
@@ -69,12 +97,17 @@ def test_the_trace_names_the_register_without_its_read_flag() -> None:
     assert (event.bus, event.device, event.register, event.read) == ("SPI2", "LIS2MDL", "WHO_AM_I", b"\x40")
 
 
-def test_i2c_disable_silences_i2c() -> None:
-    """LSM6DSL CTRL4_C.I2C_disable."""
+@pytest.mark.parametrize(
+    ("address", "disable"), [(0x6B, b"\x13\x04"), (0x1E, b"\x62\x20"), (0x5D, b"\x11\x18")]
+)
+def test_i2c_disable_silences_i2c(address: int, disable: bytes) -> None:
+    """LSM6DSL CTRL4_C.I2C_disable, LIS2MDL CFG_REG_C.I2C_DIS, LPS22HB CTRL_REG2.I2C_DIS."""
     board = Board()
-    board.i2c2.write(0x6B, b"\x13\x04")
+    board.i2c2.write(address, disable)
     with pytest.raises(I2CNackError):
-        board.i2c2.write_read(0x6B, b"\x0f", 1)
+        board.i2c2.write_read(address, b"\x0f", 1)
+    with pytest.raises(I2CNackError):
+        board.bus.read_from(address, 0x0F, 1)
 
 
 def test_what_is_not_there_is_answered_with_what_is() -> None:

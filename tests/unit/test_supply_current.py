@@ -1,9 +1,10 @@
-"""Supply current for the configured mode: figures from the datasheets' tables (sensor facts 1.3, 1.4)."""
+"""Supply current for the configured mode: figures from the datasheets' tables (sensor facts 1 to 3)."""
 
 from __future__ import annotations
 
 import pytest
 
+from emulator import Board
 from tests.sensor_fakes import Chip
 
 
@@ -28,3 +29,16 @@ def test_the_lsm6dsl(writes: list[tuple[int, int]], microampere: float) -> None:
     for address, value in writes:
         chip.write(address, value)
     assert chip.part.supply_current_ua() == microampere
+
+
+def test_the_boards_sensors_after_power_on() -> None:
+    """Power-down, idle, power-down."""
+    assert Board().supply_current_ua() == {"LSM6DSL": 3.0, "LIS2MDL": 1.5, "LPS22HB": 1.0}
+
+
+def test_the_boards_sensors_under_the_labs_firmware() -> None:
+    """Both LSM6DSL sensors in high performance; LIS2MDL at 100 Hz with OFF_CANC; LPS22HB at 25 Hz in low
+    current, whose figure at 1 Hz is 3 uA."""
+    board = Board(firmware="lab3")
+    board.run_for(1.5)
+    assert board.supply_current_ua() == {"LSM6DSL": 650.0, "LIS2MDL": 1130.0, "LPS22HB": 51.0}

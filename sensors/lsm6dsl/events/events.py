@@ -5,18 +5,23 @@ until its source register is read, but only if it is routed to a pin; with SINGL
 tap is latched and the single one is not (AN5040 5.5.3; the road not taken is 5.5.1, which words it by the
 routing).
 
-Approximation: the functions look at the samples as in the output registers, user offset included.
+What the functions look at is described in ``sensors.lsm6dsl.event_samples``; they see whole counts, which
+saturate as the output does.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
+
+from sensors.filters import Array
 from sensors.lsm6dsl.accelerometer import MG_PER_LSB
+from sensors.lsm6dsl.event_samples import EventSamples
 from sensors.lsm6dsl.events.activity import Activity
 from sensors.lsm6dsl.events.free_fall import FreeFall
 from sensors.lsm6dsl.events.line import Line
-from sensors.lsm6dsl.events.motion_filter import ZERO, Axes, MotionFilter
+from sensors.lsm6dsl.events.motion_filter import Axes, MotionFilter
 from sensors.lsm6dsl.events.orientation import Orientation
 from sensors.lsm6dsl.events.tap import Tap
 from sensors.lsm6dsl.events.wake_up import WakeUp
@@ -37,12 +42,12 @@ from sensors.lsm6dsl.registers import (
     WAKE_UP_THS,
 )
 from sensors.lsm6dsl.routing import routes
+from sensors.lsm6dsl.violations import Violations, of_events
 from sensors.register import Register
 from sensors.sampling import NEVER_PS
 
 _FULL_SCALE_MG = (2000, 16000, 4000, 8000)  # FS_XL, in the datasheet's order
 _BLOCK = 1024  # samples looked at in one go
-_FASTEST_ODR = 10  # 6664 Hz: too fast for activity recognition
 
 
 class Events:
@@ -61,10 +66,13 @@ class Events:
         MD2_CFG,
     )
 
-    def __init__(self, chip: Chip, rate_changed: Callable[[int], None]) -> None:
+    def __init__(self, chip: Chip, samples: EventSamples, rate_changed: Callable[[int], None]) -> None:
         self.active = False
         self.activity = Activity()
         self._chip = chip
+        self._samples = samples
+        self._violations = Violations(chip)
+        self._low_pass_on_6d = False
         self._rate_changed = rate_changed
         self._filter = MotionFilter()
         self._free_fall, self._wake_up = FreeFall(), WakeUp()
@@ -106,10 +114,13 @@ class Events:
         elif not self._running:
             self._stop(now_ps)
         elif not was_on:
-            self._filter.start(self._latest_sample())
+            self._filter.start(from_zero=self._chip.xl.index < 0)
         self._next = self._chip.xl.latest(now_ps) + 1
-        if self.active:
-            self._note_impossible(mem, now_ps)
+        self._low_pass_on_6d = bool(mem[CTRL8_XL.addr] & CTRL8_XL.LOW_PASS_ON_6D.mask)
+        self._samples.watch(
+            self._chip.xl.number(self._next), on=self.active and self._running, low_pass=self._low_pass_on_6d
+        )
+        self._violations.report(of_events(mem), now_ps)
 
     def reset(self, now_ps: int) -> None:
         """Forget everything, latched events too."""
@@ -150,14 +161,6 @@ class Events:
         self._double.latched = latch and "DOUBLE_TAP" in routed and double
         self._routed = bool(routed)
 
-    def _note_impossible(self, mem: bytearray, now_ps: int) -> None:
-        tap, wake_up = TAP_THS_6D.TAP_THS.get(mem[TAP_THS_6D.addr]), mem[WAKE_UP_THS.addr]
-        axes = TAP_CFG.TAP_X_EN.mask | TAP_CFG.TAP_Y_EN.mask | TAP_CFG.TAP_Z_EN.mask
-        if mem[TAP_CFG.addr] & axes and 0 < 2 * tap <= WAKE_UP_THS.WK_THS.get(wake_up):
-            self._chip.note(now_ps, "forbidden", "TAP_THS_6D.TAP_THS not above the wake-up threshold")
-        if self.activity.enabled and CTRL1_XL.ODR_XL.get(mem[CTRL1_XL.addr]) == _FASTEST_ODR:
-            self._chip.note(now_ps, "forbidden", "TAP_CFG.INACT_EN with ODR_XL above 3332 Hz")
-
     # -- the samples ------------------------------------------------------------------------------------
 
     def catch_up(self, now_ps: int) -> None:
@@ -177,21 +180,32 @@ class Events:
 
     def _look_at(self, first: int, end: int) -> None:
         stream = self._chip.xl
-        rows = (stream.samples(first, end).view("<i2") * self._mg_per_lsb).tolist()
-        for index, (x, y, z) in enumerate(rows, first):
+        number, count = stream.number(first), end - first
+        samples = tilted = self._counted(self._samples.before_lpf2(number, count))
+        if self._low_pass_on_6d:
+            tilted = self._counted(self._samples.behind_lpf2(number, count))
+        for index, sample, tilt in zip(range(first, end), samples, tilted, strict=True):
             self._next = index + 1
             at_ps = stream.time_ps(index)
-            if self._step((x, y, z), at_ps):
+            if self._step(sample, tilt, at_ps):
                 self._rate_changed(at_ps)  # which configures anew
                 return
 
-    def _step(self, sample: Axes, at_ps: int) -> bool:
-        """One sample, in mg, through every function; whether the part has fallen asleep or woken up."""
+    def _counted(self, mg: Array) -> list[Axes]:
+        """Rounded to counts, in mg."""
+        counts = np.clip(np.rint(mg / self._mg_per_lsb), -32768, 32767)
+        return list(zip(*(counts * self._mg_per_lsb).tolist(), strict=True))
+
+    def _step(self, sample: Axes, tilt: Axes, at_ps: int) -> bool:
+        """One sample, in mg, through every function; whether the part has fallen asleep or woken up.
+
+        ``tilt``: the same as orientation sees it.
+        """
         self._filter.step(sample)
         motion = self._filter.motion
         self._ff.update(self._free_fall.step(sample), at_ps)
         self._wu.update(self._wake_up.step(motion), at_ps)
-        self._six_d.update(self._orientation.step(sample), at_ps)
+        self._six_d.update(self._orientation.step(tilt), at_ps)
         changed = self.activity.step(motion)
         self._sleep.update(WAKE_UP_SRC.SLEEP_STATE_IA.mask if changed else 0, at_ps)
         if changed or self.activity.inactive:  # no tap events meanwhile, and the waking sample is none
@@ -203,15 +217,6 @@ class Events:
         self._double.update(tap if tap & TAP_SRC.DOUBLE_TAP.mask else 0, at_ps)
         return changed
 
-    def _latest_sample(self) -> Axes:
-        """The sample before the next one, in mg; zero when the accelerometer has just been switched on."""
-        stream = self._chip.xl
-        if stream.index < 0:
-            return ZERO
-        words = (int.from_bytes(stream.data[at : at + 2], "little", signed=True) for at in (0, 2, 4))
-        x, y, z = (word * self._mg_per_lsb for word in words)
-        return x, y, z
-
     # -- the source registers ---------------------------------------------------------------------------
 
     def _before_source(self, first: int, end: int, now_ps: int) -> None:
@@ -221,7 +226,8 @@ class Events:
         asleep = WAKE_UP_SRC.SLEEP_STATE_IA.mask if self.activity.inactive else 0
         mem[WAKE_UP_SRC.addr] = self._ff.bits | self._wu.bits | asleep
         mem[TAP_SRC.addr] = self._single.bits | self._double.bits
-        mem[D6D_SRC.addr] = self._six_d.bits | self._orientation.position
+        data_enabled = D6D_SRC.DEN_DRDY.mask if self._chip.signals["DEN_DRDY"] else 0
+        mem[D6D_SRC.addr] = self._six_d.bits | self._orientation.position | data_enabled
 
     def _after_wake_up_src(self, first: int, end: int, now_ps: int) -> None:
         del first, end

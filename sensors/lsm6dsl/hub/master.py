@@ -1,13 +1,12 @@
 """The sensor hub's master: at each trigger a round over the slaves, transfer by transfer (AN5040 7.1 to 7.5).
 
-The trigger is the accelerometer's data-ready, or the gyroscope's where that alone is on, at most 104 Hz: at
-higher rates every second, fourth ... sample. A round reads each slave at the time its transfer ends and shows
-all results when the round ends; until then the outputs keep those of the round before.
+A round reads each slave at the time its transfer ends and shows all results when the round ends; until then
+the outputs keep those of the round before. A trigger during a round is lost.
 
 Decisions where the documents are silent: a slave that does not answer keeps its bytes, and its NACK flag
 shows its latest turn; a trigger at which no slave has a turn is no round; switching off drops the round under
 way. SENSORHUB_END_OP is a level, 1 while idle, and a pulse of 1/100 s while ironing is on (AN5040 7.2.3 and
-7.5.3 say one each); its pin pulses either way. The trigger by the INT2 pin is not modelled.
+7.5.3 say one each); its pin pulses either way.
 """
 
 from __future__ import annotations
@@ -21,6 +20,8 @@ from sensors.lsm6dsl.function_sources import HUB_IDLE, HUB_IRONED, IRON, Functio
 from sensors.lsm6dsl.hub.bus import UNANSWERED_PS, WRITE_PS, AuxiliaryBus, read_ps
 from sensors.lsm6dsl.hub.ironing import RAW_BYTES, Ironing
 from sensors.lsm6dsl.hub.slaves import OUTPUT_BYTES, Plan, Slave
+from sensors.lsm6dsl.hub.trigger import Trigger
+from sensors.lsm6dsl.hub.violations import violations
 from sensors.lsm6dsl.registers import (
     CTRL1_XL,
     CTRL2_G,
@@ -38,7 +39,6 @@ from sensors.lsm6dsl.violations import Violations
 from sensors.register import Register, RegisterMap
 from sensors.sampling import NEVER_PS
 
-_FASTEST_HZ = 104
 _NACK = (
     FUNC_SRC2.SLAVE0_NACK.mask,
     FUNC_SRC2.SLAVE1_NACK.mask,
@@ -79,7 +79,7 @@ class SensorHub:
         self._mem, self._bank = chip.registers.mem, chip.banks[BANK_A].mem
         self._violations = Violations(chip)
         self._enabled = False
-        self._stream, self._every, self._next = chip.xl, 1, 0  # the trigger, and its next sample
+        self._trigger = Trigger(chip)
         self._triggers = 0  # since the master is on
         self._written = False  # slave 0 has been written since
         self._round: Iterator[int] | None = None
@@ -102,19 +102,22 @@ class SensorHub:
         self.pass_through = bool(control & MASTER_CONFIG.PASS_THROUGH_MODE.mask)
         self._plan = Plan.decode(self._bank)
         soft = bool(self._mem[CTRL9_XL.addr] & CTRL9_XL.SOFT_EN.mask)
-        iron = bool(control & MASTER_CONFIG.IRON_EN.mask) and self._reads_magnetometer()
+        iron = bool(control & MASTER_CONFIG.IRON_EN.mask) and self._plan.reads_magnetometer
         was_ironing = self._ironing is not None
         self._ironing = Ironing.decode(self._bank, soft=soft) if iron else None
         if self._enabled and was_ironing != iron:
             self._sources.show(HUB_IDLE, on=not iron and self._round is None)
         self._enable(master and bool(self._mem[CTRL10_C.addr] & CTRL10_C.FUNC_EN.mask), now_ps)
-        self._follow_trigger(now_ps)
-        by_pin = control & MASTER_CONFIG.START_CONFIG.mask
-        self.active = self._enabled and self._stream.running and not by_pin and not self.pass_through
+        was_ready = self.active and self._trigger.by_pin
+        self._trigger.configure(now_ps)
+        self.active = self._enabled and self._trigger.running and not self.pass_through
+        if not was_ready and self._chip.int2.applied:
+            self._trigger_by_pin(now_ps)
         if not self.active and self._round is not None:
             self._round, self._step_ps = None, NEVER_PS
             self._show_idle(on=self._enabled)
-        self._violations.report(self._find_violations(control, soft=soft), now_ps)
+        found = violations(self._mem, self._plan, enabled=self._enabled, active=self.active)
+        self._violations.report(found, now_ps)
 
     def catch_up(self, now_ps: int) -> None:
         """Begin and go through the rounds that are due, transfer by transfer."""
@@ -123,6 +126,11 @@ class SensorHub:
                 self._begin(at_ps)
             else:
                 self._go_on(self._round, at_ps)
+
+    def level_changes(self, level: int, at_ps: int) -> None:
+        """INT2 has another level after ``at_ps``."""
+        if level:
+            self._trigger_by_pin(at_ps)
 
     def reset(self, now_ps: int) -> None:
         """SW_RESET: the hub is off and its outputs are empty."""
@@ -134,7 +142,7 @@ class SensorHub:
 
     def next_event_ps(self) -> int:
         """The end of the present transfer, or the next trigger."""
-        return self._stream.time_ps(self._next) if self._round is None else self._step_ps
+        return self._trigger.next_ps() if self._round is None else self._step_ps
 
     # -- configuration ----------------------------------------------------------------------------------
 
@@ -147,40 +155,16 @@ class SensorHub:
             self._sources.fall((HUB_IDLE, HUB_IRONED, IRON), now_ps)
         self._enabled = enabled
 
-    def _follow_trigger(self, now_ps: int) -> None:
-        self._stream = self._chip.xl if self._chip.xl.running else self._chip.g
-        if self._stream.running:
-            self._every = max(1, round(self._stream.rate_hz / _FASTEST_HZ))
-        self._aim(now_ps)
-
-    def _aim(self, after_ps: int) -> None:
-        """The next trigger is the first after ``after_ps``; a restarted stream counts from 0 again."""
-        following = self._stream.latest(after_ps) + 1
-        self._next = -(-following // self._every) * self._every
-
-    def _reads_magnetometer(self) -> bool:
-        """Whether slave 0 gives the six bytes that the correction needs."""
-        slaves = self._plan.slaves
-        return bool(slaves) and slaves[0].number == 0 and slaves[0].length == RAW_BYTES
-
-    def _find_violations(self, control: int, *, soft: bool) -> dict[str, bool]:
-        iron = bool(control & MASTER_CONFIG.IRON_EN.mask)
-        longest = OUTPUT_BYTES - RAW_BYTES if iron else OUTPUT_BYTES
-        return {
-            "MASTER_CONFIG: MASTER_ON and PASS_THROUGH_MODE at once": self._enabled and self.pass_through,
-            f"SLAVEx_CONFIG: more than {longest} bytes to read": self.active and self._plan.length > longest,
-            "MASTER_CONFIG.IRON_EN needs slave 0 to read 6 bytes": self.active
-            and iron
-            and not self._reads_magnetometer(),
-            "CTRL9_XL.SOFT_EN needs MASTER_CONFIG.IRON_EN": self.active and soft and not iron,
-        }
-
     # -- a round ----------------------------------------------------------------------------------------
+
+    def _trigger_by_pin(self, at_ps: int) -> None:
+        if self.active and self._trigger.by_pin and self._round is None:
+            self._begin(at_ps)
 
     def _begin(self, at_ps: int) -> None:
         number = self._triggers
         self._triggers += 1
-        self._aim(at_ps)
+        self._trigger.aim(at_ps)
         transfers = self._transfers(number, at_ps)
         first_end = next(transfers, None)
         if first_end is not None:
@@ -193,7 +177,7 @@ class SensorHub:
             self._step_ps = following
             return
         self._round, self._step_ps = None, NEVER_PS
-        self._aim(at_ps)
+        self._trigger.aim(at_ps)
         self._show_results(at_ps)
 
     def _transfers(self, trigger: int, at_ps: int) -> Iterator[int]:

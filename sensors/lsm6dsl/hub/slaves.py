@@ -11,6 +11,7 @@ from sensors.lsm6dsl.bank_a import (
     SLV0_ADD,
     SLV0_SUBADD,
 )
+from sensors.lsm6dsl.hub.ironing import RAW_BYTES
 
 OUTPUT_BYTES = 18  # SENSORHUB1 to SENSORHUB18
 _BYTES_PER_SLAVE = 3  # address, sub-address, configuration: the same layout four times
@@ -37,6 +38,11 @@ class Plan:
     data: int  # what slave 0 writes, or the register that its test reads
     write_once: bool
     tested: bool  # Src_mode: slave 0 is read only if the register ``data`` is not zero
+
+    @property
+    def reads_magnetometer(self) -> bool:
+        """Whether slave 0 gives the six bytes that the correction needs."""
+        return bool(self.slaves) and self.slaves[0].number == 0 and self.slaves[0].length == RAW_BYTES
 
     @classmethod
     def decode(cls, mem: bytearray) -> Plan:

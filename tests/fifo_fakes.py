@@ -106,7 +106,7 @@ class Bench:
 
     def words(self, count: int) -> list[int]:
         """Words out of the FIFO."""
-        data = self.read(0x3E, 2 * count)
+        data = self.read(0x3E, 2 * count) if count else b""
         return [int.from_bytes(data[at : at + 2], "little") for at in range(0, len(data), 2)]
 
     def fill(self) -> int:

@@ -1,0 +1,198 @@
+"""Data enable: the level on INT2, an input then, marks samples or lets them through (AN5040 Rev 3, 4.8).
+
+=========  =========================================================================================
+level      the stamped axes' LSB is 1 while DEN is active, else 0
+latched    it is 1 in the first sample after a pulse only
+FIFO       the FIFO is written while DEN is active only; the LSB is 0 in the first such window, 1 in
+           the second, and so on
+edge       gyroscope, and accelerometer if DEN_XL_EN, show and store only the first sample after each
+           active edge
+=========  =========================================================================================
+
+A change of the level is treated as a change of a register is: everything before it is worked through first,
+so that what a sample shows depends on the level at its time and not on who reads it when.
+
+Decisions where the documents are silent: the stamp is also in the output registers; DEN_DRDY rises with a
+sample of the stamped sensor that was taken with DEN active (latched and edge: the sample let through), falls
+with one that was not, and when a high byte of that sensor is read; a mode that is not one of the four is off.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from sensors.lsm6dsl.den_gate import Gate
+from sensors.lsm6dsl.den_settings import DenSettings, Mode, violations
+from sensors.lsm6dsl.feature import Chip
+from sensors.lsm6dsl.registers import (
+    CTRL1_XL,
+    CTRL2_G,
+    CTRL4_C,
+    CTRL5_C,
+    CTRL6_C,
+    CTRL8_XL,
+    CTRL9_XL,
+    OUT_G,
+    OUT_XL,
+)
+from sensors.lsm6dsl.violations import Violations
+from sensors.register import Register
+from sensors.sampling import NEVER_PS, SampleStream
+
+_NONE = -1  # no sample
+
+
+class DataEnable:
+    """``active`` in every mode. ``stream_changed``: a sensor is shown through another stream from now on."""
+
+    CONFIGURATION: tuple[type[Register], ...] = (
+        CTRL1_XL,
+        CTRL2_G,
+        CTRL4_C,
+        CTRL5_C,
+        CTRL6_C,
+        CTRL8_XL,
+        CTRL9_XL,
+    )
+
+    def __init__(self, chip: Chip, stream_changed: Callable[[], None]) -> None:
+        self.active = False
+        self._chip = chip
+        self._mem = chip.registers.mem
+        self._stream_changed = stream_changed
+        self._violations = Violations(chip)
+        self._settings = DenSettings.decode(self._mem)
+        self._gates = {"xl": Gate(chip.xl), "g": Gate(chip.g)}
+        self._den_active = False
+        self._windows = 0  # of FIFO mode, the present one included
+        self._latched = _NONE  # latched mode: number of the sample the latest pulse marks
+        self._next = 0  # DEN_DRDY: the stamped sensor's first sample not looked at yet
+        self._wired = False
+
+    # -- for the part -----------------------------------------------------------------------------------
+
+    def level_changes(self, level: int, at_ps: int) -> None:
+        """INT2 has another level after ``at_ps``; all until then is done, and ``configure`` follows."""
+        was, self._den_active = self._den_active, bool(level) == self._settings.active_high
+        if was or not self._den_active:
+            return
+        self._windows += 1
+        if self._settings.mode is Mode.LATCHED:
+            self._latched = self._stamped().next_number(at_ps)
+        for gate in self._gates.values():
+            gate.open(at_ps)
+
+    # -- as a feature -----------------------------------------------------------------------------------
+
+    def configure(self, now_ps: int) -> None:
+        """Decode the registers; a sample that was marked or let through, but not taken yet, stays so."""
+        old, settings = self._settings, DenSettings.decode(self._mem)
+        self._settings = settings
+        if settings.begins_anew(old):
+            self._den_active = bool(self._chip.int2.applied) == settings.active_high
+            self._windows = int(self._den_active)
+            self._latched = _NONE
+        self.active = settings.mode is not Mode.OFF
+        self._chip.gates.fifo_open = settings.mode is not Mode.FIFO or self._den_active
+        edge = settings.mode is Mode.EDGE
+        self._close("g", edge, now_ps)
+        self._close("xl", edge and settings.gates_xl, now_ps)
+        self._next = self._shown().latest(now_ps) + 1
+        if self.active and not self._wired:
+            self._wire()
+        if not self.active:
+            self._chip.signals.set("DEN_DRDY", False, now_ps)
+        self._violations.report(violations(self._mem), now_ps)
+
+    def catch_up(self, now_ps: int) -> None:
+        """Raise or take back DEN_DRDY with the samples that have come."""
+        for gate in self._gates.values():
+            gate.catch_up(now_ps)
+        stream = self._shown()
+        latest = stream.latest(now_ps)
+        if not stream.running or latest < self._next:
+            return
+        signals = self._chip.signals
+        if self._settings.mode is Mode.LATCHED:
+            marked = self._latched - stream.number(0)
+            if self._next <= marked <= latest:
+                signals.set("DEN_DRDY", True, stream.time_ps(marked))
+            after = max(self._next, marked + 1)
+            if after <= latest:
+                signals.set("DEN_DRDY", False, stream.time_ps(after))
+        else:
+            passed = self._settings.mode is Mode.EDGE and stream is not self._stamped()
+            enabled = passed or self._den_active
+            signals.set("DEN_DRDY", enabled, stream.time_ps(self._next))
+        self._next = latest + 1
+
+    def reset(self, now_ps: int) -> None:
+        """SW_RESET: off, as ``configure`` will find."""
+        self._chip.signals.set("DEN_DRDY", False, now_ps)
+
+    def next_event_ps(self) -> int:
+        """The stamped sensor's next sample, if DEN_DRDY can be seen on the pin."""
+        stream = self._shown()
+        if not stream.running or not self._mem[CTRL4_C.addr] & CTRL4_C.DEN_DRDY_INT1.mask:
+            return NEVER_PS
+        return stream.time_ps(self._next)
+
+    # -- inside -----------------------------------------------------------------------------------------
+
+    def _stamped(self) -> SampleStream:
+        return self._chip.xl if self._settings.stamp_xl else self._chip.g
+
+    def _shown(self) -> SampleStream:
+        return self._chip.gates.shown(self._stamped())
+
+    def _close(self, name: str, closed: bool, now_ps: int) -> None:
+        gate = self._gates[name]
+        if closed != gate.closed:
+            gate.close(closed, now_ps)
+            self._chip.gates.show(gate.source, gate.shown if closed else None)
+            self._stream_changed()
+        elif closed:
+            gate.aim(now_ps)
+
+    def _wire(self) -> None:
+        """From the first time on that a mode is selected."""
+        self._wired = True
+        chip = self._chip
+        for stream, register in ((chip.xl, OUT_XL), (chip.g, OUT_G)):
+            stream.stamp_with(self._stamper(stream))
+            chip.registers.after_read(register, self._after_read(stream, register))
+
+    def _stamper(self, stream: SampleStream) -> Callable[[int, bytes], bytes]:
+        def stamp(number: int, data: bytes) -> bytes:
+            if stream is not self._stamped() or self._settings.mode in {Mode.OFF, Mode.EDGE}:
+                return data
+            return self._stamp(number, data)
+
+        return stamp
+
+    def _stamp(self, number: int, data: bytes) -> bytes:
+        """Samples ``number`` and following, all under the present level, with their stamps."""
+        words = np.frombuffer(data, dtype="<i2").reshape(-1, 3).copy()
+        bits = np.zeros(len(words), dtype=np.int16)
+        if self._settings.mode is Mode.LATCHED:
+            bits[np.arange(number, number + len(words)) == self._latched] = 1
+        elif self._settings.mode is Mode.LEVEL:
+            bits[:] = self._den_active
+        else:
+            bits[:] = self._windows > 0 and self._windows % 2 == 0  # between two windows that of the last one
+        for axis, on in enumerate(self._settings.axes):
+            if on:
+                words[:, axis] = words[:, axis] & ~1 | bits
+        return words.tobytes()
+
+    def _after_read(self, stream: SampleStream, register: type[Register]) -> Callable[[int, int, int], None]:
+        def after_read(first: int, end: int, now_ps: int) -> None:
+            high_byte = any((address - register.addr) % 2 for address in range(first, end))
+            if self.active and stream is self._stamped() and high_byte:
+                self._chip.catch_up(now_ps)
+                self._chip.signals.set("DEN_DRDY", False, now_ps)
+                self._chip.catch_up(now_ps)  # for the pin
+
+        return after_read

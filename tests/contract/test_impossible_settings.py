@@ -1,0 +1,61 @@
+"""Every setting the documents forbid leaves one note that names it (the list: ``tests.impossible_settings``).
+
+What the part does all the same is tested beside the function concerned.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.impossible_settings import BANK_A, CASES, FIFO_BUS, FIFO_ON, FUNC_EN, MAIN, XL_104, Case
+from tests.sensor_fakes import Chip
+
+
+def forbidden(chip: Chip) -> list[str]:
+    return [text for kind, text in chip.notes if kind == "forbidden"]
+
+
+@pytest.mark.parametrize("case", CASES, ids=str)
+def test_a_forbidden_setting_is_named_once(case: Case) -> None:
+    chip = Chip(case.part)
+    chip.configure((*case.before, *case.writes[:-1]))
+    allowed = forbidden(chip)
+
+    chip.configure(case.writes[-1:])
+
+    assert case.note not in allowed
+    assert forbidden(chip) == [*allowed, case.note], case.source
+
+
+@pytest.mark.parametrize("case", CASES, ids=str)
+def test_what_comes_before_is_allowed(case: Case) -> None:
+    chip = Chip(case.part)
+    chip.configure(case.before)
+
+    assert forbidden(chip) == []
+
+
+def test_a_hub_cannot_read_more_than_its_outputs_hold() -> None:
+    """AN5040 7.2: 18 bytes; 12 with the correction on, which needs the others (7.5)."""
+    chip = Chip("LSM6DSL")
+    chip.configure((BANK_A, (0x02, 0x3D), (0x04, 0x27), (0x05, 0x3D), (0x07, 0x07), (0x08, 0x3D), (0x0A, 7)))
+    chip.configure((MAIN, FUNC_EN, XL_104, (0x1A, 0x01)))
+
+    assert forbidden(chip) == ["SLAVEx_CONFIG: more than 18 bytes to read"]
+
+
+def test_an_empty_fifo_is_not_to_be_read() -> None:
+    """AN5040 8."""
+    chip = Chip("LSM6DSL")
+    chip.configure((FIFO_BUS, XL_104, (0x08, 0x01), FIFO_ON))
+    chip.read(0x3E, 2)
+
+    assert set(forbidden(chip)) == {"FIFO_DATA_OUT read while the FIFO is empty"}
+
+
+def test_boot_and_swreset_of_the_lps22hb_may_be_set_together() -> None:
+    """Two drivers do it, the board's own among them, and work on the part."""
+    chip = Chip("LPS22HB")
+    chip.write(0x11, 0x94)
+
+    assert chip.notes == []

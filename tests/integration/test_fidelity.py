@@ -1,0 +1,89 @@
+"""The README's fidelity table is the code's own account of itself, and is up to date."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from emulator import InputError
+from emulator.fidelity import BEGIN, END, rewrite, table
+from sensors import PARTS
+
+ROOT = Path(__file__).parents[2]
+parts = pytest.mark.parametrize("name", PARTS)
+
+
+def fcu(*arguments: str) -> str:
+    done = subprocess.run(
+        [sys.executable, "-m", "emulator", *arguments], capture_output=True, check=True, timeout=60
+    )
+    return done.stdout.decode()
+
+
+def test_the_readmes_table_is_up_to_date() -> None:
+    """When it is not: python -m emulator.fidelity README.md"""
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert rewrite(text) == text
+
+
+def test_the_command_rewrites_only_what_is_between_the_markers(tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text(f"before\n{BEGIN}\nstale\n{END}\nafter\n", encoding="utf-8")
+
+    subprocess.run([sys.executable, "-m", "emulator.fidelity", str(page)], cwd=ROOT, check=True, timeout=60)
+
+    assert page.read_text(encoding="utf-8") == f"before\n{BEGIN}\n\n{table()}\n\n{END}\nafter\n"
+
+
+@pytest.mark.parametrize("text", ["", BEGIN, END, f"{END}{BEGIN}"])
+def test_a_page_without_markers_is_refused(text: str) -> None:
+    with pytest.raises(InputError, match="no place for the fidelity table"):
+        rewrite(text)
+
+
+def test_every_row_has_four_cells() -> None:
+    for row in table().splitlines():
+        assert row.replace("\\|", "").count("|") == 5, row
+
+
+@parts
+def test_every_function_says_what_it_is_and_where_it_is_documented(name: str) -> None:
+    functions = PARTS[name].FUNCTIONS
+    assert len({function.name for function in functions}) == len(functions)
+    assert all(function.name and function.source for function in functions)
+
+
+@parts
+def test_what_has_no_behaviour_is_named_in_the_table_and_in_the_register_map(name: str) -> None:
+    """The same bits, once from the maps and once as a user sees them, in every bank."""
+    names = []
+    for bank in PARTS[name].maps().values():
+        for register in bank.registers:
+            if not register.modelled:
+                names.append(register.__name__)
+            else:
+                names += [f"{register.__name__}.{bits.name}" for bits in register.fields if not bits.modelled]
+    (row,) = [line for line in table().splitlines() if line.startswith(f"| {name} |") and "every bit" in line]
+    printed = fcu("registers", name)
+
+    assert [entry.strip("` |") for entry in row.partition("touched: ")[2].split(",")] == (names or [""])
+    assert f"not modelled, reported when touched: {', '.join(names) or 'nothing'}\n" in printed
+    assert printed.count("(not modelled)") == len(names)
+
+
+@parts
+def test_the_register_map_shows_every_register_and_field_of_every_bank(name: str) -> None:
+    printed = fcu("registers", name)
+    for title, bank in PARTS[name].maps().items():
+        assert title in printed
+        for register in bank.registers:
+            assert f"0x{register.addr:02X}" in printed
+            assert f" {register.__name__}: " in printed
+            assert all(f" {bits.name}: {bits.doc}" in printed for bits in register.fields)
+
+
+def test_fcu_prints_the_table() -> None:
+    assert fcu("registers", "--fidelity") == table() + "\n"

@@ -1,0 +1,120 @@
+"""What a caller in Python can get wrong: each mistake is one error that says what would be right."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from emulator import Board, InputError
+from sensors import PARTS, AccessError
+from tests.sensor_fakes import Chip
+
+parts = pytest.mark.parametrize("part", PARTS)
+
+
+# -- a part itself ----------------------------------------------------------------------------------------
+
+
+@parts
+@pytest.mark.parametrize(("address", "count"), [(0x80, 1), (0x100, 6), (-1, 1), (0x0F, 0), (0x0F, -1)])
+def test_a_burst_no_bus_could_carry_cannot_be_read(part: str, address: int, count: int) -> None:
+    chip = Chip(part)
+    with pytest.raises(
+        AccessError, match="give an address from 0x00 to 0x7F and at least one byte"
+    ) as caught:
+        chip.read(address, count)
+    assert (caught.value.address, caught.value.count) == (address, count)
+
+
+@parts
+def test_a_burst_that_was_refused_is_refused_again(part: str) -> None:
+    chip = Chip(part)
+    for _ in range(2):
+        with pytest.raises(AccessError):
+            chip.read(0x80, 1)
+
+
+@parts
+@pytest.mark.parametrize("address", [0x80, -1])
+def test_nor_written(part: str, address: int) -> None:
+    chip = Chip(part)
+    with pytest.raises(AccessError, match=f"cannot write 2 bytes at sub-address {address:#04x}"):
+        chip.part.write(address, b"\x00\x00", 0)
+    with pytest.raises(AccessError, match="cannot write 0 bytes at sub-address 0x10"):
+        chip.part.write(0x10, b"", 0)
+
+
+@parts
+@pytest.mark.parametrize("data", [5, "\x05", [5], None])
+def test_what_is_no_bytes_cannot_be_written(part: str, data: Any) -> None:
+    chip = Chip(part)
+    with pytest.raises(TypeError, match="give bytes"):
+        chip.part.write(0x10, data, 0)
+    assert chip.log == []
+
+
+@parts
+@pytest.mark.parametrize("address", ["0x0F", 15.0, None])
+def test_an_address_is_an_integer(part: str, address: Any) -> None:
+    chip = Chip(part)
+    with pytest.raises(TypeError):
+        chip.part.read(address, 1, 0)
+    with pytest.raises(TypeError):
+        chip.part.write(address, b"\x00", 0)
+
+
+@parts
+def test_a_very_long_burst_is_no_shorter_one_elsewhere(part: str) -> None:
+    """Bursts are remembered by address and length; neither may run over into the other."""
+    chip = Chip(part)
+    chip.read(0x01, 1)
+    assert len(chip.read(0x00, (1 << 16) + 1)) == (1 << 16) + 1
+
+
+# -- the buses ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("data", [5, "\x0f", None, 1.5, [256], [-1], ["\x0f"], {15}])
+def test_what_is_sent_are_bytes(data: Any) -> None:
+    """``bytes(5)`` would be five zeros, a write nobody meant."""
+    board = Board()
+    for send in (
+        lambda: board.i2c2.write(0x6B, data),
+        lambda: board.i2c2.write_read(0x6B, data, 1),
+        lambda: Board(profile="fcu001v1").spi2.write("PA8", data),
+    ):
+        with pytest.raises(InputError, match=r"cannot send .*; give bytes, such as b'\\x0f'"):
+            send()
+    assert board.clock.now_ps == 0
+
+
+@pytest.mark.parametrize("data", [b"\x0f", bytearray(b"\x0f"), memoryview(b"\x0f"), [0x0F], (0x0F,)])
+def test_everything_that_clearly_means_bytes_is_taken(data: Any) -> None:
+    assert Board().i2c2.write_read(0x6B, data, 1) == b"\x6a"
+
+
+@pytest.mark.parametrize("count", [0, -1, 65536, 1.0, "1", None])
+def test_a_read_has_a_length(count: Any) -> None:
+    board = Board()
+    with pytest.raises(InputError, match=r"cannot read .* bytes in one transfer; give 1 to 65535"):
+        board.i2c2.read(0x6B, count)
+    with pytest.raises(InputError, match=r"cannot read .* bytes in one transfer; give 1 to 65535"):
+        board.i2c2.write_read(0x6B, b"\x0f", count)
+    if count != 0:  # on SPI a write alone is a transfer too
+        with pytest.raises(InputError, match=r"cannot read .* bytes in one transfer; give 0 to 65535"):
+            Board(profile="fcu001v1").spi2.write_read("PA8", b"\x8f", count)
+
+
+@pytest.mark.parametrize(
+    ("address", "problem"),
+    [
+        (0xD6, "0xd6 has more than 7 bits"),
+        (-1, "more than 7 bits"),
+        ("0x6B", "is no integer"),
+        (1.0, "is no"),
+    ],
+)
+def test_an_i2c_address_has_7_bits(address: Any, problem: str) -> None:
+    with pytest.raises(InputError, match=problem):
+        Board().i2c2.write(address, b"\x00")

@@ -1,0 +1,132 @@
+"""Power-on: parts that load their trimming values do not answer (AN5040 5.7: 15 ms; AN5069 3: 20 ms)."""
+
+from __future__ import annotations
+
+import pytest
+
+from emulator import Board, I2CNackError
+from emulator.clock import PS_PER_MS
+from emulator.hal import Hal
+from emulator.trace import BusTransfer, DeviceNote
+from tests.board_fakes import script
+
+ADDRESS = {"LSM6DSL": 0x6B, "LIS2MDL": 0x1E, "LPS22HB": 0x5D}
+CHIP_SELECT = {"LSM6DSL": "PA8", "LIS2MDL": "PB12", "LPS22HB": "PC13"}
+IDENTITY = {"LSM6DSL": (0x0F, 0x6A), "LIS2MDL": (0x4F, 0x40), "LPS22HB": (0x0F, 0xB1)}
+BOOT_MS = {"LSM6DSL": 15, "LIS2MDL": 20}
+HAL_OK, HAL_ERROR = 0, 1
+slow_parts = pytest.mark.parametrize("part", BOOT_MS)
+
+
+def notes(board: Board) -> list[tuple[str, str, str]]:
+    return [(note.device, note.what, note.text) for note in board.trace.of(DeviceNote)]
+
+
+@slow_parts
+def test_a_part_acknowledges_its_address_from_the_end_of_its_boot_on(part: str) -> None:
+    board = Board(cold_start=True)
+    register, identity = IDENTITY[part]
+    board.run_until(BOOT_MS[part] * PS_PER_MS - 1)
+    with pytest.raises(I2CNackError) as caught:
+        board.i2c2.write_read(ADDRESS[part], bytes([register]), 1)
+    assert (caught.value.address, caught.value.byte_index) == (ADDRESS[part], 0)
+    assert board.i2c2.write_read(ADDRESS[part], bytes([register]), 1) == bytes([identity])
+
+
+@slow_parts
+def test_each_refusal_leaves_one_note_that_names_the_reason(part: str) -> None:
+    board = Board(cold_start=True)
+    with pytest.raises(I2CNackError):
+        board.i2c2.write_read(ADDRESS[part], b"\x0f", 6)
+    with pytest.raises(I2CNackError):
+        board.bus.read_from(ADDRESS[part], 0x0F, 6)  # the short way that firmware takes
+    with pytest.raises(I2CNackError):
+        board.i2c2.write(ADDRESS[part], b"\x10\x00")
+
+    expected = (part, "not accessible", f"trimming values are loaded until {BOOT_MS[part]} ms")
+    assert notes(board) == 3 * [expected]
+    assert {event.result for event in board.trace.of(BusTransfer)} == {
+        f"I2C 0x{ADDRESS[part]:02X}: no acknowledge of its address"
+    }
+
+
+@pytest.mark.parametrize("first", ["start", "read_from"])
+def test_the_short_and_the_long_way_wake_up_alike(first: str) -> None:
+    board = Board(cold_start=True)
+    board.run_for(0.02)
+    if first == "read_from":
+        assert board.bus.read_from(0x6B, 0x0F, 1) == b"\x6a"
+    else:
+        assert board.i2c2.write_read(0x6B, b"\x0f", 1) == b"\x6a"
+    assert notes(board) == []
+
+
+@slow_parts
+def test_what_is_written_during_the_boot_is_lost(part: str) -> None:
+    register = {"LSM6DSL": 0x73, "LIS2MDL": 0x45}[part]
+    board = Board(cold_start=True)
+    with pytest.raises(I2CNackError):
+        board.i2c2.write(ADDRESS[part], bytes([register, 0x55]))
+    board.run_for(0.02)
+    assert board.i2c2.write_read(ADDRESS[part], bytes([register]), 1) == b"\x00"
+
+
+@slow_parts
+def test_on_spi_nothing_is_driven_and_nothing_taken(part: str) -> None:
+    """The decision of ``sensors.spi``: 0xFF, and commands are lost."""
+    register, identity = IDENTITY[part]
+    board = Board(profile="fcu001v1", cold_start=True)
+    board.spi2.configure(mode=3, wires=3 if part == "LIS2MDL" else 4)
+    target = {"LSM6DSL": 0x73, "LIS2MDL": 0x45}[part]
+    board.spi2.write(CHIP_SELECT[part], bytes([target, 0x55]))
+    assert board.spi2.write_read(CHIP_SELECT[part], bytes([0x80 | register]), 3) == b"\xff\xff\xff"
+    assert [(device, what) for device, what, _ in notes(board)] == 2 * [(part, "not accessible")]
+
+    board.run_until(BOOT_MS[part] * PS_PER_MS)
+    assert board.spi2.write_read(CHIP_SELECT[part], bytes([0x80 | register]), 1) == bytes([identity])
+    assert board.spi2.write_read(CHIP_SELECT[part], bytes([0x80 | target]), 1) == b"\x00"
+
+
+def test_the_barometer_answers_at_once_and_says_that_it_boots() -> None:
+    """LPS22HB datasheet 9.15, BOOT_STATUS; the 5 ms are an assumption."""
+    board = Board(cold_start=True)
+    assert board.i2c2.write_read(0x5D, b"\x0f", 1) == b"\xb1"
+    assert board.i2c2.write_read(0x5D, b"\x25", 1) == b"\x80"
+    board.run_for(0.005)
+    assert board.i2c2.write_read(0x5D, b"\x25", 1) == b"\x00"
+
+
+@pytest.mark.parametrize("part", ADDRESS)
+def test_without_cold_start_every_part_answers_at_0(part: str) -> None:
+    """As after the reset button, which does not touch the sensors' supply."""
+    register, identity = IDENTITY[part]
+    board = Board()
+    assert board.i2c2.write_read(ADDRESS[part], bytes([register]), 1) == bytes([identity])
+    assert board.i2c2.write_read(0x5D, b"\x25", 1) == b"\x00"
+    assert notes(board) == []
+
+
+def test_firmware_sees_hal_error_and_can_wait_it_out() -> None:
+    results: list[tuple[int, bytes]] = []
+
+    def main(hal: Hal) -> None:
+        results.append(hal.HAL_I2C_Mem_Read(0x6B << 1, 0x0F, 1))
+        hal.HAL_Delay(20)
+        results.append(hal.HAL_I2C_Mem_Read(0x6B << 1, 0x0F, 1))
+
+    board = Board(firmware=script(main), cold_start=True)
+    board.run_for(0.1)
+    assert [result for result, _ in results] == [HAL_ERROR, HAL_OK]
+    assert results[1][1] == b"\x6a"
+
+
+def test_a_cold_board_behaves_as_any_other_once_it_is_warm() -> None:
+    """The LSM6DSL's samples after its boot are those of a part powered long before."""
+    found = []
+    for cold_start in (False, True):
+        board = Board(seed=3, cold_start=cold_start)
+        board.run_until(30 * PS_PER_MS)
+        board.i2c2.write(0x6B, b"\x10\xa8")
+        board.run_for(0.1)
+        found.append(board.i2c2.write_read(0x6B, b"\x28", 6))
+    assert found[0] == found[1] != bytes(6)

@@ -1,0 +1,167 @@
+"""The LIS2MDL's INT/DRDY pin: what it shows, and when its edges come (datasheet 8.7; AN5069 6.3 and 10)."""
+
+from __future__ import annotations
+
+import pytest
+
+from sensors.sampling import NEVER_PS
+from tests.lis2mdl_fakes import (
+    CFG_REG_A,
+    CFG_REG_C,
+    DRDY_ON_PIN,
+    FOURWSPI,
+    IEA,
+    IEL,
+    IEN,
+    INT_ON_PIN,
+    INT_SOURCE_REG,
+    OUTX_H_REG,
+    XYZ,
+    at,
+    threshold,
+    watched,
+    x_counts,
+)
+from tests.sensor_fakes import MAGNETOMETER
+
+
+def test_the_pin_is_high_impedance_unless_something_is_put_on_it() -> None:
+    chip = x_counts(200)
+    threshold(chip, 100, XYZ | IEA | IEN)
+    edges = watched(chip, 0x00)
+
+    chip.t_ps = at(9)
+    chip.part.catch_up(chip.t_ps)
+
+    (pin,) = chip.part.pins()
+    assert (pin.name, pin.level, edges) == ("INT/DRDY", None, [])
+    assert chip.part.next_event_ps() == NEVER_PS
+
+
+@pytest.mark.parametrize(("polarity", "active"), [(IEA, 1), (0, 0)])
+def test_int_follows_the_comparison_with_the_time_of_the_sample(polarity: int, active: int) -> None:
+    """Edges are exact although nobody looks before the tenth sample."""
+    chip = x_counts(0, 0, 200, 200, 0, -200, 0)
+    threshold(chip, 100, XYZ | polarity | IEN)
+    edges = watched(chip, INT_ON_PIN)
+
+    chip.t_ps = at(10)
+    chip.part.catch_up(chip.t_ps)
+
+    idle = 1 - active
+    assert edges == [(0, idle), (at(2), active), (at(4), idle), (at(5), active), (at(6), idle)]
+
+
+@pytest.mark.parametrize(("polarity", "active"), [(IEA, 1), (0, 0)])
+def test_a_latched_int_ends_when_the_register_is_read(polarity: int, active: int) -> None:
+    chip = x_counts(0, 200, 0)
+    threshold(chip, 100, XYZ | polarity | IEL | IEN)
+    edges = watched(chip, INT_ON_PIN)
+    chip.t_ps = read_ps = at(7) + 12345
+    chip.byte(INT_SOURCE_REG)
+
+    assert edges == [(0, 1 - active), (at(1), active), (read_ps, 1 - active)]
+
+
+def test_a_latched_int_stays_though_every_sample_is_looked_at_when_it_comes() -> None:
+    chip = x_counts(0, 200, 0, 0)
+    threshold(chip, 100, XYZ | IEA | IEL | IEN)
+    edges = watched(chip, INT_ON_PIN)
+    for number in range(4):
+        chip.part.catch_up(at(number))
+
+    assert edges == [(0, 0), (at(1), 1)]
+
+
+def test_data_ready_rises_with_the_sample_and_falls_when_a_high_byte_is_read() -> None:
+    """AN5069 6.3: it stays high while nobody reads."""
+    chip = x_counts(1, 2, 3)
+    chip.write(CFG_REG_A, 0x8C)
+    edges = watched(chip, DRDY_ON_PIN)
+
+    chip.t_ps = at(2) + 500
+    chip.read(0x68)
+    chip.read(OUTX_H_REG)
+    chip.t_ps = at(5)
+    chip.counts(MAGNETOMETER)
+
+    assert edges == [(0, 0), (at(0), 1), (at(2) + 500, 0), (at(3), 1), (at(5), 0)]
+
+
+def test_data_ready_of_a_single_measurement() -> None:
+    chip = x_counts(1)
+    edges = watched(chip, DRDY_ON_PIN)
+    chip.write(CFG_REG_A, 0x81)
+
+    assert chip.part.next_event_ps() == at(0)
+    chip.t_ps = at(30)
+    chip.part.catch_up(chip.t_ps)
+
+    assert edges == [(0, 0), (at(0), 1)]
+    assert chip.part.next_event_ps() == NEVER_PS
+
+
+def test_data_ready_that_is_there_already_shows_when_the_pin_is_switched_on() -> None:
+    chip = x_counts(1)
+    chip.write(CFG_REG_A, 0x8C)
+    chip.t_ps = at(0) + 1
+
+    assert watched(chip, DRDY_ON_PIN) == [(at(0) + 1, 1)]
+
+
+def test_int_goes_before_data_ready() -> None:
+    """Datasheet T29: with both bits set the pin shows INT."""
+    chip = x_counts(0, 200)
+    threshold(chip, 100, XYZ | IEA | IEN)
+    edges = watched(chip, INT_ON_PIN | DRDY_ON_PIN)
+
+    chip.t_ps = at(3)
+    chip.part.catch_up(chip.t_ps)
+    chip.counts(MAGNETOMETER)
+
+    assert edges == [(0, 0), (at(1), 1)]
+
+
+def test_in_4_wire_spi_the_pin_is_sdo() -> None:
+    chip = x_counts(200)
+    threshold(chip, 100, XYZ | IEA | IEN)
+    edges = watched(chip, FOURWSPI | INT_ON_PIN)
+
+    chip.t_ps = at(1)
+    chip.part.catch_up(chip.t_ps)
+
+    assert (chip.part.pins()[0].level, edges) == (None, [])
+    assert chip.notes == [("forbidden", "CFG_REG_C: INT/DRDY is SDO while 4WSPI = 1")]
+
+
+def test_catching_up_at_each_event_gives_every_edge_in_time() -> None:
+    """What a board does that has something wired to the pin."""
+    chip = x_counts(0, 200, 0, 200, 0)
+    threshold(chip, 100, XYZ | IEA | IEN)
+    edges = watched(chip, INT_ON_PIN)
+    seen_at = []
+    for number in range(6):
+        due_ps = chip.part.next_event_ps()
+        assert due_ps == at(number)
+        chip.part.catch_up(due_ps)
+        if len(edges) > len(seen_at) + 1:
+            seen_at.append(due_ps)
+
+    assert edges == [(0, 0), (at(1), 1), (at(2), 0), (at(3), 1), (at(4), 0)]
+    assert seen_at == [at(1), at(2), at(3), at(4)]
+
+
+def test_a_pin_that_hangs_in_the_air_asks_for_nothing() -> None:
+    chip = x_counts(200)
+    threshold(chip, 100, XYZ | IEA | IEN)
+    chip.write(CFG_REG_C, INT_ON_PIN)
+
+    assert chip.part.next_event_ps() == NEVER_PS
+
+
+def test_a_wired_pin_of_a_generator_that_is_off_asks_for_nothing() -> None:
+    chip = x_counts(200)
+    threshold(chip, 100, XYZ | IEA)
+    watched(chip, INT_ON_PIN)
+
+    assert chip.part.next_event_ps() == NEVER_PS
