@@ -218,6 +218,11 @@ class SampleStream:
         # Each time is rounded from its own exact parts, so that it does not depend on where the block begins.
         period_s = self._num / (self._den * PS_PER_S)
         offset = first - self._origin_index
-        spans_on, rest = np.divmod(np.arange(offset, offset + count, dtype=np.int64), self._den)
-        times: Times = (self._origin_ps + spans_on * self._num) / PS_PER_S + rest * period_s
+        rest = np.arange(offset, offset + count, dtype=np.int64)
+        spans_on = rest // self._den
+        rest -= spans_on * self._den
+        times: Times = np.multiply(rest, period_s, dtype=np.float64)
+        spans_on *= self._num
+        spans_on += self._origin_ps
+        times += spans_on / PS_PER_S
         return times

@@ -17,7 +17,7 @@ from sensors.lps22hb.barometer import COUNTS_PER_DEGC, COUNTS_PER_HPA, Barometer
 from sensors.lps22hb.commands import Commands
 from sensors.lps22hb.errors import LPS22HBErrors
 from sensors.lps22hb.fidelity import FUNCTIONS
-from sensors.lps22hb.output import Output
+from sensors.lps22hb.output import P_READ, Output
 from sensors.lps22hb.pipeline import Pipeline
 from sensors.lps22hb.reference import RPDS_COUNTS_PER_LSB
 from sensors.lps22hb.registers import (
@@ -170,9 +170,14 @@ class LPS22HB(Part):
         self._refresh(now_ps)
 
     def _before_output(self, first: int, end: int, now_ps: int) -> None:
-        if now_ps >= self._stream.next_ps or self._output.stale:
+        output = self._output
+        if now_ps >= self._stream.next_ps or output.stale:
             self._refresh(now_ps)
-        if self._output.account(first, end) and self._pipeline.int_drdy.routed:
+        if end - first == PRESS_OUT.size and not output.held:  # the usual read of the pressure as a whole
+            self.registers.mem[STATUS.addr] &= P_READ
+        elif not output.account(first, end):
+            return
+        if self._pipeline.int_drdy.routed:
             self._pipeline.drive(now_ps)
 
     def _after_temperature(self, first: int, end: int, now_ps: int) -> None:

@@ -11,7 +11,7 @@ from sensors.lps22hb.registers import PRESS_OUT, STATUS, TEMP_OUT
 
 _NEW, _OVERRUN_SHIFT = STATUS.P_DA.mask | STATUS.T_DA.mask, 4
 _FIRST, _END = PRESS_OUT.addr, TEMP_OUT.addr + TEMP_OUT.size
-_P_READ = 0xFF & ~(STATUS.P_DA.mask | STATUS.P_OR.mask)
+P_READ = 0xFF & ~(STATUS.P_DA.mask | STATUS.P_OR.mask)
 _T_READ = 0xFF & ~(STATUS.T_DA.mask | STATUS.T_OR.mask)
 _PRESS_OUT_H, _TEMP_OUT_H = PRESS_OUT.addr + 2, TEMP_OUT.addr + 1
 
@@ -20,7 +20,7 @@ class Output:
     """Works on ``mem``, the part's registers.
 
     ``latest``: the latest sample, five bytes; ``stale``: the registers may not show what they should, so the
-    next read has to look. Both are plain attributes because every read looks at them.
+    next read has to look; ``held``: by BDU. They are plain attributes because every read looks at them.
     """
 
     def __init__(self, mem: bytearray, latest: bytes) -> None:
@@ -28,12 +28,12 @@ class Output:
         self.latest = latest
         self.stale = True
         self._bdu = False
-        self._held = False
+        self.held = False
 
     def set_bdu(self, *, on: bool) -> None:
         """BDU as configured; switching it off releases the output."""
         self._bdu = on
-        self._held = self._held and on
+        self.held = self.held and on
         self.stale = True
 
     def flag(self, fresh: int) -> None:
@@ -43,18 +43,18 @@ class Output:
 
     def show(self, sample: bytes | None) -> None:
         """Put ``sample`` into the registers unless they are held; None leaves what is there."""
-        self.stale = self._held
-        if sample is not None and not self._held:
+        self.stale = self.held
+        if sample is not None and not self.held:
             self._mem[_FIRST:_END] = sample
 
     def account(self, first: int, end: int) -> bool:
         """Bytes ``first`` to ``end - 1`` of one output are about to be read; whether that clears P_DA."""
         if first <= _PRESS_OUT_H < end:
-            self._mem[STATUS.addr] &= _P_READ
-            self._held = False
+            self._mem[STATUS.addr] &= P_READ
+            self.held = False
             return True
         if first < _PRESS_OUT_H:
-            self._held = self._bdu
+            self.held = self._bdu
         elif end > _TEMP_OUT_H:
             self._mem[STATUS.addr] &= _T_READ
         return False
