@@ -26,7 +26,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from emulator import firmwares
+from emulator.boot import Choice, choose
 from emulator.clock import Clock, to_ps
 from emulator.core import Core
 from emulator.errors import InputError
@@ -40,11 +40,12 @@ from emulator.spi import SpiBus, SpiMaster
 from emulator.terminal import Terminal
 from emulator.trace import Trace
 from emulator.uart import Uart
-from emulator.wiring import LED1_PIN, LED2_PIN, UART_CLOCK_HZ, Profile
-from emulator.wiring import profile as find_profile
+from emulator.wiring import LED1_PIN, LED2_PIN, UART_CLOCK_HZ
 from emulator.world import World
 
 if TYPE_CHECKING:
+    from emulator.arm.firmware import ArmFirmware
+    from emulator.arm.image import FirmwareImage
     from emulator.scenario import Scenario
 
 
@@ -55,20 +56,22 @@ class Board:
     """A STEVAL-FCU001V1.
 
     ``profile``: how the sensors are wired (``"lab3"``: all on I2C2; ``"fcu001v1"``: on SPI2, as on the real
-    board). ``firmware``: a name (``"lab3"``,
-    ``"template"``), a callable that takes the HAL and returns the firmware, or None for none. ``scenario``: a
-    name, a path or a loaded scenario; it brings its own firmware unless one is given. ``seed``: which board
-    of the class this is, and its noise. ``ideal``: sensors without any error. ``cold_start``: False, as after
-    the reset button, with sensors powered long before; True, with their supply switched on at t = 0, so that
-    at first LSM6DSL (15 ms) and LIS2MDL (20 ms) do not answer: no acknowledge on I2C, 0xFF on SPI.
+    board); None: as the firmware needs it, where its file says so, else ``"lab3"``. ``firmware``: a name
+    (``"lab3"`` and ``"template"`` in Python, ``"solution"`` and ``"template-arm"`` in C), an ELF, HEX or BIN
+    file for the chip, a callable that takes the HAL and returns the firmware, or None for none.
+    ``scenario``: a name, a path or a loaded scenario; it brings its own firmware unless one is given.
+    ``seed``: which board of the class this is, and its noise. ``ideal``: sensors without any error.
+    ``cold_start``: False, as after the reset button, with sensors powered long before; True, with their
+    supply switched on at t = 0, so that at first LSM6DSL (15 ms) and LIS2MDL (20 ms) do not answer: no
+    acknowledge on I2C, 0xFF on SPI.
 
     Raises InputError (ScenarioError) when a name, a file or a value cannot be used.
     """
 
     def __init__(
         self,
-        profile: str = "lab3",
-        firmware: str | FirmwareFactory | None = None,
+        profile: str | None = None,
+        firmware: str | Path | FirmwareFactory | None = None,
         scenario: str | Path | Scenario | None = None,
         seed: int = 0,
         ideal: bool = False,
@@ -77,7 +80,9 @@ class Board:
         if not isinstance(seed, int):
             raise InputError(f"seed is {seed!r}; give an integer")
         plan = _load(scenario)
-        wiring = find_profile(profile)
+        if firmware is None and plan is not None:
+            firmware = plan.firmware
+        self.booted = choice = choose(firmware, profile, plan.firmware_settings() if plan else None)
         self.scenario = plan
         self.seed = seed or (plan.seed if plan else 0)
         self.clock = clock = Clock()
@@ -88,21 +93,20 @@ class Board:
             settings = replace(settings, grade="ideal")
         self.sensors = SensorSet(self.world, clock, settings, self.seed, 0 if cold_start else None)
         self.bus = I2CBus("I2C2", self.clock, self.trace, plan.i2c_speed_hz if plan else FAST_MODE_HZ)
-        spi = SpiBus("SPI2", clock, self.trace)
-        self.sensors.attach(self.bus, spi, wiring)
+        self.spi = SpiBus("SPI2", clock, self.trace)
+        self.sensors.attach(self.bus, self.spi, choice.profile)
         self.sensors.observe(self.trace)
         self.uart = Uart("USART1", self.clock, self.trace, UART_CLOCK_HZ)
         self.gpio = Gpio(self.clock, self.trace)
         self.led1 = Led("LED1", self.gpio, *LED1_PIN)
         self.led2 = Led("LED2", self.gpio, *LED2_PIN)
-        core = Core(self.clock)
-        hal = Hal(self.clock, self.trace, core, self.bus, self.uart, self.gpio)
-        self.tim9 = hal.tim9
-        self._backend = self._boot(wiring, firmware, plan, core, hal)
+        self.arm: ArmFirmware | None = None
+        """The chip that executes built firmware; None for firmware in Python."""
+        self._backend = self._boot(choice)
+        self.tim9 = self._backend.tim9
         self.i2c2 = I2CMaster(self.bus, self._backend.run_until)
-        self.spi2 = SpiMaster(spi, self._backend.run_until)
+        self.spi2 = SpiMaster(self.spi, self._backend.run_until)
         self.terminal = Terminal(self.uart, self.clock, self._backend.run_until)
-        weakref.finalize(self, core.close)
         if plan:
             plan.play(weakref.proxy(self))  # what it schedules must not keep the board alive
 
@@ -131,28 +135,23 @@ class Board:
         """A global variable of the firmware by its C name, such as ``acc`` or ``pitch``. Raises KeyError."""
         return self._backend.variable(name)
 
-    def _boot(
-        self,
-        wiring: Profile,
-        firmware: str | FirmwareFactory | None,
-        plan: Scenario | None,
-        core: Core,
-        hal: Hal,
-    ) -> Backend:
-        if firmware is None and plan is not None:
-            firmware = plan.firmware
-        if firmware is None:
-            return NoFirmware(self.clock)
-        if not wiring.i2c2:
-            raise InputError(
-                "firmware in Python talks to the sensors on I2C2, where they are not with profile "
-                f'{wiring.name!r}; use profile "lab3", or no firmware'
-            )
-        if isinstance(firmware, str):
-            firmware = firmwares.factory(firmware, plan.firmware_settings() if plan else None)
-        if not callable(firmware):
-            raise InputError(f"firmware is {firmware!r}; give a name, or a callable that takes the HAL")
-        return PythonFirmware(firmware(hal), core, hal)
+    def _boot(self, choice: Choice) -> Backend:
+        if choice.image is not None:
+            self.arm = self._power_chip(choice.image)
+            return self.arm
+        core = Core(self.clock)
+        hal = Hal(self.clock, self.trace, core, self.bus, self.uart, self.gpio)
+        if choice.factory is None:
+            return NoFirmware(self.clock, hal)
+        weakref.finalize(self, core.close)
+        return PythonFirmware(choice.factory(hal), core, hal)
+
+    def _power_chip(self, image: FirmwareImage) -> ArmFirmware:
+        from emulator.arm.chip import Surroundings
+        from emulator.arm.firmware import ArmFirmware
+
+        around = Surroundings(self.clock, self.trace, self.gpio, self.uart, self.bus, self.spi, self.seed)
+        return ArmFirmware(around, image)
 
 
 def _load(scenario: str | Path | Scenario | None) -> Scenario | None:

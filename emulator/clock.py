@@ -48,6 +48,10 @@ class Clock:
     """Virtual time. ``now_ps`` and ``next_ps`` are plain attributes because the hot paths read them.
 
     ``next_ps`` is the time of the earliest event still queued (``NEVER_PS`` if there is none).
+
+    Deferred calls are events that nobody has to stop for. They happen at their own time and in order with all
+    events, but are only carried out when the next event fires, when time has been advanced, or when somebody
+    who wants to see their effect calls ``settle()``. ``deferred_ps`` is the time of the earliest one.
     """
 
     def __init__(self) -> None:
@@ -55,6 +59,8 @@ class Clock:
         self.next_ps: int = NEVER_PS
         self._queue: list[tuple[int, int, Event]] = []
         self._order = 0
+        self.deferred_ps: int = NEVER_PS
+        self._deferred: list[tuple[int, int, Event]] = []
 
     @property
     def now_s(self) -> float:
@@ -79,10 +85,31 @@ class Clock:
         heapq.heappush(self._queue, (at_ps, self._order, event))
         self.next_ps = self._queue[0][0]
 
+    def defer(self, at_ps: int, action: Callable[[], None]) -> Event:
+        """Call ``action()`` with ``now_ps`` at ``at_ps``, without stopping a run of instructions for it."""
+        event = Event(action)
+        self._order += 1
+        heapq.heappush(self._deferred, (max(at_ps, self.now_ps), self._order, event))
+        self.deferred_ps = self._deferred[0][0]
+        return event
+
+    def settle(self) -> None:
+        """Carry out what was deferred until now, each at its time; then it is now again."""
+        now_ps = self.now_ps
+        if self.deferred_ps > now_ps:
+            return
+        while self.deferred_ps <= now_ps or self.next_ps <= now_ps:
+            self.fire_next()
+        self.now_ps = now_ps
+
     def fire_next(self) -> None:
-        """Move to the earliest event and call its action. The queue must not be empty."""
-        at_ps, _, event = heapq.heappop(self._queue)
-        self.next_ps = self._queue[0][0] if self._queue else NEVER_PS
+        """Carry out the earliest event, or what was deferred until then. The queue must not be empty."""
+        if self.deferred_ps <= self.next_ps:
+            at_ps, _, event = heapq.heappop(self._deferred)
+            self.deferred_ps = self._deferred[0][0] if self._deferred else NEVER_PS
+        else:
+            at_ps, _, event = heapq.heappop(self._queue)
+            self.next_ps = self._queue[0][0] if self._queue else NEVER_PS
         action = event.action
         if action is not None:
             self.now_ps = at_ps
@@ -90,9 +117,10 @@ class Clock:
 
     def advance_to(self, at_ps: int) -> None:
         """Fire everything due up to and including ``at_ps`` and stop there."""
-        while self.next_ps <= at_ps:
+        start_ps = self.now_ps  # what is late moves time back while it is carried out
+        while self.next_ps <= at_ps or self.deferred_ps <= at_ps:
             self.fire_next()
-        self.now_ps = max(self.now_ps, at_ps)
+        self.now_ps = max(self.now_ps, start_ps, at_ps)
 
 
 class Periodic:

@@ -6,9 +6,11 @@
     ├── InputError                 what the user gave is wrong            (exit code 2)
     │   ├── ScenarioError          a scenario file: names file and key path
     │   ├── RecordingError         a CSV recording: names file and line
+    │   ├── FirmwareFileError      an ELF, HEX or BIN that is not firmware for this board: names the file
     │   └── LinkError              a serial link or output file this machine cannot give
     ├── ExpectationError           the firmware did not do what was expected (exit code 1)
     ├── FirmwareError              the firmware itself failed             (exit code 3)
+    │   └── LimitError             it took more than a run may
     └── I2CError                   a transfer on the simulated bus failed
         ├── I2CNackError           nobody acknowledged: absent device, or NACK at a byte
         ├── I2CBusError            misplaced start or stop (BERR)
@@ -50,6 +52,15 @@ class RecordingError(InputError):
         super().__init__(f"{file}:{line}: {problem}" if line else f"{file}: {problem}")
 
 
+class FirmwareFileError(InputError):
+    """A firmware file cannot be run on this board; ``problem`` says what is wrong and what would be right."""
+
+    def __init__(self, file: str, problem: str) -> None:
+        self.file = file
+        self.problem = problem
+        super().__init__(f"{file}: {problem}")
+
+
 class LinkError(InputError):
     """A serial link or an output file cannot be opened on this machine."""
 
@@ -60,6 +71,14 @@ class ExpectationError(FcuError):
 
 class FirmwareError(FcuError):
     """The firmware under test failed; ``__cause__`` is its own exception."""
+
+
+class LimitError(FirmwareError):
+    """Firmware was stopped at ``limit``, a field of :class:`emulator.arm.limits.Limits`."""
+
+    def __init__(self, limit: str, problem: str) -> None:
+        self.limit = limit
+        super().__init__(f"the firmware was stopped: {problem}; to allow more: --limit {limit}=NUMBER")
 
 
 class I2CError(FcuError):

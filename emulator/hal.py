@@ -162,9 +162,14 @@ class Hal:
         self.tim9.configure(prescaler, period)
 
     def HAL_TIM_Base_Start_IT(self) -> None:
-        """Start TIM9 with its interrupt."""
-        self.tim9.start()
+        """Enable TIM9's interrupt, then its counter, in the HAL's order.
+
+        The flag that ``HAL_TIM_Base_Init`` has left calls the callback in between: the first period begins
+        when that is over.
+        """
+        self.tim9.enable_interrupt()
         self._core.take_interrupts()
+        self.tim9.start()
 
     def _tim9_irq_handler(self) -> None:
         self.tim9.acknowledge()

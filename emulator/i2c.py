@@ -3,13 +3,15 @@
 A transfer is one message (start, address, bytes, perhaps a repeated start, stop); targets never see single
 bits. Time on the wire (NXP UM10204 3.1): nine clock periods a byte with its acknowledge, and one period each
 for start, repeated start and stop. A part answers as of the moment the transfer starts; all bytes of one
-burst belong to that moment.
+burst belong to that moment. A master that moves one byte at a time, as the chip's own I2C block does, uses
+:mod:`emulator.i2c_wire` on the same bus; there each byte is of the moment when it has been transferred.
 
 Faults are injected by rules (:class:`I2CFault`), so a scenario and a test break the bus in the same way.
 """
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass
 from typing import Literal, Protocol, TypeAlias
 
@@ -21,10 +23,17 @@ STANDARD_MODE_HZ = 100_000
 FAST_MODE_HZ = 400_000
 BUSY_TIMEOUT_PS = 25 * PS_PER_MS  # how long ST's HAL waits for a busy bus (I2C_TIMEOUT_BUSY_FLAG)
 
+BUS_ERROR = "bus error, a misplaced start or stop"
+ARBITRATION_LOST = "arbitration lost to another master"
+
 _BYTE_BITS = 9
 _SHORT = 32  # bytes up to which a read's time is looked up
 
-FaultKind: TypeAlias = Literal["absent", "nack", "stuck", "bus_error"]
+_RECENT = 8
+
+Message: TypeAlias = tuple[int, int, int, bytearray, bytearray, I2CError | None]
+"""Start and end in ps, address, bytes written, bytes read, what went wrong."""
+FaultKind: TypeAlias = Literal["absent", "nack", "stuck", "bus_error", "arbitration"]
 
 
 class I2CTarget(Protocol):
@@ -68,7 +77,8 @@ class I2CFault:
 
     ``absent``: nobody answers at ``address``; ``nack``: byte ``byte_index`` of a write to ``address`` is not
     acknowledged (0 is the address itself); ``stuck``: a line is held low, no transfer can start;
-    ``bus_error``: a misplaced start or stop is seen. ``address`` None means every address.
+    ``bus_error``: a misplaced start or stop is seen; ``arbitration``: another master wins while the address
+    is sent. ``address`` None means every address.
     """
 
     kind: FaultKind
@@ -91,10 +101,15 @@ class I2CBus:
     def __init__(self, name: str, clock: Clock, trace: Trace, speed_hz: int = FAST_MODE_HZ) -> None:
         self.name = name
         self.end_ps = 0
+        self.recent: deque[Message] = deque(maxlen=_RECENT)
+        """The latest messages of a master that moves single bytes, kept without a detailed trace, too."""
         self._clock = clock
         self._trace = trace
         self._targets: dict[int, I2CTarget] = {}
         self._faults: list[I2CFault] = []
+        self.has_faults = False
+        self.shortest_ps = PS_PER_S // speed_hz if speed_hz < FAST_MODE_HZ else 0
+        """Shortest period of SCL: a bus that is slow from the start stays so, whatever the master sets."""
         self.set_speed(speed_hz)
 
     def set_speed(self, speed_hz: int) -> None:
@@ -108,6 +123,11 @@ class I2CBus:
         """Virtual time."""
         return self._clock.now_ps
 
+    @property
+    def detailed(self) -> bool:
+        """Whether transfers that went well are recorded."""
+        return self._trace.detailed
+
     def attach(self, address: int, target: I2CTarget) -> None:
         """Put a device at a 7-bit address."""
         self._targets[address] = target
@@ -115,6 +135,7 @@ class I2CBus:
     def inject(self, fault: I2CFault) -> None:
         """Break transfers as the rule says."""
         self._faults.append(fault)
+        self.has_faults = True
         until = "for good" if fault.until_ps >= PS_PER_S * 10**6 else f"until {fault.until_ps / PS_PER_S:g} s"
         where = "" if fault.address is None else f" at 0x{fault.address:02X}"
         self._trace.add(Fault(fault.from_ps, self.name, f"{fault.kind}{where} {until}"))
@@ -122,6 +143,14 @@ class I2CBus:
     def duration_ps(self, bits: int) -> int:
         """Time of ``bits`` clock periods on the wire."""
         return bits * PS_PER_S // self.speed_hz
+
+    def target(self, address: int) -> I2CTarget | None:
+        """The device at a 7-bit address."""
+        return self._targets.get(address)
+
+    def faults(self, at_ps: int) -> list[I2CFault]:
+        """The rules in force at ``at_ps``, whatever their address."""
+        return [fault for fault in self._faults if fault.from_ps <= at_ps < fault.until_ps]
 
     # -- transfers --------------------------------------------------------------------------------------
 
@@ -136,7 +165,7 @@ class I2CBus:
         if data is None:
             return self.transfer(address, bytes((subaddress,)), count)  # which fails as it should
         if self._trace.detailed:
-            self._record(now_ps, address, bytes((subaddress,)), data, "ok")
+            self.record(now_ps, address, bytes((subaddress,)), data, "ok")
         return data
 
     def transfer(self, address: int, data: bytes, count: int = 0) -> bytes:
@@ -145,14 +174,14 @@ class I2CBus:
         try:
             received = self._run(address, data, count)
         except I2CError as error:
-            self._record(start_ps, address, data, b"", str(error))
+            self.record(start_ps, address, data, b"", str(error))
             raise
         bits = 2 + (_BYTE_BITS * (1 + len(data)) if data or not count else 0)
         if count:
             bits += _BYTE_BITS * (1 + count) + (1 if data else 0)
         self.end_ps = start_ps + self.duration_ps(bits)
         if self._trace.detailed:
-            self._record(start_ps, address, data, received, "ok")
+            self.record(start_ps, address, data, received, "ok")
         return received
 
     def _run(self, address: int, data: bytes, count: int) -> bytes:
@@ -187,7 +216,10 @@ class I2CBus:
                 raise I2CStuckError(address, "a line is held low, the bus stays busy")
             if fault.kind == "bus_error":
                 self.end_ps = now_ps + self.duration_ps(1 + _BYTE_BITS)
-                raise I2CBusError(address, "bus error, a misplaced start or stop")
+                raise I2CBusError(address, BUS_ERROR)
+            if fault.kind == "arbitration":
+                self.end_ps = now_ps + self.duration_ps(1 + _BYTE_BITS)
+                raise I2CBusError(address, ARBITRATION_LOST)
             nack_at = 0 if fault.kind == "absent" or reading else fault.byte_index
             if nack_at == 0:
                 raise self._nack(address, 0)
@@ -197,11 +229,28 @@ class I2CBus:
         self.end_ps = self._clock.now_ps + self.duration_ps(2 + _BYTE_BITS * (1 + byte_index))
         return I2CNackError(address, byte_index)
 
-    def _record(self, start_ps: int, address: int, data: bytes, received: bytes, result: str) -> None:
+    def record(self, start_ps: int, address: int, data: bytes, received: bytes, result: str) -> None:
+        """Put a transfer that ended at ``end_ps`` into the trace."""
+        event = self._event(start_ps, self.end_ps, address, data, received, result)
+        if result == "ok":
+            self._trace.add_detail(event)
+        else:
+            self._trace.add(event)
+
+    def recent_transfers(self) -> list[BusTransfer]:
+        """The messages of ``recent`` as the trace shows them."""
+        return [
+            self._event(start_ps, end_ps, address, bytes(data), bytes(received), str(error or "ok"))
+            for start_ps, end_ps, address, data, received, error in self.recent
+        ]
+
+    def _event(
+        self, start_ps: int, end_ps: int, address: int, data: bytes, received: bytes, result: str
+    ) -> BusTransfer:
         target = self._targets.get(address)
-        event = BusTransfer(
+        return BusTransfer(
             t_ps=start_ps,
-            end_ps=self.end_ps,
+            end_ps=end_ps,
             bus=self.name,
             address=address,
             device=target.name() if target else "",
@@ -210,7 +259,3 @@ class I2CBus:
             read=received,
             result=result,
         )
-        if result == "ok":
-            self._trace.add_detail(event)
-        else:
-            self._trace.add(event)

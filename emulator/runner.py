@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 from emulator.board import Board
 from emulator.clock import NEVER_PS, PS_PER_S, to_ps
@@ -27,12 +28,30 @@ class Progress:
     wall_s: float
 
 
+class Debugger(Protocol):
+    """Stands between runner and board: may hold it still, or end the run."""
+
+    @property
+    def halted(self) -> bool:
+        """Whether the board stands still."""
+        ...
+
+    @property
+    def killed(self) -> bool:
+        """Whether the run is to end."""
+        ...
+
+    def run_until(self, at_ps: int) -> None:
+        """Run the board up to and including ``at_ps``, or wait a little while it is held."""
+        ...
+
+
 class Runner:
     """Runs a board until ``end_ps`` of virtual time (None: until stopped) and serves its links.
 
     ``speed``: virtual over wall time, None for as fast as possible. ``exceeded(wall_s)`` is asked after each
     slice; an answer that is not empty ends the run and is kept in ``limit``. ``stop()`` ends it after the
-    present slice, from a signal handler too.
+    present slice, from a signal handler too. Time that ``debugger`` holds the board counts as no wall time.
     """
 
     def __init__(
@@ -43,6 +62,7 @@ class Runner:
         speed: float | None,
         exceeded: Callable[[float], str] = lambda _wall_s: "",
         wall_clock_s: Callable[[], float] = time.monotonic,
+        debugger: Debugger | None = None,
     ) -> None:
         self._board = board
         self._links = links
@@ -50,6 +70,8 @@ class Runner:
         self._pacer = Pacer(speed)
         self._exceeded = exceeded
         self._wall_clock_s = wall_clock_s
+        self._debugger = debugger
+        self._held_s = 0.0
         self._position = 0
         self.stopped = False
         self.limit = ""
@@ -67,16 +89,27 @@ class Runner:
         clock = self._board.clock
         try:
             while clock.now_ps < end_ps and not self.stopped and not self.limit:
-                self._board.run_until(min(clock.now_ps + to_ps(self._pacer.slice_s), end_ps))
+                self._run_until(min(clock.now_ps + to_ps(self._pacer.slice_s), end_ps))
                 self._serve_links()
                 self._pacer.wait(clock.now_s)
-                self.wall_s = self._wall_clock_s() - started
+                self.wall_s = self._wall_clock_s() - started - self._held_s
                 on_progress(Progress(clock.now_s, total_s, self.wall_s))
                 self.limit = self._exceeded(self.wall_s)
         finally:
             self._serve_links()
             for link in self._links:
                 link.flush(_FLUSH_S)
+
+    def _run_until(self, at_ps: int) -> None:
+        debugger = self._debugger
+        if debugger is None:
+            self._board.run_until(at_ps)
+            return
+        began_s = self._wall_clock_s()
+        debugger.run_until(at_ps)
+        self.stopped |= debugger.killed
+        if debugger.halted:
+            self._held_s += self._wall_clock_s() - began_s
 
     def _serve_links(self) -> None:
         printed, self._position = self._board.terminal.since(self._position)

@@ -1,12 +1,15 @@
 """SPI2 as the board wires it: three wires, half duplex, one chip select a sensor (board facts 2.1).
 
 A transfer is one message between two edges of a chip select; its time is eight clock periods a byte. The
-clock is the one ST's firmware sets: 42 MHz / 16 = 2.625 MHz, mode 3.
+clock is the one ST's firmware sets: 42 MHz / 16 = 2.625 MHz, mode 3. The chip's own SPI block moves one byte
+at a time and is seen by the same parts through :mod:`emulator.spi_wire`.
 """
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
+from typing import TypeAlias
 
 from emulator import bus_arguments
 from emulator.clock import PS_PER_S, Clock
@@ -16,6 +19,10 @@ from sensors.part import Part
 from sensors.spi import READ, Mode, SpiTarget, Wires
 
 SPI2_HZ = 2_625_000
+_RECENT = 8
+
+Message: TypeAlias = tuple[int, int, str, bytearray, bytearray]
+"""Start and end in ps, chip select, bytes written, bytes read."""
 
 
 class SpiBus:
@@ -27,6 +34,10 @@ class SpiBus:
         self.mode: Mode = 3
         self.wires: Wires = 3
         self.end_ps = 0
+        self.recent: deque[Message] = deque(maxlen=_RECENT)
+        """The latest messages of a master that moves single bytes, kept without a detailed trace, too."""
+        self.unheard: deque[tuple[int, int | None]] = deque(maxlen=_RECENT)
+        """(time in ps, byte sent or None for one read) while no chip select was low: nobody heard it."""
         self._clock = clock
         self._trace = trace
         self._targets: dict[str, tuple[Part, SpiTarget]] = {}
@@ -40,29 +51,48 @@ class SpiBus:
         """The chip selects in use."""
         return tuple(self._targets)
 
+    def target(self, chip_select: str) -> SpiTarget:
+        """The SPI face of the part at a chip select."""
+        return self._targets[chip_select][1]
+
     def transfer(self, chip_select: str, data: bytes, count: int = 0) -> bytes:
         """Select, write ``data``, read ``count`` bytes, deselect."""
-        part, target = self._targets[chip_select]
+        target = self.target(chip_select)
         start_ps = self._clock.now_ps
         target.select()
         target.write(data, self.mode)
         received = target.read(count, self.mode, self.wires) if count else b""
         self.end_ps = start_ps + 8 * (len(data) + count) * PS_PER_S // self.speed_hz
-        if self._trace.detailed:
-            address = data[0] & ~READ if data else 0
-            self._trace.add_detail(
-                BusTransfer(
-                    t_ps=start_ps,
-                    end_ps=self.end_ps,
-                    bus=self.name,
-                    address=address,
-                    device=part.NAME,
-                    register=part.register_name(address),
-                    written=data,
-                    read=received,
-                )
-            )
+        self.record(chip_select, start_ps, data, received)
         return received
+
+    def record(self, chip_select: str, start_ps: int, written: bytes, received: bytes) -> None:
+        """Put a message that ended at ``end_ps`` into the trace."""
+        if self._trace.detailed:
+            self._trace.add_detail(self._event(start_ps, self.end_ps, chip_select, written, received))
+
+    def recent_transfers(self) -> list[BusTransfer]:
+        """The messages of ``recent`` as the trace shows them."""
+        return [
+            self._event(start_ps, end_ps, chip_select, bytes(written), bytes(received))
+            for start_ps, end_ps, chip_select, written, received in self.recent
+        ]
+
+    def _event(
+        self, start_ps: int, end_ps: int, chip_select: str, written: bytes, received: bytes
+    ) -> BusTransfer:
+        part, _ = self._targets[chip_select]
+        address = written[0] & ~READ if written else 0
+        return BusTransfer(
+            t_ps=start_ps,
+            end_ps=end_ps,
+            bus=self.name,
+            address=address,
+            device=part.NAME,
+            register=part.register_name(address),
+            written=written,
+            read=received,
+        )
 
 
 class SpiMaster:

@@ -39,6 +39,7 @@ class IntervalTimer:
         self._origin_ps = 0
         self._count = 0  # updates since the start
         self._event: Event | None = None
+        self._running = False
         self._flag = False
         self._due_ps = 0
 
@@ -53,19 +54,22 @@ class IntervalTimer:
         self._flag = True
         self._due_ps = self._clock.now_ps
 
-    def start(self) -> None:
-        """Enable the interrupt and count from zero; a flag left by ``configure`` interrupts at once."""
-        if self._event is not None:
-            self._event.cancel()
-        self._num, self._den = self._period_ps.numerator, self._period_ps.denominator
-        self._origin_ps, self._count = self._clock.now_ps, 0
-        self._event = None
+    def enable_interrupt(self) -> None:
+        """Set DIER.UIE: a flag left by ``configure`` interrupts at once, whether the counter runs or not."""
         if self._flag:
             self.ticks += 1
             self._due_ps = self._clock.now_ps
             self._interrupt()
-        else:
-            self._schedule()
+
+    def start(self) -> None:
+        """Set CR1.CEN: count from zero."""
+        if self._event is not None:
+            self._event.cancel()
+            self._event = None
+        self._num, self._den = self._period_ps.numerator, self._period_ps.denominator
+        self._origin_ps, self._count = self._clock.now_ps, 0
+        self._running = True
+        self._schedule()
 
     def acknowledge(self) -> None:
         """The interrupt handler clears the flag; accounts for how late it is, and for what was lost."""
@@ -73,13 +77,16 @@ class IntervalTimer:
         now_ps = self._clock.now_ps
         if now_ps > self._due_ps:
             self._account(now_ps)
-        self._schedule()
+        if self._running:
+            self._schedule()
 
     def _account(self, now_ps: int) -> None:
         waited_ps = now_ps - self._due_ps
         self.late += 1
         self.longest_wait_ps = max(self.longest_wait_ps, waited_ps)
         self._trace.add(TickLate(now_ps, self.name, waited_ps))
+        if not self._running:
+            return
         # the largest k whose time, k * num // den, is not after now
         happened = ((now_ps - self._origin_ps + 1) * self._den - 1) // self._num
         lost = happened - self._count

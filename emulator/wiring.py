@@ -27,6 +27,7 @@ MAGNETOMETER_MOUNTING: dict[MagnetometerMounting, Matrix] = {
     "left_handed": np.diag([1.0, -1.0, 1.0]) @ MOUNTING,
 }
 
+CHIP = "STM32F401"
 LED1_PIN = ("B", 5)
 LED2_PIN = ("B", 4)
 UART_CLOCK_HZ = 84_000_000  # PCLK2, which feeds USART1

@@ -10,6 +10,7 @@ from __future__ import annotations
 import sys
 import traceback
 from pathlib import Path
+from typing import Literal, TypeAlias, get_args
 
 import click
 
@@ -17,6 +18,8 @@ from emulator.errors import ExpectationError, FcuError, InputError
 
 EXIT_EXPECTATION, EXIT_INPUT, EXIT_FAULT = 1, 2, 3
 EXIT_INTERRUPTED = 130  # the shell's own code for a program that Ctrl-C ended
+
+Ignorable: TypeAlias = Literal["time", "numbers", "registers", "leds"]  # as in emulator.compare
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
@@ -27,7 +30,7 @@ def cli() -> None:
 
 @cli.command()
 @click.argument("firmware", required=False)
-@click.option("--profile", default="lab3", show_default=True, help="How the sensors are wired.")
+@click.option("--profile", help="How the sensors are wired: lab3 or fcu001v1. Default: as the firmware says.")
 @click.option("--scenario", metavar="NAME|FILE", help="Move the board, and check what it prints.")
 @click.option("--duration", metavar="TIME", help="Virtual time to run, such as 10s or 500ms.")
 @click.option("--speed", metavar="FACTOR|max", help="Virtual over wall time. Default: 1 with a terminal.")
@@ -43,9 +46,22 @@ def cli() -> None:
 @click.option("--ideal", is_flag=True, help="Sensors without noise, offset or scale error.")
 @click.option("--trace", type=click.Path(path_type=Path), help="Write every event to a JSON-lines file.")
 @click.option("--quiet", "-q", is_flag=True, help="Nothing on stderr but a scenario's verdict.")
+@click.option(
+    "--gdb",
+    type=click.IntRange(0, 65535),
+    metavar="PORT",
+    help="Let gdb debug the firmware, on this port of 127.0.0.1 (0: any free one).",
+)
+@click.option("--halt", is_flag=True, help="With --gdb: wait for gdb before the first instruction.")
+@click.option(
+    "--limit",
+    multiple=True,
+    metavar="NAME=NUMBER",
+    help="What a run of built firmware may take, such as wall_s=60; may be repeated.",
+)
 def run(
     firmware: str | None,
-    profile: str,
+    profile: str | None,
     scenario: str | None,
     duration: str | None,
     speed: str | None,
@@ -54,10 +70,14 @@ def run(
     ideal: bool,
     trace: Path | None,
     quiet: bool,
+    gdb: int | None,
+    halt: bool,
+    limit: tuple[str, ...],
 ) -> None:
-    """Run FIRMWARE (lab3 or template) on the virtual board.
+    """Run FIRMWARE on the virtual board.
 
-    The terminal's text goes to stdout, everything else to stderr. Ctrl-C ends the run.
+    FIRMWARE is lab3 or template (in Python), solution or template-arm (in C, for the chip), or your own ELF,
+    HEX or BIN file. The terminal's text goes to stdout, everything else to stderr. Ctrl-C ends the run.
     """
     from emulator.cli.run import RunOptions, run_board
 
@@ -72,8 +92,87 @@ def run(
         ideal=ideal,
         trace=trace,
         quiet=quiet,
+        gdb=gdb,
+        halt=halt,
+        limit=limit,
     )
     sys.exit(0 if run_board(options) else EXIT_EXPECTATION)
+
+
+@cli.command()
+@click.argument("first", metavar="A")
+@click.argument("second", metavar="B")
+@click.option("--scenario", metavar="NAME|FILE", required=True, help="What both are put through.")
+@click.option("--profile", help="lab3 or fcu001v1; default: what each firmware is made for.")
+@click.option("--seed", type=int, help="Which board of the class, and its noise. Default: the scenario's.")
+@click.option("--ideal", is_flag=True, help="Sensors without noise, offset or scale error.")
+@click.option("--duration", metavar="TIME", help="Virtual time to compare. Default: the scenario's.")
+@click.option(
+    "--timing", metavar="TIME", default="20ms", show_default=True, help="How far apart the pace may be."
+)
+@click.option(
+    "--tolerance",
+    multiple=True,
+    metavar="FIELD=NUMBER",
+    help="How far printed numbers may be apart, such as ACC=0.5 or Yaw=0.1; may be repeated.",
+)
+@click.option(
+    "--ignore",
+    multiple=True,
+    type=click.Choice(get_args(Ignorable)),
+    help="What not to compare; may be repeated.",
+)
+@click.option("--replay", is_flag=True, help="A (lab3 or template) gets the samples that B read.")
+def diff(
+    first: str,
+    second: str,
+    scenario: str,
+    profile: str | None,
+    seed: int | None,
+    ideal: bool,
+    duration: str | None,
+    timing: str,
+    tolerance: tuple[str, ...],
+    ignore: tuple[Ignorable, ...],
+    replay: bool,
+) -> None:
+    """Run firmwares A and B on the same scenario and show where they first differ.
+
+    Compared are the terminal's lines, the register writes of each sensor, the edges of the LEDs, and the pace
+    of all these. Exit code 0: no difference, 1: some, 2: wrong use.
+    """
+    from emulator.cli.diff import DiffOptions, compare_firmwares
+
+    options = DiffOptions(
+        first=first,
+        second=second,
+        scenario=scenario,
+        profile=profile,
+        seed=seed,
+        ideal=ideal,
+        duration=duration,
+        timing=timing,
+        tolerance=tolerance,
+        ignore=ignore,
+        replay=replay,
+    )
+    sys.exit(0 if compare_firmwares(options) else EXIT_EXPECTATION)
+
+
+@cli.command()
+@click.argument("directory", metavar="DIR", type=click.Path(path_type=Path))
+@click.option(
+    "--bus",
+    type=click.Choice(["I2C2", "SPI2"]),
+    default="I2C2",
+    show_default=True,
+    help="Where the sensors are: I2C2 in the lab, SPI2 on the real board.",
+)
+def new(directory: Path, bus: str) -> None:
+    """Start a LAB3 program in C in the new folder DIR."""
+    from emulator.cli.new import create_project
+
+    create_project(directory, bus)
 
 
 @cli.command()

@@ -16,12 +16,17 @@ import click
 
 from emulator.errors import FcuError
 
-_PACKAGES = ("numpy", "greenlet", "click", "pydantic", "pygeomag", "pyserial")
+_PACKAGES = ("numpy", "greenlet", "click", "pydantic", "pygeomag", "pyserial", "unicorn")
 _TERMINALS = {
     "screen": "screen",
     "minicom": "minicom",
     "putty": "PuTTY",
     "pyserial-miniterm": "pyserial-miniterm",
+}
+_BUILD_TOOLS = {
+    "arm-none-eabi-gcc": "the compiler for fcu new: sudo apt install gcc-arm-none-eabi, or CubeIDE's",
+    "make": "for the projects of fcu new: sudo apt install make",
+    "gdb-multiarch": "the debugger for fcu run --gdb: sudo apt install gdb-multiarch",
 }
 _SPEED_TEST_S = 2.0
 
@@ -37,7 +42,8 @@ class Finding:
 
 def examine() -> bool:
     """Print the report; True when everything the board needs is there."""
-    findings = [_python(), *(_package(name) for name in _PACKAGES), _board(), _pty(), *_terminals()]
+    findings = [_python(), *(_package(name) for name in _PACKAGES)]
+    findings += [_boots("lab3"), _boots("solution"), _pty(), *_terminals(), *_build_tools()]
     for finding in findings:
         mark = "ok     " if finding.ok else ("MISSING" if finding.needed else "absent ")
         click.echo(f"{mark}  {finding.text}")
@@ -60,18 +66,18 @@ def _package(name: str) -> Finding:
     return Finding(True, f"{name} {version}", needed=True)
 
 
-def _board() -> Finding:
+def _boots(firmware: str) -> Finding:
     from emulator.board import Board
 
     started = time.perf_counter()
     try:
-        board = Board(firmware="lab3")
+        board = Board(firmware=firmware)
         board.terminal.expect(r"LAB3 Init\.\.\.\n", timeout_s=_SPEED_TEST_S)
         board.run_for(_SPEED_TEST_S)
-    except FcuError as error:
-        return Finding(False, f"the lab3 firmware does not boot: {error}", needed=True)
+    except (FcuError, ImportError) as error:
+        return Finding(False, f"the firmware {firmware} does not boot: {error}", needed=True)
     factor = board.now_s / (time.perf_counter() - started)
-    return Finding(True, f"the lab3 firmware boots and runs at {factor:.0f} x real time", needed=True)
+    return Finding(True, f"the firmware {firmware} boots and runs at {factor:.0f} x real time", needed=True)
 
 
 def _pty() -> Finding:
@@ -96,3 +102,10 @@ def _terminals() -> list[Finding]:
             how = "pip install pyserial" if "serial" in command else f"install the package {command}"
             findings.append(Finding(False, f"terminal program {name}: optional; {how}"))
     return findings
+
+
+def _build_tools() -> list[Finding]:
+    return [
+        Finding(True, tool) if shutil.which(tool) else Finding(False, f"{tool}: optional, {purpose}")
+        for tool, purpose in _BUILD_TOOLS.items()
+    ]

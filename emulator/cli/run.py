@@ -16,12 +16,14 @@ import click
 
 from emulator import firmwares
 from emulator.board import Board
+from emulator.cli.explain import Explainer
+from emulator.cli.gdb import announcement, open_debugger
 from emulator.cli.progress import ProgressDisplay
 from emulator.cli.summary import summary
 from emulator.durations import parse_duration, seconds
 from emulator.errors import InputError
 from emulator.links import ByteLink, open_link
-from emulator.runner import Runner
+from emulator.runner import Progress, Runner
 
 _SLOWEST, _FASTEST = 0.001, 1e6  # virtual over wall time
 _STOPPING = ("SIGINT", "SIGTERM", "SIGHUP")  # Ctrl-C, kill, a terminal window that is closed
@@ -32,7 +34,7 @@ class RunOptions:
     """The arguments of ``fcu run`` as typed."""
 
     firmware: str | None
-    profile: str
+    profile: str | None
     scenario: str | None
     duration: str | None
     speed: str | None
@@ -41,6 +43,9 @@ class RunOptions:
     ideal: bool
     trace: Path | None
     quiet: bool
+    gdb: int | None = None
+    halt: bool = False
+    limit: tuple[str, ...] = ()
 
 
 def run_board(options: RunOptions) -> bool:
@@ -49,21 +54,32 @@ def run_board(options: RunOptions) -> bool:
     Nothing is opened before the arguments have been understood; the links come first, the trace file last.
     """
     board = _create_board(options)
+    _set_limits(board, options.limit)
     end_ps = _end(options, board)
     with ExitStack() as stack:
         speed = _speed(options.speed, options.serial, end_ps)
         links = [_open(spec, stack) for spec in dict.fromkeys(options.serial)]
+        debugger = open_debugger(board, options.gdb, options.halt, stack)
         if options.trace is not None:
             board.trace.write_to(options.trace)
             stack.callback(board.trace.close)
         say = _quiet if options.quiet else _to_stderr
         for line in _announcement(options, board, speed, links):
             say(line)
-        runner = Runner(board, links, end_ps, speed, _limits(board))
+        if debugger is not None:
+            say(announcement(debugger))
+        runner = Runner(board, links, end_ps, speed, _limits(board), debugger=debugger)
         show = ProgressDisplay() if speed is None and not options.quiet else None
+        explainer = Explainer(board, say)
+
+        def between_slices(progress: Progress) -> None:
+            explainer.look()
+            if show:
+                show.update(progress)
+
         try:
             with _interruptible(runner):
-                runner.run(show.update if show else lambda _progress: None)
+                runner.run(between_slices)
         finally:
             if show:
                 show.close()
@@ -71,9 +87,9 @@ def run_board(options: RunOptions) -> bool:
                 link.close()
             for line in summary(board, links, runner.wall_s):
                 say(line)
-        if runner.stopped:
-            return True
-        return _check(board, end_ps, runner.limit)
+        passed = runner.stopped or _check(board, end_ps, runner.limit)
+        explainer.conclude()
+        return passed
 
 
 def _create_board(options: RunOptions) -> Board:
@@ -88,6 +104,17 @@ def _create_board(options: RunOptions) -> Board:
     if options.seed is not None:
         plan.seed = options.seed
     return Board(options.profile, firmware, plan, plan.seed, options.ideal)
+
+
+def _set_limits(board: Board, settings: tuple[str, ...]) -> None:
+    """``--limit``: what firmware built for the chip may take."""
+    if not settings:
+        return
+    if board.arm is None:
+        raise InputError("--limit is for firmware built for the chip; a scenario has [limits] for any other")
+    from emulator.arm.limits import parse_limits
+
+    board.arm.limits = parse_limits(settings)
 
 
 def _end(options: RunOptions, board: Board) -> int | None:
@@ -125,10 +152,13 @@ def _open(spec: str, stack: ExitStack) -> ByteLink:
 def _announcement(
     options: RunOptions, board: Board, speed: float | None, links: list[ByteLink]
 ) -> Iterator[str]:
-    name = options.firmware or (board.scenario.firmware if board.scenario else firmwares.DEFAULT)
+    booted = board.booted
     pace = "as fast as possible" if speed is None else f"at {speed:g} x real time"
     what = f", scenario {options.scenario}" if options.scenario else ""
-    yield f"board {options.profile}, firmware {name}{what}, seed {board.seed}, {pace}"
+    yield f"board {booted.profile.name}, firmware {booted.name}{what}, seed {board.seed}, {pace}"
+    if booted.reason:
+        yield f"profile {booted.profile.name} because the firmware says so: {booted.reason}"
+    yield from booted.notes
     for link in links:
         yield from link.announce()
 

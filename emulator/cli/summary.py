@@ -6,9 +6,10 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 
 from emulator.board import Board
-from emulator.clock import PS_PER_MS
+from emulator.clock import PS_PER_MS, PS_PER_S
 from emulator.links import ByteLink
 from emulator.trace import BusTransfer, DeviceNote, Fault
+from emulator.wiring import CHIP
 
 
 def summary(board: Board, links: Sequence[ByteLink], wall_s: float) -> Iterator[str]:
@@ -16,6 +17,7 @@ def summary(board: Board, links: Sequence[ByteLink], wall_s: float) -> Iterator[
     factor = board.now_s / wall_s if wall_s > 0 else 0.0
     yield f"{board.now_s:.3f} s of virtual time in {wall_s:.2f} s, {factor:.1f} x real time"
     yield from _ticks(board)
+    yield from _resets(board)
     yield from _bus_errors(board)
     yield from _notes(board)
     for link in links:
@@ -33,6 +35,18 @@ def _ticks(board: Board) -> Iterator[str]:
             f"the callback takes longer than {1000 / timer.rate_hz:.3f} ms (the next one waited up to "
             f"{timer.longest_wait_ps / PS_PER_MS:.3f} ms): with ticks lost, main() gets little time or none"
         )
+
+
+def _resets(board: Board) -> Iterator[str]:
+    first_s: dict[str, float] = {}
+    count: Counter[str] = Counter()
+    for event in board.trace.of(Fault):
+        if event.where == CHIP:
+            first_s.setdefault(event.text, event.t_ps / PS_PER_S)
+            count[event.text] += 1
+    for text, times in count.items():
+        again = f", {times} times" if times > 1 else ""
+        yield f"{CHIP}: {text} at {first_s[text]:.6f} s{again}"
 
 
 def _bus_errors(board: Board) -> Iterator[str]:

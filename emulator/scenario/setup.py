@@ -136,7 +136,7 @@ class LimitsTable(Table):
 
     duration: Length = 600 * PS_PER_S
     terminal_bytes: int = Field(4 << 20, ge=1, le=8 << 20)  # the board keeps 8 MiB of text for certain
-    wall: Length = 60 * PS_PER_S
+    wall: Length = 300 * PS_PER_S
 
     @model_validator(mode="after")
     def _bound(self) -> LimitsTable:

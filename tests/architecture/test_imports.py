@@ -1,8 +1,8 @@
 """The layers, read from the imports: what may know what. Imports point one way, and the edges are few.
 
-``sensors`` and ``firmware_model`` know nothing of ours; ``emulator`` knows ``sensors``, and in one place
-``firmware_model``. Heavy or narrow libraries are known in one place each. What Windows does not have is
-never imported by merely importing a package.
+``sensors`` and ``firmware_model`` know nothing of ours; ``emulator`` knows ``sensors``, and where firmware
+is chosen ``firmware_model``. Heavy or narrow libraries are known in one place each. What Windows does not
+have is never imported by merely importing a package.
 """
 
 from __future__ import annotations
@@ -27,7 +27,8 @@ LAYERS = {
     "firmware_model": {"firmware_model", "numpy"},
 }
 ONLY_IN = {
-    "firmware_model": ("emulator/firmwares.py", "emulator/cli", "firmware_model/"),
+    "firmware_model": ("emulator/firmwares.py", "emulator/boot.py", "emulator/cli", "firmware_model/"),
+    "unicorn": ("emulator/arm/cpu/unicorn_engine.py",),
     "pydantic": ("emulator/scenario",),
     "click": ("emulator/cli",),
     "rich": ("emulator/cli",),
@@ -169,6 +170,11 @@ def test_importing_a_package_needs_nothing_windows_does_not_have(module: str) ->
     }
 
     assert not needed
+
+
+@pytest.mark.parametrize("module", ["emulator", "emulator.cli", "emulator.board", "emulator.scenario"])
+def test_only_a_board_with_built_firmware_loads_the_instruction_engine(module: str) -> None:
+    assert not {one for one in reached_from(module) if one.startswith("emulator.arm.cpu")}
 
 
 @files

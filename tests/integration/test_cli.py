@@ -122,7 +122,7 @@ def test_registers_prints_the_map_with_meanings() -> None:
 
 def test_doctor_says_what_works() -> None:
     text = fcu("doctor").stdout.decode()
-    assert "the lab3 firmware boots and runs at" in text
+    assert "the firmware lab3 boots and runs at" in text
     assert "numpy" in text
 
 

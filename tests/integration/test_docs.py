@@ -47,7 +47,7 @@ def test_console_examples_print_what_they_show(session: str) -> None:
         timeout=120,
     )
     expected = [line.rstrip() for line in shown.rstrip("\n").split("\n")]
-    printed = [line.strip("\r ") for line in done.stdout.decode().split("\n")]
+    printed = [line.strip("\r ") for line in done.stdout.decode().rstrip("\n").split("\n")]
     if expected[-1] == "...":
         expected = expected[:-1]
         printed = printed[: len(expected)]

@@ -1,0 +1,1 @@
+"""The Cortex-M4 core: instructions (Unicorn), exceptions, system control space, exact virtual time."""

@@ -1,0 +1,159 @@
+"""Is this a loop without end? A copy of the core finds out, and the board stays as it is.
+
+The copy has the registers, the RAM and the flash of the chip; registers of blocks read as they are now, and
+nothing can be written to them. It executes one instruction after the other until the state of core and RAM
+recurs. Then the loop goes on for ever unless something that it has read becomes another value: those
+addresses are what it waits for. A loop that writes to a block, or reads a register with a side effect, does
+something: it is not called idle.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from emulator.arm.cpu.core import Core
+from emulator.arm.cpu.frames import Frames
+from emulator.arm.cpu.memory_map import OTG, OTG_SIZE, PERIPHERALS, PERIPHERALS_SIZE, PRIVATE, PRIVATE_SIZE
+from emulator.arm.cpu.scb import VTOR
+from emulator.arm.cpu.stop import Stop
+from emulator.arm.cpu.unicorn_engine import EVERYTHING, RAM, RAM_SIZE, Engine, Registers
+from emulator.arm.peripherals.peripheral import WORD, Peripheral
+
+_LONGEST = 20_000  # instructions until the state must have recurred: a tenth of a second to find out
+_LONGEST_HANDLER = 5_000
+_BELOW = 0x200  # bytes below SP that a called function and its frame may use
+_SP = 13
+
+
+@dataclass(frozen=True)
+class Loop:
+    """A loop that only repeats itself.
+
+    ``code``: addresses of its instructions; ``variables``: addresses in RAM that it reads, without its
+    stack; ``registers``: (block, offset, value) of those that it reads.
+    """
+
+    code: frozenset[int]
+    variables: frozenset[int]
+    registers: frozenset[tuple[Peripheral, int, int]]
+
+
+class Probe:
+    """A copy of ``core`` as it is now."""
+
+    def __init__(self, core: Core) -> None:
+        self._core = core
+        self._acts = False
+        self._reads: set[int] = set()
+        self._registers: set[tuple[Peripheral, int, int]] = set()
+        self.engine = engine = Engine()
+        engine.flash[:] = core.engine.flash
+        engine.ram[:] = core.engine.ram
+        values = Registers(core.engine, EVERYTHING).read()
+        Registers(engine, EVERYTHING).write(*values)
+        engine.pc, engine.thumb = core.engine.pc, core.engine.thumb
+        for base, size in ((PERIPHERALS, PERIPHERALS_SIZE), (OTG, OTG_SIZE), (PRIVATE, PRIVATE_SIZE)):
+            window = _Window(self, base)
+            engine.map_callbacks(base, size, window.read, window.write)
+        engine.watch_memory(RAM, RAM + RAM_SIZE - 1, self._memory)
+
+    # -- what the copy does -----------------------------------------------------------------------------
+
+    def loop(self) -> Loop | None:
+        """The loop that the core is in; None if it is in none, or in one that does something."""
+        engine = self.engine
+        state, ram = engine.state_at(engine.pc), bytes(engine.ram)
+        length, compared = 0, 1
+        code: set[int] = set()
+        for _ in range(_LONGEST):
+            code.add(engine.pc)
+            if not self._step():
+                return None
+            length += 1
+            now = engine.state_at(engine.pc)
+            if now == state and bytes(engine.ram) == ram:
+                return self._described(code)
+            if length == compared:  # Brent: a later state to compare with, twice as long
+                state, ram = now, bytes(engine.ram)
+                length, compared = 0, 2 * compared
+                code.clear()
+                self._reads.clear()
+                self._registers.clear()
+        return None
+
+    def handle(self, exception: int) -> frozenset[int] | None:
+        """Let the copy handle an exception: the addresses in RAM that have changed; None if it does more."""
+        engine = self.engine
+        before = bytes(engine.ram)
+        sp = engine.register(_SP)
+        frames = Frames(engine)
+        exc_return, saved = frames.push(engine.pc, True)
+        vector = engine.memory(self._core.scb.registers[VTOR] + 4 * exception, 4)
+        if not saved or vector is None:
+            return None
+        frames.enter(exception, exc_return, thumb=True)
+        engine.pc = int.from_bytes(vector, "little") & ~1
+        for _ in range(_LONGEST_HANDLER):
+            stop = engine.run(1)
+            if stop is Stop.EXCEPTION_RETURN:
+                changed = (at for at in range(RAM_SIZE) if engine.ram[at] != before[at])
+                return frozenset(RAM + at for at in changed if not self._on_stack(RAM + at, sp))
+            if stop is not Stop.SLICE or self._acts:
+                return None
+        return None
+
+    def _step(self) -> bool:
+        return self.engine.run(1) is Stop.SLICE and not self._acts
+
+    def _described(self, code: set[int]) -> Loop:
+        sp = self.engine.register(_SP)
+        variables = (at for at in self._reads if not self._on_stack(at, sp))
+        return Loop(frozenset(code), frozenset(variables), frozenset(self._registers))
+
+    def _on_stack(self, address: int, sp: int) -> bool:
+        """Whether an address belongs to the stack in use: from a little below SP up to its top."""
+        top = int.from_bytes(self.engine.flash[:4], "little")
+        return sp <= top and sp - _BELOW <= address < top
+
+    # -- what it sees -----------------------------------------------------------------------------------
+
+    def _memory(self, address: int, _size: int, is_write: bool) -> None:
+        if not is_write:
+            self._reads.add(address)
+
+    def register_read(self, address: int) -> int:
+        """The word of a block at an aligned address."""
+        found = self._core.bus.find(address)
+        if found is None:
+            self._acts = True
+            return 0
+        block, offset = found
+        if not block.clocked:
+            value = 0
+        elif block.pure_read(offset):
+            value = block.peek(offset)
+        else:
+            self._acts = True
+            return 0
+        self._registers.add((block, offset, value))
+        return value
+
+    def register_written(self, address: int) -> None:
+        """A store to a block; one without clock forgets it."""
+        found = self._core.bus.find(address)
+        self._acts |= found is None or found[0].clocked
+
+
+class _Window:
+    """A range of addresses with blocks in it, as the engine calls it."""
+
+    def __init__(self, probe: Probe, base: int) -> None:
+        self._probe = probe
+        self._base = base
+
+    def read(self, _engine: int, offset: int, size: int, _data: int) -> int:
+        word = self._probe.register_read(self._base + (offset & ~3))
+        return word >> 8 * (offset & 3) & (WORD if size == 4 else (1 << 8 * size) - 1)
+
+    def write(self, _engine: int, offset: int, _size: int, _value: int, _data: int) -> None:
+        self._probe.register_written(self._base + (offset & ~3))

@@ -1,0 +1,165 @@
+"""``fcu diff A B``: two firmwares on the same scenario, and where they first do something else."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import click
+
+from emulator import firmwares
+from emulator.board import Board
+from emulator.clock import PS_PER_S
+from emulator.compare import (
+    Difference,
+    Ignorable,
+    Rules,
+    compare,
+    compared,
+    largest_deviations,
+    tolerances,
+)
+from emulator.durations import parse_duration, seconds
+from emulator.errors import InputError
+from emulator.observation import TERMINAL, Entry, Observation, observe
+from emulator.replay import replay
+from emulator.scenario import Scenario, load_scenario
+from emulator.scenario.printed import visible
+
+_LONGEST = 100  # characters of an entry that are shown
+
+
+@dataclass(frozen=True)
+class DiffOptions:
+    """The arguments of ``fcu diff`` as typed."""
+
+    first: str
+    second: str
+    scenario: str
+    profile: str | None
+    seed: int | None
+    ideal: bool
+    duration: str | None
+    timing: str
+    tolerance: tuple[str, ...]
+    ignore: tuple[Ignorable, ...]
+    replay: bool
+
+
+def compare_firmwares(options: DiffOptions) -> bool:
+    """Run both and print what differs; True when nothing does."""
+    rules = Rules(
+        _duration("--timing", options.timing),
+        tolerances(map(_tolerance, options.tolerance)),
+        frozenset(options.ignore),
+    )
+    plan = load_scenario(options.scenario)
+    if options.seed is not None:
+        plan.seed = options.seed
+    end_ps = plan.duration_ps if options.duration is None else _duration("--duration", options.duration)
+    observed = (_replayed if options.replay else _side_by_side)(options, plan, end_ps)
+    differences = compare(*observed, rules)
+    for line in _report(options, observed, rules, differences):
+        click.echo(line)
+    return not differences
+
+
+def _tolerance(text: str) -> tuple[str, float]:
+    name, _, value = text.partition("=")
+    try:
+        return name, float(value)
+    except ValueError:
+        raise InputError(f"--tolerance {text}: give FIELD=NUMBER, such as ACC=0.5 or Yaw=0.1") from None
+
+
+def _duration(option: str, text: str) -> int:
+    try:
+        return parse_duration(text)
+    except ValueError as error:
+        raise InputError(f"{option} {error}") from error
+
+
+def _side_by_side(options: DiffOptions, plan: Scenario, end_ps: int) -> tuple[Observation, Observation]:
+    boards = [_board(firmware, plan, options) for firmware in (options.first, options.second)]
+    first, second = (observe(board, end_ps, partial(plan.exceeded, board)) for board in boards)
+    return first, second
+
+
+def _replayed(options: DiffOptions, plan: Scenario, end_ps: int) -> tuple[Observation, Observation]:
+    if options.first not in firmwares.PYTHON:
+        known = " or ".join(firmwares.PYTHON)
+        raise InputError(f"--replay runs A on the samples of B; A is {options.first!r}, it must be {known}")
+    firmware = firmwares.factory(options.first, plan.firmware_settings())
+    board = _board(options.second, plan, options)
+    second = observe(board, end_ps, partial(plan.exceeded, board))
+    return replay(board, firmware), second
+
+
+def _board(firmware: str, plan: Scenario, options: DiffOptions) -> Board:
+    return Board(options.profile, firmware, plan, plan.seed, options.ideal)
+
+
+# -- for people ---------------------------------------------------------------------------------------------
+
+
+def _report(
+    options: DiffOptions,
+    observed: tuple[Observation, Observation],
+    rules: Rules,
+    differences: Sequence[Difference],
+) -> Iterator[str]:
+    first, second = observed
+    yield f"- {options.first}{', on the samples of the other' if options.replay else ''}"
+    yield f"+ {options.second}"
+    differing = {difference.sequence for difference in differences}
+    for name in compared(first, second, rules):
+        count, other_count = len(first.sequences[name]), len(second.sequences[name])
+        if name not in differing and count:
+            yield f"{name}: the same, {count} and {other_count} entries"
+    for number, difference in enumerate(differences):
+        yield ""
+        order = "first difference" if number == 0 else "also different"
+        yield f"{order}, {difference.sequence}, entry {difference.index + 1}: {_what(difference, observed)}"
+        yield from _sides(difference)
+    yield from _numbers(observed)
+    if not differences:
+        yield f"no difference in {seconds(min(one.end_ps for one in observed))}"
+
+
+def _what(difference: Difference, observed: Sequence[Observation]) -> str:
+    if difference.first is None or difference.second is None:
+        counts = " and ".join(str(len(side.sequences[difference.sequence])) for side in observed)
+        return f"only one run has it ({counts} entries)"
+    if difference.only_time:
+        one_s, other_s = (pace_ps / PS_PER_S for pace_ps in difference.paces_ps())
+        return f"the same, {one_s:.6f} s and {other_s:.6f} s after the entry before"
+    return "another text" if difference.sequence == TERMINAL else "another value"
+
+
+def _sides(difference: Difference) -> Iterator[str]:
+    for one, other in difference.before:
+        yield f"  {_time(one)} {_time(other)}  {_shown(one)}"
+    if difference.first is not None:
+        yield f"- {_time(difference.first)} {'':>12}  {_shown(difference.first)}"
+    if difference.second is not None:
+        yield f"+ {'':>12} {_time(difference.second)}  {_shown(difference.second)}"
+
+
+def _numbers(observed: tuple[Observation, Observation]) -> Iterator[str]:
+    """How far the printed numbers are apart over the whole run: what a tolerance would have to be."""
+    apart = {name: value for name, value in largest_deviations(*observed).items() if value}
+    if apart:
+        yield ""
+        yield "numbers are apart by up to: " + ", ".join(
+            f"{name}={value:.6g}" for name, value in apart.items()
+        )
+
+
+def _time(entry: Entry) -> str:
+    return f"{entry.at_ps / PS_PER_S:>10.6f} s"
+
+
+def _shown(entry: Entry) -> str:
+    text = visible(entry.text)
+    return text if len(text) <= _LONGEST else text[:_LONGEST] + "..."

@@ -1,0 +1,61 @@
+"""``fcu new DIR``: a student's project, ready to build with a Makefile.
+
+Decision: the project gets its own copy of the support layer, so that it builds without this package, on the
+lab's computers and in CubeIDE, and a student can look into everything the chip executes.
+"""
+
+from __future__ import annotations
+
+import shlex
+import shutil
+from pathlib import Path
+
+import click
+
+from emulator.errors import InputError
+from firmware_model import arm
+
+_SUPPORT = ("*.c", "*.h", "*.ld", "*.mk")
+_COMPILER = "arm-none-eabi-gcc"
+_PROFILE = {"I2C2": "", "SPI2": " --profile fcu001v1"}
+
+
+def create_project(directory: Path, bus: str) -> None:
+    """Write the template for ``bus`` (I2C2 or SPI2) into ``directory`` and print what to do next.
+
+    Raises InputError if there is already something in it, or it cannot be written.
+    """
+    try:
+        if directory.exists() and (not directory.is_dir() or any(directory.iterdir())):
+            raise InputError(f"{directory} exists and is not an empty folder; give the name of a new one")
+        _write(directory, bus)
+    except OSError as error:
+        raise InputError(f"cannot create {directory}: {error.strerror or error}") from error
+    _say_what_is_next(directory, bus)
+
+
+def _write(directory: Path, bus: str) -> None:
+    sources = arm.sources()
+    support = directory / "support"
+    support.mkdir(parents=True)
+    for pattern in _SUPPORT:
+        for file in sorted((sources / "support").glob(pattern)):
+            shutil.copyfile(file, support / file.name)
+    shutil.copyfile(sources / "template" / "main.c", directory / "main.c")
+    shutil.copyfile(sources / "scaffold" / "README.md", directory / "README.md")
+    shutil.copyfile(sources / "scaffold" / "gitignore", directory / ".gitignore")
+    makefile = (sources / "scaffold" / "Makefile").read_text(encoding="utf-8")
+    makefile = makefile.replace("BUS ?= I2C2", f"BUS ?= {bus}")
+    (directory / "Makefile").write_text(makefile, encoding="utf-8", newline="\n")
+
+
+def _say_what_is_next(directory: Path, bus: str) -> None:
+    click.echo(f"{directory}: the LAB3 template, sensors on {bus}. Your program is main.c. Next:\n")
+    click.echo(f"  cd {shlex.quote(str(directory))}")
+    click.echo("  make")
+    click.echo(f"  fcu run lab3.elf{_PROFILE[bus]}")
+    if shutil.which(_COMPILER) is None:
+        click.echo(
+            f"\n{_COMPILER} is not on the PATH: sudo apt install gcc-arm-none-eabi, "
+            "or see README.md for CubeIDE's."
+        )

@@ -1,0 +1,30 @@
+/* What the C library needs of the system: memory for the digits of a %f, between the variables and the stack, and a
+ * place to end when one of its assertions fails (out of that memory).
+ */
+#include <errno.h>
+#include <stddef.h>
+
+extern char _end; /* set in the linker script */
+extern char _heap_limit;
+
+void *_sbrk(ptrdiff_t increment);
+void __assert_func(const char *file, int line, const char *function, const char *expression);
+
+void *_sbrk(ptrdiff_t increment)
+{
+  static char *top = &_end;
+  char *old = top;
+  if (increment > &_heap_limit - old) {
+    errno = ENOMEM;
+    return (void *)-1; /* what the C library expects of a failed sbrk */
+  }
+  top += increment;
+  return old;
+}
+
+void __assert_func(const char *file, int line, const char *function, const char *expression)
+{
+  (void)file, (void)line, (void)function, (void)expression; /* for the debugger to show */
+  for (;;) {
+  }
+}

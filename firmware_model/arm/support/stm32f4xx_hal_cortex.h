@@ -1,0 +1,22 @@
+/* Interrupt controller and SysTick. */
+#ifndef STM32F4XX_HAL_CORTEX_H
+#define STM32F4XX_HAL_CORTEX_H
+
+#include "stm32f4xx_hal_def.h"
+
+#define NVIC_PRIORITYGROUP_4 3U /* four bits of pre-emption priority, none of sub-priority */
+#define TICK_INT_PRIORITY 0U    /* time-outs inside other interrupts need a tick above them */
+
+void HAL_NVIC_SetPriorityGrouping(uint32_t PriorityGroup);
+
+/* Priority 0 (highest) to 15. With group 4, the lab's, the sub-priority has no bits. */
+void HAL_NVIC_SetPriority(IRQn_Type IRQn, uint32_t PreemptPriority, uint32_t SubPriority);
+
+void HAL_NVIC_EnableIRQ(IRQn_Type IRQn);
+void HAL_NVIC_DisableIRQ(IRQn_Type IRQn);
+void HAL_NVIC_SystemReset(void);
+
+/* Interrupt every TicksNumb cycles of HCLK; returns 0, or 1 if that is more than 24 bits. */
+uint32_t HAL_SYSTICK_Config(uint32_t TicksNumb);
+
+#endif

@@ -1,0 +1,75 @@
+"""What the tests of agreement share: runs, replays, and the Python firmware's variables at all times."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from emulator import Board
+from emulator.clock import PS_PER_MS, PS_PER_S
+from emulator.firmwares import factory
+from emulator.observation import TERMINAL, Entry, Observation, observe
+from emulator.replay import replay
+from emulator.scenario.printed import FORMATS
+from emulator.scenario.truth import deviation
+
+TICK_PS = 1_250_000_000  # 800 Hz (brief, "Timing")
+
+VARIABLES = {
+    **{f"ACC.{axis}": ("acc", f"AXIS_{axis.upper()}") for axis in "xyz"},
+    **{f"GYR.{axis}": ("gyro", f"AXIS_{axis.upper()}") for axis in "xyz"},
+    **{f"MAG.{axis}": ("mag", f"AXIS_{axis.upper()}") for axis in "xyz"},
+    "Pre": ("press", ""),
+    "Pitch": ("pitch", ""),
+    "Roll": ("roll", ""),
+    "Yaw": ("azimuth", ""),
+}
+
+
+def ran(
+    firmware: str, scenario: str | Path, end_s: float, *, ideal: bool = False, profile: str | None = None
+) -> tuple[Board, Observation]:
+    """A firmware on a scenario until ``end_s``, and what it did."""
+    board = Board(profile, firmware, scenario, ideal=ideal)
+    return board, observe(board, round(end_s * PS_PER_S))
+
+
+def replayed(board: Board, program: str) -> Observation:
+    """The Python firmware of that name on the samples that the board's firmware has read."""
+    return replay(board, factory(program))
+
+
+def text_of(observation: Observation) -> str:
+    """The terminal's text."""
+    return "".join(line.text for line in observation.sequences[TERMINAL])
+
+
+class Track:
+    """The Python firmware's variables after each tick on a scenario, until ``end_s``."""
+
+    def __init__(self, scenario: str | Path, end_s: float) -> None:
+        board = Board(firmware="lab3", scenario=scenario)
+        self._times_ps = np.arange(PS_PER_S, round(end_s * PS_PER_S), TICK_PS)
+        self._values: dict[str, list[float]] = {name: [] for name in VARIABLES}
+        for at_ps in self._times_ps:
+            board.run_until(int(at_ps))
+            for name, (variable, part) in VARIABLES.items():
+                value = board.variable(variable)
+                self._values[name].append(getattr(value, part) if part else value)
+
+    def deviations(self, field: str, printed: float, at_ps: int, within_ms: int) -> NDArray[np.float64]:
+        """``printed`` less each value that the variable has within so many milliseconds of ``at_ps``."""
+        around = at_ps + np.array([-within_ms, within_ms]) * PS_PER_MS
+        first, last = np.searchsorted(self._times_ps, around)
+        return np.array([deviation(field, printed, value) for value in self._values[field][first:last]])
+
+
+def numbers_of(lines: Sequence[Entry]) -> Iterator[tuple[int, str, float]]:
+    """Time, field and value of every number in the lab's lines."""
+    for line in lines:
+        for line_format in FORMATS:
+            for field, value in (line_format.parse(line.text.strip()) or {}).items():
+                yield line.at_ps, field, value

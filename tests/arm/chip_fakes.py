@@ -1,0 +1,115 @@
+"""A chip without a core, for tests of one block: real clock, trace and pins; interrupt and DMA lines record.
+
+::
+
+    chip = Chip()
+    block = Crc(chip.soc, "CRC", 0x4002_3000)
+    block.write(0x00, 1)
+    chip.run_to(1_000_000)      # picoseconds; fires what is due, as the core does before an access
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from emulator.arm.soc import Soc
+from emulator.clock import Clock
+from emulator.gpio import Gpio
+from emulator.trace import DeviceNote, Trace
+
+
+class FakeClockTree:
+    """Frequencies as the lab's firmware sets them up, until a test says otherwise."""
+
+    def __init__(self) -> None:
+        self.sysclk_hz = self.hclk_hz = self.pclk2_hz = self.timer1_hz = self.timer2_hz = 84_000_000
+        self.pclk1_hz = 42_000_000
+        self._changed: list[Callable[[], None]] = []
+
+    def on_change(self, changed: Callable[[], None]) -> None:
+        self._changed.append(changed)
+
+    def set(self, **frequencies_hz: int) -> None:
+        """``set(pclk1_hz=16_000_000)``; all listeners are called, as after a write to RCC."""
+        vars(self).update(frequencies_hz)
+        for changed in self._changed:
+            changed()
+
+
+class FakeInterrupts:
+    """Interrupt inputs: the levels now, and how often each has risen."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._levels: dict[int, bool] = {}
+        self.rises: list[tuple[int, int]] = []
+        """(time in ps, number) of every change from inactive to active."""
+
+    def set_line(self, number: int, level: bool) -> None:
+        if level and not self._levels.get(number, False):
+            self.rises.append((self._clock.now_ps, number))
+        self._levels[number] = level
+
+    def level(self, number: int) -> bool:
+        return self._levels.get(number, False)
+
+
+class FakeDma:
+    """Request lines: what was asked for when. ``serve(line, transfer)`` runs ``transfer()`` at each."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._transfers: dict[str, Callable[[], None]] = {}
+        self._served: dict[str, Callable[[], None]] = {}
+        self.left: dict[str, int] = {}
+        """What ``remaining`` says, by line."""
+        self.requests: list[tuple[int, str]] = []
+
+    def serve(self, line: str, transfer: Callable[[], None]) -> None:
+        self._transfers[line] = transfer
+        if line in self._served:
+            self._served[line]()
+
+    def connect(self, line: str, served: Callable[[], None]) -> None:
+        self._served[line] = served
+
+    def remaining(self, line: str) -> int:
+        return self.left.get(line, 0)
+
+    def request(self, line: str) -> bool:
+        self.requests.append((self._clock.now_ps, line))
+        transfer = self._transfers.get(line)
+        if transfer is None:
+            return False
+        transfer()
+        return True
+
+
+class Chip:
+    """What a block is wired to. ``resets``: the reasons given to ``soc.reset``, with their times."""
+
+    def __init__(self) -> None:
+        self.clock = Clock()
+        self.trace = Trace()
+        self.gpio = Gpio(self.clock, self.trace)
+        self.clocks = FakeClockTree()
+        self.irq = FakeInterrupts(self.clock)
+        self.dma = FakeDma(self.clock)
+        self.resets: list[tuple[int, str]] = []
+        self.soc = Soc(self.clock, self.trace, self.gpio, self._reset)
+        self.soc.clocks, self.soc.irq, self.soc.dma = self.clocks, self.irq, self.dma
+
+    def run_to(self, at_ps: int) -> None:
+        """Let time pass until ``at_ps``, its events included."""
+        self.clock.advance_to(at_ps)
+
+    def run_for(self, duration_ps: int) -> None:
+        """Let ``duration_ps`` pass."""
+        self.clock.advance_to(self.clock.now_ps + duration_ps)
+
+    def notes(self) -> list[tuple[str, str]]:
+        """(what, text) of every note so far."""
+        return [(note.what, note.text) for note in self.trace.of(DeviceNote)]
+
+    def _reset(self, reason: str) -> None:
+        self.resets.append((self.clock.now_ps, reason))

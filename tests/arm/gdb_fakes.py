@@ -1,0 +1,183 @@
+"""A target for tests of the debugger's server: a core that only counts, 1 ns an instruction of two bytes.
+
+At the addresses of ``stores`` it writes a word to RAM; at ``LOOP_END`` it jumps back to ``START``.
+"""
+
+from __future__ import annotations
+
+import select
+import socket
+from collections.abc import Callable
+
+from emulator.arm.cpu.unicorn_engine import FLASH, FLASH_SIZE, RAM, RAM_SIZE
+from emulator.arm.gdb.description import REGISTERS
+from emulator.arm.gdb.packets import Framer, Received, frame
+from emulator.arm.gdb.server import HOST, GdbServer
+from emulator.arm.gdb.session import Session
+from emulator.arm.gdb.target import Point, PointKind, Stop
+
+START, LOOP_END = FLASH + 0x200, FLASH + 0x300
+INSTRUCTION_PS = 1000
+
+
+class FakeTarget:
+    def __init__(self) -> None:
+        self.registers = {part: 0 for register in REGISTERS for part in register.parts}
+        self.registers["pc"] = START
+        self.flash, self.ram = bytearray(b"\xff" * FLASH_SIZE), bytearray(RAM_SIZE)
+        self.stores: dict[int, int] = {}
+        self.points: set[Point] = set()
+        self.now_ps = 0
+        self._steps: int | None = None
+        self._skip = False
+
+    def attach(self) -> None:
+        self.halt()
+
+    def release(self) -> None:
+        self.points.clear()
+        self.resume()
+
+    def halt(self) -> None:
+        self._steps = None
+
+    def read_registers(self) -> dict[str, int]:
+        return dict(self.registers)
+
+    def write_register(self, name: str, value: int) -> None:
+        self.registers[name] = value
+
+    def _place(self, address: int) -> tuple[bytearray, int]:
+        for memory, base in ((self.flash, FLASH), (self.ram, RAM)):
+            if base <= address < base + len(memory):
+                return memory, address - base
+        return bytearray(), 0
+
+    def read_memory(self, address: int, size: int) -> bytes:
+        memory, at = self._place(address)
+        return bytes(memory[at : at + size])
+
+    def write_memory(self, address: int, data: bytes) -> bool:
+        memory, at = self._place(address)
+        if at + len(data) > len(memory):
+            return False
+        memory[at : at + len(data)] = data
+        return True
+
+    def add(self, point: Point) -> None:
+        self.points.add(point)
+
+    def remove(self, point: Point) -> None:
+        self.points.discard(point)
+
+    def resume(self) -> None:
+        self._steps, self._skip = None, True
+
+    def step(self) -> None:
+        self._steps, self._skip = 1, True
+
+    def run_until(self, at_ps: int) -> Stop | None:
+        while self.now_ps + INSTRUCTION_PS <= at_ps:
+            pc = self.registers["pc"]
+            stop = self._break_at(pc)
+            if stop is not None:
+                return stop
+            self._skip = False
+            self.now_ps += INSTRUCTION_PS
+            self.registers["pc"] = START if pc == LOOP_END else pc + 2
+            stop = self._store(pc)
+            if stop is not None:
+                return stop
+            if self._steps is not None:
+                self._steps = None
+                return Stop()
+        return None
+
+    def _break_at(self, pc: int) -> Stop | None:
+        found = [point for point in self.points if point.kind.is_break and point.address == pc]
+        return Stop(found[0], pc) if found and not self._skip else None
+
+    def _store(self, pc: int) -> Stop | None:
+        address = self.stores.get(pc)
+        if address is None:
+            return None
+        self.write_memory(address, self.now_ps.to_bytes(8, "little")[:4])
+        watching = {PointKind.WRITE, PointKind.ACCESS}
+        found = [
+            point
+            for point in self.points
+            if point.kind in watching and point.address <= address < point.address + point.size
+        ]
+        return Stop(found[0], address) if found else None
+
+
+class Debugger:
+    """The other end of a session, without a socket: what was sent back, packet by packet."""
+
+    def __init__(self, target: FakeTarget) -> None:
+        self.target = target
+        self.sent: list[bytes] = []
+        self.commands: list[str] = []
+        self.session = Session(target, self._monitor, self.sent.append)
+
+    def _monitor(self, command: str) -> str:
+        self.commands.append(command)
+        return f"done: {command}\n"
+
+    def ask(self, packet: bytes) -> bytes:
+        """The only answer to a packet."""
+        before = len(self.sent)
+        self.session.handle(packet)
+        (reply,) = self.sent[before:]
+        return reply
+
+    def go(self, packet: bytes, for_ps: int = 10_000_000) -> bytes:
+        """Let the target run and give its stop reply; empty if it still runs."""
+        before = len(self.sent)
+        self.session.handle(packet)
+        stop = self.target.run_until(self.target.now_ps + for_ps)
+        if stop is not None:
+            self.session.stopped(stop)
+        return b"".join(self.sent[before:])
+
+
+def framed(*payloads: bytes) -> bytes:
+    """Packets as a debugger sends them."""
+    return b"".join(frame(payload) for payload in payloads)
+
+
+class Client:
+    """A debugger on a socket, in the same thread as the server: while it waits, the server gets its turns."""
+
+    def __init__(self, server: GdbServer, run: Callable[[], None]) -> None:
+        self.turn = run
+        self._framer = Framer()
+        self._arrived: list[Received] = []
+        self.raw = b""
+        self.socket = socket.create_connection((HOST, server.port), timeout=5.0)
+        run()
+
+    def send(self, data: bytes) -> None:
+        self.socket.sendall(data)
+
+    def ask(self, packet: bytes) -> Received:
+        """Send a packet and wait for one."""
+        self.send(frame(packet))
+        return self.wait()
+
+    def wait(self, turns: int = 1000) -> Received:
+        """The next packet; b"" in its place when the server has hung up."""
+        for _ in range(turns):
+            if self._arrived:
+                return self._arrived.pop(0)
+            self.turn()
+            if select.select([self.socket], [], [], 0)[0]:
+                data = self.socket.recv(0x10000)
+                if not data:
+                    return b""
+                self.raw += data
+                self._arrived += self._framer.feed(data)
+        raise AssertionError(f"no packet in {turns} turns of the server")
+
+    def close(self) -> None:
+        self.socket.close()

@@ -1,0 +1,109 @@
+"""The other builds in C against the Python model: the template, and both programs on the real board's SPI2.
+
+On SPI2 there is no Python firmware to run beside them (the sensors are not on its bus), but it can be given
+what they have read there.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from emulator.compare import Rules, compare
+from emulator.observation import TERMINAL, Observation
+from emulator.trace import RegisterWrite
+from tests.arm.agreement import ran, replayed, text_of
+from tests.scenario_files import HEAD, write
+
+STILL = f"""{HEAD}
+duration = "2.3s"
+[world]
+roll_deg = 12
+pitch_deg = -31
+yaw_deg = 77
+hard_iron_mgauss = [60, -40, 25]
+temperature_degc = 18
+[sensors]
+grade = "ideal"
+"""
+
+
+@pytest.mark.parametrize(("in_c", "in_python"), [("solution", "lab3"), ("template-arm", "template")])
+def test_without_noise_and_motion_every_byte_is_the_same(tmp_path: Path, in_c: str, in_python: str) -> None:
+    """No samples differ, whenever they are taken; on a tilted board that has a hard iron, twice."""
+    scenario = write(tmp_path, STILL)
+    _, one = ran(in_c, scenario, 2.3)
+    _, other = ran(in_python, scenario, 2.3)
+
+    assert text_of(one).count("Pre: ") == 2
+    assert _complete(one) == _complete(other)
+    assert not compare(one, other)
+
+
+def _complete(observation: Observation) -> list[str]:
+    """Lines until the last pressure; what comes after depends on when the run ended."""
+    lines = [line.text for line in observation.sequences[TERMINAL]]
+    last = max(number for number, text in enumerate(lines) if "Pre: " in text)
+    return lines[:last]
+
+
+def test_an_ideal_board_is_the_same_without_a_scenario_of_its_own() -> None:
+    """The shipped noisy scenario with ``ideal``: no noise, and it does not move."""
+    _, one = ran("solution", "flat", 1.2, ideal=True)
+    _, other = ran("lab3", "flat", 1.2, ideal=True)
+
+    assert not compare(one, other)
+
+
+def test_the_template_computes_the_same_from_the_same_samples() -> None:
+    board, in_c = ran("template-arm", "flat", 2.4)
+    on_its_samples = replayed(board, "template")
+    _, in_python = ran("template", "flat", 2.4)
+
+    assert text_of(on_its_samples) == text_of(in_c)
+    assert not compare(on_its_samples, in_c)  # LEDs too: they toggle once a second
+    assert not compare(in_python, in_c, Rules(ignore={"numbers"}))
+
+
+@pytest.mark.parametrize(
+    ("in_c", "in_python", "scenario", "seconds"),
+    [("solution", "lab3", "tilt_sweep", 2.3), ("template-arm", "template", "flat", 1.2)],
+)
+def test_on_the_real_boards_wiring(in_c: str, in_python: str, scenario: str, seconds: float) -> None:
+    board, observation = ran(in_c, scenario, seconds, profile="fcu001v1")
+    on_its_samples = replayed(board, in_python)
+
+    assert text_of(observation).count("ACC[") == int(seconds)
+    assert text_of(on_its_samples) == text_of(observation)
+    assert not compare(on_its_samples, observation)
+
+
+def test_both_wirings_end_with_the_settings_of_the_brief() -> None:
+    """Brief, "Arithmetic": final registers. Over SPI2 with three wires, the I2C halves off, byte by byte."""
+    settings = {}
+    for profile in ("lab3", "fcu001v1"):
+        board, _ = ran("solution", "flat", 1.06, profile=profile)
+        writes = board.trace.of(RegisterWrite)
+        settings[profile] = {f"{event.device} {event.register}": event.new for event in writes}
+
+    assert settings["lab3"] == {
+        "LSM6DSL FIFO_CTRL5": 0x00,
+        "LSM6DSL CTRL1_XL": 0xA8,
+        "LSM6DSL CTRL2_G": 0x6C,
+        "LSM6DSL CTRL3_C": 0x44,
+        "LSM6DSL CTRL6_C": 0x01,
+        "LSM6DSL CTRL8_XL": 0xE0,
+        "LIS2MDL CFG_REG_A": 0x8C,
+        "LIS2MDL CFG_REG_B": 0x02,
+        "LIS2MDL CFG_REG_C": 0x10,
+        "LPS22HB RES_CONF": 0x01,
+        "LPS22HB CTRL_REG1": 0x32,
+        "LPS22HB CTRL_REG2": 0x10,
+    }
+    assert settings["fcu001v1"] == settings["lab3"] | {
+        "LSM6DSL CTRL3_C": 0x4C,  # SIM
+        "LSM6DSL CTRL4_C": 0x04,  # I2C_disable
+        "LPS22HB CTRL_REG1": 0x33,  # SIM
+        "LPS22HB CTRL_REG2": 0x08,  # I2C_DIS, no IF_ADD_INC
+    }

@@ -1,0 +1,83 @@
+"""A broken bus, a missing sensor, typing on the terminal: both firmwares do the same about it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from emulator import Board
+from emulator.compare import compare
+from emulator.trace import BusTransfer, Fault
+from tests.arm.agreement import ran, text_of
+from tests.scenario_files import IDEAL, write
+
+FAULT = "[[timeline]]\ndo = 'fault'\nkind = '{}'\nat = '{}'\nfor = '{}'\n{}\n"
+
+
+def failures(board: Board) -> Counter[str]:
+    return Counter(event.result for event in board.trace.of(BusTransfer) if event.result != "ok")
+
+
+@pytest.mark.parametrize(
+    ("fault", "per_tick", "milliseconds"),
+    [
+        (FAULT.format("absent", "1.2s", "30ms", "address = 'LIS2MDL'"), 1, 30),
+        (FAULT.format("nack", "1.2s", "20ms", "address = 'LPS22HB'\nbyte_index = 1"), 1, 20),
+        (FAULT.format("bus_error", "1.2s", "10ms", ""), 4, 10),
+        (FAULT.format("arbitration", "1.2s", "10ms", ""), 4, 10),
+    ],
+    ids=["absent", "nack", "bus_error", "arbitration"],
+)
+def test_every_transfer_fails_alike_and_the_old_value_stays(
+    tmp_path: Path, fault: str, per_tick: int, milliseconds: int
+) -> None:
+    """The drivers return an error and the callback goes on with the next sensor, 800 times a second.
+
+    The fault may begin or end within a callback of one and between two of the other: one more or less each.
+    """
+    scenario = write(tmp_path, IDEAL + fault)
+    board, in_c = ran("solution", scenario, 1.3)
+    other, in_python = ran("lab3", scenario, 1.3)
+
+    counts, others = failures(board), failures(other)
+    assert counts.keys() == others.keys()
+    assert all(abs(counts[result] - others[result]) <= 1 for result in counts)
+    assert counts.total() == pytest.approx(per_tick * milliseconds * 800 / 1000, abs=per_tick)
+    assert not compare(in_python, in_c)
+
+
+def test_a_line_held_low_costs_both_the_hals_timeout(tmp_path: Path) -> None:
+    """HAL V1.6.0 waits 25 ms for BUSY to clear (I2C_TIMEOUT_BUSY_FLAG): 20 ticks a transfer.
+
+    When the line is let go before that, the C firmware goes on at once; the Python model waits to the end.
+    """
+    scenario = write(tmp_path, IDEAL + FAULT.format("stuck", "1.2s", "100ms", ""))
+    board, in_c = ran("solution", scenario, 1.4)
+    other, in_python = ran("lab3", scenario, 1.4)
+
+    assert 60 <= board.tim9.lost <= other.tim9.lost <= board.tim9.lost + 20
+    assert not compare(in_python, in_c)
+
+
+@pytest.mark.parametrize("part", ["LSM6DSL", "LIS2MDL", "LPS22HB"])
+def test_a_missing_sensor_ends_both_boots_after_the_banner(tmp_path: Path, part: str) -> None:
+    """ST's start-up then hangs without a word (board facts, section 5)."""
+    missing = f"[[timeline]]\ndo = 'fault'\nkind = 'absent'\naddress = '{part}'\n"
+    scenario = write(tmp_path, IDEAL + missing)
+    texts = {text_of(ran(firmware, scenario, 1.2)[1]) for firmware in ("solution", "lab3")}
+
+    assert texts == {"STEVAL-FCU001V1 FH rev.1.0 - Sep 2017\n\n"}
+
+
+def test_what_is_typed_is_lost_in_both_but_the_first_byte(tmp_path: Path) -> None:
+    """Neither reads USART1: the first byte stays in DR, the others are overruns (RM0368 19.3.3)."""
+    send = "[[timeline]]\ndo = 'send'\ntext = 'hello'\nat = '1.1s'\n"
+    scenario = write(tmp_path, IDEAL + send)
+    board, in_c = ran("solution", scenario, 1.2)
+    other, in_python = ran("lab3", scenario, 1.2)
+
+    assert [event.text for event in board.trace.of(Fault)] == [event.text for event in other.trace.of(Fault)]
+    assert board.uart.rx_lost == len("hello") - 1
+    assert not compare(in_python, in_c)

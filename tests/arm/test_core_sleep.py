@@ -1,0 +1,195 @@
+"""WFI, WFE, SEV and SLEEPONEXIT (ARMv7-M ARM B1.5.17 to B1.5.19; PM0214 2.5)."""
+
+from __future__ import annotations
+
+import pytest
+
+from emulator.arm.cpu.exceptions import ENTRY_CYCLES
+from tests.arm.core_bench import CoreBench, interrupts, store
+
+BACK_US = ENTRY_CYCLES + 4 + 1 + 10 + 3
+"""From the interrupt to the log behind it: entry, handler (its log, BX), return, and the log's store."""
+
+
+def bench(body: str, priorities: dict[int, int]) -> CoreBench:
+    return CoreBench(
+        f"reset: {interrupts(priorities)} {body} b .\nirq0: log 10\n bx lr\nirq1: log 20\n bx lr\n"
+    )
+
+
+@pytest.mark.parametrize("instruction", ["wfi", "wfe"])
+@pytest.mark.parametrize("at_us", [200, 200.125, 201, 12345.5])
+def test_an_interrupt_ends_sleep_at_its_time(instruction: str, at_us: float) -> None:
+    """B1.5.18, B1.5.19: it is taken as soon as it comes, and execution goes on behind the instruction."""
+    core = bench(f"log 1\n {instruction}\n log 2\n", {0: 0x20})
+    core.pulse_at_us(at_us, 0)
+    core.run_us(20_000)
+
+    assert core.values == [1, 10, 2]
+    assert core.time_us(10) == at_us + ENTRY_CYCLES + 3
+    assert core.time_us(2) == at_us + BACK_US
+
+
+@pytest.mark.parametrize("instruction", ["wfi", "wfe"])
+def test_nothing_is_executed_in_sleep(instruction: str) -> None:
+    core = bench(f"log 1\n {instruction}\n log 2\n", {0: 0x20})
+    core.run_us(1_000)
+    before = core.core.timeline.retired
+    core.run_us(1_000_000)
+
+    assert core.core.timeline.retired == before
+    assert core.core.machine.asleep
+    assert core.values == [1]
+
+
+def test_wfi_wakes_for_an_interrupt_that_primask_holds_off() -> None:
+    """B1.5.19: PRIMASK is disregarded for waking up; the handler runs when it is cleared."""
+    core = bench("cpsid i\n wfi\n log 1\n cpsie i\n log 2\n", {0: 0x20})
+    core.pulse_at_us(200, 0)
+    core.run_us(1_000)
+
+    assert core.values == [1, 10, 2]
+    assert core.time_us(1) == 203
+
+
+def test_wfi_does_not_sleep_while_such_an_interrupt_is_pending() -> None:
+    """B1.5.19: the classical race-free idle loop: mask, test, WFI, unmask."""
+    core = bench(f"cpsid i\n {store('ISPR', 1)} wfi\n log 1\n cpsie i\n log 2\n", {0: 0x20})
+    core.run_us(100)
+
+    assert core.values == [1, 10, 2]
+
+
+def test_wfi_sleeps_on_through_an_interrupt_below_basepri() -> None:
+    """B1.5.19: only PRIMASK is disregarded, BASEPRI counts."""
+    core = bench("movs r2, #0x40\n msr basepri, r2\n wfi\n log 1\n", {0: 0x40, 1: 0x30})
+    core.pulse_at_us(200, 0)
+    core.pulse_at_us(400, 1)
+    core.run_us(1_000)
+
+    assert core.values == [20, 1]
+
+
+def test_wfi_sleeps_on_through_an_interrupt_that_is_disabled() -> None:
+    """B1.5.19: it never becomes an exception to be taken."""
+    core = bench("wfi\n log 1\n", {0: 0x40})
+    core.pulse_at_us(200, 1)
+    core.pulse_at_us(400, 0)
+    core.run_us(1_000)
+
+    assert core.time_us(10) == 400 + ENTRY_CYCLES + 3
+
+
+def test_a_handler_sleeps_too() -> None:
+    """WFI in a handler waits for one that may preempt it."""
+    core = CoreBench(
+        f"""
+reset: {interrupts({0: 0x40, 1: 0x20})} {store("ISPR", 1)} b .
+irq0:  log 10
+       wfi
+       log 11
+       bx lr
+irq1:  log 20
+       bx lr
+"""
+    )
+    core.pulse_at_us(200, 0)  # pending again, but of the same priority
+    core.pulse_at_us(400, 1)
+    core.run_us(1_000)
+
+    assert core.values[:3] == [10, 20, 11]
+    assert core.time_us(20) == 400 + ENTRY_CYCLES + 3
+
+
+# -- events ---------------------------------------------------------------------------------------------
+
+
+def test_sev_lets_the_next_wfe_pass_once() -> None:
+    """B1.5.18: the event register is one bit, and WFE clears it."""
+    core = bench("sev\n sev\n wfe\n log 1\n wfe\n log 2\n", {})
+    core.run_us(1_000)
+
+    assert core.values == [1]
+    assert core.core.machine.asleep
+
+
+def test_an_exception_that_was_handled_is_an_event() -> None:
+    """B1.5.18: exception entry and return set the event register."""
+    core = CoreBench("reset: svc #0\n wfe\n log 1\n wfe\n log 2\n b .\nsvc: bx lr\n")
+    core.run_us(1_000)
+
+    assert core.values == [1]
+
+
+def test_wfe_sleeps_on_through_an_interrupt_that_primask_holds_off() -> None:
+    """B1.5.18, PM0214 2.5.2: WFE wakes for an exception of sufficient priority to cause exception entry."""
+    core = bench("cpsid i\n wfe\n log 1\n", {0: 0x20})
+    core.pulse_at_us(200, 0)
+    core.run_us(1_000)
+
+    assert core.values == []
+
+
+@pytest.mark.parametrize("enabled", [{}, {0: 0x20}])
+def test_with_sevonpend_it_wakes_even_for_a_disabled_one(enabled: dict[int, int]) -> None:
+    """B1.5.18, B3.2.7: SCR.SEVONPEND: an interrupt that becomes pending is an event, enabled or not."""
+    core = bench(f"{store('SCR', 1 << 4)} cpsid i\n wfe\n log 1\n", enabled)
+    core.pulse_at_us(200, 0)
+    core.run_us(1_000)
+
+    assert core.log_us == [(203, 1)]
+
+
+def test_sevonpend_counts_only_what_becomes_pending() -> None:
+    """B3.2.7: "transitions from inactive to pending"; what has been pending is no event."""
+    core = bench(f"{store('SCR', 1 << 4)} cpsid i\n wfe\n log 1\n wfe\n log 2\n", {})
+    core.pulse_at_us(200, 0)
+    core.pulse_at_us(300, 0)
+    core.run_us(1_000)
+
+    assert core.values == [1]
+
+
+def test_software_pending_is_an_event_too_with_sevonpend() -> None:
+    """B3.2.7; by NVIC_ISPR and STIR."""
+    for name, value in (("ISPR", 1), ("STIR", 0)):
+        core = bench(f"{store('SCR', 1 << 4)} {store(name, value)} wfe\n log 1\n", {})
+        core.run_us(1_000)
+        assert core.values == [1], name
+
+
+# -- sleep on exit --------------------------------------------------------------------------------------
+
+
+def test_sleeponexit_sleeps_behind_the_last_handler() -> None:
+    """B1.5.17, B3.2.7: on return to Thread mode; the thread is not executed any more."""
+    core = bench(f"{store('SCR', 2)} log 1\n", {0: 0x40, 1: 0x20})
+    core.pulse_at_us(200, 0)
+    core.pulse_at_us(201, 1)
+    core.run_us(1_000)
+    before = core.core.timeline.retired
+    core.run_us(2_000)
+
+    assert core.values == [1, 20, 10]
+    assert core.core.timeline.retired == before
+
+    core.pulse_at_us(2_100, 0)
+    core.run_us(3_000)
+    assert core.log_us[-1] == (2_100 + ENTRY_CYCLES + 3, 10)
+
+
+def test_clearing_sleeponexit_in_the_handler_goes_back_to_the_thread() -> None:
+    """B1.5.17."""
+    core = CoreBench(
+        f"""
+reset: {interrupts({0: 0x40})} {store("SCR", 2)} wfi
+       log 1
+       b .
+irq0:  {store("SCR", 0)} log 10
+       bx lr
+"""
+    )
+    core.pulse_at_us(200, 0)
+    core.run_us(1_000)
+
+    assert core.values == [10, 1]

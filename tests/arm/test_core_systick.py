@@ -1,0 +1,267 @@
+"""SysTick and the cycle counter (ARMv7-M ARM B3.3, C1.8; PM0214 4.5)."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import pytest
+
+from emulator.arm.cpu.exceptions import ENTRY_CYCLES
+from tests.arm.core_bench import CoreBench, store
+
+ENABLE, TICKINT, CLKSOURCE, COUNTFLAG = 1, 2, 4, 1 << 16
+
+
+def started(reload: int, control: int = ENABLE | TICKINT | CLKSOURCE) -> str:
+    return store("SYST_RVR", reload) + store("SYST_CVR", 0) + store("SYST_CSR", control)
+
+
+START_US = 14.0
+"""When the store that switches it on happens: the 15th instruction."""
+
+
+@pytest.mark.parametrize("reload", [49, 50, 99, 1000])
+def test_the_period_is_reload_plus_one(reload: int) -> None:
+    """B3.3.1: from 0 the next clock reloads; the exception comes at each step from 1 to 0."""
+    core = CoreBench(f"reset: {started(reload)} b .\nsys_tick: log 1\n bx lr\n")
+    core.run_us(10 * reload)
+
+    first = START_US + reload + 1
+    times = [at - ENTRY_CYCLES - 3 for at, _ in core.log_us]
+    assert [round(at - first) for at in times] == [n * (reload + 1) for n in range(len(times))]
+    assert len(times) == 9
+
+
+def test_a_million_periods_do_not_drift() -> None:
+    """84 MHz / 84000, the HAL's millisecond: the thousandth tick is at exactly 1 s behind the start."""
+    core = CoreBench(
+        f"reset: {started(83_999)} wfi\nagain: wfi\n b again\nsys_tick: log 1\n bx lr\n", hclk_hz=84_000_000
+    )
+    core.core.run_until(1_001 * 10**9)
+
+    times = [at_ps for at_ps, _ in core.probe.log]
+    assert len(times) == 1_000
+    assert times[999] - times[0] == 999 * 10**9
+
+
+def test_the_counter_counts_down_from_reload() -> None:
+    """B3.3.5: SYST_CVR is 0 when written, reload one clock later."""
+    core = CoreBench(
+        f"reset: {started(20)} mov32 r0, SYST_CVR\n"
+        + "ldr r4, [r0]\n log r4\n" * 6
+        + "b .\n sys_tick: bx lr\n"
+    )
+    core.run_us(32.5)
+
+    # read 3 clocks behind the start, then every 4: 1 clock to reload, so 21 - 3
+    assert core.values == [18, 14, 10, 6]
+
+
+def test_with_clksource_0_it_counts_an_eighth_of_hclk() -> None:
+    """RM0368 6.2, figure 12: HCLK / 8."""
+    core = CoreBench(f"reset: {started(9, ENABLE | TICKINT)} b .\nsys_tick: log 1\n bx lr\n")
+    core.run_us(300)
+
+    assert [at for at, _ in core.log_us] == [START_US + 80 * n + ENTRY_CYCLES + 3 for n in (1, 2, 3)]
+
+
+def test_countflag_is_cleared_by_reading() -> None:
+    """B3.3.3."""
+    core = CoreBench(
+        f"""
+reset: {started(30, ENABLE | CLKSOURCE)} mov32 r0, SYST_CSR
+       ldr r4, [r0]
+       log r4
+wait:  ldr r4, [r0]
+       lsls r5, r4, #15
+       bpl wait
+       log r4
+       ldr r4, [r0]
+       log r4
+       b .
+"""
+    )
+    core.run_us(60)
+
+    assert core.values == [5, COUNTFLAG | 5, 5]
+    assert 45 <= core.log_us[1][0] <= 45 + 6
+
+
+def test_writing_the_counter_clears_it_and_the_flag() -> None:
+    """B3.3.5: "a write of any value clears the register to 0" and COUNTFLAG; no exception comes of it."""
+    core = CoreBench(
+        f"""
+reset: {started(10, ENABLE | CLKSOURCE)} mov32 r0, SYST_CVR
+       mov32 r1, SYST_CSR
+       mov32 r2, 7
+       nop
+       nop
+       nop
+       nop
+       nop
+       str r2, [r0]
+       ldr r4, [r1]
+       log r4
+       b .
+"""
+    )
+    core.run_us(100)
+
+    assert core.values == [5]
+
+
+def test_without_tickint_no_exception_is_pending() -> None:
+    """B3.3.3."""
+    core = CoreBench(f"reset: {started(10, ENABLE | CLKSOURCE)} b .\n")
+    core.run_us(100)
+
+    assert core.values == []
+    assert core.system("ICSR") >> 26 & 1 == 0
+
+
+def test_a_new_reload_value_counts_from_the_next_reload_on() -> None:
+    """B3.3.4."""
+    core = CoreBench(f"reset: {started(99)} {store('SYST_RVR', 49)} b .\nsys_tick: log 1\n bx lr\n")
+    core.run_us(250)
+
+    assert [at - ENTRY_CYCLES - 3 - START_US for at, _ in core.log_us] == [100, 150, 200]
+
+
+def test_a_reload_value_of_0_stops_it_at_the_next_wrap() -> None:
+    """B3.3.1: "writing 0 to SYST_RVR disables the counter on the next wrap"; also if it is started so."""
+    core = CoreBench(f"reset: {started(99)} {store('SYST_RVR', 0)} b .\nsys_tick: log 1\n bx lr\n")
+    core.run_us(10_000)
+    assert core.values == [1]
+
+    again = CoreBench(
+        f"reset: {started(99)} {store('SYST_CSR', 0)} {store('SYST_RVR', 0)} {store('SYST_CSR', 7)} b .\n"
+        "sys_tick: log 1\n bx lr\n"
+    )
+    again.run_us(10_000)
+    assert again.values == [1]
+
+
+def test_switched_off_it_keeps_its_value() -> None:
+    """HAL_SuspendTick clears TICKINT only; clearing ENABLE stops the counter where it is."""
+    core = CoreBench(
+        f"""
+reset: {started(99)} {store("SYST_CSR", 0)} mov32 r0, SYST_CVR
+       ldr r4, [r0]
+       log r4
+       ldr r4, [r0]
+       log r4
+       b .
+"""
+    )
+    core.run_us(300)
+
+    assert core.values == [100 - 5, 100 - 5]
+
+
+@pytest.mark.parametrize("cycles", [Fraction(13, 10), Fraction(7, 3)])
+def test_writing_csr_again_does_not_disturb_the_count(cycles: Fraction) -> None:
+    """HAL_SuspendTick and HAL_ResumeTick, a thousand times: the phase stays what it was."""
+    toggle = f"again: {store('SYST_CSR', 5)} {store('SYST_CSR', 7)} b again\n"
+    core = CoreBench(f"reset: {started(999)} {toggle} sys_tick: bx lr\n", cycles=cycles)
+    still = CoreBench(f"reset: {started(999)} b .\n sys_tick: bx lr\n", cycles=cycles)
+    core.run_us(20_000)
+    still.run_us(20_000)
+
+    assert core.system("SYST_CVR") == still.system("SYST_CVR")
+
+
+def test_a_change_of_hclk_goes_on_from_where_the_counter_is() -> None:
+    """RM0368 6.2: SysTick is fed from HCLK."""
+    core = CoreBench(f"reset: {started(99)} {store('RATE', 500)} wfi\n b .\nsys_tick: log 1\n bx lr\n")
+    core.run_us(600)
+
+    # 5 clocks of 1 us, the store being the first slow one; then 2 us each
+    first = START_US + 5 + 2 * 95
+    assert core.log_us[0][0] == first + 2 * (ENTRY_CYCLES + 3)
+
+
+def test_the_calibration_value_is_sts() -> None:
+    """PM0214 4.5.4: 10500, which is 1 ms of 84 MHz / 8."""
+    core = CoreBench("reset: mov32 r0, 0xE000E01C\n ldr r4, [r0]\n log r4\n b .\n")
+    core.run_us(20)
+
+    assert core.values[0] & 0xFF_FFFF == 10_500
+
+
+# -- CYCCNT ---------------------------------------------------------------------------------------------
+
+DWT_ON = store("DEMCR", 1 << 24) + store("CYCCNT", 0) + store("DWT_CTRL", 1)
+
+
+def test_cyccnt_counts_cycles() -> None:
+    """C1.8.3, C1.8.8."""
+    core = CoreBench(
+        f"""
+reset: {DWT_ON} mov32 r0, CYCCNT
+       ldr r4, [r0]
+       nop
+       nop
+       nop
+       ldr r5, [r0]
+       log r4
+       log r5
+       b .
+"""
+    )
+    core.run_us(100)
+
+    first, second = core.values
+    assert first == 3  # the store itself, MOVW, MOVT
+    assert second - first == 4
+
+
+def test_cyccnt_is_cycles_per_instruction_times_instructions() -> None:
+    """At 84 MHz and 1.3 cycles an instruction: 1000 passes of two instructions take 2600 cycles."""
+    core = CoreBench(
+        f"""
+reset: {DWT_ON} mov32 r0, CYCCNT
+       mov32 r1, 1000
+       ldr r4, [r0]
+again: subs r1, #1
+       bne again
+       ldr r5, [r0]
+       subs r5, r5, r4
+       log r5
+       b .
+""",
+        hclk_hz=84_000_000,
+        cycles=Fraction(13, 10),
+    )
+    core.run_us(100)
+
+    assert core.values[0] in (2601, 2602)
+
+
+def test_cyccnt_stands_still_without_trcena() -> None:
+    """C1.6.5: DEMCR.TRCENA is the main switch. A classical trap: only a debugger sets it for you."""
+    core = CoreBench(
+        f"reset: {store('DWT_CTRL', 1)} mov32 r0, CYCCNT\n"
+        "ldr r4, [r0]\n log r4\n ldr r4, [r0]\n log r4\n b .\n"
+    )
+    core.run_us(100)
+
+    assert core.values == [0, 0]
+
+
+def test_cyccnt_goes_on_from_what_is_written() -> None:
+    core = CoreBench(
+        f"reset: {DWT_ON} {store('CYCCNT', 0xFFFF_FFFE)} mov32 r0, CYCCNT\n"
+        "nop\n nop\n ldr r4, [r0]\n log r4\n b .\n"
+    )
+    core.run_us(100)
+
+    assert core.values == [3]  # wraps
+
+
+def test_a_change_of_hclk_keeps_cyccnt_counting_cycles() -> None:
+    core = CoreBench(
+        f"reset: {DWT_ON} {store('RATE', 250)} nop\n nop\n mov32 r0, CYCCNT\n ldr r4, [r0]\n log r4\n b .\n"
+    )
+    core.run_us(200)
+
+    assert core.values == [10]

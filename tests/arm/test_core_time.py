@@ -1,0 +1,140 @@
+"""Virtual time: instructions x cycles / HCLK, exactly, however a run is divided, counted or skipped."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from emulator.arm.cpu.timeline import CYCLES_PER_INSTRUCTION, Timeline
+from emulator.clock import PS_PER_S
+from tests.arm.core_bench import CoreBench, interrupts, store
+from tests.arm.core_programs import state, stirred
+
+END_US = 100_000
+
+pulses = st.lists(st.tuples(st.integers(50, 8 * END_US).map(lambda n: n / 8), st.integers(0, 2)), max_size=8)
+flags_us = st.integers(100, 2 * END_US).map(lambda n: n / 2)
+
+
+cycles_each = st.sampled_from((Fraction(1), CYCLES_PER_INSTRUCTION, Fraction(2, 3)))
+
+
+# -- instructions and cycles ----------------------------------------------------------------------------
+
+
+@given(
+    hclk_hz=st.sampled_from((16_000_000, 84_000_000, 42_000_000, 1_000_003)),
+    cycles=st.fractions(Fraction(1, 2), 5, max_denominator=16),
+    before=st.integers(0, 40),
+)
+@settings(max_examples=40)
+def test_the_nth_instruction_begins_n_times_its_cycles_after_reset(
+    hclk_hz: int, cycles: Fraction, before: int
+) -> None:
+    """Rounded down once, to a picosecond."""
+    core = CoreBench("reset: " + "nop\n" * before + "log 1\n log 2\n b .", hclk_hz=hclk_hz, cycles=cycles)
+    core.run_us(300)
+
+    places = (before + 3, before + 7)
+    assert [at_ps for at_ps, _ in core.probe.log] == [int(n * cycles * PS_PER_S / hclk_hz) for n in places]
+
+
+def test_a_second_is_so_many_instructions() -> None:
+    """The default: 1.3 cycles each, so 64,615,384.6 instructions a second at 84 MHz."""
+    core = CoreBench("reset: b reset\n", hclk_hz=84_000_000, cycles=CYCLES_PER_INSTRUCTION)
+    core.core.run_until(PS_PER_S)
+
+    assert core.core.timeline.retired == -(-84_000_000 * 10 // 13)
+
+
+def test_a_new_hclk_counts_from_the_store_that_sets_it() -> None:
+    """RM0368 6.3.3: as when RCC_CFGR.SW switches to the PLL."""
+    core = CoreBench(f"reset: log 1\n {store('RATE', 4_000)} log 2\n {store('RATE', 500)} log 3\n b .\n")
+    core.run_us(100)
+
+    # the store is the first instruction at the new rate: 8 at 1 MHz, 9 at 4 MHz, then 2 us each
+    first = 8 + 9 * 0.25
+    assert core.log_us == [(3, 1), (8 + 4 * 0.25, 2), (first + 4 * 2, 3)]
+
+
+def test_a_change_by_an_event_counts_from_the_event() -> None:
+    """As when the crystal fails and the clock security system goes back to HSI (RM0368 6.2.7)."""
+    core = CoreBench(f"reset: {interrupts({0: 0})} wfi\n log 1\n b .\nirq0: bx lr\n")
+    core.at_us(100, lambda: core.clocks.set(hclk_hz=2_000_000))
+    core.pulse_at_us(101, 0)
+    core.run_us(300)
+
+    assert core.log_us == [(101 + (12 + 1 + 10 + 3) * 0.5, 1)]
+
+
+def test_cycles_per_instruction_must_be_sensible() -> None:
+    for cycles in (Fraction(0), Fraction(-1), Fraction(101)):
+        with pytest.raises(ValueError, match="cycles per instruction; give a number from 0 to 100"):
+            Timeline(84_000_000, cycles)
+
+
+def test_sleep_takes_the_time_until_the_event() -> None:
+    core = CoreBench(f"reset: {interrupts({0: 0})} wfi\n log 1\n b .\nirq0: bx lr\n", hclk_hz=84_000_000)
+    core.pulse_at_us(1_000_000.000_001, 0)
+    core.core.run_until(2 * PS_PER_S)
+
+    cycles = 12 + 1 + 10 + 3
+    assert core.probe.log == [(PS_PER_S + 1 + cycles * PS_PER_S // 84_000_000, 1)]
+
+
+# -- laws -----------------------------------------------------------------------------------------------
+
+
+@given(
+    pulses=pulses,
+    flag_us=flags_us,
+    cuts=st.lists(st.integers(1, 16 * END_US), max_size=30),
+    cycles=cycles_each,
+)
+@settings(max_examples=60, deadline=None)
+def test_dividing_a_run_changes_nothing(
+    pulses: list[tuple[float, int]], flag_us: float, cuts: list[int], cycles: Fraction
+) -> None:
+    whole, divided = (stirred(pulses, flag_us, cycles=cycles) for _ in range(2))
+    whole.run_us(END_US)
+    for cut in sorted(cuts):
+        divided.run_us(min(cut / 16, END_US))
+    divided.run_us(END_US)
+
+    assert state(divided) == state(whole)
+    assert divided.clock.now_ps == whole.clock.now_ps == END_US * 10**6
+
+
+@given(pulses=pulses, flag_us=flags_us, cycles=cycles_each)
+@settings(max_examples=60, deadline=None)
+def test_skipping_waits_changes_nothing(
+    pulses: list[tuple[float, int]], flag_us: float, cycles: Fraction
+) -> None:
+    quick = stirred(pulses, flag_us, cycles=cycles)
+    slow = stirred(pulses, flag_us, cycles=cycles, skip=False)
+    quick.run_us(END_US)
+    slow.run_us(END_US)
+
+    assert state(quick) == state(slow)
+
+
+@given(pulses=pulses, flag_us=flags_us, skip=st.booleans())
+@settings(max_examples=15, deadline=None)
+def test_the_slow_counter_gives_the_same_results(
+    pulses: list[tuple[float, int]], flag_us: float, skip: bool
+) -> None:
+    native = stirred(pulses, flag_us, skip=skip)
+    own = stirred(pulses, flag_us, skip=skip, native_counter=False)
+    native.run_us(END_US)
+    own.run_us(END_US)
+
+    assert state(own) == state(native)
+
+
+def test_the_engine_of_this_machine_has_the_quick_counter() -> None:
+    """Else everything works, at a hundredth of the speed."""
+    assert CoreBench("reset: b .\n").core.engine.native
+    assert not CoreBench("reset: b .\n", native_counter=False).core.engine.native

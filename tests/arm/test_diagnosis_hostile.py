@@ -1,0 +1,47 @@
+"""Whatever the firmware has done to itself, a diagnosis comes, soon, and without an error of ours."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import replace
+
+import pytest
+
+from emulator import Board
+from firmware_model.arm import prebuilt
+
+ELF = prebuilt("template")
+EXC_RETURN = 0xFFFF_FFF9
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_damaged_firmware_is_diagnosed_without_an_error(seed: int) -> None:
+    """Some half-words of the template's code are replaced; a third of the files has no symbols."""
+    board = Board(firmware=ELF)
+    assert board.arm is not None
+    chance = random.Random(seed)
+    flash = board.arm.chip.core.engine.flash
+    for _ in range(60):
+        place = chance.randrange(0x1A0, len(board.arm.image.segments[0].data)) & ~1
+        flash[place : place + 2] = chance.randbytes(2)
+    board.arm.chip.core.code_changed()
+    if seed % 3 == 0:
+        board.arm.image = replace(board.arm.image, symbols=None)
+
+    board.run_for(0.004)
+    diagnosis = board.arm.diagnosis()
+
+    assert diagnosis is None or str(diagnosis)
+
+
+def test_a_stack_full_of_saved_frames_is_walked_to_its_end() -> None:
+    board = Board(firmware=ELF)
+    board.run_for(0.001)
+    assert board.arm is not None
+    ram = board.arm.chip.core.engine.ram
+    frame = b"".join(
+        word.to_bytes(4, "little") for word in (EXC_RETURN, 0, 0, 0, 0, 0, 1, 0x0800_0200, 1 << 24)
+    )
+    ram[:] = (frame * (len(ram) // len(frame) + 1))[: len(ram)]
+
+    board.arm.diagnosis()

@@ -1,0 +1,109 @@
+"""Broken student programs and what is said about them; the texts are in tests/arm/broken/expected."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from emulator import Board
+from firmware_model import arm
+from tests.arm.broken_programs import EXPECTED, FOLDER, RUN_S, diagnosed, run, without_times
+
+COMPILER = "arm-none-eabi-gcc"
+RUNS_ON = {"ended", "gpio_without_clock", "slow_callback", "unshifted_address", "watchdog"}
+REBUILT = ("delay_in_callback", "no_clock", "null_pointer", "stack_overflow")
+
+needs_compiler = pytest.mark.skipif(
+    shutil.which(COMPILER) is None or shutil.which("make") is None,
+    reason=f"{COMPILER} or make is not installed",
+)
+
+
+@pytest.mark.parametrize("name", RUN_S)
+def test_a_broken_program_is_explained(name: str) -> None:
+    expected = (EXPECTED / f"{name}.txt").read_text().rstrip("\n")
+
+    assert without_times(diagnosed(name)) == without_times(expected)
+
+
+@pytest.mark.parametrize("name", RUN_S)
+def test_only_what_keeps_the_program_from_going_on_is_a_failure(name: str) -> None:
+    board = run(name)
+    assert board.arm is not None
+    diagnosis = board.arm.diagnosis()
+
+    assert diagnosis is not None
+    assert diagnosis.fatal is (name not in RUNS_ON)
+    assert "\n" not in diagnosis.summary
+    assert str(diagnosis).splitlines()[0] == diagnosis.summary
+
+
+def test_every_program_has_an_expectation() -> None:
+    programs = {file.stem for file in FOLDER.glob("*.elf")}
+
+    assert programs == RUN_S.keys() | {"fine_quiet", "fine_callback"}
+    assert {file.stem for file in FOLDER.glob("*.c")} | {"stripped"} == programs
+    assert {file.stem for file in EXPECTED.glob("*.txt")} == RUN_S.keys()
+
+
+@pytest.mark.parametrize("name", ["fine_quiet", "fine_callback"])
+@pytest.mark.parametrize("seconds", [0.0, 0.001, 0.05, 1.2])
+def test_a_program_that_waits_or_leaves_all_to_its_handlers_is_fine(name: str, seconds: float) -> None:
+    board = Board(firmware=FOLDER / f"{name}.elf")
+    board.run_for(seconds)
+    assert board.arm is not None
+
+    assert board.arm.diagnosis() is None
+
+
+def test_hardware_is_given_three_seconds() -> None:
+    """The 32 kHz crystal takes up to 2 s to start (STM32F401xB/C datasheet, LSE oscillator)."""
+    board = Board(firmware=FOLDER / "poll_for_ever.elf")
+    board.run_for(2.9)
+    assert board.arm is not None
+    assert board.arm.diagnosis() is None
+
+    board.run_for(0.2)
+
+    assert board.arm.diagnosis() is not None
+
+
+def test_a_diagnosis_changes_nothing() -> None:
+    """The probe works on a copy: a run that is looked at goes on as one that is not."""
+    looked_at, left_alone = (Board(firmware=FOLDER / "unshifted_address.elf") for _ in range(2))
+    for board in (looked_at, left_alone):
+        for _ in range(20):
+            board.run_for(0.0023)
+            if board is looked_at and board.arm is not None:
+                board.arm.diagnosis()
+
+    assert looked_at.arm is not None
+    assert left_alone.arm is not None
+    assert list(looked_at.trace) == list(left_alone.trace)
+    cores = looked_at.arm.chip.core, left_alone.arm.chip.core
+    assert cores[0].timeline.retired == cores[1].timeline.retired
+    assert bytes(cores[0].engine.ram) == bytes(cores[1].engine.ram)
+
+
+@pytest.fixture(scope="module")
+def rebuilt(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Some programs, built from copies of the sources somewhere else on this machine."""
+    root = tmp_path_factory.mktemp("sources")
+    shutil.copytree(arm.sources() / "support", root / "firmware_model" / "arm" / "support")
+    folder = root / "tests" / "arm" / "broken"
+    shutil.copytree(FOLDER, folder, ignore=shutil.ignore_patterns("*.elf"))
+    done = subprocess.run(["make", *REBUILT], cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+@needs_compiler
+@pytest.mark.parametrize("name", REBUILT)
+def test_the_programs_are_what_their_sources_give(name: str, rebuilt: Path) -> None:
+    """Another compiler gives other addresses; what is said first is the same."""
+    summary = diagnosed(name, rebuilt).splitlines()[0]
+
+    assert without_times(summary) == without_times((EXPECTED / f"{name}.txt").read_text().splitlines()[0])

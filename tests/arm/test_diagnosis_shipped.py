@@ -1,0 +1,114 @@
+"""The shipped programs: nothing is said about them while all is well, and the cause when it is not."""
+
+from __future__ import annotations
+
+import pytest
+
+from emulator import Board
+from emulator.clock import PS_PER_S
+from emulator.i2c import I2CFault
+from firmware_model.arm import prebuilt
+
+LONG_PS = 100 * PS_PER_S
+
+
+def template(profile: str, bus: str) -> Board:
+    return Board(profile, prebuilt("template", bus))
+
+
+def said(board: Board) -> str:
+    assert board.arm is not None
+    return str(board.arm.diagnosis())
+
+
+@pytest.mark.parametrize(
+    ("program", "profile", "bus", "scenario"),
+    [
+        ("solution", "lab3", "I2C2", "figure_eight"),
+        ("solution", "lab3", "I2C2", "led_x"),
+        ("template", "lab3", "I2C2", "desk"),
+        ("template", "fcu001v1", "SPI2", "desk"),
+    ],
+)
+def test_nothing_is_said_about_a_program_that_works(
+    program: str, profile: str, bus: str, scenario: str
+) -> None:
+    board = Board(profile, prebuilt(program, bus), scenario)
+
+    for seconds in (0.0, 0.003, 0.5, 0.7):  # reset, clocks start, a sensor boots, all runs
+        board.run_for(seconds)
+        assert board.arm is not None
+        assert board.arm.diagnosis() is None
+
+
+def test_a_slow_bus_makes_the_callback_too_long_and_is_no_failure_of_the_program() -> None:
+    """Brief, timing: at 100 kHz the four reads do not fit into 1.25 ms."""
+    board = Board("lab3", prebuilt("template"), "slow_bus")
+    board.run_for(1.25)
+    assert board.arm is not None
+    diagnosis = board.arm.diagnosis()
+
+    assert diagnosis is not None
+    assert diagnosis.kind == "callback"
+    assert not diagnosis.fatal
+    assert diagnosis.summary.endswith("of a 1.25 ms tick: main() never runs")
+
+
+@pytest.mark.parametrize(("profile", "bus"), [("lab3", "I2C2"), ("fcu001v1", "SPI2")])
+def test_a_wrong_identity_is_told_with_what_was_read_and_expected(profile: str, bus: str) -> None:
+    """LIS2MDL datasheet, WHO_AM_I (4Fh): 0x40."""
+    board = template(profile, bus)
+    board.sensors.lis2mdl.registers.mem[0x4F] = 0
+    board.run_for(0.05)
+
+    assert said(board).splitlines()[0] == (
+        "stuck in initializeAllSensors(), sensor_setup.c:20, called from main(), main.c:34: "
+        f"WHO_AM_I of LIS2MDL was read over {bus} and gave 0x00; expected 0x40"
+    )
+    assert said(board).splitlines()[-1].endswith("LIS2MDL: read WHO_AM_I (0x4F): 00")
+
+
+def test_firmware_for_spi2_finds_nobody_with_the_sensors_on_i2c2() -> None:
+    board = template("lab3", "SPI2")
+    board.run_for(0.05)
+    text = said(board)
+
+    assert text.startswith(
+        "stuck in initializeAllSensors(), sensor_setup.c:12, called from main(), main.c:34: "
+    )
+    assert "no sensor is on SPI2 with this wiring" in text.splitlines()[0]
+    assert "build the firmware for I2C2, or run it with profile fcu001v1" in text
+
+
+def test_firmware_for_i2c2_finds_nobody_with_the_sensors_on_spi2() -> None:
+    board = template("fcu001v1", "I2C2")
+    board.run_for(0.05)
+    text = said(board)
+
+    assert text.splitlines()[0].endswith("no answer at I2C2 address 0x6B")
+    assert "build the firmware for SPI2, or run it with profile lab3" in text
+
+
+@pytest.mark.parametrize(
+    ("fault", "cause"),
+    [
+        (I2CFault("stuck", 0, LONG_PS), "a line of I2C2 is held low"),
+        (I2CFault("absent", 0, LONG_PS, 0x1E), "I2C 0x1E: no acknowledge of its address"),
+    ],
+)
+def test_a_bus_broken_on_purpose_is_named(fault: I2CFault, cause: str) -> None:
+    board = template("lab3", "I2C2")
+    board.bus.inject(fault)
+    board.run_for(0.2)
+
+    assert said(board).splitlines()[0].endswith(cause)
+
+
+def test_a_device_that_fails_for_a_while_is_no_wrong_address() -> None:
+    board = template("lab3", "I2C2")
+    board.run_for(1.3)
+    board.bus.inject(I2CFault("nack", board.clock.now_ps, LONG_PS, 0x1E))
+    board.run_for(0.1)
+
+    assert board.arm is not None
+    assert board.arm.diagnosis() is None

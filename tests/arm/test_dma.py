@@ -1,0 +1,227 @@
+"""DMA1 and DMA2: streams, flags, interrupts, the request tables (RM0368 section 9)."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from emulator.arm.peripherals.dma import Dma, stream_base
+from emulator.arm.peripherals.dma_requests import DmaLines, lines
+from emulator.arm.peripherals.peripheral import Peripheral
+from tests.arm.chip_fakes import Chip
+from tests.arm.comm_bench import RAM, FakeMemory
+
+EN, TCIE, HTIE, TEIE = 1, 1 << 4, 1 << 3, 1 << 2
+CIRC, PINC, MINC, DBM, CT = 1 << 8, 1 << 9, 1 << 10, 1 << 18, 1 << 19
+TO_PERIPHERAL, MEMORY_TO_MEMORY = 1 << 6, 2 << 6
+TCIF, HTIF, TEIF = 1 << 5, 1 << 4, 1 << 3
+I2C2_RX = 7 << 25  # channel 7 of DMA1 streams 2 and 3
+DEVICE = 0x4000_5400
+
+
+class Register(Peripheral):
+    """A data register that counts up when it is read, and keeps what is written."""
+
+    def __init__(self, chip: Chip) -> None:
+        super().__init__(chip.soc, "X", DEVICE)
+        self.value = 0
+        self.written: list[tuple[int, int]] = []
+
+    def read(self, offset: int) -> int:
+        self.value += 1
+        return self.value * 0x0101_0101
+
+    def write(self, offset: int, value: int, mask: int = 0xFFFF_FFFF) -> None:
+        self.written.append((value, mask))
+
+
+class DmaBench:
+    def __init__(self) -> None:
+        self.chip = Chip()
+        self.lines = DmaLines()
+        self.device = Register(self.chip)
+        self.memory = FakeMemory([self.device])
+        self.chip.soc.memory = self.memory
+        self.dma1 = Dma(self.chip.soc, "DMA1", 0x4002_6000, self.lines)
+        self.dma2 = Dma(self.chip.soc, "DMA2", 0x4002_6400, self.lines)
+
+    def start(
+        self, stream: int, control: int, items: int, memory: int = RAM, peripheral: int = DEVICE, dma: int = 1
+    ) -> None:
+        block = self.dma1 if dma == 1 else self.dma2
+        base = stream_base(stream)
+        block.write(base + 4, items)
+        block.write(base + 8, peripheral)
+        block.write(base + 12, memory)
+        block.write(base, control)
+        block.write(base, control | EN)
+
+    def flags(self, stream: int, dma: int = 1) -> int:
+        block = self.dma1 if dma == 1 else self.dma2
+        return block.read(4 * (stream >= 4)) >> (0, 6, 16, 22)[stream % 4] & 0x3F
+
+    def requests(self, count: int, line: str = "I2C2_RX") -> int:
+        """How many of ``count`` requests were served."""
+        return sum(self.lines.request(line) for _ in range(count))
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(1, 50), st.sampled_from([0, 1, 2]), st.booleans())
+def test_items_land_one_after_the_other(items: int, size: int, increment: bool) -> None:
+    bench = DmaBench()
+    bench.start(3, I2C2_RX | (MINC if increment else 0) | size << 11 | size << 13, items)
+    assert bench.requests(items + 5) == items
+    width = 1 << size
+    sent = [bytes([number & 0xFF] * width) for number in range(1, items + 1)]
+    expected = b"".join(sent) if increment else sent[-1]
+    assert bytes(bench.memory.ram[: len(expected) + 1]) == expected + b"\0"
+    assert bench.flags(3) & TCIF
+    assert bench.dma1.read(stream_base(3)) & EN == 0
+    assert bench.dma1.read(stream_base(3) + 4) == 0
+
+
+def test_half_and_complete_with_their_interrupts() -> None:
+    bench = DmaBench()
+    bench.start(3, I2C2_RX | MINC | HTIE | TCIE, 6)
+    bench.requests(2)
+    assert (bench.flags(3), bench.chip.irq.level(14)) == (0, False)
+    bench.requests(1)
+    assert (bench.flags(3), bench.chip.irq.level(14)) == (HTIF, True)
+    bench.dma1.write(0x08, HTIF << 22)
+    assert (bench.flags(3), bench.chip.irq.level(14)) == (0, False)
+    bench.requests(3)
+    assert (bench.flags(3), bench.chip.irq.level(14)) == (TCIF, True)
+
+
+def test_from_memory_with_the_size_of_the_register() -> None:
+    bench = DmaBench()
+    bench.memory.ram[:4] = b"\x11\x22\x33\x44"
+    bench.start(7, I2C2_RX | TO_PERIPHERAL | MINC | 1 << 11 | 1 << 13, 2)
+    assert bench.requests(3, "I2C2_TX") == 2
+    assert bench.device.written == [(0x2211, 0xFFFF), (0x4433, 0xFFFF)]
+
+
+def test_packing_is_little_endian() -> None:
+    """RM0368 9.3.10: bytes from the peripheral, words in memory, by the FIFO."""
+    bench = DmaBench()
+    bench.dma1.write(stream_base(3) + 0x14, 0x07)  # FIFO mode, full threshold
+    bench.start(3, I2C2_RX | MINC | 2 << 13, 4)
+    bench.requests(4)
+    assert bytes(bench.memory.ram[:4]) == b"\1\2\3\4"
+
+
+def test_a_circular_stream_starts_again_by_itself() -> None:
+    bench = DmaBench()
+    bench.start(3, I2C2_RX | MINC | CIRC, 4)
+    assert bench.requests(10) == 10
+    assert bytes(bench.memory.ram[:5]) == b"\x09\x0a\x07\x08\0"
+    assert bench.dma1.read(stream_base(3) + 4) == 2
+
+
+def test_a_double_buffer_changes_sides() -> None:
+    bench = DmaBench()
+    bench.dma1.write(stream_base(3) + 0x10, RAM + 0x100)
+    bench.start(3, I2C2_RX | MINC | DBM, 2)
+    bench.requests(3)
+    assert bytes(bench.memory.ram[:2]) == b"\1\2"
+    assert bench.memory.ram[0x100] == 3
+    assert bench.dma1.read(stream_base(3)) & CT
+
+
+def test_memory_to_memory_takes_its_time_and_ends_with_tc() -> None:
+    bench = DmaBench()
+    bench.memory.ram[:8] = b"abcdefgh"
+    bench.start(0, MEMORY_TO_MEMORY | PINC | MINC | TCIE, 8, memory=RAM + 0x40, peripheral=RAM, dma=2)
+    assert bench.flags(0, dma=2) == 0
+    bench.chip.run_for(10_000_000)
+    assert bytes(bench.memory.ram[0x40:0x48]) == b"abcdefgh"
+    assert bench.flags(0, dma=2) & TCIF
+    assert bench.chip.irq.rises == [(8 * 4 * 10**12 // 84_000_000, 56)]
+
+
+def test_an_address_where_nothing_is_ends_the_stream_with_te() -> None:
+    bench = DmaBench()
+    bench.start(3, I2C2_RX | MINC | TEIE, 4, memory=0x6000_0000)
+    bench.requests(2)
+    assert bench.flags(3) == TEIF
+    assert bench.chip.irq.level(14)
+    assert not bench.dma1.read(stream_base(3)) & EN
+
+
+def test_a_request_that_stands_is_served_when_the_stream_starts() -> None:
+    bench, asked = DmaBench(), list[str]()
+    bench.lines.connect("I2C2_RX", lambda: asked.append("again"))
+    assert not bench.lines.request("I2C2_RX")
+    bench.start(3, I2C2_RX | MINC, 1)
+    assert asked == ["again"]
+    assert bench.lines.remaining("I2C2_RX") == 1
+
+
+def test_a_stream_that_is_stopped_serves_nobody_and_says_tc() -> None:
+    """RM0368 9.3.15: TCIF tells that the transfer under way has ended."""
+    bench = DmaBench()
+    bench.start(3, I2C2_RX | MINC, 4)
+    bench.requests(1)
+    bench.dma1.write(stream_base(3), I2C2_RX | MINC)
+    assert bench.requests(1) == 0
+    assert bench.flags(3) == TCIF
+    assert bench.dma1.read(stream_base(3) + 4) == 3
+
+
+def test_registers_are_protected_while_a_stream_runs() -> None:
+    bench = DmaBench()
+    bench.start(3, I2C2_RX | MINC, 4)
+    bench.dma1.write(stream_base(3) + 4, 9)
+    bench.dma1.write(stream_base(3), I2C2_RX | CIRC | MINC | EN | TCIE)
+    assert bench.dma1.read(stream_base(3) + 4) == 4
+    assert bench.dma1.read(stream_base(3)) == I2C2_RX | MINC | EN | TCIE
+    assert len(bench.chip.notes()) == 2
+
+
+def test_a_stream_without_items_does_not_start() -> None:
+    bench = DmaBench()
+    bench.start(3, I2C2_RX, 0)
+    assert not bench.dma1.read(stream_base(3)) & EN
+
+
+def test_a_channel_without_a_line_is_told() -> None:
+    bench = DmaBench()
+    bench.start(0, I2C2_RX, 1)
+    assert "stream 0 channel 7 is enabled, but no request line is there" in bench.chip.notes()[0][1]
+
+
+@pytest.mark.parametrize(
+    ("line", "places"),
+    [
+        ("USART1_TX", {("DMA2", 7, 4)}),
+        ("USART1_RX", {("DMA2", 2, 4), ("DMA2", 5, 4)}),
+        ("USART2_TX", {("DMA1", 6, 4)}),
+        ("I2C2_RX", {("DMA1", 2, 7), ("DMA1", 3, 7)}),
+        ("I2C2_TX", {("DMA1", 7, 7)}),
+        ("SPI2_RX", {("DMA1", 3, 0)}),
+        ("SPI2_TX", {("DMA1", 4, 0)}),
+        ("SPI1_TX", {("DMA2", 3, 3), ("DMA2", 5, 3)}),
+        ("ADC1", {("DMA2", 0, 0), ("DMA2", 4, 0)}),
+    ],
+)
+def test_lines_are_where_the_tables_have_them(line: str, places: set[tuple[str, int, int]]) -> None:
+    """RM0368 tables 28 and 29."""
+    found = {
+        (name, stream, channel)
+        for name in ("DMA1", "DMA2")
+        for stream in range(8)
+        for channel in range(8)
+        if line in lines(name, stream, channel)
+    }
+    assert found == places
+
+
+def test_reset_stops_everything() -> None:
+    bench = DmaBench()
+    bench.start(3, I2C2_RX | MINC | TCIE, 1)
+    bench.requests(1)
+    bench.dma1.reset()
+    assert bench.dma1.read(0) == bench.dma1.read(stream_base(3)) == 0
+    assert bench.dma1.read(stream_base(3) + 0x14) == 0x21
+    assert not bench.chip.irq.level(14)

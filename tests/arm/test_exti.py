@@ -1,0 +1,118 @@
+"""EXTI and SYSCFG: edges on pins become interrupts (RM0368 sections 7 and 10, table 38)."""
+
+from __future__ import annotations
+
+import pytest
+
+from emulator.arm.peripherals import exti
+from emulator.arm.peripherals.exti import Exti
+from emulator.arm.peripherals.irq_line import IrqLine
+from emulator.arm.peripherals.syscfg import Syscfg
+from tests.arm.chip_fakes import Chip
+
+IMR, EMR, RTSR, FTSR, SWIER, PR = 0x00, 0x04, 0x08, 0x0C, 0x10, 0x14
+EXTICR1, EXTICR2 = 0x08, 0x0C
+NUMBER = [6, 7, 8, 9, 10, *[23] * 5, *[40] * 6]  # by line
+
+
+class Pins:
+    """EXTI and SYSCFG of one chip."""
+
+    def __init__(self) -> None:
+        self.chip = Chip()
+        self.syscfg = Syscfg(self.chip.soc, "SYSCFG", 0x4001_3800)
+        lines = {number: IrqLine(self.chip.soc, number) for number in exti.NUMBERS}
+        self.exti = Exti(self.chip.soc, "EXTI", 0x4001_3C00, self.syscfg, lines)
+
+    def listen(self, line: int, *, rising: bool = True, falling: bool = False) -> None:
+        self.exti.write(RTSR, rising << line)
+        self.exti.write(FTSR, falling << line)
+        self.exti.write(IMR, 1 << line)
+
+
+@pytest.fixture
+def pins() -> Pins:
+    return Pins()
+
+
+@pytest.mark.parametrize("line", range(16))
+def test_each_line_has_its_interrupt(pins: Pins, line: int) -> None:
+    """RM0368 table 38."""
+    pins.listen(line)
+    pins.chip.gpio.drive("A", line, 1)
+    assert pins.chip.irq.level(NUMBER[line])
+    assert pins.exti.read(PR) == 1 << line
+    pins.exti.write(PR, 1 << line)
+    assert not pins.chip.irq.level(NUMBER[line])
+    assert pins.exti.read(PR) == 0
+
+
+@pytest.mark.parametrize(("rising", "falling", "seen"), [(True, False, 1), (False, True, 1), (True, True, 2)])
+def test_only_the_selected_edges_count(pins: Pins, rising: bool, falling: bool, seen: int) -> None:
+    pins.listen(4, rising=rising, falling=falling)
+    for level in (1, 0):
+        pins.chip.gpio.drive("A", 4, level)
+        pins.exti.write(PR, 1 << 4)
+    assert len(pins.chip.irq.rises) == seen
+
+
+def test_a_line_listens_to_the_port_that_syscfg_selects(pins: Pins) -> None:
+    """RM0368 7.2.4: EXTICR2 holds lines 4 to 7, port C is 2."""
+    pins.listen(4)
+    pins.syscfg.write(EXTICR2, 2)
+    pins.chip.gpio.drive("A", 4, 1)
+    assert not pins.chip.irq.level(10)
+    pins.chip.gpio.drive("C", 4, 1)
+    assert pins.chip.irq.level(10)
+
+
+def test_a_masked_edge_waits_for_its_mask(pins: Pins) -> None:
+    pins.exti.write(RTSR, 1)
+    pins.chip.gpio.drive("A", 0, 1)
+    assert not pins.chip.irq.level(6)
+    pins.exti.write(IMR, 1)
+    assert pins.chip.irq.level(6)
+
+
+def test_software_can_raise_an_enabled_line(pins: Pins) -> None:
+    """RM0368 10.3.5: sets PR where IMR is set; clearing PR clears SWIER."""
+    pins.exti.write(IMR, 1 << 9)
+    pins.exti.write(SWIER, 1 << 9 | 1 << 3)
+    assert pins.exti.read(PR) == 1 << 9
+    assert pins.chip.irq.level(23)
+    pins.exti.write(PR, 1 << 9)
+    assert pins.exti.read(SWIER) == 1 << 3
+    assert not pins.chip.irq.level(23)
+
+
+def test_two_lines_of_one_interrupt_keep_it_active(pins: Pins) -> None:
+    pins.exti.write(RTSR, 1 << 5 | 1 << 6)
+    pins.exti.write(IMR, 1 << 5 | 1 << 6)
+    pins.chip.gpio.drive("A", 5, 1)
+    pins.chip.gpio.drive("A", 6, 1)
+    pins.exti.write(PR, 1 << 5)
+    assert pins.chip.irq.level(23)
+    pins.exti.write(PR, 1 << 6)
+    assert not pins.chip.irq.level(23)
+
+
+def test_an_inner_line_is_set_by_its_block(pins: Pins) -> None:
+    """Line 17 is the RTC alarm, interrupt 41."""
+    pins.listen(17)
+    pins.exti.set_line(17, True)
+    assert pins.chip.irq.level(41)
+
+
+def test_reset_lowers_the_interrupt(pins: Pins) -> None:
+    pins.listen(4)
+    pins.chip.gpio.drive("A", 4, 1)
+    pins.exti.reset()
+    assert not pins.chip.irq.level(10)
+    assert pins.exti.read(IMR) == 0
+
+
+def test_events_are_told_as_not_modelled(pins: Pins) -> None:
+    pins.exti.write(EMR, 0)
+    assert pins.chip.notes() == []
+    pins.exti.write(EMR, 1)
+    assert pins.chip.notes() == [("not modelled", "EMR: events that wake WFE without an interrupt")]

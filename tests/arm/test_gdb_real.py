@@ -1,0 +1,177 @@
+"""A real gdb in batch mode against the board: what the protocol's own tests cannot know.
+
+The transcript is the one in docs/debugging.md. Addresses, line numbers and times are not compared: they
+change with the compiler and with every edit of the C sources.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from emulator import Board
+from emulator.arm.gdb.attach import serve
+from emulator.clock import PS_PER_MS
+from firmware_model.arm import prebuilt
+
+GDB = shutil.which("gdb-multiarch") or shutil.which("arm-none-eabi-gdb")
+pytestmark = pytest.mark.skipif(GDB is None, reason="no gdb for ARM here; Debian: apt install gdb-multiarch")
+
+ROOT = Path(__file__).parents[2]
+LONGEST_S = 60.0  # of wall time; a gdb that hangs must not hang the tests
+
+SESSION = """\
+break eCompass
+continue
+backtrace
+print acc
+next
+next
+finish
+print pitch
+delete
+watch pitch
+monitor attitude 0 85 0
+continue
+delete
+tbreak BSP_LED_On
+continue
+info registers pc sp
+stepi
+monitor time
+monitor where
+detach
+"""
+
+
+def gdb_command(script: Path, elf: Path, target: str) -> list[str]:
+    settings = ("set confirm off", "set width 0", f"directory {ROOT / 'firmware_model' / 'arm'}")
+    commands = (*settings, f"file {elf}", f"target {target}")
+    options = [word for command in commands for word in ("-ex", command)]
+    return [GDB or "", "-nx", "-batch", *options, "-ex", "set trace-commands on", "-x", str(script)]
+
+
+def debug(board: Board, script: str, tmp_path: Path, *, kind: str = "remote", elf: str = "solution") -> str:
+    """What gdb prints for a script, commands with "(gdb) " in front, on a board that waits for it."""
+    file = tmp_path / "script.gdb"
+    file.write_text(script)
+    server = serve(board, 0, halted=True)
+    command = gdb_command(file, prebuilt(elf, "I2C2"), f"{kind} 127.0.0.1:{server.port}")
+    deadline_s = time.monotonic() + LONGEST_S
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as gdb:
+        while gdb.poll() is None and time.monotonic() < deadline_s:
+            server.run_until(board.clock.now_ps + PS_PER_MS)
+        gdb.kill()
+        printed = gdb.communicate()[0]
+    server.close()
+    return re.sub(r"^\+", "(gdb) ", printed, flags=re.MULTILINE)
+
+
+def comparable(transcript: str) -> str:
+    for pattern, instead in (
+        (r"(?m)^warning: Source file is more recent than executable\.\n", ""),  # a fresh checkout's are
+        (r"0x[0-9a-f]+", "0xADDRESS"),
+        (r"<(\w+)\+\d+>", r"<\1+N>"),
+        (r"\d+\.\d{9} s", "TIME"),
+        (r"(?i)(\.[csh]:|line )\d+", r"\1N"),
+        (r"(?m)^\d+\t", "N\t"),
+        (r"(?m)^(New value = ).*", r"\1VALUE"),  # the accelerometer's filter is still settling
+        (r" +", " "),
+    ):
+        transcript = re.sub(pattern, instead, transcript)
+    return transcript.strip()
+
+
+def test_a_session_of_a_student_is_as_the_manual_shows_it(tmp_path: Path) -> None:
+    manual = (ROOT / "docs" / "debugging.md").read_text()
+    shown = re.search(r"```text\n(Reset_Handler.*?)```", manual, re.DOTALL)
+    assert shown is not None
+
+    printed = debug(Board(firmware="solution", ideal=True), SESSION, tmp_path)
+
+    assert comparable(printed) == comparable(shown[1]), printed
+
+
+def test_settings_for_editors_are_json() -> None:
+    manual = (ROOT / "docs" / "debugging.md").read_text()
+    kinds = [
+        json.loads(block)["configurations"][0]["type"]
+        for block in re.findall(r"```json\n(.*?)```", manual, re.DOTALL)
+    ]
+
+    assert kinds == ["cortex-debug", "cppdbg"]
+
+
+def test_load_puts_another_program_into_the_flash_and_runs_it(tmp_path: Path) -> None:
+    board = Board(firmware="template-arm", ideal=True)
+    script = """\
+load
+compare-sections
+monitor reset halt
+maintenance flush register-cache
+tbreak getAltitude
+continue
+detach
+"""
+    printed = debug(board, script, tmp_path, kind="extended-remote")
+    board.run_for(0.2)
+
+    assert "Transfer rate" in printed
+    assert printed.count(": matched.") >= 3
+    assert "MIS-MATCHED" not in printed
+    assert "breakpoint 1, getAltitude" in printed
+    assert "Altitude: 0.000000 m" in board.terminal.text
+
+
+def test_values_are_changed_and_functions_of_the_firmware_called(tmp_path: Path) -> None:
+    board = Board(firmware="solution", ideal=True)
+    script = """\
+tbreak getAltitude
+continue
+set var press_zero_level = 1000
+print getAltitude(1000.0f, 20.0f)
+set $s1 = 2.5
+print $s1
+set *(unsigned *) 0x40020418 = 0x20
+awatch *(unsigned *) 0x40020418
+monitor attitude 0 85 0
+continue
+kill
+"""
+    printed = debug(board, script, tmp_path)
+
+    assert "$1 = 0\n" in printed
+    assert "$2 = 2.5\n" in printed
+    assert "Hardware access (read/write) watchpoint 2: *(unsigned *) 0x40020418" in printed
+    assert not board.gpio.level("B", 5)  # LED1 is lit by the write that was seen
+    assert "killed" in printed
+
+
+def test_the_command_line_serves_gdb(tmp_path: Path) -> None:
+    run = [sys.executable, "-m", "emulator", "run", "solution", "--gdb", "0", "--halt", "--duration", "100ms"]
+    script = tmp_path / "script.gdb"
+    script.write_text("tbreak HAL_Init\ncontinue\nbacktrace\ndetach\n")
+    with subprocess.Popen(run, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as fcu:
+        assert fcu.stderr is not None
+        line = next(line for line in fcu.stderr if "gdb: target" in line)
+        match = re.fullmatch(r"fcu: gdb: target (remote 127\.0\.0\.1:\d+), the firmware waits for it\n", line)
+        assert match is not None
+        gdb = subprocess.run(
+            gdb_command(script, prebuilt("solution", "I2C2"), match[1]),
+            capture_output=True,
+            text=True,
+            timeout=LONGEST_S,
+            check=True,
+        )
+        printed, _ = fcu.communicate(timeout=LONGEST_S)
+
+    assert "#0  HAL_Init" in gdb.stdout
+    assert printed.startswith("STEVAL-FCU001V1")
+    assert fcu.returncode == 0

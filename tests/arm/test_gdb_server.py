@@ -1,0 +1,328 @@
+"""The debugger's socket: one client on 127.0.0.1, time that stands still, and what a rude client can do."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Iterator
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from emulator import Board
+from emulator.arm.gdb.attach import serve
+from emulator.arm.gdb.packets import LONGEST, Arrival, frame
+from emulator.arm.gdb.server import HOST, GdbServer
+from emulator.clock import PS_PER_MS
+from emulator.errors import FirmwareError, InputError, LinkError
+from emulator.runner import Runner
+from tests.arm.gdb_fakes import START, Client, FakeTarget
+
+SLICE_PS = 100_000
+
+
+class Bench:
+    """A server in front of a target that only counts."""
+
+    def __init__(self, halted: bool = False) -> None:
+        self.target = FakeTarget()
+        self.server = GdbServer(self.target, lambda command: f"<{command}>", 0, halted)
+        self.clients: list[Client] = []
+
+    def run(self) -> None:
+        self.server.run_until(self.target.now_ps + SLICE_PS)
+
+    def connect(self) -> Client:
+        self.clients.append(Client(self.server, self.run))
+        return self.clients[-1]
+
+    def close(self) -> None:
+        self.server.close()
+        for client in self.clients:
+            client.close()
+
+
+@pytest.fixture
+def bench() -> Iterator[Bench]:
+    bench = Bench()
+    yield bench
+    bench.close()
+
+
+def test_without_a_debugger_the_board_runs(bench: Bench) -> None:
+    bench.run()
+
+    assert bench.target.now_ps == SLICE_PS
+    assert bench.server.port > 0
+
+
+def test_a_board_that_is_to_wait_does_nothing_before_a_debugger_says_so() -> None:
+    bench = Bench(halted=True)
+    bench.run()
+    client = bench.connect()
+
+    assert client.ask(b"?") == b"T05thread:1;"
+    assert bench.target.now_ps == 0
+    client.send(frame(b"c"))
+    bench.run()
+    bench.run()
+    assert bench.target.now_ps > 0
+    bench.close()
+
+
+def test_a_debugger_that_comes_halts_the_board_and_time_stands_still(bench: Bench) -> None:
+    bench.run()
+    client = bench.connect()
+    for _ in range(3):
+        assert client.ask(b"?") == b"T05thread:1;"
+
+    assert bench.server.halted
+    assert bench.target.now_ps == SLICE_PS
+
+
+def test_continue_stop_and_control_c(bench: Bench) -> None:
+    client = bench.connect()
+    assert client.ask(b"Z0,%x,2" % (START + 8)) == b"OK"
+    assert client.ask(b"c") == b"T05thread:1;"
+    assert client.ask(b"z0,%x,2" % (START + 8)) == b"OK"
+    client.send(frame(b"c"))
+    bench.run()
+    client.send(b"\x03")
+
+    assert client.wait() == b"T02thread:1;"
+
+
+def test_packets_are_acknowledged_until_the_debugger_does_without(bench: Bench) -> None:
+    client = bench.connect()
+    client.ask(b"qC")
+    assert client.raw == b"+$QC1#c5"
+    client.ask(b"QStartNoAckMode")
+    client.raw = b""
+    client.ask(b"qC")
+    assert client.raw == b"$QC1#c5"
+
+
+def test_a_corrupt_packet_is_asked_for_again_and_an_answer_is_sent_again(bench: Bench) -> None:
+    client = bench.connect()
+    client.send(b"$qC#00")
+    bench.run()
+    assert client.wait() is Arrival.RESEND
+    assert client.ask(b"qC") == b"QC1"
+    client.send(b"-")
+    assert client.wait() == b"QC1"
+
+
+def test_a_packet_that_is_too_long_is_an_error_and_the_session_goes_on(bench: Bench) -> None:
+    client = bench.connect()
+    client.send(b"$" + b"m" * (3 * LONGEST) + b"#00")
+
+    assert client.wait() == b"E01"
+    assert client.ask(b"qC") == b"QC1"
+
+
+def test_monitor_commands_reach_the_board(bench: Bench) -> None:
+    client = bench.connect()
+
+    assert client.ask(b"qRcmd," + b"time".hex().encode()) == b"O" + b"<time>".hex().encode()
+    assert client.wait() == b"OK"
+
+
+def test_a_second_debugger_is_turned_away(bench: Bench) -> None:
+    first, second = bench.connect(), bench.connect()
+
+    assert second.wait() == b""
+    assert first.ask(b"qC") == b"QC1"
+
+
+@pytest.mark.parametrize("goodbye", [frame(b"D"), b""])
+def test_a_debugger_that_leaves_takes_its_breakpoints_along_and_another_may_come(
+    bench: Bench, goodbye: bytes
+) -> None:
+    client = bench.connect()
+    client.ask(b"Z0,%x,2" % START)
+    client.send(goodbye)
+    client.close()
+    before_ps = bench.target.now_ps
+    for _ in range(3):
+        bench.run()
+
+    assert bench.target.now_ps > before_ps
+    assert not bench.target.points
+    assert bench.connect().ask(b"?") == b"T05thread:1;"
+
+
+def test_kill_ends_the_run(bench: Bench) -> None:
+    client = bench.connect()
+    client.send(frame(b"k"))
+    bench.run()
+    before_ps = bench.target.now_ps
+    bench.run()
+
+    assert bench.server.killed
+    assert bench.target.now_ps == before_ps
+
+
+def test_a_debugger_that_waits_for_a_stop_is_told_of_the_end(bench: Bench) -> None:
+    client = bench.connect()
+    client.send(frame(b"c"))
+    bench.run()
+    bench.server.close()
+    client.turn = lambda: None
+
+    assert client.wait() == b"W00"
+    assert client.wait() == b""
+
+
+def test_firmware_that_fails_is_told_to_the_debugger_or_to_whoever_runs_it() -> None:
+    class Failing(FakeTarget):
+        def run_until(self, at_ps: int) -> None:
+            raise FirmwareError("it broke")
+
+    bench = Bench()
+    bench.server.close()
+    bench.server = GdbServer(Failing(), str, 0)
+    with pytest.raises(FirmwareError):
+        bench.run()
+    client = bench.connect()
+
+    assert client.ask(b"c") == b"O" + b"it broke\n".hex().encode()
+    assert client.wait() == b"T0bthread:1;"
+    bench.close()
+
+
+@settings(max_examples=25)
+@given(st.lists(st.one_of(st.binary(max_size=300), st.binary(max_size=50).map(frame)), max_size=8))
+def test_nothing_that_a_client_sends_breaks_the_server(pieces: list[bytes]) -> None:
+    bench = Bench()
+    client = bench.connect()
+    client.send(b"".join(pieces))
+    for _ in range(2):
+        bench.run()
+    client.close()
+    bench.run()
+
+    assert bench.server.killed or bench.connect().ask(b"qC") == b"QC1"
+    bench.close()
+
+
+def test_a_port_in_use_is_one_line(bench: Bench) -> None:
+    with pytest.raises(LinkError, match=f"--gdb {bench.server.port}: .*; give another port of {HOST}"):
+        GdbServer(FakeTarget(), str, bench.server.port)
+
+
+def test_the_server_listens_on_this_machine_only(bench: Bench) -> None:
+    with socket.socket() as elsewhere, pytest.raises(OSError, match="refused"):
+        elsewhere.connect(("127.0.0.2", bench.server.port))
+
+
+# -- with a board -------------------------------------------------------------------------------------------
+
+CALLBACK = "HAL_TIM_PeriodElapsedCallback"
+
+
+def _built(**settings: bool) -> Board:
+    return Board(firmware="solution", **settings)
+
+
+def test_python_firmware_cannot_be_debugged_this_way() -> None:
+    with pytest.raises(InputError, match="built for the chip"):
+        serve(Board(firmware="lab3"), 0)
+
+
+def test_a_run_under_a_debugger_is_the_same_run() -> None:
+    """Free, with a debugger that looks and goes on, and with one that stops at every callback."""
+    end_ps = 1_080 * PS_PER_MS
+
+    def outcome(stops: bool | None) -> tuple[bytes, int, int]:
+        board = _built()
+        assert board.arm is not None
+        server = serve(board, 0, halted=stops is not None)
+        if stops is not None:
+            client = Client(server, lambda: server.run_until(min(board.clock.now_ps + PS_PER_MS, end_ps)))
+            if stops:
+                assert board.arm.image.symbols is not None
+                client.ask(b"Z1,%x,2" % board.arm.image.symbols.address_of(CALLBACK))
+            count = 0
+            client.send(frame(b"c"))
+            while board.clock.now_ps < end_ps:
+                server.run_until(end_ps)
+                if server.halted:
+                    count += 1
+                    client.send(frame(b"c"))
+            assert count > 10 if stops else count == 0
+            client.close()
+        server.run_until(end_ps)
+        server.close()
+        return board.terminal.since(0)[0], board.arm.chip.core.timeline.retired, len(board.trace)
+
+    free = outcome(stops=None)
+    assert b"ACC" in free[0]
+    assert outcome(stops=False) == free
+    assert outcome(stops=True) == free
+
+
+def test_wall_time_of_a_halted_board_does_not_count_and_kill_ends_the_run() -> None:
+    class Debugger:
+        def __init__(self) -> None:
+            self.turns = 0
+            self.halted = False
+
+        @property
+        def killed(self) -> bool:
+            return self.turns == 6
+
+        def run_until(self, at_ps: int) -> None:
+            self.turns += 1
+            self.halted = self.turns > 2
+
+    debugger = Debugger()
+    runner = Runner(Board(), [], PS_PER_MS, None, lambda _: "", lambda: 10.0 * debugger.turns, debugger)
+    runner.run()
+
+    assert runner.stopped
+    assert debugger.turns == 6
+    assert runner.wall_s == 20.0
+
+
+@pytest.mark.parametrize(
+    ("command", "answer"),
+    [
+        ("attitude", "roll 0.000 deg, pitch 0.000 deg, yaw 0.000 deg\n"),
+        ("attitude 10 -20 30", "roll 10.000 deg, pitch -20.000 deg, yaw 30.000 deg\n"),
+        ("attitude 10 north 30", "give three angles in degrees: monitor attitude ROLL PITCH YAW\n"),
+        ("time", "0.000000000 s\n"),
+        ("reset halt", "the chip has been reset and is halted\n"),
+        ("regs nothing", "unknown block 'nothing'; known: "),
+        ("regs rcc", "CR         0x00000083\n"),
+        ("regs gpiob", "GPIOB has no clock: its enable bit in RCC is not set\nMODER      0x00000280\n"),
+        ("fly", "unknown command 'fly'; known: help, attitude, time, where, regs, reset\n"),
+    ],
+)
+def test_a_monitor_command_answers(command: str, answer: str) -> None:
+    board = Board(firmware="solution")
+    server = serve(board, 0, halted=True)
+    client = Client(server, lambda: server.run_until(0))
+    reply = client.ask(b"qRcmd," + command.encode().hex().encode())
+    client.close()
+    server.close()
+
+    assert isinstance(reply, bytes)
+    assert bytes.fromhex(reply[1:].decode()).decode().startswith(answer)
+
+
+def test_where_says_function_and_line_of_the_program_in_flash() -> None:
+    board = Board(firmware="solution")
+    server = serve(board, 0, halted=True)
+    client = Client(server, lambda: server.run_until(0))
+
+    def where() -> str:
+        reply = client.ask(b"qRcmd," + b"where".hex().encode())
+        assert client.wait() == b"OK"
+        assert isinstance(reply, bytes)
+        return bytes.fromhex(reply[1:].decode()).decode()
+
+    assert " in Reset_Handler at startup_stm32f401xc.c:" in where()
+    client.ask(b"vFlashWrite:08000200:abcd")
+    assert " in " not in where()
+    client.close()
+    server.close()

@@ -1,0 +1,202 @@
+"""GPIO: outputs, inputs, pulls, open drain, the lock (RM0368 section 8), and who shares a pin."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from emulator.arm.peripherals.gpio import GpioPort
+from emulator.gpio import Led
+from emulator.trace import GpioEdge
+from tests.arm.chip_fakes import Chip
+
+MODER, OTYPER, PUPDR, IDR, ODR, BSRR, LCKR, AFRL = 0x00, 0x04, 0x0C, 0x10, 0x14, 0x18, 0x1C, 0x20
+OUTPUT, ALTERNATE, ANALOG = 1, 2, 3
+
+
+@pytest.fixture
+def chip() -> Chip:
+    return Chip()
+
+
+@pytest.fixture
+def port(chip: Chip) -> GpioPort:
+    return GpioPort(chip.soc, "GPIOB", 0x4002_0400)
+
+
+def mode(port: GpioPort, pin: int, value: int) -> None:
+    port.write(MODER, value << 2 * pin, 3 << 2 * pin)
+
+
+def edges(chip: Chip) -> list[tuple[str, int]]:
+    return [(edge.pin, edge.level) for edge in chip.trace.of(GpioEdge)]
+
+
+@pytest.mark.parametrize(
+    ("name", "moder", "pupdr"),
+    [("GPIOA", 0xA800_0000, 0x6400_0000), ("GPIOB", 0x280, 0x100), ("GPIOC", 0, 0)],
+)
+def test_reset_values(chip: Chip, name: str, moder: int, pupdr: int) -> None:
+    """RM0368 8.4.1, 8.4.4: the debug port's pins are set up after reset."""
+    port = GpioPort(chip.soc, name, 0x4002_0000)
+    assert (port.read(MODER), port.read(PUPDR)) == (moder, pupdr)
+
+
+def test_a_led_is_lit_by_a_low_output(chip: Chip, port: GpioPort) -> None:
+    """Board facts, section 2: PB5, active low, lit from MX_GPIO_Init on because ODR is 0."""
+    led = Led("LED1", chip.gpio, "B", 5)
+    assert not led.on
+    mode(port, 5, OUTPUT)
+    assert led.on
+    port.write(BSRR, 1 << 5)
+    assert not led.on
+    port.write(BSRR, 1 << 21)
+    assert led.on
+    assert edges(chip) == [("PB5", 0), ("PB5", 1), ("PB5", 0)]
+
+
+def test_set_wins_over_reset_in_one_write(port: GpioPort) -> None:
+    """RM0368 8.4.7."""
+    port.write(BSRR, 1 << 5 | 1 << 21)
+    assert port.read(ODR) == 1 << 5
+    assert port.read(BSRR) == 0
+
+
+def test_half_word_accesses_reach_one_half(port: GpioPort) -> None:
+    port.write(BSRR, 0x0021_0000, 0xFFFF_0000)
+    port.write(ODR, 0x0000_FF00, 0x0000_FF00)
+    port.write(BSRR, 0x8000_0000, 0xFFFF_0000)
+    assert port.read(ODR) == 0x7F00
+
+
+def test_an_open_drain_led_works_as_a_push_pull_one(chip: Chip, port: GpioPort) -> None:
+    """Board facts, section 2: MX_GPIO_Init makes the LED pins open drain."""
+    led = Led("LED2", chip.gpio, "B", 4)
+    port.write(OTYPER, 1 << 4)
+    mode(port, 4, OUTPUT)
+    assert led.on
+    port.write(BSRR, 1 << 4)
+    assert not led.on
+    assert edges(chip)[-1] == ("PB4", 1)
+
+
+def test_a_pin_that_is_no_output_any_more_leaves_its_led_dark(chip: Chip, port: GpioPort) -> None:
+    led = Led("LED1", chip.gpio, "B", 5)
+    mode(port, 5, OUTPUT)
+    mode(port, 5, 0)
+    assert not led.on
+    assert edges(chip) == [("PB5", 0), ("PB5", 1)]
+
+
+def test_an_input_reads_what_drives_it(chip: Chip, port: GpioPort) -> None:
+    chip.gpio.drive("B", 7, 1)
+    assert port.read(IDR) >> 7 & 1 == 1
+    chip.gpio.drive("B", 7, None)
+    assert port.read(IDR) >> 7 & 1 == 0
+
+
+def test_a_pull_up_decides_when_nobody_drives(chip: Chip, port: GpioPort) -> None:
+    port.write(PUPDR, 1 << 14, 3 << 14)
+    assert port.read(IDR) >> 7 & 1 == 1
+    chip.gpio.drive("B", 7, 0)
+    assert port.read(IDR) >> 7 & 1 == 0
+    chip.gpio.drive("B", 7, None)
+    assert chip.gpio.level("B", 7) == 1
+    port.write(PUPDR, 2 << 14, 3 << 14)
+    assert chip.gpio.level("B", 7) == 0
+    assert chip.gpio.driven("B", 7) is None
+
+
+def test_an_output_is_read_back_through_idr(port: GpioPort) -> None:
+    mode(port, 3, OUTPUT)
+    port.write(BSRR, 1 << 3)
+    assert port.read(IDR) >> 3 & 1 == 1
+
+
+def test_an_analog_pin_reads_zero(chip: Chip, port: GpioPort) -> None:
+    """RM0368 8.3.12."""
+    chip.gpio.drive("B", 1, 1)
+    assert port.read(IDR) & 2
+    mode(port, 1, ANALOG)
+    assert not port.read(IDR) & 2
+    mode(port, 1, 0)
+    assert port.read(IDR) & 2
+
+
+def test_an_alternate_function_is_known_and_lets_go_of_the_pin(chip: Chip, port: GpioPort) -> None:
+    mode(port, 5, OUTPUT)
+    port.write(AFRL, 2 << 20)
+    mode(port, 5, ALTERNATE)
+    assert chip.gpio.alternate("B", 5) == 2
+    assert chip.gpio.driven("B", 5) is None
+    port.write(AFRL, 5 << 20)
+    assert chip.gpio.alternate("B", 5) == 5
+    mode(port, 5, 0)
+    assert chip.gpio.alternate("B", 5) is None
+
+
+def test_locked_pins_keep_their_set_up_until_reset(port: GpioPort) -> None:
+    """RM0368 8.4.8: LCKK written 1, 0, 1 with the same pins."""
+    mode(port, 5, OUTPUT)
+    for value in (1 << 16 | 1 << 5, 1 << 5, 1 << 16 | 1 << 5):
+        port.write(LCKR, value)
+    assert port.read(LCKR) == 1 << 16 | 1 << 5
+    port.write(MODER, 0)
+    port.write(AFRL, 0xFFFF_FFFF)
+    assert port.read(MODER) == OUTPUT << 10
+    assert port.read(AFRL) == 0xFF0F_FFFF
+    port.write(BSRR, 1 << 5)
+    assert port.read(ODR) == 1 << 5
+    port.reset()
+    port.write(MODER, 0)
+    assert port.read(MODER) == 0
+
+
+@pytest.mark.parametrize("middle", [1 << 6, 1 << 16 | 1 << 5])
+def test_a_broken_lock_sequence_locks_nothing(port: GpioPort, middle: int) -> None:
+    for value in (1 << 16 | 1 << 5, middle, 1 << 16 | 1 << 5):
+        port.write(LCKR, value)
+    assert not port.read(LCKR) >> 16
+
+
+def test_several_parties_hear_of_an_edge_once(chip: Chip, port: GpioPort) -> None:
+    heard = list[tuple[str, int]]()
+    chip.gpio.listen("B", 7, lambda level: heard.append(("first", level)))
+    chip.gpio.listen("B", 7, lambda level: heard.append(("second", level)))
+    chip.gpio.drive("B", 7, 1, by="button")
+    chip.gpio.drive("B", 7, 1, by="sensor")
+    chip.gpio.drive("B", 7, None, by="button")
+    assert heard == [("first", 1), ("second", 1)]
+
+
+def test_a_frequent_pin_is_in_the_detailed_trace_only(chip: Chip, port: GpioPort) -> None:
+    chip.gpio.frequent("B", 12)
+    mode(port, 12, OUTPUT)
+    assert edges(chip) == []
+    chip.trace.record_all()
+    port.write(BSRR, 1 << 12)
+    assert edges(chip) == [("PB12", 1)]
+
+
+DRIVES = st.lists(st.sampled_from([None, 0, 1]), min_size=2, max_size=2)
+
+
+@given(st.sampled_from(["input", "push-pull", "open drain"]), st.integers(0, 1), st.integers(0, 2), DRIVES)
+def test_the_lowest_strong_driver_wins_and_the_pull_comes_last(
+    kind: str, latch: int, pull: int, outside: list[int | None]
+) -> None:
+    chip = Chip()
+    port = GpioPort(chip.soc, "GPIOC", 0x4002_0800)
+    port.write(OTYPER, int(kind == "open drain"))
+    port.write(PUPDR, pull)
+    port.write(ODR, latch)
+    mode(port, 0, int(kind != "input"))
+    for number, level in enumerate(outside):
+        chip.gpio.drive("C", 0, level, by=str(number))
+    strong = [level for level in outside if level is not None]
+    if kind == "push-pull" or (kind == "open drain" and not latch):
+        strong.append(latch)
+    expected = min(strong) if strong else (None, 1, 0)[pull]
+    assert chip.gpio.level("C", 0) == expected
+    assert port.read(IDR) == (expected or 0)

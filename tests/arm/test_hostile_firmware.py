@@ -1,0 +1,204 @@
+"""Firmware that does what it must not: the board goes on, nothing of the host is reached or used up."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+
+import pytest
+
+from emulator import Board
+from emulator.arm.cpu.scb import CFSR
+from emulator.clock import PS_PER_MS
+from emulator.trace import DeviceNote, Fault
+from tests.arm.hostile_programs import (
+    EVERY_CLOCK_AND_INTERRUPT,
+    FLASH,
+    LOOK_AWAY,
+    RAM,
+    board_with,
+    program,
+    put,
+    word,
+)
+
+STEP = 0x000F_FF04  # 4112 places in 4 GB, at another offset each time
+
+
+def status(board: Board) -> int:
+    """CFSR, which says what faulted (ARMv7-M ARM B3.2.15)."""
+    assert board.arm is not None
+    return board.arm.chip.core.scb.registers[CFSR]
+
+
+def faults(board: Board) -> list[str]:
+    return [event.text for event in board.trace.of(Fault)]
+
+
+def test_an_endless_loop_costs_nothing(tmp_path: Path) -> None:
+    board = board_with(program("reset: b ."), tmp_path)
+
+    board.run_for(100)
+
+    assert board.now_s == 100.0
+
+
+@pytest.mark.parametrize("access", ["ldr r1, [r0]", "str r1, [r0]", "strb r1, [r0]", "ldrd r1, r3, [r0]"])
+def test_every_place_of_the_address_space_may_be_touched(access: str, tmp_path: Path) -> None:
+    """Nothing but RAM changes where memory is, and what has a name is told by it."""
+    source = f"""
+    reset: movs r0, #0
+           movs r4, #0
+           mov32 r2, {STEP}
+           movs r1, #0
+    again: {access}
+           adds r4, #1
+           adds r0, r0, r2
+           bcc again
+           mov32 r0, RAM
+           str r4, [r0]
+           b .
+    """
+    data = program(source + LOOK_AWAY)
+    board = board_with(data, tmp_path)
+
+    board.run_for(0.02)
+
+    assert word(board, RAM) == -(-(1 << 32) // STEP)
+    assert word(board, FLASH) == struct.unpack_from("<I", data)[0]
+    assert len(board.trace) < 100
+
+
+def test_reading_all_registers_there_are_fills_no_memory_with_notes(tmp_path: Path) -> None:
+    """RM0368 table 1: 131072 words from 0x40000000 on, most of them no register."""
+    source = f"""
+    reset: {EVERY_CLOCK_AND_INTERRUPT}
+           mov32 r0, 0x40000000
+           mov32 r2, 0x40080000
+    again: ldr r1, [r0]
+           adds r0, #4
+           cmp r0, r2
+           bne again
+           mov32 r1, RAM
+           str r0, [r1]
+           b .
+    """
+    board = board_with(program(source + LOOK_AWAY), tmp_path)
+
+    board.run_for(0.06)
+
+    assert word(board, RAM) == 0x4008_0000
+    notes = board.trace.of(DeviceNote)
+    assert any("no more are told" in note.text for note in notes)
+    assert len(notes) < 45 * 256  # of each block its own page at most
+
+
+def test_code_in_peripheral_space_is_not_executed(tmp_path: Path) -> None:
+    """ARMv7-M ARM B3.1, table B3-1: Device memory is Execute Never; IACCVIOL in CFSR."""
+    board = board_with(program("reset: mov32 r0, 0x40011001\nbx r0"), tmp_path)
+
+    board.run_for(1.0)
+
+    assert status(board) & 1
+
+
+def test_code_where_nothing_is_faults(tmp_path: Path) -> None:
+    """ARMv7-M ARM B1.5.14: a bus error on an instruction fetch, IBUSERR."""
+    board = board_with(program("reset: mov32 r0, 0x10000001\nbx r0"), tmp_path)
+
+    board.run_for(1.0)
+
+    assert status(board) & 1 << 8
+
+
+def test_a_fault_inside_the_handler_of_a_fault_locks_up_and_is_told(tmp_path: Path) -> None:
+    """ARMv7-M ARM B1.5.15."""
+    board = board_with(program("reset: udf #0\nfault: udf #0"), tmp_path)
+
+    board.run_for(1.0)
+
+    assert board.now_s == 1.0
+    assert [text.startswith("lock-up") for text in faults(board)] == [True]
+
+
+@pytest.mark.parametrize("stack", [RAM, RAM + 8, 0x2001_0000, 0x0800_1000, 0x4000_0000, 0xFFFF_FFF8, 0])
+def test_a_stack_anywhere_survives_interrupts(stack: int, tmp_path: Path) -> None:
+    """What cannot be saved is a stacking error (STKERR), which becomes a HardFault, and that a lock-up."""
+    source = "reset:\n" + put("SYST_RVR", 100) + f"mov32 r2, {stack}\nmov sp, r2\n" + put("SYST_CSR", 7)
+    board = board_with(program(source + "b .\ninterrupt: push {r0-r3, lr}\npop {r0-r3, pc}"), tmp_path)
+
+    board.run_until(PS_PER_MS)
+
+    assert board.clock.now_ps == PS_PER_MS
+    assert bool(status(board)) is (stack != 0x2001_0000)
+
+
+@pytest.mark.parametrize("semihosting", ["bkpt #0xab", "svc #0xab"])
+def test_semihosting_calls_reach_no_host(semihosting: str, tmp_path: Path) -> None:
+    """SYS_OPEN for writing of a file on the host (Arm semihosting): here a breakpoint without debugger."""
+    target = tmp_path / "written"
+    name = str(target).encode() + b"\0"
+    source = f"reset: movs r0, #1\nmov32 r1, {RAM}\n{semihosting}\nb .\nfault: b ."
+    board = board_with(program(source, behind=name), tmp_path)
+
+    board.run_for(0.01)
+
+    assert not target.exists()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["hostile.bin"]
+
+
+def test_two_registers_read_by_one_instruction_are_no_loop(tmp_path: Path) -> None:
+    """A polled register read twice at the same passage, as LDM does: the loop still ends."""
+    source = f"""
+    reset: {EVERY_CLOCK_AND_INTERRUPT}
+           mov32 r0, 0x40020010    ; GPIOA_IDR, GPIOA_ODR
+           mov32 r4, 100
+    again: ldmia r0, {{r1, r2}}
+           ldmia r0, {{r1, r2}}
+           subs r4, #1
+           bne again
+    poll:  ldmia r0, {{r1, r2}}
+           b poll
+    """
+    board = board_with(program(source), tmp_path)
+
+    board.run_for(0.01)
+
+    assert board.now_s == 0.01
+
+
+@pytest.mark.parametrize("period", [0, 1, 2])
+def test_interrupts_as_fast_as_the_clock_leave_time_going_on(period: int, tmp_path: Path) -> None:
+    """An update every ``period`` + 1 cycles of 62.5 ns; with 0 the counter is blocked (RM0368 14.3.1)."""
+    source = "reset:\n" + EVERY_CLOCK_AND_INTERRUPT + put("TIM9_ARR", period)
+    source += put("TIM9_DIER", 1) + put("TIM9_CR1", 1) + "b .\ninterrupt: bx lr"
+    board = board_with(program(source), tmp_path)
+
+    board.run_until(PS_PER_MS)
+
+    assert board.clock.now_ps == PS_PER_MS
+
+
+def test_code_that_rewrites_itself_runs_as_rewritten(tmp_path: Path) -> None:
+    """In RAM: ``movs r0, #1`` becomes ``movs r0, #2`` in front of itself, and the loop ends."""
+    source = f"""
+    reset: mov32 r0, {RAM}
+           mov32 r1, 0x47702001     ; movs r0, #1; bx lr
+           str r1, [r0]
+           mov32 r2, {RAM + 1}
+           blx r2
+           mov r5, r0
+           mov32 r0, {RAM}
+           mov32 r1, 0x47702002     ; movs r0, #2; bx lr
+           str r1, [r0]
+           blx r2
+           mov32 r1, {RAM + 16}
+           str r5, [r1]
+           str r0, [r1, #4]
+           b .
+    """
+    board = board_with(program(source), tmp_path)
+
+    board.run_for(0.01)
+
+    assert (word(board, RAM + 16), word(board, RAM + 20)) == (1, 2)

@@ -1,0 +1,392 @@
+"""I2C2 driven as HAL V1.6.0 drives it, against the same bus's whole transfers (RM0368 section 18)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from emulator.arm.peripherals.i2c_registers import (
+    ADDR,
+    AF,
+    ARLO,
+    BERR,
+    BTF,
+    BUSY,
+    CCR,
+    CR1,
+    CR2,
+    DR,
+    ITERREN,
+    OAR1,
+    PE,
+    RXNE,
+    SB,
+    SR1,
+    SR2,
+    START,
+    STOP,
+    SWRST,
+    TRISE,
+)
+from emulator.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
+from emulator.i2c import FaultKind, I2CFault
+from emulator.trace import BusTransfer
+from tests.arm.comm_bench import RAM, CommBench
+from tests.arm.hal_i2c import ERROR_IRQ, HalError, HalI2c
+
+LSM6DSL, LIS2MDL, LPS22HB, MEMORY = 0x6B, 0x1E, 0x5D, 0x42
+FOREVER = 1 << 62
+counts = st.integers(1, 40)
+delays = st.lists(st.sampled_from([0, 0, 0, 5 * PS_PER_US, 30 * PS_PER_US, 300 * PS_PER_US]), max_size=200)
+
+
+class MemoryChip:
+    """256 bytes, each different, behind a sub-address that runs on: a lost or doubled byte shows."""
+
+    def __init__(self) -> None:
+        self.bytes = bytearray((7 * index + 3) & 0xFF for index in range(256))
+        self.address = 0
+        self._expects_address = False
+
+    def start(self, *, read: bool) -> bool:
+        self._expects_address = not read
+        return True
+
+    def write(self, data: bytes) -> int:
+        for value in data:
+            if self._expects_address:
+                self.address, self._expects_address = value, False
+            else:
+                self.bytes[self.address] = value
+                self.address = self.address + 1 & 0xFF
+        return len(data)
+
+    def read(self, count: int) -> bytes:
+        data = bytes(self.bytes[self.address + index & 0xFF] for index in range(count))
+        self.address = self.address + count & 0xFF
+        return data
+
+    def stop(self) -> None:
+        self._expects_address = False
+
+    def read_from(self, subaddress: int, count: int, now_ps: int) -> bytes | None:
+        self.address = subaddress
+        return self.read(count)
+
+    def name(self) -> str:
+        return "memory"
+
+    def register_name(self, address: int) -> str:
+        return f"0x{address:02X}"
+
+
+def bench_with_memory(delays: list[int] | None = None) -> tuple[CommBench, HalI2c, MemoryChip]:
+    bench = CommBench(delays or ())
+    memory = MemoryChip()
+    bench.board.bus.attach(MEMORY, memory)
+    return bench, HalI2c(bench), memory
+
+
+def whole_read(register: int, count: int) -> tuple[bytes, int]:
+    """The oracle: the same read as one whole transfer, and where it leaves the sub-address."""
+    bench, _, memory = bench_with_memory()
+    return bench.board.bus.transfer(MEMORY, bytes((register,)), count), memory.address
+
+
+@pytest.mark.parametrize(("address", "register", "identity"), [(LSM6DSL, 0x0F, 0x6A), (LPS22HB, 0x0F, 0xB1)])
+def test_a_sensor_says_who_it_is(address: int, register: int, identity: int) -> None:
+    assert HalI2c(CommBench()).mem_read(address, register, 1) == bytes([identity])
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 6, 7, 14])
+def test_every_polled_ending_reads_what_a_whole_transfer_reads(count: int) -> None:
+    """HAL V1.6.0 ends a read of 1, 2, 3 and more bytes in four different ways (RM0368 18.3.3)."""
+    _, hal, memory = bench_with_memory()
+    assert (hal.mem_read(MEMORY, 0x28, count), memory.address) == whole_read(0x28, count)
+    hal.wait_idle()
+
+
+@settings(max_examples=60, deadline=None)
+@given(counts, delays)
+def test_no_byte_is_lost_or_doubled_however_late_firmware_is(count: int, delays: list[int]) -> None:
+    _, hal, memory = bench_with_memory(delays)
+    assert (hal.mem_read(MEMORY, 0x10, count), memory.address) == whole_read(0x10, count)
+    assert hal.mem_read(MEMORY, 0x80, 3) == whole_read(0x80, 3)[0]
+
+
+@settings(max_examples=30, deadline=None)
+@given(counts, delays)
+def test_the_interrupt_handler_reads_the_same(count: int, delays: list[int]) -> None:
+    _, hal, memory = bench_with_memory(delays)
+    memory.address = 0x33
+    data = hal.receive_interrupt(MEMORY, count)
+    assert (data, memory.address) == whole_read(0x33, count)
+    hal.wait_idle()
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.binary(min_size=1, max_size=20), delays)
+def test_a_write_leaves_the_target_as_a_whole_transfer_does(data: bytes, delays: list[int]) -> None:
+    _, hal, memory = bench_with_memory(delays)
+    other, _, oracle = bench_with_memory()
+    hal.mem_write(MEMORY, 0xF0, data)
+    hal.wait_idle()
+    other.board.bus.transfer(MEMORY, bytes((0xF0,)) + data)
+    assert (memory.bytes, memory.address) == (oracle.bytes, oracle.address)
+
+
+@pytest.mark.parametrize("count", [2, 3, 6, 14])
+def test_dma_with_last_reads_the_same(count: int) -> None:
+    """RM0368 18.3.7: with LAST the byte after the next to last transfer is not acknowledged."""
+    bench, hal, memory = bench_with_memory()
+    stream = 0x10 + 0x18 * 3  # DMA1 stream 3, channel 7: I2C2_RX (table 28)
+    for offset, value in [(4, count), (8, 0x4000_5810), (12, RAM)]:
+        bench.write(bench.dma1, stream + offset, value)
+    bench.write(bench.dma1, stream, 7 << 25 | 1 << 10 | 1 << 4 | 1)  # channel 7, MINC, TCIE, EN
+    hal.mem_read_dma_address(MEMORY, 0x55)
+    bench.serve(
+        14, lambda: bench.write(bench.dma1, 0x08, 0x3D << 22), lambda: not bench.dma1.streams[3].items
+    )
+    hal.mem_read_dma_complete()
+    hal.wait_idle()
+    assert (bytes(bench.memory.ram[:count]), memory.address) == whole_read(0x55, count)
+
+
+def test_firmware_that_never_waits_long_takes_the_bits_of_a_whole_transfer() -> None:
+    """Six bytes at 400 kHz: start, three address bytes, restart, data, stop, and software's own time."""
+    bench, hal, _ = bench_with_memory()
+    bench.trace.record_all()
+    hal.mem_read(MEMORY, 0, 6)
+    hal.wait_idle()
+    (event,) = bench.trace.of(BusTransfer)
+    on_the_wire_ps = (1 + 9 + 9 + 1 + 9 + 54 + 1) * PS_PER_S // 400_000
+    assert 0 <= event.end_ps - event.t_ps - on_the_wire_ps < 10 * PS_PER_US
+    assert (event.device, event.register, event.written, event.result) == ("memory", "0x00", b"\0", "ok")
+
+
+@pytest.mark.parametrize(
+    ("ccr", "trise", "speed_hz"),
+    [
+        (0x8000 | 35, 13, 400_000),  # fast, duty 2: 3 x 35 periods of 42 MHz
+        (0xC000 | 4, 13, 420_000),  # fast, duty 16/9: 25 x 4
+        (210, 43, 100_000),  # standard: 2 x 210
+    ],
+)
+def test_scl_follows_ccr(ccr: int, trise: int, speed_hz: int) -> None:
+    """RM0368 18.6.8."""
+    bench, hal, _ = bench_with_memory()
+    bench.write(bench.i2c2, CR1, 0)
+    bench.write(bench.i2c2, CCR, ccr)
+    bench.write(bench.i2c2, TRISE, trise)
+    bench.write(bench.i2c2, CR1, PE)
+    assert bench.board.bus.speed_hz == speed_hz
+    start_ps = bench.clock.now_ps
+    hal.mem_read(MEMORY, 0, 30)
+    hal.wait_idle()
+    bits = 30 + 9 * 30
+    assert (
+        bits * PS_PER_S // speed_hz
+        < bench.clock.now_ps - start_ps
+        < bits * PS_PER_S * 1.05 // speed_hz + 10**7
+    )
+    assert bool(bench.notes()) is (speed_hz > 404_000)
+
+
+@pytest.mark.parametrize(
+    ("register", "value", "words"), [(TRISE, 2, "TRISE is 2"), (CR2, 16, "CR2.FREQ is 16")]
+)
+def test_a_setting_the_manual_forbids_is_told(register: int, value: int, words: str) -> None:
+    bench, hal, _ = bench_with_memory()
+    bench.modify(bench.i2c2, CR1, clear=PE)
+    bench.write(bench.i2c2, register, value)
+    bench.modify(bench.i2c2, CR1, set_bits=PE)
+    hal.mem_read(MEMORY, 0, 1)
+    assert any(words in text for text in bench.notes())
+
+
+def test_the_sensors_end_up_as_whole_transfers_leave_them() -> None:
+    """The brief's set-up, written by registers and by the board's own master: every byte of each part."""
+    setup = [
+        (LSM6DSL, 0x12, b"\x44"),
+        (LSM6DSL, 0x10, b"\xa8\x6c"),
+        (LSM6DSL, 0x17, b"\xe0"),
+        (LIS2MDL, 0x60, b"\x8c\x02\x10"),
+        (LPS22HB, 0x10, b"\x32\x10"),
+    ]
+    bench, hal, _ = bench_with_memory()
+    other, _, _ = bench_with_memory()
+    for address, register, data in setup:
+        hal.mem_write(address, register, data)
+        other.board.i2c2.write(address, bytes([register]) + data)
+    hal.wait_idle()
+    parts = zip(bench.board.sensors.parts, other.board.sensors.parts, strict=True)
+    assert all(one.registers.mem == two.registers.mem for one, two in parts)
+    assert [hal.mem_read(address, register, len(data)) for address, register, data in setup] == [
+        data for _, _, data in setup
+    ]
+
+
+# -- what goes wrong ------------------------------------------------------------------------------------
+
+
+def test_nobody_at_an_address_is_af_and_the_bus_is_free_again() -> None:
+    bench, hal, _ = bench_with_memory()
+    with pytest.raises(HalError):
+        hal.mem_read(0x33, 0, 1)
+    hal.wait_idle()
+    assert bench.trace.of(BusTransfer)[-1].result == "I2C 0x33: no acknowledge of its address"
+    assert hal.mem_read(LSM6DSL, 0x0F, 1) == b"\x6a"
+    assert (hal.is_ready(0x33), hal.is_ready(MEMORY)) == (False, True)
+
+
+def test_a_refused_byte_keeps_what_came_before_it() -> None:
+    bench, hal, memory = bench_with_memory()
+    bench.board.i2c2.inject(I2CFault("nack", 0, FOREVER, address=MEMORY, byte_index=3))
+    before = bytes(memory.bytes)
+    with pytest.raises(HalError):
+        hal.mem_write(MEMORY, 0x10, b"\xaa\xbb\xcc\xdd")
+    assert bytes(memory.bytes) == before[:0x10] + b"\xaa" + before[0x11:]
+
+
+def test_a_stuck_line_is_busy_until_it_is_let_go() -> None:
+    """HAL polls SR2.BUSY for 25 ms, then returns HAL_BUSY."""
+    bench, hal, _ = bench_with_memory()
+    bench.board.i2c2.inject(I2CFault("stuck", 0, 3 * PS_PER_MS))
+    assert bench.read(bench.i2c2, SR2) & BUSY
+    assert bench.i2c2.next_change_ps() == 3 * PS_PER_MS
+    bench.modify(bench.i2c2, CR1, set_bits=START)  # waits for the bus
+    bench.poll(bench.i2c2, SR1, SB)
+    assert bench.clock.now_ps > 3 * PS_PER_MS
+    bench.modify(bench.i2c2, CR1, set_bits=STOP)
+    assert hal.mem_read(LSM6DSL, 0x0F, 1) == b"\x6a"
+
+
+@pytest.mark.parametrize(("kind", "flag"), [("bus_error", BERR), ("arbitration", ARLO), ("absent", AF)])
+def test_an_error_raises_its_flag_and_the_error_interrupt(kind: FaultKind, flag: int) -> None:
+    """RM0368 18.3.4, 18.4."""
+    bench, hal, _ = bench_with_memory()
+    bench.board.i2c2.inject(I2CFault(kind, 0, PS_PER_MS, address=MEMORY))
+    bench.modify(bench.i2c2, CR2, set_bits=ITERREN)
+    bench.modify(bench.i2c2, CR1, set_bits=START)
+    bench.poll(bench.i2c2, SR1, SB)
+    bench.write(bench.i2c2, DR, MEMORY << 1)
+    bench.wait(100 * PS_PER_US)
+    assert bench.read(bench.i2c2, SR1) & (BERR | ARLO | AF) == flag
+    assert bench.irq.level(ERROR_IRQ)
+    bench.write(bench.i2c2, SR1, ~flag)
+    assert not bench.irq.level(ERROR_IRQ)
+    bench.modify(bench.i2c2, CR1, set_bits=STOP)
+    bench.wait(PS_PER_MS)
+    assert hal.mem_read(MEMORY, 0, 2) == whole_read(0, 2)[0]
+
+
+def test_pins_that_were_not_switched_leave_everybody_deaf() -> None:
+    bench, hal, _ = bench_with_memory()
+    bench.gpio.set_alternate("B", 3, None)
+    with pytest.raises(HalError):
+        hal.mem_read(LSM6DSL, 0x0F, 1)
+    assert "no device can answer before the pins are switched: PB3 to AF9" in bench.notes()
+
+
+@pytest.mark.parametrize("bits", [SWRST, 0])
+def test_reset_and_disable_let_go_of_the_bus(bits: int) -> None:
+    """18.6.1: SWRST, and PE = 0."""
+    bench, _, _ = bench_with_memory()
+    bench.modify(bench.i2c2, CR1, set_bits=START)
+    bench.poll(bench.i2c2, SR1, SB)
+    bench.write(bench.i2c2, DR, MEMORY << 1)
+    bench.poll(bench.i2c2, SR1, ADDR)
+    bench.write(bench.i2c2, CR1, bits)
+    assert (bench.read(bench.i2c2, SR1), bench.read(bench.i2c2, SR2)) == (0, 0)
+    assert "abandoned" in bench.trace.of(BusTransfer)[-1].result
+    assert HalI2c(bench).mem_read(MEMORY, 0, 3) == whole_read(0, 3)[0]
+
+
+def test_slave_mode_says_that_it_is_not_there() -> None:
+    bench, _, _ = bench_with_memory()
+    bench.write(bench.i2c2, OAR1, 0x4000 | 0x30 << 1)
+    assert any("slave mode" in text for text in bench.notes())
+
+
+# -- flags and time -------------------------------------------------------------------------------------
+
+
+def test_polled_firmware_needs_no_event() -> None:
+    """The block's flags come by themselves: an event would end a run of instructions."""
+    bench, hal, _ = bench_with_memory()
+    assert bench.clock.next_ps == NEVER_PS
+    bench.modify(bench.i2c2, CR1, set_bits=START)
+    assert bench.clock.next_ps == NEVER_PS
+    assert bench.i2c2.next_change_ps() == bench.clock.now_ps + PS_PER_S // 400_000
+    bench.poll(bench.i2c2, SR1, SB)
+    bench.modify(bench.i2c2, CR1, set_bits=STOP)
+    hal.mem_read(MEMORY, 0, 6)
+    assert bench.clock.next_ps == NEVER_PS
+
+
+def test_when_firmware_looks_does_not_change_what_happened_when() -> None:
+    """A poll that is skipped must leave no mark: one look at the end sees what a thousand looks saw."""
+
+    def run(look: Callable[[CommBench], None]) -> tuple[int, int]:
+        bench, hal, _ = bench_with_memory()
+        bench.trace.record_all()
+        hal._send_address(MEMORY << 1)
+        hal._clear_addr()
+        bench.write(bench.i2c2, DR, 0x12)
+        look(bench)
+        bench.clock.advance_to(PS_PER_MS)
+        bench.modify(bench.i2c2, CR1, set_bits=STOP)
+        hal.wait_idle()
+        (event,) = bench.trace.of(BusTransfer)
+        return event.t_ps, event.end_ps
+
+    def look_often(bench: CommBench) -> None:
+        for _ in range(300):
+            bench.read(bench.i2c2, SR1)
+
+    assert run(look_often) == run(lambda bench: None)
+
+
+def test_addr_is_cleared_by_sr1_then_sr2_only() -> None:
+    """18.6.6: ADDR."""
+    bench, _, _ = bench_with_memory()
+    bench.modify(bench.i2c2, CR1, set_bits=START)
+    bench.poll(bench.i2c2, SR1, SB)
+    bench.write(bench.i2c2, DR, MEMORY << 1)
+    bench.wait(100 * PS_PER_US)
+    bench.read(bench.i2c2, SR2)
+    assert bench.read(bench.i2c2, SR1) & ADDR
+    assert not bench.i2c2.pure_read(SR2)
+    bench.read(bench.i2c2, SR2)
+    assert not bench.read(bench.i2c2, SR1) & ADDR
+    bench.modify(bench.i2c2, CR1, set_bits=STOP)
+
+
+def test_two_stages_hold_the_clock_until_dr_is_read() -> None:
+    """18.3.3, closing a reception: BTF with DR and the shift register full, SCL low."""
+    bench, hal, memory = bench_with_memory()
+    memory.address = 0x20
+    hal._set(CR1, 1 << 10)
+    hal._send_address(MEMORY << 1 | 1)
+    hal._clear_addr()
+    bench.wait(10 * PS_PER_MS)
+    assert bench.read(bench.i2c2, SR1) & (BTF | RXNE) == BTF | RXNE
+    assert memory.address == 0x22
+    assert bench.read(bench.i2c2, DR) == memory.bytes[0x20]
+    assert bench.read(bench.i2c2, SR1) & (BTF | RXNE) == RXNE
+    bench.wait(PS_PER_MS)
+    assert memory.address == 0x23
+
+
+def test_a_start_clears_what_is_left_of_a_transmission() -> None:
+    bench, hal, _ = bench_with_memory()
+    hal._send_address(MEMORY << 1)
+    hal._clear_addr()
+    bench.write(bench.i2c2, DR, 0x12)
+    bench.poll(bench.i2c2, SR1, BTF)
+    bench.modify(bench.i2c2, CR1, set_bits=START)
+    assert bench.poll(bench.i2c2, SR1, SB) == SB
+    bench.modify(bench.i2c2, CR1, set_bits=STOP)

@@ -1,0 +1,152 @@
+"""Intel HEX: every record type, every line ending, and damage named with its line.
+
+Expectations from the "Hexadecimal Object File Format Specification", Intel, revision A, 1988.
+"""
+
+from __future__ import annotations
+
+from random import Random
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from emulator.arm.image import parse_firmware
+from emulator.errors import FirmwareFileError
+from tests.arm.elf_builder import FLASH, RAM, RESET, code
+
+END = ":00000001FF"
+
+
+def record(kind: int, address: int, data: bytes) -> str:
+    raw = bytes([len(data)]) + address.to_bytes(2, "big") + bytes([kind]) + data
+    return ":" + (raw + bytes([-sum(raw) & 0xFF])).hex().upper()
+
+
+def linear(address: int) -> str:
+    return record(4, 0, (address >> 16).to_bytes(2, "big"))
+
+
+def hex_lines(start: int, data: bytes, width: int = 16) -> list[str]:
+    lines = []
+    for offset in range(0, len(data), width):
+        address = start + offset
+        if offset == 0 or address & 0xFFFF < width:
+            lines.append(linear(address))
+        lines.append(record(0, address & 0xFFFF, data[offset : offset + width]))
+    return lines
+
+
+def hex_file(*lines: str, ending: str = "\n") -> bytes:
+    return "".join(line + ending for line in [*hex_lines(FLASH, code()), *lines, END]).encode()
+
+
+def refusal(data: bytes) -> str:
+    with pytest.raises(FirmwareFileError) as caught:
+        parse_firmware(data, "lab3.hex")
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+@given(
+    size=st.integers(0x44, 0x300),
+    width=st.sampled_from([1, 4, 16, 32, 255]),
+    ending=st.sampled_from(["\n", "\r\n", "\r", "\r\n\r\n", " \n"]),
+    upper=st.booleans(),
+    order=st.randoms(use_true_random=False),
+)
+def test_any_writing_of_the_same_bytes_loads_the_same(
+    size: int, width: int, ending: str, upper: bool, order: Random
+) -> None:
+    lines = [
+        linear(FLASH) + ending + record(0, offset, code(size=size)[offset : offset + width])
+        for offset in range(0, size, width)
+    ]
+    order.shuffle(lines)
+    text = ending.join([*lines, END]) + ending
+
+    image = parse_firmware((text if upper else text.lower()).encode(), "lab3.hex")
+
+    assert (image.kind, image.segments) == ("hex", ((FLASH, code(size=size)),))
+
+
+def test_a_long_file_crosses_64_kb_by_linear_base_records() -> None:
+    data = code(size=0x1_8000)
+
+    image = parse_firmware("\n".join([*hex_lines(FLASH, data), END]).encode(), "lab3.hex")
+
+    assert image.segments == ((FLASH, data),)
+
+
+def test_the_last_line_needs_no_ending() -> None:
+    assert parse_firmware(hex_file().rstrip(), "lab3.hex").segments == ((FLASH, code()),)
+
+
+def test_start_addresses_are_accepted_and_not_used() -> None:
+    """Types 03 and 05 tell a debugger where to start; a Cortex-M starts at its vector table."""
+    lines = [record(5, 0, bytes.fromhex("08001234")), record(3, 0, bytes.fromhex("00003800"))]
+
+    assert parse_firmware(hex_file(*lines), "lab3.hex").reset_vector == RESET | 1
+
+
+def test_a_segment_base_counts_in_sixteens_and_reaches_one_megabyte_only() -> None:
+    message = refusal(hex_file(record(2, 0, bytes.fromhex("F000")), record(0, 0x0010, b"\1\2")))
+
+    assert "contents for 0x000F0010..0x000F0011" in message
+
+
+def test_behind_a_segment_base_addresses_wrap_inside_64_kb() -> None:
+    """The address of byte i is base + (offset + i) mod 64 K; behind a linear base it runs on instead."""
+    wrapped = refusal(hex_file(record(2, 0, bytes.fromhex("1000")), record(0, 0xFFFF, b"\1\2")))
+    on = parse_firmware(hex_file(record(0, 0xFFFF, b"\1\2")), "lab3.hex")
+
+    assert "0x0001FFFF..0x0001FFFF" in wrapped
+    assert on.segments[-1] == (FLASH + 0xFFFF, b"\1\2")
+
+
+def test_records_for_ram_are_loaded() -> None:
+    assert parse_firmware(hex_file(*hex_lines(RAM, b"\1\2")), "lab3.hex").segments[-1] == (RAM, b"\1\2")
+
+
+@pytest.mark.parametrize(
+    ("line", "problem"),
+    [
+        ("hello", "line 19: is no record"),
+        ("00000001FF", "line 19: is no record"),
+        (":0000000", "line 19: is no record"),
+        (":00000G01FF", "line 19: is no record"),
+        (":", "line 19: has 0 bytes where its length announces 5"),
+        (":0000", "line 19: has 2 bytes where its length announces 5"),
+        (":04000000AABB96", "line 19: has 7 bytes where its length announces 9"),
+        (":0100000000AABB55", "line 19: has 8 bytes where its length announces 6"),
+        (":020000000102FA", "line 19: has checksum FA, its bytes give FB"),
+        (record(6, 0, b""), "line 19: record type 06 with 0 bytes does not exist"),
+        (record(4, 0, b"\0"), "line 19: record type 04 with 1 bytes does not exist"),
+        (record(1, 0, b"\0"), "line 19: record type 01 with 1 bytes does not exist"),
+        (END, "line 20: follows the end record"),
+        (record(0, 0x00F0, b"\0"), "two contents for address 0x080000F0"),
+        (
+            linear(0x0804_0000) + "\n" + record(0, 0, b"\0"),
+            "contents for 0x08040000..0x08040000; this board's",
+        ),
+        (linear(0xFFFF_0000) + "\n" + record(0, 0xFFFF, b"\0\0"), "contents for 0xFFFFFFFF..0x100000000"),
+    ],
+)
+def test_damage_is_named_with_its_line(line: str, problem: str) -> None:
+    """code() fills lines 1 (linear base) to 17, so that a line behind ``:...`` of the base is line 19."""
+    assert problem in refusal(hex_file("", line))
+
+
+@pytest.mark.parametrize("kept", [13, 60, -13, -2])
+def test_a_file_cut_short_is_refused(kept: int) -> None:
+    assert ("no end record" in refusal(hex_file()[:kept])) or ("line" in refusal(hex_file()[:kept]))
+
+
+def test_a_file_cut_between_two_lines_is_refused() -> None:
+    assert "no end record (:00000001FF); it is cut short" in refusal(
+        hex_file().removesuffix(END.encode() + b"\n")
+    )
+
+
+def test_more_text_than_the_chip_has_bytes_for_is_refused_unread() -> None:
+    assert "Intel HEX for this board has" in refusal(hex_file().rstrip() + b"\n" * (6 << 20))

@@ -1,0 +1,179 @@
+"""What a run of built firmware may take, and how it is stopped."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from emulator import Board, FirmwareError
+from emulator.arm.limits import LimitedRun, Limits, parse_limits
+from emulator.clock import PS_PER_S
+from emulator.errors import InputError, LimitError
+from tests.arm.hostile_programs import board_with, program, put
+
+PRINTS_FOR_EVER = program(
+    "reset:\n"
+    + put("RCC_AHB1ENR", 1)
+    + put("GPIOA_MODER", 0xA808_0000)  # PA9: alternate function
+    + put("GPIOA_AFRH", 0x70)  # USART1_TX
+    + put("RCC_APB2ENR", 1 << 4)
+    + put("USART1_BRR", 16)  # a megabaud at 16 MHz
+    + put("USART1_CR1", 0x2008)  # UE, TE (RM0368 19.6.4)
+    + "mov32 r0, USART1_DR\nagain: strb r1, [r0]\nb again"
+)
+RESETS_ITSELF = program("reset:\n" + put("AIRCR", 0x05FA_0004))
+WATCHDOG = [put("IWDG_KR", 0x5555), put("IWDG_PR", 0), put("IWDG_RLR", 0), put("IWDG_KR", 0xCCCC)]
+BITTEN_AT_ONCE = program("reset:\n" + "".join(WATCHDOG) + "b .")
+COUNTS = program("reset: adds r0, #1\nb reset")
+
+
+def stopped(board: Board, seconds: float = 3600.0) -> LimitError:
+    with pytest.raises(LimitError) as caught:
+        board.run_for(seconds)
+    assert "\n" not in str(caught.value)
+    return caught.value
+
+
+def limited(data: bytes, folder: Path, **limits: Any) -> Board:
+    board = board_with(data, folder)
+    assert board.arm is not None
+    board.arm.limits = replace(Limits(), **limits)
+    return board
+
+
+def test_gigabytes_of_text_end_at_a_limit_on_bytes(tmp_path: Path) -> None:
+    board = limited(PRINTS_FOR_EVER, tmp_path, terminal_bytes=2_000)
+
+    error = stopped(board)
+
+    assert (error.limit, isinstance(error, FirmwareError)) == ("terminal_bytes", True)
+    assert "has printed more than 2000 bytes" in str(error)
+    assert len(board.terminal.text) <= 2_000 + 1_000 + 1  # 100,000 a second, looked at every 10 ms
+
+
+def test_an_endless_loop_ends_at_a_limit_on_instructions(tmp_path: Path) -> None:
+    """At reset the core runs at 16 MHz (RM0368 6.2.2) and takes 1.3 cycles an instruction."""
+    board = limited(COUNTS, tmp_path, instructions=1_000_000)
+
+    assert stopped(board).limit == "instructions"
+    assert 1_000_000 * 1.3 / 16e6 <= board.now_s <= 1_000_000 * 1.3 / 16e6 + 0.01
+
+
+@pytest.mark.parametrize(
+    ("data", "reason"), [(RESETS_ITSELF, "SYSRESETREQ"), (BITTEN_AT_ONCE, "IWDG")], ids=["itself", "watchdog"]
+)
+def test_resets_without_end_are_stopped_and_say_why(data: bytes, reason: str, tmp_path: Path) -> None:
+    board = limited(data, tmp_path, resets_per_s=100)
+
+    error = stopped(board)
+
+    assert error.limit == "resets_per_s"
+    assert f"reset more than 100 times in a second, last by {reason}" in str(error)
+
+
+def test_resets_that_are_seldom_enough_go_on(tmp_path: Path) -> None:
+    """A watchdog that bites every 32 ms (LSI 32 kHz / 4 / 256): a firmware that hangs."""
+    data = program("reset:\n" + "".join((*WATCHDOG[:2], put("IWDG_RLR", 255), WATCHDOG[3])) + "b .")
+    board = board_with(data, tmp_path)
+
+    board.run_for(2.0)
+
+    assert board.arm is not None
+    assert len(board.arm.chip.core.machine.resets) == pytest.approx(2.0 / 0.032, abs=2)
+
+
+def test_wall_time_ends_a_run_that_is_slow(tmp_path: Path) -> None:
+    """The wall clock is this test's: each look at it costs a second."""
+    board = board_with(COUNTS, tmp_path)
+    assert board.arm is not None
+    seconds = iter(range(1_000_000))
+    run = LimitedRun(board.arm.chip.core, board.clock, board.uart, wall_clock_s=lambda: float(next(seconds)))
+
+    with pytest.raises(LimitError, match="has run for more than 30 s of wall time"):
+        run.run_until(PS_PER_S, Limits(wall_s=30.0))
+
+    assert board.now_s == pytest.approx(0.31)  # 10 ms a look
+
+
+def test_a_run_within_its_limits_ends_exactly_when_asked(tmp_path: Path) -> None:
+    board = board_with(COUNTS, tmp_path)
+
+    board.run_until(123_456_789_012)
+
+    assert board.clock.now_ps == 123_456_789_012
+
+
+def test_a_limit_once_exceeded_stays_so_until_it_is_raised(tmp_path: Path) -> None:
+    board = limited(COUNTS, tmp_path, instructions=1_000)
+    stopped(board)
+    stopped(board)
+    assert board.arm is not None
+
+    board.arm.limits = Limits()
+    board.run_for(0.1)
+
+
+@pytest.mark.parametrize(
+    ("limits", "problem"),
+    [
+        ({"instructions": 0}, "limit instructions is 0; give a number above 0"),
+        ({"terminal_bytes": -1}, "limit terminal_bytes is -1"),
+        ({"wall_s": float("nan")}, "limit wall_s is nan"),
+        ({"resets_per_s": 1_000_000}, "give less than 10000"),
+    ],
+)
+def test_limits_that_cannot_be_are_refused(limits: dict[str, Any], problem: str) -> None:
+    with pytest.raises(InputError, match=problem):
+        replace(Limits(), **limits)
+
+
+def test_limits_are_given_as_texts() -> None:
+    assert parse_limits(["wall_s=0.5", "instructions=1000"]) == Limits(wall_s=0.5, instructions=1000)
+
+
+@pytest.mark.parametrize(
+    ("setting", "problem"),
+    [
+        ("wall=60", "limit wall=60: known are instructions, terminal_bytes, resets_per_s, wall_s"),
+        ("wall_s=long", "limit wall_s=long: give a number"),
+        ("wall_s", "limit wall_s: give a number"),
+        ("wall_s=0", "limit wall_s is 0.0; give a number above 0"),
+    ],
+)
+def test_texts_that_are_no_limits_are_refused(setting: str, problem: str) -> None:
+    with pytest.raises(InputError, match=problem):
+        parse_limits([setting])
+
+
+def fcu_run(*arguments: str | Path) -> tuple[int, str]:
+    """Exit code and last line of stderr."""
+    command = [sys.executable, "-m", "emulator", "run", *map(str, arguments)]
+    done = subprocess.run(
+        command, capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=60, check=False
+    )
+    return done.returncode, done.stderr.splitlines()[-1]
+
+
+def test_the_command_line_says_in_one_line_why_a_run_was_stopped(tmp_path: Path) -> None:
+    file = tmp_path / "loop.bin"
+    file.write_bytes(COUNTS)
+
+    code, line = fcu_run(file, "--speed", "max", "--limit", "instructions=1000000")
+
+    assert code == 3
+    assert line == (
+        "fcu: the firmware was stopped: it has executed more than 1000000 instructions; "
+        "to allow more: --limit instructions=NUMBER"
+    )
+
+
+def test_a_limit_for_firmware_in_python_is_refused() -> None:
+    assert fcu_run("lab3", "--limit", "wall_s=1") == (
+        2,
+        "fcu: --limit is for firmware built for the chip; a scenario has [limits] for any other",
+    )

@@ -1,0 +1,226 @@
+"""RCC: the lab's boot sequence, ready flags, prescalers, gates and resets (RM0368 section 6)."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from emulator.arm.peripherals.clock_tree import frequencies, pll
+from emulator.arm.peripherals.system_blocks import SystemBlocks
+from emulator.clock import PS_PER_MS, PS_PER_S, PS_PER_US
+from tests.arm.chip_fakes import Chip
+
+CR, PLLCFGR, CFGR, CIR = 0x00, 0x04, 0x08, 0x0C
+APB1RSTR, AHB1ENR, APB1ENR, BDCR, CSR = 0x20, 0x30, 0x40, 0x70, 0x74
+HSEON, HSERDY, PLLON, PLLRDY = 1 << 16, 1 << 17, 1 << 24, 1 << 25
+PWR_CR_DBP = 1 << 8
+
+
+class Board:
+    """The chip's own blocks on a fake core."""
+
+    def __init__(self) -> None:
+        self.chip = Chip()
+        self.blocks = SystemBlocks(self.chip.soc)
+        self.rcc = self.blocks.rcc
+        self.rcc.control(self.blocks)
+
+    def set_bits(self, offset: int, bits: int) -> None:
+        self.rcc.write(offset, self.rcc.read(offset) | bits)
+
+    def start_hse(self) -> None:
+        self.set_bits(CR, HSEON)
+        self.chip.run_for(2 * PS_PER_MS)
+
+    def to_84_mhz(self) -> None:
+        """As ST's firmware does it (board facts, section 1)."""
+        self.blocks.flash.write(0x00, 0x702)
+        self.start_hse()
+        self.rcc.write(PLLCFGR, 0x0741_5410)
+        self.set_bits(CR, PLLON)
+        self.chip.run_for(100 * PS_PER_US)
+        self.rcc.write(CFGR, 0x0000_1002)
+
+
+def test_after_reset_the_core_runs_from_hsi() -> None:
+    """RM0368 6.2: 16 MHz HSI, no prescaler."""
+    rcc = Board().rcc
+    assert (rcc.sysclk_hz, rcc.hclk_hz, rcc.pclk1_hz, rcc.timer1_hz) == (16_000_000,) * 4
+    assert rcc.read(CR) & 3 == 3
+
+
+def test_the_labs_settings_give_84_mhz() -> None:
+    """Board facts, section 1: HSE 16, M 16, N 336, P 4; APB1 / 2 with its timers at 84 MHz."""
+    board = Board()
+    board.to_84_mhz()
+    rcc = board.rcc
+    assert rcc.read(CFGR) == 0x0000_100A
+    assert (rcc.sysclk_hz, rcc.hclk_hz) == (84_000_000, 84_000_000)
+    assert (rcc.pclk1_hz, rcc.pclk2_hz) == (42_000_000, 84_000_000)
+    assert (rcc.timer1_hz, rcc.timer2_hz) == (84_000_000, 84_000_000)
+    board.chip.run_for(PS_PER_S)
+    assert board.chip.notes() == []
+
+
+def test_an_oscillator_needs_time_to_start() -> None:
+    """STM32F401xB/C datasheet: 2 ms for the crystal; the PLL starts when its source is ready."""
+    board = Board()
+    board.set_bits(CR, HSEON)
+    board.rcc.write(PLLCFGR, 0x0741_5410)
+    board.set_bits(CR, PLLON)
+    board.chip.run_for(2 * PS_PER_MS - 1)
+    assert not board.rcc.read(CR) & (HSERDY | PLLRDY)
+    board.chip.run_for(1)
+    assert board.rcc.read(CR) & (HSERDY | PLLRDY) == HSERDY
+    board.chip.run_for(100 * PS_PER_US)
+    assert board.rcc.read(CR) & PLLRDY
+
+
+def test_sysclk_waits_for_the_source_that_was_selected() -> None:
+    """RM0368 6.2.6: a switch occurs when the target is ready."""
+    board = Board()
+    board.rcc.write(PLLCFGR, 0x0741_5410)
+    board.set_bits(CR, HSEON | PLLON)
+    board.rcc.write(CFGR, 0x0000_1002)
+    assert board.rcc.read(CFGR) >> 2 & 3 == 0
+    assert board.rcc.sysclk_hz == 16_000_000
+    board.chip.run_for(3 * PS_PER_MS)
+    assert board.rcc.read(CFGR) >> 2 & 3 == 2
+    assert board.rcc.sysclk_hz == 84_000_000
+
+
+def test_what_drives_the_core_cannot_be_switched_off() -> None:
+    """RM0368 6.3.1, PLLON and HSEON: cannot be cleared when used as system clock."""
+    board = Board()
+    board.to_84_mhz()
+    board.rcc.write(CR, 0)
+    assert board.rcc.read(CR) & (HSEON | PLLON) == HSEON | PLLON
+    assert not board.rcc.read(CR) & 1
+
+
+def test_listeners_hear_of_a_change_after_it() -> None:
+    board = Board()
+    heard = list[int]()
+    board.rcc.on_change(lambda: heard.append(board.rcc.hclk_hz))
+    board.rcc.write(CFGR, 0x80)
+    board.rcc.write(CFGR, 0x80)
+    assert heard == [8_000_000]
+
+
+def test_a_ready_interrupt_is_raised_and_cleared() -> None:
+    """RM0368 6.3.4; table 38: RCC is number 5."""
+    board = Board()
+    board.rcc.write(CIR, 1 << 11)
+    board.start_hse()
+    assert board.chip.irq.level(5)
+    assert board.rcc.read(CIR) == 1 << 11 | 1 << 3
+    board.rcc.write(CIR, 1 << 11 | 1 << 19)
+    assert not board.chip.irq.level(5)
+
+
+def test_gates_follow_the_enable_registers() -> None:
+    """RM0368 6.3.9, 6.3.11: GPIOB is AHB1ENR bit 1, TIM2 APB1ENR bit 0."""
+    board = Board()
+    gpiob, tim2 = board.blocks.gpio[1], board.blocks.timers["TIM2"]
+    assert not gpiob.clocked
+    assert not tim2.clocked
+    board.rcc.write(AHB1ENR, 1 << 1)
+    board.rcc.write(APB1ENR, 1 << 0)
+    assert gpiob.clocked
+    assert tim2.clocked
+    assert board.blocks.flash.clocked
+    board.rcc.reset()
+    assert not gpiob.clocked
+
+
+def test_a_reset_bit_resets_its_block() -> None:
+    board = Board()
+    tim2 = board.blocks.timers["TIM2"]
+    tim2.write(0x2C, 1000)
+    board.rcc.write(APB1RSTR, 1)
+    assert tim2.read(0x2C) == 0xFFFF_FFFF
+
+
+def test_the_reset_cause_is_shown_until_it_is_removed() -> None:
+    """RM0368 6.3.21: IWDGRSTF is bit 29, PINRSTF 26, RMVF 24."""
+    board = Board()
+    assert board.rcc.read(CSR) == 0x0E00_0000
+    board.rcc.write(CSR, 1 << 24)
+    assert board.rcc.read(CSR) == 0
+    board.rcc.reset_because("IWDG")
+    board.rcc.reset()
+    assert board.rcc.read(CSR) == 1 << 29 | 1 << 26
+
+
+def test_a_system_reset_returns_to_hsi() -> None:
+    board = Board()
+    board.to_84_mhz()
+    board.rcc.reset()
+    assert board.rcc.hclk_hz == 16_000_000
+    assert board.rcc.read(CR) == 0x83
+
+
+def test_the_backup_domain_is_protected_and_survives_a_reset() -> None:
+    """RM0368 5.1.2: PWR_CR.DBP opens it; 6.3.20."""
+    board = Board()
+    board.rcc.write(BDCR, 1)
+    assert board.rcc.read(BDCR) == 0
+    assert board.chip.notes() == [("refused", "BDCR written while PWR_CR.DBP is 0")]
+    board.blocks.pwr.write(0, PWR_CR_DBP)
+    board.rcc.write(BDCR, 1)
+    board.rcc.reset()
+    board.chip.run_for(2 * PS_PER_S)
+    assert board.rcc.read(BDCR) == 3
+    board.rcc.write(BDCR, 1 << 16)
+    assert board.rcc.read(BDCR) == 1 << 16
+
+
+def test_settings_beyond_the_chips_limits_are_told_when_they_last() -> None:
+    """RM0368 6.2: APB1 42 MHz; ST's HAL divides APB1 a moment after it has switched to the PLL."""
+    board = Board()
+    board.to_84_mhz()
+    board.rcc.write(CFGR, 0x2)
+    board.chip.run_for(PS_PER_MS // 2)
+    assert board.chip.notes() == []
+    board.chip.run_for(PS_PER_MS)
+    assert board.chip.notes() == [("forbidden", "APB1 runs at 84 MHz, PPRE1 must make it 42 MHz or less")]
+
+
+@pytest.mark.parametrize(
+    ("pllcfgr", "problem"),
+    [
+        (0x0741_5410, ""),
+        (0x0741_5408, "PLL VCO is 672 MHz, N must make it 192 to 432 MHz"),
+        (0x0741_5404, "PLL input is 4 MHz, M must make it 1 to 2 MHz"),
+        (0x0740_5410, "PLL output is 168 MHz, the chip's limit is 84 MHz"),
+    ],
+)
+def test_a_forbidden_pll_setting_is_explained(pllcfgr: int, problem: str) -> None:
+    assert pll(pllcfgr).problem() == problem
+
+
+@given(st.integers(0, 15), st.integers(0, 7), st.integers(0, 7))
+def test_timers_run_at_twice_a_divided_bus(hpre: int, ppre1: int, ppre2: int) -> None:
+    """RM0368 figure 12 and table of RCC_CFGR: AHB by 1 to 512 without 32, APB by 1 to 16."""
+    ahb = [1] * 8 + [2, 4, 8, 16, 64, 128, 256, 512]
+    apb = [1] * 4 + [2, 4, 8, 16]
+    clocks = frequencies(84_000_000, hpre << 4 | ppre1 << 10 | ppre2 << 13)
+    assert clocks.hclk_hz == 84_000_000 // ahb[hpre]
+    for ppre, pclk_hz, timer_hz in (
+        (ppre1, clocks.pclk1_hz, clocks.timer1_hz),
+        (ppre2, clocks.pclk2_hz, clocks.timer2_hz),
+    ):
+        assert pclk_hz == clocks.hclk_hz // apb[ppre]
+        assert timer_hz == (pclk_hz if apb[ppre] == 1 else clocks.hclk_hz * 2 // apb[ppre])
+
+
+def test_peripheral_selection_of_the_rtc_clock() -> None:
+    """RM0368 6.2.8: LSI is 32 kHz and needs RTCEN and RTCSEL = 10."""
+    board = Board()
+    board.blocks.pwr.write(0, PWR_CR_DBP)
+    board.rcc.write(CSR, 1)
+    board.rcc.write(BDCR, 1 << 15 | 2 << 8)
+    assert board.rcc.rtc_hz() == 0
+    board.chip.run_for(15 * PS_PER_US)
+    assert board.rcc.rtc_hz() == 32_000

@@ -1,0 +1,161 @@
+"""``fcu run FILE`` and ``Board(firmware=FILE)``: firmware built for the chip, as a user meets it."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from emulator import Board, FcuError
+from emulator.arm.image import load_firmware
+from emulator.errors import InputError
+from firmware_model.arm import prebuilt
+
+GOLDEN = Path(__file__).parents[1] / "golden"
+FLASH = 0x0800_0000
+
+
+def fcu(*arguments: str) -> subprocess.CompletedProcess[bytes]:
+    return subprocess.run(
+        [sys.executable, "-m", "emulator", *arguments],
+        capture_output=True,
+        stdin=subprocess.DEVNULL,
+        timeout=120,
+        check=False,
+    )
+
+
+def flash_contents(program: str = "solution") -> bytes:
+    """As a programmer would read the flash back."""
+    contents = bytearray()
+    for segment in load_firmware(prebuilt(program)).segments:
+        start = segment.address - FLASH
+        contents.extend(b"\xff" * (start - len(contents)))
+        contents[start : start + len(segment.data)] = segment.data
+    return bytes(contents)
+
+
+def as_intel_hex(data: bytes) -> str:
+    """Records of 16 bytes with an extended linear address in front of every 64 KB."""
+
+    def record(kind: int, address: int, content: bytes) -> str:
+        body = bytes((len(content), address >> 8 & 0xFF, address & 0xFF, kind)) + content
+        return f":{body.hex().upper()}{-sum(body) & 0xFF:02X}\n"
+
+    lines = []
+    for at in range(0, len(data), 16):
+        if at % 0x10000 == 0:
+            lines.append(record(4, 0, ((FLASH + at) >> 16).to_bytes(2, "big")))
+        lines.append(record(0, at & 0xFFFF, data[at : at + 16]))
+    return "".join([*lines, record(1, 0, b"")])
+
+
+def printed(firmware: str | Path, seconds: float = 1.2, profile: str | None = None) -> bytes:
+    board = Board(profile, firmware, ideal=True)
+    board.run_for(seconds)
+    return bytes(board.terminal.read())
+
+
+def test_the_first_block_on_the_desk_is_the_slides_text_byte_for_byte() -> None:
+    done = fcu("run", "solution", "--scenario", "desk", "--duration", "1.2s", "--speed", "max")
+    first_block = (GOLDEN / "desk.txt").read_bytes()[: len(done.stdout)]
+    assert b"Altitude: " in done.stdout
+    assert done.stdout == first_block
+    assert b"board lab3, firmware solution, scenario desk" in done.stderr
+    assert done.returncode == 0
+
+
+def test_elf_hex_and_bin_of_the_same_program_do_the_same(tmp_path: Path) -> None:
+    contents = flash_contents()
+    (tmp_path / "lab3.bin").write_bytes(contents)
+    (tmp_path / "lab3.hex").write_text(as_intel_hex(contents), encoding="ascii")
+    text = printed("solution")
+    assert text.count(b"\n") > 15
+    assert printed(tmp_path / "lab3.bin") == text
+    assert printed(str(tmp_path / "lab3.hex")) == text
+
+
+def test_the_wiring_follows_the_firmware_where_its_symbols_say_it() -> None:
+    board = Board(firmware=prebuilt("template", "SPI2"))
+    assert board.booted.profile.name == "fcu001v1"
+    assert "hspi2" in board.booted.reason
+    assert Board(firmware=prebuilt("template", "I2C2")).booted.profile.name == "lab3"
+
+
+def test_a_file_without_symbols_runs_on_the_usual_wiring(tmp_path: Path) -> None:
+    (tmp_path / "lab3.bin").write_bytes(flash_contents())
+    board = Board(firmware=tmp_path / "lab3.bin")
+    assert (board.booted.profile.name, board.booted.reason) == ("lab3", "")
+    with pytest.raises(KeyError, match="no symbols"):
+        board.variable("pitch")
+
+
+def test_a_named_program_is_there_for_both_wirings() -> None:
+    assert printed("template-arm", profile="fcu001v1") == printed("template-arm", profile="lab3")
+
+
+def test_the_command_line_says_which_wiring_it_chose_and_why() -> None:
+    file = str(prebuilt("template", "SPI2"))
+    done = fcu("run", file, "--duration", "1.05s", "--speed", "max")
+    assert f"board fcu001v1, firmware {file}" in done.stderr.decode()
+    assert "profile fcu001v1 because the firmware says so: it has hspi2" in done.stderr.decode()
+    assert b"LSM6DSL MEMS Accelerometer initialized" in done.stdout
+
+
+def test_settings_for_the_python_firmware_are_not_dropped_in_silence(tmp_path: Path) -> None:
+    text = 'schema = 1\nquestion = "?"\nduration = "50ms"\n[firmware_settings]\nmu = 0.1\n'
+    (tmp_path / "own.toml").write_text(text, encoding="utf-8")
+    done = fcu("run", "solution", "--scenario", str(tmp_path / "own.toml"))
+    assert b"[firmware_settings] are for firmware in Python" in done.stderr
+
+
+def test_variables_are_read_by_their_c_names() -> None:
+    board = Board(firmware="solution", ideal=True)
+    board.run_for(1.1)
+    assert board.variable("acc").AXIS_Z == 1000
+    assert board.variable("pitch") == 0.0
+    with pytest.raises(KeyError):
+        board.variable("no_such_variable")
+
+
+@pytest.mark.parametrize("name", ["solutoin", "missing.elf", "somewhere/lab3.hex"])
+def test_what_is_neither_a_name_nor_a_file_is_refused_in_one_line(name: str) -> None:
+    with pytest.raises(InputError) as refused:
+        Board(firmware=name)
+    assert name in str(refused.value)
+    assert "\n" not in str(refused.value)
+    done = fcu("run", name)
+    assert done.returncode == 2
+    assert done.stderr.decode().count("\n") == 1
+
+
+def test_the_unique_id_differs_from_board_to_board() -> None:
+    """DBGMCU and the 96-bit id at 0x1FFF7A10: RM0368 section 24.1."""
+    first, second = (Board(firmware="template-arm", seed=seed) for seed in (1, 2))
+
+    def unique_id(board: Board) -> bytes:
+        assert board.arm is not None
+        content = board.arm.chip.core.engine.memory(0x1FFF_7A10, 12)
+        assert content is not None
+        return bytes(content)
+
+    assert unique_id(first) != unique_id(second)
+    assert unique_id(first) == unique_id(Board(firmware="template-arm", seed=1))
+
+
+def test_any_slicing_of_a_run_gives_the_same_bytes_at_the_same_time() -> None:
+    whole, sliced = (Board(firmware="solution", seed=3) for _ in range(2))
+    whole.run_for(1.06)
+    for step_ps in (1, 7_000_000_003, 490_000_000_000, 123_456_789, 562_876_543_207):
+        sliced.run_until(sliced.clock.now_ps + step_ps)
+    assert sliced.clock.now_ps == whole.clock.now_ps
+    assert sliced.uart.received() == whole.uart.received()
+    assert list(sliced.trace) == list(whole.trace)
+
+
+def test_firmware_files_are_refused_with_the_errors_of_this_package(tmp_path: Path) -> None:
+    (tmp_path / "text.elf").write_text("hello, this is no firmware\n")
+    with pytest.raises(FcuError, match=r"text\.elf"):
+        Board(firmware=tmp_path / "text.elf")

@@ -1,0 +1,77 @@
+"""``fcu run`` and ``--limit`` with firmware that hangs, crashes, crawls or floods, as a student meets it."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+BROKEN = Path(__file__).parent / "broken"
+
+
+def run(program: str, *arguments: str) -> tuple[int, str]:
+    """The exit code and what is said on stderr."""
+    firmware = program if program == "solution" else str(BROKEN / f"{program}.elf")
+    done = subprocess.run(
+        [sys.executable, "-m", "emulator", "run", firmware, "--speed", "max", *arguments],
+        capture_output=True,
+        stdin=subprocess.DEVNULL,
+        timeout=120,
+        check=False,
+    )
+    return done.returncode, done.stderr.decode()
+
+
+@pytest.mark.parametrize(
+    ("program", "says"),
+    [
+        ("wrong_address", "no answer at I2C2 address 0x6A: the LSM6DSL answers at 0x6B"),
+        ("null_pointer", "write through a NULL pointer"),
+        ("stack_overflow", "stack"),
+    ],
+)
+def test_a_firmware_that_cannot_go_on_is_explained_and_ends_with_3(program: str, says: str) -> None:
+    code, text = run(program, "--duration", "100ms")
+    assert code == 3
+    summary = next(line for line in text.splitlines() if says in line)
+    assert summary.startswith("fcu: ")
+    assert text.count(summary) == 1
+
+
+def test_a_silent_firmware_is_explained_while_it_runs_and_named_again_at_the_end() -> None:
+    code, text = run("wrong_address", "--duration", "4s")
+    lines = text.splitlines()
+    told = [number for number, line in enumerate(lines) if "fcu: stuck in Error_Handler()" in line]
+    end = next(number for number, line in enumerate(lines) if "s of virtual time in" in line)
+    assert code == 3
+    assert len(told) == 2
+    assert told[0] < end < told[1]
+    assert text.count("callers (") == 1
+
+
+def test_a_firmware_that_goes_on_badly_is_explained_and_keeps_its_exit_code() -> None:
+    code, text = run("slow_callback", "--duration", "300ms")
+    assert code == 0
+    assert "main() never runs" in text
+
+
+@pytest.mark.parametrize(
+    ("limit", "says"),
+    [
+        ("instructions=1000", "it has executed more than 1000 instructions"),
+        ("terminal_bytes=20", "it has printed more than 20 bytes"),
+    ],
+)
+def test_a_limit_ends_the_run_in_one_line(limit: str, says: str) -> None:
+    code, text = run("solution", "--duration", "100ms", "--limit", limit)
+    assert code == 3
+    assert says in text.splitlines()[-1]
+
+
+@pytest.mark.parametrize("limit", ["instructions", "instructions=-1", "memory=7", "wall_s=soon"])
+def test_a_limit_that_cannot_be_is_refused(limit: str) -> None:
+    code, text = run("unshifted_address", "--limit", limit)
+    assert code == 2
+    assert text.count("\n") == 1

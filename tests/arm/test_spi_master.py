@@ -1,0 +1,402 @@
+"""SPI2 driven as ST's sensor driver and HAL V1.6.0 drive it (RM0368 section 20; board facts, section 2.1)."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from emulator import Board
+from emulator.arm.peripherals.spi import (
+    BIDIMODE,
+    BIDIOE,
+    BSY,
+    CR1,
+    CR2,
+    DFF,
+    DR,
+    LSBFIRST,
+    MODF,
+    MSTR,
+    OVR,
+    RXDMAEN,
+    RXNE,
+    RXNEIE,
+    SPE,
+    SR,
+    SSI,
+    SSM,
+    TXDMAEN,
+    TXE,
+    TXEIE,
+)
+from emulator.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
+from emulator.trace import BusTransfer, DeviceNote
+from sensors.spi import SpiTarget
+from tests.arm.comm_bench import RAM, CommBench
+
+LSM6DSL, LIS2MDL, LPS22HB = ("A", 8), ("B", 12), ("C", 13)
+SPI2_IRQ = 36
+BYTE_PS = 8 * 16 * PS_PER_S // 42_000_000
+THREE_WIRE = 0x831F  # BIDIMODE, SSM, SSI, /16, MSTR, mode 3: what ST's firmware writes
+FULL_DUPLEX = 0x031F
+delays = st.lists(st.sampled_from([0, 0, 2 * PS_PER_US, 40 * PS_PER_US]), max_size=100)
+
+
+class StSpi:
+    """The driver of the board's stock firmware: three wires, one byte a pulse of SPE."""
+
+    def __init__(self, bench: CommBench) -> None:
+        self.bench = bench
+        for pin in (LSM6DSL, LIS2MDL, LPS22HB):
+            bench.gpio.init_output(*pin)
+            bench.gpio.write(*pin, 1)
+        for value in (0, THREE_WIRE, THREE_WIRE | BIDIOE, THREE_WIRE | BIDIOE | SPE):
+            bench.write(bench.spi2, CR1, value)
+
+    def write(self, pin: tuple[str, int], register: int, *data: int) -> None:
+        self.bench.gpio.write(*pin, 0)
+        for value in (register, *data):
+            self._send(value)
+        self.bench.gpio.write(*pin, 1)
+
+    def read(self, pin: tuple[str, int], register: int, count: int = 1) -> bytes:
+        bench, spi = self.bench, self.bench.spi2
+        bench.gpio.write(*pin, 0)
+        self._send(register | 0x80)
+        bench.modify(spi, CR1, clear=SPE)
+        bench.modify(spi, CR1, clear=BIDIOE)
+        data = bytes(self._receive() for _ in range(count))
+        bench.gpio.write(*pin, 1)
+        bench.modify(spi, CR1, set_bits=BIDIOE)
+        bench.modify(spi, CR1, set_bits=SPE)
+        return data
+
+    def _send(self, value: int) -> None:
+        self.bench.poll(self.bench.spi2, SR, TXE)
+        self.bench.write(self.bench.spi2, DR, value, 0xFF)
+        self.bench.poll(self.bench.spi2, SR, TXE)
+        self.bench.poll_clear(self.bench.spi2, SR, BSY)
+
+    def _receive(self) -> int:
+        bench, spi = self.bench, self.bench.spi2
+        bench.modify(spi, CR1, set_bits=SPE)
+        bench.wait(67 * PS_PER_S // 84_000_000)  # 67 DSB
+        bench.modify(spi, CR1, clear=SPE)
+        bench.poll(spi, SR, RXNE)
+        value = bench.read(spi, DR)
+        bench.poll_clear(spi, SR, BSY)
+        return value
+
+
+def three_wire(bench: CommBench) -> StSpi:
+    """Set all three parts to three wires by a blind write, as the stock firmware's boot does."""
+    spi = StSpi(bench)
+    spi.write(LSM6DSL, 0x12, 0x0C)
+    spi.write(LPS22HB, 0x10, 0x01)
+    return spi
+
+
+def test_the_parts_say_who_they_are() -> None:
+    spi = three_wire(CommBench())
+    assert spi.read(LSM6DSL, 0x0F) == b"\x6a"
+    assert spi.read(LIS2MDL, 0x4F) == b"\x40"
+    assert spi.read(LPS22HB, 0x0F) == b"\xb1"
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    st.sampled_from([(LIS2MDL, 0x45), (LSM6DSL, 0x0D), (LPS22HB, 0x0C)]),
+    st.binary(min_size=1, max_size=4),
+    st.integers(1, 12),
+    delays,
+)
+def test_three_wire_bytes_are_the_parts_own(
+    where: tuple[tuple[str, int], int], data: bytes, count: int, delays: list[int]
+) -> None:
+    """The oracle: the same messages given to :class:`SpiTarget` in one piece."""
+    pin, register = where
+    spi = three_wire(CommBench(delays))
+    spi.write(pin, register, *data)
+    seen = spi.read(pin, register, count)
+    board = Board(profile="fcu001v1", ideal=True)
+    part = board.sensors.parts[(LSM6DSL, LIS2MDL, LPS22HB).index(pin)]
+    target = SpiTarget(part, lambda: 0)
+    for message in (
+        b"\x12\x0c" if pin == LSM6DSL else b"\x10\x01" if pin == LPS22HB else b"",
+        bytes([register]) + data,
+    ):
+        target.select()
+        target.write(message, 3)
+    target.select()
+    target.write(bytes([register | 0x80]), 3)
+    assert seen == target.read(count, 3, 3)
+
+
+def test_a_byte_takes_eight_periods_of_2_625_mhz() -> None:
+    """Board facts 2.1: 42 MHz / 16. BSY and RXNE show it; firmware that polls needs no event."""
+    bench = CommBench()
+    spi = three_wire(bench)
+    assert bench.spi_bus.speed_hz == 2_625_000
+    bench.write(bench.spi2, DR, 0x00)
+    start_ps = bench.clock.now_ps
+    assert bench.spi2.next_change_ps() == start_ps + BYTE_PS
+    assert bench.clock.next_ps == NEVER_PS
+    assert bench.read(bench.spi2, SR) & (TXE | BSY) == TXE | BSY
+    bench.write(bench.spi2, DR, 0x00)
+    assert bench.read(bench.spi2, SR) & (TXE | BSY) == BSY
+    bench.clock.advance_to(start_ps + BYTE_PS)
+    assert bench.spi2.read(SR) & (TXE | BSY) == TXE | BSY
+    bench.clock.advance_to(start_ps + 2 * BYTE_PS)
+    assert bench.spi2.read(SR) == TXE
+    assert spi.read(LIS2MDL, 0x4F) == b"\x40"
+
+
+def test_a_message_is_recorded_from_edge_to_edge_of_its_chip_select() -> None:
+    bench = CommBench()
+    spi = three_wire(bench)
+    bench.trace.record_all()
+    start_ps = bench.clock.now_ps
+    spi.read(LIS2MDL, 0x4F)
+    (event,) = bench.trace.of(BusTransfer)
+    assert (event.bus, event.device, event.register) == ("SPI2", "LIS2MDL", "WHO_AM_I")
+    assert (event.written, event.read) == (b"\xcf", b"\x40")
+    assert event.t_ps == start_ps
+    assert 2 * BYTE_PS < event.end_ps - start_ps < 3 * BYTE_PS
+
+
+def test_one_pulse_of_spe_is_one_byte_however_long_it_is() -> None:
+    bench = CommBench()
+    spi = three_wire(bench)
+    bench.gpio.write(*LIS2MDL, 0)
+    spi._send(0x4F | 0x80)
+    bench.write(bench.spi2, CR1, THREE_WIRE)
+    for pulse_ps in (PS_PER_US, PS_PER_MS):
+        bench.write(bench.spi2, CR1, THREE_WIRE | SPE)
+        assert not bench.read(bench.spi2, SR) & BSY
+        bench.wait(pulse_ps)
+        bench.write(bench.spi2, CR1, THREE_WIRE)
+        bench.poll(bench.spi2, SR, RXNE)
+        bench.read(bench.spi2, DR)
+        bench.wait(PS_PER_MS)
+        assert not bench.read(bench.spi2, SR) & (RXNE | OVR)
+
+
+def test_with_spe_held_each_read_of_dr_starts_the_next_byte() -> None:
+    bench = CommBench()
+    spi = three_wire(bench)
+    spi.write(LIS2MDL, 0x45, 1, 2, 3, 4)
+    bench.gpio.write(*LIS2MDL, 0)
+    spi._send(0x45 | 0x80)
+    bench.write(bench.spi2, CR1, THREE_WIRE)
+    bench.write(bench.spi2, CR1, THREE_WIRE | SPE)
+    received = []
+    for _ in range(4):
+        bench.poll(bench.spi2, SR, RXNE)
+        received.append(bench.read(bench.spi2, DR))
+    assert received == [1, 2, 3, 4]
+
+
+# -- full duplex ----------------------------------------------------------------------------------------
+
+
+def four_wire(bench: CommBench, extra: int = 0) -> None:
+    """The LIS2MDL on four wires (CFG_REG_C.4WSPI), then SPI2 in full duplex."""
+    spi = StSpi(bench)
+    spi.write(LIS2MDL, 0x62, 0x04)
+    bench.write(bench.spi2, CR1, 0)
+    bench.write(bench.spi2, CR1, FULL_DUPLEX | extra | SPE)
+
+
+def exchange(bench: CommBench, data: bytes) -> bytes:
+    """HAL_SPI_TransmitReceive, polled."""
+    received = bytearray()
+    for value in data:
+        bench.poll(bench.spi2, SR, TXE)
+        bench.write(bench.spi2, DR, value)
+        bench.poll(bench.spi2, SR, RXNE)
+        received.append(bench.read(bench.spi2, DR))
+    bench.poll_clear(bench.spi2, SR, BSY)
+    return bytes(received)
+
+
+def test_full_duplex_reads_what_the_board_s_master_reads() -> None:
+    bench = CommBench()
+    four_wire(bench)
+    bench.gpio.write(*LIS2MDL, 0)
+    assert exchange(bench, b"\xcf\0")[1:] == b"\x40"
+    bench.gpio.write(*LIS2MDL, 1)
+    bench.gpio.write(*LIS2MDL, 0)
+    exchange(bench, b"\x45\x11\x22\x33")
+    bench.gpio.write(*LIS2MDL, 1)
+    bench.gpio.write(*LIS2MDL, 0)
+    assert exchange(bench, b"\xc5\0\0\0")[1:] == b"\x11\x22\x33"
+
+
+def test_a_received_frame_that_is_not_read_is_an_overrun() -> None:
+    """20.3.10: the frame that comes later is lost; DR, then SR clears OVR."""
+    bench = CommBench()
+    four_wire(bench)
+    bench.gpio.write(*LIS2MDL, 0)
+    for value in (0xCF, 0):
+        bench.poll(bench.spi2, SR, TXE)
+        bench.write(bench.spi2, DR, value)
+    bench.wait(PS_PER_MS)
+    assert bench.read(bench.spi2, SR) & (RXNE | OVR) == RXNE | OVR
+    assert bench.read(bench.spi2, DR) == 0xFF  # the first: nobody drives MISO during the command
+    assert bench.read(bench.spi2, SR) & (RXNE | OVR) == OVR
+    assert bench.read(bench.spi2, SR) & (RXNE | OVR) == 0
+
+
+def test_sixteen_bits_are_two_bytes_the_upper_one_first() -> None:
+    bench = CommBench()
+    four_wire(bench, DFF)
+    bench.gpio.write(*LIS2MDL, 0)
+    bench.write(bench.spi2, DR, 0xCF00)
+    assert bench.spi2.next_change_ps() - bench.clock.now_ps == 2 * BYTE_PS
+    bench.poll(bench.spi2, SR, RXNE)
+    assert bench.read(bench.spi2, DR) & 0xFF == 0x40
+
+
+def test_lsb_first_turns_every_byte_round() -> None:
+    bench = CommBench()
+    four_wire(bench, LSBFIRST)
+    bench.gpio.write(*LIS2MDL, 0)
+    assert exchange(bench, b"\xf3\0")[1:] == b"\x02"  # 0xCF and 0x40 mirrored
+
+
+@pytest.mark.parametrize("mode", [1, 2])
+def test_a_part_does_not_understand_modes_1_and_2(mode: int) -> None:
+    bench = CommBench()
+    four_wire(bench)
+    bench.write(bench.spi2, CR1, 0)
+    bench.write(bench.spi2, CR1, FULL_DUPLEX & ~3 | mode | SPE)
+    assert bench.spi_bus.mode == mode
+    bench.gpio.write(*LIS2MDL, 0)
+    assert exchange(bench, b"\xcf\0")[1:] == b"\xff"
+
+
+def test_interrupts_drive_a_full_duplex_message() -> None:
+    """HAL_SPI_TransmitReceive_IT."""
+    bench = CommBench()
+    four_wire(bench)
+    bench.gpio.write(*LIS2MDL, 0)
+    out, received = [0xCF, 0, 0], bytearray()
+
+    def handler() -> None:
+        status = bench.read(bench.spi2, SR)
+        if status & RXNE:
+            received.append(bench.read(bench.spi2, DR))
+        elif status & TXE and out:
+            bench.write(bench.spi2, DR, out.pop(0))
+            if not out:
+                bench.modify(bench.spi2, CR2, clear=TXEIE)
+
+    bench.modify(bench.spi2, CR2, set_bits=TXEIE | RXNEIE)
+    bench.serve(SPI2_IRQ, handler, lambda: len(received) == 3)
+    assert received[1] == 0x40
+
+
+def test_dma_moves_a_message_both_ways() -> None:
+    """HAL_SPI_TransmitReceive_DMA: DMA1 streams 3 and 4, channel 0 (RM0368 table 28)."""
+    bench = CommBench()
+    four_wire(bench)
+    bench.gpio.write(*LIS2MDL, 0)
+    bench.memory.ram[:4] = b"\xcf\0\0\0"
+    for stream, address, direction in [(3, RAM + 0x40, 0), (4, RAM, 1 << 6)]:
+        base = 0x10 + 0x18 * stream
+        for offset, value in [(4, 4), (8, 0x4000_380C), (12, address)]:
+            bench.write(bench.dma1, base + offset, value)
+        bench.write(bench.dma1, base, direction | 1 << 10 | 1)
+    bench.modify(bench.spi2, CR2, set_bits=RXDMAEN)
+    bench.modify(bench.spi2, CR2, set_bits=TXDMAEN)
+    bench.wait(5 * BYTE_PS)
+    assert bench.memory.ram[0x41] == 0x40
+    assert bench.dma1.read(0) >> 22 & 0x20
+    assert not bench.read(bench.spi2, SR) & (OVR | BSY)
+
+
+# -- what goes wrong ------------------------------------------------------------------------------------
+
+
+def test_two_chip_selects_low_at_once_are_told() -> None:
+    bench = CommBench()
+    spi = three_wire(bench)
+    bench.gpio.write(*LSM6DSL, 0)
+    spi.read(LIS2MDL, 0x4F)
+    assert any("PA8 and PB12 are low at once" in text for text in bench.notes())
+
+
+def test_a_chip_select_that_rises_too_early_cuts_the_byte_off() -> None:
+    """Firmware that does not wait for BSY."""
+    bench = CommBench()
+    spi = three_wire(bench)
+    bench.gpio.write(*LIS2MDL, 0)
+    spi._send(0x45)
+    bench.write(bench.spi2, DR, 0x77)
+    bench.gpio.write(*LIS2MDL, 1)
+    bench.wait(PS_PER_MS)
+    assert spi.read(LIS2MDL, 0x45) == b"\0"
+
+
+def test_a_byte_that_has_ended_before_the_edge_is_the_part_s_even_if_nobody_looked() -> None:
+    """Firmware that waits by counting instead of by BSY: only time passes between DR and the edge."""
+    bench = CommBench()
+    spi = three_wire(bench)
+    bench.gpio.write(*LIS2MDL, 0)
+    spi._send(0x45)
+    bench.write(bench.spi2, DR, 0x77)
+    bench.clock.now_ps += 2 * BYTE_PS  # as the core does: it stops for events only
+    bench.gpio.write(*LIS2MDL, 1)
+    assert spi.read(LIS2MDL, 0x45) == b"\x77"
+
+
+def test_a_master_whose_nss_is_low_has_a_mode_fault() -> None:
+    """20.3.10: MODF clears SPE and MSTR; it is cleared by SR, then a write of CR1."""
+    bench = CommBench()
+    bench.write(bench.spi2, CR1, SSM | MSTR | SPE)
+    assert bench.read(bench.spi2, SR) & MODF
+    assert not bench.read(bench.spi2, CR1) & (SPE | MSTR)
+    bench.write(bench.spi2, CR1, SSM | SSI | MSTR)
+    assert not bench.read(bench.spi2, SR) & MODF
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        (SSM | SSI | SPE, "slave mode"),
+        (SSM | SSI | MSTR | SPE, "SCK runs at 21 MHz"),
+        (SSM | SSI | MSTR | 1 << 13, "CRC"),
+    ],
+)
+def test_what_is_not_there_or_too_fast_is_told(value: int, words: str) -> None:
+    bench = CommBench()
+    bench.write(bench.spi2, CR1, value)
+    assert any(words in text for text in bench.notes())
+
+
+def test_pins_that_were_not_switched_leave_everybody_deaf() -> None:
+    bench = CommBench()
+    bench.gpio.set_alternate("B", 15, None)
+    assert three_wire(bench).read(LIS2MDL, 0x4F) == b"\xff"
+    assert any("PB15 to AF5" in text for text in bench.notes())
+
+
+def test_an_absent_bluenrg_answers_nothing_and_keeps_its_interrupt_low() -> None:
+    """Board facts, section 9: firmware must see a header other than 0x02, and PA4 low."""
+    bench = CommBench()
+    spi1 = bench.blocks.spi1
+    bench.write(spi1, CR1, SSM | SSI | MSTR | 2 << 3 | SPE)
+    bench.gpio.init_output("B", 0)
+    for value in (0x0B, 0, 0, 0, 0):
+        bench.poll(spi1, SR, TXE)
+        bench.write(spi1, DR, value)
+        bench.poll(spi1, SR, RXNE)
+        assert bench.read(spi1, DR) == 0xFF
+    assert bench.gpio.reads("A", 4) == 0
+    assert [note.device for note in bench.trace.of(DeviceNote)] == ["BlueNRG"]
+
+
+def test_bidirectional_bits_are_those_of_the_manual() -> None:
+    """20.5.1; the values of CR1 seen on the board are 0x831F, 0xC31F and 0xC35F."""
+    assert (THREE_WIRE & BIDIMODE, THREE_WIRE | BIDIOE, THREE_WIRE | BIDIOE | SPE) == (0x8000, 0xC31F, 0xC35F)

@@ -1,0 +1,244 @@
+"""FLASH, PWR, CRC, DBGMCU, RTC and the memory map (RM0368 sections 2 to 5, 17, 23, 24)."""
+
+from __future__ import annotations
+
+import binascii
+import struct
+from datetime import UTC, datetime, timedelta
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from emulator.arm.peripherals.dbgmcu import SYSTEM_MEMORY, system_memory
+from emulator.arm.peripherals.named import NOT_MODELLED
+from emulator.arm.peripherals.system_blocks import SystemBlocks
+from emulator.clock import PS_PER_MS, PS_PER_S, PS_PER_US
+from tests.arm.chip_fakes import Chip
+
+ACR, KEYR, SR, CR = 0x00, 0x04, 0x0C, 0x10
+RCC_CSR = 0x74
+KEYS = (0x4567_0123, 0xCDEF_89AB)
+LSION, RTC_ON_LSI = 1, 1 << 15 | 2 << 8
+RTC_TR, RTC_DR, RTC_ISR, RTC_PRER, RTC_WPR, RTC_SSR, BKP0R = 0x00, 0x04, 0x0C, 0x10, 0x24, 0x28, 0x50
+INIT, INITF, RSF = 1 << 7, 1 << 6, 1 << 5
+
+
+@pytest.fixture
+def chip() -> Chip:
+    return Chip()
+
+
+@pytest.fixture
+def blocks(chip: Chip) -> SystemBlocks:
+    return SystemBlocks(chip.soc)
+
+
+# -- the map ------------------------------------------------------------------------------------------------
+
+
+def test_no_two_blocks_overlap(blocks: SystemBlocks) -> None:
+    """RM0368 table 1."""
+    places = sorted((block.base, block.base + block.size, block.name) for block in blocks)
+    assert all(end <= begin for (_, end, _), (begin, _, _) in pairwise(places))
+    assert len({name for *_, name in places}) == len(places)
+
+
+def test_every_register_has_a_name_and_its_reset_value(blocks: SystemBlocks) -> None:
+    for block in blocks:
+        missing = [hex(offset) for offset in block.registers if offset not in block.NAMES]
+        assert (block.name, missing) == (block.name, [])
+
+
+def test_a_reset_gives_every_block_its_first_state_back(blocks: SystemBlocks) -> None:
+    """But for what outlives it: the RTC, and RCC's reset flags, which RMVF clears for good."""
+    before = {block.name: dict(block.registers) for block in blocks}
+    for block in blocks:
+        for offset in block.NAMES:
+            if block.name not in {"WWDG", "IWDG", "RTC"} and (block.name, offset) != ("RCC", RCC_CSR):
+                block.write(offset, 0x1111_1111)
+    for block in blocks:
+        block.reset()
+    assert {block.name: dict(block.registers) for block in blocks} == before
+
+
+@pytest.mark.parametrize("name", NOT_MODELLED)
+def test_a_block_that_is_not_modelled_says_so_once(chip: Chip, blocks: SystemBlocks, name: str) -> None:
+    block = next(one for one in blocks.named if one.name == name)
+    assert [block.read(0), block.read(4)] == [0, 0]
+    block.write(0, 1)
+    assert len(chip.notes()) == 2
+
+
+# -- flash --------------------------------------------------------------------------------------------------
+
+
+def test_the_latency_reads_back_after_a_byte_write(blocks: SystemBlocks) -> None:
+    """Board facts, section 1: ACR 0x700, then a byte write of 2."""
+    blocks.flash.write(ACR, 0x700)
+    blocks.flash.write(ACR, 0x02, 0xFF)
+    assert blocks.flash.read(ACR) == 0x702
+
+
+def test_too_few_wait_states_are_told_when_they_last(chip: Chip, blocks: SystemBlocks) -> None:
+    """RM0368 table 5: 84 MHz needs 2 wait states at 2.7 to 3.6 V."""
+    blocks.pwr.write(0, 0)
+    rcc = blocks.rcc
+    rcc.write(0x04, 0x0741_5410 & ~(1 << 22))  # from HSI
+    rcc.write(0x00, rcc.read(0x00) | 1 << 24)
+    chip.run_for(PS_PER_MS)
+    rcc.write(0x08, 0x1002)
+    blocks.flash.write(ACR, 1)
+    chip.run_for(2 * PS_PER_MS)
+    assert chip.notes() == [("forbidden", "ACR.LATENCY = 1 at HCLK = 84 MHz; the flash needs 2 wait states")]
+
+
+def test_flash_control_needs_both_keys(chip: Chip, blocks: SystemBlocks) -> None:
+    """RM0368 3.6.1."""
+    flash = blocks.flash
+    flash.write(CR, 1 << 1)
+    assert flash.read(CR) == 1 << 31
+    for key in KEYS:
+        flash.write(KEYR, key)
+    flash.write(CR, 1 << 1)
+    assert flash.read(CR) == 1 << 1
+    flash.write(CR, 1 << 31)
+    assert flash.read(CR) >> 31
+
+
+def test_a_wrong_key_locks_until_reset(blocks: SystemBlocks) -> None:
+    flash = blocks.flash
+    for key in (KEYS[0], 5, *KEYS):
+        flash.write(KEYR, key)
+    assert flash.read(CR) >> 31
+    flash.reset()
+    for key in KEYS:
+        flash.write(KEYR, key)
+    assert not flash.read(CR) >> 31
+
+
+def test_an_erase_is_told_and_fails_visibly(chip: Chip, blocks: SystemBlocks) -> None:
+    flash = blocks.flash
+    for key in KEYS:
+        flash.write(KEYR, key)
+    flash.write(CR, 1 << 25 | 1 << 1)
+    flash.write(CR, 1 << 25 | 1 << 16 | 1 << 1)
+    assert flash.read(SR) == 1 << 4 | 1 << 1
+    assert chip.irq.level(4)
+    assert chip.notes() == [("not modelled", "CR.STRT: sector erase; the memory keeps its contents")]
+    flash.write(SR, 0x12)
+    assert flash.read(SR) == 0
+    assert not chip.irq.level(4)
+
+
+# -- power, CRC, identity -----------------------------------------------------------------------------------
+
+
+def test_power_control(chip: Chip, blocks: SystemBlocks) -> None:
+    """RM0368 5.4.1: CWUF and CSBF read 0; VOSRDY is set; low-power modes are told."""
+    blocks.pwr.write(0, 0x8100 | 0xC)
+    assert blocks.pwr.read(0) == 0x8100
+    assert blocks.pwr.read(4) == 1 << 14
+    assert blocks.pwr.backup_writable
+    blocks.pwr.write(0, 2)
+    assert chip.notes()[0][0] == "not modelled"
+
+
+@given(st.lists(st.integers(0, 0xFFFF_FFFF), max_size=8))
+def test_crc_is_the_ethernet_polynomial_without_reflection(words: list[int]) -> None:
+    """RM0368 4.2: against the standard library, whose CRC-32 is reflected and inverted."""
+    crc = SystemBlocks(Chip().soc).crc
+    crc.write(0x08, 1)
+    for word in words:
+        crc.write(0x00, word)
+    reflected = b"".join(int(f"{word:032b}"[::-1], 2).to_bytes(4, "little") for word in words)
+    expected = int(f"{binascii.crc32(reflected) ^ 0xFFFF_FFFF:032b}"[::-1], 2)
+    assert crc.read(0x00) == expected
+
+
+def test_crc_reset_and_its_byte_of_storage(blocks: SystemBlocks) -> None:
+    blocks.crc.write(0x00, 1)
+    blocks.crc.write(0x04, 0x1AB)
+    blocks.crc.write(0x08, 1)
+    assert (blocks.crc.read(0x00), blocks.crc.read(0x04)) == (0xFFFF_FFFF, 0xAB)
+
+
+def test_identity() -> None:
+    """RM0368 23.6.1: STM32F401xB/C is device 0x423; section 24: flash size in KiB at 0x1FFF7A22."""
+    assert SystemBlocks(Chip().soc).dbgmcu.read(0) & 0xFFF == 0x423
+    memory = system_memory(7)
+    assert struct.unpack_from("<H", memory, 0x1FFF_7A22 - SYSTEM_MEMORY) == (256,)
+    assert memory[0x10:0x1C] != system_memory(8)[0x10:0x1C]
+
+
+# -- RTC ----------------------------------------------------------------------------------------------------
+
+
+def start_rtc(chip: Chip, blocks: SystemBlocks, time: int, date: int) -> None:
+    """On LSI, 128 * 250 cycles a second."""
+    blocks.pwr.write(0, 1 << 8)
+    blocks.rcc.write(0x74, LSION)
+    blocks.rcc.write(0x70, RTC_ON_LSI)
+    chip.run_for(15 * PS_PER_US)
+    rtc = blocks.rtc
+    for offset, value in ((RTC_WPR, 0xCA), (RTC_WPR, 0x53), (RTC_ISR, INIT), (RTC_PRER, 127 << 16 | 249)):
+        rtc.write(offset, value)
+    assert rtc.read(RTC_ISR) & INITF
+    for offset, value in ((RTC_TR, time), (RTC_DR, date), (RTC_ISR, 0), (RTC_WPR, 0xFF)):
+        rtc.write(offset, value)
+
+
+def test_the_calendar_runs(chip: Chip, blocks: SystemBlocks) -> None:
+    """RM0368 17.3: 28 February 2024 23:59:58, a Wednesday, is followed by the 29th."""
+    start_rtc(chip, blocks, 0x23_5958, 0x24_6228)
+    rtc = blocks.rtc
+    assert (rtc.read(RTC_TR), rtc.read(RTC_DR)) == (0x23_5958, 0x24_6228)
+    chip.run_for(PS_PER_S // 2)
+    assert rtc.read(RTC_SSR) == 249 - 125
+    chip.run_for(5 * PS_PER_S // 2)
+    assert (rtc.read(RTC_TR), rtc.read(RTC_DR)) == (0x00_0001, 0x24_8229)
+    assert rtc.read(RTC_ISR) & (RSF | 1 << 4) == RSF | 1 << 4
+
+
+@given(
+    st.datetimes(datetime(2000, 1, 1), datetime(2099, 12, 31)).map(lambda day: day.replace(tzinfo=UTC)),
+    st.integers(0, 10**6),
+)
+def test_the_calendar_agrees_with_the_standard_librarys(start: datetime, seconds: int) -> None:
+    chip = Chip()
+    blocks = SystemBlocks(chip.soc)
+    start = start.replace(microsecond=0)
+    bcd = {fmt: int(start.strftime(fmt), 16) for fmt in ("%H%M%S", "%y", "%m", "%d")}
+    date = bcd["%y"] << 16 | start.isoweekday() << 13 | bcd["%m"] << 8 | bcd["%d"]
+    start_rtc(chip, blocks, bcd["%H%M%S"], date)
+    chip.run_for(seconds * PS_PER_S)
+    seen = start + timedelta(seconds=seconds)
+    assert blocks.rtc.read(RTC_TR) == int(seen.strftime("%H%M%S"), 16)
+    shown = blocks.rtc.read(RTC_DR)
+    assert (shown >> 16, shown & 0x1F3F) == (int(seen.strftime("%y"), 16), int(seen.strftime("%m%d"), 16))
+    assert shown >> 13 & 7 == seen.isoweekday()
+
+
+def test_the_rtc_is_protected(chip: Chip, blocks: SystemBlocks) -> None:
+    """RM0368 17.3.5: DBP, then the keys; backup registers need DBP only."""
+    rtc = blocks.rtc
+    rtc.write(BKP0R, 5)
+    blocks.pwr.write(0, 1 << 8)
+    rtc.write(BKP0R, 7)
+    rtc.write(RTC_ISR, INIT)
+    assert (rtc.read(BKP0R), rtc.read(RTC_ISR) & INITF) == (7, 0)
+    rtc.write(RTC_WPR, 0xCA)
+    rtc.write(RTC_WPR, 0x53)
+    rtc.write(RTC_TR, 0x10)
+    assert rtc.read(RTC_TR) == 0
+    assert [what for what, _ in chip.notes()] == ["refused"] * 3
+
+
+def test_a_backup_reset_clears_what_a_system_reset_keeps(chip: Chip, blocks: SystemBlocks) -> None:
+    start_rtc(chip, blocks, 0x12_0000, 0x24_6228)
+    blocks.rtc.write(BKP0R, 42)
+    blocks.rtc.reset()
+    assert (blocks.rtc.read(BKP0R), blocks.rtc.read(RTC_TR)) == (42, 0x12_0000)
+    blocks.rcc.write(0x70, 1 << 16)
+    assert (blocks.rtc.read(BKP0R), blocks.rtc.read(RTC_DR)) == (0, 0x2101)

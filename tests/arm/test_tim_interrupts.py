@@ -1,0 +1,226 @@
+"""Timer interrupts: the lab's tick, late and lost ones, shared numbers, and what costs no event."""
+
+from __future__ import annotations
+
+import pytest
+
+from emulator.arm.peripherals.irq_line import IrqLine
+from emulator.arm.peripherals.tim import Timer
+from emulator.arm.peripherals.tim_variants import VARIANTS
+from emulator.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
+from emulator.trace import TickLate, TickLost
+from tests.arm.chip_fakes import Chip
+
+CR1, SMCR, DIER, SR, EGR, CNT, PSC, ARR = 0x00, 0x08, 0x0C, 0x10, 0x14, 0x24, 0x28, 0x2C
+UG = 1
+TIM9_IRQ = 24
+
+
+class Tick:
+    """TIM9 as the lab starts it: PSC and ARR, UG, UIE, CEN (HAL_TIM_Base_Init, HAL_TIM_Base_Start_IT)."""
+
+    def __init__(self, psc: int = 83, arr: int = 1249, *, start: bool = True) -> None:
+        self.chip = Chip()
+        self.lines = {number: IrqLine(self.chip.soc, number) for number in range(64)}
+        self.timers = {one.name: Timer(self.chip.soc, one, self.lines) for one in VARIANTS}
+        self.tim = self.timers["TIM9"]
+        if start:
+            for offset, value in ((ARR, arr), (PSC, psc), (EGR, UG), (DIER, 1), (CR1, 1)):
+                self.tim.write(offset, value)
+
+    def handle(self) -> None:
+        """What HAL_TIM_IRQHandler does: SR is cleared by a 0 in its bit."""
+        assert self.tim.read(SR) & 1
+        self.tim.write(SR, 0xFFFF_FFFE)
+
+
+@pytest.mark.parametrize(("psc", "arr", "rate_hz"), [(83, 1249, 800.0), (51, 1999, 807.692)])
+def test_the_labs_rates(psc: int, arr: int, rate_hz: float) -> None:
+    """Brief, "Timing": 84 MHz / 84 / 1250; ST's own 52 / 2000."""
+    assert Tick(psc, arr).tim.rate_hz == pytest.approx(rate_hz, abs=1e-3)
+
+
+def test_the_first_interrupt_comes_at_once() -> None:
+    """Board facts, section 3: UG sets UIF and HAL_TIM_Base_Start_IT does not clear it."""
+    tick = Tick()
+    assert tick.chip.irq.rises == [(0, TIM9_IRQ)]
+    tick.handle()
+    tick.chip.run_to(PS_PER_S // 800)
+    assert tick.chip.irq.rises == [(0, TIM9_IRQ), (PS_PER_S // 800, TIM9_IRQ)]
+
+
+def test_update_by_software_is_silent_with_urs() -> None:
+    """RM0368 12.4.1: with URS only an overflow sets UIF."""
+    tick = Tick(start=False)
+    tick.tim.write(CR1, 4)
+    tick.tim.write(EGR, UG)
+    assert tick.tim.read(SR) == 0
+
+
+def test_800_ticks_a_second() -> None:
+    tick = Tick()
+    tick.handle()
+    while tick.chip.clock.next_ps <= PS_PER_S:
+        tick.chip.run_to(tick.chip.clock.next_ps)
+        tick.handle()
+    assert (tick.tim.ticks, tick.tim.late, tick.tim.lost) == (801, 0, 0)
+
+
+def test_a_late_handler_is_counted() -> None:
+    tick = Tick()
+    tick.chip.run_to(300 * PS_PER_US)
+    tick.handle()
+    assert (tick.tim.ticks, tick.tim.late, tick.tim.lost) == (1, 1, 0)
+    assert tick.tim.longest_wait_ps == 300 * PS_PER_US
+    assert tick.chip.trace.of(TickLate) == [TickLate(300 * PS_PER_US, "TIM9", 300 * PS_PER_US)]
+
+
+def test_a_prompt_handler_is_not_late() -> None:
+    tick = Tick()
+    tick.chip.run_to(10 * PS_PER_US)
+    tick.handle()
+    assert tick.tim.late == 0
+
+
+def test_ticks_that_find_the_flag_set_are_lost() -> None:
+    """Brief, "Timing": the board must show an overrun. 1.25 ms period, handler after 4 ms: 3 lost."""
+    tick = Tick()
+    tick.chip.run_to(4 * PS_PER_MS)
+    tick.handle()
+    assert (tick.tim.ticks, tick.tim.lost) == (4, 3)
+    assert tick.chip.trace.of(TickLost) == [TickLost(4 * PS_PER_MS, "TIM9", 3)]
+    tick.chip.run_to(5 * PS_PER_MS)
+    assert tick.chip.irq.rises[-1] == (5 * PS_PER_MS, TIM9_IRQ)
+
+
+def test_a_handler_that_never_comes_costs_no_events() -> None:
+    tick = Tick(psc=0, arr=9)
+    tick.chip.run_to(PS_PER_MS)
+    assert tick.chip.clock.next_ps == NEVER_PS
+    tick.handle()
+    assert tick.tim.lost == 8400
+
+
+def test_ticks_are_not_lost_while_the_interrupt_is_off() -> None:
+    tick = Tick()
+    tick.tim.write(DIER, 0)
+    tick.chip.run_to(10 * PS_PER_MS)
+    tick.tim.write(SR, 0)
+    assert (tick.tim.ticks, tick.tim.lost) == (1, 0)
+
+
+def test_a_free_running_timer_schedules_nothing_and_still_counts() -> None:
+    tick = Tick(start=False)
+    tim2 = tick.timers["TIM2"]
+    tim2.write(PSC, 20)
+    tim2.write(EGR, UG)
+    tim2.write(CR1, 1)
+    assert tick.chip.clock.next_ps == NEVER_PS
+    tick.chip.run_to(PS_PER_S)
+    assert tim2.read(CNT) == 4_000_000
+
+
+def test_a_poll_of_the_flag_can_be_skipped_to_its_time() -> None:
+    tick = Tick(start=False)
+    for offset, value in ((ARR, 1249), (PSC, 83), (EGR, UG), (SR, 0), (CR1, 1)):
+        tick.tim.write(offset, value)
+    tick.tim.write(SR, 0)
+    assert tick.tim.pure_read(SR)
+    assert not tick.tim.pure_read(CNT)
+    tick.chip.run_to(tick.tim.next_change_ps() - 1)
+    assert tick.tim.read(SR) == 0
+    while not tick.tim.read(SR) & 1:
+        tick.chip.run_to(tick.tim.next_change_ps())
+    assert tick.chip.clock.now_ps == PS_PER_S // 800
+
+
+def test_another_clock_keeps_the_count() -> None:
+    """After the switch from 16 to 84 MHz the counter goes on from where it was."""
+    tick = Tick(start=False)
+    tick.chip.clocks.set(timer1_hz=16_000_000)
+    tim3 = tick.timers["TIM3"]
+    tim3.write(CR1, 1)
+    tick.chip.run_to(100 * PS_PER_US)
+    tick.chip.clocks.set(timer1_hz=84_000_000)
+    assert tim3.read(CNT) == 1600
+    tick.chip.run_for(100 * PS_PER_US)
+    assert tim3.read(CNT) == 10_000
+
+
+@pytest.mark.parametrize(
+    ("name", "number"),
+    [
+        ("TIM1", 25),
+        ("TIM2", 28),
+        ("TIM3", 29),
+        ("TIM4", 30),
+        ("TIM5", 50),
+        ("TIM9", 24),
+        ("TIM10", 25),
+        ("TIM11", 26),
+    ],
+)
+def test_update_interrupt_numbers(name: str, number: int) -> None:
+    """RM0368 table 38."""
+    tick = Tick(start=False)
+    tick.timers[name].write(EGR, UG)
+    tick.timers[name].write(DIER, 1)
+    assert tick.chip.irq.rises == [(0, number)]
+
+
+def test_two_timers_share_a_number() -> None:
+    """TIM1_UP and TIM10 are both 25: the line is active until both are served."""
+    tick = Tick(start=False)
+    for name in ("TIM1", "TIM10"):
+        tick.timers[name].write(EGR, UG)
+        tick.timers[name].write(DIER, 1)
+    tick.timers["TIM1"].write(SR, 0)
+    assert tick.chip.irq.level(25)
+    tick.timers["TIM10"].write(SR, 0)
+    assert not tick.chip.irq.level(25)
+
+
+def test_one_pulse_stops_after_one_update() -> None:
+    """RM0368 12.3.10."""
+    tick = Tick(start=False)
+    for offset, value in ((ARR, 99), (PSC, 83), (EGR, UG), (SR, 0), (DIER, 1), (CR1, 9)):
+        tick.tim.write(offset, value)
+    tick.chip.run_to(PS_PER_MS)
+    assert len(tick.chip.irq.rises) == 1
+    assert tick.tim.read(CR1) == 8
+    assert tick.tim.read(CNT) == 0
+
+
+def test_update_requests_go_to_dma() -> None:
+    """RM0368 table 28: TIM4_UP."""
+    tick = Tick(start=False)
+    tim4 = tick.timers["TIM4"]
+    for offset, value in ((ARR, 83), (DIER, 1 << 8), (CR1, 1)):
+        tim4.write(offset, value)
+    tick.chip.run_to(3 * PS_PER_US)
+    assert tick.chip.dma.requests == [(k * PS_PER_US, "TIM4_UP") for k in (1, 2, 3)]
+
+
+def test_reset_stops_and_lowers_the_interrupt() -> None:
+    tick = Tick()
+    tick.tim.reset()
+    assert not tick.chip.irq.level(TIM9_IRQ)
+    assert tick.tim.read(ARR) == 0xFFFF
+    assert tick.chip.clock.next_ps == NEVER_PS
+
+
+def test_slave_mode_is_told() -> None:
+    tick = Tick(start=False)
+    tick.timers["TIM3"].write(SMCR, 0)
+    assert tick.chip.notes() == []
+    tick.timers["TIM3"].write(SMCR, 3)
+    assert tick.chip.notes()[0][0] == "not modelled"
+
+
+def test_registers_a_timer_does_not_have_read_zero() -> None:
+    """RM0368 14.5: TIM10 has one channel and counts up only."""
+    tick = Tick(start=False)
+    tim10 = tick.timers["TIM10"]
+    tim10.write(0x38, 5)
+    tim10.write(CR1, 0x70)
+    assert (tim10.read(0x38), tim10.read(CR1)) == (0, 0)

@@ -1,0 +1,338 @@
+"""USART1 driven as HAL V1.6.0 drives it; what reaches the terminal, and when (RM0368 section 19)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from fractions import Fraction
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from emulator.arm.peripherals.usart import (
+    BRR,
+    CR1,
+    CR2,
+    CR3,
+    DMAR,
+    DMAT,
+    DR,
+    IDLE,
+    IDLEIE,
+    ORE,
+    OVER8,
+    RE,
+    RXNE,
+    RXNEIE,
+    SR,
+    TC,
+    TCIE,
+    TE,
+    TXE,
+    TXEIE,
+    UE,
+)
+from emulator.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
+from emulator.trace import TerminalBytes
+from tests.arm.comm_bench import ACCESS_PS, RAM, CommBench
+
+USART1_IRQ, DMA2_STREAM7_IRQ = 37, 70
+FRAME_PS = Fraction(10 * 729 * PS_PER_S, 84_000_000)  # BRR 0x2D9 (board facts, section 4)
+delays = st.lists(st.sampled_from([0, 0, 20 * PS_PER_US, 200 * PS_PER_US]), max_size=60)
+
+
+def started(delays: Iterable[int] = (), brr: int = 0x2D9, cr1: int = 0) -> CommBench:
+    """After HAL_UART_Init: 115200 8N1, transmitter and receiver on."""
+    bench = CommBench(delays)
+    bench.write(bench.usart1, BRR, brr)
+    bench.write(bench.usart1, CR1, TE | RE | cr1)
+    bench.write(bench.usart1, CR1, UE | TE | RE | cr1)
+    return bench
+
+
+def send(bench: CommBench, value: int) -> None:
+    bench.poll(bench.usart1, SR, TXE)
+    bench.write(bench.usart1, DR, value)
+
+
+def frame_ps(bench: CommBench) -> int:
+    """The time of a frame sent on the idle line: TXE comes back at once, TC at its end."""
+    send(bench, 0x55)
+    return bench.usart1.next_change_ps() - bench.clock.now_ps
+
+
+def transmit(bench: CommBench, data: bytes) -> None:
+    """HAL_UART_Transmit."""
+    for value in data:
+        send(bench, value)
+    bench.poll(bench.usart1, SR, TC)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.binary(min_size=1, max_size=30), delays)
+def test_a_polled_transmit_delivers_every_byte_in_order(data: bytes, delays: list[int]) -> None:
+    bench = started(delays)
+    transmit(bench, data)
+    assert bench.board.terminal.text == data.decode("latin-1")
+
+
+def test_frames_follow_one_another_without_a_gap_and_without_drift() -> None:
+    bench = started()
+    bench.trace.record_all()
+    transmit(bench, bytes(100))
+    starts = [event.t_ps for event in bench.trace.of(TerminalBytes)]
+    assert starts == [starts[0] + int(number * FRAME_PS) for number in range(100)]
+    done_ps = starts[0] + int(100 * FRAME_PS)
+    assert done_ps <= bench.clock.now_ps < done_ps + 2 * ACCESS_PS
+
+
+def test_the_flags_before_during_and_after_two_bytes() -> None:
+    """19.3.2: TXE with the byte in the shift register, TC with the line idle."""
+    bench = started()
+    assert bench.read(bench.usart1, SR) & (TXE | TC) == TXE | TC
+    bench.write(bench.usart1, DR, 0x41)
+    first_ps = bench.clock.now_ps
+    assert bench.read(bench.usart1, SR) & (TXE | TC) == TXE
+    bench.write(bench.usart1, DR, 0x42)
+    assert bench.read(bench.usart1, SR) & (TXE | TC) == 0
+    assert bench.usart1.next_change_ps() == first_ps + int(FRAME_PS)
+    bench.clock.advance_to(first_ps + int(FRAME_PS))
+    assert bench.usart1.read(SR) & (TXE | TC) == TXE
+    bench.clock.advance_to(first_ps + int(2 * FRAME_PS) - 1)
+    assert bench.usart1.read(SR) & (TXE | TC) == TXE
+    bench.clock.advance_to(first_ps + int(2 * FRAME_PS))
+    assert bench.usart1.read(SR) & (TXE | TC) == TXE | TC
+    assert bench.usart1.next_change_ps() == NEVER_PS
+
+
+def test_tc_is_cleared_by_writing_zero_to_it() -> None:
+    """19.6.1; HAL_UART_Transmit_DMA clears it so before it enables DMAT."""
+    bench = started()
+    bench.write(bench.usart1, SR, ~TC)
+    assert bench.read(bench.usart1, SR) & (TXE | TC) == TXE
+    transmit(bench, b"x")
+
+
+def test_tc_stays_where_sr_was_not_read_before_dr_was_written() -> None:
+    """19.6.1: the sequence that clears it is a read of SR, then a write of DR."""
+    bench = started()
+    bench.write(bench.usart1, DR, 0x41)
+    assert bench.read(bench.usart1, SR) & TC
+    bench.wait(PS_PER_MS)
+    bench.write(bench.usart1, DR, 0x42)
+    assert not bench.read(bench.usart1, SR) & TC
+
+
+def test_polled_sending_schedules_no_event() -> None:
+    bench = started()
+    transmit(bench, b"Hello")
+    assert bench.clock.next_ps == NEVER_PS
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.binary(min_size=1, max_size=30))
+def test_an_interrupt_driven_transmit(data: bytes) -> None:
+    """HAL_UART_Transmit_IT: TXEIE for each byte, then TCIE."""
+    bench = started()
+    left, done = list(data), list[int]()
+
+    def handler() -> None:
+        status = bench.read(bench.usart1, SR)
+        control = bench.read(bench.usart1, CR1)
+        if status & TXE and control & TXEIE:
+            bench.write(bench.usart1, DR, left.pop(0))
+            if not left:
+                bench.modify(bench.usart1, CR1, set_bits=TCIE, clear=TXEIE)
+        elif status & TC and control & TCIE:
+            bench.modify(bench.usart1, CR1, clear=TCIE)
+            done.append(bench.clock.now_ps)
+
+    bench.modify(bench.usart1, CR1, set_bits=TXEIE)
+    bench.serve(USART1_IRQ, handler, lambda: bool(done))
+    assert bench.board.terminal.text == data.decode("latin-1")
+    assert not bench.irq.level(USART1_IRQ)
+
+
+def test_the_transmit_interrupts_come_exactly_when_the_flags_do() -> None:
+    bench = started()
+    send(bench, 1)
+    start_ps = bench.clock.now_ps
+    send(bench, 2)
+    bench.modify(bench.usart1, CR1, set_bits=TXEIE)
+    bench.wait(PS_PER_MS)
+    bench.modify(bench.usart1, CR1, clear=TXEIE)
+    send(bench, 3)
+    last_ps = bench.clock.now_ps
+    bench.modify(bench.usart1, CR1, set_bits=TCIE)
+    bench.wait(PS_PER_MS)
+    times = [time for time, number in bench.irq.rises if number == USART1_IRQ]
+    assert times == [start_ps + int(FRAME_PS), last_ps + int(FRAME_PS)]
+
+
+def test_a_transmit_by_dma() -> None:
+    """HAL_UART_Transmit_DMA: DMA2 stream 7 channel 4 (RM0368 table 29)."""
+    bench = started()
+    text = b"Pitch: 0.000000 deg"
+    bench.memory.ram[: len(text)] = text
+    stream = 0x10 + 0x18 * 7
+    for offset, value in [(4, len(text)), (8, 0x4001_1004), (12, RAM)]:
+        bench.write(bench.dma2, stream + offset, value)
+    bench.write(bench.dma2, stream, 4 << 25 | 1 << 10 | 1 << 6 | 1 << 4 | 1)
+    bench.write(bench.usart1, SR, ~TC)
+    bench.modify(bench.usart1, CR3, set_bits=DMAT)
+    start_ps = bench.clock.now_ps
+    bench.wait(10 * PS_PER_MS)
+    assert bench.board.terminal.text == text.decode()
+    assert bench.read(bench.usart1, SR) & TC
+    # the last byte goes to DR when the one before the one before has left
+    assert bench.irq.rises == [(start_ps + int((len(text) - 2) * FRAME_PS), DMA2_STREAM7_IRQ)]
+
+
+# -- rate -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("brr", "cr1", "ticks"),
+    [(0x2D9, 0, 729), (0x222E, 0, 0x222E), (0x5B1, OVER8, 0x5B * 8 + 1)],
+)
+def test_the_rate_is_brr_s(brr: int, cr1: int, ticks: int) -> None:
+    """19.3.4: with OVER8 the fraction has three bits and a bit is eighths of USARTDIV."""
+    bench = started(brr=brr, cr1=cr1)
+    assert frame_ps(bench) == 10 * ticks * PS_PER_S // 84_000_000
+    assert any("garbage" in text for text in bench.notes()) is (ticks == 0x222E)
+
+
+def test_a_rate_changed_between_two_texts_acts_on_the_second() -> None:
+    bench = started()
+    bench.trace.record_all()
+    transmit(bench, b"ab")
+    bench.write(bench.usart1, BRR, 2 * 0x2D9)
+    transmit(bench, b"cd")
+    a, b, c, d = (event.t_ps for event in bench.trace.of(TerminalBytes))
+    assert (b - a, d - c) == (int(FRAME_PS), int(2 * FRAME_PS))
+    assert bench.board.terminal.text == "abcd"
+    assert "57613 baud; a terminal at 115200 baud would show garbage" in bench.notes()
+
+
+def test_the_clock_of_the_block_counts() -> None:
+    """A firmware whose PLL never started runs from HSI at 16 MHz, with a BRR for 84."""
+    bench = started()
+    bench.clocks.set(pclk2_hz=16_000_000)
+    assert frame_ps(bench) == 10 * 729 * PS_PER_S // 16_000_000
+
+
+def test_two_stop_bits_are_longer_and_not_8n1() -> None:
+    bench = started()
+    bench.write(bench.usart1, CR2, 2 << 12)
+    assert frame_ps(bench) == 11 * 729 * PS_PER_S // 84_000_000
+    assert any("8N1" in text for text in bench.notes())
+
+
+def test_no_rate_at_all_never_sends() -> None:
+    bench = started(brr=0)
+    send(bench, 1)
+    bench.wait(PS_PER_S)
+    assert not bench.read(bench.usart1, SR) & TC
+
+
+# -- what firmware forgets ------------------------------------------------------------------------------
+
+
+def test_a_byte_written_before_the_transmitter_is_on_waits_for_it() -> None:
+    bench = CommBench()
+    bench.write(bench.usart1, BRR, 0x2D9)
+    bench.write(bench.usart1, DR, 0x41)
+    bench.wait(PS_PER_MS)
+    assert bench.read(bench.usart1, SR) & (TXE | TC) == 0
+    assert any("UE or TE" in text for text in bench.notes())
+    bench.write(bench.usart1, CR1, UE | TE)
+    bench.poll(bench.usart1, SR, TC)
+    assert bench.board.terminal.text == "A"
+
+
+def test_writing_without_waiting_loses_the_byte_that_waited() -> None:
+    bench = started()
+    for value in b"abc":
+        bench.write(bench.usart1, DR, value)
+    bench.wait(PS_PER_MS)
+    assert bench.board.terminal.text == "ac"
+    assert any("TXE was 0" in text for text in bench.notes())
+
+
+def test_a_pin_that_was_not_switched_sends_to_nobody() -> None:
+    bench = started()
+    bench.gpio.set_alternate("A", 9, None)
+    transmit(bench, b"unheard")
+    assert bench.board.terminal.text == ""
+    assert any("switch PA9 to AF7" in text for text in bench.notes())
+    bench.gpio.set_alternate("A", 9, 7)
+    transmit(bench, b"heard")
+    assert bench.board.terminal.text == "heard"
+
+
+# -- receiver -------------------------------------------------------------------------------------------
+
+
+def test_typed_bytes_are_received_polled() -> None:
+    bench = started()
+    bench.board.uart.type(b"hello")
+    received = bytearray()
+    for _ in range(5):
+        bench.poll(bench.usart1, SR, RXNE)
+        received.append(bench.read(bench.usart1, DR))
+    assert received == b"hello"
+    assert not bench.read(bench.usart1, SR) & (RXNE | ORE)
+
+
+def test_an_unread_byte_keeps_its_place_and_the_next_is_lost() -> None:
+    """19.3.3, overrun: DR keeps the old byte; ORE is cleared by SR, then DR."""
+    bench = started()
+    bench.board.uart.type(b"xyz")
+    bench.wait(PS_PER_MS)
+    assert bench.read(bench.usart1, SR) & (RXNE | ORE) == RXNE | ORE
+    assert bench.read(bench.usart1, DR) == ord("x")
+    assert not bench.read(bench.usart1, SR) & (RXNE | ORE)
+    assert bench.board.uart.rx_lost == 2
+
+
+def test_a_receiver_that_is_off_hears_nothing() -> None:
+    bench = started()
+    bench.modify(bench.usart1, CR1, clear=RE)
+    bench.board.uart.type(b"x")
+    bench.wait(PS_PER_MS)
+    assert not bench.read(bench.usart1, SR) & (RXNE | ORE)
+
+
+def test_the_receive_interrupt_takes_every_byte() -> None:
+    bench = started()
+    bench.modify(bench.usart1, CR1, set_bits=RXNEIE)
+    received = bytearray()
+    bench.board.uart.type(b"0123456789")
+    bench.serve(
+        USART1_IRQ,
+        lambda: received.append(bench.read(bench.usart1, DR)),
+        lambda: len(received) == 10,
+    )
+    assert received == b"0123456789"
+
+
+def test_an_idle_line_ends_a_reception_by_dma() -> None:
+    """IDLE comes one frame after the last stop bit; DMA2 stream 2 channel 4 takes the bytes."""
+    bench = started()
+    stream = 0x10 + 0x18 * 2
+    for offset, value in [(4, 64), (8, 0x4001_1004), (12, RAM)]:
+        bench.write(bench.dma2, stream + offset, value)
+    bench.write(bench.dma2, stream, 4 << 25 | 1 << 10 | 1)
+    bench.modify(bench.usart1, CR3, set_bits=DMAR)
+    bench.modify(bench.usart1, CR1, set_bits=IDLEIE)
+    start_ps = bench.clock.now_ps
+    bench.board.uart.type(b"abc")
+    bench.wait(PS_PER_MS)
+    assert bench.memory.ram[:4] == b"abc\0"
+    assert bench.read(bench.dma2, stream + 4) == 61
+    (rise,) = bench.irq.rises
+    assert (rise[1], abs(rise[0] - start_ps - int(4 * FRAME_PS)) < 10) == (USART1_IRQ, True)
+    assert bench.read(bench.usart1, SR) & IDLE
+    bench.read(bench.usart1, DR)
+    assert not bench.read(bench.usart1, SR) & IDLE
+    assert not bench.irq.level(USART1_IRQ)

@@ -1,0 +1,303 @@
+"""Two runs side by side: what counts as the same, and that differences of real firmwares are found."""
+
+from __future__ import annotations
+
+import pytest
+
+from emulator import Board, InputError
+from emulator.clock import PS_PER_MS, PS_PER_S
+from emulator.compare import Ignorable, Rules, compare, compared, largest_deviations, tolerances
+from emulator.firmwares import FirmwareFactory, Settings, factory
+from emulator.hal import Hal
+from emulator.observation import END, TERMINAL, Entry, Observation, observe
+from emulator.scenario import load_scenario, scenario_names
+from emulator.scenario.printed import FIELDS
+from firmware_model.hal import HAL_OK
+from tests.board_fakes import script
+from tests.integration.test_cli import fcu, one_line_error
+
+END_PS = 10 * PS_PER_S
+SHORT_PS = 3 * PS_PER_S  # boot takes 1 s: two blocks are printed
+
+
+def run(*texts: str, sequence: str = TERMINAL, every_ps: int = PS_PER_S, end_ps: int = END_PS) -> Observation:
+    """A run that did one thing each second from 1 s on."""
+    return Observation(
+        end_ps, {sequence: [Entry(number * every_ps, text) for number, text in enumerate(texts, start=1)]}
+    )
+
+
+def observed(
+    scenario: str,
+    firmware: str | FirmwareFactory = "lab3",
+    end_ps: int = SHORT_PS,
+    seed: int = 0,
+) -> Observation:
+    return observe(Board(firmware=firmware, scenario=scenario, seed=seed), end_ps)
+
+
+def changed(**settings: float | str) -> FirmwareFactory:
+    chosen: Settings = settings
+    return factory("lab3", chosen)
+
+
+# -- what counts as the same --------------------------------------------------------------------------------
+
+
+def test_the_first_difference_is_the_earliest_of_all_sequences() -> None:
+    first = Observation(
+        END_PS, {TERMINAL: [Entry(3 * PS_PER_S, "a\n")], "LED1": [Entry(2 * PS_PER_S, "on")], "LED2": []}
+    )
+    second = Observation(
+        END_PS, {TERMINAL: [Entry(3 * PS_PER_S, "b\n")], "LED1": [Entry(2 * PS_PER_S, "off")], "LED2": []}
+    )
+
+    assert [difference.sequence for difference in compare(first, second)] == ["LED1", TERMINAL]
+
+
+def test_a_difference_tells_its_place_both_sides_and_what_was_the_same_before() -> None:
+    (difference,) = compare(run("a\n", "b\n", "c\n"), run("a\n", "b\n", "d\n"))
+
+    assert (difference.sequence, difference.index, difference.at_ps) == (TERMINAL, 2, 3 * PS_PER_S)
+    assert difference.first == Entry(3 * PS_PER_S, "c\n")
+    assert difference.second == Entry(3 * PS_PER_S, "d\n")
+    assert [one.text for one, _ in difference.before] == ["a\n", "b\n"]
+    assert not difference.only_time
+
+
+def test_the_same_within_the_timing_is_no_difference_and_beyond_it_is_one() -> None:
+    on_time, late = run("a\n"), run("a\n", every_ps=PS_PER_S + 30 * PS_PER_MS)
+
+    (difference,) = compare(on_time, late)
+    assert difference.only_time
+    assert difference.paces_ps() == (PS_PER_S, PS_PER_S + 30 * PS_PER_MS)
+    assert not compare(on_time, late, Rules(timing_ps=30 * PS_PER_MS))
+    assert not compare(on_time, late, Rules(ignore={"time"}))
+
+
+def test_a_run_may_fall_behind_at_its_own_pace() -> None:
+    """15 ms more in each loop are 120 ms after eight of them."""
+    lines = [f"{number}\n" for number in range(8)]
+    slower = run(*lines, every_ps=PS_PER_S + 15 * PS_PER_MS)
+
+    assert not compare(run(*lines), slower)
+    assert compare(run(*lines), slower, Rules(timing_ps=14 * PS_PER_MS))
+
+
+def test_what_one_run_has_not_done_is_a_difference() -> None:
+    (difference,) = compare(run("a\n", "b\n"), run("a\n"))
+
+    assert (difference.first, difference.second) == (Entry(2 * PS_PER_S, "b\n"), None)
+
+
+def test_what_the_end_cut_off_is_none() -> None:
+    end_ps = 2 * PS_PER_S + 10 * PS_PER_MS  # the other run may come to it 20 ms later
+    begun = Observation(end_ps, {TERMINAL: [Entry(PS_PER_S, "a\n"), Entry(2 * PS_PER_S, "Pit", cut=True)]})
+    complete = run("a\n", "Pitch: 1\n", end_ps=end_ps)
+
+    assert not compare(run("a\n", end_ps=end_ps), complete)
+    assert not compare(begun, complete)
+    assert compare(begun, run("a\n", "Roll: 1\n", end_ps=end_ps))
+
+
+def test_a_line_that_is_cut_in_a_number_is_compared_without_it() -> None:
+    end_ps = 2 * PS_PER_S
+    begun = Observation(end_ps, {TERMINAL: [Entry(PS_PER_S, "Pre: 977.4", cut=True)]})
+    other = run("Pre: 978.120000 hPa \n", end_ps=end_ps)
+
+    assert compare(begun, other)
+    assert not compare(begun, other, Rules(ignore={"numbers"}))
+    assert not compare(begun, other, Rules(tolerance=tolerances([("Pre", 1)])))
+
+
+def test_runs_of_unequal_length_are_compared_as_far_as_the_shorter_one_goes() -> None:
+    assert not compare(run("a\n", "b\n", "c\n"), run("a\n", end_ps=PS_PER_S + 1))
+
+
+def test_either_banner_will_do() -> None:
+    """Brief, "Exact text": the slides show FH, ST's source says FW; every comparison takes either."""
+    banners = [f"STEVAL-FCU001V1 {word} rev.1.0 - Sep 2017\n" for word in ("FH", "FW", "FX")]
+
+    assert not compare(run(banners[0]), run(banners[1]))
+    assert compare(run(banners[0]), run(banners[2]))
+
+
+@pytest.mark.parametrize(
+    ("other", "same"),
+    [
+        ("Pitch: 1.000000 deg Roll: 2.000000 deg Yaw: -179.950000 deg \n", True),  # the short way round
+        ("Pitch: 1.000000 deg Roll: 2.000000 deg Yaw: -179.850000 deg \n", False),
+        ("Pitch: 1.000001 deg Roll: 2.000000 deg Yaw: 179.950000 deg \n", False),  # not tolerated
+        ("\rPitch: 1.000000 deg Roll: 2.000000 deg Yaw: 179.950000 deg \n", False),
+    ],
+)
+def test_numbers_of_the_labs_lines_may_differ_within_a_tolerance(other: str, same: bool) -> None:
+    line = "Pitch: 1.000000 deg Roll: 2.000000 deg Yaw: 179.950000 deg \n"
+    rules = Rules(tolerance=tolerances([("Yaw", 0.11)]))
+
+    assert bool(compare(run(line), run(other), rules)) is not same
+
+
+def test_other_lines_know_no_tolerance() -> None:
+    assert compare(run("Count: 1 \n"), run("Count: 2 \n"), Rules(tolerance=tolerances([("ACC", 5)])))
+
+
+def test_a_tolerance_may_name_three_axes_at_once() -> None:
+    assert tolerances([("ACC", 2), ("ACC.z", 3)]) == {"ACC.x": 2, "ACC.y": 2, "ACC.z": 3}
+
+
+@pytest.mark.parametrize("given", [("acc", 1.0), ("ACC.w", 1.0), ("ACC", -1.0), ("ACC", float("nan"))])
+def test_a_tolerance_that_cannot_be_is_refused(given: tuple[str, float]) -> None:
+    with pytest.raises(InputError, match=r"known|give a number"):
+        tolerances([given])
+
+
+@pytest.mark.parametrize(
+    ("ignore", "sequences"),
+    [
+        ("time", {TERMINAL, "LSM6DSL registers", "LED1", END}),
+        ("numbers", {TERMINAL, "LSM6DSL registers", "LED1", END}),
+        ("registers", {TERMINAL, "LED1", END}),
+        ("leds", {TERMINAL, "LSM6DSL registers", END}),
+    ],
+)
+def test_what_is_ignored_is_not_looked_at(ignore: Ignorable, sequences: set[str]) -> None:
+    one = Observation(END_PS, {name: [] for name in (TERMINAL, "LSM6DSL registers", "LED1", END)})
+
+    assert set(compared(one, one, Rules(ignore={ignore}))) == sequences
+
+
+def test_numbers_can_be_ignored_in_every_line() -> None:
+    rules = Rules(ignore={"numbers"})
+
+    assert not compare(run("Count: 1 of -inf \n"), run("Count: 22 of 3.5 \n"), rules)
+    assert compare(run("Count: 1 \n"), run("Sum: 1 \n"), rules)
+
+
+def test_a_sequence_that_only_one_run_has_is_not_compared() -> None:
+    """A replayed firmware writes no registers."""
+    assert not compare(run("a\n"), run("on", sequence="LED1"))
+
+
+def test_the_largest_deviations_tell_what_a_tolerance_would_have_to_be() -> None:
+    first = run("ACC[x,y,z] 1 mg 2 mg 3 mg \n", "Pre: 977.100000 hPa \n", "Pre: 977.200000 hPa \n", "a\n")
+    second = run("ACC[x,y,z] 1 mg 4 mg 0 mg \n", "Pre: 977.000000 hPa \n", "Pre: 977.200000 hPa \n", "b\n")
+
+    apart = largest_deviations(first, second)
+    assert apart == pytest.approx({"ACC.x": 0, "ACC.y": 2, "ACC.z": 3, "Pre": 0.1})
+    assert not compare(first, second, Rules(tolerance=tolerances(apart.items())))[1:]
+
+
+# -- what a run did -----------------------------------------------------------------------------------------
+
+
+def test_lines_begin_at_their_first_byte() -> None:
+    """A frame has ten bits of 729 / 84 MHz (RM0368 section 19.3.4); the CR belongs to the line before."""
+
+    def main(hal: Hal) -> None:
+        hal.HAL_UART_Transmit(b"one\n\r", 100)
+        hal.HAL_Delay(10)
+        hal.HAL_UART_Transmit(b"two\nthree", 100)
+
+    lines = observed("flat", script(main)).sequences[TERMINAL]
+    frame_ps = 10 * 729 * PS_PER_S / 84e6
+
+    assert [(line.text, line.cut) for line in lines] == [
+        ("one\n", False),
+        ("\rtwo\n", False),
+        ("three", True),
+    ]
+    assert lines[1].at_ps >= 10 * PS_PER_MS
+    assert lines[2].at_ps - lines[1].at_ps == pytest.approx(4 * frame_ps, abs=1)
+
+
+def test_register_writes_are_kept_by_part() -> None:
+    def main(hal: Hal) -> None:
+        assert hal.HAL_I2C_Mem_Write(0xD6, 0x10, b"\xa8") == HAL_OK
+
+    sequences = observed("flat", script(main)).sequences
+
+    assert [entry.text for entry in sequences["LSM6DSL registers"]] == ["CTRL1_XL = 0xA8"]
+    assert not sequences["LIS2MDL registers"]
+
+
+def test_a_firmware_that_fails_differs_from_one_that_goes_on() -> None:
+    def main(hal: Hal) -> None:
+        hal.HAL_Delay(500)
+        raise ZeroDivisionError
+
+    failing, idle = (observed("flat", script(one)) for one in (main, lambda hal: hal.HAL_Delay(500)))
+
+    (difference,) = compare(failing, idle)
+    assert difference.sequence == END
+    assert difference.first is not None
+    assert "ZeroDivisionError" in difference.first.text
+
+
+# -- firmwares ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", scenario_names())
+def test_on_every_scenario_a_firmware_equals_itself_and_no_faulty_one(name: str) -> None:
+    """The fault: TIM9 at an eighth of its rate, which on a desk shows only in how long the text takes."""
+    lab3 = observed(name)
+
+    assert lab3.sequences[TERMINAL]
+    assert not compare(lab3, observed(name))
+    differences = compare(lab3, observed(name, changed(timer_period=9999)), Rules(timing_ps=PS_PER_MS))
+    assert differences[0].sequence == TERMINAL
+    assert differences[0].at_ps > PS_PER_S  # the boot is the same
+
+
+@pytest.mark.parametrize("name", ["figure_eight", "flat", "stairs"])
+def test_another_board_of_the_class_prints_other_numbers(name: str) -> None:
+    lab3, other = observed(name), observed(name, seed=99)
+
+    assert [difference.sequence for difference in compare(lab3, other)] == [TERMINAL]
+    everything = tolerances([(field, 1e6) for field in FIELDS])
+    assert not compare(lab3, other, Rules(tolerance=everything))
+
+
+def test_a_wrong_threshold_shows_first_on_the_led() -> None:
+    """Exercise 3b: LED1 is on above 80 degrees, not 70."""
+    duration_ps = load_scenario("led_x").duration_ps
+    differences = compare(
+        observed("led_x", end_ps=duration_ps),
+        observed("led_x", changed(led_threshold_deg=70.0), duration_ps),
+    )
+
+    assert [difference.sequence for difference in differences] == ["LED1"]
+
+
+# -- the command --------------------------------------------------------------------------------------------
+
+
+def test_diff_of_equal_firmwares_exits_with_0() -> None:
+    text = fcu("diff", "lab3", "lab3", "--scenario", "flat", "--duration", "2s").stdout.decode()
+
+    assert "LSM6DSL registers: the same, 20 and 20 entries" in text
+    assert "numbers are apart" not in text
+    assert text.endswith("no difference in 2 s\n")
+
+
+def test_diff_shows_the_first_difference_and_exits_with_1() -> None:
+    text = fcu("diff", "lab3", "template", "--scenario", "desk", code=1).stdout.decode()
+
+    assert "first difference, terminal, entry 14: another text" in text
+    assert r"\rMAG[x,y,z] 0 mg 0 mg 0 mg \n" in text
+    assert r"\rMAG[x,y,z] 214 mg 0 mg -430 mg \n" in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "problem"),
+    [
+        (["lab3", "lab4"], "lab4"),
+        (["lab3", "lab3", "--timing", "5"], "--timing"),
+        (["solution", "lab3", "--replay"], "A is 'solution', it must be lab3 or template"),
+        (["lab3", "lab3", "--tolerance", "ACC"], "give FIELD=NUMBER"),
+        (["lab3", "lab3", "--tolerance", "Foo=1"], "unknown field 'Foo'"),
+        (["lab3", "lab3", "--duration", "soon"], "--duration"),
+    ],
+)
+def test_diff_refuses_in_one_line(arguments: list[str], problem: str) -> None:
+    assert problem in one_line_error("diff", *arguments, "--scenario", "flat")

@@ -1,0 +1,149 @@
+"""A replay: on recorded samples the same firmware prints the recorded text, and another one does not."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from emulator import Board, InputError
+from emulator.clock import PS_PER_MS, PS_PER_S
+from emulator.compare import compare, largest_deviations
+from emulator.firmwares import FirmwareFactory, factory
+from emulator.hal import HAL_OK, Hal
+from emulator.observation import END, TERMINAL, Observation, observe
+from emulator.replay import replay
+from emulator.scenario import scenario_names
+from tests.board_fakes import script
+from tests.scenario_files import IDEAL, write
+
+LSM6DSL, LPS22HB = 0xD6, 0xBA
+
+
+def recorded(
+    scenario: str | Path, firmware: str | FirmwareFactory = "lab3", end_ps: int = 3 * PS_PER_S
+) -> Board:
+    board = Board(firmware=firmware, scenario=scenario)
+    observe(board, end_ps)
+    return board
+
+
+def text_of(observation: Observation) -> str:
+    return "".join(line.text for line in observation.sequences[TERMINAL])
+
+
+@pytest.mark.parametrize("name", scenario_names())
+def test_a_firmware_on_its_own_samples_prints_what_it_printed(name: str) -> None:
+    board = Board(firmware="lab3", scenario=name)
+    original = observe(board, 5 * PS_PER_S)
+    again = replay(board, factory("lab3"))
+
+    assert not compare(again, original)
+    assert text_of(again) == text_of(original)
+
+
+def test_the_template_too() -> None:
+    board = Board(firmware="template", scenario="flat")
+    original = observe(board, 2500 * PS_PER_MS)
+    again = replay(board, factory("template"))
+
+    assert text_of(again) == text_of(original)
+    assert [edge.text for edge in again.sequences["LED1"]] == ["on", "off", "on"]  # set up, off, toggled
+
+
+def test_another_arithmetic_is_noticed_in_the_last_digit() -> None:
+    """mu, the weight of Gx in the slides' roll (brief, "Arithmetic"), hardly matters on a flat board."""
+    board = Board(firmware="lab3", scenario="flat")
+    original = observe(board, 3 * PS_PER_S)
+    changed = replay(board, factory("lab3", {"mu": 0.5}))
+
+    (difference,) = compare(changed, original)
+    assert difference.sequence == TERMINAL
+    assert 0 < largest_deviations(changed, original)["Roll"] < 1e-4
+
+
+def test_a_led_that_comes_on_too_early_is_noticed() -> None:
+    """Exercise 3b: above 80 degrees, not 60; the scenario turns to 75 first."""
+    board = Board(firmware="lab3", scenario="led_x")
+    original = observe(board, 4 * PS_PER_S)
+
+    (difference,) = compare(replay(board, factory("lab3", {"led_threshold_deg": 60.0})), original)
+    assert difference.sequence == "LED1"
+
+
+def test_text_beyond_the_recording_is_left_out_and_a_missing_one_is_not() -> None:
+    board = recorded("flat", script(lambda hal: say(hal, "one\n")))
+
+    assert text_of(replay(board, script(lambda hal: say(hal, "one\nand two\n")))) == "one\n"
+    assert text_of(replay(board, script(lambda hal: say(hal, "on")))) == "on"
+
+
+def say(hal: Hal, text: str) -> None:
+    hal.HAL_UART_Transmit(text.encode("latin-1"), 1000)
+    hal.HAL_Delay(10_000)
+
+
+def test_a_firmware_that_waits_for_ever_ends_with_the_recording() -> None:
+    def main(hal: Hal) -> None:
+        while True:
+            hal.HAL_Delay(1000)
+
+    assert not replay(recorded("flat"), script(main)).sequences[TERMINAL]
+
+
+def test_bytes_may_have_been_read_in_more_transfers_than_are_asked_for() -> None:
+    """Over SPI2 the C firmware reads one byte at a time."""
+
+    def in_two(hal: Hal) -> None:
+        for register, size in ((0x28, 2), (0x2A, 1)):
+            assert hal.HAL_I2C_Mem_Read(LPS22HB, register, size)[0] == HAL_OK
+
+    def in_one(hal: Hal) -> None:
+        status, data = hal.HAL_I2C_Mem_Read(LPS22HB, 0x28, 3)
+        assert status == HAL_OK
+        say(hal, data.hex())
+
+    def recorded_main(hal: Hal) -> None:
+        in_two(hal)
+        say(hal, "123456")
+
+    board = recorded("flat", script(recorded_main))
+    expected = board.i2c2.write_read(0x5D, b"\x28", 3).hex()  # nothing was measured: it has not changed
+
+    assert text_of(replay(board, script(in_one))) == expected
+
+
+def test_a_bus_with_faults_is_refused(tmp_path: Path) -> None:
+    fault = "[[timeline]]\ndo = 'fault'\nkind = 'absent'\naddress = 'LIS2MDL'\nat = '1.5s'\nfor = '5ms'\n"
+
+    with pytest.raises(InputError, match=r"cannot be replayed: at 1\.5.* no acknowledge"):
+        replay(recorded(write(tmp_path, IDEAL + fault)), factory("lab3"))
+
+
+def test_callbacks_that_read_something_else_are_refused() -> None:
+    class OnlyGyroscope:
+        def __init__(self, hal: Hal) -> None:
+            self._hal = hal
+
+        def main(self) -> None:
+            self._hal.HAL_TIM_Base_Init(83, 1249)
+            self._hal.HAL_TIM_Base_Start_IT()
+            say(self._hal, "*" * 100)
+
+        def HAL_TIM_PeriodElapsedCallback(self) -> None:
+            self._hal.HAL_I2C_Mem_Read(LSM6DSL, 0x22, 6)
+
+    with pytest.raises(InputError, match="register 0x0F of LSM6DSL was read, where this firmware reads 0x22"):
+        replay(recorded("flat"), OnlyGyroscope)
+
+
+def test_a_recording_that_ended_early_is_not_taken_for_a_whole_one() -> None:
+    def main(hal: Hal) -> None:
+        hal.HAL_UART_Transmit(b"one\n", 1000)
+        raise ZeroDivisionError
+
+    board = Board(firmware=script(main), scenario="flat")
+    original = observe(board, PS_PER_S)
+
+    (difference,) = compare(replay(board, script(lambda hal: say(hal, "one\n"))), original)
+    assert difference.sequence == END
