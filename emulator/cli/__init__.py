@@ -236,7 +236,8 @@ def main() -> None:
     except click.Abort:
         sys.exit(EXIT_INTERRUPTED)
     except FcuError as error:
-        click.echo(f"fcu: {error}", err=True)
+        for line in str(error).splitlines():  # most have one; a diagnosis has more
+            click.echo(f"fcu: {line}", err=True)
         if isinstance(error, InputError):
             sys.exit(EXIT_INPUT)
         sys.exit(EXIT_EXPECTATION if isinstance(error, ExpectationError) else EXIT_FAULT)

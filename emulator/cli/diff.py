@@ -52,7 +52,7 @@ def compare_firmwares(options: DiffOptions) -> bool:
     rules = Rules(
         _duration("--timing", options.timing),
         tolerances(map(_tolerance, options.tolerance)),
-        frozenset(options.ignore),
+        _ignored(options),
     )
     plan = load_scenario(options.scenario)
     if options.seed is not None:
@@ -63,6 +63,12 @@ def compare_firmwares(options: DiffOptions) -> bool:
     for line in _report(options, observed, rules, differences):
         click.echo(line)
     return not differences
+
+
+def _ignored(options: DiffOptions) -> frozenset[Ignorable]:
+    """With numbers of other widths, replayed text is dated a few bytes off: its pace says nothing then."""
+    loose = options.replay and (options.tolerance or "numbers" in options.ignore)
+    return frozenset(options.ignore) | ({"time"} if loose else set())
 
 
 def _tolerance(text: str) -> tuple[str, float]:
@@ -133,7 +139,7 @@ def _what(difference: Difference, observed: Sequence[Observation]) -> str:
         return f"only one run has it ({counts} entries)"
     if difference.only_time:
         one_s, other_s = (pace_ps / PS_PER_S for pace_ps in difference.paces_ps())
-        return f"the same, {one_s:.6f} s and {other_s:.6f} s after the entry before"
+        return f"same text, other pace: {one_s:.6f} s and {other_s:.6f} s after the entry before"
     return "another text" if difference.sequence == TERMINAL else "another value"
 
 

@@ -77,7 +77,7 @@ def _boots(firmware: str) -> Finding:
     except (FcuError, ImportError) as error:
         return Finding(False, f"the firmware {firmware} does not boot: {error}", needed=True)
     factor = board.now_s / (time.perf_counter() - started)
-    return Finding(True, f"the firmware {firmware} boots and runs at {factor:.0f} x real time", needed=True)
+    return Finding(True, f"the firmware {firmware} boots and runs at {factor:.1f} x real time", needed=True)
 
 
 def _pty() -> Finding:

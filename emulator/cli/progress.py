@@ -37,7 +37,7 @@ class ProgressDisplay:
         self._next_s = progress.wall_s + (_EVERY_TTY_S if self._in_place else _EVERY_LOG_S)
         factor = progress.virtual_s / progress.wall_s
         whole = "" if progress.total_s is None else f" of {progress.total_s:.0f}"
-        text = f"fcu: {progress.virtual_s:.0f}{whole} s of virtual time, {factor:.0f} x real time"
+        text = f"fcu: {progress.virtual_s:.0f}{whole} s of virtual time, {factor:.1f} x real time"
         with suppress(OSError):  # stderr may be full or gone; the run goes on
             click.echo(f"\r{text}\033[K" if self._in_place else text, err=True, nl=not self._in_place)
         self._shown = True

@@ -27,7 +27,7 @@ def summary(board: Board, links: Sequence[ByteLink], wall_s: float) -> Iterator[
 def _ticks(board: Board) -> Iterator[str]:
     timer = board.tim9
     if not timer.ticks:
-        yield f"{timer.name} was never started"
+        yield f"{timer.name} never ticked"
         return
     yield f"{timer.name} {timer.rate_hz:.3f} Hz: {timer.ticks} ticks, {timer.late} late, {timer.lost} lost"
     if timer.lost:

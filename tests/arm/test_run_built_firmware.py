@@ -11,6 +11,8 @@ import pytest
 from emulator import Board, FcuError
 from emulator.arm.image import load_firmware
 from emulator.errors import InputError
+from emulator.scenario import check
+from emulator.trace import DeviceNote
 from firmware_model.arm import prebuilt
 
 GOLDEN = Path(__file__).parents[1] / "golden"
@@ -159,3 +161,21 @@ def test_firmware_files_are_refused_with_the_errors_of_this_package(tmp_path: Pa
     (tmp_path / "text.elf").write_text("hello, this is no firmware\n")
     with pytest.raises(FcuError, match=r"text\.elf"):
         Board(firmware=tmp_path / "text.elf")
+
+
+@pytest.mark.parametrize("scenario", ["led_x", "led_y", "flat"])
+def test_leds_that_flash_while_pins_are_set_up_fail_no_scenario(scenario: str) -> None:
+    """On the board, too, an LED is lit from its pin's becoming an output until it is switched off."""
+    board = Board(firmware="solution", scenario=scenario)
+    board.run_for(0.15)
+    assert not [finding for finding in check(board) if finding.kind == "led"]
+
+
+def test_a_reset_is_no_reason_to_blame_the_firmware_for_its_clocks() -> None:
+    board = Board(firmware="solution")
+    board.run_for(0.2)
+    assert board.arm is not None
+    board.arm.chip.core.request_reset("PIN")
+    board.run_for(0.2)
+    assert len(board.arm.chip.core.machine.resets) == 1
+    assert not [note for note in board.trace.of(DeviceNote) if note.device == "USART1"]

@@ -13,6 +13,7 @@ import time
 from collections.abc import Callable
 
 from emulator import Board
+from tests.bench import arm
 
 BOOT = "STEVAL-FCU001V1 FH rev.1.0 - Sep 2017\n\nLSM6DSL MEMS Accelerometer initialized and enabled\n"
 TICK_HZ = 800
@@ -115,6 +116,7 @@ def main() -> None:
             lambda: f"{command(BOOT[:39], 'run', '--duration', '1s', '--speed', 'max'):.2f} s",
             "1 s",
         ),
+        *arm.rows(),
     ]
     row("what", "measured", "wanted")
     for name, measure, wanted in measured:

@@ -7,10 +7,13 @@ one table of pages, plain attributes, no call that is not needed.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from copy import copy
+from itertools import pairwise
 
 from emulator.arm.cpu import memory_map
 from emulator.arm.cpu.absent import Absent
+from emulator.arm.cpu.images import Images
 from emulator.arm.cpu.memory_map import PAGE_SHIFT
 from emulator.arm.cpu.slice import Slice
 from emulator.arm.cpu.unicorn_engine import RAM, RAM_SIZE
@@ -47,6 +50,18 @@ class Window:
         self._waiting = waiting
         self._told: set[tuple[str, int]] = set()
         self._pages = _pages(soc, base, size, blocks)
+        self._images: Images | None = None
+
+    def pieces(self, images: Images) -> Iterator[Window]:
+        """The same in pieces: each port that may be read from memory is one of its own."""
+        self._images = images
+        alone = {end - self.base for port in images.ports for end in (port.base, port.base + port.size)}
+        for begin, end in pairwise(sorted({0, self.size, *(end for end in alone if 0 < end < self.size)})):
+            piece = copy(self)
+            piece.base, piece.size = self.base + begin, end - begin
+            pages = self._pages[begin >> PAGE_SHIFT : end >> PAGE_SHIFT]
+            piece._pages = [(block, start - begin, known) for block, start, known in pages]
+            yield piece
 
     # -- the core's accesses ----------------------------------------------------------------------------
 
@@ -68,7 +83,7 @@ class Window:
                 self._slice.end_in_time()
             if until_ps == ALREADY_PS:
                 self._waiting.disturb()
-            elif self._waiting.polled(begun, offset, now_ps, until_ps):
+            elif self._waiting.polled(begun, self.base + offset, now_ps, until_ps):
                 self._slice.arrive()
                 value, _ = block.look(register)
                 if clock.next_ps < self._slice.end_ps or self._nvic.changed:
@@ -88,13 +103,28 @@ class Window:
     def write(self, _engine: int, offset: int, size: int, value: int, _data: int) -> None:
         """The engine writes; nothing may be raised into it."""
         try:
-            self._waiting.disturb()
+            if not self._waiting.comparing or not self._changes_nothing(offset, size, value):
+                self._waiting.disturb()
             self._slice.arrive()
             self.store(offset, size, value)
+            if self._images is not None and self._images.shown:
+                self._end_if_images_change(offset)
             if self._clock.next_ps < self._slice.end_ps or self._nvic.changed:
                 self._slice.end_in_time()
         except BaseException as error:
             self._slice.engine.keep_error(error)
+
+    def _end_if_images_change(self, offset: int) -> None:
+        """A port may have lost its clock, or have been reset; a write to itself ends the run anyhow."""
+        if self._pages[offset >> PAGE_SHIFT][0].name == "RCC":
+            self._slice.engine.cut()
+
+    def _changes_nothing(self, offset: int, size: int, value: int) -> bool:
+        block, start, known = self._pages[offset >> PAGE_SHIFT]
+        register = offset - start & 0xFFFF_FFFC
+        shift = 8 * (offset & 3)
+        usual = block.clocked and register in known
+        return usual and block.changes_nothing(register, value << shift, _MASK[size] << shift)
 
     # -- anybody's accesses, now ------------------------------------------------------------------------
 
@@ -249,8 +279,10 @@ class Bus:
             (memory_map.PRIVATE, memory_map.PRIVATE_SIZE),
         )
         self._windows = [Window(soc, run, waiting, base, size, blocks) for base, size in ranges]
+        self.images = Images(engine, blocks)
         for window in self._windows:
-            engine.map_callbacks(window.base, window.size, window.read, window.write)
+            for piece in window.pieces(self.images):
+                engine.map_callbacks(piece.base, piece.size, piece.read, piece.write)
         bits = PeripheralBits(self._windows[0], run, waiting)
         size = 32 * memory_map.PERIPHERALS_SIZE
         engine.map_callbacks(memory_map.PERIPHERAL_BITS, size, bits.read, bits.write)

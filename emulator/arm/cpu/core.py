@@ -20,13 +20,14 @@ from emulator.arm.cpu.exceptions import Exceptions
 from emulator.arm.cpu.idle_loops import IdleLoops
 from emulator.arm.cpu.machine import Machine
 from emulator.arm.cpu.nvic import Nvic
+from emulator.arm.cpu.registers import EVERYTHING, Registers
 from emulator.arm.cpu.scb import Scb
 from emulator.arm.cpu.slice import Slice
 from emulator.arm.cpu.special import Special, SpecialInstructions
 from emulator.arm.cpu.system_space import SystemControlSpace
 from emulator.arm.cpu.systick import SysTick
 from emulator.arm.cpu.timeline import CYCLES_PER_INSTRUCTION, Timeline
-from emulator.arm.cpu.unicorn_engine import EVERYTHING, FLASH, FLASH_SIZE, RAM, Engine, Registers
+from emulator.arm.cpu.unicorn_engine import FLASH, FLASH_SIZE, RAM, Engine
 from emulator.arm.cpu.waiting import Waiting
 from emulator.arm.peripherals.peripheral import Peripheral
 from emulator.arm.soc import Soc
@@ -88,7 +89,10 @@ class Core:
         self.special = SpecialInstructions(self.engine)
         self.special.switch(Special.WORDS, settings.alignment)
         idle = IdleLoops(run, self.waiting, settings.skip)
-        self.machine = Machine(run, self.exceptions, self.waiting, idle, self.special, soc.trace, self.start)
+        images = self.bus.images
+        self.machine = Machine(
+            run, self.exceptions, self.waiting, idle, self.special, images, soc.trace, self.start
+        )
         self._everything = Registers(self.engine, EVERYTHING)
         self.before_reset = b"", b""
         """R0 to R12, SP, LR, PC, xPSR, and the RAM, where the latest reset has met the program."""
@@ -123,7 +127,7 @@ class Core:
             self.before_reset = self.engine.state_at(self.engine.pc), bytes(self.engine.ram)
             if self._on_reset is not None:
                 self._on_reset(reason)
-            for block in self.blocks:
+            for block in reversed(self.blocks):  # RCC last: no block sees new clocks with old settings
                 block.reset()
         self.nvic.reset()
         self.scb.reset()

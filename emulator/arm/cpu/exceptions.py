@@ -28,9 +28,10 @@ from emulator.arm.cpu.frames import (
     Frames,
 )
 from emulator.arm.cpu.nvic import HARD_FAULT, MEM_MANAGE, NMI, SV_CALL, Nvic
+from emulator.arm.cpu.registers import MASKS, Registers
 from emulator.arm.cpu.scb import Scb
 from emulator.arm.cpu.timeline import Timeline
-from emulator.arm.cpu.unicorn_engine import MASKS, Engine, Registers
+from emulator.arm.cpu.unicorn_engine import Engine
 
 ENTRY_CYCLES, RETURN_CYCLES, CHAIN_CYCLES = 12, 10, 6
 

@@ -19,7 +19,7 @@ from emulator.arm.cpu.slice import Slice
 from emulator.arm.cpu.stop import Stop
 from emulator.arm.cpu.waiting import Waiting
 
-_LOOK = 10_000  # instructions after which a run is ended to look
+_LOOK = 20_000  # instructions after which a run is ended to look
 _LONG = 2_000  # instructions without an access after which a loop is suspected
 _LONGEST_LOOP = 256  # instructions of one iteration
 _PAUSE = 1_000_000  # instructions between a search in vain and the next; doubled with each

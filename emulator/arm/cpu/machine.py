@@ -13,6 +13,7 @@ from collections.abc import Callable
 from emulator.arm.cpu import faults
 from emulator.arm.cpu.exceptions import Exceptions
 from emulator.arm.cpu.idle_loops import IdleLoops
+from emulator.arm.cpu.images import Images
 from emulator.arm.cpu.nvic import Nvic
 from emulator.arm.cpu.single_step import SingleStep
 from emulator.arm.cpu.slice import Slice
@@ -39,6 +40,7 @@ class Machine:
         waiting: Waiting,
         idle: IdleLoops,
         special: SpecialInstructions,
+        images: Images,
         trace: Trace,
         start: Callable[[str], None],
     ) -> None:
@@ -51,6 +53,7 @@ class Machine:
         self._waiting = waiting
         self._idle = idle
         self._special = special
+        self._images = images
         self._trace = trace
         self._start = start
         self._reset_reason = ""
@@ -143,6 +146,7 @@ class Machine:
         held_off = bool(self._nvic.pending & self._nvic.enabled) and self._exceptions.masked()
         self._special.switch(Special.UNMASKS, held_off)
         self._special.between_runs()
+        self._images.between_runs()
         instructions = self._slice.plan(at_ps)
         if self.stepping:
             self._run(1)

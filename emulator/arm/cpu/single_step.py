@@ -7,8 +7,9 @@ conditions fail are passed along with the one in front of them; like in the engi
 
 from __future__ import annotations
 
+from emulator.arm.cpu.registers import Registers
 from emulator.arm.cpu.stop import Stop
-from emulator.arm.cpu.unicorn_engine import Engine, Registers
+from emulator.arm.cpu.unicorn_engine import Engine
 
 _FLAGS = 0xF000_0000
 _IT_BITS = 0x0600_FC00

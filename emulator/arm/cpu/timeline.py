@@ -57,8 +57,11 @@ class Timeline:
         """How many more instructions must be retired for the time to be ``at_ps`` or later; at least 0."""
         if at_ps >= NEVER_PS:
             return NEVER_PS
-        missing = (at_ps - self.origin_ps) * self.den - self.extra
-        return max(-(-missing // self.num) - self.count, 0)
+        return max(self.position(at_ps) - self.count, 0)
+
+    def position(self, at_ps: int) -> int:
+        """The value of ``count`` from which on the time is ``at_ps`` or later."""
+        return -((self.extra - (at_ps - self.origin_ps) * self.den) // self.num)
 
     def spend(self, cycles: int) -> None:
         """Cycles in which no instruction is retired: exception entry and return."""

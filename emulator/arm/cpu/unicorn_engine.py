@@ -1,10 +1,12 @@
-"""The instruction engine: Unicorn as a Cortex-M4F with its memory. The only module that knows Unicorn.
+"""The instruction engine: Unicorn as a Cortex-M4F with its memory.
+
+Only this module and :mod:`registers` know Unicorn.
 
 The engine executes Thumb instructions and nothing else: no exception is ever entered or left by it, and
 no time passes in it. ``run`` returns with a :class:`Stop` and the number of instructions retired;
 whoever drives it does the rest.
 
-Known of Unicorn 2.1 and relied upon (tests/arm/test_core_engine.py has each as a test):
+Known of Unicorn 2.1 and relied upon (tests/arm/test_speed_engine.py has most as tests):
 
 * An IT block is executed as a whole: a run never ends inside one, but may end up to four instructions late.
 * Inside a callback the counter includes the instruction in flight. Setting the limit to the counter
@@ -32,14 +34,14 @@ from __future__ import annotations
 
 import ctypes
 import weakref
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Final
+from collections.abc import Callable, Iterable, Iterator
 
 from unicorn import arm_const
 from unicorn import unicorn_const as uc
 from unicorn.unicorn_py3.unicorn import uclib
 
 from emulator.arm.cpu import counter as counting
+from emulator.arm.cpu.registers import CORE, FLOATING_POINT, MASKS, Registers
 from emulator.arm.cpu.stop import Stop
 
 FLASH, FLASH_SIZE = 0x0800_0000, 0x4_0000
@@ -80,6 +82,8 @@ ReadCallback = Callable[[int, int, int, int], int]
 WriteCallback = Callable[[int, int, int, int, int], None]
 """Called with (engine, offset in the window, size, value, 0)."""
 
+_Window = tuple[int, object, object, WriteCallback]
+
 _INTERRUPTS = {
     1: Stop.UNDEFINED,
     2: Stop.SVC,
@@ -91,53 +95,6 @@ _INTERRUPTS = {
     18: Stop.INVALID_STATE,
 }
 """QEMU's exception numbers (target/arm/cpu.h); only LDREX at an unaligned address meets 4, the data abort."""
-
-_REGISTERS: Final[dict[str, int]] = {
-    **{f"r{number}": arm_const.UC_ARM_REG_R0 + number for number in range(13)},
-    "sp": arm_const.UC_ARM_REG_SP,
-    "lr": arm_const.UC_ARM_REG_LR,
-    "pc": arm_const.UC_ARM_REG_PC,
-    "xpsr": arm_const.UC_ARM_REG_XPSR,
-    "msp": arm_const.UC_ARM_REG_MSP,
-    "psp": arm_const.UC_ARM_REG_PSP,
-    "primask": arm_const.UC_ARM_REG_PRIMASK,
-    "basepri": arm_const.UC_ARM_REG_BASEPRI,
-    "faultmask": arm_const.UC_ARM_REG_FAULTMASK,
-    "control": arm_const.UC_ARM_REG_CONTROL,
-    **{f"s{number}": arm_const.UC_ARM_REG_S0 + number for number in range(32)},
-    "fpscr": arm_const.UC_ARM_REG_FPSCR,
-}
-
-CORE = (*(f"r{number}" for number in range(13)), "sp", "lr", "pc", "xpsr")
-MASKS = ("primask", "basepri", "faultmask", "control")
-FLOATING_POINT = (*(f"s{number}" for number in range(32)), "fpscr")
-EVERYTHING = ("xpsr", "control", *MASKS[:3], "msp", "psp", *CORE[:15], *FLOATING_POINT)
-"""All but PC, in an order in which they can be written."""
-
-
-class Registers:
-    """Some registers, read and written in one call; ``words`` are their values, in the order of ``names``."""
-
-    def __init__(self, engine: Engine, names: Sequence[str]) -> None:
-        count = len(names)
-        self.names = tuple(names)
-        self._ids = (ctypes.c_int * count)(*(_REGISTERS[name] for name in names))
-        self._values = (ctypes.c_uint32 * count)()
-        self._places = (_pointer * count)(*(ctypes.addressof(self._values) + 4 * n for n in range(count)))
-        self.words = memoryview(self._values).cast("B").cast("I")
-        self._call = (engine.handle, ctypes.byref(self._ids), ctypes.byref(self._places), ctypes.c_int(count))
-        self._read, self._write = engine.library.uc_reg_read_batch, engine.library.uc_reg_write_batch
-
-    def read(self) -> memoryview[int]:
-        """The values now; the same memory each time."""
-        self._read(*self._call)
-        return self.words
-
-    def write(self, *values: int) -> None:
-        """All of them, in order; without ``values`` what is in ``words``."""
-        if values:
-            self.words[:] = memoryview((ctypes.c_uint32 * len(values))(*values)).cast("B").cast("I")
-        self._write(*self._call)
 
 
 class Engine:
@@ -152,6 +109,8 @@ class Engine:
         self.handle = self._open()
         self._kept: list[object] = []  # what C holds pointers to
         self._hooks: dict[int, object] = {}  # likewise, by handle
+        self._windows: dict[int, _Window] = {}
+        self._images: dict[int, object] = {}
         self.flash = self._map_own(FLASH, FLASH_SIZE, uc.UC_PROT_READ | uc.UC_PROT_EXEC, 0xFF, alias=0)
         self.ram = self._map_own(RAM, RAM_SIZE, _READ_WRITE, 0)
         self._places: frozenset[int] = frozenset()
@@ -186,6 +145,7 @@ class Engine:
         self._core = Registers(self, CORE)
         self._pc = Registers(self, ("pc",))
         self._whole = Registers(self, (*CORE, *MASKS, *FLOATING_POINT))
+        self._fetch_whole, self._bytes_of_whole = self._whole.fetch, self._whole.words.tobytes
         self._hook(uc.UC_HOOK_INTR, _INTERRUPT_HOOK(self._on_interrupt))
         self._hook(uc.UC_HOOK_MEM_INVALID, _MEMORY_HOOK(self._on_invalid_access))
 
@@ -213,8 +173,11 @@ class Engine:
 
     def map_callbacks(self, base: int, size: int, read: ReadCallback, write: WriteCallback) -> None:
         """Accesses to a window of the address space call ``read`` and ``write``, which must not raise."""
-        callbacks = _READ_CALLBACK(read), _WRITE_CALLBACK(write)
-        self._kept += callbacks
+        self._windows[base] = size, _READ_CALLBACK(read), _WRITE_CALLBACK(write), write
+        self._map_window(base)
+
+    def _map_window(self, base: int) -> None:
+        size, *callbacks, _ = self._windows[base]
         self._check(
             self.library.uc_mmio_map(
                 self.handle,
@@ -226,6 +189,28 @@ class Engine:
                 None,
             )
         )
+
+    def show_image(self, base: int, image: memoryview[int]) -> None:
+        """Reads of the window at ``base`` come from ``image``, writes call as ever and end the run.
+
+        A write leaves its value in ``image``. Between runs, as is the end of it.
+        """
+        self._unmap_window(base)
+        memory = (ctypes.c_char * image.nbytes).from_buffer(image)
+        arguments = ctypes.c_uint64(base), ctypes.c_size_t(image.nbytes), ctypes.c_uint32(uc.UC_PROT_READ)
+        self._check(self.library.uc_mem_map_ptr(self.handle, *arguments, ctypes.byref(memory)))
+        self._images[base] = memory
+
+    def hide_image(self, base: int) -> None:
+        """Reads call again."""
+        self._unmap_window(base)
+        self._map_window(base)
+        del self._images[base]
+
+    def _unmap_window(self, base: int) -> None:
+        size = ctypes.c_size_t(self._windows[base][0])
+        self._check(self.library.uc_mem_unmap(self.handle, ctypes.c_uint64(base), size))
+        self._control(uc.UC_CTL_TLB_FLUSH)
 
     def memory(self, address: int, size: int) -> memoryview[int] | None:
         """``size`` bytes of RAM, flash (at 0 too) or system memory; None elsewhere."""
@@ -343,10 +328,16 @@ class Engine:
 
     def whole_state(self) -> tuple[bytes, list[bytes]]:
         """All registers, and all of RAM that was ever stored to; between runs or in a callback."""
+        if self.running:
+            return self.state_in_callback()
         words = self._whole.read()
-        if not self.running:
-            words[_PC] = self.pc
+        words[_PC] = self.pc
         return words.tobytes(), [part.tobytes() for part in self._stored]
+
+    def state_in_callback(self) -> tuple[bytes, list[bytes]]:
+        """The same, in a callback only."""
+        self._fetch_whole()
+        return self._bytes_of_whole(), [part.tobytes() for part in self._stored]
 
     def state(self) -> bytes:
         """R0 to R12, SP, LR, PC and xPSR, in a callback or between runs."""
@@ -460,8 +451,14 @@ class Engine:
         yield begin, end
 
     def _on_invalid_access(
-        self, _engine: int, kind: int, address: int, _size: int, _value: int, _data: int
+        self, _engine: int, kind: int, address: int, size: int, value: int, _data: int
     ) -> bool:
+        base = address & -self._page_size
+        if base in self._images:
+            self._windows[base][3](0, address - base, size, value & (1 << 8 * size) - 1, 0)
+            self._forget_it_state()
+            self.cut()
+            return True
         self.fault_address = address
         if kind in (uc.UC_MEM_WRITE_UNMAPPED, uc.UC_MEM_WRITE_PROT):
             self._stop = Stop.WRITE

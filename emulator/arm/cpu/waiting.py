@@ -8,10 +8,10 @@ an event of the clock, or a change of a register that was read. Then as many who
 that are added to the time line, in the middle of the second passage. If that read is the only one of the
 iteration, one more is added, and it gives what the register has become.
 
-What must not be in between: a write to a register, a read with a side effect, a value that has changed since
-it was read (``next_change_ps`` of its block, asked at each read), an exception, an event (the last two end
-the run). The exclusive monitor is not compared: a loop that waits with LDREX and STREX opens it anew in each
-iteration.
+What must not be in between: a write that changes something, a read with a side effect, a value that has
+changed since it was read (its block says at each read until when it is valid), an exception, an event (the
+last two end the run). The exclusive monitor is not compared: a loop that waits with LDREX and STREX opens it
+anew in each iteration.
 
 Decision: exact recurrence and nothing cleverer. A loop that counts down a timeout while it polls never
 repeats itself; it is executed. The road not taken, to recognise the HAL's loops by their code, would be
@@ -39,13 +39,18 @@ class Waiting:
         """Of the core to registers."""
         self._enabled = enabled
         self._slice = run
-        self._state = run.engine.whole_state
+        self._state = run.engine.state_in_callback
         self._timeline = run.timeline
         self._clock = run.clock
         self._interest: dict[int, int] = {}
         self._seen: dict[bytes, tuple[int, int, list[bytes]]] = {}
         """Of each passage its position, the accesses so far, and RAM; by the registers."""
         self._valid_ps = NEVER_PS
+
+    @property
+    def comparing(self) -> bool:
+        """Whether there are passages that a disturbance would make useless."""
+        return bool(self._seen)
 
     def disturb(self) -> None:
         """An access that is no mere look at a register."""
@@ -93,16 +98,20 @@ class Waiting:
         first one at which the register has changed. Gives the instructions skipped, and whether it has.
         """
         run, line = self._slice, self._timeline
-        if run.limit.value <= run.counter.value:
-            return 0, False
-        iterations, changed = (run.end - position) // period, False
+        limit, end = run.limit.value, run.end
+        if line.count + limit <= position:
+            return 0, False  # the run is to end behind this instruction
+        iterations, changed = (end - position) // period, False
         if self._valid_ps < NEVER_PS:
-            last = line.count + line.until(self._valid_ps)  # the last position at which nothing has changed
+            last = line.position(self._valid_ps)  # at which nothing has changed yet
             needed = (last - position) // period + 1
             changed = alone and needed <= iterations
             iterations = needed if changed else min(needed - 1, iterations)
-        skipped = max(iterations, 0) * period
-        line.count += skipped
+        if iterations <= 0:
+            return 0, False
+        skipped = iterations * period
         self.skipped += skipped
-        run.limit.value = min(run.limit.value, run.end - line.count)
+        line.count += skipped
+        if line.count + limit > end:
+            run.limit.value = end - line.count
         return skipped, changed

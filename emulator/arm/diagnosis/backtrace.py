@@ -24,6 +24,7 @@ NOTE = "found by looking through the stack; entries may be left over from earlie
 
 _EXC_RETURNS = (0xFFFF_FFE1, 0xFFFF_FFE9, 0xFFFF_FFED, 0xFFFF_FFF1, 0xFFFF_FFF9, 0xFFFF_FFFD)
 _BLX, _BLX_MASK = 0x4780, 0xFF87  # of any register (ARMv7-M ARM A7.7.19)
+_TO_THREAD = 1 << 3  # of EXC_RETURN (ARMv7-M ARM table B1-8)
 _BASIC_FRAME_BIT, _THUMB = 1 << 4, 1 << 24
 _BASIC_WORDS, _FLOATING_WORDS = 8, 26
 _FRAME_LR, _FRAME_PC, _FRAME_XPSR = 5, 6, 7
@@ -72,7 +73,10 @@ class Backtrace:
         return f"{how} {self._places.place(call.address)}{times}"
 
     def _outward(self, pc: int, lr: int, sp: int) -> Iterator[Call]:
-        """Every caller, and behind each saved frame what was interrupted and its callers."""
+        """Every caller, and behind each saved frame what was interrupted and its callers.
+
+        What was interrupted in Thread mode has interrupted nothing itself: saved frames farther out are old.
+        """
         current, address = pc, max(sp & ~3, RAM.start)
         frame, exc_return = 0, 0
         if lr in _EXC_RETURNS:  # a handler that has not saved it: what it interrupted lies above
@@ -88,7 +92,7 @@ class Backtrace:
                 yield Call(current)
             for place in range(address, min(self._places.stack_top, RAM.end), 4):
                 word = self._word(place) or 0
-                if word in _EXC_RETURNS and self._is_frame(place + 4):
+                if not exc_return & _TO_THREAD and word in _EXC_RETURNS and self._is_frame(place + 4):
                     frame, exc_return = place + 4, word
                     break
                 if self._leads_to(word, current):

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from emulator.arm.cpu.core import Core
 from emulator.arm.cpu.nvic import FIRST_INTERRUPT, SYS_TICK, bits
+from emulator.arm.cpu.registers import MASKS, Registers
 from emulator.arm.cpu.systick import CSR, ENABLE, TICKINT
-from emulator.arm.cpu.unicorn_engine import MASKS, Registers
 from emulator.arm.diagnosis.vectors import exception_name
 
 

@@ -17,6 +17,7 @@ from typing import ClassVar
 
 from emulator.arm.peripherals.peripheral import WORD, Peripheral
 from emulator.arm.soc import Soc
+from emulator.clock import NEVER_PS
 
 MODER, OTYPER, OSPEEDR, PUPDR = 0x00, 0x04, 0x08, 0x0C
 IDR, ODR, BSRR, LCKR, AFRL, AFRH = 0x10, 0x14, 0x18, 0x1C, 0x20, 0x24
@@ -56,6 +57,10 @@ class GpioPort(Peripheral):
         self._lock_pins = 0
         self._inputs = 0  # what the pins read, analog ones included
         self._digital = _PINS  # which are not analog
+        self.looks = 0
+        """Reads of a register since the last write to one."""
+        self.image = memoryview(bytearray(size)).cast("I")
+        """The registers as words, for reads straight from memory; IDR is always up to date."""
         for pin in range(16):
             soc.gpio.listen(self.port, pin, partial(self._input_changed, pin))
         self.reset()
@@ -68,20 +73,38 @@ class GpioPort(Peripheral):
         self._locked = self._lock_step = self._lock_pins = 0
         self._apply(_PINS)
 
+    def look(self, offset: int) -> tuple[int, int]:
+        """Nothing changes but by events and writes."""
+        self.looks += 1
+        return self.registers.get(offset, 0), NEVER_PS
+
+    def draw(self) -> None:
+        """Make ``image`` anew."""
+        for offset, value in self.registers.items():
+            self.image[offset >> 2] = value if self.clocked else 0
+
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
         """Write a register; BSRR and ODR move pins, MODER to AFRH set them up."""
+        self.looks = 0
         value &= mask
-        if offset == BSRR:
-            # set wins when both bits of a pin are written (8.4.7)
-            self._latch(self.registers[ODR] & ~(value >> 16) | value & _PINS)
-        elif offset == ODR:
-            self._latch(self.registers[ODR] & ~mask | value & _PINS)
+        if offset in {BSRR, ODR}:
+            self._latch(self._latched(offset, value, mask))
         elif offset == LCKR:
             self._write_lock(value, mask)
         elif offset in _BITS_PER_PIN:
             self._configure(offset, value, mask)
 
+    def changes_nothing(self, offset: int, value: int, mask: int) -> bool:
+        """Loops that show a state write the same to BSRR all the time."""
+        return offset in {BSRR, ODR} and self._latched(offset, value & mask, mask) == self.registers[ODR]
+
     # -- outputs ----------------------------------------------------------------------------------------
+
+    def _latched(self, offset: int, value: int, mask: int) -> int:
+        """ODR after a write to ODR or BSRR; set wins when both bits of a pin are written (8.4.7)."""
+        if offset == BSRR:
+            return self.registers[ODR] & ~(value >> 16) | value & _PINS
+        return self.registers[ODR] & ~mask | value & _PINS
 
     def _latch(self, odr: int) -> None:
         changed = self.registers[ODR] ^ odr
@@ -102,6 +125,8 @@ class GpioPort(Peripheral):
     def _input_changed(self, pin: int, level: int) -> None:
         self._inputs = self._inputs & ~(1 << pin) | level << pin
         self.registers[IDR] = self._inputs & self._digital
+        if self.clocked:
+            self.image[IDR >> 2] = self.registers[IDR]
 
     # -- set-up -----------------------------------------------------------------------------------------
 

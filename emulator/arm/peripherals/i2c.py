@@ -41,7 +41,7 @@ from emulator.arm.peripherals.i2c_registers import (
 )
 from emulator.arm.peripherals.i2c_sequence import Sequence
 from emulator.arm.peripherals.irq_line import IrqLine
-from emulator.arm.peripherals.peripheral import WORD, Peripheral
+from emulator.arm.peripherals.peripheral import ALREADY_PS, WORD, Peripheral
 from emulator.arm.peripherals.pins import PinFunction, unconnected
 from emulator.arm.soc import Soc
 from emulator.clock import PS_PER_S
@@ -111,10 +111,12 @@ class I2c(Peripheral):
 
     def look(self, offset: int) -> tuple[int, int]:
         """SR1 is what polling loops read; a held line changes SR2 only."""
-        if offset != SR1:
-            return super().look(offset)
         if self._clock.deferred_ps <= self._clock.now_ps:
             self._clock.settle()
+        if offset == DR:
+            return self._read_data(), ALREADY_PS
+        if offset != SR1:
+            return super().look(offset)
         sequence = self._sequence
         self._seen = status = sequence.status1
         return status, sequence.due_ps

@@ -76,6 +76,11 @@ class Peripheral:
         if offset in self.registers:
             self.registers[offset] = self.registers[offset] & ~mask | value & mask
 
+    def changes_nothing(self, offset: int, value: int, mask: int) -> bool:
+        """Whether such a ``write`` would leave everything as it is: a loop that repeats it can be skipped."""
+        del offset, value, mask
+        return False
+
     def pure_read(self, offset: int) -> bool:
         """Whether reading ``offset`` has no side effect and will give the same until ``next_change_ps()``.
 

@@ -1,0 +1,55 @@
+"""A board whose chip runs a program, with waiting skipped or executed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from emulator import Board
+from emulator.arm.chip import Surroundings
+from emulator.arm.cpu.core import CoreSettings
+from emulator.arm.firmware import ArmFirmware
+from emulator.arm.image import load_firmware
+from emulator.trace import BusTransfer
+
+
+@dataclass(frozen=True)
+class Result:
+    """All that a run leaves behind; ``transfers``: (start, end, address, bytes written, bytes read)."""
+
+    terminal: bytes
+    transfers: list[tuple[int, int, int, bytes, bytes]]
+    edges: list[str]
+    retired: int
+    now_ps: int
+    registers: bytes
+    ram: bytes
+
+
+class Chip:
+    """The chip of a board in front of the first instruction of the firmware in ``file``."""
+
+    def __init__(self, file: Path, profile: str = "lab3", *, skip: bool = True) -> None:
+        self.board = board = Board(profile)
+        board.trace.record_all()
+        around = Surroundings(board.clock, board.trace, board.gpio, board.uart, board.bus, board.spi)
+        self.firmware = ArmFirmware(around, load_firmware(file), CoreSettings(skip=skip))
+        self.core = self.firmware.chip.core
+
+    def run_until(self, at_ps: int) -> None:
+        """Run up to and including ``at_ps``."""
+        self.firmware.run_until(at_ps)
+
+    def result(self) -> Result:
+        """What the run has done so far."""
+        events = list(self.board.trace)
+        transfers = [event for event in events if isinstance(event, BusTransfer)]
+        return Result(
+            self.board.terminal.since(0)[0],
+            [(event.t_ps, event.end_ps, event.address, event.written, event.read) for event in transfers],
+            [str(event) for event in events if not isinstance(event, BusTransfer)],
+            self.core.timeline.retired,
+            self.board.clock.now_ps,
+            self.core.engine.state_at(self.core.engine.pc),
+            bytes(self.core.engine.ram),
+        )

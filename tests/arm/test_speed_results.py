@@ -1,0 +1,113 @@
+"""What makes the chip fast changes nothing: waiting skipped or executed, ports read from memory or not."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from emulator.clock import PS_PER_MS, PS_PER_US
+from firmware_model.arm import prebuilt
+from tests.arm.speed_bench import Chip, Result
+from tests.arm.speed_programs import (
+    COUNTS_IN_RAM,
+    I2C_BY_DMA,
+    I2C_BY_INTERRUPT,
+    LOSES_THE_CLOCK,
+    POLLS_A_PIN,
+    SHOWS_A_PIN,
+    program,
+)
+
+RAM = 0x2000_0000
+
+
+def file(tmp_path: Path, source: str) -> Path:
+    path = tmp_path / "program.bin"
+    path.write_bytes(program(source))
+    return path
+
+
+def word(result: Result, address: int) -> int:
+    return int.from_bytes(result.ram[address - RAM :][:4], "little")
+
+
+def register(result: Result, number: int) -> int:
+    return int.from_bytes(result.registers[4 * number :][:4], "little")
+
+
+@pytest.mark.parametrize(("bus", "profile", "calls"), [("I2C2", "lab3", 24), ("SPI2", "fcu001v1", 24)])
+def test_the_solution_does_the_same_with_all_waiting_executed(bus: str, profile: str, calls: int) -> None:
+    """Boot and some callbacks: text, transfers and their times, LEDs, registers, RAM, instructions."""
+    results = []
+    for skip in (True, False):
+        chip = Chip(prebuilt("solution", bus), profile, skip=skip)
+        chip.run_until(1_120 * PS_PER_MS)
+        results.append(chip.result())
+
+    assert results[0] == results[1]
+    assert results[0].terminal.count(b"initialized and enabled") == 5
+    assert len(results[0].transfers) > calls * (4 if bus == "I2C2" else 21)
+
+
+@pytest.mark.parametrize("source", [I2C_BY_INTERRUPT, I2C_BY_DMA], ids=["interrupts", "dma"])
+def test_transfers_without_polling_are_the_same_too(tmp_path: Path, source: str) -> None:
+    """RM0368 18.3.3, 18.3.7; the main program waits for a variable that a handler sets."""
+    results = []
+    for skip in (True, False):
+        chip = Chip(file(tmp_path, source), skip=skip)
+        chip.run_until(20 * PS_PER_MS)
+        results.append(chip.result())
+
+    assert results[0] == results[1]
+    whole = [read for _, _, address, written, read in results[0].transfers if address == 0x6B]
+    assert len(whole) > 100
+    assert {len(read) for read in whole} == {2}
+    assert word(results[0], RAM + 8) == int.from_bytes(whole[-1], "little")
+    assert word(results[0], RAM + 12) == sum(int.from_bytes(read, "little") for read in whole)
+
+
+@pytest.mark.parametrize("source", [POLLS_A_PIN, SHOWS_A_PIN], ids=["counts laps", "shows the pin"])
+@pytest.mark.parametrize("skip", [True, False])
+def test_a_polled_pin_is_seen_at_its_lap(tmp_path: Path, source: str, *, skip: bool) -> None:
+    """Edges between laps, with the port read thousands of times before, and written to by none or by all."""
+    chip = Chip(file(tmp_path, source), skip=skip)
+    edges_us = (3_000, 3_001, 5_000, 5_777, 9_000)
+    for number, at_us in enumerate(edges_us):
+        change = partial(chip.board.gpio.drive, "A", 0, number % 2 ^ 1)
+        chip.board.clock.schedule(at_us * PS_PER_US, change)
+    chip.run_until(10 * PS_PER_MS)
+    lap_us = 8 * 1.3 / 16  # instructions, cycles, MHz
+
+    result = chip.result()
+    if source is SHOWS_A_PIN:
+        seen = [edge for edge in result.edges if "PB5" in edge]
+        assert len(seen) == 1 + len(edges_us)
+    else:
+        high_us = (3_001 - 3_000) + (5_777 - 5_000) + (10_000 - 9_000)
+        assert register(result, 5) == pytest.approx(high_us / (6 * 1.3 / 16), abs=len(edges_us))
+        assert register(result, 4) > 10_000 / lap_us
+        assert [port.name for port in chip.core.bus.images.shown] == ["GPIOA"]
+
+
+@pytest.mark.parametrize("skip", [True, False])
+def test_a_loop_that_changes_only_memory_is_executed(tmp_path: Path, *, skip: bool) -> None:
+    """Six instructions a lap, at 16 MHz and 1.3 cycles each."""
+    chip = Chip(file(tmp_path, COUNTS_IN_RAM), skip=skip)
+    chip.run_until(10 * PS_PER_MS)
+
+    assert word(chip.result(), RAM) == pytest.approx(10_000 * 16 / 1.3 / 6, abs=5)
+
+
+@pytest.mark.parametrize("skip", [True, False])
+def test_a_polled_port_that_loses_its_clock_reads_as_zero(tmp_path: Path, *, skip: bool) -> None:
+    """RM0368 6.3.9: what was read from memory a moment ago is the block's again."""
+    chip = Chip(file(tmp_path, LOSES_THE_CLOCK), skip=skip)
+    chip.board.gpio.drive("A", 0, 1)
+    chip.run_until(10 * PS_PER_MS)
+
+    result = chip.result()
+    assert register(result, 4) & 1 == 1
+    assert register(result, 5) == 0
+    assert register(result, 6) == register(result, 4)
