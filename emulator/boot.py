@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
 _USUAL_PROFILE = "lab3"
 _SETTINGS_IGNORED = "the scenario's [firmware_settings] are for firmware in Python and not used here"
-_BUS_OF_PROFILE = {"lab3": "I2C2", "fcu001v1": "SPI2"}
 
 
 @dataclass(frozen=True)
@@ -80,7 +79,7 @@ def _built(firmware: str | Path, profile: str | None, wiring: Profile) -> Choice
     if isinstance(firmware, str) and firmware in firmwares.ARM:
         from firmware_model.arm import prebuilt
 
-        file = prebuilt(firmwares.ARM_PROGRAM[firmware], _BUS_OF_PROFILE[wiring.name])
+        file = prebuilt(firmwares.ARM_PROGRAM[firmware], "I2C2" if wiring.i2c2 else "SPI2")
         return Choice(wiring, firmware, image=load_firmware(file))
     if not _is_file(firmware):
         known = ", ".join(firmwares.NAMES)

@@ -148,6 +148,11 @@ class Uart:
             self.dropped += excess
         return self._text
 
+    def received_count(self) -> int:
+        """How many bytes have arrived at the terminal by now, those no longer kept included."""
+        kept = len(self.received())  # which may drop some
+        return self.dropped + kept
+
     def _open_run(self) -> _Run:
         """The run that the next frame belongs to: another one after a gap or when frames become others."""
         run = self._run

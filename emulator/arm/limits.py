@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass, fields
 from typing import Any
 
 from emulator.arm.cpu.core import Core
@@ -53,7 +53,7 @@ class Limits:
 
 def parse_limits(settings: Iterable[str]) -> Limits:
     """The usual limits with some replaced, each given as ``name=number``. Raises InputError."""
-    types = {"instructions": int, "terminal_bytes": int, "resets_per_s": int, "wall_s": float}
+    types = {name: type(usual) for name, usual in asdict(Limits()).items()}
     chosen: dict[str, Any] = {}
     for setting in settings:
         name, _, number = setting.partition("=")
@@ -93,7 +93,7 @@ class LimitedRun:
     def _check(self, limits: Limits) -> None:
         if self._core.timeline.retired > limits.instructions:
             raise LimitError("instructions", f"it has executed more than {limits.instructions} instructions")
-        if self._uart.dropped + len(self._uart.received()) > limits.terminal_bytes:
+        if self._uart.received_count() > limits.terminal_bytes:
             raise LimitError("terminal_bytes", f"it has printed more than {limits.terminal_bytes} bytes")
         if self._wall_s > limits.wall_s:
             raise LimitError("wall_s", f"it has run for more than {limits.wall_s:g} s of wall time")

@@ -30,7 +30,7 @@ class Explainer:
         board = self._board
         if board.arm is None:
             return
-        printed = board.uart.dropped + len(board.uart.received())
+        printed = board.uart.received_count()
         if printed != self._printed:
             self._printed, self._silent_since_s = printed, board.now_s
             self._patience_s = _FIRST_QUESTION_S

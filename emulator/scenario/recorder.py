@@ -81,7 +81,7 @@ class Recorder:
             periodic.cancel()
 
     def _look(self) -> None:
-        count = self._uart.dropped + len(self._uart.received())
+        count = self._uart.received_count()
         if count > self._looks[-1][0]:
             self._looks.append((count, self._last_look_ps))
         self._last_look_ps = self._clock.now_ps

@@ -17,23 +17,14 @@ from emulator.arm.cpu.faults import (
 )
 from emulator.arm.cpu.unicorn_engine import RAM
 from tests.arm.core_bench import STACK, CoreBench, interrupts, store
-
-MEM_MANAGE, BUS_FAULT, USAGE_FAULT, HARD_FAULT = 4, 5, 6, 3
-ALL_ENABLED = store("SHCSR", 0x0007_0000)
-NOWHERE = 0x6000_0000  # the external memory that this chip has not
-
-HANDLERS = """
-hard_fault:
-mem_manage:
-bus_fault:
-usage_fault:
-       mrs r2, ipsr
-       log r2
-       ldr r2, [sp, #24]
-       log r2
-       b .
-"""
-"""Log the exception and the return address in the frame."""
+from tests.arm.core_faults import (
+    ALL_ENABLED,
+    HANDLERS,
+    HARD_FAULT,
+    MEM_MANAGE,
+    NOWHERE,
+    USAGE_FAULT,
+)
 
 
 def run(body: str, before: str = "") -> CoreBench:

@@ -71,7 +71,7 @@ class Machine:
     def request_reset(self, reason: str) -> None:
         """Reset the chip behind the instruction in flight."""
         self._reset_reason = self._reset_reason or reason
-        if self._slice.running:
+        if self._engine.running:
             self._engine.cut()
 
     @property
@@ -84,7 +84,7 @@ class Machine:
     def halt(self) -> None:
         """Stand still in front of the next instruction; an exception being entered is entered first."""
         self._halting = True
-        if self._slice.running:
+        if self._engine.running:
             self._engine.cut()
         elif not self.halted:
             self.run_until(self._timeline.now_ps() + 1)
@@ -162,14 +162,12 @@ class Machine:
         return ordinary and not (due or ready or self._reset_reason or self._halting)
 
     def _run(self, instructions: int, past: bool = False) -> Stop:
-        self._slice.running = True
         try:
             if past:
                 stop = self._special.run_past()
             else:
                 stop = self._single_step.run() if self.stepping else self._engine.run(instructions)
         finally:
-            self._slice.running = False
             self._timeline.count += self._engine.executed
             self._waiting.forget()
         if stop is not Stop.SLICE:

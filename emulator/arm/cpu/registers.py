@@ -28,6 +28,9 @@ _REGISTERS: Final[dict[str, int]] = {
     "fpscr": arm_const.UC_ARM_REG_FPSCR,
 }
 
+IT_BITS = 0x0600_FC00
+"""ITSTATE in xPSR (ARMv7-M ARM B1.4.2)."""
+
 CORE = (*(f"r{number}" for number in range(13)), "sp", "lr", "pc", "xpsr")
 MASKS = ("primask", "basepri", "faultmask", "control")
 FLOATING_POINT = (*(f"s{number}" for number in range(32)), "fpscr")

@@ -7,12 +7,11 @@ conditions fail are passed along with the one in front of them; like in the engi
 
 from __future__ import annotations
 
-from emulator.arm.cpu.registers import Registers
+from emulator.arm.cpu.registers import IT_BITS, Registers
 from emulator.arm.cpu.stop import Stop
 from emulator.arm.cpu.unicorn_engine import Engine
 
 _FLAGS = 0xF000_0000
-_IT_BITS = 0x0600_FC00
 _BEHIND = {Stop.SLICE, Stop.SVC, Stop.WFI, Stop.WFE, Stop.EXCEPTION_RETURN}
 """Ends of a run at which the instruction has been executed."""
 
@@ -63,7 +62,7 @@ class SingleStep:
 
     def _inside(self, state: int, first: int) -> Stop:
         before = self._xpsr.read()[0]
-        self._xpsr.write(before & ~_IT_BITS)
+        self._xpsr.write(before & ~IT_BITS)
         stop = self._engine.run(1)
         if stop not in _BEHIND:
             self._xpsr.write(before)
@@ -89,7 +88,7 @@ class SingleStep:
 
     def _set_state(self, state: int) -> None:
         bits = (state & 0xFC) << 8 | (state & 3) << 25
-        self._xpsr.write(self._xpsr.read()[0] & ~_IT_BITS | bits)
+        self._xpsr.write(self._xpsr.read()[0] & ~IT_BITS | bits)
 
 
 def _keeps_flags(first: int) -> bool:

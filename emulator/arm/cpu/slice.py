@@ -28,7 +28,6 @@ class Slice:
         self.nvic = nvic
         self.counter, self.limit = engine.counter, engine.limit
         self.end_ps = self.end = 0
-        self.running = False
 
     def plan(self, at_ps: int) -> int:
         """How many instructions may be executed until the next event, or until ``at_ps``."""
@@ -47,7 +46,7 @@ class Slice:
 
     def end_in_time(self) -> None:
         """After something has been scheduled or made pending: end the run when it matters."""
-        if not self.running:
+        if not self.engine.running:
             return
         if self.nvic.changed:
             self.engine.cut()
@@ -58,8 +57,8 @@ class Slice:
 
     def set_rate(self, hclk_hz: int) -> None:
         """HCLK has become another one, now."""
-        begun = self.counter.value - 1 if self.running else 0
-        if self.running:
+        begun = self.counter.value - 1 if self.engine.running else 0
+        if self.engine.running:
             self.timeline.set_rate(hclk_hz, self.clock.now_ps, begun)
             self.end = self.timeline.count + self.limit.value
             self.end_in_time()

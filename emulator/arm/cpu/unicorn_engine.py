@@ -41,16 +41,16 @@ from unicorn import unicorn_const as uc
 from unicorn.unicorn_py3.unicorn import uclib
 
 from emulator.arm.cpu import counter as counting
-from emulator.arm.cpu.registers import CORE, FLOATING_POINT, MASKS, Registers
+from emulator.arm.cpu.registers import CORE, FLOATING_POINT, IT_BITS, MASKS, Registers
 from emulator.arm.cpu.stop import Stop
+from emulator.arm.image import memory_map
 
-FLASH, FLASH_SIZE = 0x0800_0000, 0x4_0000
-RAM, RAM_SIZE = 0x2000_0000, 0x1_0000
+FLASH, FLASH_SIZE = memory_map.FLASH.start, memory_map.FLASH.end - memory_map.FLASH.start
+RAM, RAM_SIZE = memory_map.RAM.start, memory_map.RAM.end - memory_map.RAM.start
 SYSTEM_MEMORY, SYSTEM_MEMORY_SIZE = 0x1FFF_0000, 0x1_0000
 
 _READS = (uc.UC_MEM_READ_UNMAPPED, uc.UC_MEM_READ_PROT)
 _THUMB = 1 << 24
-_IT_BITS = 0x0600_FC00
 _READ_WRITE = uc.UC_PROT_READ | uc.UC_PROT_WRITE
 _EXECUTE_NEVER = 1 << 2 | 1 << 5 | 1 << 6 | 1 << 7  # by 512 MB: what ARMv7-M ARM table B3-1 marks XN
 _NOP = b"\x00\xbf"
@@ -389,8 +389,8 @@ class Engine:
     def _forget_it_state(self) -> None:
         """An access that is told of leaves ITSTATE behind: what follows the block would be conditional."""
         xpsr = self._xpsr.read()[0]
-        if xpsr & _IT_BITS and self._stop is Stop.SLICE:
-            self._xpsr.write(xpsr & ~_IT_BITS)
+        if xpsr & IT_BITS and self._stop is Stop.SLICE:
+            self._xpsr.write(xpsr & ~IT_BITS)
 
     def unwatch(self, handle: int) -> None:
         """No more calls; between runs."""
