@@ -61,6 +61,8 @@ class Clock:
         self._order = 0
         self.deferred_ps: int = NEVER_PS
         self._deferred: list[tuple[int, int, Event]] = []
+        self.before_firing: list[Callable[[], None]] = []
+        """Called before anything is carried out, for whoever still keeps a deferred call of its own."""
 
     @property
     def now_s(self) -> float:
@@ -96,6 +98,8 @@ class Clock:
     def settle(self) -> None:
         """Carry out what was deferred until now, each at its time; then it is now again."""
         now_ps = self.now_ps
+        for hand_over in self.before_firing:
+            hand_over()
         if self.deferred_ps > now_ps:
             return
         while self.deferred_ps <= now_ps or self.next_ps <= now_ps:
@@ -117,6 +121,8 @@ class Clock:
 
     def advance_to(self, at_ps: int) -> None:
         """Fire everything due up to and including ``at_ps`` and stop there."""
+        for hand_over in self.before_firing:
+            hand_over()
         start_ps = self.now_ps  # what is late moves time back while it is carried out
         while self.next_ps <= at_ps or self.deferred_ps <= at_ps:
             self.fire_next()

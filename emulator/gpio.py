@@ -67,6 +67,8 @@ class Gpio:
         self._clock = clock
         self._trace = trace
         self._pins = {(port, pin): _Pin(f"P{port}{pin}") for port in _PORTS for pin in range(16)}
+        self.switched = 0
+        """How often a pin has been switched to another function: what was asked for stays true until then."""
 
     # -- the chip's side --------------------------------------------------------------------------------
 
@@ -98,6 +100,7 @@ class Gpio:
     def set_alternate(self, port: str, pin: int, function: int | None) -> None:
         """Which alternate function (AF number) a pin is switched to; None while it is no such pin."""
         self._pins[port, pin].alternate = function
+        self.switched += 1
 
     # -- everybody's side -------------------------------------------------------------------------------
 

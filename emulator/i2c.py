@@ -12,6 +12,7 @@ Faults are injected by rules (:class:`I2CFault`), so a scenario and a test break
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, Protocol, TypeAlias
 
@@ -108,6 +109,8 @@ class I2CBus:
         self._targets: dict[int, I2CTarget] = {}
         self._faults: list[I2CFault] = []
         self.has_faults = False
+        self.when_broken: list[Callable[[], None]] = []
+        """Called after a fault has been injected."""
         self.shortest_ps = PS_PER_S // speed_hz if speed_hz < FAST_MODE_HZ else 0
         """Shortest period of SCL: a bus that is slow from the start stays so, whatever the master sets."""
         self.set_speed(speed_hz)
@@ -136,6 +139,8 @@ class I2CBus:
         """Break transfers as the rule says."""
         self._faults.append(fault)
         self.has_faults = True
+        for told in self.when_broken:
+            told()
         until = "for good" if fault.until_ps >= PS_PER_S * 10**6 else f"until {fault.until_ps / PS_PER_S:g} s"
         where = "" if fault.address is None else f" at 0x{fault.address:02X}"
         self._trace.add(Fault(fault.from_ps, self.name, f"{fault.kind}{where} {until}"))

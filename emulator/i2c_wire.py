@@ -12,6 +12,7 @@ from typing import Literal, TypeAlias
 
 from emulator.errors import I2CBusError, I2CError, I2CNackError
 from emulator.i2c import ARBITRATION_LOST, BUS_ERROR, I2CBus, I2CTarget
+from sensors.subaddress import SubaddressTarget
 
 Answer: TypeAlias = Literal["ack", "nack", "bus_error", "arbitration"]
 
@@ -20,7 +21,7 @@ class I2CWire:
     """The bytes of one bus, for one master."""
 
     def __init__(self, bus: I2CBus) -> None:
-        self._bus = bus
+        self.bus = bus
         self._open = False  # a message has begun and is not recorded yet
         self._start_ps = 0
         self._address = 0
@@ -33,24 +34,30 @@ class I2CWire:
 
     def held(self) -> bool:
         """Whether a line is held low now, so that no start can be sent."""
-        return self._bus.has_faults and self.released_ps() > self._bus.now_ps
+        return self.bus.has_faults and self.released_ps() > self.bus.now_ps
 
     def released_ps(self) -> int:
         """When a line that is held low is let go again; now, if none is."""
-        now_ps = self._bus.now_ps
-        faults = self._bus.faults(now_ps)
+        now_ps = self.bus.now_ps
+        faults = self.bus.faults(now_ps)
         return max((fault.until_ps for fault in faults if fault.kind == "stuck"), default=now_ps)
 
     def start(self, address: int, *, read: bool, start_ps: int) -> Answer:
         """A start condition at ``start_ps`` and the address byte after it, which ends now."""
         if self._open and self._address == address and read and not self._reading and self._error is None:
             self._reading = True
-            return self._address_device(read=True)
-        self._finish(start_ps)
-        self._open, self._start_ps, self._address, self._reading = True, start_ps, address, read
-        self._written, self._received, self._error = bytearray(), bytearray(), None
-        self._target = self._bus.target(address)
-        return self._broken(read=read) or self._address_device(read=read)
+        else:
+            self._finish(start_ps)
+            self._open, self._start_ps, self._address, self._reading = True, start_ps, address, read
+            self._written, self._received, self._error = bytearray(), bytearray(), None
+            self._target = self.bus.target(address)
+            self._nack_at = None
+            if self.bus.has_faults and (broken := self._broken(read=read)):
+                return broken
+        if self._target is not None and self._target.start(read=read):
+            return "ack"
+        self._error = I2CNackError(self._address, 0)
+        return "nack"
 
     def write_byte(self, value: int) -> bool:
         """A byte from the master; True if it was acknowledged."""
@@ -69,28 +76,31 @@ class I2CWire:
         self._received.append(value)
         return value
 
+    def read_ahead(self) -> tuple[bytes, int]:
+        """The bytes that come next, and until when (ps) they are these; none if that is not sure."""
+        if isinstance(self._target, SubaddressTarget):
+            return self._target.read_ahead(self.bus.now_ps)
+        return b"", 0
+
+    def taken(self, data: bytes) -> None:
+        """These have been read meanwhile, as if one after the other."""
+        assert isinstance(self._target, SubaddressTarget), "bytes that were never told"
+        self._target.taken(len(data))
+        self._received += data
+
     def stop(self) -> None:
         """The stop condition ends now."""
-        self._finish(self._bus.now_ps)
+        self._finish(self.bus.now_ps)
 
     def abort(self) -> None:
         """The master lets go of the bus without a stop."""
         if self._open and self._error is None:
             self._error = I2CError(self._address, "abandoned by the master without a stop")
-        self._finish(self._bus.now_ps)
-
-    def _address_device(self, *, read: bool) -> Answer:
-        if self._target is not None and self._target.start(read=read):
-            return "ack"
-        self._error = I2CNackError(self._address, 0)
-        return "nack"
+        self._finish(self.bus.now_ps)
 
     def _broken(self, *, read: bool) -> Answer | None:
         """What a fault makes of the address byte; a rule for a later byte is kept for then."""
-        self._nack_at = None
-        if not self._bus.has_faults:
-            return None
-        for fault in self._bus.faults(self._start_ps):
+        for fault in self.bus.faults(self._start_ps):
             if fault.address not in (None, self._address):
                 continue
             if fault.kind == "bus_error":
@@ -112,12 +122,9 @@ class I2CWire:
         self._open = False
         if self._target is not None:
             self._target.stop()
-        self._bus.end_ps = end_ps
-        self._bus.recent.append(
-            (self._start_ps, end_ps, self._address, self._written, self._received, self._error)
-        )
-        if self._error is not None or self._bus.detailed:
-            result = "ok" if self._error is None else str(self._error)
-            self._bus.record(
-                self._start_ps, self._address, bytes(self._written), bytes(self._received), result
-            )
+        bus, error = self.bus, self._error
+        bus.end_ps = end_ps
+        bus.recent.append((self._start_ps, end_ps, self._address, self._written, self._received, error))
+        if error is not None or bus.detailed:
+            result = "ok" if error is None else str(error)
+            bus.record(self._start_ps, self._address, bytes(self._written), bytes(self._received), result)

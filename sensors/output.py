@@ -41,6 +41,14 @@ class DataReady:
             mask |= flag
         return mask
 
+    def keep(self) -> bytes:
+        """What the status register keeps when a byte is read, for each byte: a low one clears nothing."""
+        masks = bytearray()
+        for flag in self.words:
+            cleared = flag | self.any
+            masks += bytes((0xFF, 0xFF & ~(cleared | cleared << self.overrun_shift)))
+        return bytes(masks)
+
 
 def swap_bytes(words: bytes) -> bytes:
     """16-bit words with their two bytes exchanged."""
@@ -57,11 +65,11 @@ class OutputWords:
         "_all",
         "_bdu",
         "_big_endian",
-        "_clear_all",
         "_end",
         "_first",
-        "_flags",
         "_half_read",
+        "_keep",
+        "_keep_all",
         "_mem",
         "_overrun_shift",
         "_shown",
@@ -79,17 +87,18 @@ class OutputWords:
     ) -> None:
         self._mem = registers.mem
         self._first, self._end = register.addr, register.addr + register.size
-        self._flags = flags
         self._status = flags.status.addr if flags else 0
         self._all = flags.all() if flags else 0
         self._overrun_shift = flags.overrun_shift if flags else 0
-        self._clear_all = 0xFF & ~(self._all | (self._all << self._overrun_shift))
+        self._keep = flags.keep() if flags else b"\xff" * register.size
+        self._keep_all = 0xFF & ~(self._all | (self._all << self._overrun_shift))
         self._after_sample = after_sample
         self.stream = stream
         self._bdu = self._big_endian = False
         self._half_read = registers.half_read
         self._shown = b""
         registers.before_read(register, self.before_read)
+        registers.know_ahead(register, self)
 
     def set_format(self, *, bdu: bool, big_endian: bool) -> None:
         """BDU and BLE as configured; switching BDU off releases every word, BLE turns those not held."""
@@ -129,14 +138,37 @@ class OutputWords:
         if now_ps >= stream.next_ps:
             self.refresh(now_ps)
         if first == self._first and end == self._end and not (self._half_read or self._big_endian):
-            self._mem[self._status] &= self._clear_all
+            self._mem[self._status] &= self._keep_all
             return stream.data
         if self._shown is not stream.data:
             self._show()
-        self._clear(first, end)
-        if self._bdu:
-            self._hold(first, end)
+        while first < end:  # mostly once, and then half the price of a range
+            self._account(first)
+            first += 1
         return None
+
+    def ahead(self, first: int, now_ps: int) -> tuple[bytes, int]:
+        """The bytes from ``first`` on, and until when (ps) they are these; none while words are held back."""
+        stream = self.stream
+        if now_ps >= stream.next_ps:
+            self.refresh(now_ps)
+        if self._shown is not stream.data:
+            self._show()
+            if self._half_read:
+                return b"", 0
+        return bytes(self._mem[first : self._end]), stream.next_ps
+
+    def taken(self, first: int, count: int) -> None:
+        """So many bytes from ``first`` on have been read one by one."""
+        offset = first - self._first
+        if self._half_read or (offset | count) & 1:
+            for address in range(first, first + count):
+                self._account(address)
+            return
+        kept = 0xFF  # whole words: none is held
+        for keep in self._keep[offset : offset + count]:
+            kept &= keep
+        self._mem[self._status] &= kept
 
     def _show(self) -> None:
         data = self.stream.data
@@ -151,20 +183,12 @@ class OutputWords:
             if word not in self._half_read and word + 1 not in self._half_read:
                 self._mem[word : word + 2] = words[offset : offset + 2]
 
-    def _clear(self, first: int, end: int) -> None:
-        if self._flags is None:
-            return
-        cleared = 0
-        for number, flag in enumerate(self._flags.words):
-            if first <= self._first + 2 * number + 1 < end:
-                cleared |= flag | self._flags.any
-        if self._overrun_shift:
-            cleared |= cleared << self._overrun_shift
-        self._mem[self._status] &= ~cleared
-
-    def _hold(self, first: int, end: int) -> None:
-        for address in range(first, end):
-            partner = self._first + ((address - self._first) ^ 1)
+    def _account(self, address: int) -> None:
+        """A byte is about to be read: clear its flags; hold its word until the other byte is read, too."""
+        offset = address - self._first
+        self._mem[self._status] &= self._keep[offset]
+        if self._bdu:
+            partner = self._first + (offset ^ 1)
             if partner in self._half_read:
                 self._half_read.discard(partner)
             else:

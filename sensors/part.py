@@ -74,6 +74,14 @@ class Part:
             self.read = _read_then(self.read, self._accessed)
             self.write = _write_then(self.write, self._accessed)
 
+    def read_ahead(self, address: int, now_ps: int) -> tuple[bytes, int]:
+        """See :meth:`RegisterFile.read_ahead`; nothing while somebody listens to each access."""
+        return self.active.read_ahead(address, now_ps) if self._accessed is None else (b"", 0)
+
+    def taken(self, address: int, count: int) -> None:
+        """See :meth:`RegisterFile.taken`."""
+        self.active.taken(address, count)
+
     def _writer(self, registers: RegisterFile) -> Write:
         return registers.write
 

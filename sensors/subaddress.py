@@ -39,6 +39,14 @@ class AddressedDevice(Protocol):
         """The datasheet's name of the register at a sub-address."""
         ...
 
+    def read_ahead(self, address: int, now_ps: int) -> tuple[bytes, int]:
+        """What single reads would give, and until when (ps); none if that is not sure."""
+        ...
+
+    def taken(self, address: int, count: int) -> None:
+        """So many of these bytes have been read."""
+        ...
+
     def accessible(self, now_ps: int) -> bool:
         """Whether the registers answer; once they do, they do so for good."""
         ...
@@ -65,6 +73,8 @@ class SubaddressTarget:
     def start(self, *, read: bool) -> bool:
         """A start or repeated start addressed this part; True acknowledges."""
         self._expects_subaddress = not read
+        if not self._booting:
+            return not self.device.i2c_off
         answers = self._answers()
         if self._booting:
             self.device.refuse(self._now_ps())
@@ -87,6 +97,15 @@ class SubaddressTarget:
         data = self.device.read(self._catch_up(), count, self._now_ps())
         self._lag = count
         return data
+
+    def read_ahead(self, now_ps: int) -> tuple[bytes, int]:
+        """What the next reads of one byte would give, and until when (ps); nothing has been read yet."""
+        return self.device.read_ahead(self._catch_up(), now_ps)
+
+    def taken(self, count: int) -> None:
+        """So many of these bytes have been read."""
+        self.device.taken(self._address, count)
+        self._lag = count
 
     def stop(self) -> None:
         """The master ended the transfer; the sub-address stays."""

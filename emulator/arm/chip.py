@@ -57,6 +57,8 @@ class Chip:
             system_memory=[(SYSTEM_MEMORY, system_memory(around.board))],
             on_reset=self.system.rcc.reset_because,
         )
+        if self.core.native is not None:
+            self.comm.i2c2.go_native(self.core.native, self.core.run)  # nothing is connected to the others
 
     def _reset(self, reason: str) -> None:
         self.core.request_reset(reason)

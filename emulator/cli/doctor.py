@@ -43,7 +43,7 @@ class Finding:
 def examine() -> bool:
     """Print the report; True when everything the board needs is there."""
     findings = [_python(), *(_package(name) for name in _PACKAGES)]
-    findings += [_boots("lab3"), _boots("solution"), _pty(), *_terminals(), *_build_tools()]
+    findings += [_engine(), _boots("lab3"), _boots("solution"), _pty(), *_terminals(), *_build_tools()]
     for finding in findings:
         mark = "ok     " if finding.ok else ("MISSING" if finding.needed else "absent ")
         click.echo(f"{mark}  {finding.text}")
@@ -64,6 +64,19 @@ def _package(name: str) -> Finding:
     except ImportError as error:
         return Finding(False, f"{name}: {error}; pip install {name}", needed=True)
     return Finding(True, f"{name} {version}", needed=True)
+
+
+def _engine() -> Finding:
+    from emulator.arm.cpu import engines
+
+    does = "executes firmware built for the chip"
+    if engines.default() == engines.NATIVE:
+        return Finding(True, f"the native engine {does}")
+    missing = engines.why_not_native()
+    if not missing:
+        return Finding(True, f"Unicorn, the slower engine, {does}: {engines.VARIABLE} says so")
+    why = f"optional; {missing}: {engines.HOW_TO_BUILD}"
+    return Finding(False, f"native engine: {why}. Until then Unicorn, which is slower, {does}")
 
 
 def _boots(firmware: str) -> Finding:

@@ -9,6 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 
 from emulator import Board
+from emulator.arm.cpu import engines
+from emulator.arm.cpu.native_bus import NativeBus
+from emulator.arm.cpu.native_engine import NativeEngine
+from emulator.arm.cpu.native_exceptions import nvic_of
+from emulator.arm.cpu.timeline import CYCLES_PER_INSTRUCTION
 from emulator.arm.peripherals.comm_blocks import CommBlocks
 from emulator.arm.peripherals.peripheral import Peripheral
 from emulator.arm.soc import Soc
@@ -64,10 +69,18 @@ class CommBench:
             self.spi_bus.attach(SPI2_CHIP_SELECTS[part.NAME], part)
         self.blocks = blocks = CommBlocks(soc, board.uart, board.bus, self.spi_bus)
         self.usart1, self.i2c2, self.spi2 = blocks.usart1, blocks.i2c2, blocks.spi2
+        if engines.default() == engines.NATIVE:
+            self._go_native()
         self.dma1, self.dma2 = blocks.dma1, blocks.dma2
         self.memory = FakeMemory(blocks)
         soc.memory = self.memory
         self._delays: Iterator[int] = iter(delays)
+
+    def _go_native(self) -> None:
+        """The I2C block's sequence in C, as beside the native engine; registers are reached as here."""
+        native = NativeBus(NativeEngine())
+        timeline = native.timeline(self.clocks.hclk_hz, CYCLES_PER_INSTRUCTION)
+        self.i2c2.go_native(native, native.slice(timeline, self.clock, nvic_of(native)))
 
     def wait(self, duration_ps: int) -> None:
         """Firmware is busy elsewhere."""

@@ -28,8 +28,8 @@ from fractions import Fraction
 from typing import ClassVar
 
 from emulator.arm.cpu.core import Core, CoreSettings
+from emulator.arm.cpu.engine import FLASH, RAM, RAM_SIZE
 from emulator.arm.cpu.registers import FLOATING_POINT, Registers
-from emulator.arm.cpu.unicorn_engine import FLASH, RAM, RAM_SIZE
 from emulator.arm.peripherals.peripheral import Peripheral
 from emulator.arm.soc import Soc
 from emulator.clock import NEVER_PS, PS_PER_US, Clock

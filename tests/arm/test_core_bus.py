@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import pytest
 
-from emulator.arm.cpu.unicorn_engine import FLASH, RAM
+from emulator.arm.cpu.engine import FLASH, RAM
 from emulator.trace import DeviceNote
 from tests.arm.core_bench import PROBE, STACK, CoreBench, store
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from emulator.arm.cpu.engine import RAM
 from emulator.arm.cpu.faults import (
     BFARVALID,
     DEBUGEVT,
@@ -15,7 +16,6 @@ from emulator.arm.cpu.faults import (
     UNDEFINSTR,
     UNSTKERR,
 )
-from emulator.arm.cpu.unicorn_engine import RAM
 from tests.arm.core_bench import STACK, CoreBench, interrupts, store
 from tests.arm.core_faults import (
     ALL_ENABLED,

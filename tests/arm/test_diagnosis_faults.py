@@ -79,7 +79,7 @@ def test_a_vector_table_that_is_nowhere_locks_the_core_up() -> None:
     board = template()
     board.run_for(0.01)
     assert board.arm is not None
-    board.arm.chip.core.scb.registers[VTOR] = 0x1000_0000
+    board.arm.chip.core.scb.write(VTOR, 0x1000_0000, 0xFFFF_FFFF)
     board.run_for(0.01)
 
     assert summary(board).endswith("the vector table cannot be read")

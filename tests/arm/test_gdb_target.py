@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from emulator.arm.cpu.unicorn_engine import FLASH, RAM
+from emulator.arm.cpu.engine import FLASH, RAM
 from emulator.arm.gdb.core_target import CoreTarget
 from emulator.arm.gdb.target import Point, PointKind, Stop
 from emulator.clock import PS_PER_US

@@ -1,14 +1,15 @@
-"""What the engine relies upon of Unicorn, and what is done about it: each fact by itself, so that another
-version that differs is found out here.
+"""What is relied upon of both engines: each fact by itself, so that another version of Unicorn that differs
+is found out here.
 """
 
 from __future__ import annotations
 
 import pytest
 
+from emulator.arm.cpu import engines
+from emulator.arm.cpu.engine import FLASH, RAM
 from emulator.arm.cpu.registers import Registers
 from emulator.arm.cpu.stop import Stop
-from emulator.arm.cpu.unicorn_engine import FLASH, RAM, Engine
 from tests.arm.thumb_assembler import assemble
 
 CODE = FLASH + 0x200
@@ -20,7 +21,7 @@ class Bench:
     """An engine in front of a program; ``log`` are the accesses to a device of one kilobyte."""
 
     def __init__(self, source: str) -> None:
-        self.engine = Engine()
+        self.engine = engines.make("")
         code, self.labels = assemble(source, CODE, SYMBOLS)
         self.engine.flash[CODE - FLASH : CODE - FLASH + len(code)] = code
         self.engine.pc = CODE

@@ -110,6 +110,27 @@ def test_a_burst_remembers_no_earlier_one(layout: Layout, start: int, count: int
     assert used.read(start, count, 0) == fresh.read(start, count, 0)
 
 
+@given(layouts(), st.dictionaries(ADDRESS, ADDRESS, max_size=5), ADDRESS, st.integers(0, 40))
+def test_a_burst_follows_the_latest_jumps_unless_the_address_stands_still(
+    layout: Layout, jumps: dict[int, int], start: int, count: int
+) -> None:
+    """In whatever order both were set (IF_INC and ROUNDING, LSM6DSL AN5040 4.7)."""
+    jumps |= dict.fromkeys(sorted(layout.wrap)[:1], start)  # where a burst turns back anyway, too
+    registers = build(layout)
+    registers.set_jumps(dict.fromkeys(range(ADDRESSES), 0))
+    registers.increment = False
+    registers.set_jumps(jumps)
+    assert registers.advance(start, count) == registers.advance(start, 1) == start
+    registers.increment = True
+
+    address = start
+    for _ in range(count):
+        following = (address + 1) % ADDRESSES
+        address = jumps.get(address, layout.wrap.get(address, following))
+
+    assert registers.advance(start, count) == address
+
+
 @given(layouts(), st.lists(st.tuples(ADDRESS, BYTE), max_size=30))
 def test_writes_change_writable_bytes_only_and_each_is_logged(
     layout: Layout, writes: list[tuple[int, int]]

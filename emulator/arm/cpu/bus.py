@@ -13,10 +13,11 @@ from itertools import pairwise
 
 from emulator.arm.cpu import memory_map
 from emulator.arm.cpu.absent import Absent
+from emulator.arm.cpu.engine import RAM, RAM_SIZE
 from emulator.arm.cpu.images import Images
 from emulator.arm.cpu.memory_map import PAGE_SHIFT
+from emulator.arm.cpu.native_engine import NativeEngine
 from emulator.arm.cpu.slice import Slice
-from emulator.arm.cpu.unicorn_engine import RAM, RAM_SIZE
 from emulator.arm.cpu.waiting import Waiting
 from emulator.arm.peripherals.peripheral import ALREADY_PS, WORD, Peripheral
 from emulator.arm.peripherals.rcc_gates import ENABLE
@@ -68,26 +69,36 @@ class Window:
     def read(self, _engine: int, offset: int, size: int, _data: int) -> int:
         """The engine reads; nothing may be raised into it."""
         try:
-            clock, line = self._clock, self._timeline
+            line = self._timeline
             begun = line.count + self._counter.value
-            clock.now_ps = now_ps = line.origin_ps + ((begun - 1) * line.num + line.extra) // line.den
+            now_ps = line.origin_ps + ((begun - 1) * line.num + line.extra) // line.den
+            value = self.look(now_ps, offset, size)
+            until_ps = self._slice.until_ps
+            if until_ps == ALREADY_PS:
+                self._waiting.disturb()
+            elif self._waiting.polled(begun, self.base + offset, now_ps, until_ps):
+                self._slice.arrive()
+                value = self.look(self._clock.now_ps, offset, size)
+        except BaseException as error:
+            self._slice.engine.keep_error(error)
+            return 0
+        return value
+
+    def look(self, now_ps: int, offset: int, size: int) -> int:
+        """The same for an engine that knows the time, and looks for loops by itself."""
+        try:
+            clock = self._clock
+            clock.now_ps = now_ps
             if clock.next_ps <= now_ps:
                 clock.advance_to(now_ps)
             block, start, known = self._pages[offset >> PAGE_SHIFT]
             register = offset - start & 0xFFFF_FFFC
             if block.clocked and register in known:
-                value, until_ps = block.look(register)
+                value, self._slice.until_ps = block.look(register)
             else:
-                value, until_ps = self._look_in_vain(block, register)
+                value, self._slice.until_ps = self._look_in_vain(block, register)
             if clock.next_ps < self._slice.end_ps or self._nvic.changed:
                 self._slice.end_in_time()
-            if until_ps == ALREADY_PS:
-                self._waiting.disturb()
-            elif self._waiting.polled(begun, self.base + offset, now_ps, until_ps):
-                self._slice.arrive()
-                value, _ = block.look(register)
-                if clock.next_ps < self._slice.end_ps or self._nvic.changed:
-                    self._slice.end_in_time()
         except BaseException as error:
             self._slice.engine.keep_error(error)
             return 0
@@ -103,13 +114,27 @@ class Window:
     def write(self, _engine: int, offset: int, size: int, value: int, _data: int) -> None:
         """The engine writes; nothing may be raised into it."""
         try:
-            if not self._waiting.comparing or not self._changes_nothing(offset, size, value):
+            if not self._waiting.comparing:
                 self._waiting.disturb()
-            self._slice.arrive()
+            line = self._timeline
+            begun = line.count + self._counter.value
+            self.put(line.origin_ps + ((begun - 1) * line.num + line.extra) // line.den, offset, size, value)
+        except BaseException as error:
+            self._slice.engine.keep_error(error)
+
+    def put(self, now_ps: int, offset: int, size: int, value: int) -> None:
+        """The same for an engine that knows the time, and has forgotten loops unless it compares."""
+        try:
+            if self._waiting.comparing and not self._changes_nothing(offset, size, value):
+                self._waiting.disturb()
+            clock = self._clock
+            clock.now_ps = now_ps
+            if clock.next_ps <= now_ps:
+                clock.advance_to(now_ps)
             self.store(offset, size, value)
             if self._images is not None and self._images.shown:
                 self._end_if_images_change(offset)
-            if self._clock.next_ps < self._slice.end_ps or self._nvic.changed:
+            if clock.next_ps < self._slice.end_ps or self._nvic.changed:
                 self._slice.end_in_time()
         except BaseException as error:
             self._slice.engine.keep_error(error)
@@ -283,6 +308,8 @@ class Bus:
         for window in self._windows:
             for piece in window.pieces(self.images):
                 engine.map_callbacks(piece.base, piece.size, piece.read, piece.write)
+                if isinstance(engine, NativeEngine):
+                    engine.access_by(piece.base, piece.look, piece.put)
         bits = PeripheralBits(self._windows[0], run, waiting)
         size = 32 * memory_map.PERIPHERALS_SIZE
         engine.map_callbacks(memory_map.PERIPHERAL_BITS, size, bits.read, bits.write)

@@ -13,12 +13,17 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 
+from emulator.arm.cpu import engines
 from emulator.arm.cpu import scb as scb_registers
 from emulator.arm.cpu.bus import Bus
 from emulator.arm.cpu.cycle_counter import Dwt
+from emulator.arm.cpu.engine import FLASH, FLASH_SIZE, RAM
 from emulator.arm.cpu.exceptions import Exceptions
 from emulator.arm.cpu.idle_loops import IdleLoops
 from emulator.arm.cpu.machine import Machine
+from emulator.arm.cpu.native_bus import NativeBus
+from emulator.arm.cpu.native_engine import NativeEngine
+from emulator.arm.cpu.native_exceptions import NativeExceptions, NativeNvic, nvic_of
 from emulator.arm.cpu.nvic import Nvic
 from emulator.arm.cpu.registers import EVERYTHING, Registers
 from emulator.arm.cpu.scb import Scb
@@ -27,7 +32,6 @@ from emulator.arm.cpu.special import Special, SpecialInstructions
 from emulator.arm.cpu.system_space import SystemControlSpace
 from emulator.arm.cpu.systick import SysTick
 from emulator.arm.cpu.timeline import CYCLES_PER_INSTRUCTION, Timeline
-from emulator.arm.cpu.unicorn_engine import FLASH, FLASH_SIZE, RAM, Engine
 from emulator.arm.cpu.waiting import Waiting
 from emulator.arm.peripherals.peripheral import Peripheral
 from emulator.arm.soc import Soc
@@ -39,16 +43,18 @@ _NO_RETURN = 0xFFFF_FFFF
 
 @dataclass(frozen=True)
 class CoreSettings:
-    """``skip``: whether waiting loops are skipped, which changes nothing but the speed;
-    ``native_counter`` False counts instructions by a hook, which is slow and for engines whose counter
-    cannot be found. ``alignment``: whether LDM, LDRD, VLDR and their kin fault at an unaligned address, as on
-    the chip; every load and store then takes a microsecond of the host's time.
+    """``skip``: whether waiting loops are skipped, which changes only the speed. ``alignment``: whether LDM,
+    LDRD, VLDR and their kin fault at an unaligned address, as on the chip, which takes a microsecond of the
+    host's time for every load and store. ``engine``: "native" or "unicorn"; "" is the native one where it was
+    built. ``native_counter`` False has Unicorn count instructions by a hook, which is slow and for builds of
+    it whose counter cannot be found.
     """
 
     cycles_per_instruction: Fraction = CYCLES_PER_INSTRUCTION
     skip: bool = True
     native_counter: bool = True
     alignment: bool = False
+    engine: str = ""
 
 
 class Core:
@@ -70,22 +76,20 @@ class Core:
     ) -> None:
         self._soc = soc
         self._on_reset = on_reset
-        self.nvic = Nvic()
-        soc.irq = self.nvic
         self.blocks = tuple(blocks)
-        self.engine = Engine(system_memory, settings.native_counter)
+        self.engine = engines.make(settings.engine, system_memory, settings.native_counter)
         self._load(segments)
-        self.timeline = Timeline(soc.clocks.hclk_hz, settings.cycles_per_instruction)
-        run = Slice(self.engine, self.timeline, soc.clock, self.nvic)
-        self.scb = Scb(self.nvic, self.request_reset, self._handled, self._switched)
+        self.native = NativeBus(self.engine) if isinstance(self.engine, NativeEngine) else None
+        """Where the native engine sees time, waiting and exceptions; None if another one is used."""
+        self._put_together(settings)
+        soc.irq = self.nvic
+        run = self.run
         self.systick = SysTick(soc, self.nvic)
         self.dwt = Dwt(soc)
         self.space = SystemControlSpace(soc, self.nvic, self.scb, self.systick)
-        self.waiting = Waiting(run, settings.skip)
         self.bus = Bus(soc, run, self.waiting, (*self.blocks, self.space, self.dwt))
         soc.memory = self.bus
         soc.clocks.on_change(lambda: run.set_rate(soc.clocks.hclk_hz))
-        self.exceptions = Exceptions(self.engine, self.timeline, self.nvic, self.scb)
         self.special = SpecialInstructions(self.engine)
         self.special.switch(Special.WORDS, settings.alignment)
         idle = IdleLoops(run, self.waiting, settings.skip)
@@ -93,10 +97,34 @@ class Core:
         self.machine = Machine(
             run, self.exceptions, self.waiting, idle, self.special, images, soc.trace, self.start
         )
+        if self.native is not None:
+            self.native.fire_by(self.machine.fire)
         self._everything = Registers(self.engine, EVERYTHING)
         self.before_reset = b"", b""
         """R0 to R12, SP, LR, PC, xPSR, and the RAM, where the latest reset has met the program."""
         self.start("")
+
+    def _put_together(self, settings: CoreSettings) -> None:
+        clock, clocks = self._soc.clock, self._soc.clocks
+        rate = clocks.hclk_hz, settings.cycles_per_instruction
+        parts = self.request_reset, self._handled, self._switched
+        self.timeline: Timeline
+        self.nvic: Nvic
+        self.run: Slice
+        self.waiting: Waiting
+        self.exceptions: Exceptions
+        if self.native is None:
+            self.timeline, self.nvic = Timeline(*rate), Nvic()
+            self.run = Slice(self.engine, self.timeline, clock, self.nvic)
+            self.waiting = Waiting(self.run, settings.skip)
+            self.scb = Scb(self.nvic, *parts)
+            self.exceptions = Exceptions(self.engine, self.timeline, self.nvic, self.scb)
+        else:
+            self.timeline, self.nvic = self.native.timeline(*rate), nvic_of(self.native)
+            self.run = self.native.slice(self.timeline, clock, self.nvic)
+            self.waiting = self.native.waiting(self.run, settings.skip)
+            self.scb = Scb(self.nvic, *parts)
+            self.exceptions = NativeExceptions(self.native, self.timeline, self.nvic, self.scb)
 
     def _load(self, segments: Iterable[tuple[int, bytes]]) -> None:
         for address, data in segments:
@@ -146,6 +174,8 @@ class Core:
 
     def _switched(self, register: int, value: int) -> None:
         """A register that acts outside of the system control block has been written."""
+        if isinstance(self.nvic, NativeNvic):
+            self.nvic.configured(register, value)
         if register == scb_registers.CPACR:
             self.special.switch(Special.FLOATING_POINT, value & _FPU_ACCESS != _FPU_ACCESS)
         elif register == scb_registers.CCR:

@@ -18,6 +18,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from emulator.arm.cpu import faults, scb
+from emulator.arm.cpu.engine import Engine
 from emulator.arm.cpu.faults import Fault
 from emulator.arm.cpu.frames import (
     BASIC_FRAME_BIT,
@@ -31,7 +32,6 @@ from emulator.arm.cpu.nvic import HARD_FAULT, MEM_MANAGE, NMI, SV_CALL, Nvic
 from emulator.arm.cpu.registers import MASKS, Registers
 from emulator.arm.cpu.scb import Scb
 from emulator.arm.cpu.timeline import Timeline
-from emulator.arm.cpu.unicorn_engine import Engine
 
 ENTRY_CYCLES, RETURN_CYCLES, CHAIN_CYCLES = 12, 10, 6
 
@@ -42,12 +42,14 @@ _IPSR = 0x1FF
 class Exceptions:
     """All between the runs of instructions. ``locked_up`` says why, once the core is; "" before."""
 
-    def __init__(self, engine: Engine, timeline: Timeline, nvic: Nvic, block: Scb) -> None:
+    def __init__(
+        self, engine: Engine, timeline: Timeline, nvic: Nvic, block: Scb, frames: Frames | None = None
+    ) -> None:
         self._engine = engine
         self._timeline = timeline
         self._nvic = nvic
         self._scb = block
-        self.frames = Frames(engine)
+        self.frames = frames or Frames(engine)
         self._masks = Registers(engine, MASKS)
         self._faultmask = Registers(engine, ("faultmask",))
         self._lr = Registers(engine, ("lr",))

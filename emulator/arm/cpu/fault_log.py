@@ -11,12 +11,13 @@ from dataclasses import dataclass
 
 from emulator.arm.cpu import scb
 from emulator.arm.cpu.core import Core
+from emulator.arm.cpu.engine import RAM
 from emulator.arm.cpu.faults import STKERR, Fault
 from emulator.arm.cpu.nvic import NMI, USAGE_FAULT
-from emulator.arm.cpu.unicorn_engine import RAM
 from emulator.clock import PS_PER_MS, PS_PER_US
 
 CORE = struct.Struct("<17I")
+_GE = 0xF << 16  # in xPSR
 _SOON_PS = PS_PER_MS
 _SP, _LR, _XPSR = 13, 14, 16
 
@@ -93,10 +94,15 @@ class FaultLog:
             t_ps=now_ps,
             fault=fault,
             pc=core.engine.pc,
-            registers=CORE.unpack(core.engine.state_at(core.engine.pc)),
+            registers=_without_ge(CORE.unpack(core.engine.state_at(core.engine.pc))),
             cfsr=core.scb.registers[scb.CFSR],
             hfsr=core.scb.registers[scb.HFSR],
             ram=bytes(core.engine.ram),
         )
         if before is None or not record.follows(before):
             self.origin, self.times, self.last_ps = record, 1, now_ps
+
+
+def _without_ge(registers: tuple[int, ...]) -> tuple[int, ...]:
+    """Unicorn cannot restore GE at an exception return, so what it has there means nothing."""
+    return (*registers[:-1], registers[-1] & ~_GE)

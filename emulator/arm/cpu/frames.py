@@ -18,8 +18,8 @@ from __future__ import annotations
 
 import struct
 
+from emulator.arm.cpu.engine import RAM, RAM_SIZE, Engine
 from emulator.arm.cpu.registers import Registers
-from emulator.arm.cpu.unicorn_engine import RAM, RAM_SIZE, Engine
 
 NPRIV, SPSEL, FPCA = 1 << 0, 1 << 1, 1 << 2
 """Bits of CONTROL."""

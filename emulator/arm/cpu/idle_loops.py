@@ -79,6 +79,7 @@ class IdleLoops:
         self._in_vain[address] = self._in_vain.get(address, 0) + 1
         if self._in_vain[address] > _IN_VAIN:
             del self._periods[address], self._in_vain[address]
+            self._waiting.know_loop([address], 0)
 
     # -- search -----------------------------------------------------------------------------------------
 
@@ -97,7 +98,9 @@ class IdleLoops:
             if self._engine.pc == address:
                 before, state = state, self._engine.whole_state()
                 if state == before:
-                    self._periods.update(dict.fromkeys(path, self._timeline.retired - begun))
+                    period = self._timeline.retired - begun
+                    self._periods.update(dict.fromkeys(path, period))
+                    self._waiting.know_loop(path, period)
                     self._failures = 0
                     return
                 path, begun = [], self._timeline.retired  # an interrupt may have changed the first state

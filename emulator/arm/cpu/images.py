@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from emulator.arm.cpu.unicorn_engine import Engine
+from emulator.arm.cpu.engine import Engine
 from emulator.arm.peripherals.gpio import GpioPort
 from emulator.arm.peripherals.peripheral import Peripheral
 

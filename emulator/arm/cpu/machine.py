@@ -92,6 +92,7 @@ class Machine:
     def resume(self, step: bool) -> None:
         """Go on; ``step``: for one instruction, or into the exception that comes instead of it."""
         self._halting, self.stepping = False, step
+        self._nvic.alone = not step
 
     def wake(self) -> None:
         """End WFI, WFE or sleep on exit."""
@@ -126,6 +127,20 @@ class Machine:
             if not self._between_instructions(at_ps):
                 self._execute(at_ps)
 
+    def fire(self, now_ps: int) -> bool:
+        """In a run of an engine that goes on by itself: fire what is due; False if the run has to end."""
+        try:
+            self._engine.running = False
+            self._clock.now_ps = max(self._clock.now_ps, now_ps)
+            self._clock.advance_to(now_ps)
+            self._slice.end_ps = min(self._clock.next_ps, self._slice.at_ps)
+        except BaseException as error:
+            self._engine.keep_error(error)
+            return False
+        finally:
+            self._engine.running = True
+        return not (self._reset_reason or self._halting or self._images.shown or self._special.to_be_set)
+
     def _between_instructions(self, at_ps: int) -> bool:
         """Do the next thing that is no instruction; False if there is none."""
         if self._reset_reason:
@@ -138,8 +153,10 @@ class Machine:
             self._timeline.sleep_until(min(self._clock.next_ps, at_ps))
         else:
             self._nvic.changed = False
-            ready = self._nvic.pending & self._nvic.enabled
-            return bool(ready) and self._exceptions.take_pending()
+            if not self._nvic.pending & self._nvic.enabled:
+                return False
+            self._slice.end_ps = min(self._clock.next_ps, at_ps)
+            return self._exceptions.take_pending()
         return True
 
     def _execute(self, at_ps: int) -> None:

@@ -52,6 +52,9 @@ class Nvic:
     """Its registers in the system control space."""
 
     def __init__(self) -> None:
+        self.priority = [0] * (FIRST_INTERRUPT + INTERRUPTS)
+        self.alone = True
+        """Whether exceptions may be entered and left within a run: not while a debugger makes steps."""
         self.reset()
 
     def reset(self) -> None:
@@ -60,8 +63,7 @@ class Nvic:
         self.pending = 0
         self.active = 0
         self.lines = 0
-        self.priority = [0] * (FIRST_INTERRUPT + INTERRUPTS)
-        self.priority[:4] = [-4, -3, -2, -1]
+        self.priority[:] = [-4, -3, -2, -1] + [0] * (len(self.priority) - 4)
         self.subpriority_bits = 1  # AIRCR.PRIGROUP 0: seven bits of group; never fewer than one below
         self.changed = False
         self.event = False

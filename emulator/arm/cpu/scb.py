@@ -95,6 +95,7 @@ _WRITABLE: Final = {
     FPCAR: 0xFFFF_FFF8,
     FPDSCR: 0x07C0_0000,
 }
+_SWITCHES = (VTOR, SCR, CCR, CPACR, DEMCR)
 _CLEARED_BY_ONES = (CFSR, HFSR, DFSR)
 _FIRST_OF_SHPR = {SHPR1: 4, SHPR2: 8, SHPR3: 12}
 
@@ -107,7 +108,7 @@ class Scb:
     """Registers 0xE000ED00 and its neighbours.
 
     ``reset`` is called for SYSRESETREQ; ``present`` says which exception is being handled;
-    ``written(offset, value)`` hears of a write to CCR, CPACR or DEMCR, which switch things outside.
+    ``written(offset, value)`` hears of a write to VTOR, SCR, CCR, CPACR or DEMCR, which matter outside.
     """
 
     OFFSETS: Final = (*NAMES, *_IDENTIFICATION)
@@ -124,10 +125,14 @@ class Scb:
         self._present = present
         self._written = written
         self.registers = dict(_RESET)
+        self.before_read: Callable[[], None] = lambda: None
+        """Called before a register is read."""
 
     def reset(self) -> None:
         """After reset the vector table is at 0, where the flash appears."""
         self.registers = dict(_RESET)
+        self._written(VTOR, 0)
+        self._written(SCR, 0)
         self._written(CCR, self.registers[CCR])
         self._written(CPACR, 0)
         self._written(DEMCR, 0)
@@ -154,6 +159,7 @@ class Scb:
 
     def read(self, offset: int) -> int:
         """The word at an offset of the system control space."""
+        self.before_read()
         if offset == ICSR:
             return self._state()
         if offset == AIRCR:
@@ -183,7 +189,7 @@ class Scb:
             self._nvic.changed = True
         elif offset == SCR:
             self._nvic.event_on_pending = bool(stored & SEVONPEND)
-        elif offset in (CCR, CPACR, DEMCR):
+        if offset in _SWITCHES:
             self._written(offset, stored)
 
     def _state(self) -> int:

@@ -7,9 +7,9 @@ conditions fail are passed along with the one in front of them; like in the engi
 
 from __future__ import annotations
 
+from emulator.arm.cpu.engine import Engine
 from emulator.arm.cpu.registers import IT_BITS, Registers
 from emulator.arm.cpu.stop import Stop
-from emulator.arm.cpu.unicorn_engine import Engine
 
 _FLAGS = 0xF000_0000
 _BEHIND = {Stop.SLICE, Stop.SVC, Stop.WFI, Stop.WFE, Stop.EXCEPTION_RETURN}

@@ -8,9 +8,10 @@ behind its time.
 
 from __future__ import annotations
 
+from emulator.arm.cpu.engine import Engine
 from emulator.arm.cpu.nvic import Nvic
 from emulator.arm.cpu.timeline import Timeline
-from emulator.arm.cpu.unicorn_engine import Engine
+from emulator.arm.peripherals.peripheral import ALREADY_PS
 from emulator.clock import Clock
 
 _LONGEST = 2_000_000  # instructions; some 10 ms, after which other threads and Ctrl-C get a turn
@@ -18,7 +19,7 @@ _LONGEST = 2_000_000  # instructions; some 10 ms, after which other threads and 
 
 class Slice:
     """``end_ps`` is the time before which the run under way has to end, ``end`` the last instruction before
-    it, counted like ``timeline.count``.
+    it, counted like ``timeline.count``; ``at_ps`` the time until which the core is to run.
     """
 
     def __init__(self, engine: Engine, timeline: Timeline, clock: Clock, nvic: Nvic) -> None:
@@ -27,10 +28,13 @@ class Slice:
         self.clock = clock
         self.nvic = nvic
         self.counter, self.limit = engine.counter, engine.limit
-        self.end_ps = self.end = 0
+        self.end_ps = self.end = self.at_ps = 0
+        self.until_ps: int = ALREADY_PS
+        """Until when the register that was last looked at stays as it is."""
 
     def plan(self, at_ps: int) -> int:
         """How many instructions may be executed until the next event, or until ``at_ps``."""
+        self.at_ps = at_ps
         self.end_ps = min(self.clock.next_ps, at_ps)
         instructions = min(self.timeline.until(self.end_ps), _LONGEST)
         self.end = self.timeline.count + instructions
@@ -50,6 +54,9 @@ class Slice:
             return
         if self.nvic.changed:
             self.engine.cut()
+        self._end_by_then()
+
+    def _end_by_then(self) -> None:
         self.end_ps = min(self.end_ps, self.clock.next_ps)
         allowed = self.timeline.until(self.end_ps)
         self.limit.value = max(min(self.limit.value, allowed), self.counter.value)

@@ -23,8 +23,8 @@ from functools import lru_cache, partial
 import numpy as np
 from numpy.typing import NDArray
 
+from emulator.arm.cpu.engine import FLASH, RAM, RAM_SIZE, Engine
 from emulator.arm.cpu.stop import Stop
-from emulator.arm.cpu.unicorn_engine import FLASH, RAM, RAM_SIZE, Engine
 from emulator.arm.peripherals.peripheral import WORD
 
 _Words = NDArray[np.uint16]
@@ -73,6 +73,11 @@ class SpecialInstructions:
             (self._wanted.add if on else self._wanted.discard)(special)
             self._engine.cut()
 
+    @property
+    def to_be_set(self) -> bool:
+        """Whether something has been switched since the engine was told."""
+        return self._set != self._wanted
+
     def search_again(self) -> None:
         """The code has changed; between runs."""
         self._places = self._search_flash()
@@ -80,7 +85,7 @@ class SpecialInstructions:
 
     def between_runs(self) -> None:
         """Set what is looked for; the engine must not be running."""
-        if self._set == self._wanted:
+        if not self.to_be_set:
             return
         self._set = set(self._wanted)
         places = (self._places.get(special, ()) for special in self._set)

@@ -43,6 +43,7 @@ class Timeline:
     def _set(self, hclk_hz: int) -> None:
         self.num = self.cycles_per_instruction.numerator * PS_PER_S
         self.den = self.cycles_per_instruction.denominator * hclk_hz
+        self.cycle = self.cycles_per_instruction.denominator * PS_PER_S
 
     @property
     def retired(self) -> int:
@@ -65,7 +66,9 @@ class Timeline:
 
     def spend(self, cycles: int) -> None:
         """Cycles in which no instruction is retired: exception entry and return."""
-        self.extra += cycles * self.cycles_per_instruction.denominator * PS_PER_S
+        extra = self.extra + cycles * self.cycle
+        self.origin_ps += extra // self.den
+        self.extra = extra % self.den
 
     def sleep_until(self, at_ps: int) -> None:
         """The core stands still until ``at_ps``."""

@@ -1,10 +1,6 @@
-"""The instruction engine: Unicorn as a Cortex-M4F with its memory.
+"""Unicorn as the engine: QEMU's translator, which runs everywhere.
 
-Only this module and :mod:`registers` know Unicorn.
-
-The engine executes Thumb instructions and nothing else: no exception is ever entered or left by it, and
-no time passes in it. ``run`` returns with a :class:`Stop` and the number of instructions retired;
-whoever drives it does the rest.
+Only this module knows Unicorn.
 
 Known of Unicorn 2.1 and relied upon (tests/arm/test_speed_engine.py has most as tests):
 
@@ -35,28 +31,35 @@ from __future__ import annotations
 import ctypes
 import weakref
 from collections.abc import Callable, Iterable, Iterator
+from functools import partial
+from typing import Final
 
 from unicorn import arm_const
 from unicorn import unicorn_const as uc
 from unicorn.unicorn_py3.unicorn import uclib
 
 from emulator.arm.cpu import counter as counting
-from emulator.arm.cpu.registers import CORE, FLOATING_POINT, IT_BITS, MASKS, Registers
+from emulator.arm.cpu.engine import (
+    FLASH,
+    FLASH_SIZE,
+    RAM,
+    RAM_SIZE,
+    SYSTEM_MEMORY,
+    SYSTEM_MEMORY_SIZE,
+    Engine,
+    ReadCallback,
+    WriteCallback,
+    fetch_fault,
+)
+from emulator.arm.cpu.registers import IT_BITS, RegisterCalls, Registers
 from emulator.arm.cpu.stop import Stop
-from emulator.arm.image import memory_map
-
-FLASH, FLASH_SIZE = memory_map.FLASH.start, memory_map.FLASH.end - memory_map.FLASH.start
-RAM, RAM_SIZE = memory_map.RAM.start, memory_map.RAM.end - memory_map.RAM.start
-SYSTEM_MEMORY, SYSTEM_MEMORY_SIZE = 0x1FFF_0000, 0x1_0000
 
 _READS = (uc.UC_MEM_READ_UNMAPPED, uc.UC_MEM_READ_PROT)
 _THUMB = 1 << 24
 _READ_WRITE = uc.UC_PROT_READ | uc.UC_PROT_WRITE
-_EXECUTE_NEVER = 1 << 2 | 1 << 5 | 1 << 6 | 1 << 7  # by 512 MB: what ARMv7-M ARM table B3-1 marks XN
 _NOP = b"\x00\xbf"
 _WFI = b"\x30\xbf"
 _PAGE = 4096
-_PC = 15
 _NEVER_REACHED = 0xFFFF_FFFF
 
 _pointer = ctypes.c_void_p
@@ -77,11 +80,6 @@ _MEMORY_HOOK = ctypes.CFUNCTYPE(
     ctypes.c_bool, _pointer, ctypes.c_int, ctypes.c_uint64, ctypes.c_int, ctypes.c_int64, _pointer
 )
 
-ReadCallback = Callable[[int, int, int, int], int]
-"""Called with (engine, offset in the window, size, 0)."""
-WriteCallback = Callable[[int, int, int, int, int], None]
-"""Called with (engine, offset in the window, size, value, 0)."""
-
 _Window = tuple[int, object, object, WriteCallback]
 
 _INTERRUPTS = {
@@ -97,14 +95,28 @@ _INTERRUPTS = {
 """QEMU's exception numbers (target/arm/cpu.h); only LDREX at an unaligned address meets 4, the data abort."""
 
 
-class Engine:
-    """A Cortex-M4F in front of its first instruction. ``system_memory``: bytes by address, read-only.
+_NUMBERS: Final[dict[str, int]] = {
+    **{f"r{number}": arm_const.UC_ARM_REG_R0 + number for number in range(13)},
+    "sp": arm_const.UC_ARM_REG_SP,
+    "lr": arm_const.UC_ARM_REG_LR,
+    "pc": arm_const.UC_ARM_REG_PC,
+    "xpsr": arm_const.UC_ARM_REG_XPSR,
+    "msp": arm_const.UC_ARM_REG_MSP,
+    "psp": arm_const.UC_ARM_REG_PSP,
+    "primask": arm_const.UC_ARM_REG_PRIMASK,
+    "basepri": arm_const.UC_ARM_REG_BASEPRI,
+    "faultmask": arm_const.UC_ARM_REG_FAULTMASK,
+    "control": arm_const.UC_ARM_REG_CONTROL,
+    **{f"s{number}": arm_const.UC_ARM_REG_S0 + number for number in range(32)},
+    "fpscr": arm_const.UC_ARM_REG_FPSCR,
+}
 
-    While it runs, ``counter`` counts the instructions begun, the one in flight included, and ``limit``
-    is the last one to be executed; both may be looked at in callbacks, and ``limit`` set.
-    """
+
+class UnicornEngine(Engine):
+    """``system_memory``: bytes by address, read-only. ``native_counter`` False counts by a hook."""
 
     def __init__(self, system_memory: Iterable[tuple[int, bytes]] = (), native_counter: bool = True) -> None:
+        super().__init__()
         self.library = ctypes.PyDLL(uclib._name)
         self.handle = self._open()
         self._kept: list[object] = []  # what C holds pointers to
@@ -113,9 +125,7 @@ class Engine:
         self._images: dict[int, object] = {}
         self.flash = self._map_own(FLASH, FLASH_SIZE, uc.UC_PROT_READ | uc.UC_PROT_EXEC, 0xFF, alias=0)
         self.ram = self._map_own(RAM, RAM_SIZE, _READ_WRITE, 0)
-        self._places: frozenset[int] = frozenset()
         self._stored_pages: set[int] = set()
-        self._stored: list[memoryview[int]] = []  # these pages, in one piece where they touch
         self._ram_is_code = False
         system = self._map_own(SYSTEM_MEMORY, SYSTEM_MEMORY_SIZE, uc.UC_PROT_READ | uc.UC_PROT_EXEC, 0xFF)
         self._memories = ((RAM, self.ram), (FLASH, self.flash), (0, self.flash), (SYSTEM_MEMORY, system))
@@ -132,22 +142,22 @@ class Engine:
         self._page_size = self._query(uc.UC_QUERY_PAGE_SIZE)
         self._xpsr = Registers(self, ("xpsr",))
         self._hook(uc.UC_HOOK_TLB_FILL, _FILL_HOOK(self._on_tlb_fill))
-        self.counter, self.limit, self.native = self._find_counter(native_counter)
-        self.pc, self.thumb = 0, True
-        self.running = False
-        self.when_ram_is_executed: list[Callable[[], None]] = []
-        """Called between runs in front of the first instruction in RAM."""
-        self.executed = 0
-        """Instructions of the latest run, one that has met a fault included."""
-        self.fault_address = 0
-        self._stop = Stop.SLICE
-        self._error: BaseException | None = None
-        self._core = Registers(self, CORE)
+        self.counter, self.limit, self.native_counter = self._find_counter(native_counter)
+        self._prepare_registers()
         self._pc = Registers(self, ("pc",))
-        self._whole = Registers(self, (*CORE, *MASKS, *FLOATING_POINT))
-        self._fetch_whole, self._bytes_of_whole = self._whole.fetch, self._whole.words.tobytes
         self._hook(uc.UC_HOOK_INTR, _INTERRUPT_HOOK(self._on_interrupt))
         self._hook(uc.UC_HOOK_MEM_INVALID, _MEMORY_HOOK(self._on_invalid_access))
+
+    def register_calls(self, names: tuple[str, ...]) -> RegisterCalls:
+        """One call for several registers costs half of what one for each does by the package's methods."""
+        count = len(names)
+        numbers = (ctypes.c_int * count)(*(_NUMBERS[name] for name in names))
+        values = (ctypes.c_uint32 * count)()
+        places = (ctypes.c_void_p * count)(*(ctypes.addressof(values) + 4 * n for n in range(count)))
+        call = (self.handle, ctypes.byref(numbers), ctypes.byref(places), ctypes.c_int(count))
+        words = memoryview(values).cast("B").cast("I")
+        fetch = partial(self.library.uc_reg_read_batch, *call)
+        return words, fetch, partial(self.library.uc_reg_write_batch, *call)
 
     # -- memory -----------------------------------------------------------------------------------------
 
@@ -212,14 +222,6 @@ class Engine:
         self._check(self.library.uc_mem_unmap(self.handle, ctypes.c_uint64(base), size))
         self._control(uc.UC_CTL_TLB_FLUSH)
 
-    def memory(self, address: int, size: int) -> memoryview[int] | None:
-        """``size`` bytes of RAM, flash (at 0 too) or system memory; None elsewhere."""
-        for base, content in self._memories:
-            offset = address - base
-            if 0 <= offset <= len(content) - size:
-                return content[offset : offset + size]
-        return None
-
     def forget_code(self) -> None:
         """The contents of flash or RAM were changed from outside: translate again what is executed there."""
         self._control(uc.UC_CTL_TB_FLUSH)
@@ -235,14 +237,12 @@ class Engine:
         self.running = True
         self.counter.value, self.limit.value = 0, instructions
         code = self._start(
-            self.handle, self.pc | self.thumb, _NEVER_REACHED, 0, instructions if self.native else 0
+            self.handle, self.pc | self.thumb, _NEVER_REACHED, 0, instructions if self.native_counter else 0
         )
         self.running = False
         self.pc = self._pc.read()[0]
         begun = self.executed = self.counter.value
-        if self._error is not None:
-            error, self._error = self._error, None
-            raise error
+        self._raise_error()
         if code != uc.UC_ERR_OK:
             return self._failed(code)
         if self._stop is not Stop.SLICE:
@@ -285,25 +285,11 @@ class Engine:
         begin, end = ctypes.c_uint64(address), ctypes.c_uint64(address + 2)
         self._check(self.library.uc_ctl(self.handle, ctypes.c_uint32(request), begin, end))
 
-    def cut(self) -> None:
-        """In a callback: end the run behind the instruction in flight."""
-        self.limit.value = self.counter.value
-
-    def keep_error(self, error: BaseException) -> None:
-        """In a callback: end the run and raise ``error`` there; C cannot pass it on."""
-        self._error = self._error or error
-        self.cut()
-
     def refuse(self, reason: Stop) -> None:
         """In a watch: end the run in front of the instruction; inside of an IT block, behind the block."""
         self._stop = reason
         self.cut()
         self.library.uc_emu_stop(self.handle)
-
-    def sleep_behind(self, reason: Stop) -> None:
-        """In a watch: end the run behind the instruction."""
-        self._stop = reason
-        self.cut()
 
     def _failed(self, code: int) -> Stop:
         if self._stop is not Stop.SLICE:
@@ -313,7 +299,7 @@ class Engine:
         if code == uc.UC_ERR_FETCH_PROT and RAM <= self.pc < RAM + RAM_SIZE:
             return self._execute_in_ram()
         if code in (uc.UC_ERR_FETCH_UNMAPPED, uc.UC_ERR_FETCH_PROT):
-            return Stop.EXECUTE_NEVER if _EXECUTE_NEVER >> (self.pc >> 29) & 1 else Stop.FETCH
+            return fetch_fault(self.pc)
         raise RuntimeError(f"the instruction engine failed: Unicorn error {code}")
 
     def _execute_in_ram(self) -> Stop:
@@ -325,33 +311,6 @@ class Engine:
         for begun in self.when_ram_is_executed:
             begun()
         return Stop.SLICE
-
-    def whole_state(self) -> tuple[bytes, list[bytes]]:
-        """All registers, and all of RAM that was ever stored to; between runs or in a callback."""
-        if self.running:
-            return self.state_in_callback()
-        words = self._whole.read()
-        words[_PC] = self.pc
-        return words.tobytes(), [part.tobytes() for part in self._stored]
-
-    def state_in_callback(self) -> tuple[bytes, list[bytes]]:
-        """The same, in a callback only."""
-        self._fetch_whole()
-        return self._bytes_of_whole(), [part.tobytes() for part in self._stored]
-
-    def state(self) -> bytes:
-        """R0 to R12, SP, LR, PC and xPSR, in a callback or between runs."""
-        return self._core.read().tobytes()
-
-    def register(self, number: int) -> int:
-        """R0 to R15, in a callback or between runs."""
-        return self._core.read()[number]
-
-    def state_at(self, address: int) -> bytes:
-        """The same between runs, where execution will go on at ``address``."""
-        words = self._core.read()
-        words[15] = address
-        return words.tobytes()
 
     # -- hooks ------------------------------------------------------------------------------------------
 

@@ -20,6 +20,8 @@ faster for one compiler and wrong for the next.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from emulator.arm.cpu.slice import Slice
 from emulator.clock import NEVER_PS
 
@@ -62,6 +64,12 @@ class Waiting:
         """Something has happened that the next iteration need not repeat."""
         self._seen.clear()
         self._valid_ps = NEVER_PS
+
+    def know_loop(self, addresses: Iterable[int], period: int) -> None:
+        """An iteration of the loop at these addresses has so many instructions; 0 forgets it.
+
+        For who can make use of it within a run.
+        """
 
     def polled(self, position: int, register: int, now_ps: int, until_ps: int) -> bool:
         """The instruction at ``position`` has read a register, which will be the same until ``until_ps``.

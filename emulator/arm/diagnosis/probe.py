@@ -12,12 +12,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from emulator.arm.cpu.core import Core
+from emulator.arm.cpu.engine import RAM, RAM_SIZE
 from emulator.arm.cpu.frames import Frames
 from emulator.arm.cpu.memory_map import OTG, OTG_SIZE, PERIPHERALS, PERIPHERALS_SIZE, PRIVATE, PRIVATE_SIZE
 from emulator.arm.cpu.registers import EVERYTHING, Registers
 from emulator.arm.cpu.scb import VTOR
 from emulator.arm.cpu.stop import Stop
-from emulator.arm.cpu.unicorn_engine import RAM, RAM_SIZE, Engine
 from emulator.arm.peripherals.peripheral import WORD, Peripheral
 
 _LONGEST = 20_000  # instructions until the state must have recurred: a tenth of a second to find out
@@ -47,7 +47,7 @@ class Probe:
         self._acts = False
         self._reads: set[int] = set()
         self._registers: set[tuple[Peripheral, int, int]] = set()
-        self.engine = engine = Engine()
+        self.engine = engine = type(core.engine)()
         engine.flash[:] = core.engine.flash
         engine.ram[:] = core.engine.ram
         values = Registers(core.engine, EVERYTHING).read()

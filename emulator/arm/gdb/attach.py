@@ -7,7 +7,7 @@ while not server.killed:
 
 from __future__ import annotations
 
-from emulator.arm.cpu.unicorn_engine import RAM
+from emulator.arm.cpu.engine import RAM
 from emulator.arm.firmware import ArmFirmware
 from emulator.arm.gdb.core_target import CoreTarget
 from emulator.arm.gdb.monitor import Monitor

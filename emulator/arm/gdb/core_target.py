@@ -13,8 +13,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from emulator.arm.cpu.core import Core
+from emulator.arm.cpu.engine import FLASH, FLASH_SIZE, RAM, RAM_SIZE
 from emulator.arm.cpu.registers import EVERYTHING, Registers
-from emulator.arm.cpu.unicorn_engine import FLASH, FLASH_SIZE, RAM, RAM_SIZE
 from emulator.arm.gdb.points import Points
 from emulator.arm.gdb.target import Point, Stop
 from emulator.clock import Clock

@@ -14,9 +14,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from emulator.arm.cpu import memory_map
+from emulator.arm.cpu.engine import RAM, RAM_SIZE, Engine
 from emulator.arm.cpu.single_step import block_length, size_of
 from emulator.arm.cpu.stop import Stop
-from emulator.arm.cpu.unicorn_engine import RAM, RAM_SIZE, Engine
 from emulator.arm.gdb.target import Point, PointKind
 
 _WIDEST = 8  # bytes of an access

@@ -12,6 +12,8 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import ClassVar
 
+from emulator.arm.cpu.native_bus import NativeBus
+from emulator.arm.cpu.slice import Slice
 from emulator.arm.peripherals import i2c_registers, i2c_timing
 from emulator.arm.peripherals.i2c_registers import (
     ADDR,
@@ -41,6 +43,7 @@ from emulator.arm.peripherals.i2c_registers import (
 )
 from emulator.arm.peripherals.i2c_sequence import Sequence
 from emulator.arm.peripherals.irq_line import IrqLine
+from emulator.arm.peripherals.native_i2c import NativeSequence
 from emulator.arm.peripherals.peripheral import ALREADY_PS, WORD, Peripheral
 from emulator.arm.peripherals.pins import PinFunction, unconnected
 from emulator.arm.soc import Soc
@@ -71,37 +74,43 @@ class I2c(Peripheral):
         size: int = 0x400,
     ) -> None:
         super().__init__(soc, name, base, size)
-        self._clock = soc.clock
         self._bus = bus
         self._wire = I2CWire(bus)
         self._pins = pins
-        self._sequence = Sequence(soc.clock, self._wire, self._connected, self._update, self.note)
+        self._connected_since = -1  # the pins are as they were then, and connected
+        self._sequence: Sequence = Sequence(soc.clock, self._wire, self._connected, self._update, self.note)
         event, error = _INTERRUPTS[name]
         self._event_irq, self._error_irq = IrqLine(soc, event), IrqLine(soc, error)
-        self._seen = 0  # SR1 as last read
         self._serving = False
-        self._unchecked = True  # whether the clock's settings have changed since the last start
         soc.clocks.on_change(self._set_rate)
         for direction in ("TX", "RX"):
             soc.dma.connect(f"{name}_{direction}", self._update)
+
+    def go_native(self, native: NativeBus, run: Slice) -> None:
+        """The native engine executes the firmware, and does the sequence; before anything has happened."""
+        parts = self._wire, self._connected, self._update, self.note
+        self._sequence = NativeSequence.make(native, run, self.base, self.clocked, *parts)
 
     def reset(self) -> None:
         """All registers; a message under way is abandoned."""
         super().reset()
         self._sequence.reset()
         self._sequence.watched = False
-        self._seen = 0
         self._set_rate()
         self._lines()
+
+    def gate(self, *, clocked: bool) -> None:
+        """RCC switches the clock of the block on or off."""
+        super().gate(clocked=clocked)
+        self._sequence.clocked = clocked
 
     # -- access -----------------------------------------------------------------------------------------
 
     def read(self, offset: int) -> int:
         """SR1, then SR2 clears ADDR; DR takes a byte from the receiver."""
-        if self._clock.deferred_ps <= self._clock.now_ps:
-            self._clock.settle()
+        self._sequence.settle()
         if offset == SR1:
-            self._seen = status = self._sequence.status1
+            self._sequence.seen = status = self._sequence.status1
             return status
         if offset == SR2:
             return self._read_sr2()
@@ -111,14 +120,13 @@ class I2c(Peripheral):
 
     def look(self, offset: int) -> tuple[int, int]:
         """SR1 is what polling loops read; a held line changes SR2 only."""
-        if self._clock.deferred_ps <= self._clock.now_ps:
-            self._clock.settle()
+        self._sequence.settle()
         if offset == DR:
             return self._read_data(), ALREADY_PS
         if offset != SR1:
             return super().look(offset)
         sequence = self._sequence
-        self._seen = status = sequence.status1
+        sequence.seen = status = sequence.status1
         return status, sequence.due_ps
 
     def peek(self, offset: int) -> int:
@@ -134,8 +142,7 @@ class I2c(Peripheral):
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
         """CR1 starts and stops, DR sends, SR1 clears errors, the others configure."""
-        if self._clock.deferred_ps <= self._clock.now_ps:
-            self._clock.settle()
+        self._sequence.settle()
         if offset == DR:
             self._sequence.write_data(value & 0xFF)
         elif offset == SR1:
@@ -160,9 +167,10 @@ class I2c(Peripheral):
 
     def _read_sr2(self) -> int:
         status = self.peek(SR2)
-        if self._seen & self._sequence.status1 & ADDR:
-            self._seen = 0
-            self._sequence.clear_addr()
+        sequence = self._sequence
+        if sequence.seen & sequence.status1 & ADDR:
+            sequence.seen = 0
+            sequence.clear_addr()
             self._update()
         return status
 
@@ -188,7 +196,7 @@ class I2c(Peripheral):
             if not old & PE:
                 self._sequence.control = PE
                 self._set_rate()
-            if new & START and self._unchecked:
+            if new & START and not self._sequence.checked:
                 self._check_settings()
             self._sequence.request(new)
 
@@ -202,7 +210,7 @@ class I2c(Peripheral):
             self.note("forbidden", f"{self.NAMES[offset]} written while PE in CR1 is 1")
         if offset == CCR:
             self._set_rate()
-        self._unchecked = True
+        self._sequence.checked = False
 
     def _tell(self, offset: int, value: int) -> None:
         if not value & _TOLD.get(offset, 0):
@@ -212,7 +220,7 @@ class I2c(Peripheral):
                 self.note("not modelled", text)
 
     def _set_rate(self) -> None:
-        self._unchecked = True
+        self._sequence.checked = False
         period = i2c_timing.period_ps(self.registers[CCR], self.soc.clocks.pclk1_hz)
         if period is not None:
             period = max(period, Fraction(self._bus.shortest_ps))
@@ -223,13 +231,17 @@ class I2c(Peripheral):
                 self._bus.set_speed(speed_hz)
 
     def _check_settings(self) -> None:
-        self._unchecked = False
+        self._sequence.checked = True
         ccr, trise, freq = self.registers[CCR], self.registers[TRISE], self.registers[CR2] & FREQ
         for text in i2c_timing.problems(ccr, trise, freq, self.soc.clocks.pclk1_hz):
             self.note("forbidden", text)
 
     def _connected(self) -> bool:
-        missing = unconnected(self.soc.gpio, self._pins)
+        gpio = self.soc.gpio
+        if self._connected_since == gpio.switched:
+            return True
+        missing = unconnected(gpio, self._pins)
+        self._connected_since = -1 if missing else gpio.switched
         if missing:
             self.note("forbidden", f"no device can answer before the pins are switched: {missing}")
         return not missing

@@ -21,6 +21,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from enum import Enum, auto
 from fractions import Fraction
+from typing import Final
 
 from emulator.arm.peripherals.i2c_registers import (
     ACK,
@@ -41,6 +42,10 @@ from emulator.arm.peripherals.i2c_registers import (
 )
 from emulator.clock import NEVER_PS, Clock, Event
 from emulator.i2c_wire import I2CWire
+
+DATA_LOST: Final = "DR written while TXE was 0: the byte that waited there is lost"
+STOP_EARLY: Final = "STOP or START while a byte waits in DR (TXE = 0): that byte is not sent"
+"""What firmware did wrong."""
 
 
 class _Phase(Enum):
@@ -80,6 +85,10 @@ class Sequence:
         self._note = note
         self.watched = False
         """Whether an interrupt or DMA waits for flags: operations end in events of the clock."""
+        self.clocked = True
+        """Set by RCC."""
+        self.checked = False
+        """Whether the clock's settings have been looked at since they have changed."""
         self._bit_ps: int = NEVER_PS  # one period of SCL, and the nine of a byte with its acknowledge
         self._byte_ps: int = NEVER_PS
         self._planned: Event | None = None
@@ -89,6 +98,7 @@ class Sequence:
         self.control = 0  # CR1
         self.status1 = self.status2 = 0
         self.data = 0  # DR
+        self.seen = 0  # SR1 as last read
         self.due_ps: int = NEVER_PS
         self.nack_next = False  # DMA has announced the last byte
         self._then: Callable[[], None] = self._go_on
@@ -111,6 +121,11 @@ class Sequence:
         """The period of SCL from the next operation on; None: it does not run, and no operation ever ends."""
         self._bit_ps = NEVER_PS if period_ps is None else int(period_ps)
         self._byte_ps = NEVER_PS if period_ps is None else int(9 * period_ps)
+
+    def settle(self) -> None:
+        """Carry out what has become due by now."""
+        if self._clock.deferred_ps <= self._clock.now_ps:
+            self._clock.settle()
 
     # -- what software does -----------------------------------------------------------------------------
 
@@ -140,7 +155,7 @@ class Sequence:
             self._begin(self._byte_ps, self._address_sent)
         elif self.status2 & TRA:
             if self._waiting:
-                self._note("forbidden", "DR written while TXE was 0: the byte that waited there is lost")
+                self._note("forbidden", DATA_LOST)
             self.status1 &= ~BTF
             self.data = value
             if self._phase is _Phase.SEND:
@@ -199,7 +214,7 @@ class Sequence:
         if not self.control & (START | STOP):
             return False
         if self._waiting and not self.status1 & AF:
-            self._note("forbidden", "STOP or START while a byte waits in DR (TXE = 0): that byte is not sent")
+            self._note("forbidden", STOP_EARLY)
         if self.control & STOP:
             self._begin(self._bit_ps, self._stopped)
         else:

@@ -58,6 +58,10 @@ class Peripheral:
             self._noted.add((what, text))
             self.soc.trace.add(DeviceNote(self.soc.clock.now_ps, self.name, what, text))
 
+    def gate(self, *, clocked: bool) -> None:
+        """RCC switches the clock of the block on or off."""
+        self.clocked = clocked
+
     def reset(self) -> None:
         """Back to the state after reset (system reset, or the block's bit in RCC_xxxRSTR)."""
         self.registers = dict(self.REGISTERS)

@@ -16,5 +16,8 @@ PinFunction: TypeAlias = tuple[str, int, int]
 
 def unconnected(gpio: Gpio, pins: tuple[PinFunction, ...]) -> str:
     """The pins not switched to their function, as text ("PB10 to AF4, PB3 to AF9"); "" if all are."""
-    missing = [one for one in pins if gpio.alternate(one[0], one[1]) != one[2]]
-    return ", ".join(f"P{port}{pin} to AF{function}" for port, pin, function in missing)
+    missing = ""
+    for port, pin, function in pins:  # a plain loop, because every address on a bus asks
+        if gpio.alternate(port, pin) != function:
+            missing += f", P{port}{pin} to AF{function}"
+    return missing.removeprefix(", ")

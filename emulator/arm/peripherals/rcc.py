@@ -213,7 +213,7 @@ class Rcc(Peripheral):
             enabled = self.registers[offset]
             for bit, name in names.items():
                 if name in self._blocks:
-                    self._blocks[name].clocked = bool(enabled >> bit & 1)
+                    self._blocks[name].gate(clocked=bool(enabled >> bit & 1))
 
     def _apply_resets(self, offset: int, rising: int) -> None:
         for bit, name in RESET[offset].items():

@@ -52,7 +52,7 @@ from emulator.clock import NEVER_PS, Event
 _CEN, _UDIS, _URS, _OPM, _DIR, _ARPE = 1 << 0, 1 << 1, 1 << 2, 1 << 3, 1 << 4, 1 << 7
 _UIF = _UIE = _UG = 1 << 0
 _UDE, _CCDE, _MOE = 1 << 8, 0x1E00, 1 << 15
-_COM_TRIGGER_BREAK = 0xE0
+_COM_TRIGGER_BREAK, _COMPARE_FLAGS = 0xE0, 0x1E
 
 
 class Timer(Peripheral):
@@ -89,6 +89,7 @@ class Timer(Peripheral):
         self._time = TimeBase(variant.bits, self._input_hz(), self._raise_compare_flags, self._updated)
         self._channels = [Channel(number) for number in range(1, variant.channels + 1)]
         self._next_ps: int = NEVER_PS
+        self._loaded = False  # whether the active registers are what is preloaded
         self._channels_changed()
 
     def reset(self) -> None:
@@ -143,12 +144,16 @@ class Timer(Peripheral):
 
     # -- registers --------------------------------------------------------------------------------------
 
-    def read(self, offset: int) -> int:
-        """A register as of now; reading CCRx takes a capture and clears its flag (12.4.5)."""
-        if offset == SR:  # first, because ST's HAL reads it eight times an interrupt
+    def look(self, offset: int) -> tuple[int, int]:
+        """SR and DIER at once: ST's HAL reads each of them eight times an interrupt."""
+        if offset in {SR, DIER}:
             if self.soc.clock.now_ps >= self._next_ps:
                 self._sync()
-            return self.registers[SR]
+            return self.registers[offset], self._next_ps
+        return super().look(offset)
+
+    def read(self, offset: int) -> int:
+        """A register as of now; reading CCRx takes a capture and clears its flag (12.4.5)."""
         value = self.peek(offset)
         if CCR1 <= offset <= CCR4 and offset in self.registers:
             channel = self._channels[(offset - CCR1) // 4]
@@ -174,6 +179,7 @@ class Timer(Peripheral):
             return
         self._time.catch_up(self.soc.clock.now_ps)
         value &= mask
+        self._loaded &= offset == SR
         if offset == SR:
             self._clear_flags(~mask | value)
         elif offset == EGR:
@@ -274,6 +280,9 @@ class Timer(Peripheral):
 
     def _load(self) -> None:
         """The preloaded registers become the active ones."""
+        if self._loaded:
+            return
+        self._loaded = True
         time = self._time
         time.prescale = self.registers[PSC] + 1
         time.repetition = self.registers.get(RCR, 0)
@@ -297,6 +306,8 @@ class Timer(Peripheral):
     def _raise_compare_flags(self, steps: int) -> None:
         """Flags of the values the counter passes in its next ``steps`` counts."""
         counter = self._time.counter
+        if not ~self.registers[SR] & _COMPARE_FLAGS:
+            return
         for channel in self._channels:
             if not self.registers[SR] & channel.flag and any(
                 counter.steps_to(position) <= steps for position in channel.positions
@@ -347,12 +358,14 @@ class Timer(Peripheral):
         time = self._time
         if not time.running or time.counter.blocked:
             return NEVER_PS
-        steps = [
-            time.counter.steps_to(position)
-            for channel in self._channels
-            if missing & channel.flag
-            for position in channel.positions
-        ]
+        steps = []
+        if missing & _COMPARE_FLAGS:
+            steps = [
+                time.counter.steps_to(position)
+                for channel in self._channels
+                if missing & channel.flag
+                for position in channel.positions
+            ]
         update = time.steps_to_update()
         # compare values may change at an update, so no flag is predicted beyond it
         if update is not None and (steps or missing & _UIF or time.one_pulse or self.registers[DIER] & _UDE):

@@ -26,13 +26,22 @@ class Mode(Enum):
 class Counter:
     """CNT, ARR (the active one) and the direction; knows nothing of time."""
 
-    __slots__ = ("_top", "arr", "index", "mode")
+    __slots__ = ("_length", "_top", "arr", "blocked", "event_spacing", "index", "mode")
 
     def __init__(self, bits: int) -> None:
         self._top = 1 << bits
         self.mode = Mode.UP
-        self.arr = self._top - 1
+        self._set_arr(self._top - 1)
         self.index = 0
+
+    def _set_arr(self, arr: int) -> None:
+        """Attributes and no properties: they are read at each interrupt."""
+        self.arr = arr
+        self.blocked = arr == 0
+        """With ARR = 0 the counter does not count (12.3.2)."""
+        self.event_spacing = arr if self.mode is Mode.CENTRE else arr + 1
+        """Counts from one overflow or underflow to the next."""
+        self._length = 2 * arr if self.mode is Mode.CENTRE else arr + 1
 
     @property
     def value(self) -> int:
@@ -48,20 +57,6 @@ class Counter:
         """Whether the next count goes down."""
         return self.mode is Mode.DOWN or (self.mode is Mode.CENTRE and self.index >= self.arr)
 
-    @property
-    def blocked(self) -> bool:
-        """With ARR = 0 the counter does not count (12.3.2)."""
-        return self.arr == 0
-
-    @property
-    def event_spacing(self) -> int:
-        """Counts from one overflow or underflow to the next."""
-        return self.arr if self.mode is Mode.CENTRE else self.arr + 1
-
-    @property
-    def _length(self) -> int:
-        return 2 * self.arr if self.mode is Mode.CENTRE else self.arr + 1
-
     def place(self, value: int, *, falling: bool) -> None:
         """Set CNT; ``falling`` matters to the centre-aligned mode only."""
         if self.mode is Mode.DOWN:
@@ -76,7 +71,8 @@ class Counter:
     def reshape(self, mode: Mode, arr: int) -> None:
         """Another direction or ARR; CNT keeps its value."""
         value, falling = self.value, self.falling
-        self.mode, self.arr = mode, arr
+        self.mode = mode
+        self._set_arr(arr)
         self.place(value, falling=falling)
 
     def restart(self) -> None:
@@ -87,7 +83,7 @@ class Counter:
         """Another ARR, at an update: the new cycle begins, or its falling half."""
         if self.mode is Mode.CENTRE and self.index:
             self.index = arr  # at the top
-        self.arr = arr
+        self._set_arr(arr)
 
     def steps_to_event(self) -> int:
         """Counts until the next overflow or underflow; the counter must not be blocked."""

@@ -1,0 +1,55 @@
+"""The native engine's C files: no warnings, readable, all of them built."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sysconfig
+from pathlib import Path
+
+import pytest
+
+from emulator.arm.cpu import engines
+
+FOLDER = Path(__file__).parents[2] / "emulator" / "arm" / "native"
+SOURCES, HEADERS = sorted(FOLDER.glob("*.c")), sorted(FOLDER.glob("*.h"))
+WIDEST, LONGEST = 120, 300
+needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc")
+files = pytest.mark.parametrize("path", [*SOURCES, *HEADERS], ids=lambda path: path.name)
+
+
+@needs_gcc
+@pytest.mark.parametrize("path", SOURCES, ids=lambda path: path.name)
+def test_a_file_compiles_without_warnings(path: Path) -> None:
+    python = sysconfig.get_path("include")
+    if "Python.h" in path.read_text(encoding="utf-8") and not Path(python, "Python.h").exists():
+        pytest.skip("Python's headers are not installed")
+    command = ["gcc", "-std=gnu11", "-O2", "-Wall", "-Wextra", f"-I{python}", "-S", "-o", "-", str(path)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+
+    assert done.returncode == 0
+    assert not done.stderr
+
+
+@needs_gcc
+@pytest.mark.parametrize("path", HEADERS, ids=lambda path: path.name)
+def test_a_header_needs_no_other_before_it(path: Path) -> None:
+    command = ["gcc", "-std=gnu11", "-fsyntax-only", "-x", "c", str(path)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+
+    assert done.returncode == 0, done.stderr
+
+
+@files
+def test_a_file_says_what_it_is_and_can_be_read(path: Path) -> None:
+    lines = path.read_text(encoding="utf-8").splitlines()
+
+    assert lines[0].startswith("/* ")
+    assert len(lines) <= LONGEST
+    assert [number for number, line in enumerate(lines, 1) if len(line) > WIDEST] == []
+
+
+@pytest.mark.skipif(not list(FOLDER.glob("_core*")), reason="the native engine was not built here")
+def test_a_library_that_was_built_can_be_loaded() -> None:
+    """One that lacks a function or is older than its sources cannot: Unicorn would take its place."""
+    assert engines.why_not_native() == ""

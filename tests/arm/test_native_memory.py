@@ -1,0 +1,369 @@
+"""Loads and stores are the same on both engines (ARMv7-M ARM A5.2.4, A5.2.5, A5.3.5 to A5.3.10): what they
+read and write, what becomes of the base, and what happens where nothing is.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from random import Random
+
+import pytest
+
+from emulator.arm.cpu.engine import FLASH, FLASH_SIZE, RAM, RAM_SIZE, SYSTEM_MEMORY
+from emulator.arm.cpu.native_engine import NativeEngine
+from emulator.arm.cpu.registers import IT_BITS, Registers
+from emulator.arm.cpu.stop import Stop
+from tests.arm.engine_pair import (
+    CODE,
+    GENERAL,
+    THUMB,
+    Access,
+    EnginePair,
+    Fields,
+    Form,
+    Values,
+    any_values,
+    needs_native,
+    register_name,
+)
+from tests.arm.thumb_assembler import assemble
+
+pytestmark = needs_native
+
+WITH_SP = range(15)
+"""Any register but PC."""
+WORDS = range(0, 256, 4)
+TABLE = CODE + 0x8000
+"""Addresses of code, in flash."""
+
+
+def index_apart(fields: Fields) -> bool:
+    return fields["m"] != fields["n"]
+
+
+def base_apart(fields: Fields) -> bool:
+    """What is transferred may not be the base that is written back."""
+    return fields["n"] not in (fields["t"], fields.get("d"))
+
+
+def two_listed(fields: Fields) -> bool:
+    """Two registers or more, of which none is the base that is written back; ``l`` has no bit for SP."""
+    registers = fields["l"] & 0x1FFF | fields["l"] >> 13 << 14
+    return registers.bit_count() > 1 and not (fields["w"] and registers >> fields["n"] & 1)
+
+
+def two_apart(fields: Fields) -> bool:
+    return fields["t"] != fields["d"] and base_apart(fields)
+
+
+KINDS = {
+    "STRB": "0 u 000",
+    "STRH": "0 u 010",
+    "STR": "0 u 100",
+    "LDRB": "0 u 001",
+    "LDRH": "0 u 011",
+    "LDR": "0 u 101",
+    "LDRSB": "1 u 001",
+    "LDRSH": "1 u 011",
+}
+"""Sign extension, U, size, load: bits 8 to 4 of the first half-word."""
+NARROW = [
+    Form("register (16 bits)", "0101 ooo mmm nnn ttt", rule=index_apart),
+    Form("LDR, STR (16 bits)", "0110 o iiiii nnn ttt"),
+    Form("LDRB, STRB (16 bits)", "0111 o iiiii nnn ttt"),
+    Form("LDRH, STRH (16 bits)", "1000 o iiiii nnn ttt"),
+    Form("LDR, STR (SP, 16 bits)", "1001 o ttt iiiiiiii"),
+]
+OFFSETS = [
+    Form(f"{name} (12 bits)", f"1111100 {kind} nnnn tttt iiiiiiiiiiii", {"n": WITH_SP, "u": (1,)})
+    for name, kind in KINDS.items()
+]
+SMALL_OFFSETS = [
+    form
+    for name, kind in KINDS.items()
+    for form in (
+        Form(f"{name} (negative)", f"1111100 {kind} nnnn tttt 1100 iiiiiiii", {"n": WITH_SP, "u": (0,)}),
+        Form(f"{name}T", f"1111100 {kind} nnnn tttt 1110 iiiiiiii", {"u": (0,)}),
+        Form(f"{name} (pre-indexed)", f"1111100 {kind} nnnn tttt 11a1 iiiiiiii", {"u": (0,)}, base_apart),
+        Form(f"{name} (post-indexed)", f"1111100 {kind} nnnn tttt 10a1 iiiiiiii", {"u": (0,)}, base_apart),
+    )
+]
+INDEXED = [
+    Form(f"{name} (register)", f"1111100 {kind} nnnn tttt 000000 ii mmmm", {"u": (0,)}, index_apart)
+    for name, kind in KINDS.items()
+] + [
+    Form(
+        "LDR, STR (SP, indexed)",
+        "11111000010 o 1101 tttt 1 p u 1 iiiiiiii",
+        {"i": WORDS},
+        lambda f: f["p"] | f["u"] > 0,
+    )
+]
+LITERALS = [Form("LDR (literal, 16 bits)", "01001 ttt iiiiiiii")] + [
+    Form(f"{name} (literal)", f"1111100 {kind} 1111 tttt iiiiiiiiiiii")
+    for name, kind in KINDS.items()
+    if name.startswith("LDR")
+]
+SEVERAL = [
+    Form("STM", "11000 nnn llllllll", {"l": range(1, 256)}, lambda f: not f["l"] >> f["n"] & 1),
+    Form("LDM", "11001 nnn llllllll", {"l": range(1, 256)}),
+    Form("PUSH", "1011010 llllllll l", {"l": range(1, 512)}),
+    Form("POP", "10111100 llllllll", {"l": range(1, 256)}),
+    Form("STMIA, LDMIA (32 bits)", "1110100010 w o nnnn 0l0 lllllllllllll", {"n": WITH_SP}, two_listed),
+    Form("STMDB, LDMDB (32 bits)", "1110100100 w o nnnn 0l0 lllllllllllll", {"n": WITH_SP}, two_listed),
+    Form("STRD, LDRD", "1110100 1 u 1 0 o nnnn tttt dddd iiiiiiii", {"n": WITH_SP}, two_apart),
+    Form("STRD, LDRD (pre-indexed)", "1110100 1 u 1 1 o nnnn tttt dddd iiiiiiii", rule=two_apart),
+    Form("STRD, LDRD (post-indexed)", "1110100 0 u 1 1 o nnnn tttt dddd iiiiiiii", rule=two_apart),
+    Form("LDRD (literal)", "1110100 1 u 101 1111 tttt dddd iiiiiiii", rule=lambda f: f["t"] != f["d"]),
+]
+
+
+@pytest.fixture(scope="module")
+def pair() -> EnginePair:
+    return EnginePair()
+
+
+def at(random: Random, fields: Fields, address: Callable[[], int]) -> Values:
+    """All registers are addresses, but for the index, which is small."""
+    values = dict(any_values(random, fields))
+    values |= {register: address() & 0xFFFF_FFFF for register in values if register != "xpsr"}
+    return values | ({register_name(fields["m"]): random.getrandbits(8)} if "m" in fields else {})
+
+
+def in_ram(random: Random, fields: Fields) -> Values:
+    """Where no offset leads out of RAM; sometimes unaligned."""
+    return at(
+        random,
+        fields,
+        lambda: RAM + 0x1800 + 4 * random.randrange(0x3400) + random.choice((0, 0, random.randrange(4))),
+    )
+
+
+def elsewhere(random: Random, fields: Fields) -> Values:
+    """In flash and system memory, around the ends of RAM and flash, and where nothing is."""
+    places = (FLASH + 0x2000, 0x2000, SYSTEM_MEMORY + 0x2000, 0x4000_0000, 0xFFFF_F000)
+    ends = (RAM + RAM_SIZE, FLASH + FLASH_SIZE, FLASH_SIZE)
+    return at(
+        random,
+        fields,
+        lambda: random.choice(
+            (random.choice(places) + random.getrandbits(10), random.choice(ends) + random.randint(-300, 30))
+        ),
+    )
+
+
+def at_the_ends(random: Random, fields: Fields) -> Values:
+    """Of RAM and flash; what begins in system memory ends there."""
+    places = (
+        *(RAM + distance for distance in (-8, -4, 0, 1, 2, 3)),
+        *(
+            end - distance
+            for end in (RAM + RAM_SIZE, FLASH + FLASH_SIZE, FLASH_SIZE)
+            for distance in range(6)
+        ),
+    )
+    return at(random, fields, lambda: random.choice(places))
+
+
+def in_flash(random: Random, fields: Fields) -> Values:
+    """Where only several registers at once are loaded from one memory."""
+    return {**at(random, fields, lambda: FLASH + 0x2000 + 4 * random.getrandbits(10)), "msp": FLASH + 0x3000}
+
+
+def from_table(random: Random, fields: Fields) -> Values:
+    """The base and SP are in the table of addresses."""
+    table = at(random, fields, lambda: TABLE + 4 * random.randrange(64))
+    return {**table, "msp": TABLE + 4 * random.randrange(64), "psp": 0}
+
+
+def aligned(random: Random, fields: Fields) -> Values:
+    """R1 is near what the others are."""
+    return {**at(random, fields, lambda: RAM + 0x1800 + 4 * random.randrange(4)), "r0": 0}
+
+
+@pytest.mark.parametrize("form", NARROW + OFFSETS + SMALL_OFFSETS + INDEXED + LITERALS + SEVERAL, ids=str)
+def test_in_ram(pair: EnginePair, form: Form) -> None:
+    pair.check(form, in_ram, longest_block=1)
+
+
+@pytest.mark.parametrize("form", NARROW + SMALL_OFFSETS + INDEXED, ids=str)
+def test_elsewhere(pair: EnginePair, form: Form) -> None:
+    pair.check(form, elsewhere, longest_block=0, runs=6)
+
+
+@pytest.mark.parametrize("form", SEVERAL, ids=str)
+def test_several_in_flash(pair: EnginePair, form: Form) -> None:
+    """Stores are refused there."""
+    pair.check(form, in_flash, longest_block=0, runs=6)
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        Form("LDR, STR (no offset)", "11111000110 o nnnn tttt 000000000000"),
+        Form("LDRH, STRH (no offset)", "11111000101 o nnnn tttt 000000000000"),
+        Form("LDRB, STRB (no offset)", "11111000100 o nnnn tttt 000000000000"),
+    ],
+    ids=str,
+)
+def test_the_ends_of_memories(pair: EnginePair, form: Form) -> None:
+    pair.check(form, at_the_ends, longest_block=0)
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        Form("LDR PC", "111110001101 nnnn 1111 0000 iiiiiiii", {"i": WORDS}),
+        Form("LDR PC (register)", "111110000101 nnnn 1111 000000 ii mmmm", {"i": (2, 3)}, index_apart),
+        Form("LDR PC (post-indexed)", "111110000101 nnnn 1111 10u1 iiiiiiii"),
+        Form("POP PC", "10111101 llllllll"),
+        Form("LDM PC", "1110100010 w 1 nnnn 100 lllllllllllll", {"l": range(1, 1 << 13)}, two_listed),
+    ],
+    ids=str,
+)
+def test_loads_of_pc(pair: EnginePair, form: Form) -> None:
+    """BXWritePC (A2.3.1)."""
+    pair.place(
+        TABLE, [half for n in range(1024) for half in divmod(CODE + 0x4000 + 2 * n + 1, 1 << 16)[::-1]]
+    )
+    pair.check(form, from_table, longest_block=1)
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        Form("TBB", "111010001101 nnnn 11110000 0000 mmmm", {"n": (*GENERAL, 15)}, index_apart),
+        Form("TBH", "111010001101 nnnn 11110000 0001 mmmm", {"n": (*GENERAL, 15)}, index_apart),
+    ],
+    ids=str,
+)
+def test_table_branches(pair: EnginePair, form: Form) -> None:
+    pair.check(form, in_ram, longest_block=1)
+
+
+BETWEEN = {"": 0, "10111111 00000000": 1, "11110011 10111111 10001111 00101111": 1, "0101 0x0 000 zzz 010": 1}
+"""Nothing, NOP, CLREX, STR or STRB of something to the same or another address."""
+
+
+EXCLUSIVES = pytest.mark.parametrize(
+    ("load", "store"),
+    [
+        ("111010000101 0001 0100 1111 0000000i", "111010000100 0001 ssss 0101 0000000j"),
+        ("111010001101 0001 0100 1111 0101 1111", "111010001100 0001 ssss 1111 0101 0101"),
+        ("111010001101 0001 0100 1111 0100 1111", "111010001100 0001 ssss 1111 0100 0101"),
+    ],
+    ids=["word", "half-word", "byte"],
+)
+"""LDREX R4, [R1]; STREX R5, Rs, [R1]."""
+
+
+@EXCLUSIVES
+@pytest.mark.parametrize("between", BETWEEN, ids=["at once", "NOP", "CLREX", "a store"])
+def test_exclusives(pair: EnginePair, load: str, between: str, store: str) -> None:
+    """Whether it is stored (A3.4.1); perhaps at another address."""
+    pattern = load + between + store
+    form = Form(pattern, pattern, {"s": (2, 3, 4)}, instructions=2 + BETWEEN[between])
+    pair.check(form, aligned, longest_block=0)
+
+
+@EXCLUSIVES
+def test_a_second_exclusive_store_fails(pair: EnginePair, load: str, store: str) -> None:
+    """The first one has cleared the monitor."""
+    pattern = load + store + store.replace("s", "x").replace("j", "k")
+    form = Form(pattern, pattern, {"s": (2, 3, 4), "x": (2, 3, 4)}, instructions=3)
+    pair.check(form, aligned, longest_block=0)
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        Form("LDREX", "111010000101 nnnn tttt 1111 0000000i"),
+        Form("LDREXH", "111010001101 nnnn tttt 1111 0101 1111"),
+        Form("LDREXB", "111010001101 nnnn tttt 1111 0100 1111"),
+    ],
+    ids=str,
+)
+def test_exclusive_loads_anywhere(pair: EnginePair, form: Form) -> None:
+    """Unaligned ones are faults (A3.2.1)."""
+    pair.check(form, in_ram, longest_block=0)
+
+
+def engine_at(pair: EnginePair, source: str, values: Values) -> NativeEngine:
+    """The native engine in front of a program, with these registers."""
+    code, _ = assemble(source, CODE)
+    pair.place(CODE, struct.unpack(f"<{len(code) // 2}H", code))
+    Access(pair.native).write(values)
+    pair.native.pc = CODE
+    return pair.native
+
+
+def test_a_store_that_faults_in_an_it_block_can_be_returned_to(pair: EnginePair) -> None:
+    """The frame of the fault has its address and its ITSTATE (B1.5.6, B1.5.8); Unicorn is behind it."""
+    engine = engine_at(pair, "itt eq\n streq r0, [r1]\n addseq r0, #1", {"xpsr": THUMB | 1 << 30})
+
+    assert (engine.run(3), engine.pc, engine.executed) == (Stop.WRITE, CODE + 2, 2)
+    assert Registers(engine, ("xpsr",)).read()[0] & IT_BITS == 0x400
+
+
+def test_a_load_of_several_that_faults_leaves_the_base(pair: EnginePair) -> None:
+    """It is executed again behind the handler (B1.5.10); Unicorn has loaded the first ones."""
+    base = RAM + RAM_SIZE - 8
+    engine = engine_at(pair, "ldmia r1, {r0-r3}", {"r1": base})
+
+    assert (engine.run(1), engine.pc, engine.fault_address) == (Stop.READ, CODE, RAM + RAM_SIZE)
+    assert [engine.register(number) for number in range(4)] == [0, base, 0, 0]
+
+
+@pytest.mark.parametrize("access", ["ldr", "ldrh", "ldrb", "str", "strh", "strb"])
+@pytest.mark.parametrize("address", [RAM + RAM_SIZE, 0x4000_0000, 0xFFFF_FFFC])
+def test_the_address_of_a_fault(pair: EnginePair, access: str, address: int) -> None:
+    engine = engine_at(pair, f"{access} r0, [r1]", {"r1": address})
+
+    assert engine.run(1) is (Stop.READ if access[0] == "l" else Stop.WRITE)
+    assert engine.fault_address == address
+
+
+NARROW_CODE = 0x2501, 0x4770
+"""MOVS R5, #1; BX LR."""
+WIDE_CODE = 0xF240, 0x0501, 0x4770
+"""MOVW R5, #1; BX LR."""
+SECOND = 0x4770_2502
+"""MOVS R5, #2; BX LR."""
+
+
+@pytest.mark.parametrize(
+    ("code", "words", "store", "address", "value"),
+    [
+        (RAM, NARROW_CODE, "str r2, [r1]", RAM, SECOND),
+        (RAM, NARROW_CODE, "strb r2, [r1]", RAM, 2),
+        (RAM, WIDE_CODE, "strb r2, [r1]", RAM + 2, 2),
+        (RAM + 0x7FE, WIDE_CODE, "strb r2, [r1]", RAM + 0x800, 2),
+        (RAM + 0x7FE, WIDE_CODE, "str r2, [r1]", RAM + 0x800, 0x4770_0502),
+        (RAM + 0x800, NARROW_CODE, "str r2, [r1]", RAM + 0x7FE, 0x2502 << 16),
+        (RAM + 0x800, NARROW_CODE, "str r2, [r1]", RAM + 0x7FD, 2 << 24),
+        (RAM + 0x800, NARROW_CODE, "strh r2, [r1]", RAM + 0x7FF, 2 << 8),
+        (RAM + 0x800, NARROW_CODE, "strd r3, r2, [r1]", RAM + 0x7FC, SECOND),
+        (RAM + RAM_SIZE - 8, NARROW_CODE, "push {r2, r4}", 0, SECOND),
+    ],
+)
+def test_code_in_ram_that_is_stored_to_is_executed_anew(
+    code: int, words: tuple[int, ...], store: str, address: int, value: int
+) -> None:
+    """The stores begin at the first word of RAM, lead from one kilobyte into the next, change the second half
+    of an instruction, and end with RAM.
+    """
+    pair = EnginePair()
+    program, labels = assemble(
+        f"mov32 r0, {code + 1}\n blx r0\n mov r6, r5\n {store}\n blx r0\nend: b end", CODE
+    )
+    values = {"r1": address, "r2": value, "r4": 0x4770_4770, "msp": RAM + RAM_SIZE}
+    pair.place(CODE, struct.unpack(f"<{len(program) // 2}H", program))
+    pair.place(code, words)
+    for engine in (pair.native, pair.unicorn):
+        Access(engine).write(values)
+        engine.pc = CODE
+        while engine.pc != labels["end"]:
+            assert engine.run(20) is Stop.SLICE
+
+        assert (engine.register(6), engine.register(5)) == (1, 2)
