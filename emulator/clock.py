@@ -61,8 +61,10 @@ class Clock:
         self._order = 0
         self.deferred_ps: int = NEVER_PS
         self._deferred: list[tuple[int, int, Event]] = []
-        self.before_firing: list[Callable[[], None]] = []
-        """Called before anything is carried out, for whoever still keeps a deferred call of its own."""
+        self.before_firing: list[Callable[[int], None]] = []
+        """Called with the time until which all is about to be carried out: whoever keeps a deferred call of
+        its own that is due by then defers it now.
+        """
 
     @property
     def now_s(self) -> float:
@@ -99,7 +101,7 @@ class Clock:
         """Carry out what was deferred until now, each at its time; then it is now again."""
         now_ps = self.now_ps
         for hand_over in self.before_firing:
-            hand_over()
+            hand_over(now_ps)
         if self.deferred_ps > now_ps:
             return
         while self.deferred_ps <= now_ps or self.next_ps <= now_ps:
@@ -122,7 +124,7 @@ class Clock:
     def advance_to(self, at_ps: int) -> None:
         """Fire everything due up to and including ``at_ps`` and stop there."""
         for hand_over in self.before_firing:
-            hand_over()
+            hand_over(at_ps)
         start_ps = self.now_ps  # what is late moves time back while it is carried out
         while self.next_ps <= at_ps or self.deferred_ps <= at_ps:
             self.fire_next()

@@ -147,9 +147,13 @@ class NativeSequence(_I2c, Sequence):
             if taken:
                 self._wire.taken(ahead[:taken])
 
-    def hand_over(self) -> None:
-        """The clock is about to fire: what is under way takes its place in the queue."""
+    def hand_over(self, until_ps: int) -> None:
+        """The clock is about to fire until then: what ends by then takes its place in the queue."""
         self.catch_up()
+        if self.due_ps <= until_ps:
+            self._plan_if_changed()
+
+    def _plan_if_changed(self) -> None:
         if self.due_ps != self._planned_ps:
             self.plan_again()
 
@@ -168,7 +172,7 @@ class NativeSequence(_I2c, Sequence):
         self._library.i2c_settle(self._handle, _time(self._clock.now_ps))
         if self._watched:
             self._changed()
-        self.hand_over()
+        self._plan_if_changed()
 
     # -- what software does, from Python ----------------------------------------------------------------
 
@@ -180,13 +184,13 @@ class NativeSequence(_I2c, Sequence):
 
     def _plan_if_watched(self) -> None:
         if self._watched:
-            self.hand_over()
+            self._plan_if_changed()
 
     def reset(self) -> None:
         """No operation, no flag, the bus let go in the middle of whatever was under way."""
         self._library.i2c_reset(self._handle)
         self.seen = 0
-        self.hand_over()
+        self._plan_if_changed()
 
     def set_period(self, period_ps: Fraction | None) -> None:
         """The period of SCL from the next operation on; None: it does not run."""
