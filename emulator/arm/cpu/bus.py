@@ -116,9 +116,8 @@ class Window:
         try:
             if not self._waiting.comparing:
                 self._waiting.disturb()
-            line = self._timeline
-            begun = line.count + self._counter.value
-            self.put(line.origin_ps + ((begun - 1) * line.num + line.extra) // line.den, offset, size, value)
+            self._slice.arrive()
+            self.put(self._clock.now_ps, offset, size, value)
         except BaseException as error:
             self._slice.engine.keep_error(error)
 

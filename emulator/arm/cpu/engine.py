@@ -154,16 +154,12 @@ class Engine(ABC):
         self._fetch_whole()
         return self._bytes_of_whole(), [part.tobytes() for part in self._stored]
 
-    def state(self) -> bytes:
-        """R0 to R12, SP, LR, PC and xPSR, in a callback or between runs."""
-        return self._core.read().tobytes()
-
     def register(self, number: int) -> int:
         """R0 to R15, in a callback or between runs."""
         return self._core.read()[number]
 
     def state_at(self, address: int) -> bytes:
-        """The same between runs, where execution will go on at ``address``."""
+        """R0 to R12, SP, LR, PC and xPSR, between runs, where execution will go on at ``address``."""
         words = self._core.read()
         words[_PC] = address
         return words.tobytes()

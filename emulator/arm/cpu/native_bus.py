@@ -75,10 +75,6 @@ class NativeBus:
 
     def __init__(self, engine: NativeEngine) -> None:
         self.library = engine.library
-        self.library.bus_create.restype = ctypes.c_void_p
-        self.library.waiting_polled.restype = ctypes.c_bool
-        times = ctypes.c_int64, ctypes.c_int64
-        self.library.waiting_polled.argtypes = (ctypes.c_void_p, ctypes.c_int64, ctypes.c_uint32, *times)
         handle = self.library.bus_create(engine.handle)
         if handle is None:
             raise MemoryError("the native engine's bus")

@@ -11,7 +11,7 @@ import weakref
 from collections.abc import Callable, Iterable
 from functools import cache, partial
 from importlib import import_module
-from typing import Final
+from typing import Any, Final
 
 from emulator.arm import native
 from emulator.arm.cpu.engine import (
@@ -65,6 +65,26 @@ _STOPS: Final = {
 """enum Stop of core.h."""
 
 
+_FUNCTIONS: Final[tuple[tuple[Any, ...], ...]] = (
+    ("core_create", _pointer),
+    ("core_pages_stored", ctypes.c_bool),
+    ("bus_create", _pointer),
+    ("bus_nvic", _pointer),
+    (
+        "waiting_polled",
+        ctypes.c_bool,
+        _pointer,
+        ctypes.c_int64,
+        ctypes.c_uint32,
+        ctypes.c_int64,
+        ctypes.c_int64,
+    ),
+    ("i2c_create", _pointer),
+    ("i2c_read_data", ctypes.c_int64),
+)
+"""Name and result of those that give more than an int, and what they take where it is called often."""
+
+
 class _State(ctypes.Structure):
     """The beginning of struct Core."""
 
@@ -94,8 +114,11 @@ def _load() -> ctypes.PyDLL | str:
     library.core_sources.restype = ctypes.c_char_p
     if native.digest() not in ("", library.core_sources().decode()):
         return "was built from other sources than those that are here"
-    library.core_create.restype = _pointer
-    library.core_pages_stored.restype = ctypes.c_bool
+    for name, gives, *takes in _FUNCTIONS:
+        function = getattr(library, name)
+        function.restype = gives
+        if takes:
+            function.argtypes = takes
     return library
 
 
@@ -135,7 +158,7 @@ class NativeEngine(Engine):
             raise MemoryError("the native engine")
         self.handle = _pointer(core)
         weakref.finalize(self, library.core_destroy, self.handle)
-        self._state = state = _State.from_address(core)
+        self._state = _State.from_address(core)
         self.counter = ctypes.c_uint64.from_address(core + _State.counter.offset)
         self.limit = ctypes.c_uint64.from_address(core + _State.limit.offset)
         self.when_a_run_has_ended: list[Callable[[], None]] = []
@@ -148,7 +171,6 @@ class NativeEngine(Engine):
         self._memory_watches: dict[int, tuple[int, int, Callable[[int, int, bool], None]]] = {}
         self._watches = 0
         self._code_hook, self._memory_hook = _CODE_HOOK(self._on_code), _MEMORY_HOOK(self._on_access)
-        state.stop = 0
         self._prepare_registers()
 
     def register_calls(self, names: tuple[str, ...]) -> RegisterCalls:

@@ -92,7 +92,6 @@ class NativeNvic(ctypes.Structure, Nvic):
 
 def nvic_of(bus: NativeBus) -> NativeNvic:
     """The one that C sees."""
-    bus.library.bus_nvic.restype = ctypes.c_void_p
     nvic = NativeNvic.from_address(bus.library.bus_nvic(bus.handle))
     nvic.bus = bus  # as long as one lives, so does the other
     nvic.alone = True

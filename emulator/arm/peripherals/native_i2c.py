@@ -77,8 +77,6 @@ class NativeSequence(_I2c, Sequence):
     ) -> NativeSequence:
         """The sequence of the block at ``base``."""
         library = native.library
-        library.i2c_create.restype = ctypes.c_void_p
-        library.i2c_read_data.restype = _time
         callbacks = _Callbacks(run, wire, connected, note)
         handle = library.i2c_create(callbacks.table)
         if handle is None:
