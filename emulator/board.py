@@ -36,6 +36,7 @@ from emulator.hal import Hal
 from emulator.i2c import FAST_MODE_HZ, I2CBus
 from emulator.i2c_master import I2CMaster
 from emulator.sensor_set import SensorSet, SensorSettings
+from emulator.snapshot import Snapshot
 from emulator.spi import SpiBus, SpiMaster
 from emulator.terminal import Terminal
 from emulator.trace import Trace
@@ -126,6 +127,18 @@ class Board:
     def run_until(self, at_ps: int) -> None:
         """Run up to and including ``at_ps`` picoseconds since power-on."""
         self._backend.run_until(at_ps)
+
+    def snapshot(self) -> Snapshot:
+        """The state of everything on the board, for :meth:`restore`. Raises InputError with Python firmware.
+
+        Between runs, not out of a callback. Serial links, trace files and whoever observes the trace are no
+        part of it.
+        """
+        return Snapshot(self)
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Make everything as it was; a snapshot of this board may be restored as often as wanted."""
+        snapshot.restore(self)
 
     def supply_current_ua(self) -> dict[str, float]:
         """What each sensor draws in microampere as firmware has configured it, by part name."""

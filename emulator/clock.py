@@ -16,7 +16,7 @@ from __future__ import annotations
 import heapq
 from collections.abc import Callable
 from fractions import Fraction
-from typing import Final
+from typing import Final, TypeAlias
 
 PS_PER_S: Final = 10**12
 PS_PER_MS: Final = 10**9
@@ -44,6 +44,10 @@ class Event:
         self.action = None
 
 
+_Entry: TypeAlias = tuple[int, int, Event]
+"""When, its place among events of the same time, what."""
+
+
 class Clock:
     """Virtual time. ``now_ps`` and ``next_ps`` are plain attributes because the hot paths read them.
 
@@ -57,10 +61,12 @@ class Clock:
     def __init__(self) -> None:
         self.now_ps = 0
         self.next_ps: int = NEVER_PS
-        self._queue: list[tuple[int, int, Event]] = []
+        self._queue: list[_Entry] = []
+        self._front: _Entry | None = None
+        """The earliest event, if it was put in as such: a timer that repeats itself needs no heap."""
         self._order = 0
         self.deferred_ps: int = NEVER_PS
-        self._deferred: list[tuple[int, int, Event]] = []
+        self._deferred: list[_Entry] = []
         self.before_firing: list[Callable[[int], None]] = []
         """Called with the time until which all is about to be carried out: whoever keeps a deferred call of
         its own that is due by then defers it now.
@@ -79,15 +85,18 @@ class Clock:
         event = Event(action)
         self._order += 1
         order = self._order + (_LAST if last else 0)
-        heapq.heappush(self._queue, (max(at_ps, self.now_ps), order, event))
-        self.next_ps = self._queue[0][0]
+        self._put((max(at_ps, self.now_ps), order, event))
         return event
 
     def repeat(self, event: Event, at_ps: int) -> None:
         """Put an event that has just fired back into the queue, for a time that has not passed yet."""
-        self._order += 1
-        heapq.heappush(self._queue, (at_ps, self._order, event))
-        self.next_ps = self._queue[0][0]
+        self._order = order = self._order + 1
+        queue = self._queue
+        if self._front is None and (not queue or at_ps < queue[0][0]):
+            self._front = at_ps, order, event
+            self.next_ps = at_ps
+        else:
+            self._put((at_ps, order, event))
 
     def defer(self, at_ps: int, action: Callable[[], None]) -> Event:
         """Call ``action()`` with ``now_ps`` at ``at_ps``, without stopping a run of instructions for it."""
@@ -114,12 +123,25 @@ class Clock:
             at_ps, _, event = heapq.heappop(self._deferred)
             self.deferred_ps = self._deferred[0][0] if self._deferred else NEVER_PS
         else:
-            at_ps, _, event = heapq.heappop(self._queue)
+            front, self._front = self._front, None
+            at_ps, _, event = heapq.heappop(self._queue) if front is None else front
             self.next_ps = self._queue[0][0] if self._queue else NEVER_PS
         action = event.action
         if action is not None:
             self.now_ps = at_ps
             action()
+
+    def _put(self, entry: _Entry) -> None:
+        front, queue = self._front, self._queue
+        if front is not None:
+            if entry > front:
+                heapq.heappush(queue, entry)
+                return
+            heapq.heappush(queue, front)
+        elif queue and entry > queue[0]:
+            heapq.heappush(queue, entry)
+            return
+        self._front, self.next_ps = entry, entry[0]
 
     def advance_to(self, at_ps: int) -> None:
         """Fire everything due up to and including ``at_ps`` and stop there."""

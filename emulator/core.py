@@ -27,13 +27,22 @@ _THREAD_PRIORITY = 256  # below every interrupt; smaller numbers are more urgent
 
 
 class Interrupt:
-    """An interrupt line: its NVIC priority and its handler."""
+    """An interrupt line of a core: its NVIC priority and its handler."""
 
-    __slots__ = ("handler", "priority")
+    __slots__ = ("_pending", "handler", "priority")
 
-    def __init__(self, priority: int, handler: Callable[[], None]) -> None:
+    def __init__(self, core: Core, priority: int, handler: Callable[[], None]) -> None:
         self.priority = priority
         self.handler = handler
+        self._pending = core.pending
+
+    def set_pending(self) -> None:
+        """Make it pending; it is taken by the next wait, or at once by :meth:`Core.take_interrupts`."""
+        pending = self._pending
+        if not pending:
+            pending.append(self)
+        elif self not in pending:
+            bisect.insort(pending, self, key=lambda entry: entry.priority)
 
 
 class Core:
@@ -42,7 +51,7 @@ class Core:
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
         self._active = _THREAD_PRIORITY
-        self._pending: list[Interrupt] = []
+        self.pending: list[Interrupt] = []
         self._context: greenlet | None = None
         self._caller: greenlet | None = None
         self._main: Callable[[], None] | None = None
@@ -52,15 +61,24 @@ class Core:
         self._main = main
 
     def run_until(self, at_ps: int) -> None:
-        """Run up to and including ``at_ps``. Raises FirmwareError when the firmware itself fails."""
+        """Run up to and including ``at_ps``. Raises FirmwareError when the firmware itself fails.
+
+        All runs must be made in one thread, be it not the one that built the board; else InputError.
+        """
         if self._context is None:
             self._context = greenlet(self._run_main)
         if self._context.dead:
             self._clock.advance_to(at_ps)
             return
         self._caller = getcurrent()
+        try:
+            self._context.parent = self._caller
+        except ValueError as error:
+            raise InputError(
+                "firmware in Python cannot go on in another thread than the one in which it first ran; "
+                "run the board there, or use firmware built for the chip"
+            ) from error
         pause = self._clock.schedule(at_ps, self._pause, last=True)
-        self._context.parent = self._caller
         try:
             self._context.switch()
         finally:
@@ -73,6 +91,17 @@ class Core:
             with suppress(greenlet_error):  # it belongs to another thread, which is gone
                 self._context.parent = getcurrent()  # come back here, which may be inside another firmware
                 self._context.throw()
+
+    def snapshot(self) -> None:
+        """There is nothing to be kept of a core without firmware. Raises InputError if there is one."""
+        if self._main is not None:
+            raise InputError(
+                "firmware in Python runs on a stack that cannot be copied, so this board has no snapshots; "
+                "use firmware built for the chip, or no firmware"
+            )
+
+    def restore(self, state: None) -> None:
+        """Nothing has changed."""
 
     def _pause(self) -> None:
         assert self._caller is not None
@@ -91,17 +120,11 @@ class Core:
 
     # -- what the firmware's HAL uses -------------------------------------------------------------------
 
-    def raise_interrupt(self, interrupt: Interrupt) -> None:
-        """Mark an interrupt pending; it is taken by the next wait, or at once by :meth:`take_interrupts`."""
-        if not self._pending:
-            self._pending.append(interrupt)
-        elif interrupt not in self._pending:
-            bisect.insort(self._pending, interrupt, key=lambda entry: entry.priority)
-
     def take_interrupts(self) -> None:
         """Run pending handlers that are more urgent than what runs now."""
-        while self._pending and self._pending[0].priority < self._active:
-            interrupt = self._pending.pop(0)
+        pending = self.pending
+        while pending and pending[0].priority < self._active:
+            interrupt = pending.pop(0)
             preempted, self._active = self._active, interrupt.priority
             try:
                 interrupt.handler()
@@ -110,10 +133,10 @@ class Core:
 
     def wait_until(self, at_ps: int) -> None:
         """Let time pass until ``at_ps``; handlers run meanwhile and may return later than that."""
-        clock = self._clock
+        clock, pending = self._clock, self.pending
         while clock.next_ps <= at_ps:
             clock.fire_next()
-            if self._pending:
+            if pending:
                 self.take_interrupts()
         clock.now_ps = max(clock.now_ps, at_ps)
 
@@ -129,7 +152,7 @@ class Core:
         end_ps = clock.now_ps + duration_ps
         while clock.next_ps <= end_ps:
             clock.fire_next()
-            if self._pending:
+            if self.pending:
                 before_ps = clock.now_ps
                 self.take_interrupts()
                 end_ps += clock.now_ps - before_ps

@@ -8,7 +8,6 @@ the board: bits on the I2C bus, frames on the serial line, ticks of the 1 ms Sys
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from typing import Protocol
 
 from emulator.clock import PS_PER_MS, Clock
@@ -50,10 +49,8 @@ class Hal:
         self._sending = False
         self._transferring = False
         self._callback: Callable[[], None] | None = None
-        self._tim9_interrupt = Interrupt(_TIM9_PRIORITY, self._tim9_irq_handler)
-        self.tim9 = IntervalTimer(
-            "TIM9", clock, trace, TIMER_INPUT_HZ, partial(core.raise_interrupt, self._tim9_interrupt)
-        )
+        interrupt = Interrupt(core, _TIM9_PRIORITY, self._tim9_irq_handler)
+        self.tim9 = IntervalTimer("TIM9", clock, trace, TIMER_INPUT_HZ, interrupt.set_pending)
 
     def link(self, application: Application) -> None:
         """Connect the firmware whose callback the timer's interrupt calls (a weak symbol in C)."""
@@ -83,8 +80,9 @@ class Hal:
             data = bus.read_from(dev_address >> 1, mem_address, size)
         except I2CError as error:
             return self._i2c_failed(error), b""
-        if clock.next_ps > bus.end_ps:  # nothing happens meanwhile: the 800 Hz path
-            clock.now_ps = bus.end_ps
+        end_ps = bus.end_ps
+        if clock.next_ps > end_ps:  # nothing happens meanwhile: the 800 Hz path
+            clock.now_ps = end_ps
         else:
             self._transfer()
         return HAL_OK, data

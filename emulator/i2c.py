@@ -12,13 +12,15 @@ Faults are injected by rules (:class:`I2CFault`), so a scenario and a test break
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Literal, Protocol, TypeAlias
 
 from emulator.clock import PS_PER_MS, PS_PER_S, Clock
 from emulator.errors import I2CBusError, I2CError, I2CNackError, I2CStuckError
 from emulator.trace import BusTransfer, Fault, Trace
+from sensors.register_file import Taker
+from sensors.subaddress import SubaddressTarget
 
 STANDARD_MODE_HZ = 100_000
 FAST_MODE_HZ = 400_000
@@ -28,7 +30,7 @@ BUS_ERROR = "bus error, a misplaced start or stop"
 ARBITRATION_LOST = "arbitration lost to another master"
 
 _BYTE_BITS = 9
-_SHORT = 32  # bytes up to which a read's time is looked up
+_SHORT = 32  # bytes up to which a read is kept
 
 _RECENT = 8
 
@@ -54,13 +56,6 @@ class I2CTarget(Protocol):
 
     def stop(self) -> None:
         """The master ended the transfer."""
-        ...
-
-    def read_from(self, subaddress: int, count: int, now_ps: int) -> bytes | None:
-        """The usual "write one byte, repeated start, read" in one call; must equal the four above.
-
-        None if the device does not acknowledge its address.
-        """
         ...
 
     def name(self) -> str:
@@ -93,6 +88,38 @@ class I2CFault:
         return self.from_ps <= now_ps < self.until_ps and self.address in (None, address)
 
 
+class _Kept:
+    """What a master has read from a part, for as long as it lasts.
+
+    ``behind``: sub-address and length of the read; ``seen``: the part's version it belongs to; ``take``: what
+    reads it again in that version.
+    """
+
+    __slots__ = (
+        "behind",
+        "data",
+        "duration_ps",
+        "part",
+        "seen",
+        "take",
+        "target",
+        "until_ps",
+        "version",
+        "written",
+    )
+    take: Taker
+
+    def __init__(self, target: SubaddressTarget, subaddress: int, count: int, duration_ps: int) -> None:
+        self.target = target
+        self.part = target.device
+        self.version = target.version
+        self.behind = subaddress & 0x7F, count
+        self.written = bytes((subaddress & 0xFF,))
+        self.duration_ps = duration_ps
+        self.data = b""
+        self.until_ps, self.seen = 0, -1
+
+
 class I2CBus:
     """One bus with its targets; a transfer returns its data at once and says when it is over.
 
@@ -107,10 +134,13 @@ class I2CBus:
         self._clock = clock
         self._trace = trace
         self._targets: dict[int, I2CTarget] = {}
+        self._kept: dict[tuple[int, int, int], _Kept] = {}
         self._faults: list[I2CFault] = []
         self.has_faults = False
-        self.when_broken: list[Callable[[], None]] = []
-        """Called after a fault has been injected."""
+        self.when_changed: list[Callable[[], None]] = []
+        """Called after a fault has been injected or a device attached."""
+        self.elsewhere: list[Callable[[], Iterable[Message]]] = []
+        """Who else keeps latest messages: those that its master had alone."""
         self.shortest_ps = PS_PER_S // speed_hz if speed_hz < FAST_MODE_HZ else 0
         """Shortest period of SCL: a bus that is slow from the start stays so, whatever the master sets."""
         self.set_speed(speed_hz)
@@ -118,8 +148,7 @@ class I2CBus:
     def set_speed(self, speed_hz: int) -> None:
         """Another clock rate, from the next transfer on."""
         self.speed_hz = speed_hz
-        # start, address, sub-address, repeated start, address, data, stop: 30 periods and 9 a byte
-        self._read_ps = [self.duration_ps(30 + _BYTE_BITS * count) for count in range(_SHORT + 1)]
+        self._kept.clear()  # they know how long they take
 
     @property
     def now_ps(self) -> int:
@@ -134,12 +163,16 @@ class I2CBus:
     def attach(self, address: int, target: I2CTarget) -> None:
         """Put a device at a 7-bit address."""
         self._targets[address] = target
+        self._kept.clear()
+        for told in self.when_changed:
+            told()
 
     def inject(self, fault: I2CFault) -> None:
         """Break transfers as the rule says."""
         self._faults.append(fault)
         self.has_faults = True
-        for told in self.when_broken:
+        self._kept.clear()
+        for told in self.when_changed:
             told()
         until = "for good" if fault.until_ps >= PS_PER_S * 10**6 else f"until {fault.until_ps / PS_PER_S:g} s"
         where = "" if fault.address is None else f" at 0x{fault.address:02X}"
@@ -160,18 +193,48 @@ class I2CBus:
     # -- transfers --------------------------------------------------------------------------------------
 
     def read_from(self, address: int, subaddress: int, count: int) -> bytes:
-        """Write one sub-address byte, repeated start, read ``count`` bytes. Raises I2CError."""
-        target = self._targets.get(address)
-        if self._faults or target is None or count > _SHORT:
+        """Write one sub-address byte, repeated start, read ``count`` bytes. Raises I2CError.
+
+        Bytes that cannot have changed are not read again.
+        """
+        kept = self._kept.get((address, subaddress, count)) or self._keep(address, subaddress, count)
+        if kept is None:
             return self.transfer(address, bytes((subaddress,)), count)
         now_ps = self._clock.now_ps
-        self.end_ps = now_ps + self._read_ps[count]
-        data = target.read_from(subaddress, count, now_ps)
-        if data is None:
-            return self.transfer(address, bytes((subaddress,)), count)  # which fails as it should
+        version = kept.version[0]
+        if version != kept.seen:
+            if not kept.target.answers():
+                return self.transfer(address, bytes((subaddress,)), count)  # which fails as it should
+            kept.take = kept.part.taker(kept.behind[0], count)
+            kept.data, kept.until_ps = kept.take(now_ps)
+            kept.seen = version
+        elif now_ps >= kept.until_ps:
+            kept.data, kept.until_ps = kept.take(now_ps)
+        kept.target.behind = kept.behind
+        self.end_ps = now_ps + kept.duration_ps
         if self._trace.detailed:
-            self.record(now_ps, address, bytes((subaddress,)), data, "ok")
-        return data
+            self._trace.add_transfer(
+                now_ps,
+                self.end_ps,
+                self.name,
+                address,
+                kept.part.NAME,
+                kept.part.register_name(subaddress),
+                kept.written,
+                kept.data,
+                "ok",
+            )
+        return kept.data
+
+    def _keep(self, address: int, subaddress: int, count: int) -> _Kept | None:
+        """A place for what such a read gives; None while faults are in force, or for other targets."""
+        target = self._targets.get(address)
+        if self.has_faults or not isinstance(target, SubaddressTarget) or count > _SHORT:
+            return None
+        # start, address, sub-address, repeated start, address, data, stop: 30 periods and 9 a byte
+        kept = _Kept(target, subaddress, count, self.duration_ps(30 + _BYTE_BITS * count))
+        self._kept[address, subaddress, count] = kept
+        return kept
 
     def transfer(self, address: int, data: bytes, count: int = 0) -> bytes:
         """Write ``data`` (if any), then read ``count`` bytes (if any). Raises I2CError."""
@@ -236,31 +299,23 @@ class I2CBus:
 
     def record(self, start_ps: int, address: int, data: bytes, received: bytes, result: str) -> None:
         """Put a transfer that ended at ``end_ps`` into the trace."""
-        event = self._event(start_ps, self.end_ps, address, data, received, result)
-        if result == "ok":
-            self._trace.add_detail(event)
-        else:
-            self._trace.add(event)
+        self._trace.add_transfer(*self._fields(start_ps, self.end_ps, address, data, received, result))
 
     def recent_transfers(self) -> list[BusTransfer]:
-        """The messages of ``recent`` as the trace shows them."""
+        """The latest messages as the trace shows them."""
+        messages = [*self.recent, *(message for kept in self.elsewhere for message in kept())]
+        messages.sort(key=lambda message: message[0])
         return [
-            self._event(start_ps, end_ps, address, bytes(data), bytes(received), str(error or "ok"))
-            for start_ps, end_ps, address, data, received, error in self.recent
+            BusTransfer(
+                *self._fields(start_ps, end_ps, address, bytes(data), bytes(received), str(error or "ok"))
+            )
+            for start_ps, end_ps, address, data, received, error in messages[-_RECENT:]
         ]
 
-    def _event(
+    def _fields(
         self, start_ps: int, end_ps: int, address: int, data: bytes, received: bytes, result: str
-    ) -> BusTransfer:
+    ) -> tuple[int, int, str, int, str, str, bytes, bytes, str]:
         target = self._targets.get(address)
-        return BusTransfer(
-            t_ps=start_ps,
-            end_ps=end_ps,
-            bus=self.name,
-            address=address,
-            device=target.name() if target else "",
-            register=target.register_name(data[0]) if target and data else "",
-            written=data,
-            read=received,
-            result=result,
-        )
+        device = target.name() if target else ""
+        register = target.register_name(data[0]) if target and data else ""
+        return start_ps, end_ps, self.name, address, device, register, data, received, result

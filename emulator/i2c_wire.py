@@ -12,7 +12,6 @@ from typing import Literal, TypeAlias
 
 from emulator.errors import I2CBusError, I2CError, I2CNackError
 from emulator.i2c import ARBITRATION_LOST, BUS_ERROR, I2CBus, I2CTarget
-from sensors.subaddress import SubaddressTarget
 
 Answer: TypeAlias = Literal["ack", "nack", "bus_error", "arbitration"]
 
@@ -47,7 +46,7 @@ class I2CWire:
         if self._open and self._address == address and read and not self._reading and self._error is None:
             self._reading = True
         else:
-            self._finish(start_ps)
+            self.finish(start_ps)
             self._open, self._start_ps, self._address, self._reading = True, start_ps, address, read
             self._written, self._received, self._error = bytearray(), bytearray(), None
             self._target = self.bus.target(address)
@@ -76,27 +75,35 @@ class I2CWire:
         self._received.append(value)
         return value
 
-    def read_ahead(self) -> tuple[bytes, int]:
-        """The bytes that come next, and until when (ps) they are these; none if that is not sure."""
-        if isinstance(self._target, SubaddressTarget):
-            return self._target.read_ahead(self.bus.now_ps)
-        return b"", 0
+    def resume(self, address: int, start_ps: int, written: bytes, received: bytes, *, reading: bool) -> None:
+        """A message is under way of which nobody has heard here: its device takes part from now on.
 
-    def taken(self, data: bytes) -> None:
-        """These have been read meanwhile, as if one after the other."""
-        assert isinstance(self._target, SubaddressTarget), "bytes that were never told"
-        self._target.taken(len(data))
+        ``received`` it knows of already.
+        """
+        self._open, self._start_ps, self._address, self._reading = True, start_ps, address, reading
+        self._written, self._received, self._error = bytearray(written), bytearray(received), None
+        self._target = target = self.bus.target(address)
+        self._nack_at = None
+        assert target is not None, "a device has acknowledged its address"
+        if written or not reading:
+            target.start(read=False)
+            target.write(written)
+        if reading:
+            target.start(read=True)
+
+    def were_read(self, data: bytes) -> None:
+        """These have been read meanwhile, of which the device knows already."""
         self._received += data
 
     def stop(self) -> None:
         """The stop condition ends now."""
-        self._finish(self.bus.now_ps)
+        self.finish(self.bus.now_ps)
 
     def abort(self) -> None:
         """The master lets go of the bus without a stop."""
         if self._open and self._error is None:
             self._error = I2CError(self._address, "abandoned by the master without a stop")
-        self._finish(self.bus.now_ps)
+        self.finish(self.bus.now_ps)
 
     def _broken(self, *, read: bool) -> Answer | None:
         """What a fault makes of the address byte; a rule for a later byte is kept for then."""
@@ -116,7 +123,8 @@ class I2CWire:
                 self._nack_at = fault.byte_index
         return None
 
-    def _finish(self, end_ps: int) -> None:
+    def finish(self, end_ps: int) -> None:
+        """The message under way has ended then, by a stop or by the start of the next one."""
         if not self._open:
             return
         self._open = False

@@ -61,9 +61,9 @@ class SensorSet:
 
         grade = settings.grade
         self.lsm6dsl = LSM6DSL(
-            turned(world.specific_force_g, MOUNTING),
-            turned(world.angular_rate_dps, MOUNTING),
-            world.temperature_degc,
+            turned(world.sensed("acc"), MOUNTING),
+            turned(world.sensed("gyro"), MOUNTING),
+            world.sensed("temperature"),
             _replace(LSM6DSLErrors.of_grade(grade, seed), settings.lsm6dsl),
             seed,
             powered_on_ps=powered_on_ps,

@@ -2,7 +2,7 @@
 
 A transfer is one message between two edges of a chip select; its time is eight clock periods a byte. The
 clock is the one ST's firmware sets: 42 MHz / 16 = 2.625 MHz, mode 3. The chip's own SPI block moves one byte
-at a time and is seen by the same parts through :mod:`emulator.spi_wire`.
+at a time and is seen by the same parts through :mod:`emulator.arm.peripherals.spi`.
 """
 
 from __future__ import annotations
@@ -38,6 +38,8 @@ class SpiBus:
         """The latest messages of a master that moves single bytes, kept without a detailed trace, too."""
         self.unheard: deque[tuple[int, int | None]] = deque(maxlen=_RECENT)
         """(time in ps, byte sent or None for one read) while no chip select was low: nobody heard it."""
+        self.take_kept: Callable[[], None] = lambda: None
+        """Before either is looked at: a master that keeps them itself adds its own."""
         self._clock = clock
         self._trace = trace
         self._targets: dict[str, tuple[Part, SpiTarget]] = {}
@@ -69,30 +71,23 @@ class SpiBus:
     def record(self, chip_select: str, start_ps: int, written: bytes, received: bytes) -> None:
         """Put a message that ended at ``end_ps`` into the trace."""
         if self._trace.detailed:
-            self._trace.add_detail(self._event(start_ps, self.end_ps, chip_select, written, received))
+            self._trace.add_transfer(*self._fields(start_ps, self.end_ps, chip_select, written, received))
 
     def recent_transfers(self) -> list[BusTransfer]:
         """The messages of ``recent`` as the trace shows them."""
+        self.take_kept()
         return [
-            self._event(start_ps, end_ps, chip_select, bytes(written), bytes(received))
+            BusTransfer(*self._fields(start_ps, end_ps, chip_select, bytes(written), bytes(received)))
             for start_ps, end_ps, chip_select, written, received in self.recent
         ]
 
-    def _event(
+    def _fields(
         self, start_ps: int, end_ps: int, chip_select: str, written: bytes, received: bytes
-    ) -> BusTransfer:
+    ) -> tuple[int, int, str, int, str, str, bytes, bytes, str]:
         part, _ = self._targets[chip_select]
         address = written[0] & ~READ if written else 0
-        return BusTransfer(
-            t_ps=start_ps,
-            end_ps=end_ps,
-            bus=self.name,
-            address=address,
-            device=part.NAME,
-            register=part.register_name(address),
-            written=written,
-            read=received,
-        )
+        register = part.register_name(address)
+        return start_ps, end_ps, self.name, address, part.NAME, register, written, received, "ok"
 
 
 class SpiMaster:

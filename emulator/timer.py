@@ -69,7 +69,7 @@ class IntervalTimer:
         self._num, self._den = self._period_ps.numerator, self._period_ps.denominator
         self._origin_ps, self._count = self._clock.now_ps, 0
         self._running = True
-        self._schedule()
+        self._event = self._clock.schedule(self._origin_ps + self._num // self._den, self._update)
 
     def acknowledge(self) -> None:
         """The interrupt handler clears the flag; accounts for how late it is, and for what was lost."""
@@ -77,8 +77,9 @@ class IntervalTimer:
         now_ps = self._clock.now_ps
         if now_ps > self._due_ps:
             self._account(now_ps)
-        if self._running:
-            self._schedule()
+        if self._running and self._event is not None:
+            at_ps = self._origin_ps + (self._count + 1) * self._num // self._den
+            self._clock.repeat(self._event, at_ps)
 
     def _account(self, now_ps: int) -> None:
         waited_ps = now_ps - self._due_ps
@@ -95,13 +96,6 @@ class IntervalTimer:
             self.ticks += lost
             self.lost += lost
             self._trace.add(TickLost(now_ps, self.name, lost))
-
-    def _schedule(self) -> None:
-        at_ps = self._origin_ps + (self._count + 1) * self._num // self._den
-        if self._event is None:
-            self._event = self._clock.schedule(at_ps, self._update)
-        else:
-            self._clock.repeat(self._event, at_ps)
 
     def _update(self) -> None:
         self._count += 1

@@ -1,133 +1,69 @@
-"""The run's diary: append-only, typed events, to memory and to a JSON-lines file.
+"""The run's diary: append-only, typed events, to memory, to JSON-lines files and to whoever subscribes.
 
 What is rare and what a user must not miss (faults, late and lost ticks, GPIO edges, functions that are not
 modelled) is always kept. What happens thousands of times a second (bus transfers, register writes, terminal
-bytes) is recorded only after :meth:`Trace.record_all`; until then its producers see ``trace.detailed`` False
-and do not even build the event, so a trace that is off costs nothing.
+bytes) is recorded only while somebody wants it; until then its producers see ``trace.detailed`` False and do
+not even build the event, so a trace that is off costs nothing.
 """
 
 from __future__ import annotations
 
-import io
-import json
 from collections import deque
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
-from typing import Any, ClassVar, TypeVar
+from typing import TypeAlias, TypeVar
 
-from emulator.clock import PS_PER_S
 from emulator.errors import LinkError
+from emulator.trace_events import (
+    BusTransfer,
+    DeviceNote,
+    Fault,
+    GpioEdge,
+    RegisterWrite,
+    TerminalBytes,
+    TickLate,
+    TickLost,
+    TraceEvent,
+)
+from emulator.trace_lines import line, transfer_line
+
+__all__ = [
+    "BusTransfer",
+    "DeviceNote",
+    "Fault",
+    "GpioEdge",
+    "RegisterWrite",
+    "Subscriber",
+    "TerminalBytes",
+    "TickLate",
+    "TickLost",
+    "Trace",
+    "TraceEvent",
+]
 
 _KEPT = 200_000  # rare events in memory; older ones are dropped and counted
 _KEPT_IN_DETAIL = 4_000_000  # after record_all(), several minutes of the lab's firmware
-
-
-@dataclass(frozen=True, slots=True)
-class TraceEvent:
-    """Something that happened at ``t_ps``; ``kind`` names the type in files."""
-
-    kind: ClassVar[str] = "event"
-    t_ps: int
-
-
-@dataclass(frozen=True, slots=True)
-class BusTransfer(TraceEvent):
-    """One transfer on a bus, from start to stop. ``t_ps`` is its start, ``end_ps`` its end.
-
-    ``register`` is the datasheet's name of the first register; ``result`` is "ok" or what went wrong.
-    """
-
-    kind: ClassVar[str] = "bus"
-    end_ps: int
-    bus: str
-    address: int
-    device: str
-    register: str
-    written: bytes
-    read: bytes
-    result: str = "ok"
-
-
-@dataclass(frozen=True, slots=True)
-class RegisterWrite(TraceEvent):
-    """A register of a part was written."""
-
-    kind: ClassVar[str] = "register"
-    device: str
-    register: str
-    old: int
-    new: int
-
-
-@dataclass(frozen=True, slots=True)
-class DeviceNote(TraceEvent):
-    """Firmware touched something a part refuses, forbids or does not model; ``what`` is which of these."""
-
-    kind: ClassVar[str] = "note"
-    device: str
-    what: str
-    text: str
-
-
-@dataclass(frozen=True, slots=True)
-class GpioEdge(TraceEvent):
-    """An output pin changed its level."""
-
-    kind: ClassVar[str] = "gpio"
-    pin: str
-    level: int
-
-
-@dataclass(frozen=True, slots=True)
-class TickLate(TraceEvent):
-    """A timer callback started ``late_ps`` after its tick, because the one before was still running."""
-
-    kind: ClassVar[str] = "tick_late"
-    timer: str
-    late_ps: int
-
-
-@dataclass(frozen=True, slots=True)
-class TickLost(TraceEvent):
-    """Ticks were lost, seen when the handler came: the flag of the one before had not been cleared."""
-
-    kind: ClassVar[str] = "tick_lost"
-    timer: str
-    count: int
-
-
-@dataclass(frozen=True, slots=True)
-class TerminalBytes(TraceEvent):
-    """Bytes on the serial line; ``t_ps`` is the start of the first start bit."""
-
-    kind: ClassVar[str] = "terminal"
-    direction: str
-    data: bytes
-
-
-@dataclass(frozen=True, slots=True)
-class Fault(TraceEvent):
-    """Something was broken on purpose, or the UART lost a byte."""
-
-    kind: ClassVar[str] = "fault"
-    where: str
-    text: str
-
+_BUFFER = 1 << 18  # bytes of a file: some 400 ms of the lab's firmware
 
 EventT = TypeVar("EventT", bound=TraceEvent)
+Subscriber: TypeAlias = Callable[[TraceEvent], None]
+"""Is called with each event, in the order of the trace; it must not run the board."""
 
 
 class Trace:
-    """A run's events; iterate over it, or ask :meth:`of` for one type."""
+    """A run's events; iterate over it, or ask :meth:`of` for one type.
+
+    ``detailed``: whether somebody wants the frequent events; producers ask before they build one.
+    """
 
     def __init__(self) -> None:
         self.detailed = False
         self.dropped = 0
         self._events: deque[TraceEvent] = deque()
         self._keep_detail = False
-        self._file: io.TextIOBase | None = None
-        self._path = ""
+        self._subscribers: list[tuple[Subscriber, bool]] = []
+        self._files: list[_TraceFile] = []
 
     def __len__(self) -> int:
         return len(self._events)
@@ -143,40 +79,97 @@ class Trace:
         """Keep every event in memory from now on, bus transfers and terminal bytes included."""
         self.detailed = self._keep_detail = True
 
+    def subscribe(self, subscriber: Subscriber, *, detail: bool = True) -> Callable[[], None]:
+        """Call ``subscriber(event)`` for each event from now on, the frequent ones only with ``detail``.
+
+        Returns what ends the subscription.
+        """
+        entry = subscriber, detail
+        self._subscribers.append(entry)
+        self._look_who_listens()
+
+        def unsubscribe() -> None:
+            if entry in self._subscribers:
+                self._subscribers.remove(entry)
+                self._look_who_listens()
+
+        return unsubscribe
+
     def write_to(self, path: str | Path) -> None:
         """Write every event from now on to a JSON-lines file. Raises LinkError if it cannot be opened."""
-        self._path = str(path)
-        try:
-            self._file = Path(path).open("w", encoding="utf-8", newline="\n")
-        except OSError as error:
-            raise LinkError(
-                f"trace file {path}: {error.strerror or error}; give a path that can be written"
-            ) from error
-        self.detailed = True
+        self._files.append(_TraceFile(path))
+        self._look_who_listens()
 
     def add(self, event: TraceEvent) -> None:
         """Record a rare event."""
         self._keep(event)
-        self._write(event)
+        self._hand_on(event, detail=False)
 
     def add_detail(self, event: TraceEvent) -> None:
         """Record a frequent event; only to be built and passed when ``detailed`` is set."""
         if self._keep_detail:
             self._keep(event)
-        self._write(event)
+        self._hand_on(event, detail=True)
+
+    def add_transfer(
+        self,
+        t_ps: int,
+        end_ps: int,
+        bus: str,
+        address: int,
+        device: str,
+        register: str,
+        written: bytes,
+        read: bytes,
+        result: str,
+    ) -> None:
+        """Record a transfer by the fields of its event, of which most are: files do not need the event."""
+        fields = t_ps, end_ps, bus, address, device, register, written, read, result
+        if result != "ok":
+            self.add(BusTransfer(*fields))
+        elif self._keep_detail or self._subscribers:
+            self.add_detail(BusTransfer(*fields))
+        elif self._files:
+            text = transfer_line(*fields)
+            for file in self._files:
+                self._write(file, text)
 
     def close(self) -> None:
-        """Close the file, if one is being written."""
-        if self._file is not None:
-            file, self._file = self._file, None
-            try:
-                file.close()
-            except OSError as error:
-                raise self._unwritable(error) from error
+        """Close the files that are being written."""
+        files, self._files = self._files, []
+        self._look_who_listens()
+        for file in files:
+            file.close()
 
-    def _unwritable(self, error: OSError) -> LinkError:
-        self._file = None
-        return LinkError(f"trace file {self._path}: {error.strerror or error}; the run was stopped")
+    def snapshot(self) -> int:
+        """How many events there have been; for :mod:`emulator.snapshot`."""
+        return len(self._events) + self.dropped
+
+    def restore(self, state: int) -> None:
+        """Forget the events that came after these; who observes goes on, and files keep what they have."""
+        for _ in range(min(len(self._events) + self.dropped - state, len(self._events))):
+            self._events.pop()
+
+    def _look_who_listens(self) -> None:
+        subscribed = any(detail for _, detail in self._subscribers)
+        self.detailed = self._keep_detail or subscribed or bool(self._files)
+
+    def _hand_on(self, event: TraceEvent, *, detail: bool) -> None:
+        if self._files:
+            text = line(event)
+            for file in tuple(self._files):
+                self._write(file, text)
+        for subscriber, wants_detail in tuple(self._subscribers):
+            if wants_detail or not detail:
+                subscriber(event)
+
+    def _write(self, file: _TraceFile, text: str) -> None:
+        try:
+            file.write(text)
+        except LinkError:
+            self._files.remove(file)
+            self._look_who_listens()
+            raise
 
     def _keep(self, event: TraceEvent) -> None:
         if len(self._events) >= (_KEPT_IN_DETAIL if self._keep_detail else _KEPT):
@@ -184,21 +177,34 @@ class Trace:
             self.dropped += 1
         self._events.append(event)
 
-    def _write(self, event: TraceEvent) -> None:
-        if self._file is not None:
-            try:
-                self._file.write(json.dumps(to_json(event), separators=(",", ":")) + "\n")
-            except OSError as error:
-                raise self._unwritable(error) from error
 
+class _TraceFile:
+    """A JSON-lines file with a buffer; what cannot be written ends the run."""
 
-def to_json(event: TraceEvent) -> dict[str, Any]:
-    """An event as JSON: time in seconds as an exact decimal string, bytes in hexadecimal."""
-    fields = asdict(event)
-    t_ps = fields.pop("t_ps")
-    seconds = f"{t_ps // PS_PER_S}.{t_ps % PS_PER_S:012d}"
-    return {
-        "t_s": seconds,
-        "kind": event.kind,
-        **{name: value.hex() if isinstance(value, bytes) else value for name, value in fields.items()},
-    }
+    def __init__(self, path: str | Path) -> None:
+        self._path = path
+        try:
+            self._file = Path(path).open("w", buffering=_BUFFER, encoding="ascii", newline="\n")
+        except OSError as error:
+            raise LinkError(
+                f"trace file {path}: {error.strerror or error}; give a path that can be written"
+            ) from error
+
+    def write(self, text: str) -> None:
+        """Append lines. Raises LinkError."""
+        try:
+            self._file.write(text)
+        except OSError as error:
+            with suppress(OSError):  # which would be this one again
+                self._file.close()
+            raise self._failed(error) from error
+
+    def close(self) -> None:
+        """Write what is left. Raises LinkError."""
+        try:
+            self._file.close()
+        except OSError as error:
+            raise self._failed(error) from error
+
+    def _failed(self, error: OSError) -> LinkError:
+        return LinkError(f"trace file {self._path}: {error.strerror or error}; the run was stopped")

@@ -17,9 +17,9 @@ at the terminal's rate would show the garbage, but no hint of its cause.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
 from fractions import Fraction
 from functools import partial
+from typing import Protocol
 
 from emulator.clock import PS_PER_S, Clock
 from emulator.trace import Fault, TerminalBytes, Trace
@@ -64,6 +64,26 @@ class _Run:
         return arrived
 
 
+class Transceiver(Protocol):
+    """The USART of a chip that has its own registers and times; it calls ``open_run`` and ``carry``."""
+
+    def hand_over(self) -> None:
+        """Carry what has been sent and is not on the line yet."""
+        ...
+
+    def frame_ps(self) -> Fraction | None:
+        """The length of a frame as the chip has set it up; None while it has no bit clock."""
+        ...
+
+    def receive(self, value: int) -> bool:
+        """A byte has arrived; False: it is lost, because the one before was not read."""
+        ...
+
+    def line_idle(self) -> None:
+        """A frame's time has passed since the last byte."""
+        ...
+
+
 class Uart:
     """One USART with a line to a terminal.
 
@@ -86,24 +106,13 @@ class Uart:
         self._rx_line_free_ps = 0
         self._rx_data: int | None = None
         self.rx_lost = 0
-        self.connected = True
-        """Whether the transmitter's pin is; without it frames take their time and reach nobody."""
-        self.receiver_on = True
-        self.overrun = False
-        """Whether a byte was lost since the flag was last cleared (ORE)."""
-        self.rx_idle = False
-        """Whether the line was idle for a frame after a byte since the flag was last cleared (IDLE)."""
-        self.on_receive: Callable[[], None] | None = None
-        """Called after a received byte or an idle line has changed one of the flags above."""
-
-    def set_frame(self, frame_ps: Fraction) -> None:
-        """Frames of another length, from the next byte on."""
-        if frame_ps != self._frame_ps:
-            self._frame_ps = frame_ps
+        self._transceiver: Transceiver | None = None
 
     def frames_ps(self, count: int) -> int:
-        """Time of ``count`` frames on the wire."""
-        return count * self._frame_ps.numerator // self._frame_ps.denominator
+        """Time of ``count`` frames on the wire; at the terminal's rate while the chip has none."""
+        frame_ps = self._transceiver.frame_ps() if self._transceiver is not None else None
+        frame_ps = frame_ps or self._frame_ps
+        return count * frame_ps.numerator // frame_ps.denominator
 
     # -- sending ----------------------------------------------------------------------------------------
 
@@ -121,20 +130,13 @@ class Uart:
         run.waiting += piece
         frames = run.count()
         self.txe_ps, self.idle_ps = run.time_ps(frames - 1), run.time_ps(frames)
-        if self._trace.detailed and run.connected:
+        if self._trace.detailed:
             self._trace.add_detail(TerminalBytes(start_ps, "tx", piece))
         return count
 
-    def send(self, value: int) -> bool:
-        """Write one byte to the data register now; False if it took the place of one still waiting there."""
-        if self._clock.now_ps >= self.txe_ps:
-            self.write(bytes((value,)), self._clock.now_ps)
-            return True
-        self._run.waiting[-1] = value
-        return False
-
     def received(self) -> bytearray:
         """What has arrived at the terminal by now, of long runs the latest part. Not to be changed."""
+        self.catch_up()
         now_ps = self._clock.now_ps
         for run in self._on_wire:
             arrived = run.take(now_ps)
@@ -154,14 +156,40 @@ class Uart:
         return self.dropped + kept
 
     def _open_run(self) -> _Run:
-        """The run that the next frame belongs to: another one after a gap or when frames become others."""
+        """The run that the next frame belongs to: another one after a gap."""
+        if self._clock.now_ps > self.idle_ps:
+            self._run = _Run(self._clock.now_ps, self._frame_ps)
+            self._on_wire.append(self._run)
+        return self._run
+
+    # -- a chip's own USART -----------------------------------------------------------------------------
+
+    def connect(self, transceiver: Transceiver) -> None:
+        """From now on this is the line of a chip's USART."""
+        self._transceiver = transceiver
+
+    def catch_up(self) -> None:
+        """Everything that the chip has sent is on the line."""
+        if self._transceiver is not None:
+            self._transceiver.hand_over()
+
+    def open_run(self, start_ps: int, frame_ps: Fraction, *, connected: bool) -> None:
+        """The chip's next frames follow one another from ``start_ps`` on."""
+        self._run = _Run(start_ps, frame_ps, connected)
+        self._on_wire.append(self._run)
+
+    def carry(self, data: bytes, *, detailed: bool) -> None:
+        """The chip has sent bytes, behind those of its run so far."""
         run = self._run
-        gap = self._clock.now_ps > self.idle_ps
-        if gap or run.frame_ps is not self._frame_ps or run.connected is not self.connected:
-            start_ps = max(self._clock.now_ps, self.idle_ps)
-            self._run = run = _Run(start_ps, self._frame_ps, self.connected)
-            self._on_wire.append(run)
-        return run
+        first = run.count()
+        run.waiting += data
+        self.txe_ps, self.idle_ps = run.time_ps(first + len(data) - 1), run.time_ps(first + len(data))
+        if detailed and run.connected:
+            self._trace.add_detail(TerminalBytes(run.time_ps(first), "tx", data))
+
+    def replace_last(self, value: int) -> None:
+        """The byte carried last was overwritten before it left the data register."""
+        self._run.waiting[-1] = value
 
     # -- receiving --------------------------------------------------------------------------------------
 
@@ -173,7 +201,7 @@ class Uart:
         for number, value in enumerate(data, start=1):
             self._clock.schedule(start_ps + self.frames_ps(number), partial(self._arrive, value))
         self._rx_line_free_ps = start_ps + self.frames_ps(len(data))
-        if self.on_receive is not None:
+        if self._transceiver is not None:
             self._clock.schedule(self._rx_line_free_ps + self.frames_ps(1), self._line_idle)
 
     @property
@@ -187,20 +215,17 @@ class Uart:
         return value
 
     def _arrive(self, value: int) -> None:
-        if not self.receiver_on:
-            return
-        if self._rx_data is None:
-            self._rx_data = value
+        if self._transceiver is not None:
+            taken = self._transceiver.receive(value)
         else:
+            taken = self._rx_data is None
+            self._rx_data = value if taken else self._rx_data
+        if not taken:
             self.rx_lost += 1
-            self.overrun = True
             text = f"overrun: received byte 0x{value:02X} is lost"
             self._trace.add(Fault(self._clock.now_ps, self.name, text))
-        if self.on_receive is not None:
-            self.on_receive()
 
     def _line_idle(self) -> None:
         """A frame's time after the last stop bit: an idle frame, if nothing has begun meanwhile."""
-        if self.on_receive is not None and self._rx_line_free_ps < self._clock.now_ps and self.receiver_on:
-            self.rx_idle = True
-            self.on_receive()
+        if self._transceiver is not None and self._rx_line_free_ps < self._clock.now_ps:
+            self._transceiver.line_idle()

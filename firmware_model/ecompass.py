@@ -2,7 +2,7 @@
 
 Every right-hand side is computed in double with math.h and stored in a float32 variable, which is what the
 next line reads. Two or three stores that do not read each other share one struct call, which is where the
-time goes.
+time goes; and the angles of vectors seen before are looked up, since a board at rest shows the same few.
 
 Decision: the slides' roll, atan2(Gy, sqrt(mu*Gx^2 + Gz^2)), is kept although it is an approximation: it never
 shows more than 90 degrees and is off when pitch and roll are both large. The exact atan2(Gy, Gz) would be
@@ -12,6 +12,7 @@ better and would not be the lab.
 from __future__ import annotations
 
 import struct
+from functools import lru_cache
 from math import atan2, cos, pi, sin, sqrt
 
 from firmware_model.axes import AxesRaw_TypeDef
@@ -34,10 +35,17 @@ def eCompass(acc: AxesRaw_TypeDef, mag: AxesRaw_TypeDef, mu: float) -> tuple[flo
     Pitch and roll lie in -90..90, yaw in -180..180; yaw is 0 when X points to magnetic north, and grows
     counter-clockwise seen from above.
     """
+    return _angles(acc.AXIS_X, acc.AXIS_Y, acc.AXIS_Z, mag.AXIS_X, mag.AXIS_Y, mag.AXIS_Z, mu)
+
+
+@lru_cache(maxsize=4096)
+def _angles(
+    acc_x: int, acc_y: int, acc_z: int, mag_x: int, mag_y: int, mag_z: int, mu: float
+) -> tuple[float, float, float]:
     # The negation is the integer's: a flat board must give +0.0, and -(0.0) is not.
-    minus_gx, gy, gz = float(-acc.AXIS_X), float(acc.AXIS_Y), float(acc.AXIS_Z)
+    minus_gx, gy, gz = float(-acc_x), float(acc_y), float(acc_z)
     gx2, gz2 = minus_gx * minus_gx, gz * gz
-    bx, by, bz = float(mag.AXIS_X), float(mag.AXIS_Y), float(mag.AXIS_Z)
+    bx, by, bz = float(mag_x), float(mag_y), float(mag_z)
 
     pitch, roll = _unpack2(_pack2(atan2(minus_gx, sqrt(gy * gy + gz2)), atan2(gy, sqrt(mu * gx2 + gz2))))
 

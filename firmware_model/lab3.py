@@ -24,13 +24,17 @@ class Lab3(LabFirmware):
         self._mu = self.settings.mu
         self._threshold_deg = self.settings.led_threshold_deg
         self._led1_shows_pitch = self.settings.led1_axis == "pitch"
+        self._angles = (0.0, 0.0, 0.0)
 
     def HAL_TIM_PeriodElapsedCallback(self) -> None:
         """Refresh, calibrate, compute the angles, show the tilt."""
         self.ReadSensorRawData()
         MagCalibration(self.mag, self.mag_min, self.mag_max)
-        self.pitch, self.roll, self.azimuth = eCompass(self.acc, self.mag, self._mu)
-        self._show_tilt()
+        angles = eCompass(self.acc, self.mag, self._mu)
+        if angles is not self._angles:  # else pins and variables show them already
+            self._angles = angles
+            self.pitch, self.roll, self.azimuth = angles
+            self._show_tilt()
 
     def loop(self) -> None:
         """Print both blocks and wait a second; the LEDs belong to the callback."""

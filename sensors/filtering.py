@@ -26,12 +26,15 @@ _KEPT = 4  # pages: the stream's block, and what a second reader may lag behind
 
 
 class _Page:
-    """One page: its input less the reference, the output, and the filter's state after it."""
+    """One page: its input less the reference, the output, and the filter's state after it.
+
+    Arrays are replaced, never changed: a snapshot of the part keeps them as they are.
+    """
 
     __slots__ = ("after", "known", "output", "samples")
 
     def __init__(self, axes: int) -> None:
-        self.samples = np.empty((axes, PAGE))
+        self.samples = np.empty((axes, 0))
         self.known = 0  # of ``samples``, how many are taken already
         self.output: Array | None = None
         self.after: Array | None = None
@@ -138,8 +141,10 @@ class SampledFilter:
         if known < PAGE:
             reference = self._reference_value()
             taken = self._source(self._first + page * PAGE + known, PAGE - known)
-            np.subtract(taken, reference, out=entry.samples[:, known:])
-            entry.known = PAGE
+            samples = np.empty((self._axes, PAGE))
+            samples[:, :known] = entry.samples[:, :known]
+            np.subtract(taken, reference, out=samples[:, known:])
+            entry.samples, entry.known = samples, PAGE
         return entry
 
     def _reference_value(self) -> Array:

@@ -17,7 +17,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from sensors.register import Register
-from sensors.register_file import RegisterFile
+from sensors.register_file import UNFORESEEN, Foreseen, RegisterFile, Taker, every_length
 from sensors.sampling import SampleStream
 
 
@@ -57,6 +57,9 @@ def swap_bytes(words: bytes) -> bytes:
     return bytes(swapped)
 
 
+_EVEN = 0x5555_5555_5555_5554  # the bits of even lengths
+
+
 class OutputWords:
     """A block of 16-bit words fed by a stream; ``after_sample()`` follows each look at a new sample."""
 
@@ -72,8 +75,11 @@ class OutputWords:
         "_keep_all",
         "_mem",
         "_overrun_shift",
+        "_registers",
         "_shown",
         "_status",
+        "_unread",
+        "_version",
         "stream",
     )
 
@@ -85,20 +91,23 @@ class OutputWords:
         flags: DataReady | None,
         after_sample: Callable[[], None] | None = None,
     ) -> None:
+        self._registers = registers
         self._mem = registers.mem
         self._first, self._end = register.addr, register.addr + register.size
         self._status = flags.status.addr if flags else 0
         self._all = flags.all() if flags else 0
         self._overrun_shift = flags.overrun_shift if flags else 0
         self._keep = flags.keep() if flags else b"\xff" * register.size
-        self._keep_all = 0xFF & ~(self._all | (self._all << self._overrun_shift))
+        self._unread = self._all | (self._all << self._overrun_shift)
+        self._keep_all = 0xFF & ~self._unread
         self._after_sample = after_sample
         self.stream = stream
         self._bdu = self._big_endian = False
         self._half_read = registers.half_read
+        self._version = registers.version
         self._shown = b""
         registers.before_read(register, self.before_read)
-        registers.know_ahead(register, self)
+        registers.know_ahead(register, self, self.before_read)
 
     def set_format(self, *, bdu: bool, big_endian: bool) -> None:
         """BDU and BLE as configured; switching BDU off releases every word, BLE turns those not held."""
@@ -147,16 +156,45 @@ class OutputWords:
             first += 1
         return None
 
-    def ahead(self, first: int, now_ps: int) -> tuple[bytes, int]:
-        """The bytes from ``first`` on, and until when (ps) they are these; none while words are held back."""
+    def ahead(self, first: int, end: int, now_ps: int) -> Foreseen:
+        """The bytes as they are until the next sample, words that are held back among them.
+
+        Reading them is quiet once data-ready has been cleared, and with BDU as long as whole words are read.
+        """
         stream = self.stream
         if now_ps >= stream.next_ps:
             self.refresh(now_ps)
         if self._shown is not stream.data:
             self._show()
-            if self._half_read:
-                return b"", 0
-        return bytes(self._mem[first : self._end]), stream.next_ps
+            if any((held - self._first) & 1 and first < held < end for held in self._half_read):
+                return UNFORESEEN  # its first byte releases the word: the second is one of the new sample
+        quiet = 0
+        if not (self._half_read or self._mem[self._status] & self._unread):
+            quiet = every_length(end - first)
+            if self._bdu:
+                quiet &= 0 if (first - self._first) & 1 else _EVEN
+        return bytes(self._mem[first:end]), stream.next_ps, quiet
+
+    def lasts(self, first: int, end: int) -> int:
+        """Until the next sample: what reading clears has been cleared, and holding words is a new version."""
+        del first, end
+        return self.stream.next_ps
+
+    def taker(self, first: int, end: int) -> Taker | None:
+        """For the usual read, which takes the whole block at once."""
+        return self._take if (first, end) == (self._first, self._end) else None
+
+    def _take(self, now_ps: int) -> tuple[bytes, int]:
+        """As ``before_read``, less the flags that a new sample would set and this read clear."""
+        if self._half_read or self._big_endian:
+            return self._registers.read(self._first, self._end - self._first, now_ps), 0
+        stream = self.stream
+        if now_ps >= stream.next_ps:
+            stream.advance(now_ps)
+            if self._after_sample is not None:
+                self._after_sample()
+        self._mem[self._status] &= self._keep_all
+        return stream.data, stream.next_ps
 
     def taken(self, first: int, count: int) -> None:
         """So many bytes from ``first`` on have been read one by one."""
@@ -189,6 +227,7 @@ class OutputWords:
         self._mem[self._status] &= self._keep[offset]
         if self._bdu:
             partner = self._first + (offset ^ 1)
+            self._version[0] += 1
             if partner in self._half_read:
                 self._half_read.discard(partner)
             else:

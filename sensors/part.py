@@ -11,13 +11,23 @@ from numpy.typing import NDArray
 from sensors.fidelity import Function
 from sensors.pin import Pin
 from sensors.register import ADDRESSES, Register, RegisterMap
-from sensors.register_file import AccessError, NoteCallback, RegisterFile, WriteLog
+from sensors.register_file import (
+    UNFORESEEN,
+    AccessError,
+    Foreseen,
+    NoteCallback,
+    RegisterFile,
+    Taker,
+    WriteLog,
+)
 from sensors.sampling import NEVER_PS, PS_PER_S, Times
 from sensors.spi import Wires
 
 Signal: TypeAlias = Callable[[Times], NDArray[np.float64]]
-"""A physical quantity at the given times: shape (n, 3) in the sensor's own axes, or (n,) for a scalar."""
+"""A physical quantity at the given times: shape (n, 3) in the sensor's own axes, or (n,) for a scalar.
 
+Where a part says so, n may be 1 for what is the same at all times asked for.
+"""
 
 PS_PER_MS = PS_PER_S // 1000
 
@@ -38,11 +48,21 @@ class Write(Protocol):
         ...
 
 
-class Part:
-    """One sensor behind its bus. ``read``, ``write`` and ``advance`` are those of its active register file.
+class ReadAhead(Protocol):
+    """See :meth:`RegisterFile.ahead`."""
 
-    They are instance attributes, so that the 800 Hz path reaches the registers without a detour; a part with
-    register banks replaces them when firmware switches.
+    def __call__(self, address: int, count: int, now_ps: int) -> Foreseen:
+        """About ``count`` bytes from ``address`` on."""
+        ...
+
+
+class Part:
+    """One sensor behind its bus.
+
+    ``read``, ``write``, ``advance``, ``ahead``, ``taken`` and ``taker`` are those of its active
+    register file. They are instance attributes, so that the 800 Hz path reaches the registers without a
+    detour; a part with register banks replaces them when firmware switches. While a pin is wired, every
+    access has to be seen, and nothing is told ahead.
     """
 
     NAME: ClassVar[str]
@@ -60,6 +80,7 @@ class Part:
     ) -> None:
         """``wrap``: where a burst does not simply go on; ``accessible_ps``: when the part first answers."""
         self.registers = RegisterFile(registers, wrap)
+        self.version = self.registers.version
         self._accessible_ps = accessible_ps
         self._accessed: Callable[[], None] | None = None
         self.i2c_off = False  # firmware that uses SPI switches I2C off (I2C_disable, I2C_DIS)
@@ -70,17 +91,13 @@ class Part:
         self.read: Read = registers.read
         self.write: Write = _checked(self._writer(registers))
         self.advance = registers.advance
+        self.ahead: ReadAhead = registers.ahead
+        self.taken = registers.taken
+        self.taker: Callable[[int, int], Taker] = registers.taker
         if self._accessed is not None:
             self.read = _read_then(self.read, self._accessed)
+            self.ahead, self.taker = _nothing_ahead, _taker_of(self.read)
             self.write = _write_then(self.write, self._accessed)
-
-    def read_ahead(self, address: int, now_ps: int) -> tuple[bytes, int]:
-        """See :meth:`RegisterFile.read_ahead`; nothing while somebody listens to each access."""
-        return self.active.read_ahead(address, now_ps) if self._accessed is None else (b"", 0)
-
-    def taken(self, address: int, count: int) -> None:
-        """See :meth:`RegisterFile.taken`."""
-        self.active.taken(address, count)
 
     def _writer(self, registers: RegisterFile) -> Write:
         return registers.write
@@ -88,6 +105,7 @@ class Part:
     def watch(self, accessed: Callable[[], None]) -> None:
         """Call ``accessed()`` after every read and write: a pin may change earlier than it would have."""
         self._accessed = accessed
+        self.version[0] += 1
         self._activate(self.active)
 
     def files(self) -> tuple[RegisterFile, ...]:
@@ -142,6 +160,18 @@ class Part:
     def sample_range(self, channel: str) -> tuple[float, float, float]:
         """(lowest value, highest value, size of one LSB) of ``channel`` as now configured, in its unit."""
         raise KeyError(channel)
+
+
+def _nothing_ahead(address: int, count: int, now_ps: int) -> Foreseen:
+    del address, count, now_ps
+    return UNFORESEEN
+
+
+def _taker_of(read: Read) -> Callable[[int, int], Taker]:
+    def taker(address: int, count: int) -> Taker:
+        return lambda now_ps: (read(address, count, now_ps), 0)
+
+    return taker
 
 
 def _checked(write: Write) -> Write:

@@ -11,10 +11,13 @@ Road not taken: one read method per byte (what the chip does) costs six times as
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Protocol, TypeAlias
 
 from sensors.register import ADDRESSES, Register, RegisterMap
+from sensors.sampling import NEVER_PS
 
 ReadHook: TypeAlias = Callable[[int, int, int], bytes | None]
 """``hook(first, end, now_ps)``: bytes ``first`` to ``end - 1`` of its register are read.
@@ -39,22 +42,45 @@ _Plan: TypeAlias = tuple[_Piece, tuple[_Piece, ...]]  # the first piece, and tho
 
 _COUNT_BITS = 22  # of a plan's key, which stays a small integer
 _ONE_BYTE = tuple(bytes((value,)) for value in range(256))  # dearer to make than to look up
+_LONGEST_KEPT = 64  # bytes of a burst whose plan is kept
+_FORESEEN = 32  # bytes of configuration that are told at once
+
+
+Foreseen: TypeAlias = tuple[bytes, int, int]
+"""Bytes, until when (ps) they are these, and which reads of them are quiet; see ``RegisterFile.ahead``."""
+
+UNFORESEEN: Foreseen = (b"", 0, 0)
 
 
 class Ahead(Protocol):
-    """What knows the bytes of a register before they are read, and does afterwards what reading them does."""
+    """What knows the bytes of a register before they are read, and all that reading them does."""
 
-    def before_read(self, first: int, end: int, now_ps: int) -> bytes | None:
-        """Its hook."""
+    def ahead(self, first: int, end: int, now_ps: int) -> Foreseen:
+        """Bytes ``first`` to ``end - 1`` of the register."""
         ...
 
-    def ahead(self, first: int, now_ps: int) -> tuple[bytes, int]:
-        """The bytes from ``first`` to the end of the register, and until when (ps) they are these."""
+    def lasts(self, first: int, end: int) -> int:
+        """Until when these bytes can be read again if that has just been done at once; 0: not known."""
         ...
 
     def taken(self, first: int, count: int) -> None:
-        """So many of them have been read one by one."""
+        """``count`` bytes from ``first`` on have been read one by one."""
         ...
+
+    def taker(self, first: int, end: int) -> Taker | None:
+        """What reads these bytes at once, if there is a short way."""
+        ...
+
+
+Taker: TypeAlias = Callable[[int], tuple[bytes, int]]
+"""``take(now_ps)``: reads a burst; its bytes, and until when (ps) they can be read again without any effect.
+
+As long as the version stays what it was *before* the burst; 0 if that is not sure.
+"""
+
+_Knowledge: TypeAlias = tuple[Ahead, ReadHook | None, AfterHook | None]  # who knows it with these hooks
+_Region: TypeAlias = tuple[Ahead, int]  # who knows the bytes from an address on, and where they end
+_Known: TypeAlias = tuple[tuple[Ahead, int, int], ...]  # who knows each piece of a burst
 
 
 class AccessError(ValueError):
@@ -81,15 +107,50 @@ def _no_note(now_ps: int, kind: str, text: str) -> None:
     del now_ps, kind, text
 
 
+class _Plain:
+    """Registers that only hold a value: it changes when it is written, which the version tells."""
+
+    def __init__(self, mem: bytearray) -> None:
+        self._mem = mem
+
+    def ahead(self, first: int, end: int, now_ps: int) -> Foreseen:
+        del now_ps
+        return bytes(self._mem[first:end]), NEVER_PS, every_length(end - first)
+
+    def lasts(self, first: int, end: int) -> int:
+        del first, end
+        return NEVER_PS
+
+    def taker(self, first: int, end: int) -> None:
+        """There is none."""
+
+    def taken(self, first: int, count: int) -> None:
+        """Nothing happens."""
+
+
+def every_length(count: int) -> int:
+    """Reads of 1 to ``count`` bytes, as the bits of that number."""
+    return (2 << count) - 2
+
+
 class RegisterFile:
     """A register map's memory with its hooks.
 
     ``wrap`` maps an address to the one a burst goes on with, where that is not the next one.
     ``mem`` is public on purpose: models keep a reference and read single bytes without a call.
+    ``version`` counts what makes bytes told ahead wrong without time passing: each write, and words becoming
+    held or released by somebody's read. It is one number, the same object in all banks of a part; C reads it
+    at its address, which never changes.
     """
 
-    def __init__(self, registers: RegisterMap, wrap: Mapping[int, int] | None = None) -> None:
+    def __init__(
+        self,
+        registers: RegisterMap,
+        wrap: Mapping[int, int] | None = None,
+        version: array[int] | None = None,
+    ) -> None:
         self.map = registers
+        self.version: array[int] = array("Q", (0,)) if version is None else version
         self.mem = bytearray(registers.reset)
         self.note: NoteCallback = _no_note
         self.write_log: WriteLog | None = None
@@ -99,10 +160,13 @@ class RegisterFile:
         self._before: list[ReadHook | None] = [None] * ADDRESSES
         self._after: list[AfterHook | None] = [None] * ADDRESSES
         self._on_write: list[WriteHook | None] = [None] * ADDRESSES
-        self._ahead: list[Ahead | None] = [None] * ADDRESSES
+        self._ahead: list[_Knowledge | None] = [None] * ADDRESSES
+        self._plain: _Knowledge = (_Plain(self.mem), None, None)
         self.half_read: set[int] = set()  # block data update: bytes read whose partner has not been read yet
         self._increment = True
         self._plans: dict[int, _Plan] = {}
+        self._known: dict[int, _Known | None] = {}
+        self._regions: dict[int, _Region | None] = {}
         self._link()
         for address in range(ADDRESSES):
             register_at = registers.at[address]
@@ -116,11 +180,15 @@ class RegisterFile:
     def before_read(self, register: type[Register], hook: ReadHook) -> None:
         """Call ``hook`` before bytes of ``register`` are read, so that it can bring them up to date."""
         self._before[register.addr : register.addr + register.size] = [hook] * register.size
-        self._plans.clear()
+        self._forget_plans()
 
-    def know_ahead(self, register: type[Register], source: Ahead) -> None:
-        """``source`` knows the bytes of ``register``, as long as nothing else takes part in reading them."""
-        self._ahead[register.addr : register.addr + register.size] = [source] * register.size
+    def know_ahead(
+        self, register: type[Register], source: Ahead, before: ReadHook, after: AfterHook | None = None
+    ) -> None:
+        """``source`` knows what reading ``register`` gives and does, as long as these are its hooks."""
+        known = source, before, after
+        self._ahead[register.addr : register.addr + register.size] = [known] * register.size
+        self._forget_plans()
 
     def after_read(self, register: type[Register], hook: AfterHook) -> None:
         """Call ``hook`` after bytes of ``register`` have been read, for whatever reading clears.
@@ -130,7 +198,7 @@ class RegisterFile:
         earlier = self._after[register.addr]
         both = hook if earlier is None else _one_after_the_other(earlier, hook)
         self._after[register.addr : register.addr + register.size] = [both] * register.size
-        self._plans.clear()
+        self._forget_plans()
 
     def on_write(self, register: type[Register], hook: WriteHook) -> None:
         """Call ``hook`` after a byte of ``register`` has been written."""
@@ -176,29 +244,52 @@ class RegisterFile:
                 after(first, end, now_ps)
         return bytes(pieces)
 
-    def read_ahead(self, address: int, now_ps: int) -> tuple[bytes, int]:
-        """What single reads from ``address`` on would give, and until when (ps); none if that is not sure.
+    def ahead(self, address: int, count: int, now_ps: int) -> Foreseen:
+        """What reads of one byte each from ``address`` on would give; nothing has been read by this.
 
-        Nothing has been read. ``taken(address, count)`` makes up for it before anything else happens.
+        The bytes, about ``count`` of them, or none if they are not sure; until when (ps) they are these, as
+        long as ``version`` stays what it is now; and which reads are quiet, that is, change nothing anybody
+        could see: bit n for the first n bytes. ``taken`` makes up for reads that are not.
         """
-        source = self._ahead[address]
-        if (
-            source is None
-            or self._after[address] is not None
-            or self._before[address] != source.before_read
-            or self._next[address] != address + 1
-        ):
-            return b"", 0
-        return source.ahead(address, now_ps)
+        region = self._regions[address] if address in self._regions else self._region(address)
+        if region is None:
+            return UNFORESEEN
+        source, end = region
+        data, until_ps, quiet = source.ahead(address, end, now_ps)
+        length = len(data)
+        if 0 < length < count and self._next[end - 1] == end:
+            more, more_until_ps, more_quiet = self.ahead(end, count - length, now_ps)
+            if more:
+                if quiet >> length & 1:
+                    quiet |= more_quiet << length
+                return data + more, min(until_ps, more_until_ps), quiet
+        return data, until_ps, quiet
 
     def taken(self, address: int, count: int) -> None:
         """So many of the bytes that were told ahead have been read one by one."""
-        source = self._ahead[address]
-        assert source is not None, "bytes that were never told"
-        source.taken(address, count)
+        while count:
+            region = self._regions.get(address) or self._region(address)
+            assert region is not None, "bytes that were never told"
+            source, end = region
+            here = min(count, end - address)
+            source.taken(address, here)
+            address, count = end, count - here
+
+    def taker(self, address: int, count: int) -> Taker:
+        """What reads such a burst, as long as ``version`` stays what it is now."""
+        known = self._know(address, count)
+        if known is not None and len(known) == 1:
+            source, first, end = known[0]
+            take = source.taker(first, end)
+            if take is not None:
+                return take
+        return partial(self._take, address, count)
+
+    def _take(self, address: int, count: int, now_ps: int) -> tuple[bytes, int]:
+        return self.read(address, count, now_ps), self._lasts(address, count)
 
     def write(self, address: int, data: bytes, now_ps: int) -> None:
-        """Write ``data` from ``address`` on; only writable bits change."""
+        """Write ``data`` from ``address`` on; only writable bits change."""
         for value in data:
             self._write_byte(address, value, now_ps)
             address = self._next[address]
@@ -223,7 +314,53 @@ class RegisterFile:
         jumps = {**self._wrap, **self._jumps}
         following = [jumps.get(address, (address + 1) % ADDRESSES) for address in range(ADDRESSES)]
         self._next = following if self._increment else list(range(ADDRESSES))
+        self._forget_plans()
+
+    def _forget_plans(self) -> None:
         self._plans.clear()
+        self._known.clear()
+        self._regions.clear()
+
+    def _region(self, address: int) -> _Region | None:
+        """Who knows the bytes from ``address`` on, and the end of what they know; None: nobody."""
+        knowledge, end = self._knowledge(address), address + 1
+        region = None
+        if knowledge is not None:
+            last = min(address + _FORESEEN, ADDRESSES)
+            while end < last and self._next[end - 1] == end and self._knowledge(end) is knowledge:
+                end += 1
+            region = knowledge[0], end
+        self._regions[address] = region
+        return region
+
+    def _knowledge(self, address: int) -> _Knowledge | None:
+        """Of the byte at ``address``; None if other hooks take part in reading it."""
+        before, after = self._before[address], self._after[address]
+        if before is None and after is None:
+            return self._plain
+        knowledge = self._ahead[address]
+        return knowledge if knowledge is not None and knowledge[1:] == (before, after) else None
+
+    def _lasts(self, address: int, count: int) -> int:
+        """Until when (ps) a burst just read can be read again, giving the same bytes and changing nothing."""
+        key = address << _COUNT_BITS | count
+        known = self._known[key] if key in self._known else self._know(address, count)
+        if known is None:
+            return 0
+        until_ps = NEVER_PS
+        for source, first, end in known:
+            until_ps = min(until_ps, source.lasts(first, end))
+        return until_ps
+
+    def _know(self, address: int, count: int) -> _Known | None:
+        """Who knows each piece of a burst; None if nobody knows one of them."""
+        first_piece, rest = self._plan(address, count)
+        pieces = [(self._knowledge(first), first, end) for _, first, end, _ in (first_piece, *rest)]
+        known = tuple((knowledge[0], first, end) for knowledge, first, end in pieces if knowledge is not None)
+        found = known if len(known) == len(pieces) else None
+        if count <= _LONGEST_KEPT:
+            self._known[address << _COUNT_BITS | count] = found
+        return found
 
     def _read_bytewise(self, address: int, count: int, now_ps: int) -> bytes:
         """A burst over a held pair can release it half-way and show newer data in its later bytes."""
@@ -238,6 +375,7 @@ class RegisterFile:
         old = self.mem[address]
         new = (old & ~mask) | (value & mask)
         self.mem[address] = new
+        self.version[0] += 1
         if self.write_log is not None:
             self.write_log(now_ps, self.map.name(address), old, new)
         if mask == 0:
@@ -280,7 +418,7 @@ class RegisterFile:
                 pieces.append((before, address, address + 1, after))
             address = self._next[address]
         plan = pieces[0], tuple(pieces[1:])
-        if count <= 64:  # longer bursts are rare, and their number must not fill the memory
+        if count <= _LONGEST_KEPT:  # longer bursts are rare, and their number must not fill the memory
             self._plans[key] = plan
         return plan
 

@@ -15,8 +15,11 @@ host reads 0xFF and its writes are lost; the documents say "not accessible" only
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Callable
 from typing import Final, Literal, Protocol, TypeAlias
+
+from sensors.register_file import UNFORESEEN, Foreseen
 
 Wires: TypeAlias = Literal[3, 4]
 Mode: TypeAlias = Literal[0, 1, 2, 3]
@@ -39,6 +42,17 @@ class SpiDevice(Protocol):
 
     def advance(self, address: int, count: int) -> int:
         """The address a burst leaves behind."""
+        ...
+
+    version: array[int]
+    """One number, which changes with everything that makes bytes told ahead wrong."""
+
+    def ahead(self, address: int, count: int, now_ps: int) -> Foreseen:
+        """What single reads would give, until when (ps), and which of them are quiet."""
+        ...
+
+    def taken(self, address: int, count: int) -> None:
+        """So many of these bytes have been read."""
         ...
 
     def spi_wires(self) -> Wires:
@@ -67,6 +81,16 @@ class SpiTarget:
         self._address = 0
         self._booting = not device.accessible(now_ps())  # asked again only while it is so
 
+    @property
+    def version(self) -> array[int]:
+        """The part's: what was told ahead holds as long as the number does not change."""
+        return self.device.version
+
+    @property
+    def answers(self) -> bool:
+        """Whether the part was seen to answer when it was last selected; then it does so for good."""
+        return not self._booting
+
     def select(self) -> None:
         """Chip select falls: the next byte is a command."""
         self._command = None
@@ -94,3 +118,22 @@ class SpiTarget:
         data = self.device.read(self._address, count, self._now_ps())
         self._address = self.device.advance(self._address, count)
         return data if self.device.spi_wires() == wires else bytes([UNDRIVEN]) * count
+
+    def ahead(self, address: int, count: int, mode: Mode, wires: Wires, now_ps: int) -> Foreseen:
+        """What a read of ``address`` would give a host, byte by byte; nothing has been read yet.
+
+        See :meth:`sensors.register_file.RegisterFile.ahead`.
+        """
+        if mode not in _UNDERSTOOD or self._booting or self.device.spi_wires() != wires:
+            return UNFORESEEN
+        return self.device.ahead(address & ~READ, count, now_ps)
+
+    def taken(self, address: int, count: int) -> None:
+        """So many of these bytes have been read."""
+        self.device.taken(address & ~READ, count)
+        self.served(address, count)
+
+    def served(self, address: int, count: int) -> None:
+        """Bytes told ahead have been read in the present message, which was quiet."""
+        self._command = READ | address
+        self._address = self.device.advance(address & ~READ, count)

@@ -12,8 +12,11 @@ description of these parts' interface.
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Callable
 from typing import ClassVar, Protocol
+
+from sensors.register_file import UNFORESEEN, Foreseen, Taker
 
 
 class AddressedDevice(Protocol):
@@ -39,12 +42,19 @@ class AddressedDevice(Protocol):
         """The datasheet's name of the register at a sub-address."""
         ...
 
-    def read_ahead(self, address: int, now_ps: int) -> tuple[bytes, int]:
-        """What single reads would give, and until when (ps); none if that is not sure."""
+    version: array[int]
+    """One number, which changes with everything that makes bytes told ahead wrong."""
+
+    def ahead(self, address: int, count: int, now_ps: int) -> Foreseen:
+        """What single reads would give, until when (ps), and which of them are quiet."""
         ...
 
     def taken(self, address: int, count: int) -> None:
         """So many of these bytes have been read."""
+        ...
+
+    def taker(self, address: int, count: int) -> Taker:
+        """What reads such a burst, and says how long it lasts, in the present version."""
         ...
 
     def accessible(self, now_ps: int) -> bool:
@@ -65,8 +75,8 @@ class SubaddressTarget:
     def __init__(self, device: AddressedDevice, now_ps: Callable[[], int]) -> None:
         self.device = device
         self._now_ps = now_ps
-        self._address = 0
-        self._lag = 0  # bytes of the last burst that ``_address`` has not been moved past yet
+        self.behind = (0, 0)
+        """Sub-address and length of the last burst; the next read without a sub-address goes on after it."""
         self._expects_subaddress = False
         self._booting = not device.accessible(now_ps())  # asked again only while it is so
 
@@ -75,7 +85,7 @@ class SubaddressTarget:
         self._expects_subaddress = not read
         if not self._booting:
             return not self.device.i2c_off
-        answers = self._answers()
+        answers = self.answers()
         if self._booting:
             self.device.refuse(self._now_ps())
         return answers
@@ -84,28 +94,54 @@ class SubaddressTarget:
         """Bytes from the master; the number acknowledged (all of them)."""
         payload = data
         if self._expects_subaddress and data:
-            self._address, self._lag = data[0] & 0x7F, 0
+            self.behind = (data[0] & 0x7F, 0)
             self._expects_subaddress = False
             payload = data[1:]
         if payload:
-            self.device.write(self._catch_up(), payload, self._now_ps())
-            self._lag = len(payload)
+            address = self.position
+            self.device.write(address, payload, self._now_ps())
+            self.behind = (address, len(payload))
         return len(data)
 
     def read(self, count: int) -> bytes:
         """Bytes for the master, from the sub-address left behind."""
-        data = self.device.read(self._catch_up(), count, self._now_ps())
-        self._lag = count
+        address = self.position
+        data = self.device.read(address, count, self._now_ps())
+        self.behind = (address, count)
         return data
 
-    def read_ahead(self, now_ps: int) -> tuple[bytes, int]:
-        """What the next reads of one byte would give, and until when (ps); nothing has been read yet."""
-        return self.device.read_ahead(self._catch_up(), now_ps)
+    def ahead(self, subaddress: int, count: int, now_ps: int) -> Foreseen:
+        """What the next reads of one byte from there on would give; nothing has been read yet.
 
-    def taken(self, count: int) -> None:
+        See :meth:`sensors.register_file.RegisterFile.ahead`.
+        """
+        if not self.answers():
+            return UNFORESEEN
+        return self.device.ahead(subaddress & 0x7F, count, now_ps)
+
+    def taken(self, subaddress: int, count: int) -> None:
         """So many of these bytes have been read."""
-        self.device.taken(self._address, count)
-        self._lag = count
+        self.device.taken(subaddress & 0x7F, count)
+        self.served(subaddress, count)
+
+    def served(self, subaddress: int, count: int) -> None:
+        """Bytes told ahead have been read, which was quiet: all that it leaves is the sub-address."""
+        self.behind = (subaddress & 0x7F, count)
+        self._expects_subaddress = False
+
+    @property
+    def version(self) -> array[int]:
+        """The part's: what was told ahead holds as long as the number does not change."""
+        return self.device.version
+
+    @property
+    def position(self) -> int:
+        """The sub-address left behind, where a read goes on."""
+        address, count = self.behind
+        if count:
+            address = self.device.advance(address, count)
+            self.behind = (address, 0)
+        return address
 
     def stop(self) -> None:
         """The master ended the transfer; the sub-address stays."""
@@ -113,10 +149,10 @@ class SubaddressTarget:
 
     def read_from(self, subaddress: int, count: int, now_ps: int) -> bytes | None:
         """A whole "write sub-address, repeated start, read"; None if the part does not answer."""
-        if (self._booting or self.device.i2c_off) and not self._answers():
+        if not self.answers():
             return None
-        self._address = address = subaddress & 0x7F
-        self._lag = count
+        address = subaddress & 0x7F
+        self.behind = (address, count)
         return self.device.read(address, count, now_ps)
 
     def name(self) -> str:
@@ -127,13 +163,8 @@ class SubaddressTarget:
         """The datasheet's name of the register at a sub-address."""
         return self.device.register_name(address)
 
-    def _answers(self) -> bool:
+    def answers(self) -> bool:
+        """Whether the part acknowledges its address; only a write to it changes that, once it does."""
         if self._booting:
             self._booting = not self.device.accessible(self._now_ps())
         return not self._booting and not self.device.i2c_off
-
-    def _catch_up(self) -> int:
-        if self._lag:
-            self._address = self.device.advance(self._address, self._lag)
-            self._lag = 0
-        return self._address

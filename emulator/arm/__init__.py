@@ -2,6 +2,5 @@
 
 ``image`` reads the files a student has, ``cpu`` is the Cortex-M4 with its exceptions and exact time,
 ``peripherals`` are the chip's blocks, one chapter of the reference manual (RM0368) each, and ``firmware``
-puts them on the board. Instructions are executed in C, by ``native`` or by Unicorn, which only
-``cpu/unicorn_engine.py`` knows.
+puts them on the board. What firmware touches all the time, the processor included, is in C (``native``).
 """

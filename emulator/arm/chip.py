@@ -10,9 +10,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from emulator.arm.cpu.core import Core, CoreSettings
-from emulator.arm.peripherals.comm_blocks import CommBlocks
 from emulator.arm.peripherals.dbgmcu import SYSTEM_MEMORY, system_memory
+from emulator.arm.peripherals.dma import DmaLines
+from emulator.arm.peripherals.gpio import ConnectedPins
+from emulator.arm.peripherals.i2c import ConnectedI2c
+from emulator.arm.peripherals.spi import SpiWire, connect_absent_radio
 from emulator.arm.peripherals.system_blocks import SystemBlocks
+from emulator.arm.peripherals.tim import connect_timers
+from emulator.arm.peripherals.usart import ConnectedUsarts, wire_terminal
 from emulator.arm.soc import Soc
 from emulator.clock import Clock
 from emulator.gpio import Gpio
@@ -20,6 +25,10 @@ from emulator.i2c import I2CBus
 from emulator.spi import SpiBus
 from emulator.trace import Trace
 from emulator.uart import Uart
+
+_USART1_TX = ("A", 9, 7)
+_I2C2_PINS = ("B", 10, 4), ("B", 3, 9)
+"""The terminal's line, and SCL and SDA, as the board has them (board facts, section 2)."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +45,7 @@ class Surroundings:
 
 
 class Chip:
-    """The chip with its firmware, at power-on. ``core`` runs it; ``system`` and ``comm`` are its blocks."""
+    """The chip with its firmware, at power-on: ``core``, which has the blocks in C, and those in Python."""
 
     def __init__(
         self,
@@ -45,20 +54,23 @@ class Chip:
         settings: CoreSettings,
     ) -> None:
         around = surroundings
+        memory = [(SYSTEM_MEMORY, system_memory(around.board))]
+        self.core = Core(around.clock, around.trace, segments, settings, memory)
+        ConnectedPins(self.core, around.gpio)
         self.soc = soc = Soc(around.clock, around.trace, around.gpio, self._reset)
         self.system = SystemBlocks(soc)
-        self.comm = CommBlocks(soc, around.uart, around.i2c2, around.spi2)
-        self.system.rcc.control((*self.system, *self.comm))
-        self.core = Core(
-            soc,
-            segments,
-            (*self.system, *self.comm),
-            settings,
-            system_memory=[(SYSTEM_MEMORY, system_memory(around.board))],
-            on_reset=self.system.rcc.reset_because,
-        )
-        if self.core.native is not None:
-            self.comm.i2c2.go_native(self.core.native, self.core.run)  # nothing is connected to the others
+        soc.dma = DmaLines(self.core)
+        self.timers = connect_timers(self.core)
+        """By name, "TIM1" to "TIM11"."""
+        ConnectedUsarts(self.core, {"USART1": around.uart})
+        wire_terminal(self.core, "USART1", _USART1_TX)
+        SpiWire(self.core, around.spi2, around.gpio)
+        connect_absent_radio(self.core, around.gpio)
+        ConnectedI2c(self.core, "I2C2", around.i2c2, _I2C2_PINS)
+        for name in ("I2C1", "I2C3"):  # to which nothing is connected
+            ConnectedI2c(self.core, name, I2CBus(name, around.clock, around.trace))
+        self.core.power_on(soc, self.system, self.system.rcc.reset_because)
+        self.system.rcc.control(self.core.all_blocks)
 
     def _reset(self, reason: str) -> None:
         self.core.request_reset(reason)

@@ -44,7 +44,7 @@ class ArmFirmware:
     @property
     def tim9(self) -> Timer:
         """The timer of the lab's callback."""
-        return self.chip.system.timers["TIM9"]
+        return self.chip.timers["TIM9"]
 
     def run_until(self, at_ps: int) -> None:
         """Run up to and including ``at_ps``. Raises LimitError when the firmware takes too much."""
@@ -63,7 +63,7 @@ class ArmFirmware:
         return self.image.symbols.read_variable(name, self._memory)
 
     def _memory(self, address: int, size: int) -> bytes:
-        content = self.chip.core.engine.memory(address, size)
+        content = self.chip.core.memory(address, size)
         if content is None:
             raise KeyError(f"{size} bytes at 0x{address:08X} are neither in flash nor in RAM")
         return bytes(content)

@@ -20,8 +20,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass, fields
 from typing import Any
 
-from emulator.arm.cpu.core import Core
-from emulator.arm.cpu.machine import RESETS_KEPT
+from emulator.arm.cpu.core import RESETS_KEPT, Core
 from emulator.clock import PS_PER_MS, PS_PER_S, Clock
 from emulator.errors import InputError, LimitError
 from emulator.uart import Uart
@@ -91,13 +90,13 @@ class LimitedRun:
                 return
 
     def _check(self, limits: Limits) -> None:
-        if self._core.timeline.retired > limits.instructions:
+        if self._core.retired > limits.instructions:
             raise LimitError("instructions", f"it has executed more than {limits.instructions} instructions")
         if self._uart.received_count() > limits.terminal_bytes:
             raise LimitError("terminal_bytes", f"it has printed more than {limits.terminal_bytes} bytes")
         if self._wall_s > limits.wall_s:
             raise LimitError("wall_s", f"it has run for more than {limits.wall_s:g} s of wall time")
-        resets = self._core.machine.resets
+        resets = self._core.resets
         if len(resets) > limits.resets_per_s:
             last_ps, reason = resets[-1]
             if last_ps - resets[-1 - limits.resets_per_s][0] <= PS_PER_S:

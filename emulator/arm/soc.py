@@ -53,10 +53,6 @@ class DmaRequests(Protocol):
         """Transfers left (SxNDTR) of the stream that serves ``line``; 0 if none does."""
         ...
 
-    def connect(self, line: str, served: Callable[[], None]) -> None:
-        """Call ``served()`` when a stream starts to serve ``line``: a request that stands is made again."""
-        ...
-
 
 class Memory(Protocol):
     """The bus matrix as DMA sees it (RM0368 section 2.1); implemented by the core.

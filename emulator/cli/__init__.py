@@ -26,9 +26,6 @@ Ignorable: TypeAlias = Literal["time", "numbers", "registers", "leds"]  # as in 
 @click.version_option(package_name="fcu-emulator", message="fcu-emulator %(version)s")
 def cli() -> None:
     """A virtual STEVAL-FCU001V1 sensor board: its sensors, its firmware, its serial terminal."""
-    from emulator.arm.cpu import engines
-
-    engines.wanted()  # a wrong FCU_ENGINE is told by every command, not only by those that execute something
 
 
 @cli.command()

@@ -16,7 +16,7 @@ import click
 
 from emulator.errors import FcuError
 
-_PACKAGES = ("numpy", "greenlet", "click", "pydantic", "pygeomag", "pyserial", "unicorn")
+_PACKAGES = ("numpy", "greenlet", "click", "pydantic", "pygeomag", "pyserial")
 _TERMINALS = {
     "screen": "screen",
     "minicom": "minicom",
@@ -43,7 +43,14 @@ class Finding:
 def examine() -> bool:
     """Print the report; True when everything the board needs is there."""
     findings = [_python(), *(_package(name) for name in _PACKAGES)]
-    findings += [_engine(), _boots("lab3"), _boots("solution"), _pty(), *_terminals(), *_build_tools()]
+    findings += [
+        _library(),
+        _boots("lab3"),
+        _boots("solution"),
+        _pty(),
+        *_terminals(),
+        *_build_tools(),
+    ]
     for finding in findings:
         mark = "ok     " if finding.ok else ("MISSING" if finding.needed else "absent ")
         click.echo(f"{mark}  {finding.text}")
@@ -66,17 +73,13 @@ def _package(name: str) -> Finding:
     return Finding(True, f"{name} {version}", needed=True)
 
 
-def _engine() -> Finding:
-    from emulator.arm.cpu import engines
+def _library() -> Finding:
+    from emulator.arm.native import FOLDER, built_from, library_name, loader
 
-    does = "executes firmware built for the chip"
-    if engines.default() == engines.NATIVE:
-        return Finding(True, f"the native engine {does}")
-    missing = engines.why_not_native()
-    if not missing:
-        return Finding(True, f"Unicorn, the slower engine, {does}: {engines.VARIABLE} says so")
-    why = f"optional; {missing}: {engines.HOW_TO_BUILD}"
-    return Finding(False, f"native engine: {why}. Until then Unicorn, which is slower, {does}")
+    if wrong := loader.problem():
+        return Finding(False, wrong, needed=True)
+    _, compiler, version = built_from(FOLDER / library_name())
+    return Finding(True, f"the chip's C library, built with {compiler} ({version})", needed=True)
 
 
 def _boots(firmware: str) -> Finding:

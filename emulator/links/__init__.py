@@ -30,8 +30,8 @@ def open_link(spec: str) -> ByteLink:
 
 
 def _open_pty(link_path: Path | None) -> ByteLink:
-    if sys.platform == "win32":
-        raise LinkError("--serial pty: Windows has no pseudo-terminals; use --serial stdout")
-    from emulator.links.pty import PtyLink  # needs termios and fcntl, which Windows lacks
+    if sys.platform != "win32":
+        from emulator.links.pty import PtyLink  # needs termios and fcntl, which Windows lacks
 
-    return PtyLink(link_path)
+        return PtyLink(link_path)
+    raise LinkError("--serial pty: Windows has no pseudo-terminals; use --serial stdout")

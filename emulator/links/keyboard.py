@@ -27,12 +27,13 @@ def has_keyboard(fd: int = 0) -> bool:
     """Tell whether ``fd`` is a terminal whose typing is meant for this process."""
     if not os.isatty(fd):
         return False
-    if sys.platform == "win32":
+    if sys.platform != "win32":
+        try:
+            return os.tcgetpgrp(fd) == os.getpgrp()
+        except OSError:  # a terminal, but not this process's controlling one
+            return False
+    else:
         return True
-    try:
-        return os.tcgetpgrp(fd) == os.getpgrp()
-    except OSError:  # a terminal, but not this process's controlling one
-        return False
 
 
 class Keyboard:

@@ -86,6 +86,14 @@ class Truth:
         """Air temperature, (N,), the same at every height."""
         return self._signal("temperature", t_s)
 
+    def sensed(self, name: str) -> Signal:
+        """The signal ``name`` ("acc", "temperature" ...) as a sensor asks for it 6,664 times a second.
+
+        Of times (N,), and of one row where it is the same at all of them. The rows are not the caller's own.
+        """
+        track = self._signals[name]
+        return lambda t_s: track.evaluate(t_s, _of_signal)
+
     def altitude_m(self, t_s: npt.ArrayLike) -> Array:
         """Height above the room's floor, (N,)."""
         return _sampled(self._altitude_m, t_s)
@@ -119,7 +127,7 @@ class Truth:
         self._disturbances.forget(before_s)
 
     def _signal(self, name: str, t_s: npt.ArrayLike) -> Array:
-        return _sampled(lambda t: self._signals[name].evaluate(t, lambda signal, part: signal(part)), t_s)
+        return _sampled(self.sensed(name), t_s)
 
     def _rotation(self, t_s: Array) -> Array:
         return self._attitude.evaluate(t_s, lambda piece, t: piece.rotation(t))
@@ -149,6 +157,10 @@ class Truth:
 
     def _temperature_degc(self, t_s: Array) -> Array:
         return self._temperature.evaluate(t_s, Constant.value)
+
+
+def _of_signal(signal: Signal, t_s: Array) -> Array:
+    return signal(t_s)
 
 
 def _sampled(signal: Signal, t_s: npt.ArrayLike) -> Array:

@@ -13,6 +13,8 @@ Decisions
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 from firmware_model.c_math import f32, int_divide
 from firmware_model.drivers.component import (
     COMPONENT_ERROR,
@@ -102,10 +104,15 @@ def temperature_degc(raw: int) -> float:
     return f32(int_divide(raw * 10, 100) / 10.0)
 
 
+@lru_cache(maxsize=64)  # a new sample comes 25 times a second, and is asked for 800 times
+def _pressure_of(data: bytes) -> float:
+    return pressure_hpa(int.from_bytes(data, "little", signed=True))
+
+
 def LPS22HB_Get_Press(hal: Hal, press: float) -> float:
     """Pressure in hPa, a float32; the old value ``press`` if the read fails."""
     status, data = hal.HAL_I2C_Mem_Read(LPS22HB_ADDRESS, PRESS_OUT_XL, 3)
-    return pressure_hpa(int.from_bytes(data, "little", signed=True)) if status == HAL_OK else press
+    return _pressure_of(data) if status == HAL_OK else press
 
 
 def LPS22HB_Get_Temp(hal: Hal, temperature: float) -> float:

@@ -17,7 +17,7 @@ from sensors.lps22hb.barometer import COUNTS_PER_DEGC, COUNTS_PER_HPA, Barometer
 from sensors.lps22hb.commands import Commands
 from sensors.lps22hb.errors import LPS22HBErrors
 from sensors.lps22hb.fidelity import FUNCTIONS
-from sensors.lps22hb.output import P_READ, Output
+from sensors.lps22hb.output import P_READ, Output, OutputAhead
 from sensors.lps22hb.pipeline import Pipeline
 from sensors.lps22hb.reference import RPDS_COUNTS_PER_LSB
 from sensors.lps22hb.registers import (
@@ -82,7 +82,7 @@ class LPS22HB(Part):
         self._stream = self._barometer.stream
         self._pipeline = Pipeline(main.mem, rpds_counts_per_lsb)
         at_power_on = power_on_counts.to_bytes(PRESS_OUT.size, "little", signed=True) + bytes(TEMP_OUT.size)
-        self._output = Output(main.mem, at_power_on)
+        self._output = Output(main.mem, main.version, at_power_on)
         self._trimmed_ps = 0 if powered_on_ps is None else powered_on_ps + trimming_ps
         self._commands = Commands(main, self._barometer, self._pipeline, self._configure)
         self._wire(main)
@@ -144,6 +144,9 @@ class LPS22HB(Part):
         main.before_read(PRESS_OUT, self._before_output)
         main.before_read(TEMP_OUT, self._before_output)
         main.after_read(TEMP_OUT, self._after_temperature)
+        ahead = OutputAhead(main, self._output, self._stream, self._pipeline, self._refresh)
+        main.know_ahead(PRESS_OUT, ahead, self._before_output)
+        main.know_ahead(TEMP_OUT, ahead, self._before_output, self._after_temperature)
         main.before_read(LPFP_RES, self._before_lpfp_res)
         for register in (THS_P, CTRL_REG3, REF_P, RPDS):
             main.on_write(register, self._write_plain)

@@ -7,7 +7,13 @@ high byte of their output, as in the LPS25H.
 
 from __future__ import annotations
 
+from array import array
+from collections.abc import Callable
+
+from sensors.lps22hb.pipeline import Pipeline
 from sensors.lps22hb.registers import PRESS_OUT, STATUS, TEMP_OUT
+from sensors.register_file import UNFORESEEN, Foreseen, RegisterFile, Taker, every_length
+from sensors.sampling import SampleStream
 
 _NEW, _OVERRUN_SHIFT = STATUS.P_DA.mask | STATUS.T_DA.mask, 4
 _FIRST, _END = PRESS_OUT.addr, TEMP_OUT.addr + TEMP_OUT.size
@@ -16,23 +22,27 @@ _T_READ = 0xFF & ~(STATUS.T_DA.mask | STATUS.T_OR.mask)
 _PRESS_OUT_H, _TEMP_OUT_H = PRESS_OUT.addr + 2, TEMP_OUT.addr + 1
 
 
+_P_UNREAD, _T_UNREAD = 0xFF & ~P_READ, 0xFF & ~_T_READ
+
+
 class Output:
-    """Works on ``mem``, the part's registers.
+    """Works on ``mem``, the part's registers; ``version`` is theirs.
 
     ``latest``: the latest sample, five bytes; ``stale``: the registers may not show what they should, so the
     next read has to look; ``held``: by BDU. They are plain attributes because every read looks at them.
     """
 
-    def __init__(self, mem: bytearray, latest: bytes) -> None:
+    def __init__(self, mem: bytearray, version: array[int], latest: bytes) -> None:
         self._mem = mem
+        self._version = version
         self.latest = latest
         self.stale = True
-        self._bdu = False
+        self.bdu = False
         self.held = False
 
     def set_bdu(self, *, on: bool) -> None:
         """BDU as configured; switching it off releases the output."""
-        self._bdu = on
+        self.bdu = on
         self.held = self.held and on
         self.stale = True
 
@@ -51,10 +61,81 @@ class Output:
         """Bytes ``first`` to ``end - 1`` of one output are about to be read; whether that clears P_DA."""
         if first <= _PRESS_OUT_H < end:
             self._mem[STATUS.addr] &= P_READ
-            self.held = False
+            self._hold(on=False)
             return True
         if first < _PRESS_OUT_H:
-            self.held = self._bdu
+            self._hold(on=self.bdu)
         elif end > _TEMP_OUT_H:
             self._mem[STATUS.addr] &= _T_READ
         return False
+
+    def _hold(self, *, on: bool) -> None:
+        if on != self.held:
+            self.held = on
+            self._version[0] += 1
+
+
+class OutputAhead:
+    """What reading the output will give and do, for masters that keep bytes.
+
+    ``refresh(now_ps)`` takes the samples that are due. Nothing is told while the FIFO or the pin takes part;
+    while the output is held, it ends with PRESS_OUT_H, which releases it.
+    """
+
+    def __init__(
+        self,
+        registers: RegisterFile,
+        output: Output,
+        stream: SampleStream,
+        pipeline: Pipeline,
+        refresh: Callable[[int], None],
+    ) -> None:
+        self._registers = registers
+        self._mem = registers.mem
+        self._output = output
+        self._stream = stream
+        self._pipeline = pipeline
+        self._refresh = refresh
+
+    def ahead(self, first: int, end: int, now_ps: int) -> Foreseen:
+        """Bytes of the pressure or of the temperature, as they are until the next sample."""
+        output, stream = self._output, self._stream
+        if now_ps >= stream.next_ps or output.stale:
+            self._refresh(now_ps)
+        if not self._alone() or (output.held and first > _PRESS_OUT_H):
+            return UNFORESEEN
+        quiet = 0
+        if not (output.held or self._unread(first)):
+            quiet = every_length(end - first)
+            if output.bdu and first <= _PRESS_OUT_H:
+                quiet &= 1 << _PRESS_OUT_H + 1 - first  # what ends before PRESS_OUT_H holds the output
+        return bytes(self._mem[first:end]), stream.next_ps, quiet
+
+    def lasts(self, first: int, end: int) -> int:
+        """Until the next sample: what reading clears has been cleared, and holding it is a new version."""
+        del first, end
+        return self._stream.next_ps if self._alone() else 0
+
+    def taker(self, first: int, end: int) -> Taker | None:
+        """For the usual read, which takes the pressure as a whole."""
+        return self._take_pressure if (first, end) == (_FIRST, _PRESS_OUT_H + 1) else None
+
+    def _take_pressure(self, now_ps: int) -> tuple[bytes, int]:
+        output, stream = self._output, self._stream
+        if now_ps >= stream.next_ps or output.stale:
+            self._refresh(now_ps)
+        if output.held or not self._alone():
+            return self._registers.read(_FIRST, _PRESS_OUT_H + 1 - _FIRST, now_ps), 0
+        self._mem[STATUS.addr] &= P_READ
+        return bytes(self._mem[_FIRST : _PRESS_OUT_H + 1]), stream.next_ps
+
+    def taken(self, first: int, count: int) -> None:
+        """So many bytes from ``first`` on have been read one by one."""
+        self._output.account(first, first + count)
+
+    def _alone(self) -> bool:
+        pipeline = self._pipeline
+        return not (pipeline.fifo.active or pipeline.int_drdy.routed)
+
+    def _unread(self, address: int) -> int:
+        return self._mem[STATUS.addr] & (_P_UNREAD if address <= _PRESS_OUT_H else _T_UNREAD)

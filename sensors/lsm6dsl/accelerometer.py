@@ -162,16 +162,17 @@ class Accelerometer:
         mg = self._filter.block(number, len(t_s)) if settings.chain else self._sampled(number, t_s)
         if any(settings.user_offset_mg):
             mg = mg + np.array(settings.user_offset_mg).reshape(3, 1)
-        return words(mg / MG_PER_LSB[settings.scale])
+        return words(mg / MG_PER_LSB[settings.scale], len(t_s))
 
     def _unfiltered(self, number: int, count: int) -> Array:
         return self._sampled(number, self.stream.times_s(number, count))
 
     def _sampled(self, number: int, t_s: Times) -> Array:
+        """Unfiltered, (3, n), or (3, 1) where all are the same."""
         settings = self.settings
         mg = self._deviation.apply(1000 * self._acceleration_g(t_s), t_s, self._temperature_degc)
         if self._density:
-            mg += self._density * settings.noise_rms_factor * self._noise.block(number, len(t_s))
+            mg = mg + self._density * settings.noise_rms_factor * self._noise.block(number, len(t_s))
         if settings.self_test:
             mg += settings.self_test * SELF_TEST_MG
         return mg

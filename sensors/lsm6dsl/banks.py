@@ -25,8 +25,8 @@ class Banks:
     def __init__(self, main: RegisterFile) -> None:
         self.main = main
         self.embedded: Mapping[int, RegisterFile] = {
-            0x80: RegisterFile(EMBEDDED["A"]),
-            0xA0: RegisterFile(EMBEDDED["B"]),
+            0x80: RegisterFile(EMBEDDED["A"], version=main.version),
+            0xA0: RegisterFile(EMBEDDED["B"], version=main.version),
         }
 
     def files(self) -> tuple[RegisterFile, ...]:

@@ -144,17 +144,19 @@ class Gyroscope:
         settings = self.settings
         filtered = settings.filters.chain is not None
         dps = self._filter.block(number, len(t_s)) if filtered else self._sampled(number, t_s)
-        return words(dps * (1000 / MDPS_PER_LSB[settings.scale]))
+        return words(dps * (1000 / MDPS_PER_LSB[settings.scale]), len(t_s))
 
     def _unfiltered(self, number: int, count: int) -> Array:
         return self._sampled(number, self.stream.times_s(number, count))
 
     def _sampled(self, number: int, t_s: Times) -> Array:
+        """Unfiltered, (3, n), or (3, 1) where all are the same."""
         settings = self.settings
         signal = self._angular_rate_dps(t_s - settings.filters.delay_s)
         dps = self._deviation.apply(signal, t_s, self._temperature_degc)
         if self._density:
-            dps += self._density * settings.noise_rms_factor / 1000 * self._noise.block(number, len(t_s))
+            noise = self._noise.block(number, len(t_s))
+            dps = dps + self._density * settings.noise_rms_factor / 1000 * noise
         if settings.self_test:
             dps += settings.self_test * SELF_TEST_DPS[settings.scale]
         return dps

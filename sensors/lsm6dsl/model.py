@@ -50,7 +50,8 @@ _FIFO_BURST = {0x3F: 0x3E}  # a burst on FIFO_DATA_OUT goes round in it (AN5040 
 class LSM6DSL(Part):
     """Accelerometer, gyroscope and their thermometer; signals in the sensor's own right-handed axes.
 
-    ``acceleration_g``: specific force, (n, 3); ``angular_rate_dps``: (n, 3); ``temperature_degc``: (n,).
+    ``acceleration_g``: specific force, (n, 3); ``angular_rate_dps``: (n, 3); ``temperature_degc``: (n,); of
+    each, one row will do where all are the same.
     ``den_axes_on``: CTRL9_XL resets to 0xE0, not to 0x00 (see ``registers.control``).
     ``powered_on_ps``: when supply came, None for long ago; the registers answer 15 ms later (AN5040 5.7).
     """
@@ -230,6 +231,7 @@ class LSM6DSL(Part):
         if not int2_is_input(self.registers.mem):
             self.registers.note(at_ps, "forbidden", "INT2 driven from outside while it is an output")
             return
+        self.version[0] += 1
         self.catch_up(at_ps)
         self._measuring.refresh(0, 0, at_ps)
         self._features.data_enable.level_changes(level, at_ps)

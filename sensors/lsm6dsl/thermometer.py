@@ -27,7 +27,7 @@ class Thermometer:
     def produce(self, number: int, t_s: Times) -> bytes:
         """Samples as little-endian int16."""
         del number
-        degc = np.asarray(self._temperature_degc(t_s)) + self._offset_degc
+        degc = np.broadcast_to(self._temperature_degc(t_s), t_s.shape) + self._offset_degc
         return to_int16((degc - ZERO_DEGC) * LSB_PER_DEGC).tobytes()
 
 

@@ -28,7 +28,6 @@ LAYERS = {
 }
 ONLY_IN = {
     "firmware_model": ("emulator/firmwares.py", "emulator/boot.py", "emulator/cli", "firmware_model/"),
-    "unicorn": ("emulator/arm/cpu/unicorn_engine.py",),
     "pydantic": ("emulator/scenario",),
     "click": ("emulator/cli",),
     "rich": ("emulator/cli",),

@@ -12,6 +12,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from emulator.arm.library import ChipBlock, FcuChip
+from emulator.arm.peripherals.gpio import ConnectedPins
+from emulator.arm.peripherals.tim import Timer, connect_timers
 from emulator.arm.soc import Soc
 from emulator.clock import Clock
 from emulator.gpio import Gpio
@@ -60,18 +63,12 @@ class FakeDma:
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
         self._transfers: dict[str, Callable[[], None]] = {}
-        self._served: dict[str, Callable[[], None]] = {}
         self.left: dict[str, int] = {}
         """What ``remaining`` says, by line."""
         self.requests: list[tuple[int, str]] = []
 
     def serve(self, line: str, transfer: Callable[[], None]) -> None:
         self._transfers[line] = transfer
-        if line in self._served:
-            self._served[line]()
-
-    def connect(self, line: str, served: Callable[[], None]) -> None:
-        self._served[line] = served
 
     def remaining(self, line: str) -> int:
         return self.left.get(line, 0)
@@ -113,3 +110,53 @@ class Chip:
 
     def _reset(self, reason: str) -> None:
         self.resets.append((self.clock.now_ps, reason))
+
+
+class NativeChip:
+    """Likewise for blocks in C, without a core that executes: ``chip["TIM9"].write(0x00, 1)``."""
+
+    def __init__(
+        self,
+        clock: Clock | None = None,
+        trace: Trace | None = None,
+        clocks: FakeClockTree | None = None,
+        irq: FakeInterrupts | None = None,
+    ) -> None:
+        self.clock = clock or Clock()
+        self.trace = Trace() if trace is None else trace
+        self.fcu = FcuChip(self.clock, self.trace)
+        self.gpio = Gpio(self.clock, self.trace)
+        ConnectedPins(self.fcu, self.gpio)
+        self.clocks = clocks or FakeClockTree()
+        self.clocks.on_change(lambda: self.fcu.set_clocks(self.clocks))
+        self.fcu.set_clocks(self.clocks)
+        self.irq = irq or FakeInterrupts(self.clock)
+        self.fcu.watch_irqs(self.irq.set_line)
+        connect_timers(self.fcu)
+
+    def __getitem__(self, name: str) -> ChipBlock:
+        return self.fcu.blocks[name]
+
+    def timer(self, name: str) -> Timer:
+        """A timer, with its account of ticks."""
+        block = self.fcu.blocks[name]
+        assert isinstance(block, Timer)
+        return block
+
+    @property
+    def next_ps(self) -> int:
+        """The earliest event of the chip or of the clock."""
+        chip_ps: int = self.fcu.library.fcu_next_event(self.fcu.handle)
+        return min(self.clock.next_ps, chip_ps)
+
+    def run_to(self, at_ps: int) -> None:
+        """Let time pass until ``at_ps``, its events included."""
+        self.fcu.advance_to(at_ps)
+
+    def run_for(self, duration_ps: int) -> None:
+        """Let ``duration_ps`` pass."""
+        self.fcu.advance_to(self.clock.now_ps + duration_ps)
+
+    def notes(self) -> list[tuple[str, str]]:
+        """(what, text) of every note so far."""
+        return [(note.what, note.text) for note in self.trace.of(DeviceNote)]

@@ -28,7 +28,7 @@ from fractions import Fraction
 from typing import ClassVar
 
 from emulator.arm.cpu.core import Core, CoreSettings
-from emulator.arm.cpu.engine import FLASH, RAM, RAM_SIZE
+from emulator.arm.cpu.memory_map import FLASH, RAM, RAM_SIZE
 from emulator.arm.cpu.registers import FLOATING_POINT, Registers
 from emulator.arm.peripherals.peripheral import Peripheral
 from emulator.arm.soc import Soc
@@ -38,6 +38,8 @@ from emulator.trace import Fault, Trace
 from tests.arm.chip_fakes import FakeClockTree
 from tests.arm.thumb_assembler import assemble
 
+ENTRY_CYCLES, RETURN_CYCLES, CHAIN_CYCLES = 12, 10, 6
+"""Cortex-M4 technical reference manual, section 3.9."""
 STACK = RAM + RAM_SIZE
 PROBE = 0x4000_0000
 CODE = FLASH + 0x200
@@ -153,8 +155,6 @@ class CoreBench:
         hclk_hz: int = 1_000_000,
         cycles: Fraction = Fraction(1),
         skip: bool = True,
-        native_counter: bool = True,
-        alignment: bool = False,
         stack: int = STACK,
         vectors: dict[str, int] | None = None,
         more: Iterable[tuple[int, bytes]] = (),
@@ -174,7 +174,8 @@ class CoreBench:
         for name, value in (vectors or {}).items():
             table[_EXCEPTIONS[name]] = value
         segments = [(FLASH, struct.pack("<102I", *table)), (CODE, code), *more]
-        self.core = Core(soc, segments, [self.probe], CoreSettings(cycles, skip, native_counter, alignment))
+        self.core = Core(self.clock, self.trace, segments, CoreSettings(cycles, skip))
+        self.core.power_on(soc, [self.probe])
 
     def _reset(self, reason: str) -> None:
         self.core.request_reset(reason)
@@ -195,12 +196,12 @@ class CoreBench:
 
     def line_at_us(self, time_us: float, number: int, level: bool) -> None:
         """Interrupt line ``number`` is active or not from this time on."""
-        self.at_us(time_us, lambda: self.core.nvic.set_line(number, level))
+        self.at_us(time_us, lambda: self.core.set_line(number, level))
 
     def pulse(self, number: int) -> None:
         """Likewise, now."""
-        self.core.nvic.set_line(number, True)
-        self.core.nvic.set_line(number, False)
+        self.core.set_line(number, True)
+        self.core.set_line(number, False)
 
     # -- what was seen ----------------------------------------------------------------------------------
 
@@ -216,7 +217,7 @@ class CoreBench:
 
     def register(self, number: int) -> int:
         """R0 to R15; 16 is xPSR."""
-        return self.core.engine.register(number)
+        return self.core.register(number)
 
     def time_us(self, value: int) -> float:
         """When ``value`` was logged, the only time."""
@@ -225,15 +226,15 @@ class CoreBench:
 
     def floating_point(self) -> list[int]:
         """S0 to S31 and FPSCR."""
-        return list(Registers(self.core.engine, FLOATING_POINT).read())
+        return list(Registers(self.core, FLOATING_POINT).read())
 
     def word(self, address: int) -> int:
         """In RAM."""
-        return int.from_bytes(self.core.engine.ram[address - RAM : address - RAM + 4], "little")
+        return int.from_bytes(self.core.ram[address - RAM : address - RAM + 4], "little")
 
     def system(self, name: str) -> int:
         """A register of the system control space, by its name in SYMBOLS."""
-        value = self.core.bus.peek(SYMBOLS[name])
+        value = self.core.peek(SYMBOLS[name])
         assert value is not None
         return value
 

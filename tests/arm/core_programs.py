@@ -86,10 +86,9 @@ def stirred(
     *,
     cycles: Fraction = Fraction(1),
     skip: bool = True,
-    native_counter: bool = True,
 ) -> CoreBench:
     """``STIRRING``, with pulses (time in us, interrupt) and the time at which FLAG reads as 1."""
-    core = CoreBench(STIRRING, cycles=cycles, skip=skip, native_counter=native_counter)
+    core = CoreBench(STIRRING, cycles=cycles, skip=skip)
     core.probe.flag_ps = round(flag_us * 10**6)
     for time_us, number in pulses:
         core.pulse_at_us(time_us, number)
@@ -98,15 +97,14 @@ def stirred(
 
 def state(core: CoreBench) -> State:
     """Everything that a program could notice, now or later."""
-    nvic, line = core.core.nvic, core.core.timeline
     return (
         core.probe.log,
         [core.register(number) for number in range(15)],
-        core.core.engine.pc,
+        core.core.pc,
         core.floating_point(),
-        bytes(core.core.engine.ram),
-        (nvic.pending, nvic.active),
+        bytes(core.core.ram),
+        (core.core.pending, core.core.active),
         core.probe.registers,
-        line.retired,
-        line.now_ps(),
+        core.core.retired,
+        core.core.now_ps,
     )

@@ -1,4 +1,4 @@
-"""Both engines side by side: set alike, run alike, and compared.
+"""The core and a witness, Unicorn, side by side: set alike, run alike, and compared.
 
 Decision: encodings are made from the bit patterns that the manual prints, whose fields are drawn among the
 values that it allows. So nothing UNPREDICTABLE is executed, no list of exceptions is needed, and the patterns
@@ -12,25 +12,20 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from random import Random
 
-import pytest
-
-from emulator.arm.cpu import native_engine
-from emulator.arm.cpu.engine import FLASH, RAM, RAM_SIZE, Engine
-from emulator.arm.cpu.native_engine import NativeEngine
+from emulator.arm.cpu.bare_core import BareCore
+from emulator.arm.cpu.memory_map import FLASH, RAM, RAM_SIZE
 from emulator.arm.cpu.registers import CORE, EVERYTHING, FLOATING_POINT, MASKS, Registers
-from emulator.arm.cpu.unicorn_engine import UnicornEngine
-
-needs_native = pytest.mark.skipif(not native_engine.available(), reason="the native engine was not built")
+from tests.arm.unicorn_witness import THUMB, Witness
 
 CODE = FLASH + 0x1_0000
 """Branches find flash in both directions, TBH in all of its reach."""
-THUMB = 1 << 24
 GE = 0xF << 16
 """Unicorn cannot be given these bits, so they are left out; test_native_dsp.py looks by SEL and MRS."""
 RAM_CONTENT = Random("RAM").randbytes(RAM_SIZE)
 GENERAL = (*range(13), 14)
 """R0 to R12 and LR, which any 32-bit instruction may name."""
 
+Executing = BareCore | Witness
 Fields = Mapping[str, int]
 Values = Mapping[str, int]
 State = Callable[[Random, Fields], Values]
@@ -121,7 +116,7 @@ class Access:
     wanted last.
     """
 
-    def __init__(self, engine: Engine) -> None:
+    def __init__(self, engine: Executing) -> None:
         self._mode = Registers(engine, _MODE)
         self._privileged = Registers(engine, _PRIVILEGED)
         self._others = Registers(engine, _OTHERS)
@@ -149,11 +144,14 @@ class Access:
 
 
 class EnginePair:
-    """The engines, ``native`` and ``unicorn``, with the same code."""
+    """The core, ``native``, and its witness, ``unicorn``, with the same code."""
 
     def __init__(self) -> None:
-        self.native, self.unicorn = NativeEngine(), UnicornEngine()
-        self._pairs = tuple((engine, Access(engine)) for engine in (self.native, self.unicorn))
+        self.native, self.unicorn = BareCore(), Witness()
+        self._pairs: tuple[tuple[Executing, Access], ...] = (
+            (self.native, Access(self.native)),
+            (self.unicorn, Access(self.unicorn)),
+        )
 
     def place(self, address: int, words: Sequence[int]) -> None:
         """Half-words into flash or RAM."""
@@ -197,7 +195,7 @@ def _fragment(form: Form, random: Random, block: int) -> tuple[list[int], Fields
 
 
 def _outcome(
-    engine: Engine, access: Access, address: int, values: Values, instructions: int
+    engine: Executing, access: Access, address: int, values: Values, instructions: int
 ) -> dict[str, object]:
     engine.ram[:] = RAM_CONTENT
     access.write(values)

@@ -9,7 +9,7 @@ import select
 import socket
 from collections.abc import Callable
 
-from emulator.arm.cpu.engine import FLASH, FLASH_SIZE, RAM, RAM_SIZE
+from emulator.arm.cpu.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE
 from emulator.arm.gdb.description import REGISTERS
 from emulator.arm.gdb.packets import Framer, Received, frame
 from emulator.arm.gdb.server import HOST, GdbServer

@@ -5,35 +5,14 @@ Only the sequence of accesses is the HAL's; time-outs are left to the bench.
 
 from __future__ import annotations
 
-from emulator.arm.peripherals.i2c_registers import (
-    ACK,
-    ADDR,
-    AF,
-    BTF,
-    BUSY,
-    CCR,
-    CR1,
-    CR2,
-    DMAEN,
-    DR,
-    ITBUFEN,
-    ITERREN,
-    ITEVTEN,
-    LAST,
-    OAR1,
-    PE,
-    POS,
-    RXNE,
-    SB,
-    SR1,
-    SR2,
-    START,
-    STOP,
-    TRISE,
-    TXE,
-)
 from tests.arm.comm_bench import CommBench
 
+CR1, CR2, OAR1, DR, SR1, SR2, CCR, TRISE = 0x00, 0x04, 0x08, 0x10, 0x14, 0x18, 0x1C, 0x20  # RM0368 18.6
+PE, START, STOP, ACK, POS, SWRST = 1 << 0, 1 << 8, 1 << 9, 1 << 10, 1 << 11, 1 << 15
+ITERREN, ITEVTEN, ITBUFEN, DMAEN, LAST = 1 << 8, 1 << 9, 1 << 10, 1 << 11, 1 << 12
+SB, ADDR, BTF, RXNE, TXE = 1 << 0, 1 << 1, 1 << 2, 1 << 6, 1 << 7
+BERR, ARLO, AF = 1 << 8, 1 << 9, 1 << 10
+MSL, BUSY, TRA = 1 << 0, 1 << 1, 1 << 2
 EVENT_IRQ, ERROR_IRQ = 33, 34  # I2C2 (RM0368 table 38)
 
 
@@ -137,7 +116,7 @@ class HalI2c:
         return bool(answer & ADDR)
 
     def receive_interrupt(self, address: int, count: int) -> bytes:
-        """HAL_I2C_Master_Receive_IT and its handler for events, until the last byte."""
+        """HAL_I2C_Master_Receive_IT and its handlers, until the last byte."""
         data = bytearray()
         self._idle()
         self._set(CR1, ACK)
@@ -160,7 +139,11 @@ class HalI2c:
                 self._clear(CR2, ITEVTEN | ITERREN | ITBUFEN)
                 data.append(self._read(DR))
 
-        self.bench.serve(EVENT_IRQ, handler, lambda: len(data) == count)
+        failed = self.bench.irq.level
+        self.bench.serve(EVENT_IRQ, handler, lambda: len(data) == count or failed(ERROR_IRQ))
+        if failed(ERROR_IRQ):
+            self._clear(CR2, ITEVTEN | ITERREN | ITBUFEN)
+            self._give_up()
         return bytes(data)
 
     def _addressed(self, count: int) -> None:

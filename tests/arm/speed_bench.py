@@ -48,8 +48,8 @@ class Chip:
             self.board.terminal.since(0)[0],
             [(event.t_ps, event.end_ps, event.address, event.written, event.read) for event in transfers],
             [str(event) for event in events if not isinstance(event, BusTransfer)],
-            self.core.timeline.retired,
+            self.core.retired,
             self.board.clock.now_ps,
-            self.core.engine.state_at(self.core.engine.pc),
-            bytes(self.core.engine.ram),
+            self.core.core_state(),
+            bytes(self.core.ram),
         )

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import pytest
 
-from emulator.arm.cpu.engine import FLASH, RAM
+from emulator.arm.cpu.memory_map import FLASH, RAM
 from emulator.trace import DeviceNote
 from tests.arm.core_bench import PROBE, STACK, CoreBench, store
 
@@ -87,7 +87,7 @@ def test_loads_and_stores_of_memory_may_be_unaligned(offset: int) -> None:
 
     assert core.values == [0x1122_3344, 0x3344]
     at = 256 + offset
-    assert bytes(core.core.engine.ram[at : at + 7]) == bytes.fromhex("44332211004433")
+    assert bytes(core.core.ram[at : at + 7]) == bytes.fromhex("44332211004433")
 
 
 # -- bit-band -------------------------------------------------------------------------------------------
@@ -105,13 +105,13 @@ def test_a_bit_of_the_ram_has_a_word_of_its_own(byte: int, bit: int) -> None:
         stack=STACK - 64,
     )
     others = 0xA5 & ~(1 << bit)
-    core.core.engine.ram[byte] = others
+    core.core.ram[byte] = others
     core.run_us(9.5)
-    assert core.core.engine.ram[byte] == others | 1 << bit
+    assert core.core.ram[byte] == others | 1 << bit
     core.run_us(100)
 
     assert core.values == [0, 1, 0]
-    assert core.core.engine.ram[byte] == others
+    assert core.core.ram[byte] == others
 
 
 @pytest.mark.parametrize("bit", [0, 9, 31])

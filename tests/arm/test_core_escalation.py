@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-from emulator.arm.cpu.engine import RAM
 from emulator.arm.cpu.faults import (
     BFARVALID,
     DEBUGEVT,
@@ -16,6 +15,7 @@ from emulator.arm.cpu.faults import (
     UNDEFINSTR,
     UNSTKERR,
 )
+from emulator.arm.cpu.memory_map import RAM
 from tests.arm.core_bench import STACK, CoreBench, interrupts, store
 from tests.arm.core_faults import (
     ALL_ENABLED,
@@ -240,11 +240,11 @@ def test_a_fault_in_the_hard_fault_handler_locks_up(fault: str) -> None:
     )
     core.pulse_at_us(500, 0)
     core.run_us(1_000)
-    retired = core.core.timeline.retired
+    retired = core.core.retired
     core.run_us(10_000)
 
     assert core.values == [3]
-    assert core.core.timeline.retired == retired
+    assert core.core.retired == retired
     (text,) = core.faults()
     assert "lock-up" in text
 

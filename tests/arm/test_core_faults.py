@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-from emulator.arm.cpu.engine import RAM
 from emulator.arm.cpu.faults import (
     BFARVALID,
     DIVBYZERO,
@@ -18,6 +17,7 @@ from emulator.arm.cpu.faults import (
     UNDEFINSTR,
     VECTTBL,
 )
+from emulator.arm.cpu.memory_map import RAM
 from tests.arm.core_bench import CODE, STACK, CoreBench, store
 from tests.arm.core_faults import (
     ALL_ENABLED,
@@ -53,8 +53,8 @@ TRAPS = {
 }
 
 
-def run(body: str, before: str = "", alignment: bool = False) -> CoreBench:
-    core = CoreBench(f"reset: {before} movs r0, #1\n {body}\n log 0\n b .\n{HANDLERS}", alignment=alignment)
+def run(body: str, before: str = "") -> CoreBench:
+    core = CoreBench(f"reset: {before} movs r0, #1\n {body}\n log 0\n b .\n{HANDLERS}")
     core.run_us(300)
     return core
 
@@ -138,9 +138,9 @@ ALIGNED_ONLY = {
 @pytest.mark.parametrize("instruction", ALIGNED_ONLY)
 @pytest.mark.parametrize("offset", range(4))
 def test_some_accesses_must_always_be_aligned(instruction: str, offset: int) -> None:
-    """A3.2.1: with the setting ``alignment``, LDM, LDRD and their kin fault without UNALIGN_TRP."""
+    """A3.2.1: LDM, LDRD and their kin fault without UNALIGN_TRP."""
     before = ALL_ENABLED + store("CPACR", 0x00F0_0000)
-    core = run(f"mov32 r1, {RAM + 64 + offset}\nfault: {instruction}", before, alignment=True)
+    core = run(f"mov32 r1, {RAM + 64 + offset}\nfault: {instruction}", before)
 
     faults = ALIGNED_ONLY[instruction] and offset != 0
     assert core.values == ([USAGE_FAULT, core.labels["fault"]] if faults else [0])
@@ -179,7 +179,6 @@ def test_looking_at_accesses_does_not_disturb_it_blocks(block: str) -> None:
        log 99
 back:  adds r1, #1
        log r1""",
-        alignment=True,
     )
 
     assert core.values == [1, 0]
@@ -192,7 +191,6 @@ def test_double_registers_need_words_only(ccr: int) -> None:
     core = run(
         "sub sp, sp, #4\n .word 0x8B02ED2D ; VPUSH {D8}\n .word 0x8B02ECBD ; VPOP {D8}",
         before,
-        alignment=True,
     )
 
     assert core.values == [0]
@@ -200,7 +198,7 @@ def test_double_registers_need_words_only(ccr: int) -> None:
 
 def test_push_and_pop_are_aligned_by_their_nature() -> None:
     """B5.1.1: bits 0 and 1 of SP are always 0."""
-    assert run("push {r0-r4, lr}\n pop {r0-r4, lr}\n push {r4}\n pop {r4}", alignment=True).values == [0]
+    assert run("push {r0-r4, lr}\n pop {r0-r4, lr}\n push {r4}\n pop {r4}").values == [0]
 
 
 # -- where code is fetched ------------------------------------------------------------------------------

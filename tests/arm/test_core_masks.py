@@ -7,9 +7,8 @@ from __future__ import annotations
 
 import pytest
 
-from emulator.arm.cpu.engine import RAM
-from emulator.arm.cpu.exceptions import ENTRY_CYCLES
-from tests.arm.core_bench import CoreBench, interrupts, store
+from emulator.arm.cpu.memory_map import RAM
+from tests.arm.core_bench import ENTRY_CYCLES, CoreBench, interrupts, store
 from tests.arm.core_interrupts import HANDLERS, bench
 
 

@@ -11,8 +11,7 @@ from dataclasses import dataclass, field
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from emulator.arm.cpu.exceptions import CHAIN_CYCLES, ENTRY_CYCLES, RETURN_CYCLES
-from tests.arm.core_bench import CoreBench, interrupts, store
+from tests.arm.core_bench import CHAIN_CYCLES, ENTRY_CYCLES, RETURN_CYCLES, CoreBench, interrupts, store
 
 INPUTS = 5
 FIRST_US, END_US = 300, 3_000

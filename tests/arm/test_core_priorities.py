@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from emulator.arm.cpu.exceptions import CHAIN_CYCLES, ENTRY_CYCLES, RETURN_CYCLES
-from tests.arm.core_bench import CoreBench, interrupts, store
+from tests.arm.core_bench import CHAIN_CYCLES, ENTRY_CYCLES, RETURN_CYCLES, CoreBench, interrupts, store
 from tests.arm.core_interrupts import bench
 
 

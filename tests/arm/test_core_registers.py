@@ -113,7 +113,7 @@ stay:  b .
     core.run_us(1_000)
 
     assert core.values == [0, 1, 2]
-    assert [reason for _, reason in core.core.machine.resets] == ["SYSRESETREQ"] * 2
+    assert [reason for _, reason in core.core.resets] == ["SYSRESETREQ"] * 2
 
 
 def test_everything_is_as_after_power_on_behind_a_reset() -> None:
@@ -149,7 +149,7 @@ def test_everything_is_as_after_power_on_behind_a_reset() -> None:
         "SYST_RVR",
         "DEMCR",
     )
-    assert len(core.core.machine.resets) == 1
+    assert len(core.core.resets) == 1
     assert [core.system(name) for name in names] == [fresh.system(name) for name in names]
     assert core.register(13) == STACK
     assert core.floating_point() == [0] * 33

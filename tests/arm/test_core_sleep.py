@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from emulator.arm.cpu.exceptions import ENTRY_CYCLES
-from tests.arm.core_bench import CoreBench, interrupts, store
+from tests.arm.core_bench import ENTRY_CYCLES, CoreBench, interrupts, store
 
 BACK_US = ENTRY_CYCLES + 4 + 1 + 10 + 3
 """From the interrupt to the log behind it: entry, handler (its log, BX), return, and the log's store."""
@@ -34,11 +33,11 @@ def test_an_interrupt_ends_sleep_at_its_time(instruction: str, at_us: float) -> 
 def test_nothing_is_executed_in_sleep(instruction: str) -> None:
     core = bench(f"log 1\n {instruction}\n log 2\n", {0: 0x20})
     core.run_us(1_000)
-    before = core.core.timeline.retired
+    before = core.core.retired
     core.run_us(1_000_000)
 
-    assert core.core.timeline.retired == before
-    assert core.core.machine.asleep
+    assert core.core.retired == before
+    assert core.core.asleep
     assert core.values == [1]
 
 
@@ -110,7 +109,7 @@ def test_sev_lets_the_next_wfe_pass_once() -> None:
     core.run_us(1_000)
 
     assert core.values == [1]
-    assert core.core.machine.asleep
+    assert core.core.asleep
 
 
 def test_an_exception_that_was_handled_is_an_event() -> None:
@@ -167,11 +166,11 @@ def test_sleeponexit_sleeps_behind_the_last_handler() -> None:
     core.pulse_at_us(200, 0)
     core.pulse_at_us(201, 1)
     core.run_us(1_000)
-    before = core.core.timeline.retired
+    before = core.core.retired
     core.run_us(2_000)
 
     assert core.values == [1, 20, 10]
-    assert core.core.timeline.retired == before
+    assert core.core.retired == before
 
     core.pulse_at_us(2_100, 0)
     core.run_us(3_000)

@@ -6,8 +6,7 @@ from fractions import Fraction
 
 import pytest
 
-from emulator.arm.cpu.exceptions import ENTRY_CYCLES
-from tests.arm.core_bench import CoreBench, store
+from tests.arm.core_bench import ENTRY_CYCLES, CoreBench, store
 
 ENABLE, TICKINT, CLKSOURCE, COUNTFLAG = 1, 2, 4, 1 << 16
 

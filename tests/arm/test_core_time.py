@@ -8,8 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from emulator.arm.cpu.timeline import CYCLES_PER_INSTRUCTION, Timeline
-from emulator.arm.cpu.unicorn_engine import UnicornEngine
+from emulator.arm.cpu.core import CYCLES_PER_INSTRUCTION
 from emulator.clock import PS_PER_S
 from tests.arm.core_bench import CoreBench, interrupts, store
 from tests.arm.core_programs import state, stirred
@@ -48,7 +47,7 @@ def test_a_second_is_so_many_instructions() -> None:
     core = CoreBench("reset: b reset\n", hclk_hz=84_000_000, cycles=CYCLES_PER_INSTRUCTION)
     core.core.run_until(PS_PER_S)
 
-    assert core.core.timeline.retired == -(-84_000_000 * 10 // 13)
+    assert core.core.retired == -(-84_000_000 * 10 // 13)
 
 
 def test_a_new_hclk_counts_from_the_store_that_sets_it() -> None:
@@ -74,7 +73,7 @@ def test_a_change_by_an_event_counts_from_the_event() -> None:
 def test_cycles_per_instruction_must_be_sensible() -> None:
     for cycles in (Fraction(0), Fraction(-1), Fraction(101)):
         with pytest.raises(ValueError, match="cycles per instruction; give a number from 0 to 100"):
-            Timeline(84_000_000, cycles)
+            CoreBench("reset: b .", cycles=cycles)
 
 
 def test_sleep_takes_the_time_until_the_event() -> None:
@@ -120,22 +119,3 @@ def test_skipping_waits_changes_nothing(
     slow.run_us(END_US)
 
     assert state(quick) == state(slow)
-
-
-@given(pulses=pulses, flag_us=flags_us, skip=st.booleans())
-@settings(max_examples=15, deadline=None)
-def test_the_slow_counter_gives_the_same_results(
-    pulses: list[tuple[float, int]], flag_us: float, skip: bool
-) -> None:
-    native = stirred(pulses, flag_us, skip=skip)
-    own = stirred(pulses, flag_us, skip=skip, native_counter=False)
-    native.run_us(END_US)
-    own.run_us(END_US)
-
-    assert state(own) == state(native)
-
-
-def test_the_engine_of_this_machine_has_the_quick_counter() -> None:
-    """Else everything works, at a hundredth of the speed."""
-    assert UnicornEngine().native_counter
-    assert not UnicornEngine(native_counter=False).native_counter

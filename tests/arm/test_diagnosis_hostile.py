@@ -20,7 +20,7 @@ def test_damaged_firmware_is_diagnosed_without_an_error(seed: int) -> None:
     board = Board(firmware=ELF)
     assert board.arm is not None
     chance = random.Random(seed)
-    flash = board.arm.chip.core.engine.flash
+    flash = board.arm.chip.core.flash
     for _ in range(60):
         place = chance.randrange(0x1A0, len(board.arm.image.segments[0].data)) & ~1
         flash[place : place + 2] = chance.randbytes(2)
@@ -38,7 +38,7 @@ def test_a_stack_full_of_saved_frames_is_walked_to_its_end() -> None:
     board = Board(firmware=ELF)
     board.run_for(0.001)
     assert board.arm is not None
-    ram = board.arm.chip.core.engine.ram
+    ram = board.arm.chip.core.ram
     frame = b"".join(
         word.to_bytes(4, "little") for word in (EXC_RETURN, 0, 0, 0, 0, 0, 1, 0x0800_0200, 1 << 24)
     )

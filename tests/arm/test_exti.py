@@ -4,11 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from emulator.arm.peripherals import exti
-from emulator.arm.peripherals.exti import Exti
-from emulator.arm.peripherals.irq_line import IrqLine
-from emulator.arm.peripherals.syscfg import Syscfg
-from tests.arm.chip_fakes import Chip
+from tests.arm.chip_fakes import NativeChip
 
 IMR, EMR, RTSR, FTSR, SWIER, PR = 0x00, 0x04, 0x08, 0x0C, 0x10, 0x14
 EXTICR1, EXTICR2 = 0x08, 0x0C
@@ -19,10 +15,8 @@ class Pins:
     """EXTI and SYSCFG of one chip."""
 
     def __init__(self) -> None:
-        self.chip = Chip()
-        self.syscfg = Syscfg(self.chip.soc, "SYSCFG", 0x4001_3800)
-        lines = {number: IrqLine(self.chip.soc, number) for number in exti.NUMBERS}
-        self.exti = Exti(self.chip.soc, "EXTI", 0x4001_3C00, self.syscfg, lines)
+        self.chip = NativeChip()
+        self.syscfg, self.exti = self.chip["SYSCFG"], self.chip["EXTI"]
 
     def listen(self, line: int, *, rising: bool = True, falling: bool = False) -> None:
         self.exti.write(RTSR, rising << line)
@@ -37,7 +31,8 @@ def pins() -> Pins:
 
 @pytest.mark.parametrize("line", range(16))
 def test_each_line_has_its_interrupt(pins: Pins, line: int) -> None:
-    """RM0368 table 38."""
+    """RM0368 table 38. Pulled low first: after reset PA13 and PA15 are pulled up (8.4.4)."""
+    pins.chip.gpio.drive("A", line, 0)
     pins.listen(line)
     pins.chip.gpio.drive("A", line, 1)
     assert pins.chip.irq.level(NUMBER[line])
@@ -99,7 +94,7 @@ def test_two_lines_of_one_interrupt_keep_it_active(pins: Pins) -> None:
 def test_an_inner_line_is_set_by_its_block(pins: Pins) -> None:
     """Line 17 is the RTC alarm, interrupt 41."""
     pins.listen(17)
-    pins.exti.set_line(17, True)
+    pins.chip.fcu.set_exti_line(17, True)
     assert pins.chip.irq.level(41)
 
 
@@ -116,3 +111,23 @@ def test_events_are_told_as_not_modelled(pins: Pins) -> None:
     assert pins.chip.notes() == []
     pins.exti.write(EMR, 1)
     assert pins.chip.notes() == [("not modelled", "EMR: events that wake WFE without an interrupt")]
+
+
+def test_the_debug_port_s_pull_ups_are_no_edge_when_another_line_is_selected(pins: Pins) -> None:
+    """PA13 and PA15 have been high since reset (8.4.4); a selection of port A again moves nothing."""
+    pins.exti.write(RTSR, 0xFFFF)
+    pins.syscfg.write(EXTICR2, 0)
+    assert pins.exti.read(PR) == 0
+
+
+def test_memory_remapping_is_told_as_not_modelled(pins: Pins) -> None:
+    pins.syscfg.write(0x00, 1)
+    assert pins.chip.notes() == [("not modelled", "MEMRMP: address 0 stays the flash")]
+
+
+def test_the_compensation_cell_is_ready_at_once(pins: Pins) -> None:
+    """RM0368 7.2.7: CMP_PD and READY."""
+    pins.syscfg.write(0x20, 1)
+    assert pins.syscfg.read(0x20) == 0x101
+    pins.syscfg.write(0x20, 0)
+    assert pins.syscfg.read(0x20) == 0

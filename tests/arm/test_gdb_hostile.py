@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from emulator.arm.cpu.engine import RAM
+from emulator.arm.cpu.memory_map import RAM
 from emulator.arm.gdb.core_target import CoreTarget
 from emulator.arm.gdb.description import REGISTERS
 from emulator.arm.gdb.session import Session

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from emulator.arm.cpu.engine import FLASH, FLASH_SIZE, RAM, RAM_SIZE
+from emulator.arm.cpu.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE
 from emulator.arm.gdb.description import REGISTERS, memory_map_xml, target_xml
 from emulator.arm.gdb.packets import LONGEST, Arrival, Framer, frame, unescape
 from emulator.arm.gdb.replies import MALFORMED, OK, REFUSED

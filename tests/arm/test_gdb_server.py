@@ -253,7 +253,7 @@ def test_a_run_under_a_debugger_is_the_same_run() -> None:
             client.close()
         server.run_until(end_ps)
         server.close()
-        return board.terminal.since(0)[0], board.arm.chip.core.timeline.retired, len(board.trace)
+        return board.terminal.since(0)[0], board.arm.chip.core.retired, len(board.trace)
 
     free = outcome(stops=None)
     assert b"ACC" in free[0]

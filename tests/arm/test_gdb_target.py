@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from emulator.arm.cpu.engine import FLASH, RAM
+from emulator.arm.cpu.memory_map import FLASH, RAM
 from emulator.arm.gdb.core_target import CoreTarget
 from emulator.arm.gdb.target import Point, PointKind, Stop
 from emulator.clock import PS_PER_US
@@ -19,8 +17,8 @@ from tests.arm.thumb_assembler import assemble
 class Debugged:
     """A bench whose core a debugger holds in front of its first instruction."""
 
-    def __init__(self, program: str, **settings: bool) -> None:
-        self.bench = CoreBench(program, **settings)
+    def __init__(self, program: str, *, skip: bool = True) -> None:
+        self.bench = CoreBench(program, skip=skip)
         self.target = CoreTarget(self.bench.core, self.bench.clock, self.bench.core.run_until)
         self.target.attach()
 
@@ -92,7 +90,7 @@ def test_a_breakpoint_changes_no_memory_and_no_time() -> None:
         assert gdb.target.read_memory(CODE, 16) == code
     free.run_us(200)
 
-    assert gdb.bench.core.timeline.retired == free.core.timeline.retired
+    assert gdb.bench.core.retired == free.core.retired
     assert gdb.target.read_registers()["r0"] == free.register(0)
 
 
@@ -223,9 +221,8 @@ def test_a_block_in_single_steps_does_what_it_does_as_a_whole(
     stepped.go(until_us=40)
     free.run_us(40)
 
-    assert stepped.bench.core.timeline.retired == free.core.timeline.retired
-    engines = stepped.bench.core.engine, free.core.engine
-    assert engines[0].state_at(engines[0].pc) == engines[1].state_at(engines[1].pc)
+    assert stepped.bench.core.retired == free.core.retired
+    assert stepped.bench.core.core_state() == free.core.core_state()
 
 
 def test_a_step_over_wfi_ends_behind_it_and_the_next_one_in_the_handler_that_wakes() -> None:
@@ -470,19 +467,3 @@ def test_code_written_to_flash_is_what_is_executed() -> None:
     gdb.target.write_register("pc", gdb.pc)
     gdb.go(until_us=300)
     assert gdb.target.read_registers()["r0"] == 77
-
-
-# -- the fallback of the instruction counter ----------------------------------------------------------------
-
-
-@pytest.mark.parametrize("act", [Debugged.go, Debugged.step])
-def test_an_engine_without_its_counter_stops_at_the_same_places(
-    act: Callable[[Debugged], Stop | None],
-) -> None:
-    def places(native: bool) -> list[tuple[int, float]]:
-        gdb = Debugged(ACCESSES, native_counter=native)
-        gdb.break_at("w2")
-        gdb.target.add(Point(PointKind.WRITE, RAM + 6, 1))
-        return [(gdb.pc, gdb.now_us) for _ in range(4) if act(gdb)]
-
-    assert places(native=True) == places(native=False)

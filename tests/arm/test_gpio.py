@@ -6,30 +6,32 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from emulator.arm.peripherals.gpio import GpioPort
-from emulator.gpio import Led
-from emulator.trace import GpioEdge
-from tests.arm.chip_fakes import Chip
+from emulator.arm.library import ChipBlock, FcuChip
+from emulator.arm.peripherals.gpio import ConnectedPins
+from emulator.clock import Clock
+from emulator.gpio import Gpio, Led
+from emulator.trace import GpioEdge, Trace
+from tests.arm.chip_fakes import NativeChip
 
 MODER, OTYPER, PUPDR, IDR, ODR, BSRR, LCKR, AFRL = 0x00, 0x04, 0x0C, 0x10, 0x14, 0x18, 0x1C, 0x20
 OUTPUT, ALTERNATE, ANALOG = 1, 2, 3
 
 
 @pytest.fixture
-def chip() -> Chip:
-    return Chip()
+def chip() -> NativeChip:
+    return NativeChip()
 
 
 @pytest.fixture
-def port(chip: Chip) -> GpioPort:
-    return GpioPort(chip.soc, "GPIOB", 0x4002_0400)
+def port(chip: NativeChip) -> ChipBlock:
+    return chip["GPIOB"]
 
 
-def mode(port: GpioPort, pin: int, value: int) -> None:
+def mode(port: ChipBlock, pin: int, value: int) -> None:
     port.write(MODER, value << 2 * pin, 3 << 2 * pin)
 
 
-def edges(chip: Chip) -> list[tuple[str, int]]:
+def edges(chip: NativeChip) -> list[tuple[str, int]]:
     return [(edge.pin, edge.level) for edge in chip.trace.of(GpioEdge)]
 
 
@@ -37,13 +39,13 @@ def edges(chip: Chip) -> list[tuple[str, int]]:
     ("name", "moder", "pupdr"),
     [("GPIOA", 0xA800_0000, 0x6400_0000), ("GPIOB", 0x280, 0x100), ("GPIOC", 0, 0)],
 )
-def test_reset_values(chip: Chip, name: str, moder: int, pupdr: int) -> None:
+def test_reset_values(chip: NativeChip, name: str, moder: int, pupdr: int) -> None:
     """RM0368 8.4.1, 8.4.4: the debug port's pins are set up after reset."""
-    port = GpioPort(chip.soc, name, 0x4002_0000)
+    port = chip[name]
     assert (port.read(MODER), port.read(PUPDR)) == (moder, pupdr)
 
 
-def test_a_led_is_lit_by_a_low_output(chip: Chip, port: GpioPort) -> None:
+def test_a_led_is_lit_by_a_low_output(chip: NativeChip, port: ChipBlock) -> None:
     """Board facts, section 2: PB5, active low, lit from MX_GPIO_Init on because ODR is 0."""
     led = Led("LED1", chip.gpio, "B", 5)
     assert not led.on
@@ -56,21 +58,21 @@ def test_a_led_is_lit_by_a_low_output(chip: Chip, port: GpioPort) -> None:
     assert edges(chip) == [("PB5", 0), ("PB5", 1), ("PB5", 0)]
 
 
-def test_set_wins_over_reset_in_one_write(port: GpioPort) -> None:
+def test_set_wins_over_reset_in_one_write(port: ChipBlock) -> None:
     """RM0368 8.4.7."""
     port.write(BSRR, 1 << 5 | 1 << 21)
     assert port.read(ODR) == 1 << 5
     assert port.read(BSRR) == 0
 
 
-def test_half_word_accesses_reach_one_half(port: GpioPort) -> None:
+def test_half_word_accesses_reach_one_half(port: ChipBlock) -> None:
     port.write(BSRR, 0x0021_0000, 0xFFFF_0000)
     port.write(ODR, 0x0000_FF00, 0x0000_FF00)
     port.write(BSRR, 0x8000_0000, 0xFFFF_0000)
     assert port.read(ODR) == 0x7F00
 
 
-def test_an_open_drain_led_works_as_a_push_pull_one(chip: Chip, port: GpioPort) -> None:
+def test_an_open_drain_led_works_as_a_push_pull_one(chip: NativeChip, port: ChipBlock) -> None:
     """Board facts, section 2: MX_GPIO_Init makes the LED pins open drain."""
     led = Led("LED2", chip.gpio, "B", 4)
     port.write(OTYPER, 1 << 4)
@@ -81,7 +83,7 @@ def test_an_open_drain_led_works_as_a_push_pull_one(chip: Chip, port: GpioPort) 
     assert edges(chip)[-1] == ("PB4", 1)
 
 
-def test_a_pin_that_is_no_output_any_more_leaves_its_led_dark(chip: Chip, port: GpioPort) -> None:
+def test_a_pin_that_is_no_output_any_more_leaves_its_led_dark(chip: NativeChip, port: ChipBlock) -> None:
     led = Led("LED1", chip.gpio, "B", 5)
     mode(port, 5, OUTPUT)
     mode(port, 5, 0)
@@ -89,14 +91,14 @@ def test_a_pin_that_is_no_output_any_more_leaves_its_led_dark(chip: Chip, port: 
     assert edges(chip) == [("PB5", 0), ("PB5", 1)]
 
 
-def test_an_input_reads_what_drives_it(chip: Chip, port: GpioPort) -> None:
+def test_an_input_reads_what_drives_it(chip: NativeChip, port: ChipBlock) -> None:
     chip.gpio.drive("B", 7, 1)
     assert port.read(IDR) >> 7 & 1 == 1
     chip.gpio.drive("B", 7, None)
     assert port.read(IDR) >> 7 & 1 == 0
 
 
-def test_a_pull_up_decides_when_nobody_drives(chip: Chip, port: GpioPort) -> None:
+def test_a_pull_up_decides_when_nobody_drives(chip: NativeChip, port: ChipBlock) -> None:
     port.write(PUPDR, 1 << 14, 3 << 14)
     assert port.read(IDR) >> 7 & 1 == 1
     chip.gpio.drive("B", 7, 0)
@@ -108,13 +110,13 @@ def test_a_pull_up_decides_when_nobody_drives(chip: Chip, port: GpioPort) -> Non
     assert chip.gpio.driven("B", 7) is None
 
 
-def test_an_output_is_read_back_through_idr(port: GpioPort) -> None:
+def test_an_output_is_read_back_through_idr(port: ChipBlock) -> None:
     mode(port, 3, OUTPUT)
     port.write(BSRR, 1 << 3)
     assert port.read(IDR) >> 3 & 1 == 1
 
 
-def test_an_analog_pin_reads_zero(chip: Chip, port: GpioPort) -> None:
+def test_an_analog_pin_reads_zero(chip: NativeChip, port: ChipBlock) -> None:
     """RM0368 8.3.12."""
     chip.gpio.drive("B", 1, 1)
     assert port.read(IDR) & 2
@@ -124,7 +126,7 @@ def test_an_analog_pin_reads_zero(chip: Chip, port: GpioPort) -> None:
     assert port.read(IDR) & 2
 
 
-def test_an_alternate_function_is_known_and_lets_go_of_the_pin(chip: Chip, port: GpioPort) -> None:
+def test_an_alternate_function_is_known_and_lets_go_of_the_pin(chip: NativeChip, port: ChipBlock) -> None:
     mode(port, 5, OUTPUT)
     port.write(AFRL, 2 << 20)
     mode(port, 5, ALTERNATE)
@@ -136,7 +138,7 @@ def test_an_alternate_function_is_known_and_lets_go_of_the_pin(chip: Chip, port:
     assert chip.gpio.alternate("B", 5) is None
 
 
-def test_locked_pins_keep_their_set_up_until_reset(port: GpioPort) -> None:
+def test_locked_pins_keep_their_set_up_until_reset(port: ChipBlock) -> None:
     """RM0368 8.4.8: LCKK written 1, 0, 1 with the same pins."""
     mode(port, 5, OUTPUT)
     for value in (1 << 16 | 1 << 5, 1 << 5, 1 << 16 | 1 << 5):
@@ -154,13 +156,13 @@ def test_locked_pins_keep_their_set_up_until_reset(port: GpioPort) -> None:
 
 
 @pytest.mark.parametrize("middle", [1 << 6, 1 << 16 | 1 << 5])
-def test_a_broken_lock_sequence_locks_nothing(port: GpioPort, middle: int) -> None:
+def test_a_broken_lock_sequence_locks_nothing(port: ChipBlock, middle: int) -> None:
     for value in (1 << 16 | 1 << 5, middle, 1 << 16 | 1 << 5):
         port.write(LCKR, value)
     assert not port.read(LCKR) >> 16
 
 
-def test_several_parties_hear_of_an_edge_once(chip: Chip, port: GpioPort) -> None:
+def test_several_parties_hear_of_an_edge_once(chip: NativeChip, port: ChipBlock) -> None:
     heard = list[tuple[str, int]]()
     chip.gpio.listen("B", 7, lambda level: heard.append(("first", level)))
     chip.gpio.listen("B", 7, lambda level: heard.append(("second", level)))
@@ -170,7 +172,40 @@ def test_several_parties_hear_of_an_edge_once(chip: Chip, port: GpioPort) -> Non
     assert heard == [("first", 1), ("second", 1)]
 
 
-def test_a_frequent_pin_is_in_the_detailed_trace_only(chip: Chip, port: GpioPort) -> None:
+def test_what_the_board_knew_of_a_pin_before_the_chip_came_holds() -> None:
+    """Parts pull their chip selects up before there is a chip."""
+    heard = list[int]()
+    clock, trace = Clock(), Trace()
+    gpio = Gpio(clock, trace)
+    gpio.drive("B", 12, 1, by="pull-up of the part")
+    gpio.listen("B", 12, heard.append)
+    gpio.frequent("B", 12)
+    fcu = FcuChip(clock, trace)
+    ConnectedPins(fcu, gpio)
+    assert fcu.blocks["GPIOB"].read(IDR) >> 12 & 1 == 1
+    mode(fcu.blocks["GPIOB"], 12, OUTPUT)
+    assert (heard[-1], gpio.reads("B", 12), len(trace)) == (0, 0, 0)
+
+
+def test_a_listener_may_drive_the_pin_it_hears_of(chip: NativeChip, port: ChipBlock) -> None:
+    chip.gpio.listen("B", 6, lambda level: chip.gpio.drive("B", 7, level))
+    mode(port, 6, OUTPUT)
+    port.write(BSRR, 1 << 6)
+    assert port.read(IDR) >> 6 & 3 == 3
+
+
+def test_what_a_listener_raises_reaches_the_caller(chip: NativeChip, port: ChipBlock) -> None:
+    def fail(_level: int) -> None:
+        raise ValueError("in a listener")
+
+    chip.gpio.listen("B", 6, fail)
+    port.write(BSRR, 1 << 6)
+    with pytest.raises(ValueError, match="in a listener"):
+        mode(port, 6, OUTPUT)
+    assert chip.gpio.level("B", 6) == 1
+
+
+def test_a_frequent_pin_is_in_the_detailed_trace_only(chip: NativeChip, port: ChipBlock) -> None:
     chip.gpio.frequent("B", 12)
     mode(port, 12, OUTPUT)
     assert edges(chip) == []
@@ -186,8 +221,8 @@ DRIVES = st.lists(st.sampled_from([None, 0, 1]), min_size=2, max_size=2)
 def test_the_lowest_strong_driver_wins_and_the_pull_comes_last(
     kind: str, latch: int, pull: int, outside: list[int | None]
 ) -> None:
-    chip = Chip()
-    port = GpioPort(chip.soc, "GPIOC", 0x4002_0800)
+    chip = NativeChip()
+    port = chip["GPIOC"]
     port.write(OTYPER, int(kind == "open drain"))
     port.write(PUPDR, pull)
     port.write(ODR, latch)

@@ -8,7 +8,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from emulator.arm.peripherals.i2c_registers import (
+from emulator.arm.peripherals.peripheral import ALREADY_PS
+from emulator.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
+from emulator.i2c import FaultKind, I2CFault
+from emulator.trace import BusTransfer
+from tests.arm.comm_bench import RAM, CommBench
+from tests.arm.hal_i2c import (
     ADDR,
     AF,
     ARLO,
@@ -19,6 +24,7 @@ from emulator.arm.peripherals.i2c_registers import (
     CR1,
     CR2,
     DR,
+    ERROR_IRQ,
     ITERREN,
     OAR1,
     PE,
@@ -30,12 +36,9 @@ from emulator.arm.peripherals.i2c_registers import (
     STOP,
     SWRST,
     TRISE,
+    HalError,
+    HalI2c,
 )
-from emulator.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
-from emulator.i2c import FaultKind, I2CFault
-from emulator.trace import BusTransfer
-from tests.arm.comm_bench import RAM, CommBench
-from tests.arm.hal_i2c import ERROR_IRQ, HalError, HalI2c
 
 LSM6DSL, LIS2MDL, LPS22HB, MEMORY = 0x6B, 0x1E, 0x5D, 0x42
 FOREVER = 1 << 62
@@ -148,11 +151,11 @@ def test_dma_with_last_reads_the_same(count: int) -> None:
     bench.write(bench.dma1, stream, 7 << 25 | 1 << 10 | 1 << 4 | 1)  # channel 7, MINC, TCIE, EN
     hal.mem_read_dma_address(MEMORY, 0x55)
     bench.serve(
-        14, lambda: bench.write(bench.dma1, 0x08, 0x3D << 22), lambda: not bench.dma1.streams[3].items
+        14, lambda: bench.write(bench.dma1, 0x08, 0x3D << 22), lambda: not bench.dma1.peek(stream + 4)
     )
     hal.mem_read_dma_complete()
     hal.wait_idle()
-    assert (bytes(bench.memory.ram[:count]), memory.address) == whole_read(0x55, count)
+    assert (bytes(bench.ram[:count]), memory.address) == whole_read(0x55, count)
 
 
 def test_firmware_that_never_waits_long_takes_the_bits_of_a_whole_transfer() -> None:
@@ -255,8 +258,9 @@ def test_a_stuck_line_is_busy_until_it_is_let_go() -> None:
     """HAL polls SR2.BUSY for 25 ms, then returns HAL_BUSY."""
     bench, hal, _ = bench_with_memory()
     bench.board.i2c2.inject(I2CFault("stuck", 0, 3 * PS_PER_MS))
-    assert bench.read(bench.i2c2, SR2) & BUSY
-    assert bench.i2c2.next_change_ps() == 3 * PS_PER_MS
+    status, until_ps = bench.i2c2.look(SR2)
+    assert status & BUSY
+    assert until_ps == 3 * PS_PER_MS
     bench.modify(bench.i2c2, CR1, set_bits=START)  # waits for the bus
     bench.poll(bench.i2c2, SR1, SB)
     assert bench.clock.now_ps > 3 * PS_PER_MS
@@ -285,7 +289,7 @@ def test_an_error_raises_its_flag_and_the_error_interrupt(kind: FaultKind, flag:
 
 def test_pins_that_were_not_switched_leave_everybody_deaf() -> None:
     bench, hal, _ = bench_with_memory()
-    bench.gpio.set_alternate("B", 3, None)
+    bench.chip.fcu.set_alternate("B", 3, None)
     with pytest.raises(HalError):
         hal.mem_read(LSM6DSL, 0x0F, 1)
     assert "no device can answer before the pins are switched: PB3 to AF9" in bench.notes()
@@ -317,14 +321,14 @@ def test_slave_mode_says_that_it_is_not_there() -> None:
 def test_polled_firmware_needs_no_event() -> None:
     """The block's flags come by themselves: an event would end a run of instructions."""
     bench, hal, _ = bench_with_memory()
-    assert bench.clock.next_ps == NEVER_PS
+    assert bench.next_ps == NEVER_PS
     bench.modify(bench.i2c2, CR1, set_bits=START)
-    assert bench.clock.next_ps == NEVER_PS
-    assert bench.i2c2.next_change_ps() == bench.clock.now_ps + PS_PER_S // 400_000
+    assert bench.next_ps == NEVER_PS
+    assert bench.i2c2.look(SR1) == (0, bench.clock.now_ps + PS_PER_S // 400_000)
     bench.poll(bench.i2c2, SR1, SB)
     bench.modify(bench.i2c2, CR1, set_bits=STOP)
     hal.mem_read(MEMORY, 0, 6)
-    assert bench.clock.next_ps == NEVER_PS
+    assert bench.next_ps == NEVER_PS
 
 
 def test_when_firmware_looks_does_not_change_what_happened_when() -> None:
@@ -337,7 +341,7 @@ def test_when_firmware_looks_does_not_change_what_happened_when() -> None:
         hal._clear_addr()
         bench.write(bench.i2c2, DR, 0x12)
         look(bench)
-        bench.clock.advance_to(PS_PER_MS)
+        bench.wait(PS_PER_MS - bench.clock.now_ps)
         bench.modify(bench.i2c2, CR1, set_bits=STOP)
         hal.wait_idle()
         (event,) = bench.trace.of(BusTransfer)
@@ -359,8 +363,7 @@ def test_addr_is_cleared_by_sr1_then_sr2_only() -> None:
     bench.wait(100 * PS_PER_US)
     bench.read(bench.i2c2, SR2)
     assert bench.read(bench.i2c2, SR1) & ADDR
-    assert not bench.i2c2.pure_read(SR2)
-    bench.read(bench.i2c2, SR2)
+    assert bench.i2c2.look(SR2)[1] == ALREADY_PS
     assert not bench.read(bench.i2c2, SR1) & ADDR
     bench.modify(bench.i2c2, CR1, set_bits=STOP)
 

@@ -84,7 +84,7 @@ def test_resets_that_are_seldom_enough_go_on(tmp_path: Path) -> None:
     board.run_for(2.0)
 
     assert board.arm is not None
-    assert len(board.arm.chip.core.machine.resets) == pytest.approx(2.0 / 0.032, abs=2)
+    assert len(board.arm.chip.core.resets) == pytest.approx(2.0 / 0.032, abs=2)
 
 
 def test_wall_time_ends_a_run_that_is_slow(tmp_path: Path) -> None:

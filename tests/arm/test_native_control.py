@@ -1,4 +1,4 @@
-"""Branches, special registers and exceptions that are asked for are the same on both engines (ARMv7-M ARM
+"""Branches, special registers and exceptions that are asked for are the same as on Unicorn (ARMv7-M ARM
 A5.2.3, A5.2.5, A5.2.6, A5.3.4, B5.2), and runs end where they should.
 """
 
@@ -9,10 +9,10 @@ from random import Random
 
 import pytest
 
-from emulator.arm.cpu import engines
-from emulator.arm.cpu.engine import FLASH, RAM
-from emulator.arm.cpu.native_engine import NativeEngine
+from emulator.arm.cpu.bare_core import BareCore
+from emulator.arm.cpu.memory_map import FLASH, RAM
 from emulator.arm.cpu.stop import Stop
+from tests.arm.core_bench import CoreBench
 from tests.arm.core_programs import state, stirred
 from tests.arm.engine_pair import (
     CODE,
@@ -26,11 +26,8 @@ from tests.arm.engine_pair import (
     Values,
     any_values,
     flags,
-    needs_native,
     register_name,
 )
-
-pytestmark = needs_native
 
 CONDITIONS = {"c": range(14)}
 NEAR_FORWARD = {"i": range(1 << 15)}
@@ -184,7 +181,7 @@ def test_branches_reach_16_megabytes(pair: EnginePair, links: int) -> None:
         assert pair.native.register(14) == (CODE + 5 if links else 0)
 
 
-def branched(engine: NativeEngine, words: list[int]) -> int:
+def branched(engine: BareCore, words: list[int]) -> int:
     """Where one instruction leads to; Z is set."""
     engine.flash[CODE - FLASH : CODE - FLASH + 4] = struct.pack("<2H", *words)
     engine.forget_code()
@@ -218,18 +215,19 @@ def test_hints_that_unicorn_takes_for_undefined(
     assert (pair.native.run(len(it) + 1), pair.native.pc) == (stop, CODE + 2 * len(it) + 2)
 
 
-def test_runs_of_every_length_end_in_the_same_place(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_runs_of_every_length_end_where_a_single_run_does() -> None:
     """In a program with interrupts, polling, waiting and IT blocks, of an instruction per microsecond."""
-    cores = []
-    for name in engines.CHOICES:
-        monkeypatch.setenv(engines.VARIABLE, name)
-        cores.append(stirred([(120, 0), (333, 1), (900, 2), (1500, 0)], flag_us=250))
-    time_us = 40
+
+    def core() -> CoreBench:
+        return stirred([(120, 0), (333, 1), (900, 2), (1500, 0)], flag_us=250)
+
+    divided, time_us = core(), 40
     for length in range(1, 61):
         time_us += length
-        for core in cores:
-            core.run_us(time_us)
-        assert state(cores[0]) == state(cores[1]), f"at {time_us} us, behind {length}"
+        divided.run_us(time_us)
+        whole = core()
+        whole.run_us(time_us)
+        assert state(divided) == state(whole), f"at {time_us} us, after {length}"
 
 
 @pytest.mark.parametrize(
@@ -240,7 +238,7 @@ def test_runs_of_every_length_end_in_the_same_place(monkeypatch: pytest.MonkeyPa
 def test_random_halfwords_do_no_harm(mask: int, value: int) -> None:
     """Every other one is of a kind; the run ends in time, and flash remains what it was."""
     random = Random(value)
-    engine = NativeEngine()
+    engine = BareCore()
     kinds = [(0xFFFF, 0), (mask or 0xFFFF, value)]
     words = [random.getrandbits(16) & kept | fixed for _ in range(2048) for kept, fixed in kinds]
     engine.flash[: 2 * len(words)] = struct.pack(f"<{len(words)}H", *words)

@@ -1,4 +1,4 @@
-"""Data processing is the same on both engines (ARMv7-M ARM A5.2.1 to A5.2.3, A5.2.5, A5.3.1 to A5.3.3,
+"""Data processing is the same as on Unicorn (ARMv7-M ARM A5.2.1 to A5.2.3, A5.2.5, A5.3.1 to A5.3.3,
 A5.3.11).
 """
 
@@ -17,11 +17,8 @@ from tests.arm.engine_pair import (
     Values,
     any_values,
     flags,
-    needs_native,
     register_name,
 )
-
-pytestmark = needs_native
 
 ANY = range(15)
 """Any register but PC."""

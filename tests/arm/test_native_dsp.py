@@ -1,4 +1,4 @@
-"""DSP, multiplication and division are the same on both engines (ARMv7-M ARM A5.3.12 to A5.3.17)."""
+"""DSP, multiplication and division are the same as on Unicorn (ARMv7-M ARM A5.3.12 to A5.3.17)."""
 
 from __future__ import annotations
 
@@ -6,9 +6,7 @@ from itertools import product
 
 import pytest
 
-from tests.arm.engine_pair import GENERAL, EnginePair, Form, any_values, needs_native
-
-pytestmark = needs_native
+from tests.arm.engine_pair import GENERAL, EnginePair, Form, any_values
 
 TWICE = {"m": [number << 4 | number for number in GENERAL]}
 """The register stands in the encoding twice."""

@@ -1,4 +1,4 @@
-"""Floating point is the same on both engines (ARMv7-M ARM A6.4 to A6.7), whatever FPSCR and the operands."""
+"""Floating point is the same as on Unicorn (ARMv7-M ARM A6.4 to A6.7), whatever FPSCR and the operands."""
 
 from __future__ import annotations
 
@@ -6,11 +6,9 @@ from random import Random
 
 import pytest
 
-from emulator.arm.cpu.engine import RAM
+from emulator.arm.cpu.memory_map import RAM
 from emulator.arm.cpu.registers import Registers
-from tests.arm.engine_pair import CODE, GENERAL, EnginePair, Fields, Form, Values, any_values, needs_native
-
-pytestmark = needs_native
+from tests.arm.engine_pair import CODE, GENERAL, EnginePair, Fields, Form, Values, any_values
 
 ACTIVE = 0xC
 """CONTROL.FPCA, and a bit that Unicorn sets with it: a context that has used floating point."""

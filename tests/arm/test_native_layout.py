@@ -1,4 +1,4 @@
-"""What Python and C both declare is the same: the structures they share, callbacks, and numbers.
+"""What Python and C both declare is the same: functions, callbacks, structures, numbers.
 
 The compiler is asked: each law becomes a ``_Static_assert`` behind the C headers.
 """
@@ -6,6 +6,7 @@ The compiler is asked: each law becomes a ``_Static_assert`` behind the C header
 from __future__ import annotations
 
 import ctypes
+import re
 import shutil
 import subprocess
 from collections.abc import Iterable, Iterator
@@ -14,37 +15,26 @@ from typing import Any
 
 import pytest
 
-from emulator.arm import native
-from emulator.arm.cpu import native_bus, native_engine, native_exceptions
-from emulator.arm.cpu.engine import RAM, RAM_SIZE
-from emulator.arm.peripherals import native_i2c
-from emulator.arm.peripherals.i2c_sequence import DATA_LOST, STOP_EARLY
+from emulator.arm import library, native, targets
+from emulator.arm.cpu.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE, SYSTEM_MEMORY, SYSTEM_MEMORY_SIZE
+from emulator.arm.library import ClocksTable, HostTable, Status
+from emulator.arm.peripherals import i2c
+from emulator.arm.peripherals.i2c import I2cTable
+from emulator.arm.targets import TargetTable
 from emulator.clock import NEVER_PS
 
 FOLDER = Path(native.__file__).parent
-pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc")
-
 C_TYPES = {
     None: "void",
-    ctypes.c_bool: "bool",
     ctypes.c_uint8: "uint8_t",
-    ctypes.c_int16: "int16_t",
     ctypes.c_int32: "int32_t",
     ctypes.c_uint32: "uint32_t",
     ctypes.c_int64: "int64_t",
     ctypes.c_uint64: "uint64_t",
-    ctypes.c_void_p: "void *",
+    ctypes.c_char_p: "const char *",
 }
-IN_C = {
-    "kept": "comparing",
-    **{
-        f"{name}_{half}": f"{name}[{index}]"
-        for name in ("pending", "enabled", "active", "lines")
-        for index, half in enumerate(("low", "high"))
-    },
-}
-"""Fields that Python has other names for, because it has properties or methods of these."""
-BUS_PARTS = native_bus._NativeTimeline, native_bus._NativeSlice, native_bus._NativeWaiting
+_DECLARATION = re.compile(r"^[\w ]+?[ *](fcu_\w+)\(([^;]*)\);", re.MULTILINE)
+needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc")
 
 
 def c_type(kind: Any) -> str:
@@ -56,86 +46,76 @@ def c_type(kind: Any) -> str:
     return C_TYPES[kind]
 
 
-def fields(structure: type[ctypes.Structure], name: str, begin: int = 0) -> Iterator[str]:
-    """Each field is where C has it, and of its type; ``begin`` is where ``structure`` begins in ``name``."""
+def fields(structure: type[ctypes.Structure], name: str) -> Iterator[str]:
+    """Each field is where C has it, and of its type."""
     for field, kind, *_ in structure._fields_:
-        in_c = IN_C.get(field, field)
-        yield f"offsetof({name}, {in_c}) == {begin + getattr(structure, field).offset}"
-        yield f"__builtin_types_compatible_p(__typeof__((({name} *)0)->{in_c}), {c_type(kind)})"
-
-
-def bus_fields() -> Iterator[str]:
-    begin = 0
-    for part in BUS_PARTS:
-        yield from fields(part, "Bus", begin)
-        begin += ctypes.sizeof(part)
-
-
-def callbacks() -> Iterator[str]:
-    """These are given to C one by one."""
-    for name, kind in (
-        ("ReadCallback", native_engine._READ),
-        ("WriteCallback", native_engine._WRITE),
-        ("CodeHook", native_engine._CODE_HOOK),
-        ("MemoryHook", native_engine._MEMORY_HOOK),
-    ):
-        yield f"__builtin_types_compatible_p({name}, {c_type(kind)})"
-
-
-def numbers() -> Iterator[str]:
-    yield from (f"STOP_{stop.name} == {number}" for number, stop in native_engine._STOPS.items())
-    yield f"STOP_FETCH == {native_engine._FETCH}"
-    yield f"STOP_REFUSED == {native_engine._REFUSED}"
-    yield from (f"ANSWER_{name.upper()} == {number}" for number, name in enumerate(native_i2c._ANSWERS))
-    yield f"WRONG_DATA_LOST == {native_i2c._WRONG.index(DATA_LOST)}"
-    yield f"WRONG_STOP_EARLY == {native_i2c._WRONG.index(STOP_EARLY)}"
-    yield f"NEVER_PS == {NEVER_PS}"
-    yield f"RAM_BASE == {RAM}"
-    yield f"RAM_SIZE == {RAM_SIZE}"
-
-
-def register_numbers() -> Iterator[str]:
-    """R0 to R15 are their own numbers, S0 to S31 follow one another."""
-    numbers = native_engine._NUMBERS
-    yield from (
-        f"{name.upper()} == {number}" for name, number in numbers.items() if 16 <= number <= numbers["s0"]
-    )
-
-
-def whole(structure: type[ctypes.Structure], name: str) -> Iterator[str]:
-    """All of a structure that C is given by value, or whose size Python must know."""
-    yield from fields(structure, name)
+        yield f"offsetof({name}, {field}) == {getattr(structure, field).offset}"
+        yield f"__builtin_types_compatible_p(__typeof__((({name} *)0)->{field}), {c_type(kind)})"
     yield f"sizeof({name}) == {ctypes.sizeof(structure)}"
 
 
-def refused(laws: Iterable[str], include: str) -> str:
-    """What the compiler says against it; nothing if all laws hold."""
-    lines = ["#include <stddef.h>", f'#include "{include}"', *(f'_Static_assert({law}, "");' for law in laws)]
+def refused(laws: Iterable[str], include: str = "fcu.h") -> str:
+    """What the compiler says of laws that do not hold."""
+    text = f'#include <stddef.h>\n#include "{include}"\n'
+    text += "".join(f'_Static_assert({law}, "");\n' for law in laws)
     command = ["gcc", "-std=gnu11", "-fsyntax-only", f"-I{FOLDER}", "-x", "c", "-"]
-    done = subprocess.run(command, input="\n".join(lines), capture_output=True, text=True, check=False)
+    done = subprocess.run(command, input=text, capture_output=True, text=True, check=False)
     return done.stderr
 
 
+@needs_gcc
 @pytest.mark.parametrize(
-    ("laws", "include"),
+    ("structure", "name"),
     [
-        pytest.param(fields(native_engine._State, "Core"), "core.h", id="Core"),
-        pytest.param(bus_fields(), "bus.h", id="Bus"),
-        pytest.param(whole(native_exceptions.NativeNvic, "Nvic"), "nvic.h", id="Nvic"),
-        pytest.param(fields(native_i2c._I2c, "I2c"), "i2c.h", id="I2c"),
-        pytest.param(whole(native_i2c._Wire, "Wire"), "i2c.h", id="Wire"),
-        pytest.param(callbacks(), "core.h", id="callbacks"),
-        pytest.param(numbers(), "i2c.h", id="numbers"),
-        pytest.param(register_numbers(), "state.c", id="registers"),
+        (HostTable, "Host"),
+        (ClocksTable, "Clocks"),
+        (Status, "Status"),
+        (TargetTable, "TargetCalls"),
+        (I2cTable, "I2cCalls"),
+        (i2c._Message, "I2cMessage"),
     ],
 )
-def test_python_and_c_agree(laws: Iterator[str], include: str) -> None:
-    assert not refused(laws, include)
+def test_a_structure_is_the_same_on_both_sides(structure: type[ctypes.Structure], name: str) -> None:
+    assert not refused(fields(structure, name))
 
 
-@pytest.mark.parametrize(
-    "law",
-    ["offsetof(Core, limit) == 0", "__builtin_types_compatible_p(CodeHook, void (*)(void))", "STOP_WFI == 0"],
-)
-def test_a_disagreement_is_noticed(law: str) -> None:
-    assert "static assertion failed" in refused([law], "core.h")
+@needs_gcc
+def test_numbers_are_the_same_on_both_sides() -> None:
+    laws = (
+        f"FLASH_BASE == {FLASH} && FLASH_SIZE == {FLASH_SIZE}",
+        f"RAM_BASE == {RAM} && RAM_SIZE == {RAM_SIZE}",
+        f"SYSTEM_BASE == {SYSTEM_MEMORY} && SYSTEM_SIZE == {SYSTEM_MEMORY_SIZE}",
+        f"NEVER_PS == {NEVER_PS}",
+        "STOP_WRITE == 14 && ENDED_HALTED == 1 && RESET_SYSRESETREQ == 1 && WRITE_UNKNOWN == 3",
+        "offsetof(Chip, now_ps) == 0 && offsetof(Chip, host_next_ps) == 8 && offsetof(Chip, until_ps) == 16",
+        "offsetof(Chip, must_stop) == 24 && offsetof(Chip, detailed) == 32",
+        f"TARGETS == {targets._TARGETS} && KEPT_BYTES == {targets._BYTES}",
+        f"offsetof(Targets, reads) == 8 * {targets._READS}",
+        f"offsetof(Targets, positions) == 8 * {targets._POSITIONS}",
+        f"offsetof(Targets, answered) == 8 * {targets._ANSWERED}",
+        f"offsetof(Targets, foreseen) == {targets._FORESEEN} && sizeof(Foreseen) == {targets._PUT.size}",
+        *(
+            f"offsetof(I2cWire, {name}) == {getattr(i2c._Wire, name).offset}"
+            for name, _ in i2c._Wire._fields_
+        ),
+        f"sizeof(I2cWire) == {ctypes.sizeof(i2c._Wire)} && I2C_RECENT == {i2c._RECENT}",
+    )
+    assert not refused(laws)
+
+
+@needs_gcc
+def test_a_law_that_does_not_hold_is_refused() -> None:
+    assert "static assertion failed" in refused(["sizeof(Status) == 1"])
+
+
+def test_every_function_of_the_header_is_declared_in_python_with_as_many_arguments() -> None:
+    text = re.sub(r"/\*.*?\*/", "", (FOLDER / "fcu.h").read_text(encoding="utf-8"), flags=re.DOTALL)
+    text = re.sub(r"void \(\*\w+\)\([^)]*\)|int32_t \(\*\w+\)\([^)]*\)", "callback", text)
+    in_c = {
+        name: 0 if arguments == "void" else arguments.count(",") + 1
+        for name, arguments in _DECLARATION.findall(text)
+    }
+    in_python = {name: len(kinds) - 1 for name, kinds in library._FUNCTIONS.items()}
+
+    assert len(in_c) > 40
+    assert in_python == in_c

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from emulator.arm.peripherals.clock_tree import frequencies, pll
 from emulator.arm.peripherals.system_blocks import SystemBlocks
 from emulator.clock import PS_PER_MS, PS_PER_S, PS_PER_US
-from tests.arm.chip_fakes import Chip
+from tests.arm.chip_fakes import Chip, NativeChip
 
 CR, PLLCFGR, CFGR, CIR = 0x00, 0x04, 0x08, 0x0C
 APB1RSTR, AHB1ENR, APB1ENR, BDCR, CSR = 0x20, 0x30, 0x40, 0x70, 0x74
@@ -24,7 +24,8 @@ class Board:
         self.chip = Chip()
         self.blocks = SystemBlocks(self.chip.soc)
         self.rcc = self.blocks.rcc
-        self.rcc.control(self.blocks)
+        self.native = NativeChip()
+        self.rcc.control((*self.blocks, *self.native.fcu.blocks.values()))
 
     def set_bits(self, offset: int, bits: int) -> None:
         self.rcc.write(offset, self.rcc.read(offset) | bits)
@@ -122,7 +123,7 @@ def test_a_ready_interrupt_is_raised_and_cleared() -> None:
 def test_gates_follow_the_enable_registers() -> None:
     """RM0368 6.3.9, 6.3.11: GPIOB is AHB1ENR bit 1, TIM2 APB1ENR bit 0."""
     board = Board()
-    gpiob, tim2 = board.blocks.gpio[1], board.blocks.timers["TIM2"]
+    gpiob, tim2 = board.native["GPIOB"], board.native["TIM2"]
     assert not gpiob.clocked
     assert not tim2.clocked
     board.rcc.write(AHB1ENR, 1 << 1)
@@ -136,7 +137,7 @@ def test_gates_follow_the_enable_registers() -> None:
 
 def test_a_reset_bit_resets_its_block() -> None:
     board = Board()
-    tim2 = board.blocks.timers["TIM2"]
+    tim2 = board.native["TIM2"]
     tim2.write(0x2C, 1000)
     board.rcc.write(APB1RSTR, 1)
     assert tim2.read(0x2C) == 0xFFFF_FFFF
@@ -224,3 +225,17 @@ def test_peripheral_selection_of_the_rtc_clock() -> None:
     assert board.rcc.rtc_hz() == 0
     board.chip.run_for(15 * PS_PER_US)
     assert board.rcc.rtc_hz() == 32_000
+
+
+def test_a_pll_that_multiplies_by_nothing_never_starts() -> None:
+    """RM0368 6.3.2: N = 0 is a wrong configuration; the core goes on from HSI, and the note says why."""
+    board = Board()
+    board.rcc.write(PLLCFGR, 0x2400_0010)
+    board.set_bits(CR, PLLON)
+    board.chip.run_for(PS_PER_MS)
+    board.rcc.write(CFGR, 2)
+
+    assert not board.rcc.read(CR) & PLLRDY
+    assert board.rcc.read(CFGR) & 0xC == 0
+    assert board.rcc.hclk_hz == 16_000_000
+    assert ("forbidden", "PLL VCO is 0 MHz, N must make it 192 to 432 MHz") in board.chip.notes()

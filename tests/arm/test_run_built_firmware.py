@@ -139,7 +139,7 @@ def test_the_unique_id_differs_from_board_to_board() -> None:
 
     def unique_id(board: Board) -> bytes:
         assert board.arm is not None
-        content = board.arm.chip.core.engine.memory(0x1FFF_7A10, 12)
+        content = board.arm.chip.core.memory(0x1FFF_7A10, 12)
         assert content is not None
         return bytes(content)
 
@@ -177,5 +177,5 @@ def test_a_reset_is_no_reason_to_blame_the_firmware_for_its_clocks() -> None:
     assert board.arm is not None
     board.arm.chip.core.request_reset("PIN")
     board.run_for(0.2)
-    assert len(board.arm.chip.core.machine.resets) == 1
+    assert len(board.arm.chip.core.resets) == 1
     assert not [note for note in board.trace.of(DeviceNote) if note.device == "USART1"]

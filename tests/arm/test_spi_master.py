@@ -7,34 +7,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from emulator import Board
-from emulator.arm.peripherals.spi import (
-    BIDIMODE,
-    BIDIOE,
-    BSY,
-    CR1,
-    CR2,
-    DFF,
-    DR,
-    LSBFIRST,
-    MODF,
-    MSTR,
-    OVR,
-    RXDMAEN,
-    RXNE,
-    RXNEIE,
-    SPE,
-    SR,
-    SSI,
-    SSM,
-    TXDMAEN,
-    TXE,
-    TXEIE,
-)
 from emulator.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
 from emulator.trace import BusTransfer, DeviceNote
 from sensors.spi import SpiTarget
 from tests.arm.comm_bench import RAM, CommBench
 
+CR1, CR2, SR, DR = 0x00, 0x04, 0x08, 0x0C  # RM0368 20.5
+MSTR, SPE, LSBFIRST, SSI, SSM, DFF = 1 << 2, 1 << 6, 1 << 7, 1 << 8, 1 << 9, 1 << 11
+BIDIOE, BIDIMODE = 1 << 14, 1 << 15
+RXDMAEN, TXDMAEN, RXNEIE, TXEIE = 1 << 0, 1 << 1, 1 << 6, 1 << 7
+RXNE, TXE, MODF, OVR, BSY = 1 << 0, 1 << 1, 1 << 5, 1 << 6, 1 << 7
 LSM6DSL, LIS2MDL, LPS22HB = ("A", 8), ("B", 12), ("C", 13)
 SPI2_IRQ = 36
 BYTE_PS = 8 * 16 * PS_PER_S // 42_000_000
@@ -43,31 +25,43 @@ FULL_DUPLEX = 0x031F
 delays = st.lists(st.sampled_from([0, 0, 2 * PS_PER_US, 40 * PS_PER_US]), max_size=100)
 
 
+def output(bench: CommBench, pin: tuple[str, int]) -> None:
+    """Make a pin a push-pull output (MODER, 8.4.1)."""
+    port, number = pin
+    bench.chip[f"GPIO{port}"].write(0x00, 1 << 2 * number, 3 << 2 * number)
+
+
+def put(bench: CommBench, pin: tuple[str, int], level: int) -> None:
+    """Its level (BSRR, 8.4.7)."""
+    port, number = pin
+    bench.chip[f"GPIO{port}"].write(0x18, 1 << number if level else 1 << number + 16)
+
+
 class StSpi:
     """The driver of the board's stock firmware: three wires, one byte a pulse of SPE."""
 
     def __init__(self, bench: CommBench) -> None:
         self.bench = bench
         for pin in (LSM6DSL, LIS2MDL, LPS22HB):
-            bench.gpio.init_output(*pin)
-            bench.gpio.write(*pin, 1)
+            output(bench, pin)
+            put(bench, pin, 1)
         for value in (0, THREE_WIRE, THREE_WIRE | BIDIOE, THREE_WIRE | BIDIOE | SPE):
             bench.write(bench.spi2, CR1, value)
 
     def write(self, pin: tuple[str, int], register: int, *data: int) -> None:
-        self.bench.gpio.write(*pin, 0)
+        put(self.bench, pin, 0)
         for value in (register, *data):
             self._send(value)
-        self.bench.gpio.write(*pin, 1)
+        put(self.bench, pin, 1)
 
     def read(self, pin: tuple[str, int], register: int, count: int = 1) -> bytes:
         bench, spi = self.bench, self.bench.spi2
-        bench.gpio.write(*pin, 0)
+        put(bench, pin, 0)
         self._send(register | 0x80)
         bench.modify(spi, CR1, clear=SPE)
         bench.modify(spi, CR1, clear=BIDIOE)
         data = bytes(self._receive() for _ in range(count))
-        bench.gpio.write(*pin, 1)
+        put(bench, pin, 1)
         bench.modify(spi, CR1, set_bits=BIDIOE)
         bench.modify(spi, CR1, set_bits=SPE)
         return data
@@ -140,14 +134,17 @@ def test_a_byte_takes_eight_periods_of_2_625_mhz() -> None:
     assert bench.spi_bus.speed_hz == 2_625_000
     bench.write(bench.spi2, DR, 0x00)
     start_ps = bench.clock.now_ps
-    assert bench.spi2.next_change_ps() == start_ps + BYTE_PS
-    assert bench.clock.next_ps == NEVER_PS
+    assert bench.next_ps == NEVER_PS
     assert bench.read(bench.spi2, SR) & (TXE | BSY) == TXE | BSY
     bench.write(bench.spi2, DR, 0x00)
     assert bench.read(bench.spi2, SR) & (TXE | BSY) == BSY
-    bench.clock.advance_to(start_ps + BYTE_PS)
+    bench.chip.run_to(start_ps + BYTE_PS - 1)
+    assert bench.spi2.read(SR) & (TXE | BSY) == BSY
+    bench.chip.run_to(start_ps + BYTE_PS)
     assert bench.spi2.read(SR) & (TXE | BSY) == TXE | BSY
-    bench.clock.advance_to(start_ps + 2 * BYTE_PS)
+    bench.chip.run_to(start_ps + 2 * BYTE_PS - 1)
+    assert bench.spi2.read(SR) & (TXE | BSY) == TXE | BSY
+    bench.chip.run_to(start_ps + 2 * BYTE_PS)
     assert bench.spi2.read(SR) == TXE
     assert spi.read(LIS2MDL, 0x4F) == b"\x40"
 
@@ -168,7 +165,7 @@ def test_a_message_is_recorded_from_edge_to_edge_of_its_chip_select() -> None:
 def test_one_pulse_of_spe_is_one_byte_however_long_it_is() -> None:
     bench = CommBench()
     spi = three_wire(bench)
-    bench.gpio.write(*LIS2MDL, 0)
+    put(bench, LIS2MDL, 0)
     spi._send(0x4F | 0x80)
     bench.write(bench.spi2, CR1, THREE_WIRE)
     for pulse_ps in (PS_PER_US, PS_PER_MS):
@@ -186,7 +183,7 @@ def test_with_spe_held_each_read_of_dr_starts_the_next_byte() -> None:
     bench = CommBench()
     spi = three_wire(bench)
     spi.write(LIS2MDL, 0x45, 1, 2, 3, 4)
-    bench.gpio.write(*LIS2MDL, 0)
+    put(bench, LIS2MDL, 0)
     spi._send(0x45 | 0x80)
     bench.write(bench.spi2, CR1, THREE_WIRE)
     bench.write(bench.spi2, CR1, THREE_WIRE | SPE)
@@ -223,13 +220,13 @@ def exchange(bench: CommBench, data: bytes) -> bytes:
 def test_full_duplex_reads_what_the_board_s_master_reads() -> None:
     bench = CommBench()
     four_wire(bench)
-    bench.gpio.write(*LIS2MDL, 0)
+    put(bench, LIS2MDL, 0)
     assert exchange(bench, b"\xcf\0")[1:] == b"\x40"
-    bench.gpio.write(*LIS2MDL, 1)
-    bench.gpio.write(*LIS2MDL, 0)
+    put(bench, LIS2MDL, 1)
+    put(bench, LIS2MDL, 0)
     exchange(bench, b"\x45\x11\x22\x33")
-    bench.gpio.write(*LIS2MDL, 1)
-    bench.gpio.write(*LIS2MDL, 0)
+    put(bench, LIS2MDL, 1)
+    put(bench, LIS2MDL, 0)
     assert exchange(bench, b"\xc5\0\0\0")[1:] == b"\x11\x22\x33"
 
 
@@ -237,7 +234,7 @@ def test_a_received_frame_that_is_not_read_is_an_overrun() -> None:
     """20.3.10: the frame that comes later is lost; DR, then SR clears OVR."""
     bench = CommBench()
     four_wire(bench)
-    bench.gpio.write(*LIS2MDL, 0)
+    put(bench, LIS2MDL, 0)
     for value in (0xCF, 0):
         bench.poll(bench.spi2, SR, TXE)
         bench.write(bench.spi2, DR, value)
@@ -251,9 +248,13 @@ def test_a_received_frame_that_is_not_read_is_an_overrun() -> None:
 def test_sixteen_bits_are_two_bytes_the_upper_one_first() -> None:
     bench = CommBench()
     four_wire(bench, DFF)
-    bench.gpio.write(*LIS2MDL, 0)
+    put(bench, LIS2MDL, 0)
     bench.write(bench.spi2, DR, 0xCF00)
-    assert bench.spi2.next_change_ps() - bench.clock.now_ps == 2 * BYTE_PS
+    start_ps = bench.clock.now_ps
+    bench.chip.run_to(start_ps + 2 * BYTE_PS - 1)
+    assert not bench.spi2.read(SR) & RXNE
+    bench.chip.run_to(start_ps + 2 * BYTE_PS)
+    assert bench.spi2.read(SR) & RXNE
     bench.poll(bench.spi2, SR, RXNE)
     assert bench.read(bench.spi2, DR) & 0xFF == 0x40
 
@@ -261,7 +262,7 @@ def test_sixteen_bits_are_two_bytes_the_upper_one_first() -> None:
 def test_lsb_first_turns_every_byte_round() -> None:
     bench = CommBench()
     four_wire(bench, LSBFIRST)
-    bench.gpio.write(*LIS2MDL, 0)
+    put(bench, LIS2MDL, 0)
     assert exchange(bench, b"\xf3\0")[1:] == b"\x02"  # 0xCF and 0x40 mirrored
 
 
@@ -272,7 +273,7 @@ def test_a_part_does_not_understand_modes_1_and_2(mode: int) -> None:
     bench.write(bench.spi2, CR1, 0)
     bench.write(bench.spi2, CR1, FULL_DUPLEX & ~3 | mode | SPE)
     assert bench.spi_bus.mode == mode
-    bench.gpio.write(*LIS2MDL, 0)
+    put(bench, LIS2MDL, 0)
     assert exchange(bench, b"\xcf\0")[1:] == b"\xff"
 
 
@@ -280,7 +281,7 @@ def test_interrupts_drive_a_full_duplex_message() -> None:
     """HAL_SPI_TransmitReceive_IT."""
     bench = CommBench()
     four_wire(bench)
-    bench.gpio.write(*LIS2MDL, 0)
+    put(bench, LIS2MDL, 0)
     out, received = [0xCF, 0, 0], bytearray()
 
     def handler() -> None:
@@ -301,8 +302,8 @@ def test_dma_moves_a_message_both_ways() -> None:
     """HAL_SPI_TransmitReceive_DMA: DMA1 streams 3 and 4, channel 0 (RM0368 table 28)."""
     bench = CommBench()
     four_wire(bench)
-    bench.gpio.write(*LIS2MDL, 0)
-    bench.memory.ram[:4] = b"\xcf\0\0\0"
+    put(bench, LIS2MDL, 0)
+    bench.ram[:4] = b"\xcf\0\0\0"
     for stream, address, direction in [(3, RAM + 0x40, 0), (4, RAM, 1 << 6)]:
         base = 0x10 + 0x18 * stream
         for offset, value in [(4, 4), (8, 0x4000_380C), (12, address)]:
@@ -311,7 +312,7 @@ def test_dma_moves_a_message_both_ways() -> None:
     bench.modify(bench.spi2, CR2, set_bits=RXDMAEN)
     bench.modify(bench.spi2, CR2, set_bits=TXDMAEN)
     bench.wait(5 * BYTE_PS)
-    assert bench.memory.ram[0x41] == 0x40
+    assert bench.ram[0x41] == 0x40
     assert bench.dma1.read(0) >> 22 & 0x20
     assert not bench.read(bench.spi2, SR) & (OVR | BSY)
 
@@ -322,7 +323,7 @@ def test_dma_moves_a_message_both_ways() -> None:
 def test_two_chip_selects_low_at_once_are_told() -> None:
     bench = CommBench()
     spi = three_wire(bench)
-    bench.gpio.write(*LSM6DSL, 0)
+    put(bench, LSM6DSL, 0)
     spi.read(LIS2MDL, 0x4F)
     assert any("PA8 and PB12 are low at once" in text for text in bench.notes())
 
@@ -331,10 +332,10 @@ def test_a_chip_select_that_rises_too_early_cuts_the_byte_off() -> None:
     """Firmware that does not wait for BSY."""
     bench = CommBench()
     spi = three_wire(bench)
-    bench.gpio.write(*LIS2MDL, 0)
+    put(bench, LIS2MDL, 0)
     spi._send(0x45)
     bench.write(bench.spi2, DR, 0x77)
-    bench.gpio.write(*LIS2MDL, 1)
+    put(bench, LIS2MDL, 1)
     bench.wait(PS_PER_MS)
     assert spi.read(LIS2MDL, 0x45) == b"\0"
 
@@ -343,11 +344,12 @@ def test_a_byte_that_has_ended_before_the_edge_is_the_part_s_even_if_nobody_look
     """Firmware that waits by counting instead of by BSY: only time passes between DR and the edge."""
     bench = CommBench()
     spi = three_wire(bench)
-    bench.gpio.write(*LIS2MDL, 0)
+    put(bench, LIS2MDL, 0)
     spi._send(0x45)
     bench.write(bench.spi2, DR, 0x77)
-    bench.clock.now_ps += 2 * BYTE_PS  # as the core does: it stops for events only
-    bench.gpio.write(*LIS2MDL, 1)
+    bench.clock.now_ps += 2 * BYTE_PS
+    bench.chip.fcu.shared[0] = bench.clock.now_ps  # as the core does: it stops for events only
+    put(bench, LIS2MDL, 1)
     assert spi.read(LIS2MDL, 0x45) == b"\x77"
 
 
@@ -377,7 +379,7 @@ def test_what_is_not_there_or_too_fast_is_told(value: int, words: str) -> None:
 
 def test_pins_that_were_not_switched_leave_everybody_deaf() -> None:
     bench = CommBench()
-    bench.gpio.set_alternate("B", 15, None)
+    bench.chip.fcu.set_alternate("B", 15, None)
     assert three_wire(bench).read(LIS2MDL, 0x4F) == b"\xff"
     assert any("PB15 to AF5" in text for text in bench.notes())
 
@@ -385,15 +387,15 @@ def test_pins_that_were_not_switched_leave_everybody_deaf() -> None:
 def test_an_absent_bluenrg_answers_nothing_and_keeps_its_interrupt_low() -> None:
     """Board facts, section 9: firmware must see a header other than 0x02, and PA4 low."""
     bench = CommBench()
-    spi1 = bench.blocks.spi1
+    spi1 = bench.spi1
     bench.write(spi1, CR1, SSM | SSI | MSTR | 2 << 3 | SPE)
-    bench.gpio.init_output("B", 0)
+    output(bench, ("B", 0))
     for value in (0x0B, 0, 0, 0, 0):
         bench.poll(spi1, SR, TXE)
         bench.write(spi1, DR, value)
         bench.poll(spi1, SR, RXNE)
         assert bench.read(spi1, DR) == 0xFF
-    assert bench.gpio.reads("A", 4) == 0
+    assert bench.chip.gpio.reads("A", 4) == 0
     assert [note.device for note in bench.trace.of(DeviceNote)] == ["BlueNRG"]
 
 

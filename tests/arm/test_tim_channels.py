@@ -4,29 +4,38 @@ from __future__ import annotations
 
 import pytest
 
-from emulator.arm.peripherals.gpio import GpioPort
-from emulator.arm.peripherals.irq_line import IrqLine
-from emulator.arm.peripherals.tim import Timer
-from emulator.arm.peripherals.tim_channels import Pwm
-from emulator.arm.peripherals.tim_variants import VARIANTS
+from emulator.arm.peripherals.tim import Pwm, Timer
 from emulator.clock import PS_PER_US
-from tests.arm.chip_fakes import Chip
+from tests.arm.chip_fakes import NativeChip
 
-SR, CNT, CCR1, BDTR = 0x10, 0x24, 0x34, 0x44
+CR1, DIER, SR, EGR, CNT, CCR1, BDTR = 0x00, 0x0C, 0x10, 0x14, 0x24, 0x34, 0x44
+OFFSETS = {
+    "CR1": CR1,
+    "DIER": DIER,
+    "SR": SR,
+    "EGR": EGR,
+    "CCMR1": 0x18,
+    "CCMR2": 0x1C,
+    "CCER": 0x20,
+    "CNT": CNT,
+    "PSC": 0x28,
+    "ARR": 0x2C,
+    "CCR1": CCR1,
+    "CCR2": 0x38,
+}
 CC1IF, CC2IF, CC1OF = 2, 4, 1 << 9
 
 
 @pytest.fixture
-def chip() -> Chip:
-    return Chip()
+def chip() -> NativeChip:
+    return NativeChip()
 
 
-def timer(chip: Chip, name: str, **registers: int) -> Timer:
+def timer(chip: NativeChip, name: str, **registers: int) -> Timer:
     """A timer of a chip whose timer clock is 84 MHz; registers are written in the order given."""
-    variant = next(one for one in VARIANTS if one.name == name)
-    tim = Timer(chip.soc, variant, {number: IrqLine(chip.soc, number) for _, number in variant.irqs})
+    tim = chip.timer(name)
     for register, value in registers.items():
-        tim.write(next(offset for offset, known in Timer.NAMES.items() if known == register), value)
+        tim.write(OFFSETS[register], value)
     return tim
 
 
@@ -36,13 +45,13 @@ def duty(tim: Timer) -> float:
     return pwm.duty
 
 
-def motors(chip: Chip, **registers: int) -> Timer:
+def motors(chip: NativeChip, **registers: int) -> Timer:
     """TIM4 as ST's firmware runs the motors (board facts, section 3)."""
     settings = {"PSC": 84, "ARR": 1999, "CCMR1": 0x6868, "CCMR2": 0x6868, "CCER": 0x1111, **registers}
     return timer(chip, "TIM4", **settings, EGR=1, CR1=1)
 
 
-def test_the_motors_pwm(chip: Chip) -> None:
+def test_the_motors_pwm(chip: NativeChip) -> None:
     """Board facts, section 3: 84 MHz / 85 / 2000 = 494.118 Hz, duty CCR / 2000."""
     tim = motors(chip, CCR2=500)
     pwm = tim.pwm(2)
@@ -51,7 +60,7 @@ def test_the_motors_pwm(chip: Chip) -> None:
     assert (pwm.duty, tim.pwm(1)) == (0.25, Pwm(pwm.frequency_hz, 0.0))
 
 
-def test_a_preloaded_duty_waits_for_the_next_cycle(chip: Chip) -> None:
+def test_a_preloaded_duty_waits_for_the_next_cycle(chip: NativeChip) -> None:
     """RM0368 12.4.7, OC1PE."""
     tim = motors(chip, CCR1=500)
     tim.write(CCR1, 1000)
@@ -72,29 +81,29 @@ def test_a_preloaded_duty_waits_for_the_next_cycle(chip: Chip) -> None:
         (0x40, 1, 1, 0, 0.0),  # forced inactive
     ],
 )
-def test_modes(chip: Chip, ccmr1: int, ccer: int, cr1: int, ccr: int, share: float) -> None:
+def test_modes(chip: NativeChip, ccmr1: int, ccer: int, cr1: int, ccr: int, share: float) -> None:
     """RM0368 12.3.7, 12.3.9."""
     tim = timer(chip, "TIM3", ARR=99, CCMR1=ccmr1, CCER=ccer, CCR1=ccr, CR1=cr1)
     assert tim.pwm(1) == Pwm(840_000.0, pytest.approx(share))
 
 
-def test_centre_aligned_pwm_has_half_the_frequency(chip: Chip) -> None:
+def test_centre_aligned_pwm_has_half_the_frequency(chip: NativeChip) -> None:
     """RM0368 12.3.9: up and down in 2 * ARR counts."""
     tim = timer(chip, "TIM3", ARR=100, CCMR1=0x60, CCER=1, CCR1=25, CR1=0x61)
     assert tim.pwm(1) == Pwm(420_000.0, 0.25)
 
 
-def test_no_pwm_without_enable_counter_or_main_output(chip: Chip) -> None:
+def test_no_pwm_without_enable_counter_or_main_output(chip: NativeChip) -> None:
     """RM0368 12.4.18: TIM1 needs MOE."""
     assert timer(chip, "TIM3", ARR=99, CCMR1=0x60, CCR1=5, CR1=1).pwm(1) is None
-    assert timer(chip, "TIM3", ARR=99, CCMR1=0x60, CCR1=5, CCER=1).pwm(1) is None
+    assert timer(chip, "TIM4", ARR=99, CCMR1=0x60, CCR1=5, CCER=1).pwm(1) is None
     tim1 = timer(chip, "TIM1", ARR=99, CCMR1=0x60, CCR1=5, CCER=1, CR1=1)
     assert tim1.pwm(1) is None
     tim1.write(BDTR, 1 << 15)
     assert tim1.pwm(1) == Pwm(840_000.0, 0.05)
 
 
-def test_a_compare_interrupt_comes_at_its_count(chip: Chip) -> None:
+def test_a_compare_interrupt_comes_at_its_count(chip: NativeChip) -> None:
     """TIM3 at 1 MHz, CCR1 = 10: 10 us after the start, then once a cycle of 50 us."""
     tim = timer(chip, "TIM3", PSC=83, ARR=49, EGR=1, SR=0, CCR1=10, DIER=CC1IF, CR1=1)
     for cycle in range(3):
@@ -107,19 +116,21 @@ def test_a_compare_interrupt_comes_at_its_count(chip: Chip) -> None:
 
 
 @pytest.mark.parametrize(("cms", "counts"), [(1, [90]), (2, [10]), (3, [10, 90])])
-def test_centre_aligned_flags_rise_in_the_selected_half(chip: Chip, cms: int, counts: list[int]) -> None:
+def test_centre_aligned_flags_rise_in_the_selected_half(
+    chip: NativeChip, cms: int, counts: list[int]
+) -> None:
     """RM0368 12.4.1, CMS: 1 counting down, 2 counting up, 3 both."""
     tim = timer(chip, "TIM3", PSC=83, ARR=50, EGR=1, SR=0, CCR1=10, DIER=CC1IF, CR1=cms << 5 | 1)
-    while chip.clock.next_ps <= 100 * PS_PER_US:
-        chip.run_to(chip.clock.next_ps)
+    while chip.next_ps <= 100 * PS_PER_US:
+        chip.run_to(chip.next_ps)
         tim.write(SR, 0)
     assert [at_ps // PS_PER_US for at_ps, _ in chip.irq.rises] == counts
 
 
-def test_a_receivers_pulse_is_measured(chip: Chip) -> None:
+def test_a_receivers_pulse_is_measured(chip: NativeChip) -> None:
     """Board facts, section 3: TIM2 at 4 MHz captures both edges of the RC receiver on PA0."""
-    port = GpioPort(chip.soc, "GPIOA", 0x4002_0000)
     tim = timer(chip, "TIM2", PSC=20, EGR=1, SR=0, CCMR1=0x0101, CCER=0xBB, DIER=CC1IF, CR1=1)
+    port = chip["GPIOA"]
     port.write(0x20, 1)
     port.write(0x00, 2, 3)
     widths = list[int]()
@@ -132,17 +143,16 @@ def test_a_receivers_pulse_is_measured(chip: Chip) -> None:
     assert widths == [6000, 12_000]
 
 
-def test_a_pin_that_is_not_switched_to_the_timer_is_not_captured(chip: Chip) -> None:
-    GpioPort(chip.soc, "GPIOA", 0x4002_0000)
+def test_a_pin_that_is_not_switched_to_the_timer_is_not_captured(chip: NativeChip) -> None:
     tim = timer(chip, "TIM2", CCMR1=1, CCER=1, CR1=1)
     chip.gpio.drive("A", 0, 1)
     assert tim.read(SR) == 0
 
 
-def test_a_second_capture_before_the_first_was_read_is_flagged(chip: Chip) -> None:
+def test_a_second_capture_before_the_first_was_read_is_flagged(chip: NativeChip) -> None:
     """RM0368 12.3.6: CCxOF."""
-    port = GpioPort(chip.soc, "GPIOA", 0x4002_0000)
     tim = timer(chip, "TIM2", CCMR1=1, CCER=0xB, CR1=1)
+    port = chip["GPIOA"]
     port.write(0x20, 1)
     port.write(0x00, 2, 3)
     for level in (1, 0):
@@ -150,10 +160,10 @@ def test_a_second_capture_before_the_first_was_read_is_flagged(chip: Chip) -> No
     assert tim.read(SR) == CC1IF | CC1OF
 
 
-def test_a_neighbours_pin_and_the_prescaler(chip: Chip) -> None:
+def test_a_neighbours_pin_and_the_prescaler(chip: NativeChip) -> None:
     """CC2S = 2: channel 2 captures TI1; IC2PSC = 1: every second edge."""
-    port = GpioPort(chip.soc, "GPIOA", 0x4002_0000)
     tim = timer(chip, "TIM2", CCMR1=0x0600, CCER=0xB0, CR1=1)
+    port = chip["GPIOA"]
     port.write(0x20, 1)
     port.write(0x00, 2, 3)
     chip.gpio.drive("A", 0, 1)
@@ -162,7 +172,7 @@ def test_a_neighbours_pin_and_the_prescaler(chip: Chip) -> None:
     assert tim.read(SR) == CC2IF
 
 
-def test_a_debugger_does_not_take_a_capture(chip: Chip) -> None:
+def test_a_debugger_does_not_take_a_capture(chip: NativeChip) -> None:
     tim = timer(chip, "TIM2", CCMR1=1, CCER=1, CNT=77, EGR=CC1IF)
     assert tim.peek(CCR1) == 77
     assert tim.read(SR) & CC1IF

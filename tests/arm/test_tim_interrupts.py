@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from emulator.arm.peripherals.irq_line import IrqLine
-from emulator.arm.peripherals.tim import Timer
-from emulator.arm.peripherals.tim_variants import VARIANTS
 from emulator.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
 from emulator.trace import TickLate, TickLost
-from tests.arm.chip_fakes import Chip
+from tests.arm.chip_fakes import NativeChip
 
 CR1, SMCR, DIER, SR, EGR, CNT, PSC, ARR = 0x00, 0x08, 0x0C, 0x10, 0x14, 0x24, 0x28, 0x2C
 UG = 1
@@ -20,10 +17,8 @@ class Tick:
     """TIM9 as the lab starts it: PSC and ARR, UG, UIE, CEN (HAL_TIM_Base_Init, HAL_TIM_Base_Start_IT)."""
 
     def __init__(self, psc: int = 83, arr: int = 1249, *, start: bool = True) -> None:
-        self.chip = Chip()
-        self.lines = {number: IrqLine(self.chip.soc, number) for number in range(64)}
-        self.timers = {one.name: Timer(self.chip.soc, one, self.lines) for one in VARIANTS}
-        self.tim = self.timers["TIM9"]
+        self.chip = NativeChip()
+        self.tim = self.chip.timer("TIM9")
         if start:
             for offset, value in ((ARR, arr), (PSC, psc), (EGR, UG), (DIER, 1), (CR1, 1)):
                 self.tim.write(offset, value)
@@ -60,8 +55,8 @@ def test_update_by_software_is_silent_with_urs() -> None:
 def test_800_ticks_a_second() -> None:
     tick = Tick()
     tick.handle()
-    while tick.chip.clock.next_ps <= PS_PER_S:
-        tick.chip.run_to(tick.chip.clock.next_ps)
+    while tick.chip.next_ps <= PS_PER_S:
+        tick.chip.run_to(tick.chip.next_ps)
         tick.handle()
     assert (tick.tim.ticks, tick.tim.late, tick.tim.lost) == (801, 0, 0)
 
@@ -96,7 +91,7 @@ def test_ticks_that_find_the_flag_set_are_lost() -> None:
 def test_a_handler_that_never_comes_costs_no_events() -> None:
     tick = Tick(psc=0, arr=9)
     tick.chip.run_to(PS_PER_MS)
-    assert tick.chip.clock.next_ps == NEVER_PS
+    assert tick.chip.next_ps == NEVER_PS
     tick.handle()
     assert tick.tim.lost == 8400
 
@@ -111,11 +106,11 @@ def test_ticks_are_not_lost_while_the_interrupt_is_off() -> None:
 
 def test_a_free_running_timer_schedules_nothing_and_still_counts() -> None:
     tick = Tick(start=False)
-    tim2 = tick.timers["TIM2"]
+    tim2 = tick.chip.timer("TIM2")
     tim2.write(PSC, 20)
     tim2.write(EGR, UG)
     tim2.write(CR1, 1)
-    assert tick.chip.clock.next_ps == NEVER_PS
+    assert tick.chip.next_ps == NEVER_PS
     tick.chip.run_to(PS_PER_S)
     assert tim2.read(CNT) == 4_000_000
 
@@ -138,7 +133,7 @@ def test_another_clock_keeps_the_count() -> None:
     """After the switch from 16 to 84 MHz the counter goes on from where it was."""
     tick = Tick(start=False)
     tick.chip.clocks.set(timer1_hz=16_000_000)
-    tim3 = tick.timers["TIM3"]
+    tim3 = tick.chip.timer("TIM3")
     tim3.write(CR1, 1)
     tick.chip.run_to(100 * PS_PER_US)
     tick.chip.clocks.set(timer1_hz=84_000_000)
@@ -163,8 +158,8 @@ def test_another_clock_keeps_the_count() -> None:
 def test_update_interrupt_numbers(name: str, number: int) -> None:
     """RM0368 table 38."""
     tick = Tick(start=False)
-    tick.timers[name].write(EGR, UG)
-    tick.timers[name].write(DIER, 1)
+    tick.chip.timer(name).write(EGR, UG)
+    tick.chip.timer(name).write(DIER, 1)
     assert tick.chip.irq.rises == [(0, number)]
 
 
@@ -172,11 +167,11 @@ def test_two_timers_share_a_number() -> None:
     """TIM1_UP and TIM10 are both 25: the line is active until both are served."""
     tick = Tick(start=False)
     for name in ("TIM1", "TIM10"):
-        tick.timers[name].write(EGR, UG)
-        tick.timers[name].write(DIER, 1)
-    tick.timers["TIM1"].write(SR, 0)
+        tick.chip.timer(name).write(EGR, UG)
+        tick.chip.timer(name).write(DIER, 1)
+    tick.chip.timer("TIM1").write(SR, 0)
     assert tick.chip.irq.level(25)
-    tick.timers["TIM10"].write(SR, 0)
+    tick.chip.timer("TIM10").write(SR, 0)
     assert not tick.chip.irq.level(25)
 
 
@@ -192,13 +187,21 @@ def test_one_pulse_stops_after_one_update() -> None:
 
 
 def test_update_requests_go_to_dma() -> None:
-    """RM0368 table 28: TIM4_UP."""
+    """RM0368 table 28: TIM4_UP is channel 2 of DMA1 stream 6; here it puts a new ARR at each update."""
     tick = Tick(start=False)
-    tim4 = tick.timers["TIM4"]
+    tim4, dma = tick.chip.timer("TIM4"), tick.chip["DMA1"]
+    stream = 0x10 + 0x18 * 6
+    tick.chip.fcu.ram[:4] = bytes((167, 0, 83, 0))  # two half-words
+    for offset, value in ((4, 2), (8, 0x4000_082C), (12, 0x2000_0000)):
+        dma.write(stream + offset, value)
+    dma.write(stream, 2 << 25 | 1 << 13 | 1 << 11 | 1 << 10 | 1 << 6 | 1 << 4 | 1)
     for offset, value in ((ARR, 83), (DIER, 1 << 8), (CR1, 1)):
         tim4.write(offset, value)
+    tick.chip.run_to(PS_PER_US)
+    assert (tim4.read(ARR), dma.read(stream + 4)) == (167, 1)
     tick.chip.run_to(3 * PS_PER_US)
-    assert tick.chip.dma.requests == [(k * PS_PER_US, "TIM4_UP") for k in (1, 2, 3)]
+    assert tim4.read(ARR) == 83
+    assert tick.chip.irq.rises == [(3 * PS_PER_US, 17)]
 
 
 def test_reset_stops_and_lowers_the_interrupt() -> None:
@@ -206,21 +209,47 @@ def test_reset_stops_and_lowers_the_interrupt() -> None:
     tick.tim.reset()
     assert not tick.chip.irq.level(TIM9_IRQ)
     assert tick.tim.read(ARR) == 0xFFFF
-    assert tick.chip.clock.next_ps == NEVER_PS
+    assert tick.chip.next_ps == NEVER_PS
 
 
 def test_slave_mode_is_told() -> None:
     tick = Tick(start=False)
-    tick.timers["TIM3"].write(SMCR, 0)
+    tick.chip.timer("TIM3").write(SMCR, 0)
     assert tick.chip.notes() == []
-    tick.timers["TIM3"].write(SMCR, 3)
+    tick.chip.timer("TIM3").write(SMCR, 3)
     assert tick.chip.notes()[0][0] == "not modelled"
 
 
 def test_registers_a_timer_does_not_have_read_zero() -> None:
     """RM0368 14.5: TIM10 has one channel and counts up only."""
     tick = Tick(start=False)
-    tim10 = tick.timers["TIM10"]
+    tim10 = tick.chip.timer("TIM10")
     tim10.write(0x38, 5)
     tim10.write(CR1, 0x70)
     assert (tim10.read(0x38), tim10.read(CR1)) == (0, 0)
+
+
+def test_a_clock_of_0_hz_stops_the_count_until_it_is_back() -> None:
+    """RCC may be left with a PLL that makes no clock: nothing counts, and nothing is divided by 0."""
+    tick = Tick()
+    tick.handle()
+    tick.chip.run_to(500 * PS_PER_US)
+    tick.chip.clocks.set(timer2_hz=0)
+    assert (tick.tim.read(CNT), tick.tim.rate_hz, tick.chip.next_ps) == (500, 0.0, NEVER_PS)
+    tick.chip.run_for(PS_PER_S)
+    assert tick.tim.read(CNT) == 500
+    tick.chip.clocks.set(timer2_hz=84_000_000)
+    tick.chip.run_for(750 * PS_PER_US)
+    assert tick.chip.irq.rises[-1] == (PS_PER_S + 1250 * PS_PER_US, TIM9_IRQ)
+
+
+def test_bursts_and_compare_requests_are_told() -> None:
+    tick = Tick(start=False)
+    tim3 = tick.chip.timer("TIM3")
+    for offset, value in ((DIER, 1 << 9), (0x48, 1), (0x4C, 1), (0x4C, 2)):
+        tim3.write(offset, value)
+    assert tick.chip.notes() == [
+        ("not modelled", "DIER: DMA requests on capture and compare"),
+        ("not modelled", "DCR: DMA bursts"),
+        ("not modelled", "DMAR: DMA bursts"),
+    ]

@@ -5,11 +5,8 @@ from __future__ import annotations
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from emulator.arm.peripherals.irq_line import IrqLine
-from emulator.arm.peripherals.tim import Timer
-from emulator.arm.peripherals.tim_variants import VARIANTS
 from emulator.clock import PS_PER_S
-from tests.arm.chip_fakes import Chip
+from tests.arm.chip_fakes import NativeChip
 from tests.arm.timer_oracle import SlowTimer
 
 CR1, DIER, SR, EGR, CCMR1 = 0x00, 0x0C, 0x10, 0x14, 0x18
@@ -31,18 +28,13 @@ STEPS = st.lists(
 )
 
 
-def timer(chip: Chip, name: str) -> Timer:
-    variant = next(one for one in VARIANTS if one.name == name)
-    return Timer(chip.soc, variant, {number: IrqLine(chip.soc, number) for _, number in variant.irqs})
-
-
 class Pair:
     """A timer and its oracle, driven alike."""
 
     def __init__(self, direction: str) -> None:
-        self.chip = Chip()
+        self.chip = NativeChip()
         self.chip.clocks.set(timer1_hz=PS_PER_S // TICK_PS)
-        self.tim = timer(self.chip, "TIM3")
+        self.tim = self.chip.timer("TIM3")
         self.slow = SlowTimer(direction)
         self.uie = False
         self._cr1 = DIRECTION[direction]
@@ -131,9 +123,9 @@ def test_counting_up_and_down_equals_the_oracle(steps: list[tuple[str, int]]) ->
 @given(st.integers(0, 3), st.integers(1, 9), st.integers(0, 4), st.integers(1, 600))
 def test_the_repetition_counter_divides_updates(psc: int, arr: int, rcr: int, ticks: int) -> None:
     """RM0368 12.3.3: an update every RCR + 1 overflows."""
-    chip = Chip()
+    chip = NativeChip()
     chip.clocks.set(timer2_hz=PS_PER_S // TICK_PS)
-    tim = timer(chip, "TIM1")
+    tim = chip.timer("TIM1")
     for offset, value in ((PSC, psc), (ARR, arr), (RCR, rcr), (EGR, 1), (SR, 0), (DIER, 1), (CR1, CEN)):
         tim.write(offset, value)
     period = (psc + 1) * (arr + 1) * (rcr + 1)
@@ -151,9 +143,9 @@ def test_the_repetition_counter_divides_updates(psc: int, arr: int, rcr: int, ti
 @given(st.integers(10**6, 84 * 10**6), st.integers(0, 0xFFFF), st.integers(1, 0xFFFF), st.integers(1, 1000))
 def test_updates_never_drift(hz: int, psc: int, arr: int, count: int) -> None:
     """The k-th update is k periods after the start, rounded down once."""
-    chip = Chip()
+    chip = NativeChip()
     chip.clocks.set(timer2_hz=hz)
-    tim = timer(chip, "TIM9")
+    tim = chip.timer("TIM9")
     for offset, value in ((PSC, psc), (ARR, arr), (EGR, 1), (SR, 0), (DIER, 1), (CR1, CEN)):
         tim.write(offset, value)
     at_ps = count * (psc + 1) * (arr + 1) * PS_PER_S // hz

@@ -1,1 +1,1 @@
-"""The Cortex-M4 core: instructions (Unicorn), exceptions, system control space, exact virtual time."""
+"""The Cortex-M4 core as Python sees it: running, registers, faults, blocks by address."""

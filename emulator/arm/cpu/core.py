@@ -1,185 +1,354 @@
-"""The Cortex-M4 put together: engine, time, exceptions, system control space, and the bus to the blocks.
+"""The Cortex-M4 and the blocks around it: firmware in flash, time, interrupts, what a debugger wants.
 
-::
+All that runs is in C (emulator/arm/native); this is its face in Python, and the place where blocks that are
+written in Python are reached::
 
-    soc.irq, soc.memory = core.nvic, core.bus      # what blocks need of the core
-    core.start("power-on")
+    core = Core(clock, trace, segments)
+    core.power_on(soc, blocks)              # soc.irq and soc.memory are set
     core.run_until(1_000_000_000)
 """
 
 from __future__ import annotations
 
+import ctypes
+from collections import deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Final
 
-from emulator.arm.cpu import engines
-from emulator.arm.cpu import scb as scb_registers
-from emulator.arm.cpu.bus import Bus
-from emulator.arm.cpu.cycle_counter import Dwt
-from emulator.arm.cpu.engine import FLASH, FLASH_SIZE, RAM
-from emulator.arm.cpu.exceptions import Exceptions
-from emulator.arm.cpu.idle_loops import IdleLoops
-from emulator.arm.cpu.machine import Machine
-from emulator.arm.cpu.native_bus import NativeBus
-from emulator.arm.cpu.native_engine import NativeEngine
-from emulator.arm.cpu.native_exceptions import NativeExceptions, NativeNvic, nvic_of
-from emulator.arm.cpu.nvic import Nvic
-from emulator.arm.cpu.registers import EVERYTHING, Registers
-from emulator.arm.cpu.scb import Scb
-from emulator.arm.cpu.slice import Slice
-from emulator.arm.cpu.special import Special, SpecialInstructions
-from emulator.arm.cpu.system_space import SystemControlSpace
-from emulator.arm.cpu.systick import SysTick
-from emulator.arm.cpu.timeline import CYCLES_PER_INSTRUCTION, Timeline
-from emulator.arm.cpu.waiting import Waiting
+from emulator.arm.cpu.faults import Fault
+from emulator.arm.cpu.memory_map import FLASH, FLASH_SIZE, RAM
+from emulator.arm.cpu.python_blocks import PythonBlocks
+from emulator.arm.cpu.registers import MASKS, Registers
+from emulator.arm.library import ChipBlock, FcuChip, Status
 from emulator.arm.peripherals.peripheral import Peripheral
 from emulator.arm.soc import Soc
+from emulator.clock import Clock
+from emulator.trace import Fault as FaultEvent
+from emulator.trace import Trace
+from emulator.wiring import CHIP
 
-_THUMB = 1 << 24
-_FPU_ACCESS = 0x00F0_0000
-_NO_RETURN = 0xFFFF_FFFF
+CYCLES_PER_INSTRUCTION: Final = Fraction(13, 10)
+"""See timeline.h."""
+RESETS_KEPT: Final = 10_000
+_REASONS: Final = ("", "SYSRESETREQ", "PIN", "IWDG", "WWDG", "power-on")
+"""enum ResetReason of machine.h, and those that come from Python."""
+_HALTED: Final = 1
+_TOUCHED: Final = (("clock", "read"), ("clock", "written"), ("unknown", "read"), ("unknown", "written"))
+"""enum Touched of chip.h."""
 
 
 @dataclass(frozen=True)
 class CoreSettings:
-    """``skip``: whether waiting loops are skipped, which changes only the speed. ``alignment``: whether LDM,
-    LDRD, VLDR and their kin fault at an unaligned address, as on the chip, which takes a microsecond of the
-    host's time for every load and store. ``engine``: "native" or "unicorn"; "" is the native one where it was
-    built. ``native_counter`` False has Unicorn count instructions by a hook, which is slow and for builds of
-    it whose counter cannot be found.
-    """
+    """``skip``: whether waiting loops are skipped, which changes only the speed."""
 
     cycles_per_instruction: Fraction = CYCLES_PER_INSTRUCTION
     skip: bool = True
-    native_counter: bool = True
-    alignment: bool = False
-    engine: str = ""
 
 
-class Core:
-    """``segments``: the firmware's bytes by address, in flash or RAM. ``blocks``: all peripherals that
-    are built. Raises ValueError for bytes that are elsewhere.
+class Core(FcuChip):
+    """``segments``: the firmware's bytes by address, in flash or RAM. Raises ValueError for bytes elsewhere.
 
-    ``soc.clocks`` must be set; ``soc.irq`` and ``soc.memory`` are set here. ``on_reset(reason)`` is
-    called at each reset but power-on, before the blocks are reset.
+    Blocks in C are there from now on; :meth:`power_on` adds those that are written in Python.
     """
 
     def __init__(
         self,
-        soc: Soc,
+        clock: Clock,
+        trace: Trace,
         segments: Iterable[tuple[int, bytes]],
-        blocks: Iterable[Peripheral],
         settings: CoreSettings = CoreSettings(),
         system_memory: Iterable[tuple[int, bytes]] = (),
-        on_reset: Callable[[str], None] | None = None,
     ) -> None:
-        self._soc = soc
-        self._on_reset = on_reset
-        self.blocks = tuple(blocks)
-        self.engine = engines.make(settings.engine, system_memory, settings.native_counter)
-        self._load(segments)
-        self.native = NativeBus(self.engine) if isinstance(self.engine, NativeEngine) else None
-        """Where the native engine sees time, waiting and exceptions; None if another one is used."""
-        self._put_together(settings)
-        soc.irq = self.nvic
-        run = self.run
-        self.systick = SysTick(soc, self.nvic)
-        self.dwt = Dwt(soc)
-        self.space = SystemControlSpace(soc, self.nvic, self.scb, self.systick)
-        self.bus = Bus(soc, run, self.waiting, (*self.blocks, self.space, self.dwt))
-        soc.memory = self.bus
-        soc.clocks.on_change(lambda: run.set_rate(soc.clocks.hclk_hz))
-        self.special = SpecialInstructions(self.engine)
-        self.special.switch(Special.WORDS, settings.alignment)
-        idle = IdleLoops(run, self.waiting, settings.skip)
-        images = self.bus.images
-        self.machine = Machine(
-            run, self.exceptions, self.waiting, idle, self.special, images, soc.trace, self.start
-        )
-        if self.native is not None:
-            self.native.fire_by(self.machine.fire)
-        self._everything = Registers(self.engine, EVERYTHING)
+        super().__init__(clock, trace)
+        self._settings = settings
+        self._on_reset: Callable[[str], None] = lambda _reason: None
+        self._status = Status()
+        self._masks = Registers(self, MASKS)
+        self.on_fault: Callable[[Fault], None] = lambda _fault: None
+        """Called at each fault, registers and stack still being those of the instruction."""
+        self.on_access: Callable[[int, int, bool], None] = lambda _address, _size, _written: None
+        """Called at loads and stores that are watched: address, size, whether it is a store."""
+        self.resets: deque[tuple[int, str]] = deque(maxlen=RESETS_KEPT)
+        """(time in ps, reason) of the latest resets, without power-on."""
         self.before_reset = b"", b""
         """R0 to R12, SP, LR, PC, xPSR, and the RAM, where the latest reset has met the program."""
-        self.start("")
+        self.stepping = False
+        """Whether only one instruction is being executed."""
+        self._load(segments)
+        for address, data in system_memory:
+            self._bytes(address, data)
 
-    def _put_together(self, settings: CoreSettings) -> None:
-        clock, clocks = self._soc.clock, self._soc.clocks
-        rate = clocks.hclk_hz, settings.cycles_per_instruction
-        parts = self.request_reset, self._handled, self._switched
-        self.timeline: Timeline
-        self.nvic: Nvic
-        self.run: Slice
-        self.waiting: Waiting
-        self.exceptions: Exceptions
-        if self.native is None:
-            self.timeline, self.nvic = Timeline(*rate), Nvic()
-            self.run = Slice(self.engine, self.timeline, clock, self.nvic)
-            self.waiting = Waiting(self.run, settings.skip)
-            self.scb = Scb(self.nvic, *parts)
-            self.exceptions = Exceptions(self.engine, self.timeline, self.nvic, self.scb)
-        else:
-            self.timeline, self.nvic = self.native.timeline(*rate), nvic_of(self.native)
-            self.run = self.native.slice(self.timeline, clock, self.nvic)
-            self.waiting = self.native.waiting(self.run, settings.skip)
-            self.scb = Scb(self.nvic, *parts)
-            self.exceptions = NativeExceptions(self.native, self.timeline, self.nvic, self.scb)
+    def power_on(
+        self, soc: Soc, blocks: Iterable[Peripheral], on_reset: Callable[[str], None] | None = None
+    ) -> None:
+        """Begin with the first instruction. ``blocks``: those in Python; ``soc.clocks`` is one of them.
+
+        ``soc.irq`` and ``soc.memory`` are set. ``on_reset(reason)`` is called at each reset but this one,
+        before the blocks are reset.
+        """
+        self._on_reset = on_reset or self._on_reset
+        self._python_blocks = tuple(blocks)
+        self.python = PythonBlocks(soc, self._python_blocks)
+        python_bases = {block.base for block in self._python_blocks}
+        for native in [block for block in self.blocks.values() if block.base in python_bases]:
+            self.library.fcu_unmap(self.handle, native.index)
+            del self.blocks[native.name]
+        self.all_blocks: tuple[Peripheral, ...] = (*self.blocks.values(), *self._python_blocks)
+        soc.irq, soc.memory = self, self
+        cycles = self._settings.cycles_per_instruction
+        if not 0 < cycles <= 100:
+            raise ValueError(f"{cycles} cycles per instruction; give a number from 0 to 100")
+        self.set_clocks(soc.clocks)
+        self.library.fcu_configure(self.handle, cycles.numerator, cycles.denominator, self._settings.skip)
+        soc.clocks.on_change(lambda: self.set_clocks(soc.clocks))
+        self.library.fcu_start(self.handle)
 
     def _load(self, segments: Iterable[tuple[int, bytes]]) -> None:
         for address, data in segments:
-            memory = self.engine.memory(address, len(data))
-            if memory is None or not (FLASH <= address < FLASH + FLASH_SIZE or address >= RAM):
+            if not (FLASH <= address < FLASH + FLASH_SIZE or address >= RAM):
                 raise ValueError(f"{len(data)} bytes at 0x{address:08X} are neither in flash nor in RAM")
-            memory[:] = data
+            self._bytes(address, data)
+
+    def _bytes(self, address: int, data: bytes) -> None:
+        memory = self.memory(address, len(data))
+        if memory is None:
+            raise ValueError(f"{len(data)} bytes at 0x{address:08X} are neither in flash nor in RAM")
+        memory[:] = data
+
+    # -- running ----------------------------------------------------------------------------------------
 
     def run_until(self, at_ps: int) -> None:
-        """Run up to and including ``at_ps``."""
-        self.machine.run_until(at_ps)
+        """Run up to and including ``at_ps``; less if a debugger halts the core."""
+        clock, shared = self.clock, self.shared
+        self.enter()
+        ended = self.library.fcu_run_until(self.handle, at_ps)
+        self.raise_error()
+        clock.now_ps = shared[0]  # a fault while a frame was saved has been reported at its end
+        if ended != _HALTED:
+            clock.advance_to(at_ps)
 
     def request_reset(self, reason: str) -> None:
-        """Reset the chip; virtual time goes on."""
-        self.machine.request_reset(reason)
+        """Reset the chip after the instruction in flight; virtual time goes on."""
+        self.library.fcu_request_reset(self.handle, _REASONS.index(reason))
 
     def code_changed(self) -> None:
         """The flash has another content: forget what is known of the code; between runs."""
-        self.engine.forget_code()
-        self.special.search_again()
+        self.forget_code()
 
-    def start(self, reason: str) -> None:
-        """The state after reset (ARMv7-M ARM B1.5.5): registers, blocks, SP and PC from the vector table.
+    # -- snapshots --------------------------------------------------------------------------------------
 
-        RAM keeps what it has.
-        """
-        if reason:
-            self.before_reset = self.engine.state_at(self.engine.pc), bytes(self.engine.ram)
-            if self._on_reset is not None:
-                self._on_reset(reason)
-            for block in reversed(self.blocks):  # RCC last: no block sees new clocks with old settings
-                block.reset()
-        self.nvic.reset()
-        self.scb.reset()
-        self.systick.reset()
-        self.dwt.reset()
-        self.exceptions.reset()
-        names = self._everything.names
-        values = dict.fromkeys(names, 0)
-        stack, vector = (int.from_bytes(self.engine.flash[at : at + 4], "little") for at in (0, 4))
-        values |= {"xpsr": _THUMB, "msp": stack & ~3, "sp": stack & ~3, "lr": _NO_RETURN}
-        self._everything.write(*(values[name] for name in names))
-        self.engine.pc, self.engine.thumb = vector & ~1, bool(vector & 1)
+    def snapshot(self) -> bytes:
+        """All that is in C, memories included; between runs. It means something to this core only."""
+        buffer = ctypes.create_string_buffer(self.library.fcu_snapshot_size())
+        self.library.fcu_save(self.handle, buffer)
+        return buffer.raw
 
-    def _handled(self) -> int:
-        return self.exceptions.frames.handled()
+    def restore(self, saved: bytes) -> None:
+        """Everything in C is as it was when :meth:`snapshot` gave ``saved``; breakpoints stay as they are."""
+        self.library.fcu_restore(self.handle, saved)
 
-    def _switched(self, register: int, value: int) -> None:
-        """A register that acts outside of the system control block has been written."""
-        if isinstance(self.nvic, NativeNvic):
-            self.nvic.configured(register, value)
-        if register == scb_registers.CPACR:
-            self.special.switch(Special.FLOATING_POINT, value & _FPU_ACCESS != _FPU_ACCESS)
-        elif register == scb_registers.CCR:
-            self.special.switch(Special.DIVIDES, bool(value & scb_registers.DIV_0_TRP))
-            self.special.switch(Special.ACCESS, bool(value & scb_registers.UNALIGN_TRP))
-        elif register == scb_registers.DEMCR:
-            self.dwt.enable(value)
+    # -- what it is doing -------------------------------------------------------------------------------
+
+    def status(self) -> Status:
+        """What the core is doing, as one picture; the same object each time."""
+        self.library.fcu_status(self.handle, self._status)
+        return self._status
+
+    @property
+    def now_ps(self) -> int:
+        """The time when the next instruction begins; between runs."""
+        return self.status().now_ps
+
+    @property
+    def retired(self) -> int:
+        """Instructions retired since power-on."""
+        return self.status().retired
+
+    @property
+    def skipped(self) -> int:
+        """Of these, how many were counted instead of being executed, because they were repetitions."""
+        return self.status().skipped
+
+    @property
+    def thread_ps(self) -> int:
+        """When Thread mode was last returned to."""
+        return self.status().thread_ps
+
+    @property
+    def lowest_stack(self) -> int:
+        """The lowest address that the main stack has had at an exception entry."""
+        return self.status().lowest
+
+    @property
+    def locked_up(self) -> str:
+        """Why the core executes nothing any more; "" if it does."""
+        status = self.status()
+        return _locked_up(status.locked_up_pc) if status.locked_up else ""
+
+    @property
+    def asleep(self) -> bool:
+        """Whether the core waits in WFI, WFE or after SLEEPONEXIT."""
+        return bool(self.status().asleep)
+
+    @property
+    def handled(self) -> int:
+        """The exception being handled (IPSR); 0 in Thread mode."""
+        return self.register(16) & 0x1FF
+
+    @property
+    def pending(self) -> int:
+        """Pending exceptions: bit = exception number."""
+        return _mask(self.status().pending)
+
+    @property
+    def enabled(self) -> int:
+        """Enabled exceptions: bit = exception number."""
+        return _mask(self.status().enabled)
+
+    @property
+    def active(self) -> int:
+        """Exceptions being handled, preempted ones included: bit = exception number."""
+        return _mask(self.status().active)
+
+    def priority(self, exception: int) -> int:
+        """An exception's priority; smaller is more urgent."""
+        priority: int = self.library.fcu_priority(self.handle, exception)
+        return priority
+
+    def preempts(self, exception: int) -> bool:
+        """Whether an exception is urgent enough to be taken now."""
+        group: int = self.library.fcu_priority_group(self.handle, self.priority(exception))
+        return group < self.status().level
+
+    # -- for debuggers ----------------------------------------------------------------------------------
+
+    def halt(self) -> None:
+        """Stand still before the next instruction; an exception being entered is entered first."""
+        self.enter()
+        self.library.fcu_halt(self.handle)
+        self.raise_error()
+        self.clock.now_ps = max(self.clock.now_ps, self.shared[0])
+
+    def resume(self, step: bool) -> None:
+        """Go on; ``step``: for one instruction, or into the exception that comes instead of it."""
+        self.stepping = step
+        self.library.fcu_resume(self.handle, step)
+
+    @property
+    def halted(self) -> bool:
+        """Whether the core stands still: ``run_until`` returns at once and no time passes."""
+        return bool(self.library.fcu_is_halted(self.handle))
+
+    def wake(self) -> None:
+        """End WFI, WFE or sleep on exit."""
+        self.library.fcu_wake(self.handle)
+
+    def reset_now(self, reason: str) -> None:
+        """Reset the halted chip."""
+        self.library.fcu_reset_now(self.handle, _REASONS.index(reason))
+        self.raise_error()
+
+    def debug(self, on: bool) -> None:
+        """Whether BKPT halts the core instead of being a fault."""
+        self.library.fcu_debug(self.handle, on)
+
+    def met_breakpoint_instruction(self) -> bool:
+        """Whether BKPT has halted the core since this was last asked."""
+        return bool(self.library.fcu_met_breakpoint_instruction(self.handle))
+
+    def set_breakpoint(self, address: int, on: bool) -> None:
+        """Halt before the instruction at ``address``, or no more."""
+        self.library.fcu_set_breakpoint(self.handle, address, on)
+
+    def watch_memory(self, begin: int, end: int) -> None:
+        """Call ``on_access`` at loads and stores from ``begin`` to ``end``, the last one included."""
+        self.library.fcu_watch_memory(self.handle, True, begin, end)
+
+    def unwatch_memory(self) -> None:
+        """No more calls of ``on_access``."""
+        self.library.fcu_watch_memory(self.handle, False, 0, 0)
+
+    # -- registers of blocks, for debuggers, diagnoses and DMA -------------------------------------------
+
+    def find(self, address: int) -> tuple[Peripheral, int] | None:
+        """The block at an address, and the register's offset in it; None where no block can be."""
+        block: Peripheral | None
+        index = self.library.fcu_block_at(self.handle, address)
+        block = self.block_by_index(index) if index >= 0 else self.python.find(address)
+        return None if block is None else (block, address - block.base & 0xFFFF_FFFC)
+
+    def peek(self, address: int) -> int | None:
+        """The word at an aligned address, without side effects; None where nothing answers."""
+        data = self.memory(address, 4)
+        if data is not None:
+            return int.from_bytes(data, "little")
+        found = self.find(address)
+        if found is not None and isinstance(found[0], ChipBlock):
+            return found[0].peek(found[1])
+        return self.python.peek(address)
+
+    def poke(self, address: int, data: bytes) -> bool:
+        """Write 1, 2 or 4 aligned bytes to a register with all effects; False if there is none."""
+        stored = self.library.fcu_store(self.handle, address, len(data), int.from_bytes(data, "little"))
+        self.raise_error()
+        return bool(stored)
+
+    def read(self, address: int, size: int) -> bytes | None:
+        """As the bus matrix answers DMA: memory, or a register with side effects; None is a bus error."""
+        value = ctypes.c_uint32()
+        loaded = self.library.fcu_load(self.handle, address, size, ctypes.byref(value))
+        return value.value.to_bytes(size, "little") if loaded else None
+
+    def write(self, address: int, data: bytes) -> bool:
+        """Likewise; False is a bus error. The flash cannot be written this way."""
+        value = int.from_bytes(data, "little")
+        return bool(self.library.fcu_store(self.handle, address, len(data), value))
+
+    def set_line(self, number: int, level: bool) -> None:
+        """Python's blocks hold NVIC input ``number`` (0 to 84) active or not."""
+        self.set_irq(number, level)
+
+    # -- callbacks --------------------------------------------------------------------------------------
+
+    def _read(self, address: int, size: int) -> int:
+        value, self.shared[2] = self.python.read(address, size)
+        return value
+
+    def _write(self, address: int, size: int, value: int) -> None:
+        self.python.write(address, size, value)
+
+    def _touched(self, block: int, offset: int, what: int) -> None:
+        kind, done = _TOUCHED[what]
+        report = self.python.report_clock if kind == "clock" else self.python.report_unknown
+        report(self.block_by_index(block), offset, done)
+
+    def _fault(self, exception: int, status: int, hard: int, address: int) -> None:
+        self.on_fault(Fault(exception, status, hard, address if status & 1 << 15 else None))
+
+    def _locked_up(self, pc: int) -> None:
+        text = f"lock-up: {_locked_up(pc)}"
+        self.trace.add(FaultEvent(self.clock.now_ps, "core", text))
+
+    def _reset(self, reason: int) -> None:
+        why = _REASONS[reason]
+        self.resets.append((self.clock.now_ps, why))
+        self.trace.add(FaultEvent(self.clock.now_ps, CHIP, f"reset by {why}"))
+        self.before_reset = self.core_state(), bytes(self.ram)
+        self._on_reset(why)
+        for native in self.blocks.values():
+            native.reset()
+        for block in reversed(self._python_blocks):  # RCC last: no block sees new clocks with old settings
+            block.reset()
+
+    def _accessed(self, address: int, size: int, written: int) -> None:
+        self.on_access(address, size, bool(written))
+
+
+def _mask(words: ctypes.Array[ctypes.c_uint64]) -> int:
+    return int(words[0]) | int(words[1]) << 64
+
+
+def _locked_up(pc: int) -> str:
+    return f"fault at 0x{pc:08X} while a HardFault or NMI is being handled"

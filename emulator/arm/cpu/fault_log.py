@@ -9,15 +9,14 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass
 
-from emulator.arm.cpu import scb
 from emulator.arm.cpu.core import Core
-from emulator.arm.cpu.engine import RAM
+from emulator.arm.cpu.exceptions import NMI, USAGE_FAULT
 from emulator.arm.cpu.faults import STKERR, Fault
-from emulator.arm.cpu.nvic import NMI, USAGE_FAULT
+from emulator.arm.cpu.memory_map import RAM
 from emulator.clock import PS_PER_MS, PS_PER_US
 
 CORE = struct.Struct("<17I")
-_GE = 0xF << 16  # in xPSR
+_CFSR, _HFSR = 0xE000_ED28, 0xE000_ED2C
 _SOON_PS = PS_PER_MS
 _SP, _LR, _XPSR = 13, 14, 16
 
@@ -81,28 +80,23 @@ class FaultLog:
         self.last_ps = 0
         self.latest: FaultRecord | None = None
         self.origin: FaultRecord | None = None
-        core.exceptions.on_fault = self._record
+        core.on_fault = self._record
 
     def _record(self, fault: Fault) -> None:
         core = self._core
-        now_ps = core.timeline.now_ps()
-        if self.origin is not None and self.origin.pc == core.engine.pc and now_ps - self.last_ps <= _SOON_PS:
+        now_ps = core.now_ps
+        if self.origin is not None and self.origin.pc == core.pc and now_ps - self.last_ps <= _SOON_PS:
             self.times, self.last_ps = self.times + 1, now_ps
             return
         before = self.latest
         self.latest = record = FaultRecord(
             t_ps=now_ps,
             fault=fault,
-            pc=core.engine.pc,
-            registers=_without_ge(CORE.unpack(core.engine.state_at(core.engine.pc))),
-            cfsr=core.scb.registers[scb.CFSR],
-            hfsr=core.scb.registers[scb.HFSR],
-            ram=bytes(core.engine.ram),
+            pc=core.pc,
+            registers=CORE.unpack(core.core_state()),
+            cfsr=core.peek(_CFSR) or 0,
+            hfsr=core.peek(_HFSR) or 0,
+            ram=bytes(core.ram),
         )
         if before is None or not record.follows(before):
             self.origin, self.times, self.last_ps = record, 1, now_ps
-
-
-def _without_ge(registers: tuple[int, ...]) -> tuple[int, ...]:
-    """Unicorn cannot restore GE at an exception return, so what it has there means nothing."""
-    return (*registers[:-1], registers[-1] & ~_GE)

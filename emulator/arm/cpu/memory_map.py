@@ -9,6 +9,12 @@ from __future__ import annotations
 
 from typing import Final
 
+from emulator.arm.image import memory_map
+
+FLASH, FLASH_SIZE = memory_map.FLASH.start, memory_map.FLASH.end - memory_map.FLASH.start
+RAM, RAM_SIZE = memory_map.RAM.start, memory_map.RAM.end - memory_map.RAM.start
+SYSTEM_MEMORY, SYSTEM_MEMORY_SIZE = 0x1FFF_0000, 0x1_0000
+
 PERIPHERALS: Final = 0x4000_0000
 PERIPHERALS_SIZE: Final = 0x8_0000
 OTG: Final = 0x5000_0000

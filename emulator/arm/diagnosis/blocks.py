@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from emulator.arm.chip import Chip
-from emulator.arm.cpu.bus import GATES
+from emulator.arm.cpu.python_blocks import GATES
 from emulator.arm.diagnosis.report import Cause, at
 from emulator.trace import DeviceNote, Trace
 
@@ -15,7 +15,7 @@ class BlockNotes:
     """The forbidden accesses to blocks of the chip, in order."""
 
     def __init__(self, chip: Chip, trace: Trace) -> None:
-        self._clocked = {block.name: block.clocked for block in chip.core.blocks}
+        self._clocked = {block.name: block.clocked for block in chip.core.all_blocks}
         self._notes = [
             note for note in trace.of(DeviceNote) if note.what == "forbidden" and note.device in self._clocked
         ]

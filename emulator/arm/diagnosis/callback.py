@@ -22,7 +22,7 @@ _STARVED_PS = 100 * PS_PER_MS
 
 def slow_callback(chip: Chip, places: Places) -> Diagnosis | None:
     """The first timer that loses more than a tenth of its ticks."""
-    for timer in chip.system.timers.values():
+    for timer in chip.timers.values():
         if timer.ticks >= _FEW and timer.lost * 10 > timer.ticks and timer.rate_hz:
             return _report(chip, places, timer)
     return None
@@ -41,9 +41,9 @@ def _report(chip: Chip, places: Places, timer: Timer) -> Diagnosis:
         ),
         "Fewer or shorter transfers, a faster bus, a lower rate, or less arithmetic in the callback help.",
     ]
-    starved = core.nvic.active and core.timeline.now_ps() - core.exceptions.thread_ps > _STARVED_PS
+    starved = core.active and core.now_ps - core.thread_ps > _STARVED_PS
     if starved:
-        since = f"main() has not run since {at(core.exceptions.thread_ps)}"
+        since = f"main() has not run since {at(core.thread_ps)}"
         details.insert(0, f"{since}: when the callback returns, the next tick is waiting already.")
         summary += ": main() never runs"
     return Diagnosis("callback", summary, tuple(details), fatal=False)

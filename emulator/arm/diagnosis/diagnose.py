@@ -45,13 +45,14 @@ def _quiet_since_ps(arm: ArmFirmware, transfers: Transfers) -> int:
     """When something last happened on the buses, the terminal or the pins."""
     around = arm.surroundings
     edges = [edge.t_ps for edge in around.trace.of(GpioEdge)[-1:]]
+    around.uart.catch_up()
     terminal_ps = min(around.uart.idle_ps, around.clock.now_ps)
     return max([transfers.last_ps, terminal_ps, *edges])
 
 
 def _stack(arm: ArmFirmware, places: Places) -> Diagnosis | None:
     """The main stack has been in the variables, as seen at the entries of exceptions."""
-    lowest, end = arm.chip.core.exceptions.frames.lowest, places.end_of_variables()
+    lowest, end = arm.chip.core.lowest_stack, places.end_of_variables()
     if end is None or not RAM.start <= lowest < end < places.stack_top:
         return None
     return Diagnosis(

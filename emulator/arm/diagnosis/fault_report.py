@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 from emulator.arm.cpu import faults
 from emulator.arm.cpu.core import Core
+from emulator.arm.cpu.exceptions import BUS_FAULT, HARD_FAULT, MEM_MANAGE, NMI, USAGE_FAULT
 from emulator.arm.cpu.fault_log import FaultLog, FaultRecord
-from emulator.arm.cpu.nvic import BUS_FAULT, HARD_FAULT, MEM_MANAGE, NMI, USAGE_FAULT
 from emulator.arm.diagnosis import fault_bits
 from emulator.arm.diagnosis.backtrace import NOTE, Backtrace
 from emulator.arm.diagnosis.fault_cause import cause_of
@@ -32,15 +32,15 @@ def fault_report(core: Core, log: FaultLog, places: Places, transfers: list[str]
     record, latest = log.origin, log.latest
     if record is None or latest is None:
         return None
-    if core.exceptions.locked_up:
+    if core.locked_up:
         return _report(core, record, places, transfers, _locked_up(latest, places))
-    if log.times >= _MANY and core.timeline.now_ps() - log.last_ps < _JUST_NOW_PS:
+    if log.times >= _MANY and core.now_ps - log.last_ps < _JUST_NOW_PS:
         ending = (
             "The fault's handler returns to the same instruction, which faults again: "
             f"{log.times} times so far."
         )
         return _report(core, record, places, transfers, [ending])
-    if core.nvic.active & _IN_HANDLER:
+    if core.active & _IN_HANDLER:
         return _report(core, record, places, transfers, _handler(core, places))
     return None
 
@@ -48,7 +48,7 @@ def fault_report(core: Core, log: FaultLog, places: Places, transfers: list[str]
 def _report(
     core: Core, record: FaultRecord, places: Places, transfers: list[str], ending: list[str]
 ) -> Diagnosis:
-    code = core.engine.memory
+    code = core.memory
     cause = cause_of(record, places, code)
     trace = Backtrace(places, record.word, code)
     callers = trace.lines(record.pc, record.lr, record.sp)
@@ -70,7 +70,7 @@ def _report(
 
 def _name(core: Core, record: FaultRecord) -> str:
     number = record.fault.exception
-    own = core.nvic.active >> number & 1
+    own = core.active >> number & 1
     return _NAMES[number if own else HARD_FAULT]
 
 
@@ -88,7 +88,7 @@ def _registers(record: FaultRecord) -> Iterator[str]:
 
 
 def _handler(core: Core, places: Places) -> list[str]:
-    return [f"Since then the fault's handler is running: {places.place(core.engine.pc)}."]
+    return [f"Since then the fault's handler is running: {places.place(core.pc)}."]
 
 
 def _locked_up(record: FaultRecord, places: Places) -> list[str]:

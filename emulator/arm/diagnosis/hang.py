@@ -9,8 +9,7 @@ stack) are not judged: its idle task is a loop without end.
 from __future__ import annotations
 
 from emulator.arm.chip import Chip
-from emulator.arm.cpu.frames import SPSEL
-from emulator.arm.cpu.nvic import SYS_TICK
+from emulator.arm.cpu.exceptions import SYS_TICK
 from emulator.arm.cpu.thumb import Flow, decode
 from emulator.arm.diagnosis.backtrace import NOTE, Backtrace
 from emulator.arm.diagnosis.blocks import BlockNotes
@@ -26,6 +25,7 @@ from emulator.clock import PS_PER_MS
 _HANDLER_AT_WORK_PS = 200 * PS_PER_MS  # no handler that works takes so long
 _WRONG_ENDS = {"Error_Handler", "_Error_Handler", "__assert_func", "assert_failed", "abort", "_exit"}
 _SP, _LR = 13, 14
+_SPSEL = 1 << 1  # CONTROL: Thread mode uses the process stack
 
 
 class Hang:
@@ -39,22 +39,21 @@ class Hang:
         self._transfers = transfers
         self._notes = notes
         self._interrupts = Interrupts(core)
-        self._now_ps = core.timeline.now_ps()
+        self._now_ps = core.now_ps
         self._quiet_since_ps = quiet_since_ps
         self._waits = Waits(chip, self._interrupts, places, self._now_ps - quiet_since_ps)
-        engine = core.engine
-        trace = Backtrace(places, core.bus.peek, engine.memory)
-        self._pc = engine.pc
-        registers = engine.pc, engine.register(_LR), engine.register(_SP)
+        trace = Backtrace(places, core.peek, core.memory)
+        self._pc = core.pc
+        registers = core.pc, core.register(_LR), core.register(_SP)
         self._calls, self._callers = trace.calls(*registers), trace.lines(*registers)
 
     def diagnosis(self) -> Diagnosis | None:
         """The loop that the firmware is caught in; None if it is in none."""
-        if self._core.machine.asleep:
+        if self._core.asleep:
             return self._sleeping()
-        if not self._core.nvic.active:
-            return None if self._interrupts.control & SPSEL else self._in_thread()
-        if self._now_ps - self._core.exceptions.thread_ps >= _HANDLER_AT_WORK_PS:
+        if not self._core.active:
+            return None if self._interrupts.control & _SPSEL else self._in_thread()
+        if self._now_ps - self._core.thread_ps >= _HANDLER_AT_WORK_PS:
             return self._in_handler()
         return self._behind_handler()
 
@@ -77,7 +76,7 @@ class Hang:
             cause = unhandled
         elif not loop.variables:
             cause = self._from_outside() or cause
-        since = f"main() has not run since {at(self._core.exceptions.thread_ps)}"
+        since = f"main() has not run since {at(self._core.thread_ps)}"
         cause.sentences.append(f"{since}, because the handler of {exception_name(number)} does not return.")
         return self._report(self._outermost(loop), cause)
 
@@ -96,7 +95,7 @@ class Hang:
     def _behind_handler(self) -> Diagnosis | None:
         """An interrupt is being handled as it should; what did it interrupt?"""
         below = [call.address for call in self._calls if call.interrupted]
-        code = self._core.engine.memory(below[-1], 4) if below else None
+        code = self._core.memory(below[-1], 4) if below else None
         if code is None:
             return None
         one = decode(below[-1], code[0] | code[1] << 8, code[2] | code[3] << 8)

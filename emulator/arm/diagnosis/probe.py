@@ -11,12 +11,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from emulator.arm.cpu.bare_core import BareCore
 from emulator.arm.cpu.core import Core
-from emulator.arm.cpu.engine import RAM, RAM_SIZE
-from emulator.arm.cpu.frames import Frames
-from emulator.arm.cpu.memory_map import OTG, OTG_SIZE, PERIPHERALS, PERIPHERALS_SIZE, PRIVATE, PRIVATE_SIZE
+from emulator.arm.cpu.memory_map import RAM, RAM_SIZE
 from emulator.arm.cpu.registers import EVERYTHING, Registers
-from emulator.arm.cpu.scb import VTOR
 from emulator.arm.cpu.stop import Stop
 from emulator.arm.peripherals.peripheral import WORD, Peripheral
 
@@ -24,6 +22,7 @@ _LONGEST = 20_000  # instructions until the state must have recurred: a tenth of
 _LONGEST_HANDLER = 5_000
 _BELOW = 0x200  # bytes below SP that a called function and its frame may use
 _SP = 13
+_VTOR = 0xE000_ED08
 
 
 @dataclass(frozen=True)
@@ -47,35 +46,33 @@ class Probe:
         self._acts = False
         self._reads: set[int] = set()
         self._registers: set[tuple[Peripheral, int, int]] = set()
-        self.engine = engine = type(core.engine)()
-        engine.flash[:] = core.engine.flash
-        engine.ram[:] = core.engine.ram
-        values = Registers(core.engine, EVERYTHING).read()
-        Registers(engine, EVERYTHING).write(*values)
-        engine.pc, engine.thumb = core.engine.pc, core.engine.thumb
-        for base, size in ((PERIPHERALS, PERIPHERALS_SIZE), (OTG, OTG_SIZE), (PRIVATE, PRIVATE_SIZE)):
-            window = _Window(self, base)
-            engine.map_callbacks(base, size, window.read, window.write)
-        engine.watch_memory(RAM, RAM + RAM_SIZE - 1, self._memory)
+        self._copy = copy = BareCore()
+        copy.flash[:] = core.flash
+        copy.ram[:] = core.ram
+        Registers(copy, EVERYTHING).write(*Registers(core, EVERYTHING).read())
+        copy.pc, copy.thumb = core.pc, core.thumb
+        copy.read_python, copy.write_python = self._register_read, self._register_written
+        copy.on_access = self._memory
+        copy.watch_memory(RAM, RAM + RAM_SIZE - 1)
 
     # -- what the copy does -----------------------------------------------------------------------------
 
     def loop(self) -> Loop | None:
         """The loop that the core is in; None if it is in none, or in one that does something."""
-        engine = self.engine
-        state, ram = engine.state_at(engine.pc), bytes(engine.ram)
+        copy = self._copy
+        state, ram = copy.core_state(), bytes(copy.ram)
         length, compared = 0, 1
         code: set[int] = set()
         for _ in range(_LONGEST):
-            code.add(engine.pc)
+            code.add(copy.pc)
             if not self._step():
                 return None
             length += 1
-            now = engine.state_at(engine.pc)
-            if now == state and bytes(engine.ram) == ram:
+            now = copy.core_state()
+            if now == state and bytes(copy.ram) == ram:
                 return self._described(code)
             if length == compared:  # Brent: a later state to compare with, twice as long
-                state, ram = now, bytes(engine.ram)
+                state, ram = now, bytes(copy.ram)
                 length, compared = 0, 2 * compared
                 code.clear()
                 self._reads.clear()
@@ -84,36 +81,31 @@ class Probe:
 
     def handle(self, exception: int) -> frozenset[int] | None:
         """Let the copy handle an exception: the addresses in RAM that have changed; None if it does more."""
-        engine = self.engine
-        before = bytes(engine.ram)
-        sp = engine.register(_SP)
-        frames = Frames(engine)
-        exc_return, saved = frames.push(engine.pc, True)
-        vector = engine.memory(self._core.scb.registers[VTOR] + 4 * exception, 4)
-        if not saved or vector is None:
+        copy = self._copy
+        before = bytes(copy.ram)
+        sp = copy.register(_SP)
+        if not copy.enter_exception(exception, self._core.peek(_VTOR) or 0):
             return None
-        frames.enter(exception, exc_return, thumb=True)
-        engine.pc = int.from_bytes(vector, "little") & ~1
         for _ in range(_LONGEST_HANDLER):
-            stop = engine.run(1)
+            stop = copy.run(1)
             if stop is Stop.EXCEPTION_RETURN:
-                changed = (at for at in range(RAM_SIZE) if engine.ram[at] != before[at])
+                changed = (at for at in range(RAM_SIZE) if copy.ram[at] != before[at])
                 return frozenset(RAM + at for at in changed if not self._on_stack(RAM + at, sp))
             if stop is not Stop.SLICE or self._acts:
                 return None
         return None
 
     def _step(self) -> bool:
-        return self.engine.run(1) is Stop.SLICE and not self._acts
+        return self._copy.run(1) is Stop.SLICE and not self._acts
 
     def _described(self, code: set[int]) -> Loop:
-        sp = self.engine.register(_SP)
+        sp = self._copy.register(_SP)
         variables = (at for at in self._reads if not self._on_stack(at, sp))
         return Loop(frozenset(code), frozenset(variables), frozenset(self._registers))
 
     def _on_stack(self, address: int, sp: int) -> bool:
         """Whether an address belongs to the stack in use: from a little below SP up to its top."""
-        top = int.from_bytes(self.engine.flash[:4], "little")
+        top = int.from_bytes(self._copy.flash[:4], "little")
         return sp <= top and sp - _BELOW <= address < top
 
     # -- what it sees -----------------------------------------------------------------------------------
@@ -122,9 +114,13 @@ class Probe:
         if not is_write:
             self._reads.add(address)
 
-    def register_read(self, address: int) -> int:
-        """The word of a block at an aligned address."""
-        found = self._core.bus.find(address)
+    def _register_read(self, address: int, size: int) -> int:
+        """A load from a block."""
+        word = self._register(address & ~3)
+        return word >> 8 * (address & 3) & (WORD if size == 4 else (1 << 8 * size) - 1)
+
+    def _register(self, address: int) -> int:
+        found = self._core.find(address)
         if found is None:
             self._acts = True
             return 0
@@ -139,22 +135,7 @@ class Probe:
         self._registers.add((block, offset, value))
         return value
 
-    def register_written(self, address: int) -> None:
+    def _register_written(self, address: int, _size: int, _value: int) -> None:
         """A store to a block; one without clock forgets it."""
-        found = self._core.bus.find(address)
+        found = self._core.find(address & ~3)
         self._acts |= found is None or found[0].clocked
-
-
-class _Window:
-    """A range of addresses with blocks in it, as the engine calls it."""
-
-    def __init__(self, probe: Probe, base: int) -> None:
-        self._probe = probe
-        self._base = base
-
-    def read(self, _engine: int, offset: int, size: int, _data: int) -> int:
-        word = self._probe.register_read(self._base + (offset & ~3))
-        return word >> 8 * (offset & 3) & (WORD if size == 4 else (1 << 8 * size) - 1)
-
-    def write(self, _engine: int, offset: int, _size: int, _value: int, _data: int) -> None:
-        self._probe.register_written(self._base + (offset & ~3))

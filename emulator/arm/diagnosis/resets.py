@@ -20,13 +20,13 @@ _SP, _LR, _PC = 13, 14, 15
 
 def reset_report(core: Core, places: Places, fault: FaultRecord | None) -> Diagnosis | None:
     """Where the latest reset has met the firmware; None if there was none to speak of."""
-    resets = core.machine.resets
+    resets = core.resets
     if not resets or (resets[-1][1] not in _WATCHDOGS and len(resets) < _MANY):
         return None
     t_ps, reason = resets[-1]
     state, ram = core.before_reset
     registers = CORE.unpack(state)
-    trace = Backtrace(places, partial(word_of, ram), core.engine.memory)
+    trace = Backtrace(places, partial(word_of, ram), core.memory)
     callers = trace.lines(registers[_PC], registers[_LR], registers[_SP])
     why = f"is {_WATCHDOGS[reason]}" if reason in _WATCHDOGS else "was asked for by the firmware itself"
     details = [f"{reason} {why}."]

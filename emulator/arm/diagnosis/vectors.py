@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from emulator.arm.cpu.nvic import FIRST_INTERRUPT
+from emulator.arm.cpu.exceptions import FIRST_INTERRUPT
 
 _SYSTEM: Final = {
     2: "NMI",

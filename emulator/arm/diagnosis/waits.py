@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from emulator.arm.chip import Chip
-from emulator.arm.cpu.nvic import SYS_TICK
+from emulator.arm.cpu.exceptions import SYS_TICK
 from emulator.arm.diagnosis.interrupts import Interrupts
 from emulator.arm.diagnosis.places import Places
 from emulator.arm.diagnosis.probe import Loop, Probe
 from emulator.arm.diagnosis.report import Cause
-from emulator.arm.peripherals.dma_stream import EN
+from emulator.arm.peripherals.dma import is_any_stream_on
 from emulator.clock import NEVER_PS, PS_PER_S
 
 _PATIENCE_PS = 3 * PS_PER_S  # hardware does nothing slower by itself than start the 32 kHz crystal, 2 s
@@ -29,16 +29,12 @@ class Waits:
             return None
         if not loop.variables:
             return self._registers(loop) if loop.registers else Cause("an endless loop", [])
-        if self._interrupts.from_blocks() or self._dma_runs():
+        if self._interrupts.from_blocks() or is_any_stream_on(self._chip.core):
             return None
         return self._variables(loop)
 
     def _may_change(self, clocked: bool, next_change_ps: int) -> bool:
         return clocked and (next_change_ps < NEVER_PS or self._quiet_ps < _PATIENCE_PS)
-
-    def _dma_runs(self) -> bool:
-        comm = self._chip.comm
-        return any(stream.control & EN for dma in (comm.dma1, comm.dma2) for stream in dma.streams)
 
     def _registers(self, loop: Loop) -> Cause:
         seen = sorted(

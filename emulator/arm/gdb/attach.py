@@ -7,7 +7,7 @@ while not server.killed:
 
 from __future__ import annotations
 
-from emulator.arm.cpu.engine import RAM
+from emulator.arm.cpu.memory_map import RAM
 from emulator.arm.firmware import ArmFirmware
 from emulator.arm.gdb.core_target import CoreTarget
 from emulator.arm.gdb.monitor import Monitor
@@ -27,14 +27,14 @@ def serve(board: Board, port: int, halted: bool = False) -> GdbServer:
         raise InputError("--gdb: a debugger needs firmware built for the chip (ELF, HEX or BIN), not Python")
     core = firmware.chip.core
     target = CoreTarget(core, board.clock, board.run_until)
-    monitor = Monitor(board.world, board.clock, core.blocks, lambda: where(firmware), target.reset)
+    monitor = Monitor(board.world, board.clock, core.all_blocks, lambda: where(firmware), target.reset)
     return GdbServer(target, monitor, port, halted)
 
 
 def where(firmware: ArmFirmware) -> str:
     """The next instruction as address, function and source line, as far as the firmware's file tells."""
     core = firmware.chip.core
-    address = core.engine.pc
+    address = core.pc
     known = firmware.image.symbols
     if known is None or _replaced(firmware):
         return f"0x{address:08X}"
@@ -49,6 +49,6 @@ def where(firmware: ArmFirmware) -> str:
 
 def _replaced(firmware: ArmFirmware) -> bool:
     """Whether a debugger has loaded another program into the flash."""
-    engine = firmware.chip.core.engine
+    engine = firmware.chip.core
     flashed = (segment for segment in firmware.image.segments if segment.address < RAM)
     return any(bytes(engine.memory(one.address, len(one.data)) or b"") != one.data for one in flashed)

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from emulator.arm.cpu.core import Core
-from emulator.arm.cpu.engine import FLASH, FLASH_SIZE, RAM, RAM_SIZE
+from emulator.arm.cpu.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE
 from emulator.arm.cpu.registers import EVERYTHING, Registers
 from emulator.arm.gdb.points import Points
 from emulator.arm.gdb.target import Point, Stop
@@ -31,10 +31,8 @@ class CoreTarget:
         self._core = core
         self._clock = clock
         self._run = run
-        self._machine = core.machine
-        self._engine = core.engine
-        self._points = Points(core.engine, self._accessed, lambda: core.machine.stepping)
-        self._everything = Registers(core.engine, EVERYTHING)
+        self._points = Points(core, self._accessed)
+        self._everything = Registers(core, EVERYTHING)
         self._one = False  # the debugger wants one instruction
         self._hit: Stop | None = None
         self._on_bkpt = False
@@ -45,23 +43,23 @@ class CoreTarget:
 
     def attach(self) -> None:
         """Halt for a debugger that has come."""
-        self._machine.on_breakpoint = self._met_bkpt
+        self._core.debug(True)
         self.halt()
 
     def release(self) -> None:
         """The debugger is gone: take its points away and go on."""
-        self._machine.on_breakpoint = lambda: False
+        self._core.debug(False)
         self._points.clear()
         self.resume()
 
     def halt(self) -> None:
         """Stand still in front of the next instruction."""
-        self._machine.halt()
+        self._core.halt()
         self._one = False
 
     def reset(self) -> None:
         """Reset the chip as through NRST, in front of its first instruction."""
-        self._machine.reset_now("PIN")
+        self._core.reset_now("PIN")
         self._on_bkpt = self._told_lock_up = False
 
     # -- registers --------------------------------------------------------------------------------------
@@ -69,19 +67,19 @@ class CoreTarget:
     def read_registers(self) -> dict[str, int]:
         """All of them."""
         values = dict(zip(self._everything.names, self._everything.read(), strict=True))
-        xpsr = values["xpsr"] & ~_THUMB | (_THUMB if self._engine.thumb else 0)
-        return values | {"xpsr": xpsr, "pc": self._engine.pc}
+        xpsr = values["xpsr"] & ~_THUMB | (_THUMB if self._core.thumb else 0)
+        return values | {"xpsr": xpsr, "pc": self._core.pc}
 
     def write_register(self, name: str, value: int) -> None:
         """Change one. A new PC wakes a sleeping core, as entering the debug state does (B1.5.19)."""
         if name == "pc":
-            self._engine.pc = value & ~1
+            self._core.pc = value & ~1
             self._on_bkpt = False
-            self._machine.wake()
+            self._core.wake()
             return
-        register = Registers(self._engine, (name,))
+        register = Registers(self._core, (name,))
         if name == "xpsr":
-            self._engine.thumb = bool(value & _THUMB)
+            self._core.thumb = bool(value & _THUMB)
             value = value & ~_EXCEPTION | register.read()[0] & _EXCEPTION
         register.write(value)
 
@@ -89,14 +87,14 @@ class CoreTarget:
 
     def read_memory(self, address: int, size: int) -> bytes:
         """What is there, without side effects, up to where nothing answers any more."""
-        memory = self._engine.memory(address, size)
+        memory = self._core.memory(address, size)
         if memory is not None:
             return bytes(memory)
-        self._clock.settle()
+        self._core.settle()
         data = bytearray()
         while len(data) < size:
             at = address + len(data)
-            word = self._core.bus.peek(at & ~3)
+            word = self._core.peek(at & ~3)
             if word is None:
                 break
             data += word.to_bytes(4, "little")[at & 3 :]
@@ -104,24 +102,24 @@ class CoreTarget:
 
     def write_memory(self, address: int, data: bytes) -> bool:
         """Memory, the flash too, or registers with all that writing them does."""
-        memory = self._engine.memory(address, len(data))
+        memory = self._core.memory(address, len(data))
         if memory is not None:
             if not _changeable(address):
                 return False
             memory[:] = data
-            self._engine.forget_code()
+            self._core.forget_code()
             self._new_code |= not RAM <= address < RAM + RAM_SIZE
             return True
         return self._write_registers(address, data)
 
     def _write_registers(self, address: int, data: bytes) -> bool:
-        bus = self._core.bus
-        if any(bus.peek(place & ~3) is None for place in range(address, address + len(data))):
+        core = self._core
+        if any(core.peek(place & ~3) is None for place in range(address, address + len(data))):
             return False
         at = 0
         while at < len(data):
             size = next(size for size in _ALIGNMENTS if not (address + at) % size and at + size <= len(data))
-            bus.poke(address + at, data[at : at + size])
+            core.poke(address + at, data[at : at + size])
             at += size
         return True
 
@@ -147,11 +145,11 @@ class CoreTarget:
         """Run up to ``at_ps`` of virtual time: why it stopped before, or None."""
         while True:
             self._run(at_ps)
-            if self._core.exceptions.locked_up and not self._told_lock_up:
+            if self._core.locked_up and not self._told_lock_up:
                 self._told_lock_up = True
                 self.halt()
-                return Stop(failure=f"lock-up: {self._core.exceptions.locked_up}")
-            if not self._machine.halted:
+                return Stop(failure=f"lock-up: {self._core.locked_up}")
+            if not self._core.halted:
                 return None
             stop = self._reason()
             if stop is not None:
@@ -165,34 +163,30 @@ class CoreTarget:
             self._new_code = False
         if self._on_bkpt:
             self._on_bkpt = False
-            self._engine.pc += 2
+            self._core.pc += 2
         self._one = one
         self._points.set()
         self._continue()
 
     def _continue(self) -> None:
-        pc = self._engine.pc
+        pc = self._core.pc
         on_point = self._points.breakpoint_at(pc) is not None
-        self._machine.resume(self._one or on_point or self._points.in_block(pc))
+        self._core.resume(self._one or on_point)
 
     def _reason(self) -> Stop | None:
         """Why the core has halted; None if only to be stepped past something."""
         hit, self._hit = self._hit, None
+        self._on_bkpt |= self._core.met_breakpoint_instruction()
         if hit is not None:
             return hit
-        point = self._points.breakpoint_at(self._engine.pc)
+        point = self._points.breakpoint_at(self._core.pc)
         if point is not None:
             return Stop(point, point.address)
         return Stop() if self._on_bkpt or self._one else None
 
     def _accessed(self, point: Point, address: int) -> None:
         self._hit = self._hit or Stop(point, address)
-        self._machine.halt()
-
-    def _met_bkpt(self) -> bool:
-        self._on_bkpt = True
-        self._machine.halt()
-        return True
+        self._core.halt()
 
 
 def _changeable(address: int) -> bool:

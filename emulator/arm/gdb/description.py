@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from typing import Final, NamedTuple
 
 from emulator.arm.cpu import memory_map
-from emulator.arm.cpu.engine import (
+from emulator.arm.cpu.memory_map import (
     FLASH,
     FLASH_SIZE,
     RAM,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final
 
-from emulator.arm.cpu.engine import FLASH, FLASH_SIZE
+from emulator.arm.cpu.memory_map import FLASH, FLASH_SIZE
 from emulator.arm.gdb import arguments
 from emulator.arm.gdb.arguments import MOST_BYTES, MalformedError
 from emulator.arm.gdb.description import REGISTERS, Register

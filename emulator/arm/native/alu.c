@@ -5,8 +5,6 @@
  */
 #include "operations.h"
 
-#define INLINE static inline __attribute__((always_inline))
-
 /* -- the second operand, and the carry out of its shifter (Shift_C, A7.4.2) ----------------------------- */
 
 INLINE uint32_t by_lsl(const Core *core, const Insn *insn, uint32_t *carry) {
@@ -72,9 +70,9 @@ INLINE uint32_t rotated_constant(const Core *core, const Insn *insn, uint32_t *c
 INLINE uint32_t add_with_carry(Core *core, uint32_t x, uint32_t y, uint32_t carry_in) {
   uint64_t sum = (uint64_t)x + y + carry_in;
   uint32_t result = (uint32_t)sum;
-  core->c = (uint32_t)(sum >> 32);
-  core->v = ((x ^ result) & (y ^ result)) >> 31;
-  set_nz(core, result);
+  core->zc = sum;
+  core->n = result;
+  core->v = (x ^ result) & (y ^ result);
   return result;
 }
 
@@ -84,19 +82,30 @@ INLINE uint32_t add_with_carry(Core *core, uint32_t x, uint32_t y, uint32_t carr
   uint32_t n = core->r[insn->n];               \
   (void)carry, (void)n
 
+/* In IT blocks, without flags. There is no branch in it: conditions are often hard to predict. */
+#define DEFINE_MASKED(operand, name, result)                            \
+  OPERATION(name##_masked_##operand) {                                  \
+    FETCH(operand);                                                     \
+    uint32_t mask = core->mask ^ -(uint32_t)insn->a;                    \
+    uint32_t before = core->r[insn->d], written = (result);             \
+    core->r[insn->d] = before ^ ((before ^ written) & mask);            \
+    TAIL insn[1].run(core, insn + 1, budget + 1 + (int32_t)mask);       \
+  }
+
 #define DEFINE_LOGICAL(operand, name, result)                           \
-  static void name##_##operand(Core *core, const Insn *insn) {          \
+  DEFINE_MASKED(operand, name, result)                             \
+  OPERATION(name##_##operand) {                                         \
     FETCH(operand);                                                     \
     core->r[insn->d] = (result);                                        \
-    execute_next(core, insn);                                           \
+    NEXT;                                                               \
   }                                                                     \
-  static void name##s_##operand(Core *core, const Insn *insn) {         \
+  OPERATION(name##s_##operand) {                                        \
     FETCH(operand);                                                     \
     uint32_t written = (result);                                        \
     core->r[insn->d] = written;                                         \
     core->c = carry;                                                    \
     set_nz(core, written);                                              \
-    execute_next(core, insn);                                           \
+    NEXT;                                                               \
   }
 EACH_OPERAND(DEFINE_LOGICAL, and, n & m)
 EACH_OPERAND(DEFINE_LOGICAL, bic, n & ~m)
@@ -107,16 +116,17 @@ EACH_OPERAND(DEFINE_LOGICAL, mov, m)
 EACH_OPERAND(DEFINE_LOGICAL, mvn, ~m)
 
 #define DEFINE_ARITHMETIC(operand, name, x, y, carry_in)                \
-  static void name##_##operand(Core *core, const Insn *insn) {          \
+  DEFINE_MASKED(operand, name, (x) + (y) + (carry_in))             \
+  OPERATION(name##_##operand) {                                         \
     FETCH(operand);                                                     \
     core->r[insn->d] = (x) + (y) + (carry_in);                          \
-    execute_next(core, insn);                                           \
+    NEXT;                                                               \
   }                                                                     \
-  static void name##s_##operand(Core *core, const Insn *insn) {         \
+  OPERATION(name##s_##operand) {                                        \
     FETCH(operand);                                                     \
     unsigned d = insn->d;                                               \
     core->r[d] = add_with_carry(core, x, y, carry_in);                  \
-    execute_next(core, insn);                                           \
+    NEXT;                                                               \
   }
 EACH_OPERAND(DEFINE_ARITHMETIC, add, n, m, 0)
 EACH_OPERAND(DEFINE_ARITHMETIC, adc, n, m, core->c)
@@ -125,20 +135,20 @@ EACH_OPERAND(DEFINE_ARITHMETIC, sub, n, ~m, 1)
 EACH_OPERAND(DEFINE_ARITHMETIC, rsb, m, ~n, 1)
 
 #define DEFINE_TEST(operand, name, result)                              \
-  static void name##_##operand(Core *core, const Insn *insn) {          \
+  OPERATION(name##_##operand) {                                         \
     FETCH(operand);                                                     \
     core->c = carry;                                                    \
     set_nz(core, result);                                               \
-    execute_next(core, insn);                                           \
+    NEXT;                                                               \
   }
 EACH_OPERAND(DEFINE_TEST, tst, n & m)
 EACH_OPERAND(DEFINE_TEST, teq, n ^ m)
 
 #define DEFINE_COMPARISON(operand, name, y, carry_in)                   \
-  static void name##_##operand(Core *core, const Insn *insn) {          \
+  OPERATION(name##_##operand) {                                         \
     FETCH(operand);                                                     \
     add_with_carry(core, n, y, carry_in);                               \
-    execute_next(core, insn);                                           \
+    NEXT;                                                               \
   }
 EACH_OPERAND(DEFINE_COMPARISON, cmn, m, 0)
 EACH_OPERAND(DEFINE_COMPARISON, cmp, ~m, 1)
@@ -147,36 +157,32 @@ EACH_OPERAND(DEFINE_COMPARISON, cmp, ~m, 1)
 
 #define ENTRY(operand, name) name##_##operand,
 #define ROW(name) {EACH_OPERAND(ENTRY, name)}
-#define BOTH(name) {ROW(name), ROW(name##s)}
+#define ALL(name) {ROW(name), ROW(name##s), ROW(name##_masked)}
 
-/* By enum Alu, whether it sets flags, and enum Operand. */
-static const Operation operations[ALUS][2][OPERANDS] = {
-    [AND] = BOTH(and), [BIC] = BOTH(bic), [ORR] = BOTH(orr), [ORN] = BOTH(orn),
-    [EOR] = BOTH(eor), [ADD] = BOTH(add), [ADC] = BOTH(adc), [SBC] = BOTH(sbc),
-    [SUB] = BOTH(sub), [RSB] = BOTH(rsb), [MOV] = BOTH(mov), [MVN] = BOTH(mvn),
+enum Variant { PLAINLY, WITH_FLAGS, MASKED_BY_IT };
+
+/* By enum Alu, enum Variant, and enum Operand. */
+static const Operation operations[ALUS][3][OPERANDS] = {
+    [AND] = ALL(and), [BIC] = ALL(bic), [ORR] = ALL(orr), [ORN] = ALL(orn),
+    [EOR] = ALL(eor), [ADD] = ALL(add), [ADC] = ALL(adc), [SBC] = ALL(sbc),
+    [SUB] = ALL(sub), [RSB] = ALL(rsb), [MOV] = ALL(mov), [MVN] = ALL(mvn),
     [TST] = {ROW(tst), ROW(tst)}, [TEQ] = {ROW(teq), ROW(teq)},
     [CMN] = {ROW(cmn), ROW(cmn)}, [CMP] = {ROW(cmp), ROW(cmp)},
 };
 
-/* The low bits of SP and PC are 0 whatever is written (B1.4.1; BranchWritePC, A2.3.1). insn->flags: enum Alu
- * and whether it sets flags; insn->shift: enum Operand. */
-static void into_sp_or_pc(Core *core, const Insn *insn) {
-  core->ahead = 0; /* first PC has to be made even */
-  operations[insn->flags >> 1][insn->flags & 1][insn->shift](core, insn);
-  core->r[13] &= ~3u;
-  core->r[15] &= ~1u;
-}
-
 void choose_alu(Insn *insn, enum Alu alu, enum Operand operand, bool set_flags) {
-  insn->run = operations[alu][set_flags][operand];
-  if ((insn->d == 13 || insn->d == 15) && alu < TST) {
-    insn->flags = (uint8_t)(alu << 1 | set_flags);
-    insn->shift = operand;
-    insn->run = into_sp_or_pc;
+  insn->n = alu == MOV || alu == MVN ? 0 : insn->n;
+  insn->d = alu >= TST ? 0 : insn->d;
+  bool simple = alu < TST && !set_flags && insn->d != 13 && insn->d != 15 && insn->n != 15 && insn->m != 15;
+  bool masked = simple && insn->it;
+  insn->run = operations[alu][masked ? MASKED_BY_IT : set_flags][operand];
+  if (masked) {
+    insn->kind |= MASKED;
+    insn->a = insn->it < 0xE0 ? insn->it >> 4 & 1 : 0; /* 15 counts as always, too */
   }
+  writes_d(insn);
 }
 
 void choose_alu16(Insn *insn, enum Alu alu, enum Operand operand) {
-  choose_alu(insn, alu, operand, true);
-  insn->run_in_it = operations[alu][false][operand];
+  choose_alu(insn, alu, operand, !insn->it);
 }

@@ -1,193 +1,191 @@
-/* Accesses to the I2C block's registers at their exact time (cpu/bus.py is the same for all blocks). */
-#include <stdlib.h>
-
+/* Accesses to registers, at their exact time. */
 #include "bus.h"
-#include "i2c.h"
 
-typedef __int128 Wide;
+#include <string.h>
 
-Bus *bus_create(Core *core) {
-  Bus *bus = calloc(1, sizeof(Bus));
-  Waiting *waiting = waiting_create();
-  Nvic *nvic = calloc(1, sizeof(Nvic));
-  if (!bus || !waiting || !nvic) {
-    free(bus);
-    free(nvic);
-    free(waiting);
-    return NULL;
+#include "chip.h"
+
+#define OTG 0x50000000u
+#define OTG_SIZE 0x40000u
+#define PRIVATE 0xE0000000u
+#define PRIVATE_SIZE 0x100000u
+#define RAM_BITS 0x22000000u
+#define PERIPHERAL_BITS 0x42000000u
+#define STEADY_AFTER 1000 /* reads of a steady block without a write after which it is read like memory */
+
+static bool is_registers(uint32_t address) {
+  return address - PERIPHERALS < PERIPHERALS_SIZE || address - PRIVATE < PRIVATE_SIZE || address - OTG < OTG_SIZE;
+}
+
+/* The place of a bit of the peripherals' alias: a word for every bit (PM0214 2.2.5). */
+static bool is_peripheral_bit(uint32_t address, uint32_t *word, unsigned *bit) {
+  uint32_t offset = address - PERIPHERAL_BITS, byte = offset >> 5;
+  *word = PERIPHERALS + (byte & ~3u);
+  *bit = (byte & 3) * 8 + (offset >> 2 & 7);
+  return offset < 32 * PERIPHERALS_SIZE;
+}
+
+static bool is_ram_bit(uint32_t address, uint32_t *byte, unsigned *bit) {
+  uint32_t offset = address - RAM_BITS;
+  *byte = offset >> 5;
+  *bit = offset >> 2 & 7;
+  return offset < 32 * RAM_SIZE;
+}
+
+/* -- one access, now ------------------------------------------------------------------------------------- */
+
+static uint32_t load(Chip *chip, Block *block, uint32_t address, unsigned size, int64_t *until_ps) {
+  if (block) {
+    return block_read(block, address - block->base, size, until_ps);
   }
-  bus->core = core;
-  bus->waiting = waiting;
-  bus->nvic = nvic;
-  core->bus = bus;
-  return bus;
+  chip->until_ps = ALREADY_PS;
+  uint32_t value = chip->host.read(chip->now_ps, address, size);
+  *until_ps = chip->until_ps;
+  return value;
 }
 
-void bus_destroy(Bus *bus) {
-  free(bus->waiting);
-  free(bus->nvic);
-  free(bus);
-}
-
-Nvic *bus_nvic(Bus *bus) { return bus->nvic; }
-
-void bus_fire_by(Bus *bus, bool (*fire)(int64_t now_ps)) { bus->fire = fire; }
-
-void bus_attach_i2c(Bus *bus, I2c *i2c, uint32_t base) {
-  bus->i2c = i2c;
-  bus->i2c_base = base;
-}
-
-int64_t bus_now_ps(const Bus *bus) {
-  Wide count = bus->count + (int64_t)bus->core->counter - 1;
-  return bus->origin_ps + (int64_t)((count * bus->num + bus->extra) / bus->den);
-}
-
-int64_t bus_time_after_ps(const Bus *bus, int cycles) {
-  Wide count = bus->count + (int64_t)bus->core->counter;
-  return bus->origin_ps + (int64_t)((count * bus->num + bus->extra + (Wide)cycles * bus->cycle) / bus->den);
-}
-
-void bus_spend(Bus *bus, int cycles) {
-  Wide extra = bus->extra + (Wide)cycles * bus->cycle;
-  bus->origin_ps += (int64_t)(extra / bus->den);
-  bus->extra = (int64_t)(extra % bus->den);
-}
-
-int64_t bus_position(const Bus *bus, int64_t at_ps) {
-  Wide wanted = (Wide)(at_ps - bus->origin_ps) * bus->den - bus->extra;
-  Wide quotient = wanted / bus->num;
-  return (int64_t)(quotient + (wanted % bus->num > 0));
-}
-
-/* The I2C block, if the access is one that it can answer alone, now. */
-static I2c *block_at(const Bus *bus, uint32_t address, unsigned size, int64_t *now_ps) {
-  I2c *i2c = bus->i2c;
-  if (!i2c || address - bus->i2c_base >= I2C_SIZE || size != 4 || !i2c->alone) {
-    return NULL;
+static void store(Chip *chip, Block *block, uint32_t address, unsigned size, uint32_t value) {
+  if (block) {
+    block_write(block, address - block->base, size, value);
+  } else {
+    chip->host.write(chip->now_ps, address, size, value);
   }
-  *now_ps = bus_now_ps(bus);
-  return *now_ps < bus->end_ps ? i2c : NULL; /* else something is due first */
 }
 
-bool bus_read(Bus *bus, uint32_t address, unsigned size, uint32_t *value) {
-  int64_t now_ps, until_ps;
-  I2c *i2c = block_at(bus, address, size, &now_ps);
-  uint32_t offset = address % I2C_SIZE;
-  if (!i2c || !i2c_readable(offset)) {
-    return false;
-  }
-  i2c_settle(i2c, now_ps);
-  *value = i2c_read(i2c, offset, now_ps, &until_ps);
-  if (until_ps < 0) {
-    waiting_disturb(bus);
-  } else if (waiting_polled(bus, bus->count + (int64_t)bus->core->counter, address, now_ps, until_ps)) {
-    now_ps = bus_now_ps(bus);
-    i2c_settle(i2c, now_ps);
-    *value = i2c_read(i2c, offset, now_ps, &until_ps);
-  }
-  return true;
+static void flip_ram_bit(Chip *chip, uint32_t byte, unsigned bit, uint32_t value) {
+  uint8_t *place = chip->ram + byte;
+  *place = (uint8_t)((*place & ~(1u << bit)) | (value & 1) << bit);
+  core_note_stores(&chip->core, RAM_BASE + byte, 1);
 }
 
-uint32_t bus_look(Bus *bus, const Window *window, uint32_t address, unsigned size) {
-  uint32_t offset = address - window->base;
-  int64_t begun = bus->count + (int64_t)bus->core->counter, now_ps = bus_now_ps(bus);
-  uint64_t value = window->look(now_ps, offset, size);
-  if (bus->until_ps < 0) {
-    waiting_disturb(bus);
-  } else if (waiting_polled(bus, begun, address, now_ps, bus->until_ps)) {
-    value = window->look(bus_now_ps(bus), offset, size);
-  }
-  return (uint32_t)value;
-}
-
-void bus_put(Bus *bus, const Window *window, uint32_t address, unsigned size, uint32_t value) {
-  if (!bus->comparing) { /* else Python says whether the write changes anything */
-    waiting_disturb(bus);
-  }
-  window->put(bus_now_ps(bus), address - window->base, size, value);
-}
-
-bool bus_write(Bus *bus, uint32_t address, unsigned size, uint32_t value) {
-  int64_t now_ps;
-  I2c *i2c = block_at(bus, address, size, &now_ps);
-  uint32_t offset = address % I2C_SIZE;
-  if (!i2c || !i2c_writable(i2c, offset, value)) {
-    return false;
-  }
-  waiting_disturb(bus);
-  i2c_settle(i2c, now_ps);
-  i2c_write(i2c, offset, value, now_ps);
-  return true;
-}
-
-void bus_set_limit(Bus *bus) {
-  Core *core = bus->core;
-  int64_t left = bus_position(bus, bus->end_ps) - bus->count;
-  bus->end = bus->count + left;
-  uint64_t limit = left < 0 ? 0 : (uint64_t)left;
-  limit = limit < core->wanted ? limit : core->wanted;
-  core->limit = limit > core->counter ? limit : core->counter;
-}
-
-/* Whether the run has come to an event of the clock, which can be carried out here. */
-static bool is_due(const Bus *bus) {
-  int64_t now_ps = bus_time_after_ps(bus, 0);
-  bool may_be_idle = bus->skips && bus->core->counter >= LONG && bus->accesses == bus->looked;
-  return bus->fire && now_ps >= bus->end_ps && now_ps < bus->at_ps && !may_be_idle;
-}
-
-/* It is carried out, as between runs; false if the run is to end. */
-static bool fired(Bus *bus) {
-  Core *core = bus->core;
-  int64_t now_ps = bus_time_after_ps(bus, 0);
-  bus->count += (int64_t)core->counter;
-  core->counter = core->limit = 0;
-  core->wanted = LOOK;
-  bus->looked = bus->accesses;
-  core->pc = core->r[15];
-  return bus->fire(now_ps);
-}
-
-/* Whether the instructions may go on: nothing is to be taken, or it has been. */
-static bool taken(Bus *bus) {
-  Core *core = bus->core;
-  bus->nvic->changed = 0;
-  if (!nvic_any_ready(bus->nvic) || exceptions_enter(bus)) {
+bool bus_load(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
+  int64_t until_ps;
+  const uint8_t *bytes = core_bytes_at(&chip->core, address, size);
+  *value = 0;
+  if (bytes) {
+    memcpy(value, bytes, size);
     return true;
   }
-  bool masked = core->primask | core->basepri | core->faultmask; /* unmasking must be noticed */
-  return !masked && !exceptions_pending(bus);
+  if (!is_registers(address)) {
+    return false;
+  }
+  *value = load(chip, chip_block_at(chip, address), address, size, &until_ps);
+  return true;
 }
 
-bool bus_goes_on(Bus *bus) {
-  Core *core = bus->core;
-  bool changed = bus->nvic->changed;
-  if (core->must_stop || !bus->nvic->alone) {
+bool bus_store(Chip *chip, uint32_t address, unsigned size, uint32_t value) {
+  if (address - RAM_BASE <= RAM_SIZE - size) {
+    memcpy(chip->ram + (address - RAM_BASE), &value, size);
+    core_note_stores(&chip->core, address, size);
+    return true;
+  }
+  if (!is_registers(address)) {
     return false;
   }
-  if (core->stop == STOP_EXCEPTION_RETURN) {
-    if (!exceptions_leave(bus)) {
-      return false;
-    }
-    core->stop = STOP_SLICE;
-  } else if (core->stop != STOP_SLICE || !(is_due(bus) ? fired(bus) : changed)) {
-    return false;
-  }
-  waiting_forget(bus);
-  if (core->must_stop || !taken(bus)) {
-    core->limit = core->counter;
-    return false;
-  }
-  bus_set_limit(bus);
-  if (core->counter < core->limit && !in_handler(core)) {
-    idle_skip(bus);
-  }
-  return core->stop == STOP_SLICE && !core->must_stop && (core->counter < core->limit || is_due(bus));
+  store(chip, chip_block_at(chip, address), address, size, value);
+  return true;
 }
 
-bool bus_take_exception(Bus *bus) {
-  bus->core->counter = 0;
-  bus->core->r[15] = bus->core->pc;
-  return exceptions_enter(bus);
+/* -- the core's accesses --------------------------------------------------------------------------------- */
+
+/* It is the time of the access in flight, and everything due by now has happened. */
+static void arrive(Chip *chip) {
+  chip->now_ps = timeline_ps(&chip->timeline, (int64_t)chip->core.counter - 1);
+  if (chip->due_ps <= chip->now_ps || chip->host_next_ps <= chip->now_ps) {
+    chip_settle(chip);
+  }
+}
+
+static void depart(Chip *chip) {
+  bool sooner = chip->next_ps < chip->machine.end_ps || chip->host_next_ps < chip->machine.end_ps;
+  if (sooner || chip->nvic.changed || chip->must_stop || chip->machine.reset_reason || chip->machine.halting) {
+    machine_end_in_time(chip);
+  }
+}
+
+static bool read_bit(Chip *chip, uint32_t address, uint32_t *value) {
+  uint32_t place;
+  unsigned bit;
+  int64_t until_ps;
+  if (is_ram_bit(address, &place, &bit)) {
+    *value = chip->ram[place] >> bit & 1;
+    return true;
+  }
+  if (!is_peripheral_bit(address, &place, &bit)) {
+    return false;
+  }
+  waiting_disturb(chip);
+  arrive(chip);
+  *value = load(chip, chip_block_at(chip, place), place, 4, &until_ps) >> bit & 1;
+  depart(chip);
+  return true;
+}
+
+static bool write_bit(Chip *chip, uint32_t address, uint32_t value) {
+  uint32_t place;
+  unsigned bit;
+  int64_t until_ps;
+  if (is_ram_bit(address, &place, &bit)) {
+    waiting_disturb(chip);
+    flip_ram_bit(chip, place, bit, value);
+    return true;
+  }
+  if (!is_peripheral_bit(address, &place, &bit)) {
+    return false;
+  }
+  waiting_disturb(chip);
+  arrive(chip);
+  Block *block = chip_block_at(chip, place);
+  uint32_t old = load(chip, block, place, 4, &until_ps);
+  store(chip, block, place, 4, (old & ~(1u << bit)) | (value & 1) << bit);
+  depart(chip);
+  return true;
+}
+
+bool bus_read(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
+  int64_t until_ps;
+  Block *block = chip_block_at(chip, address);
+  if (block && block->steady && ++block->looks > STEADY_AFTER && block->clocked && block_knows(block, address)) {
+    *value = block->type->peek(block, (address - block->base) & ~3u) >> 8 * (address & 3);
+    *value &= size == 4 ? WORD : (1u << 8 * size) - 1;
+    return true;
+  }
+  if (!is_registers(address)) {
+    return read_bit(chip, address, value);
+  }
+  arrive(chip);
+  *value = load(chip, block, address, size, &until_ps);
+  depart(chip);
+  if (until_ps < 0) {
+    waiting_disturb(chip);
+  } else if (waiting_polled(chip, address, until_ps)) {
+    arrive(chip);
+    *value = load(chip, block, address, size, &until_ps);
+    depart(chip);
+  }
+  return true;
+}
+
+/* Loops that show a state write the same to a register all the time. */
+static bool changes_nothing(const Block *block, uint32_t address, unsigned size, uint32_t value) {
+  uint32_t shift = 8 * (address & 3), mask = size == 4 ? WORD : ((1u << 8 * size) - 1) << shift;
+  return block && block->clocked && block_knows(block, address) && block->type->changes_nothing &&
+         block->type->changes_nothing(block, (address - block->base) & ~3u, value << shift & mask, mask);
+}
+
+bool bus_write(Chip *chip, uint32_t address, unsigned size, uint32_t value) {
+  if (!is_registers(address)) {
+    return write_bit(chip, address, value);
+  }
+  Block *block = chip_block_at(chip, address);
+  if (!chip->waiting.comparing || !changes_nothing(block, address, size, value)) {
+    waiting_disturb(chip);
+  }
+  if (block) {
+    block->looks = 0;
+  }
+  arrive(chip);
+  store(chip, block, address, size, value);
+  depart(chip);
+  return true;
 }

@@ -1,93 +1,82 @@
-/* Registers that are reached without Python: time, waiting, and the I2C block. */
+/* The bus matrix: accesses of the core, of bit-band aliases and of DMA to everything that is not memory (RM0368
+ * section 2), and waiting loops, which such accesses tell.
+ */
 #ifndef FCU_BUS_H
 #define FCU_BUS_H
 
+#include "block.h"
 #include "core.h"
-#include "nvic.h"
 
-#define NEVER_PS ((int64_t)1 << 62) /* as in emulator/clock.py */
+/* -- bus.c: false where nothing answers ------------------------------------------------------------------ */
 
-#define I2C_SIZE 0x400u
-#define IDLE_PLACES 256
-/* When cpu/idle_loops.py looks for a loop: so many instructions after an event, or at one, after so many
- * without an access. */
-#define LOOK 20000
-#define LONG 2000
+/* The core reads or writes an address outside of its memories; aligned. */
+bool bus_read(Chip *chip, uint32_t address, unsigned size, uint32_t *value);
+bool bus_write(Chip *chip, uint32_t address, unsigned size, uint32_t value);
+/* Somebody else does so, now: DMA, a debugger. */
+bool bus_load(Chip *chip, uint32_t address, unsigned size, uint32_t *value);
+bool bus_store(Chip *chip, uint32_t address, unsigned size, uint32_t value);
 
-typedef struct I2c I2c;
-typedef struct Waiting Waiting;
+/* -- waiting.c: loops that poll registers ---------------------------------------------------------------- */
 
-/* What native_bus.py sees comes first, in this order: cpu/timeline.py, cpu/slice.py, cpu/waiting.py. */
-typedef struct Bus {
-  int64_t count, origin_ps, num, den, extra; /* Timeline; extra is smaller than den */
-  int64_t cycle;                             /* likewise: what a cycle adds to extra */
-  int64_t end, end_ps, at_ps, until_ps;      /* Slice */
-  int64_t accesses, skipped, comparing;      /* Waiting; the last one: how many passages are kept */
-  int64_t skips;                             /* whether waiting is skipped at all */
-  Core *core;
-  Nvic *nvic;
-  int64_t looked;               /* accesses when the instructions after the latest event began */
-  bool (*fire)(int64_t now_ps); /* carries out what the clock has for now; false: the run is to end */
-  I2c *i2c; /* NULL, or the block at i2c_base */
-  uint32_t i2c_base;
-  Waiting *waiting;
+#define WAITING_INTERESTING 3 /* reads of a register after which it is worth comparing states */
+#define WAITING_VAIN 50       /* passages in vain, one after another, after which it is not */
+#define WAITING_PAUSE 2000    /* reads without comparing then */
+#define WAITING_PASSAGES 64
+#define WAITING_LOGGED 128    /* changes of RAM */
+#define WAITING_POLLED 256    /* registers; a power of 2 */
+
+typedef struct {
+  uint8_t state[CORE_STATE_SIZE];
+  int64_t position, accesses;
+  uint32_t logged;
+} Passage;
+
+typedef struct {
+  int64_t accesses;   /* that were made so far, of any kind */
+  int64_t skipped;    /* instructions that were counted instead of being executed */
+  int64_t enabled;
+  int64_t comparing;  /* how many passages are kept */
+  int64_t valid_ps;
+  uint32_t logged;
   struct {
-    uint32_t address, period;
-  } idle[IDLE_PLACES];
-} Bus;
+    uint32_t address, old;
+  } log[WAITING_LOGGED];
+  struct {
+    uint32_t address;
+    int32_t interest;
+  } polled[WAITING_POLLED];
+  Passage passages[WAITING_PASSAGES];
+} Waiting;
 
-Bus *bus_create(Core *core);
-void bus_destroy(Bus *bus);
-/* The time of the access in flight. */
-int64_t bus_now_ps(const Bus *bus);
-/* The time behind the instructions executed so far, and so many cycles more. */
-int64_t bus_time_after_ps(const Bus *bus, int cycles);
-/* Cycles in which no instruction is executed. */
-void bus_spend(Bus *bus, int cycles);
-/* The value of count from which on the time is at_ps or later. */
-int64_t bus_position(const Bus *bus, int64_t at_ps);
-
-/* Accesses that need nobody else; false, and nothing has happened, for all others. */
-bool bus_read(Bus *bus, uint32_t address, unsigned size, uint32_t *value);
-bool bus_write(Bus *bus, uint32_t address, unsigned size, uint32_t value);
-
-/* The run may be longer or shorter than it was meant to be, because time has been spent. */
-void bus_set_limit(Bus *bus);
-/* A run has ended: whether it goes on, because what it met has been dealt with. */
-bool bus_goes_on(Bus *bus);
-
-/* Everything else of a window whose callback wants the time. */
-uint32_t bus_look(Bus *bus, const Window *window, uint32_t address, unsigned size);
-void bus_put(Bus *bus, const Window *window, uint32_t address, unsigned size, uint32_t value);
-
-/* -- exceptions.c: false, and nothing has changed, where somebody else has to --------------------------- */
-
-/* Enter the most urgent exception, if one may preempt; between instructions. */
-bool exceptions_enter(Bus *bus);
-/* Whether one may preempt. */
-bool exceptions_pending(const Bus *bus);
-/* The same between runs. */
-bool bus_take_exception(Bus *bus);
-/* PC has been loaded with an EXC_RETURN value. */
-bool exceptions_leave(Bus *bus);
-
-/* -- idle.c --------------------------------------------------------------------------------------------- */
-
-/* If PC is in a loop that is known, and that only repeats itself: go to the end of the run. */
-void idle_skip(Bus *bus);
-void idle_add(Bus *bus, uint32_t address, uint32_t period);
-
-/* -- waiting.c ------------------------------------------------------------------------------------------ */
-
-Waiting *waiting_create(void);
-void waiting_disturb(Bus *bus);
-void waiting_forget(Bus *bus);
+/* An access that is no mere look at a register. */
+void waiting_disturb(Chip *chip);
+/* Something has happened that the next iteration need not repeat. */
+void waiting_forget(Chip *chip);
 /* From now on changes of RAM are noted; whether there was none that has remained. */
-void waiting_watch(Bus *bus);
-bool waiting_nothing_changed(const Bus *bus);
-/* True: the register is to be read again, because it is later now. */
-bool waiting_polled(Bus *bus, int64_t position, uint32_t address, int64_t now_ps, int64_t until_ps);
+void waiting_watch(Chip *chip);
+bool waiting_nothing_changed(const Chip *chip);
+/* A register has been read, which will be the same until until_ps. True: it is later now, read it again. */
+bool waiting_polled(Chip *chip, uint32_t address, int64_t until_ps);
 /* A word of RAM is about to change, while passages are kept. */
-void waiting_log(Waiting *waiting, uint32_t address, uint32_t old);
+void waiting_log(Chip *chip, uint32_t address, uint32_t old);
+
+/* -- idle.c: loops that poll variables ------------------------------------------------------------------- */
+
+#define IDLE_PLACES 1024 /* instructions in known loops; a power of 2 */
+
+typedef struct {
+  struct {
+    uint32_t address;
+    uint16_t period; /* instructions of an iteration; 0: none is known */
+    uint16_t vain;   /* iterations, one after another, that have repeated nothing */
+  } places[IDLE_PLACES];
+  int64_t next_look, accesses, not_before;
+  uint32_t suspect; /* the address of an instruction in a loop to be looked at; 1: none */
+  int32_t failures;
+} Idle;
+
+void idle_create(Chip *chip);
+/* Execute or skip up to so many instructions. */
+void idle_execute(Chip *chip, int64_t instructions);
 
 #endif

@@ -1,83 +1,84 @@
 /* Branches, IT, SVC, BKPT (ARMv7-M ARM A5.2.5, A5.2.6, A5.3.4). imm: the target of a branch. */
-#include "branch.h"
+#include "control.h"
+
 #include "system.h"
 
 /* -- branches ------------------------------------------------------------------------------------------- */
 
-static void b(Core *core, const Insn *insn) { execute_at(core, insn->imm); }
+/* A link stands after each branch for what follows it, and after that one for its target (blocks.h). */
+#define FOLLOWING insn[1].next
+#define TARGET insn[2].next
+
+OPERATION(b) { TAIL enter(core, TARGET, budget); }
 
 /* Every other condition (A7.3.1); the ones between are their opposites. */
-typedef bool Condition(const Core *core);
+INLINE bool is_eq(const Core *core) { return core->z == 0; }
+INLINE bool is_cs(const Core *core) { return core->c; }
+INLINE bool is_mi(const Core *core) { return core->n >> 31; }
+INLINE bool is_vs(const Core *core) { return core->v >> 31; }
+INLINE bool is_hi(const Core *core) { return core->c && core->z != 0; }
+INLINE bool is_ge(const Core *core) { return !((core->n ^ core->v) >> 31); }
+INLINE bool is_gt(const Core *core) { return core->z != 0 && is_ge(core); }
 
-static inline bool is_eq(const Core *core) { return core->z == 0; }
-static inline bool is_cs(const Core *core) { return core->c; }
-static inline bool is_mi(const Core *core) { return core->n >> 31; }
-static inline bool is_vs(const Core *core) { return core->v; }
-static inline bool is_hi(const Core *core) { return core->c && core->z != 0; }
-static inline bool is_ge(const Core *core) { return core->n >> 31 == core->v; }
-static inline bool is_gt(const Core *core) { return core->z != 0 && core->n >> 31 == core->v; }
+#define EACH_CONDITION(DEFINE)                                                                           \
+  DEFINE(eq, is_eq(core)) DEFINE(ne, !is_eq(core)) DEFINE(cs, is_cs(core)) DEFINE(cc, !is_cs(core))      \
+  DEFINE(mi, is_mi(core)) DEFINE(pl, !is_mi(core)) DEFINE(vs, is_vs(core)) DEFINE(vc, !is_vs(core))      \
+  DEFINE(hi, is_hi(core)) DEFINE(ls, !is_hi(core)) DEFINE(ge, is_ge(core)) DEFINE(lt, !is_ge(core))      \
+  DEFINE(gt, is_gt(core)) DEFINE(le, !is_gt(core))
 
-#define DEFINE_BRANCH(name, condition)                                         \
-  static void name(Core *core, const Insn *insn) {                             \
-    if (condition) {                                                           \
-      execute_at(core, insn->imm);                                             \
-    } else {                                                                   \
-      execute_next(core, insn);                                                \
-    }                                                                          \
+#define DEFINE_BRANCH(name, condition)                                                                   \
+  OPERATION(b##name) {                                                                                   \
+    if (condition) {                                                                                     \
+      TAIL enter(core, TARGET, budget);                                                                  \
+    }                                                                                                    \
+    TAIL enter(core, FOLLOWING, budget);                                                                 \
   }
-DEFINE_BRANCH(beq, is_eq(core))
-DEFINE_BRANCH(bne, !is_eq(core))
-DEFINE_BRANCH(bcs, is_cs(core))
-DEFINE_BRANCH(bcc, !is_cs(core))
-DEFINE_BRANCH(bmi, is_mi(core))
-DEFINE_BRANCH(bpl, !is_mi(core))
-DEFINE_BRANCH(bvs, is_vs(core))
-DEFINE_BRANCH(bvc, !is_vs(core))
-DEFINE_BRANCH(bhi, is_hi(core))
-DEFINE_BRANCH(bls, !is_hi(core))
-DEFINE_BRANCH(bge, is_ge(core))
-DEFINE_BRANCH(blt, !is_ge(core))
-DEFINE_BRANCH(bgt, is_gt(core))
-DEFINE_BRANCH(ble, !is_gt(core))
+EACH_CONDITION(DEFINE_BRANCH)
 
-static const Operation branches[14] = {beq, bne, bcs, bcc, bmi, bpl, bvs, bvc, bhi, bls, bge, blt, bgt, ble};
+#define BRANCH(name, condition) b##name,
+static const Operation branches[14] = {EACH_CONDITION(BRANCH)};
 
-static void bl(Core *core, const Insn *insn) {
-  core->r[14] = core->r[15] | 1;
-  execute_at(core, insn->imm);
+OPERATION(bl) {
+  core->r[14] = insn[1].address | 1;
+  TAIL enter(core, TARGET, budget);
 }
 
-static void bx(Core *core, const Insn *insn) { branch_exchange(core, core->r[insn->m]); }
+OPERATION(bx) {
+  const Insn *next = exchange(core, core->r[insn->m]);
+  TAIL enter(core, next, budget);
+}
 
 /* PC has bit 0 clear: there is no ARM state to go to. */
-static void bx_pc(Core *core, const Insn *insn) { branch_exchange(core, insn->imm); }
+OPERATION(bx_pc) {
+  const Insn *next = exchange(core, insn->imm);
+  TAIL enter(core, next, budget);
+}
 
 /* BLXWritePC (A2.3.1) knows no exception return. */
-static void blx(Core *core, const Insn *insn) {
-  uint32_t target = core->r[insn->m];
-  core->r[14] = core->r[15] | 1;
-  branch_interworking(core, target);
+OPERATION(blx) {
+  const Insn *next = interworking(core, core->r[insn->m]);
+  core->r[14] = insn[1].address | 1;
+  TAIL enter(core, next, budget);
 }
 
-static void cbz(Core *core, const Insn *insn) {
+OPERATION(cbz) {
   if (core->r[insn->n] == 0) {
-    execute_at(core, insn->imm);
-  } else {
-    execute_next(core, insn);
+    TAIL enter(core, TARGET, budget);
   }
+  TAIL enter(core, FOLLOWING, budget);
 }
 
-static void cbnz(Core *core, const Insn *insn) {
+OPERATION(cbnz) {
   if (core->r[insn->n] != 0) {
-    execute_at(core, insn->imm);
-  } else {
-    execute_next(core, insn);
+    TAIL enter(core, TARGET, budget);
   }
+  TAIL enter(core, FOLLOWING, budget);
 }
 
 static bool decode_branch(Operation run, uint32_t target, Insn *insn) {
   insn->run = run;
   insn->imm = target;
+  insn->kind |= ENDS | LINKS;
   return true;
 }
 
@@ -85,87 +86,59 @@ static bool decode_exchange(uint32_t address, uint16_t first, Insn *insn) {
   bool links = bits(first, 7, 7);
   insn->m = bits(first, 6, 3);
   insn->imm = address + 4;
+  insn->kind |= ENDS;
   insn->run = links ? blx : insn->m == 15 ? bx_pc : bx;
   return bits(first, 2, 0) == 0;
 }
 
+/* -- IT: whoever puts blocks together makes an instruction of its block conditional. One that is not executed
+ * takes no time: it is not counted, though it was ------------------------------------------------------- */
+
+#define DEFINE_UNLESS(name, condition)                                                                   \
+  OPERATION(unless_##name) {                                                                             \
+    if (condition) {                                                                                     \
+      NEXT;                                                                                              \
+    }                                                                                                    \
+    insn += insn->by;                                                                                    \
+    TAIL insn->run(core, insn, budget + 1);                                                              \
+  }
+EACH_CONDITION(DEFINE_UNLESS)
+
+#define UNLESS(name, condition) unless_##name,
+
+Operation unless(unsigned condition) {
+  static const Operation operations[14] = {EACH_CONDITION(UNLESS)};
+  return condition < 14 ? operations[condition] : no_operation;
+}
+
+#define DEFINE_MASK(name) COMPUTATION(mask_##name, core->mask = -(uint32_t)is_##name(core))
+DEFINE_MASK(eq)
+DEFINE_MASK(cs)
+DEFINE_MASK(mi)
+DEFINE_MASK(vs)
+DEFINE_MASK(hi)
+DEFINE_MASK(ge)
+DEFINE_MASK(gt)
+COMPUTATION(mask_al, core->mask = -1u)
+
+Operation set_mask(unsigned condition) {
+  static const Operation operations[] = {mask_eq, mask_cs, mask_mi, mask_vs, mask_hi, mask_ge, mask_gt, mask_al};
+  return operations[condition >> 1];
+}
+
+/* A7.7.38. In another IT block it is UNPREDICTABLE. */
+static bool decode_it(uint32_t itstate, Insn *insn) {
+  insn->run = no_operation;
+  insn->imm = itstate;
+  insn->kind |= IS_IT;
+  return !insn->it;
+}
+
 /* -- others --------------------------------------------------------------------------------------------- */
 
-/* imm: ITSTATE of each instruction of the block, a byte each, the first one's lowest. */
+OPERATION(svc) { stop_after(core, insn, budget, STOP_SVC); }
 
-/* The rest of the block where an instruction is yet to be decoded, or somebody asks to see each of them. */
-static void it_carefully(Core *core, uint32_t states, uint32_t pc) {
-  core->itstate = states & 0xFF;
-  core->r[15] = pc;
-  core_it_block(core);
-}
-
-__attribute__((always_inline)) static inline void it_block(Core *core, const Insn *insn,
-                                                           Condition *condition) {
-  uint64_t ahead = core->ahead;
-  uint32_t states = insn->imm, pc = core->r[15];
-  if (UNLIKELY(core->code_hook != NULL)) {
-    it_carefully(core, states, pc);
-    return;
-  }
-  core->ahead = 0;
-  do {
-    insn += insn->size / 2;
-    if (UNLIKELY(!insn->run)) {
-      it_carefully(core, states, pc);
-      return;
-    }
-    pc += insn->size;
-    if (condition(core) != (states >> 4 & 1) || insn->always) { /* bit 4 inverts the condition */
-      core->counter++;
-      core->r[15] = pc;
-      core->itstate = states & 0xFF;
-      insn->run_in_it(core, insn);
-      if (UNLIKELY(core->r[15] != pc || core->stop != STOP_SLICE)) {
-        core_it_left(core, ahead);
-        return;
-      }
-    }
-    states >>= 8;
-  } while (states);
-  core->r[15] = pc;
-  core->itstate = 0;
-  core->ahead = ahead < core->limit ? ahead : core->limit; /* which may have changed */
-  execute_next(core, insn);
-}
-
-#define DEFINE_IT(name)                                                        \
-  static void it_##name(Core *core, const Insn *insn) { it_block(core, insn, is_##name); }
-DEFINE_IT(eq)
-DEFINE_IT(cs)
-DEFINE_IT(mi)
-DEFINE_IT(vs)
-DEFINE_IT(hi)
-DEFINE_IT(ge)
-DEFINE_IT(gt)
-
-/* There is no opposite of always. */
-static void it_al(Core *core, const Insn *insn) { it_carefully(core, insn->imm, core->r[15]); }
-
-/* UNPREDICTABLE (A7.7.38). */
-static void it_in_it(Core *core, const Insn *insn) { stop_on(core, insn, STOP_UNDEFINED); }
-
-static bool decode_it(uint32_t itstate, Insn *insn) {
-  static const Operation operations[8] = {it_eq, it_cs, it_mi, it_vs, it_hi, it_ge, it_gt, it_al};
-  insn->run = operations[itstate >> 5];
-  insn->run_in_it = it_in_it;
-  for (unsigned shift = 0; itstate; shift += 8, itstate = it_advance(itstate)) {
-    insn->imm |= itstate << shift;
-  }
-  return true;
-}
-
-static void svc(Core *core, const Insn *insn) {
-  (void)insn;
-  stop_behind(core, STOP_SVC);
-}
-
-static void bkpt(Core *core, const Insn *insn) { stop_on(core, insn, STOP_BKPT); }
+OPERATION(bkpt) { stop_on(core, insn, budget, STOP_BKPT); }
 
 /* 1011: what is neither data processing nor PUSH and POP. */
 static bool decode_miscellaneous(uint32_t address, uint16_t first, Insn *insn) {
@@ -180,7 +153,7 @@ static bool decode_miscellaneous(uint32_t address, uint16_t first, Insn *insn) {
   switch (first >> 8) {
   case 0xBE:
     insn->run = bkpt;
-    insn->always = true;
+    insn->kind |= ENDS | ALWAYS;
     return true;
   case 0xBF:
     if (bits(first, 3, 0) == 0) {
@@ -201,6 +174,7 @@ bool decode_control16(uint32_t address, uint16_t first, Insn *insn) {
       return decode_branch(branches[condition], address + 4 + 2 * (uint32_t)sign_extend(first, 8), insn);
     }
     insn->run = svc;
+    insn->kind |= ENDS;
     return condition == 15; /* 14: UDF */
   case 0xE: return decode_branch(b, address + 4 + 2 * (uint32_t)sign_extend(first, 11), insn);
   default: return false;

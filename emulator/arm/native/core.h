@@ -1,7 +1,8 @@
 /* A Cortex-M4F that executes instructions: state, and what the files of this folder need of each other.
  *
- * Each instruction is decoded once, into an Insn with the function that executes it. The functions are the
- * operations of ARMv7-M ARM chapter A7; exceptions are entered and left by whoever calls core_run().
+ * Each instruction is decoded once, into an Insn with the function that executes it, and stands in a block of
+ * those that follow it. The functions are the operations of ARMv7-M ARM chapter A7; exceptions are entered and
+ * left by machine.c.
  */
 #ifndef FCU_CORE_H
 #define FCU_CORE_H
@@ -15,31 +16,51 @@
 
 typedef struct Core Core;
 typedef struct Insn Insn;
-typedef struct Bus Bus;
-typedef void (*Operation)(Core *core, const Insn *insn);
+typedef struct Blocks Blocks;
+typedef struct Chip Chip;
+/* budget: how many instructions may still be begun after the block under way (chain.h). */
+typedef void (*Operation)(Core *core, const Insn *insn, int32_t budget);
 
-/* A decoded instruction; what the fields mean is told where it is decoded. */
+/* A decoded instruction, or a step between two of them (blocks.h). What the fields mean is said where it is
+ * decoded. */
 struct Insn {
-  Operation run;       /* NULL: not decoded yet */
-  Operation run_in_it; /* the same inside an IT block, where most 16-bit instructions leave the flags alone */
-  uint32_t imm;
-  uint8_t d, n, m, a;  /* registers */
-  uint8_t size;        /* 2 or 4 bytes */
-  uint8_t shift, by;   /* SRType (A7.4.2) as enum Shift, and the distance 0..32 */
-  uint8_t flags;       /* of the operation's own choice */
-  bool place;          /* the run ends in front of it */
-  bool always;         /* executed in an IT block whatever the condition */
+  Operation run;
+  union {
+    struct {
+      uint32_t imm;
+      uint8_t d, n, m, a; /* registers */
+    };
+    const Insn *next;     /* of links: where the block goes on */
+    const uint8_t *bytes; /* of loads from a fixed address: what is there */
+  };
+  uint32_t address;
+  uint8_t by;   /* mostly the distance of a shift, 0..32 */
+  uint8_t left; /* instructions from this one to the end of the block, it included */
+  uint8_t it;   /* ITSTATE while it is executed; 0 outside of IT blocks */
+  uint8_t kind; /* enum Kind */
 };
 
-enum Shift { LSL, LSR, ASR, ROR, RRX };
+/* What whoever puts blocks together has to know of an instruction, set where it is decoded. */
+enum Kind {
+  MASKED = 1,     /* of an IT block: does nothing unless core->mask, with bits a inverted, has all bits set */
+  ENDS = 2,       /* writes PC or ends the run, or may */
+  LINKS = 4,      /* a branch to the address imm */
+  ALWAYS = 8,     /* executed in an IT block whatever the condition */
+  IS_IT = 16,     /* imm: the ITSTATE that it begins */
+  READS_PC = 32,  /* where the manual says UNPREDICTABLE */
+  WRITES_SP = 64, /* or PC: d is 13 or 15, whose lowest bits are to be cleared afterwards (B1.4.1) */
+  LITERAL = 128,  /* a load of the word at the address imm to d */
+};
 
-/* Why core_run() has returned; the numbers are known to native_engine.py. */
+enum Shift { LSL, LSR, ASR, ROR, RRX }; /* SRType (A7.4.2) */
+
+/* Why core_execute() has returned; the numbers are known to bare_core.py. */
 enum Stop {
   STOP_SLICE,     /* as many instructions as were asked for, or cut short */
-  STOP_PLACE,     /* in front of an instruction that was asked for */
-  STOP_WFI,       /* behind the instruction */
-  STOP_WFE,       /* behind the instruction */
-  STOP_SVC,       /* behind the instruction */
+  STOP_PLACE,     /* before an instruction that was asked for */
+  STOP_WFI,       /* after the instruction */
+  STOP_WFE,       /* after the instruction */
+  STOP_SVC,       /* after the instruction */
   STOP_BKPT,      /* on the instruction */
   STOP_EXCEPTION_RETURN, /* an EXC_RETURN value has been loaded into PC in Handler mode */
   STOP_UNDEFINED, /* on the instruction, as all of the following */
@@ -50,60 +71,57 @@ enum Stop {
   STOP_FETCH,     /* nothing executable there; the caller knows whether it is marked execute-never */
   STOP_READ,
   STOP_WRITE,
-  STOP_REFUSED,   /* a hook has refused the instruction, and knows why */
 };
 
-enum SlowStores { STORES_ARE_HOOKED = 1, STORES_ARE_LOGGED = 2, STORES_CHANGE_CODE = 4 };
+enum SlowStores { STORES_ARE_LOOKED_AT = 1, STORES_ARE_LOGGED = 2, STORES_CHANGE_CODE = 4 };
 
-typedef uint64_t (*ReadCallback)(void *context, uint64_t offset, unsigned size, void *unused);
-typedef uint64_t (*LookCallback)(int64_t now_ps, uint32_t offset, uint32_t size);
-typedef void (*PutCallback)(int64_t now_ps, uint32_t offset, uint32_t size, uint32_t value);
-typedef void (*WriteCallback)(void *context, uint64_t offset, unsigned size, uint64_t value, void *unused);
-typedef void (*CodeHook)(uint32_t address);
-typedef void (*MemoryHook)(uint32_t address, unsigned size, bool is_write);
-
-#define WINDOWS 24
 #define MEMORIES 4
+#define FLASH_BASE 0x08000000u
+#define FLASH_SIZE 0x40000u
+#define SYSTEM_BASE 0x1FFF0000u
+#define SYSTEM_SIZE 0x10000u
 #define RAM_BASE 0x20000000u
 #define RAM_SIZE 0x10000u
-#define PAGE_BITS 10
 
 /* Flash, its alias at 0, RAM, system memory: bytes of our own, decoded where executed. */
 typedef struct {
   uint32_t base, size;
   uint8_t *bytes;
-  Insn *insns; /* one for each half-word; made when first executed */
+  uint32_t *heads; /* for each half-word the block that begins there, as a distance in bytes; 0: none yet */
+  uint8_t *marks;  /* for each half-word: enum Mark */
   bool writable;
 } Memory;
 
-/* Accesses to a range of the address space that call. image: reads take from it instead; it may be NULL. */
-typedef struct {
-  uint32_t base, size;
-  ReadCallback read;
-  WriteCallback write;
-  LookCallback look; /* these are called instead where the time is known; NULL if they are not wanted */
-  PutCallback put;
-  const uint8_t *image;
-} Window;
-
 struct Core {
-  /* What native_engine.py sees, in this order. */
   uint64_t counter; /* instructions begun in this run, the one in flight included */
   uint64_t limit;   /* the last one to be executed */
-  uint32_t pc;      /* where the run begins, and where it has ended */
   uint32_t thumb;   /* EPSR.T */
   uint32_t stop;    /* enum Stop */
   uint32_t fault_address;
   uint32_t passing; /* the address of a place that is executed all the same */
-  uint32_t ram_is_code; /* until it is, the first instruction in RAM ends the run with STOP_FETCH */
-  uint32_t must_stop; /* the run under way has been cut for a reason that is not known here */
+  uint32_t fpu_on;      /* CPACR lets floating-point instructions be executed */
+  uint32_t div_0_trp;   /* CCR.DIV_0_TRP */
+  uint32_t unalign_trp; /* CCR.UNALIGN_TRP */
 
-  uint64_t wanted;  /* the limit that the run was begun with */
-  uint64_t ahead;   /* as long as counter is less, an operation executes the next instruction, too */
+  uint64_t end;     /* counter and budget of the chain under way, together (chain.h) */
+  uint64_t bound;   /* what end may be at most */
+  const Insn *insns;    /* where all blocks are */
+  const Insn *unlinked; /* the link that has just been left because nothing was there yet; or NULL */
+  uint8_t *ram;
+  const uint8_t *constants; /* flash */
+  /* Offsets below which loads and stores are plain ones (access.h); 0 where all have to be looked at. */
+  uint32_t plain_loads, plain_stores, plain_constants;
+  uint32_t mask;        /* all bits or none: whether the condition of the IT block under way holds */
+  uint32_t slow_stores; /* why stores have to be looked at: enum SlowStores */
   /* From here to fpscr is what a program's course depends on, besides memory: CORE_STATE_SIZE bytes. */
   uint32_t r[16];   /* r[13]: the SP in use; r[15]: address of the next instruction */
-  uint32_t n, z;    /* N is bit 31 of n; Z is set when z is 0 */
-  uint32_t c, v;    /* 0 or 1 */
+  union {
+    struct {
+      uint32_t z, c; /* Z is set when z is 0; c is 0 or 1 */
+    };
+    uint64_t zc;     /* both: a sum of 33 bits (hosts are little-endian, as the chip is) */
+  };
+  uint32_t n, v;    /* N and V are their bits 31 */
   uint32_t q, ge;   /* 0 or 1; four bits */
   uint32_t itstate; /* 0 outside of IT blocks */
   uint32_t ipsr;
@@ -112,126 +130,67 @@ struct Core {
   uint32_t s[32];
   uint32_t fpscr;
   uint32_t exclusive, exclusive_address, exclusive_value; /* the local monitor (A3.4.1) */
-  uint32_t slow_stores; /* why stores have to be looked at: enum SlowStores */
-  Bus *bus;         /* NULL, or what answers some accesses without a callback */
-  uint8_t *ram;
+  Chip *chip;       /* what answers accesses to registers */
+  Blocks *blocks;
   Memory code;      /* that of the instructions in execution */
-  Insn apart[3];    /* an instruction, and nothing behind it */
   Memory memory[MEMORIES];
-  Window window[WINDOWS];
-  uint32_t windows;
-  uint8_t stored[RAM_SIZE >> PAGE_BITS]; /* pages of RAM that were ever stored to */
-  uint32_t stored_known; /* of these, how many were told of */
-  uint8_t decoded[RAM_SIZE >> PAGE_BITS]; /* pages of RAM in which something was executed */
-  /* Hooks make everything slower; NULL where there is none. */
-  CodeHook code_hook;
-  MemoryHook memory_hook;
-  uint32_t code_begin, code_end, data_begin, data_end; /* where they call; the last address is included */
+  uint32_t watches; /* loads and stores from data_begin to data_end are reported to chip_accessed() */
+  uint32_t data_begin, data_end; /* the last address is included */
 };
 
 #define CORE_STATE_SIZE (offsetof(Core, exclusive) - offsetof(Core, r))
 
 /* -- run.c ---------------------------------------------------------------------------------------------- */
 
-/* Execute until counter reaches limit; core->stop tells why it ended. An IT block is never divided. */
-void core_run(Core *core);
-/* The same from r[15] on, without what stands around it. */
+/* Execute from r[15] on until counter reaches limit; core->stop says why it ended. */
 void core_execute(Core *core);
-/* The rest of the IT block that core->itstate speaks of, from PC on. It is executed as a whole (A7.3).
- * Instructions whose condition fails take no time: the reference engine counts so, too. The state of one
- * that was not executed remains. */
-void core_it_block(Core *core);
-/* An instruction of an IT block has changed PC, or ended the run. ahead: its value in front of the block. */
-void core_it_left(Core *core, uint64_t ahead);
-/* The next instruction cannot be executed because it would not be Thumb. */
-void core_invalid_state(Core *core);
+/* In an access or an instruction that ends a chain: the run ends after so many instructions. */
+static inline void core_limit(Core *core, uint64_t limit) { core->limit = limit; }
+/* Whether an exception is pending, which another PRIMASK, BASEPRI or FAULTMASK may let in; it has become another. */
+bool core_exception_waits(const Core *core);
+void core_masks_changed(Core *core);
+/* SEV. */
+void core_send_event(Core *core);
+
+/* -- blocks.c ------------------------------------------------------------------------------------------- */
+
 /* Decode again what is executed in so many bytes. */
 void core_forget_code(Core *core, uint32_t address, uint32_t size);
-/* Whether runs end with STOP_PLACE in front of these instructions. */
+/* Everything is decoded anew. */
+void core_forget_all_code(Core *core);
+/* Whether runs end with STOP_PLACE before these instructions. */
 void core_set_places(Core *core, const uint32_t *addresses, uint32_t count, bool on);
 
-/* The run ends in front of this instruction, for a reason. Not after a change of PC. */
-static inline void stop_on(Core *core, const Insn *insn, enum Stop why) {
-  core->r[15] -= insn->size;
-  core->stop = why;
-  core->limit = core->counter;
-}
+/* -- memory.c: at the exact counter and PC (chain.h, look_outside) --------------------------------------- */
 
-/* The run ends behind this instruction. */
-static inline void stop_behind(Core *core, enum Stop why) {
-  core->stop = why;
-  core->limit = core->counter;
-}
-
-/* -- one instruction after another ---------------------------------------------------------------------- */
-
-/* Most operations execute the next instruction themselves, instead of returning to the loop: a processor
- * predicts where a call goes by the place it is made from, and badly if all are made from one (it took 1.5
- * times as long). It is the last thing they do, which makes it a jump in optimised code; where it is a call,
- * core->ahead bounds the depth. An operation that may have ended the run, or changed limit or code, returns
- * instead, or has made ahead 0 before, as all accesses do that are not plain ones to RAM. */
-static inline void execute(Core *core, const Insn *insn) {
-  if (LIKELY(core->counter < core->ahead && insn->run)) {
-    core->counter++;
-    core->r[15] += insn->size;
-    insn->run(core, insn);
-  }
-}
-
-/* The one behind insn. */
-static inline void execute_next(Core *core, const Insn *insn) { execute(core, insn + insn->size / 2); }
-
-/* The one at target, and PC goes there. */
-static inline void execute_at(Core *core, uint32_t target) {
-  uint32_t offset = target - core->code.base;
-  core->r[15] = target;
-  if (LIKELY(offset < core->code.size)) {
-    execute(core, &core->code.insns[offset >> 1]);
-  }
-}
-
-/* -- memory.c: false if there is nothing, and then the run has been stopped on the instruction ---------- */
-
-/* size is 1, 2 or 4; *value is zero-extended. Unaligned addresses are read as the bus does, in pieces.
- * Constants beside the code are read like RAM; behind all else ahead is 0: who answers may change it all. */
-bool memory_read_elsewhere(Core *core, const Insn *insn, uint32_t address, unsigned size, uint32_t *value);
-bool memory_write_elsewhere(Core *core, const Insn *insn, uint32_t address, unsigned size, uint32_t value);
-/* Whether words of RAM that change are told to core->bus (waiting_log). */
+/* False if there is nothing, and then the run has been stopped on the instruction. size is 1, 2 or 4; *value is
+ * zero-extended. Unaligned addresses are read as the bus does, in pieces. Who answers may change limit and
+ * code. */
+bool memory_read(Core *core, uint32_t address, unsigned size, uint32_t *value);
+bool memory_write(Core *core, uint32_t address, unsigned size, uint32_t value);
+/* LDM, STM, LDRD, STRD and their floating-point kin fault at an address that is not a multiple of 4, whatever CCR
+ * says (A3.2.1); false: this one has. */
+bool memory_is_aligned(Core *core, uint32_t address);
+/* Bytes of RAM have been stored by somebody else. */
+void core_note_stores(Core *core, uint32_t address, uint32_t size);
+/* size bytes of memory; NULL if they are elsewhere. */
+const uint8_t *core_bytes_at(const Core *core, uint32_t address, uint32_t size);
+/* Report loads and stores from begin to end, or no more: all of them are slower meanwhile. */
+void core_watch_memory(Core *core, bool on, uint32_t begin, uint32_t end);
+/* CCR.UNALIGN_TRP. */
+void core_trap_unaligned(Core *core, bool on);
+/* Whether words of RAM that change are reported to waiting_log(). */
 void core_log_stores(Core *core, bool on);
-
-/* The usual cases at once. Loads and stores of all instructions go through these six. */
-#define DEFINE_ACCESS(bits, type)                                                                        \
-  static inline bool load##bits(Core *core, const Insn *insn, uint32_t address, uint32_t *value) {       \
-    uint32_t offset = address - RAM_BASE;                                                                \
-    if (LIKELY(offset <= RAM_SIZE - sizeof(type) && !core->memory_hook)) {                               \
-      type data;                                                                                         \
-      __builtin_memcpy(&data, core->ram + offset, sizeof data);                                          \
-      *value = data;                                                                                     \
-      return true;                                                                                       \
-    }                                                                                                    \
-    return memory_read_elsewhere(core, insn, address, sizeof(type), value);                              \
-  }                                                                                                      \
-  static inline bool store##bits(Core *core, const Insn *insn, uint32_t address, uint32_t value) {       \
-    uint32_t offset = address - RAM_BASE;                                                                \
-    uint32_t page = offset >> PAGE_BITS;                                                                 \
-    if (LIKELY(offset <= RAM_SIZE - sizeof(type) && !core->slow_stores)) {                               \
-      type data = (type)value;                                                                           \
-      __builtin_memcpy(core->ram + offset, &data, sizeof data);                                          \
-      core->stored[page] = 1;                                                                            \
-      core->stored[(offset + sizeof(type) - 1) >> PAGE_BITS] = 1;                                        \
-      return true;                                                                                       \
-    }                                                                                                    \
-    return memory_write_elsewhere(core, insn, address, sizeof(type), value);                             \
-  }
-DEFINE_ACCESS(8, uint8_t)
-DEFINE_ACCESS(16, uint16_t)
-DEFINE_ACCESS(32, uint32_t)
+/* After a change of what makes loads and stores slow. */
+void core_choose_plain(Core *core);
 
 /* -- create.c ------------------------------------------------------------------------------------------- */
 
-/* Flash (shown at 0, too), RAM and system memory are the caller's; NULL if there is no memory for it. */
-Core *core_create(uint8_t *flash, uint32_t flash_size, uint8_t *ram, uint8_t *system, uint32_t system_size);
+/* Flash (shown at 0, too), RAM and system memory are the chip's; false if there is no memory for what is decoded. */
+bool core_create(Core *core, Chip *chip, uint8_t *flash, uint8_t *ram, uint8_t *system);
 void core_destroy(Core *core);
+/* All registers 0. */
+void core_reset(Core *core);
 
 /* -- state.c -------------------------------------------------------------------------------------------- */
 
@@ -253,7 +212,7 @@ static inline bool in_handler(const Core *core) { return core->ipsr != 0; }
 
 /* -- decode: false if there is no such instruction (the caller makes it UNDEFINED) ---------------------- */
 
-/* address is that of the instruction; insn->size is set, all else is 0. decode.c chooses among the others. */
+/* address is that of the instruction; insn->it is set, all else is 0. decode.c chooses among the others. */
 bool decode16(uint32_t address, uint16_t first, Insn *insn);
 bool decode32(uint32_t address, uint16_t first, uint16_t second, Insn *insn);
 bool decode_data16(uint32_t address, uint16_t first, Insn *insn);
@@ -263,6 +222,9 @@ bool decode_memory32(uint32_t address, uint16_t first, uint16_t second, Insn *in
 bool decode_control16(uint32_t address, uint16_t first, Insn *insn);
 bool decode_control32(uint32_t address, uint16_t first, uint16_t second, Insn *insn);
 bool decode_dsp(uint16_t first, uint16_t second, Insn *insn);
+/* While CPACR does not let them be executed, the instructions of the FPU are what no_coprocessor() does. */
+bool is_floating_point(uint16_t first, uint16_t second);
+void no_coprocessor(Core *core, const Insn *insn, int32_t budget);
 bool decode_vfp(uint32_t address, uint16_t first, uint16_t second, Insn *insn);
 
 /* -- small things of the pseudocode --------------------------------------------------------------------- */

@@ -13,17 +13,17 @@
     }                                                                   \
     not_zero                                                            \
   }                                                                     \
-  static void name##_register(Core *core, const Insn *insn) {           \
+  OPERATION(name##_register) {                                          \
     uint32_t carry;                                                     \
     core->r[insn->d] = name(core, insn, &carry);                        \
-    execute_next(core, insn);                                           \
+    NEXT;                                           \
   }                                                                     \
-  static void name##s_register(Core *core, const Insn *insn) {          \
+  OPERATION(name##s_register) {                                         \
     uint32_t carry, result = name(core, insn, &carry);                  \
     core->r[insn->d] = result;                                          \
     core->c = carry;                                                    \
     set_nz(core, result);                                               \
-    execute_next(core, insn);                                           \
+    NEXT;                                           \
   }
 #define AT_MOST_33(by) ((by) < 33 ? (by) : 33)
 
@@ -48,49 +48,51 @@ DEFINE_SHIFT(ror, {
   return result;
 })
 
-static void mul(Core *core, const Insn *insn) {
+OPERATION(mul) {
   core->r[insn->d] = core->r[insn->n] * core->r[insn->m];
-  execute_next(core, insn);
+  NEXT;
 }
-static void muls(Core *core, const Insn *insn) {
+OPERATION(muls) {
   uint32_t result = core->r[insn->n] * core->r[insn->m];
   core->r[insn->d] = result;
   set_nz(core, result);
-  execute_next(core, insn);
+  NEXT;
 }
 
-static void sxth(Core *core, const Insn *insn) {
+OPERATION(sxth) {
   core->r[insn->d] = (uint32_t)(int16_t)core->r[insn->m];
-  execute_next(core, insn);
+  NEXT;
 }
-static void sxtb(Core *core, const Insn *insn) {
+OPERATION(sxtb) {
   core->r[insn->d] = (uint32_t)(int8_t)core->r[insn->m];
-  execute_next(core, insn);
+  NEXT;
 }
-static void uxth(Core *core, const Insn *insn) {
+OPERATION(uxth) {
   core->r[insn->d] = (uint16_t)core->r[insn->m];
-  execute_next(core, insn);
+  NEXT;
 }
-static void uxtb(Core *core, const Insn *insn) {
+OPERATION(uxtb) {
   core->r[insn->d] = (uint8_t)core->r[insn->m];
-  execute_next(core, insn);
+  NEXT;
 }
 
-static void rev(Core *core, const Insn *insn) {
+OPERATION(rev) {
   core->r[insn->d] = __builtin_bswap32(core->r[insn->m]);
-  execute_next(core, insn);
+  NEXT;
 }
-static void rev16(Core *core, const Insn *insn) {
+OPERATION(rev16) {
   core->r[insn->d] = rotate_right(__builtin_bswap32(core->r[insn->m]), 16);
+  NEXT;
 }
-static void revsh(Core *core, const Insn *insn) {
+OPERATION(revsh) {
   core->r[insn->d] = (uint32_t)(int16_t)__builtin_bswap16((uint16_t)core->r[insn->m]);
+  NEXT;
 }
 
 /* Also SUB SP, SP, #imm, where imm is negative. */
-static void add_sp(Core *core, const Insn *insn) {
+OPERATION(add_sp) {
   core->r[13] = (core->r[13] + insn->imm) & ~3u;
-  execute_next(core, insn);
+  NEXT;
 }
 
 /* -- decoding ------------------------------------------------------------------------------------------- */
@@ -128,15 +130,15 @@ static void decode_registers(uint16_t first, Insn *insn) {
   insn->d = insn->n = bits(first, 2, 0);
   insn->m = bits(first, 5, 3);
   switch (opcode) {
-  case 2: insn->run = lsls_register, insn->run_in_it = lsl_register; break;
-  case 3: insn->run = lsrs_register, insn->run_in_it = lsr_register; break;
-  case 4: insn->run = asrs_register, insn->run_in_it = asr_register; break;
-  case 7: insn->run = rors_register, insn->run_in_it = ror_register; break;
+  case 2: insn->run = insn->it ? lsl_register : lsls_register; break;
+  case 3: insn->run = insn->it ? lsr_register : lsrs_register; break;
+  case 4: insn->run = insn->it ? asr_register : asrs_register; break;
+  case 7: insn->run = insn->it ? ror_register : rors_register; break;
   case 9: /* RSB Rd, Rn, #0 */
     insn->n = insn->m;
     choose_alu16(insn, RSB, CONSTANT);
     break;
-  case 13: insn->run = muls, insn->run_in_it = mul; break;
+  case 13: insn->run = insn->it ? mul : muls; break;
   default: choose_alu16(insn, alus[opcode], PLAIN);
   }
 }

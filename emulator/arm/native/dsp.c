@@ -8,8 +8,6 @@
 #define N core->r[insn->n]
 #define M core->r[insn->m]
 #define D core->r[insn->d]
-#define OPERATION(name) static void name(Core *core, const Insn *insn)
-#define INLINE static inline __attribute__((always_inline))
 
 /* -- shifts by a register (A7.4.2): by the lowest byte of m, and by 0 the carry stays ------------------- */
 
@@ -31,9 +29,9 @@ INLINE uint32_t shifted(Core *core, enum Shift type, uint32_t value, unsigned by
   }
   return result;
 }
-#define DEFINE_SHIFT(name, type)                                      \
-  OPERATION(name) { D = shifted(core, type, N, M & 0xFF, false); }    \
-  OPERATION(name##s) { D = shifted(core, type, N, M & 0xFF, true); }
+#define DEFINE_SHIFT(name, type)                                  \
+  COMPUTATION(name, D = shifted(core, type, N, M & 0xFF, false))  \
+  COMPUTATION(name##s, D = shifted(core, type, N, M & 0xFF, true))
 DEFINE_SHIFT(lsl, LSL)
 DEFINE_SHIFT(lsr, LSR)
 DEFINE_SHIFT(asr, ASR)
@@ -47,23 +45,25 @@ static uint32_t rotated(const Core *core, const Insn *insn) { return rotate_righ
 #define SXTH(word) ((uint32_t)(int16_t)(word))
 #define UXTB(word) ((uint32_t)(uint8_t)(word))
 #define UXTH(word) ((uint32_t)(uint16_t)(word))
-#define DEFINE_EXTENSION(name, added, extended)               \
-  OPERATION(name) { D = extended(rotated(core, insn)); }      \
-  OPERATION(added) { D = N + extended(rotated(core, insn)); }
+#define DEFINE_EXTENSION(name, added, extended)         \
+  COMPUTATION(name, D = extended(rotated(core, insn)))  \
+  COMPUTATION(added, D = N + extended(rotated(core, insn)))
 DEFINE_EXTENSION(sxtb, sxtab, SXTB)
 DEFINE_EXTENSION(sxth, sxtah, SXTH)
 DEFINE_EXTENSION(uxtb, uxtab, UXTB)
 DEFINE_EXTENSION(uxth, uxtah, UXTH)
 
 static uint32_t pair(uint32_t high, uint32_t low) { return high << 16 | (low & 0xFFFF); }
-#define DEFINE_EXTENSION_OF_TWO(name, added, extended)                           \
-  OPERATION(name) {                                                              \
-    uint32_t word = rotated(core, insn);                                         \
-    D = pair(extended(word >> 16), extended(word));                              \
-  }                                                                              \
-  OPERATION(added) {                                                             \
-    uint32_t word = rotated(core, insn);                                         \
-    D = pair((N >> 16) + extended(word >> 16), N + extended(word));              \
+#define DEFINE_EXTENSION_OF_TWO(name, added, extended)               \
+  OPERATION(name) {                                                  \
+    uint32_t word = rotated(core, insn);                             \
+    D = pair(extended(word >> 16), extended(word));                  \
+    NEXT;                                                            \
+  }                                                                  \
+  OPERATION(added) {                                                 \
+    uint32_t word = rotated(core, insn);                             \
+    D = pair((N >> 16) + extended(word >> 16), N + extended(word));  \
+    NEXT;                                                            \
   }
 DEFINE_EXTENSION_OF_TWO(sxtb16, sxtab16, SXTB)
 DEFINE_EXTENSION_OF_TWO(uxtb16, uxtab16, UXTB)
@@ -110,13 +110,13 @@ INLINE void parallel(Core *core, const Insn *insn, Lanes lanes, bool is_signed, 
   }
 }
 
-#define DEFINE_PARALLEL(letters, is_signed, kind)                                                           \
-  OPERATION(letters##add8) { parallel(core, insn, (Lanes){8, false, false, false}, is_signed, kind); }      \
-  OPERATION(letters##add16) { parallel(core, insn, (Lanes){16, false, false, false}, is_signed, kind); }    \
-  OPERATION(letters##asx) { parallel(core, insn, (Lanes){16, true, false, true}, is_signed, kind); }        \
-  OPERATION(letters##sub8) { parallel(core, insn, (Lanes){8, true, true, false}, is_signed, kind); }        \
-  OPERATION(letters##sub16) { parallel(core, insn, (Lanes){16, true, true, false}, is_signed, kind); }      \
-  OPERATION(letters##sax) { parallel(core, insn, (Lanes){16, false, true, true}, is_signed, kind); }
+#define DEFINE_PARALLEL(letters, is_signed, kind)                                                       \
+  COMPUTATION(letters##add8, parallel(core, insn, (Lanes){8, false, false, false}, is_signed, kind))    \
+  COMPUTATION(letters##add16, parallel(core, insn, (Lanes){16, false, false, false}, is_signed, kind))  \
+  COMPUTATION(letters##asx, parallel(core, insn, (Lanes){16, true, false, true}, is_signed, kind))      \
+  COMPUTATION(letters##sub8, parallel(core, insn, (Lanes){8, true, true, false}, is_signed, kind))      \
+  COMPUTATION(letters##sub16, parallel(core, insn, (Lanes){16, true, true, false}, is_signed, kind))    \
+  COMPUTATION(letters##sax, parallel(core, insn, (Lanes){16, false, true, true}, is_signed, kind))
 DEFINE_PARALLEL(s, true, MODULO)
 DEFINE_PARALLEL(q, true, SATURATED)
 DEFINE_PARALLEL(sh, true, HALVED)
@@ -125,8 +125,8 @@ DEFINE_PARALLEL(uq, false, SATURATED)
 DEFINE_PARALLEL(uh, false, HALVED)
 
 /* By bits 6:4 of the second half-word and of the first (A5.3.13, A5.3.14). */
-#define ROW(letters)                                     \
-  {letters##add8, letters##add16, letters##asx, NULL,    \
+#define ROW(letters)                                   \
+  {letters##add8, letters##add16, letters##asx, NULL,  \
    letters##sub8, letters##sub16, letters##sax, NULL}
 static const Operation PARALLEL[8][8] = {ROW(s), ROW(q), ROW(sh), {0}, ROW(u), ROW(uq), ROW(uh), {0}};
 
@@ -141,27 +141,29 @@ static int32_t saturated(Core *core, int64_t value) {
 }
 static int64_t as_signed(uint32_t word) { return (int32_t)word; }
 
-OPERATION(qadd) { D = (uint32_t)saturated(core, as_signed(M) + as_signed(N)); }
-OPERATION(qsub) { D = (uint32_t)saturated(core, as_signed(M) - as_signed(N)); }
-OPERATION(qdadd) { D = (uint32_t)saturated(core, as_signed(M) + saturated(core, 2 * as_signed(N))); }
-OPERATION(qdsub) { D = (uint32_t)saturated(core, as_signed(M) - saturated(core, 2 * as_signed(N))); }
+COMPUTATION(qadd, D = (uint32_t)saturated(core, as_signed(M) + as_signed(N)))
+COMPUTATION(qsub, D = (uint32_t)saturated(core, as_signed(M) - as_signed(N)))
+COMPUTATION(qdadd, D = (uint32_t)saturated(core, as_signed(M) + saturated(core, 2 * as_signed(N))))
+COMPUTATION(qdsub, D = (uint32_t)saturated(core, as_signed(M) - saturated(core, 2 * as_signed(N))))
 
-OPERATION(rev) { D = __builtin_bswap32(M); }
-OPERATION(rev16) { D = rotate_right(__builtin_bswap32(M), 16); }
-OPERATION(revsh) { D = SXTH(__builtin_bswap16((uint16_t)M)); }
+COMPUTATION(rev, D = __builtin_bswap32(M))
+COMPUTATION(rev16, D = rotate_right(__builtin_bswap32(M), 16))
+COMPUTATION(revsh, D = SXTH(__builtin_bswap16((uint16_t)M)))
 OPERATION(rbit) {
   uint32_t word = __builtin_bswap32(M);
   word = (word & 0x0F0F0F0F) << 4 | (word >> 4 & 0x0F0F0F0F);
   word = (word & 0x33333333) << 2 | (word >> 2 & 0x33333333);
   D = (word & 0x55555555) << 1 | (word >> 1 & 0x55555555);
+  NEXT;
 }
-OPERATION(clz) { D = M ? (uint32_t)__builtin_clz(M) : 32; }
+COMPUTATION(clz, D = M ? (uint32_t)__builtin_clz(M) : 32)
 OPERATION(sel) {
   uint32_t mask = 0;
   for (unsigned byte = 0; byte < 4; byte++) {
     mask |= core->ge >> byte & 1 ? 0xFFu << 8 * byte : 0;
   }
   D = (N & mask) | (M & ~mask);
+  NEXT;
 }
 
 /* By bits 5:4 of the first half-word and of the second. */
@@ -182,7 +184,11 @@ static Operation shift_or_extension(uint16_t first, uint16_t second, Insn *insn)
     return NULL;
   }
   insn->by = (uint8_t)(8 * bits(second, 5, 4));
-  return (insn->n == 15 ? EXTENSIONS : ADDED)[op1];
+  if (insn->n == 15) {
+    insn->n = 0;
+    return EXTENSIONS[op1];
+  }
+  return ADDED[op1];
 }
 
 bool decode_dsp(uint16_t first, uint16_t second, Insn *insn) {
@@ -199,6 +205,7 @@ bool decode_dsp(uint16_t first, uint16_t second, Insn *insn) {
   if (insn->a != 15) {
     return false;
   }
+  insn->a = 0;
   if (!(first & 0x80)) {
     insn->run = shift_or_extension(first, second, insn);
   } else if (!(second & 0x80)) {

@@ -1,7 +1,7 @@
 /* What multiply.c and dsp.c need of each other. */
 #ifndef FCU_DSP_H
 #define FCU_DSP_H
-#include "core.h"
+#include "chain.h"
 
 /* The fields n, m, d, a are set already. */
 bool decode_multiply(uint16_t first, uint16_t second, Insn *insn);

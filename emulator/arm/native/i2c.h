@@ -1,77 +1,70 @@
-/* An I2C block as bus master: peripherals/i2c_sequence.py, and of peripherals/i2c.py what is polled. */
+/* I2C1 to I2C3 (RM0368 section 18); i2c.c explains it. */
 #ifndef FCU_I2C_H
 #define FCU_I2C_H
 
-#include "bus.h"
+#include "target.h"
 
-enum { I2C_CR1 = 0x00, I2C_DR = 0x10, I2C_SR1 = 0x14, I2C_SR2 = 0x18 };
+#define I2C_BLOCKS 3
+#define I2C_PINS 2
+#define I2C_BYTES 64
+#define I2C_RECENT 8 /* as many as emulator/i2c.py keeps */
 
-/* What an address is answered with. */
-enum Answer { ANSWER_ACK, ANSWER_NACK, ANSWER_BUS_ERROR, ANSWER_ARBITRATION };
-
-/* What firmware did wrong. */
-enum Wrong { WRONG_DATA_LOST, WRONG_STOP_EARLY };
-
-/* The bytes on the wire, each called at its end (emulator/i2c_wire.py). */
+/* What lies between a start and a stop on the wire, as Python sees it, too. */
 typedef struct {
-  int32_t (*address)(int64_t now_ps, int32_t address, int64_t start_ps);
-  int32_t (*write)(int64_t now_ps, int32_t value); /* whether it was acknowledged */
+  int64_t open;
+  int64_t live; /* Python's side of the bus takes part: it has the message but for the bytes below */
+  int64_t start_ps, end_ps;
+  int64_t address, reading, target; /* target: its index, or -1 */
+  int64_t written, subaddress;      /* how many bytes were written, and the first of them */
+  int64_t count;                    /* received and not reported to Python yet */
+  uint8_t bytes[I2C_BYTES];
+} I2cMessage;
+
+/* Callbacks into Python: a byte on the wire, each at its end. While message.open is set they first make up for
+ * what C has done alone. */
+typedef struct {
+  int32_t (*start)(int64_t now_ps, int32_t address, int64_t start_ps); /* the address byte; enum Answer */
+  int32_t (*write)(int64_t now_ps, int32_t value);                    /* whether it was acknowledged */
+  /* The byte, and times 256 the number of bytes that are in chip->targets.foreseen. */
   int32_t (*read)(int64_t now_ps);
-  void (*stop)(int64_t now_ps);
-  void (*abort)(void);
-  int64_t (*released_ps)(int64_t now_ps); /* when a line that is held low is let go; 0 if none is */
-  void (*note)(int64_t now_ps, int32_t wrong);
-} Wire;
+  void (*stop)(int64_t now_ps, int64_t end_ps); /* the message ended at end_ps */
+  void (*abort)(int64_t now_ps);                /* the master lets go without a stop */
+  void (*ended)(int64_t now_ps); /* a message that C had alone is in recent[]; while chip->detailed */
+  int64_t (*released_ps)(int64_t now_ps);       /* when a line that is held low is let go; 0 if none is */
+  void (*set_speed)(int64_t now_ps, int64_t hz);
+} I2cCalls;
 
-/* What happens when the operation under way ends. */
-enum Then {
-  THEN_GO_ON,
-  THEN_STARTED,
-  THEN_STOPPED,
-  THEN_RELEASED,
-  THEN_ADDRESS_SENT,
-  THEN_SENT,
-  THEN_RECEIVED,
-};
+/* What Python sees of a bus, and tells. */
+typedef struct {
+  int64_t injected; /* faults: nothing is kept */
+  int64_t ended;    /* messages so far that C had alone */
+  I2cMessage message; /* under way */
+  I2cMessage recent[I2C_RECENT];
+  int8_t target_at[128]; /* by address; -1: no device, or one that C keeps nothing of */
+} I2cWire;
 
-/* What happens on the wire, or what the block waits for while it holds SCL low. */
-enum Phase { IDLE, BUSY_NOW, ADDRESS, ADDRESSED, SEND, FULL, ENDED };
+typedef struct {
+  Block block;
+  uint32_t cr1, cr2, oar1, oar2, sr1, sr2, dr, ccr, trise, fltr;
+  int32_t event;
+  uint8_t phase, then;
+  uint8_t watched;     /* an interrupt or DMA waits for flags */
+  uint8_t serving;     /* DMA requests are being made */
+  uint8_t checked;     /* the settings have been looked at since they changed */
+  uint8_t nack_next;   /* DMA has announced the last byte */
+  uint8_t waiting;     /* to be sent: DR holds a byte that the shift register has not taken yet */
+  uint8_t shift_full;  /* received: DR was not free for it */
+  uint8_t acknowledge; /* with POS: the answer to the next byte */
+  uint8_t shift;
+  uint8_t kept;        /* received bytes come from the target that C keeps */
+  uint32_t seen;       /* SR1 as last read */
+  int64_t bit_ps, byte_ps, start_ps;
+  int64_t speed_hz, shortest_ps;
+  PinFunction pins[I2C_PINS + 1];
+  I2cCalls calls;
+  I2cWire wire;
+} I2c;
 
-#define AHEAD 16
-
-/* Numbers are of 64 bits, so that native_i2c.py can see it without a thought to padding. */
-struct I2c {
-  int64_t control, status1, status2, data; /* CR1, SR1, SR2, DR */
-  int64_t due_ps;                          /* when the operation under way ends */
-  int64_t nack_next;                       /* DMA has announced the last byte */
-  int64_t seen;                            /* SR1 as last read */
-  int64_t alone;                           /* whether neither interrupts nor DMA nor faults need Python */
-  int64_t checked;                         /* whether the settings have been looked at since they changed */
-  int64_t may_be_held;                     /* whether released_ps is worth asking */
-  int64_t bit_ps, byte_ps;                 /* one period of SCL, and the nine of a byte */
-  int64_t told, taken;                     /* how many bytes Python has told ahead, how many were read, */
-  int64_t told_until_ps;                   /* and until when the device will send these */
-  uint8_t ahead[AHEAD];
-  int64_t then, phase;
-  int64_t shift, waiting, shift_full, acknowledge, start_ps;
-  Wire wire;
-};
-
-I2c *i2c_create(Wire wire);
-void i2c_reset(I2c *i2c);
-/* Carry out what was due by now. */
-void i2c_settle(I2c *i2c, int64_t now_ps);
-void i2c_request(I2c *i2c, int64_t control, int64_t now_ps);
-void i2c_clear_addr(I2c *i2c, int64_t now_ps);
-void i2c_write_data(I2c *i2c, int64_t value, int64_t now_ps);
-int64_t i2c_read_data(I2c *i2c, int64_t now_ps);
-
-/* -- i2c_registers.c: what can be done without Python --------------------------------------------------- */
-
-bool i2c_readable(uint32_t offset);
-/* *until_ps is when the register may read differently next; -1 if the read has a side effect. */
-uint32_t i2c_read(I2c *i2c, uint32_t offset, int64_t now_ps, int64_t *until_ps);
-bool i2c_writable(const I2c *i2c, uint32_t offset, uint32_t value);
-void i2c_write(I2c *i2c, uint32_t offset, uint32_t value, int64_t now_ps);
+void i2c_create(Chip *chip);
 
 #endif

@@ -1,60 +1,123 @@
-/* Loops that wait for a variable, when an exception has returned into one; cpu/idle_loops.py finds them.
+/* Loops that wait for a variable: HAL_Delay on its tick, while (!flag), while (1).
  *
- * An iteration is executed. If it leaves registers and RAM as they were, all that fit into the run are
- * counted. The first one after an interrupt often differs, because the variable has changed.
+ * They touch no register, so nothing comes by that could be looked at. Instead a run of instructions without any
+ * access is ended after a while, and looked at: is the core in a loop whose iteration is known? Then one
+ * iteration is executed. If it leaves all registers and RAM as they were, it will be repeated until the next event,
+ * and whole iterations are counted instead of being executed. What is known is found by single steps: from where
+ * such a run has ended until the core's state recurs.
+ *
+ * Decision: ends of runs. The road not taken, a look at every backward branch, costs every loop of the program.
  */
 #include <string.h>
 
 #include "bus.h"
+#include "chip.h"
 
-#define ITERATIONS 3
+#define LOOK 20000        /* instructions after which a run is ended to look */
+#define FARTHEST 100000000
+#define LONG 2000         /* instructions without an access after which a loop is suspected */
+#define LONGEST_LOOP 256  /* instructions of one iteration */
+#define PAUSE 1000000     /* instructions between a search in vain and the next; doubled with each */
+#define MOST_DOUBLINGS 5
+#define MOST_VAIN 100
+#define NOWHERE 1u        /* no address of an instruction */
 
-/* The period is kept for each address of the loop; a hash of the address finds it. */
-static uint32_t slot_of(uint32_t address) { return (address >> 1) % IDLE_PLACES; }
+static unsigned place_of(uint32_t address) { return (address >> 1) % IDLE_PLACES; }
 
-void idle_add(Bus *bus, uint32_t address, uint32_t period) {
-  uint32_t slot = slot_of(address);
-  bus->idle[slot].address = address;
-  bus->idle[slot].period = period;
+void idle_create(Chip *chip) {
+  memset(&chip->idle, 0, sizeof chip->idle);
+  chip->idle.next_look = LOOK;
+  chip->idle.suspect = NOWHERE;
 }
 
-/* How many instructions an iteration of the loop at PC has; 0 if none is known or the run ends before two. */
-static uint32_t period_here(const Bus *bus) {
-  const Core *core = bus->core;
-  uint32_t slot = slot_of(core->r[15]), period = bus->idle[slot].period;
-  bool known = bus->idle[slot].address == core->r[15] && period && bus->skips;
-  return known && core->limit >= core->counter + 2 * (uint64_t)period ? period : 0;
+static void know_loop(Idle *idle, const uint32_t *addresses, int count, int64_t period) {
+  for (int n = 0; n < count; n++) {
+    unsigned place = place_of(addresses[n]);
+    idle->places[place].address = addresses[n];
+    idle->places[place].period = (uint16_t)period;
+    idle->places[place].vain = 0;
+  }
 }
 
-/* Execute an iteration. False if more has happened. */
-static bool iterate(Bus *bus, uint32_t period, bool *same) {
-  Core *core = bus->core;
+/* Whether the core is as it was, and nothing was accessed since. */
+static bool recurs(const Chip *chip, const uint8_t *state, int64_t accesses) {
+  return chip->waiting.accesses == accesses && !chip->must_stop && waiting_nothing_changed(chip) &&
+         !memcmp(state, chip->core.r, CORE_STATE_SIZE);
+}
+
+/* Execute an iteration of a loop that is known, and skip its repetitions. */
+static void iterate(Chip *chip, unsigned place) {
+  Idle *idle = &chip->idle;
   uint8_t state[CORE_STATE_SIZE];
-  int64_t accesses = bus->accesses;
-  uint64_t end = core->counter + period;
-  memcpy(state, core->r, sizeof state);
-  waiting_watch(bus);
-  core->limit = end;
-  core_execute(core);
-  bool whole = core->stop == STOP_SLICE && core->counter == end && !core->must_stop &&
-               bus->accesses == accesses;
-  *same = whole && waiting_nothing_changed(bus) && !memcmp(state, core->r, sizeof state);
-  waiting_forget(bus);
-  return whole;
+  int64_t accesses = chip->waiting.accesses, period = idle->places[place].period;
+  memcpy(state, chip->core.r, sizeof state);
+  waiting_watch(chip);
+  bool whole = machine_run(chip, period) == STOP_SLICE && chip->machine.executed == period;
+  if (whole && recurs(chip, state, accesses)) {
+    int64_t skipped = (chip->machine.end - chip->timeline.count) / period * period;
+    chip->timeline.count += skipped;
+    chip->waiting.skipped += skipped;
+    idle->places[place].vain = 0;
+  } else if (++idle->places[place].vain > MOST_VAIN) {
+    idle->places[place].period = 0;
+  }
 }
 
-void idle_skip(Bus *bus) {
-  bool same = false, whole = true;
-  uint32_t period = 0;
-  for (int n = 0; n < ITERATIONS && whole && !same && (period = period_here(bus)); n++) {
-    whole = iterate(bus, period, &same);
-    if (same) {
-      int64_t skipped = (bus->end - bus->count - (int64_t)bus->core->counter) / period * period;
-      bus->count += skipped;
-      bus->skipped += skipped;
+/* Make steps until the state recurs: then the loop is known. */
+static void search(Chip *chip) {
+  Idle *idle = &chip->idle;
+  uint8_t state[CORE_STATE_SIZE];
+  uint32_t path[LONGEST_LOOP + 1], address = chip->core.r[15];
+  int64_t accesses = chip->waiting.accesses, begun = timeline_retired(&chip->timeline);
+  int length = 0;
+  idle->suspect = NOWHERE;
+  memcpy(state, chip->core.r, sizeof state);
+  waiting_watch(chip);
+  path[length++] = address;
+  for (int n = 0; n < LONGEST_LOOP && machine_step(chip) && chip->waiting.accesses == accesses; n++) {
+    if (chip->core.r[15] == address && recurs(chip, state, accesses)) {
+      know_loop(idle, path, length, timeline_retired(&chip->timeline) - begun);
+      idle->failures = 0;
+      return;
     }
-    if (whole) {
-      bus_set_limit(bus);
+    if (chip->core.r[15] == address) { /* an interrupt may have changed the first state */
+      memcpy(state, chip->core.r, sizeof state);
+      waiting_watch(chip);
+      begun = timeline_retired(&chip->timeline);
+      length = 0;
+    }
+    path[length++] = chip->core.r[15];
+  }
+  idle->not_before = timeline_retired(&chip->timeline) + ((int64_t)PAUSE << idle->failures);
+  idle->failures += idle->failures < MOST_DOUBLINGS;
+}
+
+/* Suspect a loop where nothing was accessed; look half as often as long as that goes on. */
+static void look(Chip *chip) {
+  Idle *idle = &chip->idle;
+  bool suspicious = chip->waiting.accesses == idle->accesses && chip->machine.executed >= LONG;
+  idle->accesses = chip->waiting.accesses;
+  idle->next_look = !suspicious ? LOOK : idle->next_look < FARTHEST ? 2 * idle->next_look : FARTHEST;
+  idle->suspect = suspicious ? chip->core.r[15] : NOWHERE;
+}
+
+void idle_execute(Chip *chip, int64_t instructions) {
+  Idle *idle = &chip->idle;
+  uint32_t address = chip->core.r[15];
+  unsigned place = place_of(address);
+  int64_t period = idle->places[place].address == address ? idle->places[place].period : 0;
+  bool may_search = timeline_retired(&chip->timeline) >= idle->not_before;
+  waiting_forget(chip);
+  if (!chip->waiting.enabled) {
+    machine_run(chip, instructions);
+  } else if (period && instructions >= 2 * period) {
+    iterate(chip, place);
+  } else if (address == idle->suspect && instructions > LONGEST_LOOP && may_search) {
+    search(chip);
+  } else {
+    int64_t most = instructions < idle->next_look ? instructions : idle->next_look;
+    if (machine_run(chip, most) == STOP_SLICE) {
+      look(chip);
     }
   }
 }

@@ -2,10 +2,8 @@
 #include "transfers.h"
 
 static bool decode_single(enum Transfer transfer, enum Form form, unsigned d, unsigned n, Insn *insn) {
-  insn->d = d;
-  insn->n = n;
-  insn->run = single_operation(transfer, form, d);
-  return true;
+  insn->n = (uint8_t)n;
+  return decode_transfer(transfer, form, d, insn);
 }
 
 bool decode_memory16(uint32_t address, uint16_t first, Insn *insn) {
@@ -14,7 +12,7 @@ bool decode_memory16(uint32_t address, uint16_t first, Insn *insn) {
   switch (first >> 12) {
   case 4: /* LDR (literal) */
     insn->imm = ((address + 4) & ~3u) + 4 * bits(first, 7, 0);
-    return decode_single(LDR, LITERAL, high, 0, insn);
+    return decode_single(LDR, LITERAL_FORM, high, 0, insn);
   case 5:
     insn->m = bits(first, 8, 6);
     return decode_single((enum Transfer)bits(first, 11, 9), REGISTER, low, middle, insn);

@@ -7,7 +7,8 @@ static bool decode_form(uint32_t address, uint16_t first, uint16_t second, Insn 
   bool pre = bits(second, 10, 10), add = bits(second, 9, 9), write_back = bits(second, 8, 8);
   insn->n = bits(first, 3, 0);
   if (insn->n == 15) {
-    *form = LITERAL;
+    *form = LITERAL_FORM;
+    insn->n = 0;
     insn->imm = bits(first, 7, 7) ? bits(second, 11, 0) : -bits(second, 11, 0);
     insn->imm += (address + 4) & ~3u;
   } else if (bits(first, 7, 7)) {
@@ -33,13 +34,14 @@ static bool decode_single(uint32_t address, uint16_t first, uint16_t second, Ins
   if (size == 3 || (sign_extended && (!load || word)) || !decode_form(address, first, second, insn, &form)) {
     return false;
   }
-  insn->d = second >> 12;
-  if (load && !word && insn->d == 15) { /* PLD, PLI and unallocated hints */
+  unsigned d = second >> 12;
+  if (load && !word && d == 15) { /* PLD, PLI and unallocated hints */
+    insn->n = 0;
     insn->run = no_operation;
     return form < PRE_INDEXED;
   }
-  insn->run = single_operation(transfers[size][load + sign_extended], form, insn->d);
-  return insn->run && !(load && !word && insn->d == 13); /* a byte in SP is UNPREDICTABLE */
+  bool known = decode_transfer(transfers[size][load + sign_extended], form, d, insn);
+  return known && !(load && !word && d == 13); /* a byte in SP is UNPREDICTABLE */
 }
 
 /* With P and W both 0, LDRD's encoding is that of the exclusives; U tells them apart (A5.3.6). */
@@ -49,11 +51,12 @@ static bool decode_dual_or_exclusive(uint32_t address, uint16_t first, uint16_t 
   unsigned n = bits(first, 3, 0);
   uint32_t distance = 4 * bits(second, 7, 0), imm = add ? distance : -distance;
   if (!pre && !write_back) {
-    return (add ? decode_exclusive_or_table : decode_exclusive_word)(load, n, second, insn);
+    return add ? decode_exclusive_or_table(address, load, n, second, insn)
+               : decode_exclusive_word(load, n, second, insn);
   }
   if (n == 15) {
     imm += (address + 4) & ~3u;
-    return load && !write_back && decode_dual(load, LITERAL, n, second, imm, insn);
+    return load && !write_back && decode_dual(load, LITERAL_FORM, n, second, imm, insn);
   }
   enum Form form = !write_back ? OFFSET : pre ? PRE_INDEXED : POST_INDEXED;
   return decode_dual(load, form, n, second, imm, insn);

@@ -1,8 +1,7 @@
 /* Multiplication and division (ARMv7-M ARM A5.3.16, A5.3.17).
  *
- * Fields: d, n, m, a as in the encoding; of 64-bit results d is RdHi and a is RdLo. flags tells which
- * half-words are taken: bit 1 the high one of n, bit 0 the high one of m; of the dual ones bit 0 tells
- * whether m is swapped.
+ * Fields: d, n, m, a as in the encoding; of 64-bit results d is RdHi and a is RdLo. by tells which half-words are
+ * taken: bit 1 the high one of n, bit 0 the high one of m; of the dual ones bit 0 tells whether m is swapped.
  */
 #include "dsp.h"
 
@@ -10,11 +9,10 @@
 #define M core->r[insn->m]
 #define A core->r[insn->a]
 #define D core->r[insn->d]
-#define OPERATION(name) static void name(Core *core, const Insn *insn)
 
 static int32_t half(uint32_t word, bool high) { return (int16_t)(high ? word >> 16 : word); }
-static int32_t half_of_n(const Core *core, const Insn *insn) { return half(N, insn->flags & 2); }
-static int32_t half_of_m(const Core *core, const Insn *insn) { return half(M, insn->flags & 1); }
+static int32_t half_of_n(const Core *core, const Insn *insn) { return half(N, insn->by & 2); }
+static int32_t half_of_m(const Core *core, const Insn *insn) { return half(M, insn->by & 1); }
 
 /* The low word of a sum; Q remembers that it was not all of it. */
 static void set_sum(Core *core, const Insn *insn, int64_t sum) {
@@ -30,40 +28,41 @@ static void set_long(Core *core, const Insn *insn, uint64_t result) {
 
 /* -- 32 bits -------------------------------------------------------------------------------------------- */
 
-OPERATION(mul) { D = N * M; }
-OPERATION(mla) { D = A + N * M; }
-OPERATION(mls) { D = A - N * M; }
+COMPUTATION(mul, D = N * M)
+COMPUTATION(mla, D = A + N * M)
+COMPUTATION(mls, D = A - N * M)
 
-OPERATION(smul_halves) { D = (uint32_t)(half_of_n(core, insn) * half_of_m(core, insn)); }
+COMPUTATION(smul_halves, D = (uint32_t)(half_of_n(core, insn) * half_of_m(core, insn)))
 OPERATION(smla_halves) {
   set_sum(core, insn, (int64_t)(int32_t)A + half_of_n(core, insn) * half_of_m(core, insn));
+  NEXT;
 }
 
 static int64_t word_by_half(const Core *core, const Insn *insn) {
   return (int64_t)(int32_t)N * half_of_m(core, insn) >> 16;
 }
-OPERATION(smulw) { D = (uint32_t)word_by_half(core, insn); }
-OPERATION(smlaw) { set_sum(core, insn, (int32_t)A + word_by_half(core, insn)); }
+COMPUTATION(smulw, D = (uint32_t)word_by_half(core, insn))
+COMPUTATION(smlaw, set_sum(core, insn, (int32_t)A + word_by_half(core, insn)))
 
 /* The products of the low and of the high half-words, added or subtracted. */
 static int64_t dual(const Core *core, const Insn *insn, bool subtract) {
-  uint32_t m = insn->flags & 1 ? rotate_right(M, 16) : M;
+  uint32_t m = insn->by & 1 ? rotate_right(M, 16) : M;
   int64_t low = half(N, false) * half(m, false), high = half(N, true) * half(m, true);
   return subtract ? low - high : low + high;
 }
-OPERATION(smuad) { set_sum(core, insn, dual(core, insn, false)); }
-OPERATION(smlad) { set_sum(core, insn, (int32_t)A + dual(core, insn, false)); }
-OPERATION(smusd) { set_sum(core, insn, dual(core, insn, true)); }
-OPERATION(smlsd) { set_sum(core, insn, (int32_t)A + dual(core, insn, true)); }
+COMPUTATION(smuad, set_sum(core, insn, dual(core, insn, false)))
+COMPUTATION(smlad, set_sum(core, insn, (int32_t)A + dual(core, insn, false)))
+COMPUTATION(smusd, set_sum(core, insn, dual(core, insn, true)))
+COMPUTATION(smlsd, set_sum(core, insn, (int32_t)A + dual(core, insn, true)))
 
-/* The high word of a product, or of an accumulator with it; rounded to nearest if flags is 1. */
+/* The high word of a product, or of an accumulator with it; rounded to nearest if by is 1. */
 static uint64_t product(const Core *core, const Insn *insn) {
   return (uint64_t)((int64_t)(int32_t)N * (int32_t)M);
 }
-static uint64_t rounding(const Insn *insn) { return (uint64_t)(insn->flags & 1) << 31; }
-OPERATION(smmul) { D = (uint32_t)((product(core, insn) + rounding(insn)) >> 32); }
-OPERATION(smmla) { D = (uint32_t)((((uint64_t)A << 32) + product(core, insn) + rounding(insn)) >> 32); }
-OPERATION(smmls) { D = (uint32_t)((((uint64_t)A << 32) - product(core, insn) + rounding(insn)) >> 32); }
+static uint64_t rounding(const Insn *insn) { return (uint64_t)(insn->by & 1) << 31; }
+COMPUTATION(smmul, D = (uint32_t)((product(core, insn) + rounding(insn)) >> 32))
+COMPUTATION(smmla, D = (uint32_t)((((uint64_t)A << 32) + product(core, insn) + rounding(insn)) >> 32))
+COMPUTATION(smmls, D = (uint32_t)((((uint64_t)A << 32) - product(core, insn) + rounding(insn)) >> 32))
 
 static uint32_t differences(const Core *core, const Insn *insn) {
   uint32_t sum = 0;
@@ -73,26 +72,37 @@ static uint32_t differences(const Core *core, const Insn *insn) {
   }
   return sum;
 }
-OPERATION(usad8) { D = differences(core, insn); }
-OPERATION(usada8) { D = A + differences(core, insn); }
+COMPUTATION(usad8, D = differences(core, insn))
+COMPUTATION(usada8, D = A + differences(core, insn))
 
 /* -- 64 bits -------------------------------------------------------------------------------------------- */
 
-OPERATION(smull) { set_long(core, insn, product(core, insn)); }
-OPERATION(umull) { set_long(core, insn, (uint64_t)N * M); }
-OPERATION(smlal) { set_long(core, insn, long_accumulator(core, insn) + product(core, insn)); }
-OPERATION(umlal) { set_long(core, insn, long_accumulator(core, insn) + (uint64_t)N * M); }
-OPERATION(umaal) { set_long(core, insn, (uint64_t)N * M + D + A); }
+COMPUTATION(smull, set_long(core, insn, product(core, insn)))
+COMPUTATION(umull, set_long(core, insn, (uint64_t)N * M))
+COMPUTATION(smlal, set_long(core, insn, long_accumulator(core, insn) + product(core, insn)))
+COMPUTATION(umlal, set_long(core, insn, long_accumulator(core, insn) + (uint64_t)N * M))
+COMPUTATION(umaal, set_long(core, insn, (uint64_t)N * M + D + A))
 OPERATION(smlal_halves) {
   int64_t product = half_of_n(core, insn) * half_of_m(core, insn);
   set_long(core, insn, long_accumulator(core, insn) + (uint64_t)product);
+  NEXT;
 }
-OPERATION(smlald) { set_long(core, insn, long_accumulator(core, insn) + (uint64_t)dual(core, insn, false)); }
-OPERATION(smlsld) { set_long(core, insn, long_accumulator(core, insn) + (uint64_t)dual(core, insn, true)); }
+COMPUTATION(smlald, set_long(core, insn, long_accumulator(core, insn) + (uint64_t)dual(core, insn, false)))
+COMPUTATION(smlsld, set_long(core, insn, long_accumulator(core, insn) + (uint64_t)dual(core, insn, true)))
 
 /* Division by zero gives 0; CCR.DIV_0_TRP is looked after by whoever calls core_run(). */
-OPERATION(udiv) { D = M ? N / M : 0; }
-OPERATION(sdiv) { D = M ? (uint32_t)((int64_t)(int32_t)N / (int32_t)M) : 0; }
+/* By 0 the quotient is 0, unless CCR.DIV_0_TRP makes it a fault. */
+#define DEFINE_DIVISION(name, quotient)                                                                  \
+  OPERATION(name) {                                                                                      \
+    if (UNLIKELY(M == 0 && core->div_0_trp)) {                                                           \
+      stop_on(core, insn, budget, STOP_DIVIDE_BY_ZERO);                                                  \
+      return;                                                                                            \
+    }                                                                                                    \
+    D = M ? quotient : 0;                                                                                \
+    NEXT;                                                                                                \
+  }
+DEFINE_DIVISION(udiv, N / M)
+DEFINE_DIVISION(sdiv, (uint32_t)((int64_t)(int32_t)N / (int32_t)M))
 
 /* -- decoding ------------------------------------------------------------------------------------------- */
 
@@ -130,12 +140,15 @@ static Operation multiply_long_or_divide(unsigned op1, unsigned op2) {
 
 bool decode_multiply(uint16_t first, uint16_t second, Insn *insn) {
   unsigned op1 = bits(first, 6, 4), op2 = bits(second, 7, 4);
-  insn->flags = op2 & 3;
+  insn->by = op2 & 3;
   if (first & 0x80) {
     insn->run = multiply_long_or_divide(op1, op2);
-    bool divides = op2 == 0xF;
-    return insn->run && (divides || can_be_written(insn->a));
+    if (op2 == 0xF) { /* divisions have no a */
+      insn->a = 0;
+    }
+    return insn->run && can_be_written(insn->a);
   }
   insn->run = op2 < 4 ? multiply(op1, op2, insn->a) : NULL;
+  insn->a = insn->a == 15 ? 0 : insn->a;
   return insn->run != NULL;
 }

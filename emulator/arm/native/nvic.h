@@ -1,4 +1,10 @@
-/* Which exceptions are enabled, pending and active: cpu/nvic.py; and what cpu/exceptions.py needs beside. */
+/* Which exceptions are enabled, pending and active, with which priority (ARMv7-M ARM B1.5 and B3.4).
+ *
+ * System exceptions and interrupts share one numbering, as in the vector table: 2 is NMI, 15 SysTick, interrupt
+ * n is exception 16 + n. An interrupt line is level sensitive (PM0214 4.3.9): a rising line makes the interrupt
+ * pending; one that is still active when the handler returns, or when software clears the pending bit, is
+ * pending again. A short pulse stays pending.
+ */
 #ifndef FCU_NVIC_H
 #define FCU_NVIC_H
 
@@ -6,39 +12,62 @@
 #include <stdint.h>
 
 #define EXCEPTIONS 101 /* 16 of the system, 85 interrupts (RM0368 table 38) */
+#define FIRST_INTERRUPT 16
 #define LOWEST 256     /* the priority of code that handles nothing; smaller is more urgent */
 
-/* All of 64 bits but the priorities; what native_nvic.py sees, in this order. */
+enum Exception {
+  RESET = 1,
+  NMI = 2,
+  HARD_FAULT = 3,
+  MEM_MANAGE = 4,
+  BUS_FAULT = 5,
+  USAGE_FAULT = 6,
+  SV_CALL = 11,
+  PEND_SV = 14,
+  SYS_TICK = 15,
+};
+
 typedef struct {
-  uint64_t pending[2], enabled[2], active[2], lines[2];
-  int64_t subpriority_bits;
-  int64_t changed, event, event_on_pending;
-  int64_t alone;         /* whether exceptions may be entered and left here */
-  int64_t vtor, align, may_sleep, base_return; /* VTOR, CCR.STKALIGN, SCR.SLEEPONEXIT, CCR.NONBASETHRDENA */
-  int64_t lowest, floating_area, thread_ps;    /* as in frames.py and exceptions.py */
+  uint64_t pending[2], enabled[2], active[2], lines[2]; /* bit = exception number */
+  int32_t subpriority_bits;
+  uint8_t changed;          /* something may be to be taken that was not before */
+  uint8_t event;            /* the event register, which WFE waits for (B1.5.18) */
+  uint8_t event_on_pending; /* SCR.SEVONPEND: whatever becomes pending is an event (B3.2.7) */
   int16_t priority[EXCEPTIONS];
 } Nvic;
 
+/* Nothing enabled, pending or active; lines that are active are seen anew when they rise. */
+void nvic_reset(Nvic *nvic);
 /* The pending and enabled exception to be taken first; 0 if there is none. */
 int nvic_most_urgent(const Nvic *nvic);
 /* The part of a priority that decides on preemption (B1.5.4). */
 int nvic_group(const Nvic *nvic, int priority);
 /* How urgent the present code is (B1.5.4, ExecutionPriority). */
 int nvic_level(const Nvic *nvic, bool primask, uint32_t basepri, bool faultmask);
-/* Both by the exception's number. */
+/* All by the exception's number. */
 void nvic_pend(Nvic *nvic, int number);
+void nvic_unpend(Nvic *nvic, int number);
 void nvic_set_line(Nvic *nvic, int number, bool level);
 void nvic_activate(Nvic *nvic, int number);
 void nvic_deactivate(Nvic *nvic, int number);
 
+/* Registers, by offset in the system control space (B3.4.3): ICTR, ISER to IPR, STIR. */
+bool nvic_has(uint32_t offset);
+uint32_t nvic_read(const Nvic *nvic, uint32_t offset);
+void nvic_write(Nvic *nvic, uint32_t offset, uint32_t value, uint32_t mask);
+
 static inline bool nvic_is_active(const Nvic *nvic, int number) {
   return nvic->active[number >> 6] >> (number & 63) & 1;
+}
+static inline bool nvic_is_pending(const Nvic *nvic, int number) {
+  return nvic->pending[number >> 6] >> (number & 63) & 1;
 }
 static inline bool nvic_any_ready(const Nvic *nvic) {
   return (nvic->pending[0] & nvic->enabled[0]) | (nvic->pending[1] & nvic->enabled[1]);
 }
-static inline bool nvic_outermost(const Nvic *nvic) {
-  return __builtin_popcountll(nvic->active[0]) + __builtin_popcountll(nvic->active[1]) == 1;
+/* How many exceptions are active. */
+static inline int nvic_depth(const Nvic *nvic) {
+  return __builtin_popcountll(nvic->active[0]) + __builtin_popcountll(nvic->active[1]);
 }
 
 #endif

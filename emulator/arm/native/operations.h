@@ -2,7 +2,7 @@
 #ifndef FCU_OPERATIONS_H
 #define FCU_OPERATIONS_H
 
-#include "core.h"
+#include "chain.h"
 
 /* Where the second operand comes from: the register m shifted by insn->by, 1 to 32 (the first five are enum
  * Shift; RRX has no distance), the register m as it is, or insn->imm. The two constants differ in what a
@@ -14,8 +14,13 @@ enum Alu { NO_ALU, AND, BIC, ORR, ORN, EOR, ADD, ADC, SBC, SUB, RSB, MOV, MVN, T
 
 /* Chooses what insn does; d, n, m, imm and by are the caller's. The last four set flags either way. */
 void choose_alu(Insn *insn, enum Alu alu, enum Operand operand, bool set_flags);
-/* Likewise for 16-bit instructions that set flags outside of IT blocks only. */
+/* Likewise for 16-bit instructions that set flags outside of IT blocks only; insn->it tells. */
 void choose_alu16(Insn *insn, enum Alu alu, enum Operand operand);
+
+/* The low bits of SP and PC are 0 whatever is written (B1.4.1; BranchWritePC, A2.3.1); d is decoded already. */
+static inline void writes_d(Insn *insn) {
+  insn->kind |= insn->d == 13 ? WRITES_SP : insn->d == 15 ? WRITES_SP | ENDS : 0;
+}
 
 /* bitfield.c; d, n and m are decoded already. */
 void choose_movt(Insn *insn);

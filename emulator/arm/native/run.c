@@ -1,108 +1,50 @@
-/* The loop: fetch, decode once, execute. */
-#include <string.h>
+/* The loop: chains of blocks, and single instructions where more care is needed. */
+#include "blocks.h"
+#include "chip.h"
 
-#include "bus.h"
+#define CHAIN 1000 /* instructions that are executed without returning to the loop; more than a block has */
 
-#define AHEAD 1000 /* instructions that are executed without returning to the loop */
+/* -- where branches go that the loop deals with ---------------------------------------------------------- */
 
-static void undefined(Core *core, const Insn *insn) { stop_on(core, insn, STOP_UNDEFINED); }
-
-static Memory *memory_at(Core *core, uint32_t address) {
-  for (Memory *memory = core->memory; memory < core->memory + MEMORIES; memory++) {
-    if (address - memory->base < memory->size) {
-      return memory;
-    }
-  }
-  return NULL;
+OPERATION(to_loop) {
+  leave_chain(core, core->r[15], budget);
 }
 
-static Insn decoded(Memory *memory, uint32_t address) {
-  uint32_t offset = address - memory->base;
-  uint16_t first = 0, second = 0;
-  memcpy(&first, memory->bytes + offset, 2);
-  if (offset + 4 <= memory->size) {
-    memcpy(&second, memory->bytes + offset + 2, 2);
-  }
-  Insn insn = {.size = first >> 11 >= 0x1D ? 4 : 2};
-  if (!(insn.size == 2 ? decode16(address, first, &insn) : decode32(address, first, second, &insn))) {
-    insn.run = undefined;
-  }
-  if (!insn.run_in_it) {
-    insn.run_in_it = insn.run;
-  }
-  return insn;
+OPERATION(return_from_exception) {
+  leave_chain(core, core->r[15], budget);
+  core->stop = STOP_EXCEPTION_RETURN;
+  core->limit = core->counter;
 }
 
-/* In front of a place the run ends; the one that core->passing names is executed. */
-static void place(Core *core, const Insn *insn) {
-  uint32_t address = core->r[15] - insn->size;
-  if (address == core->passing) {
-    Insn real[2] = {decoded(memory_at(core, address), address)}; /* behind it, nothing is decoded */
-    core->ahead = 0;
-    (core->itstate ? real->run_in_it : real->run)(core, real);
-  } else {
-    core->counter--;
-    stop_on(core, insn, STOP_PLACE);
-  }
-}
+const Insn elsewhere = {.run = to_loop}, exception_return = {.run = return_from_exception};
 
-/* Gives where it is from now on. The last word's are decoded apart, each time: what would be looked at next
- * is not there. */
-__attribute__((noinline)) static Insn *decode(Core *core, Memory *memory, uint32_t address, Insn *insn) {
-  bool is_place = insn->place;
-  if (address - memory->base >= memory->size - 4) {
-    insn = core->apart;
-  }
-  *insn = decoded(memory, address);
-  if (is_place) {
-    insn->place = true;
-    insn->run = insn->run_in_it = place;
-  }
-  if (memory->writable) {
-    uint32_t offset = address - memory->base, last = offset + insn->size - 1;
-    core->slow_stores |= STORES_CHANGE_CODE;
-    core->decoded[offset >> PAGE_BITS] = 1;
-    core->decoded[(last < RAM_SIZE ? last : offset) >> PAGE_BITS] = 1;
-  }
-  return insn;
+/* -- what is to be executed ------------------------------------------------------------------------------ */
+
+static void stop(Core *core, enum Stop why) {
+  core->stop = why;
+  core->limit = core->counter;
 }
 
 /* Where PC is; NULL, and the run has ended, if nothing can be executed there. */
-static Memory *code_at_pc(Core *core) {
-  Memory *memory = memory_at(core, core->r[15]);
-  if (!memory || (memory->writable && !core->ram_is_code)) {
-    core->stop = STOP_FETCH;
-    core->limit = core->counter;
+static const Memory *code_at_pc(Core *core) {
+  if (!core->thumb) {
+    stop(core, STOP_INVALID_STATE);
     return NULL;
   }
-  return memory;
+  core->r[15] &= ~1u;
+  for (const Memory *memory = core->memory; memory < core->memory + MEMORIES; memory++) {
+    if (core->r[15] - memory->base < memory->size) {
+      return memory;
+    }
+  }
+  stop(core, STOP_FETCH);
+  return NULL;
 }
 
-__attribute__((always_inline)) static inline Insn *fetch(Core *core, Memory *memory, uint32_t offset) {
-  Insn *insn = &memory->insns[offset >> 1];
-  if (UNLIKELY(!insn->run)) {
-    insn = decode(core, memory, core->r[15], insn);
-  }
-  return insn;
-}
-
-/* Whether somebody has refused the instruction at PC. */
-static bool refused(Core *core) {
-  uint32_t address = core->r[15];
-  if (core->code_hook && address - core->code_begin <= core->code_end - core->code_begin) {
-    core->code_hook(address);
-  }
-  return core->stop == STOP_REFUSED;
-}
+/* -- one instruction ------------------------------------------------------------------------------------- */
 
 static bool was_not_executed(enum Stop stop) {
   return stop > STOP_EXCEPTION_RETURN || stop == STOP_PLACE || stop == STOP_BKPT;
-}
-
-/* The one at PC, decoded; NULL, and the run has ended, if nothing can be executed there. */
-static const Insn *insn_at_pc(Core *core) {
-  Memory *memory = code_at_pc(core);
-  return memory ? fetch(core, memory, core->r[15] - memory->base) : NULL;
 }
 
 /* ConditionPassed (A7.3.1); condition is 0..14, 15 counts as always. A mask for each condition has the bits
@@ -110,142 +52,89 @@ static const Insn *insn_at_pc(Core *core) {
 static bool holds(const Core *core, unsigned condition) {
   static const uint16_t masks[16] = {0xF0F0, 0x0F0F, 0xCCCC, 0x3333, 0xFF00, 0x00FF, 0xAAAA, 0x5555,
                                      0x0C0C, 0xF3F3, 0xAA55, 0x55AA, 0x0A05, 0xF5FA, 0xFFFF, 0xFFFF};
-  unsigned nzcv = core->n >> 31 << 3 | (unsigned)(core->z == 0) << 2 | core->c << 1 | core->v;
+  unsigned nzcv = core->n >> 31 << 3 | (unsigned)(core->z == 0) << 2 | core->c << 1 | core->v >> 31;
   return masks[condition] >> nzcv & 1;
 }
 
-/* One instruction of a block, if its condition holds; false if it was not executed for another reason. */
-static bool execute_in_it(Core *core, const Insn *insn) {
-  uint32_t next = core->r[15] + insn->size;
-  if (holds(core, core->itstate >> 4) || insn->always) {
-    core->counter++;
-    if (refused(core)) {
-      return false;
-    }
-    core->r[15] = next;
-    insn->run_in_it(core, insn);
-    return !was_not_executed(core->stop);
+/* The instruction at PC, with everything that can be about it; false if the run is to end before it. */
+static bool step(Core *core) {
+  const Memory *memory = code_at_pc(core);
+  if (!memory) {
+    return false;
   }
-  core->r[15] = next;
+  uint32_t state = core->itstate, address = core->r[15];
+  const Insn *first = blocks_single(core, memory, address), *insn = first;
+  while (insn->left == 0) {
+    insn++;
+  }
+  uint32_t next = address_after(memory, address);
+  if (state && !holds(core, state >> 4) && !(insn->kind & ALWAYS)) {
+    core->r[15] = next;
+    core->itstate = it_advance(state);
+    return true;
+  }
+  if (core->counter >= core->limit) {
+    return false;
+  }
+  if (is_place(memory, address) && address != core->passing) {
+    stop(core, STOP_PLACE);
+    return false;
+  }
+  core->counter++;
+  core->mask = insn->kind & MASKED && insn->a ? 0 : -1u;
+  if (insn->kind & IS_IT) {
+    core->r[15] = next;
+    core->itstate = insn->imm;
+    return true;
+  }
+  core->end = core->bound = core->counter;
+  first->run(core, first, 0);
+  core->itstate = was_not_executed(core->stop) ? state : it_advance(state);
   return true;
 }
 
-void core_it_block(Core *core) {
-  core->ahead = 0;
-  while (core->itstate) {
-    const Insn *insn = insn_at_pc(core);
-    uint32_t state = core->itstate, next = core->r[15] + (insn ? insn->size : 0);
-    if (!insn || !execute_in_it(core, insn)) {
-      return;
-    }
-    core->itstate = it_advance(state);
-    if (core->stop != STOP_SLICE || (core->r[15] != next && core->counter >= core->limit)) {
-      return; /* a jump out of the middle is UNPREDICTABLE, but must not go on for ever */
-    }
+/* The rest of an IT block, as far as the limit allows. Instructions whose condition fails take no time: they are
+ * passed along with the one before them. */
+static void finish_it_block(Core *core) {
+  while (core->itstate && core->stop == STOP_SLICE && step(core)) {
   }
 }
 
-void core_it_left(Core *core, uint64_t ahead) {
-  if (core->stop != STOP_SLICE && was_not_executed(core->stop)) {
-    return;
-  }
-  core->itstate = it_advance(core->itstate);
-  if (core->stop != STOP_SLICE) {
-    return;
-  }
-  if (core->itstate && core->counter < core->limit) {
-    core_it_block(core);
-  } else if (!core->itstate) {
-    core->ahead = ahead < core->limit ? ahead : core->limit;
-    execute_at(core, core->r[15]);
-  }
-}
+/* -- many instructions ----------------------------------------------------------------------------------- */
 
-void core_invalid_state(Core *core) {
-  stop_behind(core, STOP_INVALID_STATE);
-}
-
-static void run(Core *core) {
-  while (core->counter < core->limit) {
-    Memory *memory = code_at_pc(core);
-    if (!memory) {
-      return;
+/* False: the next thing is an IT block that the limit does not allow as a whole. */
+static bool chain(Core *core, const Memory *memory) {
+  const Insn *block = blocks_at(core, memory, core->r[15]);
+  uint64_t allowed = core->limit - core->counter;
+  int32_t budget = allowed < CHAIN ? (int32_t)allowed : CHAIN;
+  if (block->left > budget) {
+    block = blocks_part(core, block, (unsigned)budget);
+    if (!block) {
+      return false;
     }
-    uint32_t base = memory->base, size = memory->size;
-    core->code = *memory;
-    do {
-      uint32_t offset = core->r[15] - base;
-      if (UNLIKELY(offset >= size)) {
-        break;
-      }
-      const Insn *insn = fetch(core, memory, offset);
-      uint64_t ahead = core->counter + AHEAD;
-      core->ahead = ahead < core->limit ? ahead : core->limit;
-      core->counter++;
-      core->r[15] += insn->size;
-      insn->run(core, insn);
-    } while (core->counter < core->limit);
   }
-}
-
-/* The same while somebody wants to be asked. */
-static void run_asking(Core *core) {
-  core->ahead = 0;
-  while (core->counter < core->limit) {
-    Memory *memory = code_at_pc(core);
-    if (!memory) {
-      return;
-    }
-    const Insn *insn = fetch(core, memory, core->r[15] - memory->base);
-    core->counter++;
-    if (refused(core)) {
-      return;
-    }
-    core->r[15] += insn->size;
-    insn->run(core, insn);
-  }
+  core->code = *memory;
+  core->end = core->bound = core->counter + (uint64_t)budget;
+  block->run(core, block, budget - block->left);
+  return true;
 }
 
 void core_execute(Core *core) {
-  if (core->itstate) {
-    core_it_block(core);
-  }
-  if (!core->thumb && core->counter < core->limit) {
-    core_invalid_state(core);
-  }
-  (core->code_hook ? run_asking : run)(core);
-}
-
-void core_run(Core *core) {
-  core->stop = STOP_SLICE;
-  core->must_stop = 0;
-  core->wanted = core->limit;
-  core->r[15] = core->pc;
-  do {
-    core_execute(core);
-  } while (core->bus && bus_goes_on(core->bus));
-  core->pc = core->r[15];
-}
-
-void core_forget_code(Core *core, uint32_t address, uint32_t size) {
-  for (Memory *memory = core->memory; memory < core->memory + MEMORIES; memory++) {
-    int64_t begin = (int64_t)(address & ~1u) - memory->base, end = (int64_t)address + size - memory->base;
-    end = end < memory->size ? end : memory->size;
-    for (int64_t at = begin > 0 ? begin : 0; at < end; at += 2) {
-      if (memory->insns[at >> 1].run) { /* untouched pages stay so */
-        memory->insns[at >> 1].run = NULL;
-      }
+  finish_it_block(core);
+  while (core->stop == STOP_SLICE && core->counter < core->limit) {
+    const Memory *memory = code_at_pc(core);
+    if (!memory) {
+      return;
     }
+    if (is_place(memory, core->r[15]) || !chain(core, memory)) {
+      step(core);
+    }
+    finish_it_block(core);
   }
 }
 
-void core_set_places(Core *core, const uint32_t *addresses, uint32_t count, bool on) {
-  for (uint32_t n = 0; n < count; n++) {
-    Memory *memory = memory_at(core, addresses[n]);
-    if (memory) {
-      Insn *insn = &memory->insns[(addresses[n] - memory->base) >> 1];
-      insn->place = on;
-      insn->run = NULL;
-    }
-  }
-}
+bool core_exception_waits(const Core *core) { return nvic_any_ready(&core->chip->nvic); }
+
+void core_masks_changed(Core *core) { chip_masks_changed(core->chip); }
+
+void core_send_event(Core *core) { core->chip->nvic.event = 1; }

@@ -10,7 +10,7 @@
 static unsigned bank(const Core *core) { return !in_handler(core) && core->control & SPSEL ? 1 : 0; }
 
 uint32_t read_xpsr(const Core *core) {
-  uint32_t flags = (core->n & 1u << 31) | (uint32_t)(core->z == 0) << 30 | core->c << 29 | core->v << 28;
+  uint32_t flags = (core->n & 1u << 31) | (uint32_t)(core->z == 0) << 30 | core->c << 29 | core->v >> 31 << 28;
   uint32_t it = (core->itstate & 3) << 25 | (core->itstate & 0xFC) << 8;
   return flags | core->q << 27 | it | core->thumb << 24 | core->ge << 16 | core->ipsr;
 }
@@ -20,7 +20,7 @@ void write_apsr(Core *core, uint32_t value, bool nzcvq, bool ge) {
     core->n = value;
     core->z = ~value >> 30 & 1;
     core->c = value >> 29 & 1;
-    core->v = value >> 28 & 1;
+    core->v = value << 3;
     core->q = value >> 27 & 1;
   }
   if (ge) {
@@ -78,7 +78,7 @@ static void write_register(Core *core, int number, uint32_t value) {
   case FAULTMASK: core->faultmask = value & 1; break;
   case CONTROL: write_control(core, value); break;
   case FPSCR: core->fpscr = value; break;
-  case 15: core->pc = core->r[15] = value; break;
+  case 15: core->r[15] = value; break;
   default: *(number >= S0 ? &core->s[number - S0] : &core->r[number]) = value;
   }
 }

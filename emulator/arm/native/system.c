@@ -44,7 +44,7 @@ static uint32_t special_register(Core *core, unsigned number) {
     return program_status(core, number);
   }
   if (number == CONTROL) {
-    return core->control;
+    return core->control & (NPRIV | SPSEL | FPCA);
   }
   if (!privileged(core)) {
     return 0;
@@ -61,7 +61,7 @@ static uint32_t special_register(Core *core, unsigned number) {
 }
 
 /* imm: SYSm. */
-static void mrs(Core *core, const Insn *insn) { core->r[insn->d] = special_register(core, insn->imm); }
+COMPUTATION(mrs, core->r[insn->d] = special_register(core, insn->imm))
 
 /* -- MSR, CPS ------------------------------------------------------------------------------------------- */
 
@@ -70,13 +70,12 @@ static void set_control(Core *core, uint32_t value) {
   write_control(core, (core->control & ~settable) | (value & settable));
 }
 
-/* imm: SYSm. */
-static void msr(Core *core, const Insn *insn) {
-  uint32_t value = core->r[insn->n], priority = value & 0xFF;
+static void write_special_register(Core *core, unsigned number, uint32_t value) {
+  uint32_t priority = value & 0xFF;
   if (!privileged(core)) {
     return;
   }
-  switch (insn->imm) {
+  switch (number) {
   case MSP: *stack_pointer(core, false) = value & ~3u; break;
   case PSP: *stack_pointer(core, true) = value & ~3u; break;
   case PRIMASK: core->primask = value & 1; break;
@@ -91,57 +90,59 @@ static void msr(Core *core, const Insn *insn) {
   }
 }
 
-/* flags: the mask, bit 1 for N, Z, C, V and Q, bit 0 for GE. */
-static void msr_apsr(Core *core, const Insn *insn) {
-  write_apsr(core, core->r[insn->n], insn->flags & 2, insn->flags & 1);
+/* The last thing of an operation that has written a mask: an exception that has waited may be to be taken. */
+INLINE void go_on_unmasked(Core *core, const Insn *insn, int32_t budget) {
+  if (LIKELY(!core_exception_waits(core))) {
+    NEXT;
+  }
+  look_outside(core, insn, budget);
+  core_masks_changed(core);
+  go_on(core, insn);
 }
 
-/* flags: bit 1 for PRIMASK, bit 0 for FAULTMASK; imm: what they become. */
-static void cps(Core *core, const Insn *insn) {
-  if (!privileged(core)) {
-    return;
+/* imm: SYSm. */
+OPERATION(msr) {
+  write_special_register(core, insn->imm, core->r[insn->n]);
+  go_on_unmasked(core, insn, budget);
+}
+
+/* by: the mask, bit 1 for N, Z, C, V and Q, bit 0 for GE. */
+COMPUTATION(msr_apsr, write_apsr(core, core->r[insn->n], insn->by & 2, insn->by & 1))
+
+/* by: bit 1 for PRIMASK, bit 0 for FAULTMASK; imm: what they become. */
+OPERATION(cps) {
+  if (privileged(core)) {
+    if (insn->by & 2) {
+      core->primask = insn->imm;
+    }
+    if (insn->by & 1) {
+      set_faultmask(core, insn->imm);
+    }
   }
-  if (insn->flags & 2) {
-    core->primask = insn->imm;
-  }
-  if (insn->flags & 1) {
-    set_faultmask(core, insn->imm);
-  }
+  go_on_unmasked(core, insn, budget);
 }
 
 bool decode_cps(uint16_t first, Insn *insn) {
   insn->run = cps;
   insn->imm = bits(first, 4, 4);
-  insn->flags = bits(first, 1, 0);
+  insn->by = bits(first, 1, 0);
   return bits(first, 3, 2) == 0;
 }
 
 /* -- hints, barriers ------------------------------------------------------------------------------------ */
 
-/* Barriers, too: each access is complete before the next instruction. SEV is executed by whoever has the
- * event register. */
-void no_operation(Core *core, const Insn *insn) {
-  (void)core;
-  (void)insn;
-}
+/* Barriers, too: each access is complete before the next instruction. */
+void no_operation(Core *core, const Insn *insn, int32_t budget) { NEXT; }
 
-static void wfe(Core *core, const Insn *insn) {
-  (void)insn;
-  stop_behind(core, STOP_WFE);
-}
+OPERATION(wfe) { stop_after(core, insn, budget, STOP_WFE); }
+OPERATION(wfi) { stop_after(core, insn, budget, STOP_WFI); }
 
-static void wfi(Core *core, const Insn *insn) {
-  (void)insn;
-  stop_behind(core, STOP_WFI);
-}
-
-static void clrex(Core *core, const Insn *insn) {
-  (void)insn;
-  core->exclusive = 0;
-}
+COMPUTATION(sev, core_send_event(core))
+COMPUTATION(clrex, core->exclusive = 0)
 
 bool decode_hint(unsigned number, Insn *insn) {
-  insn->run = number == 2 ? wfe : number == 3 ? wfi : no_operation;
+  insn->run = number == 2 ? wfe : number == 3 ? wfi : number == 4 ? sev : no_operation;
+  insn->kind |= number == 2 || number == 3 ? ENDS : 0;
   return true;
 }
 
@@ -152,16 +153,16 @@ static bool decode_barrier(unsigned number, Insn *insn) {
 
 bool decode_system32(uint16_t first, uint16_t second, Insn *insn) {
   insn->imm = bits(second, 7, 0);
-  insn->n = bits(first, 3, 0);
-  insn->d = bits(second, 11, 8);
   switch (bits(first, 10, 4)) {
   case 0x38: /* the mask selects parts of APSR only; the other parts of xPSR cannot be written */
-    insn->flags = bits(second, 11, 10);
+    insn->n = bits(first, 3, 0);
+    insn->by = bits(second, 11, 10);
     insn->run = insn->imm < 4 ? msr_apsr : msr;
     return true;
   case 0x3A: return bits(second, 10, 8) == 0 && decode_hint(insn->imm, insn);
   case 0x3B: return decode_barrier(bits(second, 7, 4), insn);
   case 0x3E:
+    insn->d = bits(second, 11, 8);
     insn->run = mrs;
     return insn->d != 13 && insn->d != 15; /* UNPREDICTABLE */
   default: return false;

@@ -2,9 +2,9 @@
 #ifndef FCU_SYSTEM_H
 #define FCU_SYSTEM_H
 
-#include "core.h"
+#include "chain.h"
 
-void no_operation(Core *core, const Insn *insn);
+void no_operation(Core *core, const Insn *insn, int32_t budget);
 
 /* number: of NOP, YIELD, WFE, WFI, SEV and those not allocated (A5.2.5, A5.3.4). */
 bool decode_hint(unsigned number, Insn *insn);

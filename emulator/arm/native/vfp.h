@@ -10,7 +10,7 @@
 
 #include <string.h>
 
-#include "core.h"
+#include "access.h"
 
 /* FPSCR (A2.5.3). */
 #define FPSCR_IOC (1u << 0)

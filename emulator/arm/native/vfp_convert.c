@@ -6,11 +6,7 @@
 
 #define M core->s[insn->m]
 #define D core->s[insn->d]
-#define OPERATION(name, result)                          \
-  static void name(Core *core, const Insn *insn) {       \
-    use_floating_point(core);                            \
-    D = result;                                          \
-  }
+#define RESULT(name, result) COMPUTATION(name, use_floating_point(core), D = result)
 
 /* -- to integers ---------------------------------------------------------------------------------------- */
 
@@ -70,14 +66,14 @@ static uint32_t to_unsigned(Core *core, uint32_t value) {
   return easy ? to_signed(core, value) : to_fixed(core, value, 0, false, 32, TOWARD_ZERO);
 }
 
-OPERATION(vcvt_s32_f32, to_signed(core, M))
-OPERATION(vcvt_u32_f32, to_unsigned(core, M))
-OPERATION(vcvtr_s32_f32, to_fixed(core, M, 0, true, 32, rounding_mode(core)))
-OPERATION(vcvtr_u32_f32, to_fixed(core, M, 0, false, 32, rounding_mode(core)))
-OPERATION(fixed_s32_f32, to_fixed(core, D, insn->by, true, 32, TOWARD_ZERO))
-OPERATION(fixed_u32_f32, to_fixed(core, D, insn->by, false, 32, TOWARD_ZERO))
-OPERATION(fixed_s16_f32, to_fixed(core, D, insn->by, true, 16, TOWARD_ZERO))
-OPERATION(fixed_u16_f32, to_fixed(core, D, insn->by, false, 16, TOWARD_ZERO))
+RESULT(vcvt_s32_f32, to_signed(core, M))
+RESULT(vcvt_u32_f32, to_unsigned(core, M))
+RESULT(vcvtr_s32_f32, to_fixed(core, M, 0, true, 32, rounding_mode(core)))
+RESULT(vcvtr_u32_f32, to_fixed(core, M, 0, false, 32, rounding_mode(core)))
+RESULT(fixed_s32_f32, to_fixed(core, D, insn->by, true, 32, TOWARD_ZERO))
+RESULT(fixed_u32_f32, to_fixed(core, D, insn->by, false, 32, TOWARD_ZERO))
+RESULT(fixed_s16_f32, to_fixed(core, D, insn->by, true, 16, TOWARD_ZERO))
+RESULT(fixed_u16_f32, to_fixed(core, D, insn->by, false, 16, TOWARD_ZERO))
 
 /* -- from integers -------------------------------------------------------------------------------------- */
 
@@ -96,13 +92,13 @@ static uint32_t from_integer(Core *core, int64_t value) {
   return from_float(result);
 }
 
-OPERATION(vcvt_f32_s32, from_integer(core, (int32_t)M))
-OPERATION(vcvt_f32_u32, from_integer(core, M))
+RESULT(vcvt_f32_s32, from_integer(core, (int32_t)M))
+RESULT(vcvt_f32_u32, from_integer(core, M))
 /* These round to nearest, whatever FPSCR says (VCVT between floating point and fixed point, A7.7). */
-OPERATION(fixed_f32_s32, from_fixed(core, (int32_t)D, insn->by, TO_NEAREST))
-OPERATION(fixed_f32_u32, from_fixed(core, D, insn->by, TO_NEAREST))
-OPERATION(fixed_f32_s16, from_fixed(core, (int16_t)D, insn->by, TO_NEAREST))
-OPERATION(fixed_f32_u16, from_fixed(core, (uint16_t)D, insn->by, TO_NEAREST))
+RESULT(fixed_f32_s32, from_fixed(core, (int32_t)D, insn->by, TO_NEAREST))
+RESULT(fixed_f32_u32, from_fixed(core, D, insn->by, TO_NEAREST))
+RESULT(fixed_f32_s16, from_fixed(core, (int16_t)D, insn->by, TO_NEAREST))
+RESULT(fixed_f32_u16, from_fixed(core, (uint16_t)D, insn->by, TO_NEAREST))
 
 /* -- half precision ------------------------------------------------------------------------------------- */
 
@@ -140,10 +136,10 @@ static uint32_t with_half(uint32_t word, uint32_t half, bool high) {
   return high ? (word & 0xFFFF) | half << 16 : (word & 0xFFFF0000) | half;
 }
 
-OPERATION(vcvtb_f32_f16, from_half(core, M & 0xFFFF))
-OPERATION(vcvtt_f32_f16, from_half(core, M >> 16))
-OPERATION(vcvtb_f16_f32, with_half(D, to_half(core, M), false))
-OPERATION(vcvtt_f16_f32, with_half(D, to_half(core, M), true))
+RESULT(vcvtb_f32_f16, from_half(core, M & 0xFFFF))
+RESULT(vcvtt_f32_f16, from_half(core, M >> 16))
+RESULT(vcvtb_f16_f32, with_half(D, to_half(core, M), false))
+RESULT(vcvtt_f16_f32, with_half(D, to_half(core, M), true))
 
 /* -- decoding ------------------------------------------------------------------------------------------- */
 

@@ -6,11 +6,7 @@
 #define N core->s[insn->n]
 #define M core->s[insn->m]
 #define D core->s[insn->d]
-#define OPERATION(name, result)                          \
-  static void name(Core *core, const Insn *insn) {       \
-    use_floating_point(core);                            \
-    D = result;                                          \
-  }
+#define RESULT(name, result) COMPUTATION(name, use_floating_point(core), D = result)
 
 /* -- the host's arithmetic where it will do --------------------------------------------------------------- *
  *
@@ -60,28 +56,28 @@ static inline uint32_t multiply_add(Core *core, uint32_t addend, uint32_t left, 
 
 /* -- operations ----------------------------------------------------------------------------------------- */
 
-OPERATION(vadd, add(core, N, M))
-OPERATION(vsub, subtract(core, N, M))
-OPERATION(vmul, multiply(core, N, M))
-OPERATION(vnmul, negated(multiply(core, N, M)))
-OPERATION(vdiv, divide(core, N, M))
-OPERATION(vsqrt, square_root(core, M))
+RESULT(vadd, add(core, N, M))
+RESULT(vsub, subtract(core, N, M))
+RESULT(vmul, multiply(core, N, M))
+RESULT(vnmul, negated(multiply(core, N, M)))
+RESULT(vdiv, divide(core, N, M))
+RESULT(vsqrt, square_root(core, M))
 
 /* Rounded twice: the product, too. */
-OPERATION(vmla, add(core, D, multiply(core, N, M)))
-OPERATION(vmls, add(core, D, negated(multiply(core, N, M))))
-OPERATION(vnmla, add(core, negated(D), negated(multiply(core, N, M))))
-OPERATION(vnmls, add(core, negated(D), multiply(core, N, M)))
+RESULT(vmla, add(core, D, multiply(core, N, M)))
+RESULT(vmls, add(core, D, negated(multiply(core, N, M))))
+RESULT(vnmla, add(core, negated(D), negated(multiply(core, N, M))))
+RESULT(vnmls, add(core, negated(D), multiply(core, N, M)))
 
-OPERATION(vfma, multiply_add(core, D, N, M))
-OPERATION(vfms, multiply_add(core, D, negated(N), M))
-OPERATION(vfnma, multiply_add(core, negated(D), negated(N), M))
-OPERATION(vfnms, multiply_add(core, negated(D), N, M))
+RESULT(vfma, multiply_add(core, D, N, M))
+RESULT(vfms, multiply_add(core, D, negated(N), M))
+RESULT(vfnma, multiply_add(core, negated(D), negated(N), M))
+RESULT(vfnms, multiply_add(core, negated(D), N, M))
 
-OPERATION(vmov_immediate, insn->imm)
-OPERATION(vmov, M)
-OPERATION(vabs, M & ~SIGN)
-OPERATION(vneg, negated(M))
+RESULT(vmov_immediate, insn->imm)
+RESULT(vmov, M)
+RESULT(vabs, M & ~SIGN)
+RESULT(vneg, negated(M))
 
 /* -- comparison ----------------------------------------------------------------------------------------- */
 
@@ -112,10 +108,10 @@ static void compare(Core *core, uint32_t left, uint32_t right, bool quiet_nan_is
   core->fpscr = (core->fpscr & ~FPSCR_NZCV) | nzcv << 28;
 }
 
-static void vcmp(Core *core, const Insn *insn) { compare(core, D, M, false); }
-static void vcmpe(Core *core, const Insn *insn) { compare(core, D, M, true); }
-static void vcmp_zero(Core *core, const Insn *insn) { compare(core, D, 0, false); }
-static void vcmpe_zero(Core *core, const Insn *insn) { compare(core, D, 0, true); }
+COMPUTATION(vcmp, compare(core, D, M, false))
+COMPUTATION(vcmpe, compare(core, D, M, true))
+COMPUTATION(vcmp_zero, compare(core, D, 0, false))
+COMPUTATION(vcmpe_zero, compare(core, D, 0, true))
 
 /* -- decoding ------------------------------------------------------------------------------------------- */
 

@@ -250,6 +250,8 @@ class Rcc(Peripheral):
             self._pll_hz = output.p_hz
             if output.problem():
                 self.note("forbidden", output.problem())
+            if not self._pll_hz:  # N is 0, a "wrong configuration" (6.3.2): nothing oscillates
+                return
         at_ps = self.soc.clock.now_ps + source.start_ps
         self._starting[name] = self.soc.clock.schedule(at_ps, partial(self._started, name))
 

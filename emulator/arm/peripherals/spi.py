@@ -1,353 +1,224 @@
-"""SPI1 to SPI3 as master (RM0368 sections 20.3, 20.5).
+"""What the chip's SPI blocks lead to: SPI2 to the sensors, each at a chip select; SPI1 to an absent radio.
 
-A byte takes eight periods of SCK from its start; its end is a deferred call of the clock, at which the line
-(:class:`emulator.spi_wire.SpiLine`) exchanges it. With an interrupt or DMA enabled the end is an event.
+The chip knows its chip selects and answers a message that reads from what it keeps of a part's bytes
+(:mod:`emulator.arm.targets`). It hands a message over, with what has passed so far, where these are not
+known, where registers are written, and where firmware does what no driver does; from there on it calls at
+the end of each byte.
 
-Directions: full duplex; one line out (BIDIMODE, BIDIOE); one line in (BIDIMODE), and receive-only (RXONLY).
-In the last two the clock is started by SPE, not by DR, and BSY stays low in the third (20.3.7).
-
-Decision: in the receive directions a byte starts when SPE is set, and each further one when DR is read while
-SPE is still set. A byte in flight when SPE is cleared is completed. So a pulse of SPE gives exactly one byte,
-as ST's sensor driver wants it (67 DSB instructions between bit 1 and bit 8), however many cycles an
-instruction is charged. The chip clocks on without waiting for DR, and a pulse that is too long overruns: that
-trap is not shown here, where instruction timing is an estimate.
-
-Not modelled, and told when used: slave mode, CRC, TI mode, I2S, the NSS pin. A master whose internal NSS is
-low (SSM = 1, SSI = 0) gets MODF.
+The board's Bluetooth module is absent: SPI1 (PA5 to PA7), chip select PB0, reset PB2, interrupt PA4. Nobody
+drives MISO, so ST's stock firmware reads a header that is not 0x02, gives up each of its requests after its
+own time-outs (0.2 s a request) and reaches its main loop (board facts, section 9). The interrupt line is low,
+as of a module that has nothing to say: high would keep HCI_Isr in its loop for ever.
 """
 
 from __future__ import annotations
 
-from typing import ClassVar, get_args
+import ctypes
+from array import array
+from collections.abc import Callable
+from typing import Any, Final, get_args
 
-from emulator.arm.peripherals.irq_line import IrqLine
-from emulator.arm.peripherals.peripheral import WORD, Peripheral
-from emulator.arm.peripherals.pins import PinFunction, unconnected
-from emulator.arm.soc import Soc
-from emulator.clock import NEVER_PS, PS_PER_S, Event
-from emulator.spi_wire import SpiLine
-from sensors.spi import UNDRIVEN, Mode
+from emulator.arm.library import REGISTER_NAMES, FcuChip
+from emulator.arm.peripherals.gpio import PORTS
+from emulator.gpio import Gpio
+from emulator.spi import SpiBus
+from emulator.trace import DeviceNote
+from sensors.register_file import Foreseen
+from sensors.spi import Mode, SpiTarget, Wires
 
-CR1, CR2, SR, DR = 0x00, 0x04, 0x08, 0x0C
-CRCPR, RXCRCR, TXCRCR, I2SCFGR, I2SPR = 0x10, 0x14, 0x18, 0x1C, 0x20
+SPI1, SPI2, SPI3 = range(3)
+_FASTEST_HZ = 10_000_000  # SPI clock frequency in the three datasheets
+_MODES: Final[tuple[Mode, ...]] = get_args(Mode)
+_RECEIVED = 256  # SPI_RECEIVED of spi.h
+_RADIO_SELECT = ("B", 0)
+_RADIO_INTERRUPT = ("A", 4)
 
-MSTR, SPE, LSBFIRST, SSI, SSM, RXONLY = 1 << 2, 1 << 6, 1 << 7, 1 << 8, 1 << 9, 1 << 10
-DFF, BIDIOE, BIDIMODE = 1 << 11, 1 << 14, 1 << 15
-RXDMAEN, TXDMAEN, SSOE, ERRIE, RXNEIE, TXEIE = 1 << 0, 1 << 1, 1 << 2, 1 << 5, 1 << 6, 1 << 7
-RXNE, TXE, MODF, OVR, BSY = 1 << 0, 1 << 1, 1 << 5, 1 << 6, 1 << 7
-
-_CLOCKING = 0x3B  # BR, CPOL, CPHA
-_WATCHED = RXDMAEN | TXDMAEN | ERRIE | RXNEIE | TXEIE
-_ON = SPE | MSTR
-_NOT_MODELLED = {
-    CR1: {1 << 13: "CRCEN (CRC calculation)"},
-    CR2: {1 << 4: "FRF (TI mode)"},
-    I2SCFGR: {1 << 11: "I2SMOD (I2S mode)"},
+REGISTER_NAMES["SPI"] = {  # RM0368 section 20.5
+    0x00: "CR1",
+    0x04: "CR2",
+    0x08: "SR",
+    0x0C: "DR",
+    0x10: "CRCPR",
+    0x14: "RXCRCR",
+    0x18: "TXCRCR",
+    0x1C: "I2SCFGR",
+    0x20: "I2SPR",
 }
-_INTERRUPT = {"SPI1": 35, "SPI2": 36, "SPI3": 51}  # RM0368 table 38
-_MODES: tuple[Mode, ...] = get_args(Mode)
+
+_i32, _i64 = ctypes.c_int32, ctypes.c_int64
 
 
-class Spi(Peripheral):
-    """``name`` is "SPI1" to "SPI3"; ``line`` is what its pins lead to, None if nothing.
+class _KeptMessage(ctypes.Structure):
+    """struct SpiMessage of spi.h."""
 
-    ``pins``: those that must be switched to it, or else nobody hears it.
-    """
+    _fields_ = (
+        ("start_ps", _i64),
+        ("end_ps", _i64),
+        ("part", _i32),
+        ("command", _i32),
+        ("count", _i32),
+        ("received", ctypes.c_uint8 * _RECEIVED),
+    )
+    start_ps: int
+    end_ps: int
+    part: int
+    command: int
+    count: int
+    received: ctypes.Array[ctypes.c_uint8]
 
-    REGISTERS: ClassVar[dict[int, int]] = {
-        **dict.fromkeys((CR1, CR2, DR, RXCRCR, TXCRCR, I2SCFGR), 0),
-        SR: TXE,
-        CRCPR: 7,
-        I2SPR: 2,
-    }
-    NAMES: ClassVar[dict[int, str]] = {
-        CR1: "CR1",
-        CR2: "CR2",
-        SR: "SR",
-        DR: "DR",
-        CRCPR: "CRCPR",
-        RXCRCR: "RXCRCR",
-        TXCRCR: "TXCRCR",
-        I2SCFGR: "I2SCFGR",
-        I2SPR: "I2SPR",
-    }
-    WRITABLE: ClassVar[dict[int, int]] = {
-        CR1: 0xFFFF,
-        CR2: 0xF7,
-        CRCPR: 0xFFFF,
-        RXCRCR: 0,
-        TXCRCR: 0,
-        I2SCFGR: 0xFBF,
-        I2SPR: 0x3FF,
-    }
+    def bytes_written(self) -> bytearray:
+        """The first byte, if it has been sent."""
+        return bytearray([self.command]) if self.command >= 0 else bytearray()
 
-    def __init__(
-        self,
-        soc: Soc,
-        name: str,
-        base: int,
-        line: SpiLine | None,
-        pins: tuple[PinFunction, ...] = (),
-        size: int = 0x400,
-    ) -> None:
-        super().__init__(soc, name, base, size)
-        self._clock = soc.clock
-        self._line = line
-        self._pins = pins
-        self._irq = IrqLine(soc, _INTERRUPT[name])
-        self._kernel_clock = "pclk2_hz" if name == "SPI1" else "pclk1_hz"
-        self._planned: Event | None = None
-        self._clear()
-        soc.clocks.on_change(self._set_clock)
-        for direction in ("TX", "RX"):
-            soc.dma.connect(f"{name}_{direction}", self._update)
+    def bytes_read(self) -> bytearray:
+        """The part's answer."""
+        return bytearray(self.received[: self.count])
 
-    def _clear(self) -> None:
-        if self._planned is not None:
-            self._planned.cancel()
-        self._planned = None
-        self._due_ps: int = NEVER_PS
-        self._sr = TXE
-        self._shift: int | None = 0  # the frame under way: what is sent, None in a receive direction
-        self._busy = False
-        self._to_send = 0  # DR's transmit buffer, full while TXE is 0
-        self._received = 0  # and its receive buffer
-        self._data_read = False  # DR was read since OVR: a read of SR clears it
-        self._modf_seen = False
-        self._serving = False
-        self._watched = False
-        self._byte_ps: int = 0
-        self._clocked_as = -1  # the bits of CR1 that the line was last set up for
-        self._connected = True
 
-    def reset(self) -> None:
-        """All registers; a frame under way is lost."""
-        super().reset()
-        self._clear()
-        self._update()
+class _Unheard(ctypes.Structure):
+    """struct SpiUnheard of spi.h."""
 
-    # -- access -----------------------------------------------------------------------------------------
+    _fields_ = (("at_ps", _i64), ("byte", _i32))
+    at_ps: int
+    byte: int
 
-    def read(self, offset: int) -> int:
-        """DR takes a frame; SR after DR clears OVR."""
-        if self._clock.deferred_ps <= self._clock.now_ps:
-            self._clock.settle()
-        if offset == SR:
-            status = self._sr
-            if status & (OVR | MODF):
-                self._status_read(status)
-            return status
-        return self._read_data() if offset == DR else self.registers.get(offset, 0)
 
-    def look(self, offset: int) -> tuple[int, int]:
-        """SR without error flags is what polling loops read."""
-        if self._clock.deferred_ps <= self._clock.now_ps:
-            self._clock.settle()
-        if offset != SR or self._sr & (OVR | MODF):
-            return super().look(offset)
-        return self._sr, self._due_ps
+class _Calls(ctypes.Structure):
+    """struct SpiCalls of spi.h."""
 
-    def peek(self, offset: int) -> int:
-        """The same without taking or clearing anything."""
-        if offset == SR:
-            return self._sr
-        return self._received if offset == DR else self.registers.get(offset, 0)
+    _fields_ = (
+        ("configure", ctypes.CFUNCTYPE(None, _i64, _i32, _i32, _i32)),
+        ("open", ctypes.CFUNCTYPE(_i32, _i64, ctypes.POINTER(_KeptMessage))),
+        ("send", ctypes.CFUNCTYPE(None, _i64, _i32, _i32)),
+        ("receive", ctypes.CFUNCTYPE(_i32, _i64, _i32, _i32)),
+        ("close", ctypes.CFUNCTYPE(None, _i64, _i32)),
+        ("ended", ctypes.CFUNCTYPE(None, _i64)),
+    )
 
-    def write(self, offset: int, value: int, mask: int = WORD) -> None:
-        """DR sends a frame, CR1 starts the receive directions, the others configure."""
-        self._clock.settle()
-        if offset == DR:
-            self._write_data(value & (0xFFFF if self.registers[CR1] & DFF else 0xFF))
-        elif offset != SR:
-            old = self.registers.get(offset, 0)
-            super().write(offset, value, mask)
-            self._configured(offset, old)
-        if self._watched:
-            self._update()
 
-    def pure_read(self, offset: int) -> bool:
-        """Polling SR may be skipped while it has no error flag to clear."""
-        return offset != DR and not (offset == SR and self._sr & (OVR | MODF))
+class _Part:
+    """A part at its chip select, as the chip keeps its bytes; and the message that Python has taken over."""
 
-    def next_change_ps(self) -> int:
-        """The end of the frame under way."""
-        return self._due_ps
+    def __init__(self, wire: SpiWire, chip_select: str, target: SpiTarget) -> None:
+        self.chip_select = chip_select
+        self.target = target
+        self.version: array[int] = target.version
+        self.position = 0
+        """The sub-address that reads in the chip have left behind."""
+        self.start_ps = 0
+        self.written = bytearray()
+        self.received = bytearray()
+        self._wire = wire
 
-    def _status_read(self, status: int) -> None:
-        if self._data_read:
-            self._sr &= ~OVR
-        self._modf_seen = bool(status & MODF)
-        if self._watched:
-            self._update()
+    def ahead(self, address: int, count: int, now_ps: int) -> Foreseen:
+        """What is read from ``address`` on as the chip's SPI is set up."""
+        return self.target.ahead(address, count, self._wire.mode, self._wire.wires, now_ps)
 
-    # -- settings ---------------------------------------------------------------------------------------
+    def taken(self, address: int, count: int) -> None:
+        """So many of these bytes have been read."""
+        self.target.taken(address, count)
 
-    def _configured(self, offset: int, old: int) -> None:
-        new = self.registers.get(offset, 0)
-        for bit, text in _NOT_MODELLED.get(offset, {}).items():
-            if new & bit:
-                self.note("not modelled", text)
-        if offset == CR1:
-            self._control(new, old)
-        elif offset == CR2:
-            self._watched = bool(new & _WATCHED)
-            if self._busy:
-                self._plan(self._due_ps)
-            self._update()
+    def served(self, address: int, count: int) -> None:
+        """Likewise, which was quiet."""
+        self.target.served(address, count)
+        self.position = self.target.device.advance(address, count)
 
-    def _control(self, new: int, old: int) -> None:
-        if self._modf_seen:
-            self._sr &= ~MODF
-            self._modf_seen = False
-        if new & MSTR and new & SSM and not new & SSI:
-            self._sr |= MODF
-            new = self.registers[CR1] = new & ~(SPE | MSTR)
-            self.note("forbidden", "master with SSM = 1 and SSI = 0: mode fault (MODF), SPE and MSTR cleared")
-        if new & SPE and new & _CLOCKING != self._clocked_as:
-            self._set_clock()
-        if new & SPE and not old & SPE:
-            self._switched_on(new)
-        if new & SPE and not self._busy:
-            self._next(began=not old & SPE or not self._receiving(old))
 
-    def _switched_on(self, control: int) -> None:
-        if not control & MSTR:
-            self.note("not modelled", "slave mode: SPE set with MSTR = 0, and no other master on this board")
-        elif not control & SSM and not self.registers[CR2] & SSOE:
-            self.note("not modelled", "NSS as input (SSM = 0, SSOE = 0); it is taken as high")
-        missing = unconnected(self.soc.gpio, self._pins)
-        self._connected = not missing
-        if missing:
-            self.note("forbidden", f"no part can answer before the pins are switched: {missing}")
+class SpiWire:
+    """The sensors' bus at the pins of the chip's SPI2; ``gpio`` has the chip selects."""
 
-    def _set_clock(self) -> None:
-        """SCK from BR, mode from CPOL and CPHA (20.5.1)."""
-        control = self.registers[CR1]
-        self._clocked_as = control & _CLOCKING if control & SPE else -1
-        divider = 2 << (control >> 3 & 7)
-        kernel_hz: int = getattr(self.soc.clocks, self._kernel_clock)
-        self._byte_ps = 8 * divider * PS_PER_S // kernel_hz
-        if self._line is None or not control & SPE:
+    def __init__(self, chip: FcuChip, bus: SpiBus, gpio: Gpio) -> None:
+        self._chip, self._bus = chip, bus
+        self._clock, self._trace = chip.clock, chip.trace
+        self.mode: Mode = 3
+        self.wires: Wires = 3
+        """How the host clocks, and what it listens on."""
+        self._speed_hz = 0
+        self._parts = [_Part(self, name, bus.target(name)) for name in bus.chip_selects]
+        called: tuple[Callable[..., Any], ...]
+        called = self._configure, self._open, self._send, self._receive, self._close, self._ended
+        table = _Calls(*(chip.callback(kind, called[n]) for n, (_, kind) in enumerate(_Calls._fields_)))
+        chip.library.fcu_connect_spi(chip.handle, SPI2, ctypes.byref(table))
+        self._targets = [chip.targets.add(part) for part in self._parts]
+        for part, target in zip(self._parts, self._targets, strict=True):
+            port, pin = part.chip_select[1], int(part.chip_select[2:])
+            gpio.frequent(port, pin)
+            gpio.drive(port, pin, 1, by="pull-up of the part")
+            chip.library.fcu_add_spi_part(chip.handle, SPI2, PORTS.index(port), pin, target)
+        bus.take_kept = self.take_kept
+
+    def take_kept(self) -> None:
+        """The messages that the chip has answered by itself, and bytes nobody heard, go to the bus."""
+        library, handle, bus = self._chip.library, self._chip.handle, self._bus
+        message, unheard = _KeptMessage(), _Unheard()
+        while library.fcu_take_spi_message(handle, SPI2, ctypes.byref(message)):
+            chip_select = self._parts[message.part].chip_select
+            written, received = message.bytes_written(), message.bytes_read()
+            bus.recent.append((message.start_ps, message.end_ps, chip_select, written, received))
+        while library.fcu_take_spi_unheard(handle, SPI2, ctypes.byref(unheard)):
+            bus.unheard.append((unheard.at_ps, None if unheard.byte < 0 else unheard.byte))
+
+    # -- called by the chip -----------------------------------------------------------------------------
+
+    def _configure(self, speed_hz: int, mode: int, wires: int) -> None:
+        self.mode, self.wires = _MODES[mode], 3 if wires == 3 else 4
+        self._bus.mode = self.mode
+        if speed_hz == self._speed_hz:
             return
-        speed_hz = kernel_hz // divider
-        self._line.configure(speed_hz, _MODES[control & 3])
+        self._speed_hz = self._bus.speed_hz = speed_hz
+        if speed_hz > _FASTEST_HZ:
+            text = f"SCK runs at {speed_hz / 1e6:g} MHz; the parts' limit is 10 MHz"
+            self._trace.add(DeviceNote(self._clock.now_ps, self._bus.name, "forbidden", text))
 
-    # -- frames -----------------------------------------------------------------------------------------
+    def _open(self, message: Any) -> bool:
+        kept: _KeptMessage = message.contents
+        part, target = self._parts[kept.part], self._targets[kept.part]
+        part.start_ps, part.written, part.received = kept.start_ps, kept.bytes_written(), kept.bytes_read()
+        if target >= 0 and not part.received:
+            self._chip.targets.tell_position(target)  # of an earlier message
+        part.target.select()
+        part.target.write(bytes(part.written), self.mode)
+        if target >= 0 and part.received:
+            self._chip.targets.tell_position(target)
+        return part.target.answers
 
-    def _receiving(self, control: int) -> bool:
-        """Whether the clock is started by SPE instead of DR."""
-        return bool(not control & BIDIOE if control & BIDIMODE else control & RXONLY)
+    def _send(self, number: int, byte: int) -> None:
+        part = self._parts[number]
+        part.written.append(byte)
+        part.target.write(bytes((byte,)), self.mode)
 
-    def _next(self, *, began: bool) -> None:
-        """Between two frames: start another one if there is a reason to."""
-        control = self.registers[CR1]
-        if control & _ON != _ON:
-            return
-        if self._receiving(control):
-            if began:
-                self._start(None)
-        elif not self._sr & TXE:
-            self._sr |= TXE
-            self._start(self._to_send)
+    def _receive(self, number: int, wires: int) -> int:
+        part = self._parts[number]
+        (byte,) = part.target.read(1, self.mode, 3 if wires == 3 else 4)
+        part.received.append(byte)
+        return byte
 
-    def _start(self, value: int | None) -> None:
-        control = self.registers[CR1]
-        self._shift = value
-        self._busy = True
-        if value is not None or not control & BIDIMODE:
-            self._sr |= BSY
-        self._plan(self._clock.now_ps + self._byte_ps * (2 if control & DFF else 1))
-
-    def _plan(self, at_ps: int) -> None:
-        if self._planned is not None:
-            self._planned.cancel()
-        self._due_ps = at_ps
-        put = self._clock.schedule if self._watched else self._clock.defer
-        self._planned = put(at_ps, self._ended)
+    def _close(self, number: int) -> None:
+        part = self._parts[number]
+        self.take_kept()  # those before it
+        if part.written or part.received:
+            now_ps = self._clock.now_ps
+            self._bus.recent.append((part.start_ps, now_ps, part.chip_select, part.written, part.received))
+            self._record()
 
     def _ended(self) -> None:
-        self._planned, self._due_ps, self._busy = None, NEVER_PS, False
-        control = self.registers[CR1]
-        value = self._transfer(control)
-        self._sr &= ~BSY
-        if value is not None:
-            self._store(value)
-        self._next(began=False)
-        if self._watched:
-            self._update()
+        self.take_kept()
+        self._record()
 
-    def _transfer(self, control: int) -> int | None:
-        """The frame on the line, most significant byte first; None if nothing was listened to."""
-        frame = 0
-        sent = self._shift
-        listens = sent is None or not control & BIDIMODE
-        for shift in (8, 0) if control & DFF else (0,):
-            out = None if sent is None else sent >> shift & 0xFF
-            frame = frame << 8 | self._byte(control, out)
-        return frame if listens else None
-
-    def _byte(self, control: int, out: int | None) -> int:
-        line = self._line if self._connected else None
-        if line is None:
-            return UNDRIVEN
-        if out is not None and control & LSBFIRST:
-            out = _reversed(out)
-        if not control & BIDIMODE:
-            answer = line.exchange(UNDRIVEN if out is None else out)
-        elif out is None:
-            answer = line.receive()
-        else:
-            line.send(out)
-            return UNDRIVEN
-        return _reversed(answer) if control & LSBFIRST else answer
-
-    def _store(self, value: int) -> None:
-        if self._sr & RXNE:
-            self._sr |= OVR
-            self._data_read = False
-        else:
-            self._received = value
-            self._sr |= RXNE
-
-    def _write_data(self, value: int) -> None:
-        if not self._sr & TXE:
-            self.note("forbidden", "DR written while TXE was 0: the frame that waited there is lost")
-        self._to_send = value
-        self._sr &= ~TXE
-        if not self._busy:
-            self._next(began=False)
-
-    def _read_data(self) -> int:
-        self._sr &= ~RXNE
-        self._data_read = True
-        if not self._busy and self._receiving(self.registers[CR1]):
-            self._next(began=True)
-        if self._watched:
-            self._update()
-        return self._received
-
-    # -- interrupts and DMA -----------------------------------------------------------------------------
-
-    def _update(self) -> None:
-        """Make the DMA requests that stand and set the interrupt line."""
-        if self._serving:
-            return
-        self._serving = True
-        self._serve_dma()
-        self._serving = False
-        enabled, status = self.registers[CR2], self._sr
-        causes = (TXE if enabled & TXEIE else 0) | (RXNE if enabled & RXNEIE else 0)
-        self._irq.set(self.name, bool(status & (causes | (OVR | MODF if enabled & ERRIE else 0))))
-
-    def _serve_dma(self) -> None:
-        enabled, dma = self.registers[CR2], self.soc.dma
-        if enabled & RXDMAEN and self._sr & RXNE:
-            dma.request(f"{self.name}_RX")
-        for _ in range(2):  # the shift register and DR
-            if enabled & TXDMAEN and self._sr & TXE:
-                dma.request(f"{self.name}_TX")
+    def _record(self) -> None:
+        start_ps, self._bus.end_ps, chip_select, written, received = self._bus.recent[-1]
+        self._bus.record(chip_select, start_ps, bytes(written), bytes(received))
 
 
-def _reversed(value: int) -> int:
-    """A byte's bits in the other order, for LSBFIRST."""
-    return int(f"{value:08b}"[::-1], 2)
+def connect_absent_radio(chip: FcuChip, gpio: Gpio) -> None:
+    """At SPI1 nobody answers; the first attempt to talk to the module is told in the trace."""
+
+    def tried() -> None:
+        text = "the Bluetooth module is absent on the virtual board; firmware goes on after its time-outs"
+        chip.trace.add(DeviceNote(chip.clock.now_ps, "BlueNRG", "not modelled", text))
+
+    port, pin = _RADIO_SELECT
+    gpio.frequent(port, pin)
+    gpio.drive(*_RADIO_INTERRUPT, 0, by="BlueNRG")
+    called = chip.callback(ctypes.CFUNCTYPE(None, _i64), tried)
+    chip.library.fcu_absent_spi(chip.handle, SPI1, PORTS.index(port), pin, called)

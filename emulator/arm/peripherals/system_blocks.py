@@ -8,14 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from emulator.arm.peripherals import exti
 from emulator.arm.peripherals.adc import Adc
 from emulator.arm.peripherals.adc_inputs import AdcInputs
 from emulator.arm.peripherals.crc import Crc
 from emulator.arm.peripherals.dbgmcu import Dbgmcu
-from emulator.arm.peripherals.exti import Exti
 from emulator.arm.peripherals.flash import Flash
-from emulator.arm.peripherals.gpio import GpioPort
 from emulator.arm.peripherals.irq_line import IrqLine
 from emulator.arm.peripherals.iwdg import Iwdg
 from emulator.arm.peripherals.named import named_blocks
@@ -23,36 +20,19 @@ from emulator.arm.peripherals.peripheral import Peripheral
 from emulator.arm.peripherals.pwr import Pwr
 from emulator.arm.peripherals.rcc import Rcc
 from emulator.arm.peripherals.rtc import Rtc
-from emulator.arm.peripherals.syscfg import Syscfg
-from emulator.arm.peripherals.tim import Timer
-from emulator.arm.peripherals.tim_variants import VARIANTS
 from emulator.arm.peripherals.wwdg import Wwdg
 from emulator.arm.soc import Soc
-
-_GPIO_PORTS = {
-    "GPIOA": 0x4002_0000,
-    "GPIOB": 0x4002_0400,
-    "GPIOC": 0x4002_0800,
-    "GPIOD": 0x4002_0C00,
-    "GPIOE": 0x4002_1000,
-    "GPIOH": 0x4002_1C00,
-}
 
 
 class SystemBlocks:
     """Iterate over it for all blocks. Sets ``soc.clocks``."""
 
     def __init__(self, soc: Soc, inputs: AdcInputs | None = None) -> None:
-        timer_numbers = {number for variant in VARIANTS for _, number in variant.irqs}
-        lines = {number: IrqLine(soc, number) for number in (0, 4, 5, 18, *exti.NUMBERS, *timer_numbers)}
+        lines = {number: IrqLine(soc, number) for number in (0, 4, 5, 18)}
         self.pwr = Pwr(soc, "PWR", 0x4000_7000)
         self.rcc = Rcc(soc, "RCC", 0x4002_3800, self.pwr, lines[5])
         soc.clocks = self.rcc
         self.flash = Flash(soc, "FLASH", 0x4002_3C00, lines[4])
-        self.gpio = [GpioPort(soc, name, base) for name, base in _GPIO_PORTS.items()]
-        self.syscfg = Syscfg(soc, "SYSCFG", 0x4001_3800)
-        self.exti = Exti(soc, "EXTI", 0x4001_3C00, self.syscfg, lines)
-        self.timers = {variant.name: Timer(soc, variant, lines) for variant in VARIANTS}
         self.adc = Adc(soc, "ADC1", 0x4001_2000, lines[18], inputs or AdcInputs())
         self.crc = Crc(soc, "CRC", 0x4002_3000)
         self.rtc = Rtc(soc, "RTC", 0x4000_2800, self.pwr, self.rcc)
@@ -62,6 +42,5 @@ class SystemBlocks:
         self.named = named_blocks(soc)
 
     def __iter__(self) -> Iterator[Peripheral]:
-        yield from (self.rcc, self.pwr, self.flash, *self.gpio, self.syscfg, self.exti)
-        yield from self.timers.values()
+        yield from (self.rcc, self.pwr, self.flash)
         yield from (self.adc, self.crc, self.rtc, self.iwdg, self.wwdg, self.dbgmcu, *self.named)

@@ -1,0 +1,59 @@
+"""Whether pip finds wheels of all that is needed at run time: python building/check_dependencies.py [FOLDER]
+
+For each wheel of building/wheels.py and each version of Python, without installing anything. What exists only
+as a source distribution would need a compiler, and is refused.
+"""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Final
+
+from targets import TARGETS
+
+PYTHONS: Final = ("3.11", "3.12", "3.13", "3.14")
+_ALSO: Final = {
+    "manylinux2014": ("manylinux_2_27", "manylinux_2_28"),  # what packages in C++ are built for nowadays
+    "musllinux_1_2": ("musllinux_1_1",),
+}
+
+
+def platforms(name: str) -> list[str]:
+    """The tags that a machine of this kind accepts, beside older ones that pip knows itself."""
+    for family, others in _ALSO.items():
+        if name.startswith(family):
+            return [name, *(name.replace(family, other) for other in others)]
+    return [name]
+
+
+def resolve(wheel: Path, name: str, python: str) -> str:
+    """What pip would install; RuntimeError if it finds no set of wheels."""
+    with tempfile.TemporaryDirectory() as folder:
+        command = [sys.executable, "-m", "pip", "install", "-q", "--dry-run", "--ignore-installed"]
+        command += ["--only-binary", ":all:", "--implementation", "cp", "--python-version", python]
+        command += [word for platform in platforms(name) for word in ("--platform", platform)]
+        command += ["--target", folder, "--report", f"{folder}/report.json", str(wheel)]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        if done.returncode:
+            raise RuntimeError(f"{name}, Python {python}: {done.stderr}")
+        report = Path(folder, "report.json").read_text(encoding="utf-8")
+    return ", ".join(sorted(set(re.findall(r'"name": "([\w-]+)"', report)), key=str.lower))
+
+
+def main(folder: str = "dist") -> None:
+    """A line for each platform; an exit code for the first that fails."""
+    for name, target in TARGETS.items():
+        (wheel,) = Path(folder).glob(f"*-{target.tag}.whl")
+        found = {resolve(wheel, name, python) for python in PYTHONS}
+        sys.stdout.write(f"{name}, Python {PYTHONS[0]} to {PYTHONS[-1]}: {'; or '.join(found)}\n")
+
+
+if __name__ == "__main__":
+    try:
+        main(*sys.argv[1:])
+    except RuntimeError as problem:
+        sys.exit(str(problem))

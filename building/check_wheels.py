@@ -1,0 +1,110 @@
+"""Look into the wheels that building/wheels.py has made: python building/check_wheels.py [FOLDER]
+
+Each has one library, made from the sources that are here, for its platform, which needs nothing but what all
+its systems have. This command needs lief and auditwheel. See docs/building.md.
+"""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Final
+from zipfile import ZipFile
+
+import lief
+from library import FOLDER, NATIVE
+from targets import TARGETS, Target
+
+_PLACE: Final = "emulator/arm/native/"
+_MACHINES: Final = {
+    "x86_64": ("X86_64", "AMD64"),
+    "amd64": ("X86_64", "AMD64"),
+    "aarch64": ("AARCH64", "ARM64"),
+    "arm64": ("AARCH64", "ARM64"),
+}
+_OLDEST_MACOS: Final = [11, 0, 0]
+_WINDOWS_HAS: Final = re.compile(r"kernel32\.dll|api-ms-win-crt-\w+-l1-1-0\.dll")
+"""The second is the Universal C Runtime, a part of Windows 10 and later."""
+
+
+def check(wheel: Path, target: Target) -> Iterator[str]:
+    """What was found to be right. AssertionError for what is wrong."""
+    with ZipFile(wheel) as archive:
+        names = [name for name in archive.namelist() if name.startswith(_PLACE)]
+        assert not [name for name in names if name.endswith((".c", ".h"))], "it has C sources"
+        name = _PLACE + NATIVE["library_name"](target.system)
+        assert [name for name in names if not name.endswith(".py")] == [name], names
+        content = archive.read(name)
+        info = next(name for name in archive.namelist() if name.endswith(".dist-info/WHEEL"))
+        tags = re.findall(r"^Tag: (\S+)$", archive.read(info).decode(), flags=re.MULTILINE)
+    assert sorted(tags) == sorted(f"py3-none-{tag}" for tag in target.tag.split(".")), tags
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, "library")
+        file.write_bytes(content)
+        digest, compiler, _ = NATIVE["built_from"](file)
+    assert digest == NATIVE["digest"](FOLDER), "it was built from other sources"
+    yield f"{wheel.stat().st_size / 1e6:.1f} MB, library {len(content) / 1e3:.0f} kB by {compiler}"
+
+    library = lief.parse(content)
+    machine = str(library.header.cpu_type if target.system == "darwin" else _machine(library)).split(".")[-1]
+    assert machine in _MACHINES[re.split("_(?=x86|a)", target.tag)[-1]], machine
+    looks = {"linux": _linux, "darwin": _macos, "win32": _windows}
+    yield from looks[target.system](library, wheel, target)
+
+
+def _machine(library: Any) -> Any:
+    header = library.header
+    return header.machine_type if isinstance(library, lief.ELF.Binary) else header.machine
+
+
+def _linux(library: Any, wheel: Path, target: Target) -> Iterator[str]:
+    needs = set(library.libraries)
+    if "musllinux" in target.tag:
+        assert needs == {"libc.so"}, needs
+        yield "needs libc.so, by which name musl's loader knows itself"
+        return
+    assert needs <= {"libc.so.6", "libm.so.6"}, needs
+    command = [sys.executable, "-m", "auditwheel", "show", str(wheel)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    found = re.search(r'platform\s+tag:\s+"(manylinux_\w+)"', done.stdout)
+    assert found, done.stdout + done.stderr
+    assert _as_numbers(found[1]) <= _as_numbers(target.tag.split(".")[-1]), done.stdout
+    yield f"needs {', '.join(sorted(needs))}; auditwheel: {found[1]}"
+
+
+def _as_numbers(tag: str) -> tuple[str, int, int, str]:
+    libc, major, minor, machine = tag.split("_", maxsplit=3)
+    return libc, int(major), int(minor), machine
+
+
+def _macos(library: Any, _wheel: Path, target: Target) -> Iterator[str]:
+    oldest = list(library.build_version.minos)
+    assert oldest == _OLDEST_MACOS, oldest
+    assert library.build_version.platform == lief.MachO.BuildVersion.PLATFORMS.MACOS
+    own, *others = (command.name for command in library.libraries)
+    assert own == "@rpath/libfcu.dylib", own
+    assert others == ["/usr/lib/libSystem.B.dylib"], others
+    assert library.has_code_signature or "arm64" not in target.tag, "arm64 refuses code without a signature"
+    signed = "signed ad hoc" if library.has_code_signature else "not signed"
+    yield f"macOS {oldest[0]}.{oldest[1]} or later, {signed}, needs libSystem"
+
+
+def _windows(library: Any, _wheel: Path, _target: Target) -> Iterator[str]:
+    needs = sorted(imported.name for imported in library.imports)
+    assert all(_WINDOWS_HAS.fullmatch(name.lower()) for name in needs), needs
+    yield f"needs {', '.join(needs)}"
+
+
+def main(folder: str = "dist") -> None:
+    """A line for each wheel; an exit code for the first that is wrong."""
+    for name, target in TARGETS.items():
+        (wheel,) = Path(folder).glob(f"*-{target.tag}.whl")
+        sys.stdout.write(f"{name}: {'; '.join(check(wheel, target))}\n")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

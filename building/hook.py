@@ -1,0 +1,72 @@
+"""The build hook: the C library is compiled into the wheel, or beside its sources for pip install -e."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+from packaging.tags import platform_tags
+
+sys.path.insert(0, str(Path(__file__).parent))  # hatchling loads this file by its path
+
+import library
+import targets
+
+
+class CustomBuildHook(BuildHookInterface[Any]):
+    """See building/library.py, and building/targets.py for other systems than this one."""
+
+    def dependencies(self) -> list[str]:
+        """Zig where no C compiler works; pip then fetches it, for as long as the wheel is built."""
+        return [library.ZIG] if _target() or self._tried(library.own_compiler) is None else []
+
+    def initialize(self, version: str, build_data: dict[str, Any]) -> None:
+        """``version`` is "editable" for pip install -e."""
+        if version == "editable":
+            self.app.display_info(self._tried(library.build_in_place))
+            return
+        self._folder = Path(tempfile.mkdtemp())
+        for cache in ("ZIG_GLOBAL_CACHE_DIR", "ZIG_LOCAL_CACHE_DIR"):
+            os.environ.setdefault(
+                cache, str(self._folder / "zig")
+            )  # else zig leaves 60 MB in the user's folder
+        target = _target()
+        compiler = self._tried(
+            lambda: library.zig(target.system, *target.flags) if target else library.compiler()
+        )
+        name = library.NATIVE["library_name"](compiler.system)
+        self._tried(lambda: library.build(self._folder / name, compiler))
+        build_data["force_include"][str(self._folder / name)] = f"emulator/arm/native/{name}"
+        build_data["pure_python"] = False
+        build_data["tag"] = f"py3-none-{target.tag if target else _platform()}"
+
+    def finalize(self, version: str, *_: Any) -> None:
+        """The wheel has the library now."""
+        if version != "editable":
+            shutil.rmtree(self._folder)
+
+    def _tried(self, make: Any) -> Any:
+        try:
+            return make()
+        except library.BuildError as problem:
+            self.app.abort(str(problem))
+
+
+def _target() -> targets.Target | None:
+    name = os.environ.get(targets.VARIABLE)
+    return targets.TARGETS[name] if name else None
+
+
+def _compiler() -> library.Compiler:
+    target = _target()
+    return library.zig(target.system, *target.flags) if target else library.compiler()
+
+
+def _platform() -> str:
+    """This machine's; what the library needs of a Linux distribution was not looked at, so none is named."""
+    return next(tag for tag in platform_tags() if "manylinux" not in tag and "musllinux" not in tag)

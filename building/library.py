@@ -1,0 +1,171 @@
+"""Build the C library, emulator/arm/native, beside its sources: python building/library.py [--force]
+
+Nothing is done where the library was built from these sources with this compiler. Needs no package but, where
+no C compiler works, ziglang. The compiler is
+
+- what the environment variable ``CC`` says, with arguments if it has some (``CC="gcc -m64"``), or else
+- ``cc``, where there is one that makes a library which this Python can load, or else
+- zig, a C compiler for all systems that pip can install.
+
+``CFLAGS`` and ``LDFLAGS`` are added, as packagers expect.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import importlib.util
+import os
+import runpy
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Final
+
+FOLDER: Final = Path(__file__).parents[1] / "emulator" / "arm" / "native"
+NATIVE: Final = runpy.run_path(str(FOLDER / "__init__.py"))
+
+FLAGS: Final = (
+    "-std=gnu11",
+    "-O2",
+    # Flags are written together and read one by one: out of a vector they come late. A fifth faster so.
+    "-fno-tree-slp-vectorize",
+    "-fwrapv",  # signed sums wrap on every compiler, as the chip's do
+    "-ffp-contract=off",  # a product and a sum are rounded one after the other, as on the chip
+)
+ZIG: Final = "ziglang~=0.17.0"
+"""For pip: the versions of zig whose library was tested."""
+_ZIG_FLAGS: Final = (
+    "-mcpu=baseline",  # else the library needs the instructions that the machine which builds it has
+    "-g0",
+    "-s",
+)
+_TRIAL: Final = "long long trial(long long a, long long b) { return (long long)((__int128)a * b >> 64); }\n"
+
+
+class BuildError(Exception):
+    """No library can be built; the message says why, and what helps."""
+
+
+@dataclass(frozen=True)
+class Compiler:
+    """A C compiler: the beginning of its command lines, what a report calls it, flags of its own.
+
+    ``system``, as in ``sys.platform``, is the one that it compiles for.
+    """
+
+    command: tuple[str, ...]
+    name: str
+    flags: tuple[str, ...] = ()
+    system: str = sys.platform
+
+    @property
+    def description(self) -> str:
+        """What the library keeps, and ``fcu doctor`` says: the name, and flags from the environment."""
+        text = f"{self.name} {os.environ.get('CFLAGS', '')}".strip()
+        return text.replace("\\", "/").replace('"', "'")
+
+    @property
+    def position_independent(self) -> tuple[str, ...]:
+        """On Windows all code is, and clang refuses the flag."""
+        return () if self.system == "win32" else ("-fPIC",)
+
+    def run(self, *arguments: str | Path) -> None:
+        """BuildError with what the compiler says, if it fails."""
+        line = [*self.command, *self.flags, *map(str, arguments)]
+        try:
+            done = subprocess.run(line, capture_output=True, text=True, check=False)
+        except OSError as error:
+            raise BuildError(f"{self.name}: {error}") from error
+        if done.returncode:
+            raise BuildError(f"{shlex.join(line)}\n{done.stdout}{done.stderr}")
+
+
+def compiler() -> Compiler:
+    """The compiler of this machine, else zig. BuildError if there is none."""
+    return own_compiler() or zig()
+
+
+def own_compiler() -> Compiler | None:
+    """What ``CC`` says, or ``cc``; None if zig is needed. BuildError for a system that cannot be served."""
+    if sys.maxsize < 2**32:
+        raise BuildError("32-bit systems are not supported: the library needs 128-bit integers (__int128)")
+    words = shlex.split(os.environ.get("CC", ""), posix=os.name == "posix")
+    if not words:
+        cc = Compiler(("cc",), "cc")
+        return cc if _works(cc) else None
+    if Path(words[0]).stem.lower() in ("cl", "clang-cl"):
+        raise BuildError(f"CC={words[0]}: Microsoft's compiler is not supported; unset CC, and zig is used")
+    return Compiler(tuple(words), " ".join(words))
+
+
+def zig(system: str = sys.platform, *flags: str) -> Compiler:
+    """Zig of the package ziglang. BuildError if that is not installed."""
+    if importlib.util.find_spec("ziglang") is None:
+        raise BuildError(
+            "no C compiler here makes a library that this Python can load (cc; CC names another one): "
+            f"install gcc or clang, or {sys.executable} -m pip install {ZIG}"
+        )
+    return Compiler((sys.executable, "-m", "ziglang", "cc"), "zig cc", (*_ZIG_FLAGS, *flags), system)
+
+
+@cache
+def _works(compiler: Compiler) -> bool:
+    if shutil.which(compiler.command[0]) is None:
+        return False
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        source, library = Path(folder, "trial.c"), Path(folder, "trial.lib")
+        source.write_text(_TRIAL, encoding="utf-8")
+        try:
+            compiler.run("-shared", *compiler.position_independent, source, "-o", library)
+            ctypes.CDLL(str(library))
+        except (BuildError, OSError):
+            return False
+    return True
+
+
+def build(library: Path, compiler: Compiler) -> None:
+    """Compile all sources, as many at a time as there are cores, and put the library there in one step."""
+    flags = *FLAGS, *compiler.position_independent, *shlex.split(os.environ.get("CFLAGS", ""))
+    libraries = "-lm", *shlex.split(os.environ.get("LDFLAGS", ""))
+    macros = f'-DSOURCES="{NATIVE["digest"](FOLDER)}"', f'-DCOMPILER="{compiler.description}"'
+    files = [path for path in NATIVE["sources"](FOLDER) if path.suffix == ".c"]
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        objects = [Path(folder, f"{number}.o") for number in range(len(files))]
+
+        def compile_one(source: Path, result: Path) -> None:
+            compiler.run(*flags, *macros, f"-I{FOLDER}", "-c", source, "-o", result)
+
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            list(pool.map(compile_one, files, objects))
+        made = library.with_name(f"{library.name}.{os.getpid()}")
+        try:
+            compiler.run("-shared", *flags, *objects, *libraries, "-o", made)
+            made.replace(library)  # a process that runs keeps the library which it has loaded
+        finally:
+            made.unlink(missing_ok=True)
+
+
+def build_in_place(force: bool = False) -> str:
+    """Build the library beside its sources if it does not fit them: what was done, for people."""
+    library = FOLDER / NATIVE["library_name"]()
+    chosen = compiler()
+    digest, description, _ = NATIVE["built_from"](library)
+    if not force and (digest, description) == (NATIVE["digest"](FOLDER), chosen.description):
+        return f"{library} fits its sources"
+    build(library, chosen)
+    return f"{library} was built with {chosen.description}"
+
+
+if __name__ == "__main__":
+    if set(sys.argv[1:]) - {"--force"}:
+        sys.exit(__doc__)
+    try:
+        sys.stdout.write(build_in_place("--force" in sys.argv) + "\n")
+    except BuildError as problem:
+        sys.exit(f"building/library.py: {problem}")

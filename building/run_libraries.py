@@ -1,0 +1,88 @@
+"""Execute a program on the libraries of the wheels: .venv/bin/python building/run_libraries.py [FOLDER]
+
+building/run_library.c is compiled for each system that can be imitated here, and runs the kernels of
+tests/arm/kernels on the library alone: on this machine, under qemu-user, under wine, with musl's C library.
+Their checksums have to be those of QEMU's Cortex-M4, and the number of instructions the same everywhere.
+
+Needs what .ci/wheels installs: qemu-user, wine, the cross compiler; Debian's C libraries in
+``build/debian-*``, zig in ``build/venv``.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Final
+from zipfile import ZipFile
+
+from library import FOLDER, NATIVE
+from targets import TARGETS, Target
+
+ROOT: Final = Path(__file__).parents[1]
+BUILD: Final = ROOT / "build"
+QEMU: Final = ("qemu-aarch64-static", "-L", str(BUILD / "debian-arm64"))
+RUN_BY: Final[dict[str, tuple[str, ...]]] = {
+    "manylinux2014_x86_64": (),
+    "manylinux2014_aarch64": QEMU,
+    "musllinux_1_2_x86_64": (str(BUILD / "debian-amd64" / "lib" / "ld-musl-x86_64.so.1"),),
+    "musllinux_1_2_aarch64": QEMU,
+    "win_amd64": ("wine",),
+}
+"""What a program of that system is called with here."""
+
+
+def image(folder: Path) -> Path:
+    """The kernels, as the contents of flash."""
+    sys.path.insert(0, str(ROOT))
+    from tests.arm.conformance import build
+
+    elf = build("O2", folder)
+    subprocess.run(["arm-none-eabi-objcopy", "-O", "binary", elf, folder / "kernels.bin"], check=True)
+    return folder / "kernels.bin"
+
+
+def run(wheel: Path, target: Target, by: tuple[str, ...], program: Path, folder: Path) -> list[str]:
+    """The lines that the program prints on the library of that wheel."""
+    name = NATIVE["library_name"](target.system)
+    with ZipFile(wheel) as archive:
+        (folder / name).write_bytes(archive.read(f"emulator/arm/native/{name}"))
+    driver = folder / "run_library.exe"
+    command = [str(BUILD / "venv" / "bin" / "python"), "-m", "ziglang", "cc", *target.flags]
+    if "musl" in target.tag:
+        command.append("-dynamic")
+    source = Path(__file__).with_name("run_library.c")
+    subprocess.run([*command, "-O2", "-s", f"-I{FOLDER}", source, "-o", driver], check=True)
+    quiet = {"WINEDEBUG": "-all", "WINEPREFIX": str(BUILD / "wine")}
+    done = subprocess.run(
+        [*by, driver, folder / name, program],
+        capture_output=True,
+        text=True,
+        check=True,
+        env=os.environ | quiet,
+    )
+    return done.stdout.splitlines()
+
+
+def main(dist: str = "dist") -> None:
+    """A line for each; an exit code for the first that differs."""
+    expected = (ROOT / "tests" / "arm" / "kernels" / "results.txt").read_text(encoding="ascii").splitlines()
+    counts = set()
+    with tempfile.TemporaryDirectory() as folder:
+        program = image(Path(folder))
+        for name, by in RUN_BY.items():
+            target = TARGETS[name]
+            (wheel,) = Path(dist).glob(f"*-{target.tag}.whl")
+            *sums, end, count = run(wheel, target, by, program, Path(folder))
+            if sums != expected or end != "end":
+                sys.exit(f"{name}: the checksums are others: {sums}")
+            counts.add(count)
+            sys.stdout.write(f"{name}: {len(sums)} checksums as expected, {count}\n")
+    if len(counts) != 1:
+        sys.exit(f"the numbers of instructions differ: {counts}")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,39 @@
+"""The systems that wheels are made for, and how zig is told."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+
+@dataclass(frozen=True)
+class Target:
+    """``tag``: the wheel's platform; ``triple``: zig's name of it; ``system``: as in ``sys.platform``."""
+
+    tag: str
+    triple: str
+    system: str
+
+    @property
+    def flags(self) -> tuple[str, ...]:
+        """For zig."""
+        named = ("-Wl,-install_name,@rpath/libfcu.dylib",) if self.system == "darwin" else ()
+        return "-target", self.triple, *named
+
+
+VARIABLE: Final = "FCU_TARGET"
+"""The environment variable that names the target of a build, if it is not this machine."""
+TARGETS: Final = {
+    target.tag.partition(".")[0]: target
+    for target in (
+        Target("manylinux2014_x86_64.manylinux_2_17_x86_64", "x86_64-linux-gnu.2.17", "linux"),
+        Target("manylinux2014_aarch64.manylinux_2_17_aarch64", "aarch64-linux-gnu.2.17", "linux"),
+        Target("musllinux_1_2_x86_64", "x86_64-linux-musl", "linux"),
+        Target("musllinux_1_2_aarch64", "aarch64-linux-musl", "linux"),
+        Target("macosx_11_0_x86_64", "x86_64-macos.11.0", "darwin"),
+        Target("macosx_11_0_arm64", "aarch64-macos.11.0", "darwin"),
+        Target("win_amd64", "x86_64-windows-gnu", "win32"),
+        Target("win_arm64", "aarch64-windows-gnu", "win32"),
+    )
+}
+"""By the first of the names that their wheels have."""

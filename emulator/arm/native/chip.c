@@ -1,0 +1,285 @@
+/* Blocks, events and lines of the chip. */
+#include "chip.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+
+Chip *chip_create(const Host *host) {
+  Chip *chip = calloc(1, sizeof(Chip));
+  if (!chip) {
+    return NULL;
+  }
+  chip->host = *host;
+  chip->host_next_ps = chip->next_ps = chip->due_ps = NEVER_PS;
+  chip->clocks = (Clocks){16000000, 16000000, 16000000, 16000000, 16000000, 16000000}; /* HSI (RM0368 6.2.2) */
+  memset(chip->alternate, -1, sizeof chip->alternate);
+  memset(chip->flash, 0xFF, sizeof chip->flash);
+  memset(chip->system_memory, 0xFF, sizeof chip->system_memory);
+  for (int event = 0; event < EVENTS; event++) {
+    chip->event_ps[event] = NEVER_PS;
+  }
+  if (!core_create(&chip->core, chip, chip->flash, chip->ram, chip->system_memory)) {
+    chip_destroy(chip);
+    return NULL;
+  }
+  nvic_reset(&chip->nvic);
+  dwt_create(chip);
+  scb_create(chip);
+  systick_create(chip, &chip->scb.block);
+  gpio_create(chip);
+  exti_create(chip);
+  timers_create(chip);
+  dma_create(chip);
+  usarts_create(chip);
+  targets_create(chip);
+  i2c_create(chip);
+  spi_create(chip);
+  machine_create(chip);
+  idle_create(chip);
+  chip->waiting.enabled = 1;
+  exceptions_reset(chip);
+  waiting_forget(chip);
+  return chip;
+}
+
+void chip_destroy(Chip *chip) {
+  core_destroy(&chip->core);
+  free(chip);
+}
+
+/* -- blocks --------------------------------------------------------------------------------------------- */
+
+void block_create(Chip *chip, Block *block, const BlockType *type, uint32_t base, uint32_t size,
+                  const int16_t *offsets) {
+  *block = (Block){.type = type, .chip = chip, .base = base, .size = size, .clocked = 1};
+  block->index = chip->block_count;
+  chip->blocks[chip->block_count++] = block;
+  for (; *offsets >= 0; offsets++) {
+    block->known[*offsets >> 7] |= 1u << (*offsets >> 2 & 31);
+  }
+  for (uint32_t at = 0; at < size && base - PERIPHERALS < PERIPHERALS_SIZE; at += 0x400) {
+    chip->pages[(base - PERIPHERALS + at) >> 10] = block;
+  }
+}
+
+Block *chip_block_at(const Chip *chip, uint32_t address) {
+  uint32_t offset = address - PERIPHERALS;
+  if (chip->bare) {
+    return NULL;
+  }
+  if (offset < PERIPHERALS_SIZE) {
+    return chip->pages[offset >> 10];
+  }
+  switch (address >> 12) {
+  case SYSTEM_CONTROL_SPACE >> 12: return (Block *)&chip->scb.block;
+  case DATA_WATCHPOINT >> 12: return (Block *)&chip->dwt.block;
+  default: return NULL;
+  }
+}
+
+void block_knows_all(Block *block) { memset(block->known, 0xFF, sizeof block->known); }
+
+static uint32_t mask_of(unsigned size) { return size == 4 ? WORD : (1u << 8 * size) - 1; }
+
+static void touched(Block *block, uint32_t offset, enum Touched what) {
+  block->chip->host.touched(block->chip->now_ps, block->index, offset, what);
+}
+
+uint32_t block_read(Block *block, uint32_t offset, unsigned size, int64_t *until_ps) {
+  uint32_t word = offset & ~3u;
+  *until_ps = NEVER_PS;
+  if (!block->clocked) {
+    touched(block, word, READ_UNCLOCKED);
+    return 0;
+  }
+  if (!block_knows(block, block->base + word)) {
+    touched(block, word, READ_UNKNOWN);
+    *until_ps = ALREADY_PS;
+    return 0;
+  }
+  return block->type->read(block, word, until_ps) >> 8 * (offset & 3) & mask_of(size);
+}
+
+void block_write(Block *block, uint32_t offset, unsigned size, uint32_t value) {
+  uint32_t word = offset & ~3u, shift = 8 * (offset & 3), mask = mask_of(size) << shift;
+  if (!block->clocked) {
+    touched(block, word, WRITE_UNCLOCKED);
+  } else if (!block_knows(block, block->base + word)) {
+    touched(block, word, WRITE_UNKNOWN);
+  } else {
+    block->type->write(block, word, value << shift & mask, mask);
+  }
+}
+
+void block_note(Block *block, int id, enum NoteKind kind, const char *format, ...) {
+  if (id >= 0 && block->noted >> id & 1) {
+    return;
+  }
+  if (id >= 0) {
+    block->noted |= 1u << id;
+  }
+  char text[240];
+  va_list arguments;
+  va_start(arguments, format);
+  vsnprintf(text, sizeof text, format, arguments);
+  va_end(arguments);
+  block->chip->host.note(block->chip->now_ps, block->index, kind, text);
+}
+
+/* -- events --------------------------------------------------------------------------------------------- */
+
+int event_create(Block *block, Fire fire) {
+  Chip *chip = block->chip;
+  chip->event_fire[chip->event_count] = fire;
+  chip->event_block[chip->event_count] = block;
+  return chip->event_count++;
+}
+
+/* next_ps and due_ps anew. */
+static void look_at_events(Chip *chip) {
+  int64_t next_ps = NEVER_PS, due_ps = NEVER_PS;
+  for (int event = 0; event < chip->event_count; event++) {
+    int64_t at_ps = chip->event_ps[event];
+    due_ps = at_ps < due_ps ? at_ps : due_ps;
+    next_ps = at_ps < next_ps && !(chip->deferred >> event & 1) ? at_ps : next_ps;
+  }
+  chip->next_ps = next_ps;
+  chip->due_ps = due_ps;
+}
+
+static void plan(Chip *chip, int event, int64_t at_ps, bool deferred) {
+  int64_t before_ps = chip->event_ps[event];
+  at_ps = at_ps > chip->now_ps ? at_ps : chip->now_ps;
+  chip->event_ps[event] = at_ps;
+  chip->event_order[event] = chip->order++;
+  chip->deferred = (chip->deferred & ~(UINT64_C(1) << event)) | (uint64_t)deferred << event;
+  if (before_ps <= chip->next_ps || before_ps <= chip->due_ps) {
+    look_at_events(chip); /* it may have been the earliest one */
+    machine_end_in_time(chip);
+    return;
+  }
+  chip->due_ps = at_ps < chip->due_ps ? at_ps : chip->due_ps;
+  if (!deferred && at_ps < chip->next_ps) {
+    chip->next_ps = at_ps;
+    machine_end_in_time(chip);
+  }
+}
+
+void event_schedule(Chip *chip, int event, int64_t at_ps) { plan(chip, event, at_ps, false); }
+
+void event_defer(Chip *chip, int event, int64_t at_ps) { plan(chip, event, at_ps, true); }
+
+void event_cancel(Chip *chip, int event) {
+  if (chip->event_ps[event] < NEVER_PS) {
+    chip->event_ps[event] = NEVER_PS;
+    look_at_events(chip);
+  }
+}
+
+int64_t event_at(const Chip *chip, int event) { return chip->event_ps[event]; }
+
+static void fire_earliest(Chip *chip) {
+  int earliest = -1;
+  for (int event = 0; event < chip->event_count; event++) {
+    bool is_due = chip->event_ps[event] == chip->due_ps;
+    if (is_due && (earliest < 0 || chip->event_order[event] < chip->event_order[earliest])) {
+      earliest = event;
+    }
+  }
+  chip->now_ps = chip->due_ps;
+  chip->event_ps[earliest] = NEVER_PS;
+  look_at_events(chip);
+  chip->event_fire[earliest](chip->event_block[earliest]);
+}
+
+void chip_advance(Chip *chip, int64_t to_ps) {
+  for (;;) {
+    if (chip->due_ps <= to_ps && chip->due_ps <= chip->host_next_ps) {
+      fire_earliest(chip);
+    } else if (chip->host_next_ps <= to_ps && !chip->must_stop) {
+      chip->now_ps = chip->host_next_ps;
+      chip->host.advance(chip->now_ps);
+    } else {
+      break;
+    }
+  }
+  if (to_ps > chip->now_ps) {
+    chip->now_ps = to_ps;
+  }
+}
+
+void chip_settle(Chip *chip) {
+  if (chip->due_ps <= chip->now_ps || chip->host_next_ps <= chip->now_ps) {
+    int64_t now_ps = chip->now_ps;
+    chip_advance(chip, now_ps);
+    chip->now_ps = now_ps;
+  }
+}
+
+/* -- clocks and lines ------------------------------------------------------------------------------------ */
+
+int64_t common_divisor(int64_t a, int64_t b) {
+  while (b) {
+    int64_t rest = a % b;
+    a = b;
+    b = rest;
+  }
+  return a;
+}
+
+void chip_set_clocks(Chip *chip, const Clocks *clocks) {
+  chip->clocks = *clocks;
+  machine_set_rate(chip);
+  for (int n = 0; n < chip->block_count; n++) {
+    if (chip->blocks[n]->type->clocks_changed) {
+      chip->blocks[n]->type->clocks_changed(chip->blocks[n]);
+    }
+  }
+}
+
+void chip_set_irq(Chip *chip, int source, int number, bool level) {
+  uint64_t before = chip->irq_sources[number], bit = UINT64_C(1) << source;
+  uint64_t after = level ? before | bit : before & ~bit;
+  chip->irq_sources[number] = after;
+  if (!before == !after) {
+    return;
+  }
+  nvic_set_line(&chip->nvic, FIRST_INTERRUPT + number, after != 0);
+  machine_end_in_time(chip);
+  if (chip->irq_changed) {
+    chip->irq_changed(chip->now_ps, number, after != 0);
+  }
+}
+
+void chip_accessed(Chip *chip, uint32_t address, unsigned size, bool written) {
+  chip->now_ps = timeline_ps(&chip->timeline, (int64_t)chip->core.counter - 1);
+  chip->host.accessed(chip->now_ps, address, size, written);
+}
+
+void chip_masks_changed(Chip *chip) {
+  if (nvic_any_ready(&chip->nvic)) {
+    chip->nvic.changed = 1;
+    machine_end_in_time(chip);
+  }
+}
+
+void block_set_irq(Block *block, int number, bool level) {
+  chip_set_irq(block->chip, block->index, number, level);
+}
+
+int port_index(char port) { return port == 'H' ? 5 : port - 'A'; }
+
+bool pins_connected(const Chip *chip, const PinFunction *pins, char *missing, size_t size) {
+  size_t length = 0;
+  missing[0] = 0;
+  for (; pins->function != 255; pins++) {
+    if (chip->alternate[port_index(pins->port)][pins->pin] != pins->function && length < size) {
+      length += (size_t)snprintf(missing + length, size - length, "%sP%c%d to AF%d", length ? ", " : "",
+                                 pins->port, pins->pin, pins->function);
+    }
+  }
+  return length == 0;
+}

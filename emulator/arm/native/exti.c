@@ -1,0 +1,196 @@
+/* EXTI: 23 edge detectors on pins and inner signals (RM0368 section 10.2; interrupt numbers of table 38); and
+ * SYSCFG, which selects the pins (section 7).
+ *
+ * Lines 0 to 15 are pins; 16 the voltage detector, 17 the RTC's alarm, 18 USB wake-up, 21 the RTC's tamper and
+ * time stamp, 22 its wake-up timer; 19 and 20 do not exist on this chip.
+ *
+ * The pending bit is set by an edge whether or not IMR lets it through, as figure 29 draws it; the text about
+ * SWIER asks for IMR, and is followed for SWIER.
+ *
+ * NOT MODELLED
+ * - Event mode (EMR, a wake-up for WFE without an interrupt): stored, and a note.
+ * - Memory remapping (SYSCFG_MEMRMP): stored, and a note; address 0 is always the flash, as the board's boot
+ *   pins select.
+ * - SYSCFG_PMC: stored, without effect.
+ */
+#include "exti.h"
+
+#include <string.h>
+
+#include "chip.h"
+#include "fcu.h"
+
+enum { IMR = 0x00, EMR = 0x04, RTSR = 0x08, FTSR = 0x0C, SWIER = 0x10, PR = 0x14 };
+enum { MEMRMP = 0x00, PMC = 0x04, EXTICR1 = 0x08, EXTICR2 = 0x0C, EXTICR3 = 0x10, EXTICR4 = 0x14, CMPCR = 0x20 };
+
+#define LINES 0x007FFFFFu
+#define CMP_PD (1u << 0)
+#define READY (1u << 8)
+
+static const int16_t EXTI_OFFSETS[] = {IMR, EMR, RTSR, FTSR, SWIER, PR, -1};
+static const int16_t SYSCFG_OFFSETS[] = {MEMRMP, PMC, EXTICR1, EXTICR2, EXTICR3, EXTICR4, CMPCR, -1};
+
+/* Interrupt numbers and the lines that raise them (table 38). */
+static const struct {
+  int number;
+  uint32_t lines;
+} GROUPS[] = {
+  {6, 1u << 0}, {7, 1u << 1}, {8, 1u << 2}, {9, 1u << 3}, {10, 1u << 4}, {23, 0x03E0}, {40, 0xFC00},
+  {1, 1u << 16}, {41, 1u << 17}, {42, 1u << 18}, {2, 1u << 21}, {3, 1u << 22},
+};
+
+/* -- EXTI ----------------------------------------------------------------------------------------------- */
+
+static void signal(Exti *exti) {
+  uint32_t active = exti->pr & exti->imr;
+  for (size_t n = 0; n < sizeof GROUPS / sizeof *GROUPS; n++) {
+    block_set_irq(&exti->block, GROUPS[n].number, active & GROUPS[n].lines);
+  }
+}
+
+void exti_set_line(Exti *exti, int line, bool level) {
+  uint32_t bit = 1u << line;
+  if (!(exti->levels & bit) == !level) {
+    return;
+  }
+  exti->levels ^= bit;
+  if ((level ? exti->rtsr : exti->ftsr) & bit) {
+    exti->pr |= bit;
+    signal(exti);
+  }
+}
+
+void exti_pin_changed(Exti *exti, int port, int pin, bool level) {
+  if (exti->port[pin] == port) {
+    exti_set_line(exti, pin, level);
+  }
+}
+
+static uint32_t exti_peek(const Block *block, uint32_t offset) {
+  const Exti *exti = (const Exti *)block;
+  switch (offset) {
+    case IMR: return exti->imr;
+    case EMR: return exti->emr;
+    case RTSR: return exti->rtsr;
+    case FTSR: return exti->ftsr;
+    case SWIER: return exti->swier;
+    case PR: return exti->pr;
+    default: return 0;
+  }
+}
+
+static uint32_t exti_read(Block *block, uint32_t offset, int64_t *until_ps) {
+  (void)until_ps; /* nothing changes but by events and writes */
+  return exti_peek(block, offset);
+}
+
+static void merge(uint32_t *word, uint32_t value, uint32_t mask) {
+  *word = (*word & ~mask) | (value & mask & LINES);
+}
+
+/* PR clears where 1 is written, and SWIER with it (10.3.5, 10.3.6). */
+static void exti_write(Block *block, uint32_t offset, uint32_t value, uint32_t mask) {
+  Exti *exti = (Exti *)block;
+  uint32_t rising;
+  switch (offset) {
+    case IMR: merge(&exti->imr, value, mask); break;
+    case EMR:
+      merge(&exti->emr, value, mask);
+      if (exti->emr) {
+        block_note(block, 0, NOTE_NOT_MODELLED, "EMR: events that wake WFE without an interrupt");
+      }
+      break;
+    case RTSR: merge(&exti->rtsr, value, mask); break;
+    case FTSR: merge(&exti->ftsr, value, mask); break;
+    case SWIER:
+      rising = value & ~exti->swier & LINES;
+      exti->swier |= rising;
+      exti->pr |= rising & exti->imr;
+      break;
+    case PR:
+      exti->pr &= ~value;
+      exti->swier &= ~value;
+      break;
+    default: break;
+  }
+  signal(exti);
+}
+
+/* No line enabled, nothing pending. */
+static void exti_reset(Block *block) {
+  Exti *exti = (Exti *)block;
+  exti->imr = exti->emr = exti->rtsr = exti->ftsr = exti->swier = exti->pr = 0;
+  signal(exti);
+}
+
+static const BlockType EXTI_TYPE = {
+  .read = exti_read, .peek = exti_peek, .write = exti_write, .reset = exti_reset
+};
+
+/* -- SYSCFG --------------------------------------------------------------------------------------------- */
+
+/* The index of the port that EXTI line 0 to 15 listens to (7.2.3 to 7.2.6); -1 for a code without a port. */
+static int selected_port(const Syscfg *syscfg, int line) {
+  static const int8_t PORT_OF[16] = {0, 1, 2, 3, 4, -1, -1, 5, -1, -1, -1, -1, -1, -1, -1, -1};
+  return PORT_OF[syscfg->registers[(EXTICR1 >> 2) + line / 4] >> line % 4 * 4 & 15];
+}
+
+/* Another pin on a line is an edge if it has another level. */
+static void select_pins(Chip *chip) {
+  for (int line = 0; line < PIN_LINES; line++) {
+    chip->exti.port[line] = selected_port(&chip->syscfg, line);
+  }
+  for (int line = 0; line < PIN_LINES; line++) {
+    int port = chip->exti.port[line];
+    exti_set_line(&chip->exti, line, port >= 0 && chip->gpio.ports[port].reads >> line & 1);
+  }
+}
+
+static uint32_t syscfg_peek(const Block *block, uint32_t offset) {
+  return ((const Syscfg *)block)->registers[offset >> 2];
+}
+
+static uint32_t syscfg_read(Block *block, uint32_t offset, int64_t *until_ps) {
+  (void)until_ps;
+  return syscfg_peek(block, offset);
+}
+
+static uint32_t writable(uint32_t offset) {
+  switch (offset) {
+    case MEMRMP: return 0x3;
+    case PMC: return 0x10000;
+    case CMPCR: return CMP_PD;
+    default: return 0xFFFF;
+  }
+}
+
+static void syscfg_write(Block *block, uint32_t offset, uint32_t value, uint32_t mask) {
+  uint32_t *word = &((Syscfg *)block)->registers[offset >> 2];
+  mask &= writable(offset);
+  *word = (*word & ~mask) | (value & mask);
+  if (offset == MEMRMP && *word) {
+    block_note(block, 0, NOTE_NOT_MODELLED, "MEMRMP: address 0 stays the flash");
+  } else if (offset == CMPCR) {
+    *word = *word & CMP_PD ? CMP_PD | READY : 0; /* the compensation cell is ready at once (7.2.7) */
+  } else if (EXTICR1 <= offset && offset <= EXTICR4) {
+    select_pins(block->chip);
+  }
+}
+
+/* All lines back to port A. */
+static void syscfg_reset(Block *block) {
+  memset(((Syscfg *)block)->registers, 0, sizeof((Syscfg *)block)->registers);
+  select_pins(block->chip);
+}
+
+static const BlockType SYSCFG_TYPE = {
+  .read = syscfg_read, .peek = syscfg_peek, .write = syscfg_write, .reset = syscfg_reset
+};
+
+void exti_create(Chip *chip) {
+  block_create(chip, &chip->syscfg.block, &SYSCFG_TYPE, 0x40013800, 0x400, SYSCFG_OFFSETS);
+  block_create(chip, &chip->exti.block, &EXTI_TYPE, 0x40013C00, 0x400, EXTI_OFFSETS);
+  select_pins(chip);
+}
+
+void fcu_set_exti_line(Chip *chip, int32_t line, int32_t level) { exti_set_line(&chip->exti, line, level != 0); }

@@ -1,0 +1,45 @@
+/* GPIO ports and the pins of the chip; gpio.c explains them. */
+#ifndef FCU_GPIO_H
+#define FCU_GPIO_H
+
+#include "block.h"
+
+#define PORTS 6 /* A to E, and H (RM0368 section 2.3) */
+#define PIN_LISTENERS 64
+
+/* A port with its pins. Sets of pins: bit = pin. */
+typedef struct {
+  Block block;
+  uint32_t registers[10]; /* by offset / 4; IDR and BSRR are not stored */
+  uint32_t locked, lock_step, lock_pins;
+  uint16_t drives, drives_high;   /* the chip's output stage: pins it drives at all, and at 1 */
+  uint16_t outside, outside_high; /* likewise everybody outside of the chip together */
+  uint16_t pulled_up, pulled_down;
+  uint16_t analog;
+  uint16_t reads;             /* what results; a floating pin reads as 0 */
+  uint16_t shown, shown_high; /* pins that were an output once, and what the trace says of them */
+  uint16_t frequent;          /* pins whose edges are of interest in a detailed trace only */
+  uint16_t heard;             /* pins that blocks of the chip listen to */
+  uint16_t watched;           /* pins that Python listens to */
+} GpioPort;
+
+/* Callbacks into Python. */
+typedef struct {
+  void (*edge)(int64_t now_ps, int32_t port, int32_t pin, int32_t level);    /* the chip's output changed */
+  void (*changed)(int64_t now_ps, int32_t port, int32_t pin, int32_t level); /* what a watched pin reads */
+} PinCalls;
+
+typedef struct {
+  GpioPort ports[PORTS];
+  PinCalls calls;
+  struct {
+    Block *block;
+    PinChanged changed;
+    int32_t port, pin;
+  } listeners[PIN_LISTENERS];
+  int32_t listener_count;
+} Gpio;
+
+void gpio_create(Chip *chip);
+
+#endif

@@ -1,0 +1,247 @@
+/* The main loop; machine.h explains it. */
+#include "machine.h"
+
+#include <string.h>
+
+#include "chip.h"
+
+#define LONGEST 2000000 /* instructions of a run; some 10 ms, after which numbers are still small */
+#define RESET_PULSE_PS INT64_C(20000000) /* how long a reset from inside the chip lasts at least (RM0368 6.1.1) */
+#define THUMB (1u << 24)
+
+void machine_create(Chip *chip) {
+  timeline_create(&chip->timeline, 13, 10, chip->clocks.hclk_hz);
+  chip->machine = (Machine){0};
+}
+
+static int64_t earlier(int64_t one, int64_t other) { return one < other ? one : other; }
+
+static int64_t next_event_ps(const Chip *chip) { return earlier(chip->next_ps, chip->host_next_ps); }
+
+/* -- runs of instructions -------------------------------------------------------------------------------- */
+
+void machine_end_in_time(Chip *chip) {
+  Machine *machine = &chip->machine;
+  Core *core = &chip->core;
+  if (!machine->running) {
+    return;
+  }
+  int64_t end_ps = earlier(next_event_ps(chip), machine->at_ps), counter = (int64_t)core->counter;
+  if (end_ps < machine->end_ps) {
+    int64_t left = timeline_position(&chip->timeline, end_ps) - chip->timeline.count;
+    left = left > counter ? left : counter;
+    machine->end_ps = end_ps;
+    machine->end = earlier(machine->end, chip->timeline.count + left);
+    core_limit(core, (uint64_t)earlier(left, (int64_t)core->limit));
+  }
+  if (chip->nvic.changed || chip->must_stop || machine->reset_reason || machine->halting) {
+    core_limit(core, core->counter);
+  }
+}
+
+void machine_set_rate(Chip *chip) {
+  Machine *machine = &chip->machine;
+  int64_t hclk_hz = chip->clocks.hclk_hz;
+  if (!machine->running) {
+    int64_t now_ps = timeline_ps(&chip->timeline, 0);
+    timeline_set_rate(&chip->timeline, hclk_hz, now_ps > chip->now_ps ? now_ps : chip->now_ps, 0);
+    return;
+  }
+  timeline_set_rate(&chip->timeline, hclk_hz, chip->now_ps, (int64_t)chip->core.counter - 1);
+  machine->end_ps = NEVER_PS;
+  machine->end = chip->timeline.count + (int64_t)chip->core.limit;
+  machine_end_in_time(chip);
+}
+
+static void stopped(Chip *chip, enum Stop stop) {
+  Machine *machine = &chip->machine;
+  switch (stop) {
+  case STOP_SLICE: break;
+  case STOP_EXCEPTION_RETURN:
+    if (exceptions_leave(chip)) {
+      machine->asleep = SLEEPS_WFI;
+    }
+    break;
+  case STOP_SVC: exceptions_supervisor_call(chip); break;
+  case STOP_WFI: machine->asleep = SLEEPS_WFI; break;
+  case STOP_WFE: machine->asleep = SLEEPS_WFE; break;
+  case STOP_PLACE: machine->halting = 1; break;
+  case STOP_BKPT:
+    if (machine->debugged) {
+      machine->on_bkpt = machine->halting = 1;
+      break;
+    } /* fall through */
+  default: exceptions_fault(chip, exceptions_fault_of(chip, stop));
+  }
+}
+
+enum Stop machine_run(Chip *chip, int64_t instructions) {
+  Core *core = &chip->core;
+  core->counter = 0;
+  core->limit = (uint64_t)instructions;
+  core->stop = STOP_SLICE;
+  chip->machine.running = 1;
+  core_execute(core);
+  chip->machine.running = 0;
+  chip->machine.executed = (int64_t)core->counter;
+  chip->timeline.count += (int64_t)core->counter;
+  core->counter = core->limit = 0;
+  stopped(chip, core->stop);
+  return core->stop;
+}
+
+bool machine_step(Chip *chip) {
+  bool ordinary = machine_run(chip, 1) == STOP_SLICE;
+  bool due = next_event_ps(chip) <= timeline_ps(&chip->timeline, 0);
+  return ordinary && !due && !exceptions_may_preempt(chip) && !chip->machine.reset_reason &&
+         !chip->machine.halting && !chip->must_stop;
+}
+
+static void execute_run(Chip *chip) {
+  Machine *machine = &chip->machine;
+  machine->end_ps = earlier(next_event_ps(chip), machine->at_ps);
+  int64_t left = timeline_position(&chip->timeline, machine->end_ps) - chip->timeline.count;
+  left = earlier(left, LONGEST);
+  machine->end = chip->timeline.count + left;
+  if (machine->stepping) {
+    chip->core.passing = chip->core.r[15];
+    machine_run(chip, 1);
+    chip->core.passing = 1;
+    machine->halting = 1;
+  } else {
+    idle_execute(chip, left);
+  }
+}
+
+/* -- sleep and reset ------------------------------------------------------------------------------------- */
+
+static bool sleeps_on(Chip *chip) {
+  Machine *machine = &chip->machine;
+  bool awake = true;
+  if (machine->asleep == SLEEPS_WFI) {
+    awake = exceptions_wake(chip);
+  } else if (machine->asleep == SLEEPS_WFE) {
+    awake = chip->nvic.event || exceptions_may_preempt(chip);
+    chip->nvic.event = 0;
+  }
+  if (awake) {
+    machine->asleep = AWAKE;
+  }
+  return !awake;
+}
+
+static void report_lock_up(Chip *chip) {
+  if (chip->exceptions.locked_up && !chip->machine.reported_lock_up) {
+    chip->machine.reported_lock_up = 1;
+    chip->host.locked_up(chip->now_ps, chip->exceptions.locked_up_pc);
+  }
+}
+
+void machine_start(Chip *chip) {
+  Core *core = &chip->core;
+  uint32_t stack, vector;
+  memcpy(&stack, chip->flash, 4);
+  memcpy(&vector, chip->flash + 4, 4);
+  nvic_reset(&chip->nvic);
+  systick_reset(&chip->systick);
+  dwt_reset(&chip->dwt);
+  scb_reset(&chip->scb);
+  exceptions_reset(chip);
+  core_reset(core);
+  write_xpsr(core, THUMB);
+  write_stack_pointer(core, false, stack);
+  core->r[14] = 0xFFFFFFFF;
+  core->r[15] = vector & ~1u;
+  core->thumb = vector & 1;
+}
+
+static void reset(Chip *chip) {
+  Machine *machine = &chip->machine;
+  int32_t reason = machine->reset_reason;
+  machine->reset_reason = RESET_NONE;
+  machine->asleep = AWAKE;
+  machine->reported_lock_up = 0;
+  chip->host.reset(chip->now_ps, reason); /* resets all blocks, RCC last: none sees new clocks with old settings */
+  machine_start(chip);
+  timeline_sleep_until(&chip->timeline, chip->now_ps + RESET_PULSE_PS);
+}
+
+void machine_request_reset(Chip *chip, int32_t reason) {
+  if (!chip->machine.reset_reason) {
+    chip->machine.reset_reason = reason;
+  }
+  machine_end_in_time(chip);
+}
+
+void machine_reset_now(Chip *chip, int32_t reason) {
+  chip->machine.reset_reason = reason;
+  reset(chip);
+}
+
+/* -- for debuggers --------------------------------------------------------------------------------------- */
+
+bool machine_is_halted(const Chip *chip) { return chip->machine.halting && !chip->exceptions.entering; }
+
+void machine_halt(Chip *chip) {
+  bool was_halted = machine_is_halted(chip);
+  chip->machine.halting = 1;
+  if (chip->machine.running) {
+    machine_end_in_time(chip);
+  } else if (!was_halted) {
+    machine_run_until(chip, timeline_ps(&chip->timeline, 0) + 1);
+  }
+}
+
+void machine_resume(Chip *chip, bool step) {
+  chip->machine.halting = 0;
+  chip->machine.stepping = step;
+}
+
+/* -- the loop -------------------------------------------------------------------------------------------- */
+
+/* Do the next thing that is no instruction; false if there is none. */
+static bool between_instructions(Chip *chip) {
+  Machine *machine = &chip->machine;
+  if (machine->reset_reason) {
+    reset(chip);
+  } else if (chip->exceptions.entering) {
+    exceptions_finish_entry(chip);
+    machine->halting |= machine->stepping;
+  } else if (chip->exceptions.locked_up || sleeps_on(chip)) {
+    report_lock_up(chip);
+    timeline_sleep_until(&chip->timeline, earlier(next_event_ps(chip), machine->at_ps));
+  } else {
+    chip->nvic.changed = 0;
+    return nvic_any_ready(&chip->nvic) && exceptions_take_pending(chip);
+  }
+  return true;
+}
+
+enum Ended machine_run_until(Chip *chip, int64_t at_ps) {
+  Machine *machine = &chip->machine;
+  machine->at_ps = at_ps;
+  for (;;) {
+    int64_t core_ps = timeline_ps(&chip->timeline, 0), due_ps = earlier(core_ps, at_ps);
+    if (next_event_ps(chip) <= due_ps) {
+      chip_advance(chip, due_ps);
+    }
+    if (!chip->must_stop && core_ps >= at_ps) {
+      chip_advance(chip, at_ps);
+      if (!chip->must_stop) {
+        return ENDED_AT_TIME;
+      }
+    }
+    if (chip->must_stop) {
+      return ENDED_BY_HOST;
+    }
+    if (core_ps > chip->now_ps) {
+      chip->now_ps = core_ps;
+    }
+    if (machine_is_halted(chip)) {
+      return ENDED_HALTED;
+    }
+    if (!between_instructions(chip)) {
+      execute_run(chip);
+    }
+  }
+}

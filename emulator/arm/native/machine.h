@@ -1,0 +1,59 @@
+/* The main loop: runs of instructions between events, interrupts, sleep, faults, reset.
+ *
+ * Order of things at one point in time: events, then a debugger's halt, then the reset that an event may have
+ * asked for, then the entry into an exception, then the next instruction. All of it depends on virtual time
+ * alone, so the chip may be run up to any sequence of times: it does the same.
+ */
+#ifndef FCU_MACHINE_H
+#define FCU_MACHINE_H
+
+#include "block.h"
+#include "core.h"
+
+/* Why machine_run_until() has returned. */
+enum Ended { ENDED_AT_TIME, ENDED_HALTED, ENDED_BY_HOST };
+enum Sleep { AWAKE, SLEEPS_WFI, SLEEPS_WFE };
+/* Reasons for a reset; the rest are Python's, by number (library.py). */
+enum ResetReason { RESET_NONE, RESET_SYSRESETREQ };
+
+typedef struct {
+  int64_t at_ps;   /* until when the chip is to run */
+  int64_t end_ps;  /* before when the run of instructions under way has to end */
+  int64_t end;     /* timeline.count from which on it is end_ps or later */
+  int64_t executed; /* instructions of the latest run */
+  int32_t reset_reason;
+  uint8_t running; /* instructions are being executed */
+  uint8_t asleep;  /* enum Sleep */
+  uint8_t halting, stepping;
+  uint8_t debugged; /* BKPT halts instead of being a fault */
+  uint8_t on_bkpt;  /* it has */
+  uint8_t reported_lock_up;
+} Machine;
+
+void machine_create(Chip *chip);
+/* The state after reset (ARMv7-M ARM B1.5.5): registers, blocks, SP and PC from the vector table. RAM stays. */
+void machine_start(Chip *chip);
+/* Run up to and including at_ps. */
+enum Ended machine_run_until(Chip *chip, int64_t at_ps);
+/* Reset the chip after the instruction in flight. */
+void machine_request_reset(Chip *chip, int32_t reason);
+/* Reset the halted chip now. */
+void machine_reset_now(Chip *chip, int32_t reason);
+/* After something has been scheduled or made pending: end the run of instructions when it matters. */
+void machine_end_in_time(Chip *chip);
+/* HCLK has become another one, now. */
+void machine_set_rate(Chip *chip);
+
+/* Stand still before the next instruction; an exception being entered is entered first. */
+void machine_halt(Chip *chip);
+/* Go on; step: for one instruction, or into the exception that comes instead of it. */
+void machine_resume(Chip *chip, bool step);
+/* Whether the core stands still: machine_run_until() returns at once and no time passes. */
+bool machine_is_halted(const Chip *chip);
+
+/* Execute up to so many instructions, and deal with what ended the run: why it ended. For idle.c. */
+enum Stop machine_run(Chip *chip, int64_t instructions);
+/* One instruction; false if something is to be done before the next. */
+bool machine_step(Chip *chip);
+
+#endif

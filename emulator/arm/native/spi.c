@@ -1,0 +1,403 @@
+/* SPI1 to SPI3 as master (RM0368 sections 20.3, 20.5). What the pins lead to is spi_line.c.
+ *
+ * A byte takes eight periods of SCK from its start; its end is a deferred event, at which the line exchanges it.
+ * With an interrupt or DMA enabled the end is a scheduled event.
+ *
+ * Directions: full duplex; one line out (BIDIMODE, BIDIOE); one line in (BIDIMODE), and receive-only (RXONLY).
+ * In the last two the clock is started by SPE, not by DR, and BSY stays low in the third (20.3.7).
+ *
+ * Decision: in the receive directions a byte starts when SPE is set, and each further one when DR is read while
+ * SPE is still set. A byte in flight when SPE is cleared is completed. So a pulse of SPE gives exactly one byte,
+ * as ST's sensor driver wants it (67 DSB instructions between bit 1 and bit 8), however many cycles an
+ * instruction is charged. The chip clocks on without waiting for DR, and a pulse that is too long overruns: that
+ * trap is not shown here, where instruction timing is an estimate.
+ *
+ * A master whose internal NSS is low (SSM = 1, SSI = 0) gets MODF.
+ *
+ * NOT MODELLED
+ * - Slave mode: a note.
+ * - CRC calculation (CRCEN): a note; RXCRCR and TXCRCR read 0.
+ * - TI mode (FRF): a note.
+ * - I2S (I2SMOD): a note.
+ * - The NSS pin as input or output; as input it is taken as high, and a note tells.
+ */
+#include "spi.h"
+
+#include "chip.h"
+
+enum {
+  CR1 = 0x00, CR2 = 0x04, SR = 0x08, DR = 0x0C, CRCPR = 0x10, RXCRCR = 0x14, TXCRCR = 0x18,
+  I2SCFGR = 0x1C, I2SPR = 0x20
+};
+/* CR1, 20.5.1 */
+enum {
+  CPHA = 1 << 0, CPOL = 1 << 1, MSTR = 1 << 2, BR = 7 << 3, SPE = 1 << 6, LSBFIRST = 1 << 7, SSI = 1 << 8,
+  SSM = 1 << 9, RXONLY = 1 << 10, DFF = 1 << 11, CRCEN = 1 << 13, BIDIOE = 1 << 14, BIDIMODE = 1 << 15
+};
+/* CR2, 20.5.2 */
+enum {
+  RXDMAEN = 1 << 0, TXDMAEN = 1 << 1, SSOE = 1 << 2, FRF = 1 << 4, ERRIE = 1 << 5, RXNEIE = 1 << 6, TXEIE = 1 << 7
+};
+/* SR, 20.5.3 */
+enum { RXNE = 1 << 0, TXE = 1 << 1, MODF = 1 << 5, OVR = 1 << 6, BSY = 1 << 7 };
+enum { I2SMOD = 1 << 11 };
+
+#define CLOCKING (BR | CPOL | CPHA)
+#define WATCHED (RXDMAEN | TXDMAEN | ERRIE | RXNEIE | TXEIE)
+#define ON (SPE | MSTR)
+
+enum Note { NOTE_CRC, NOTE_TI, NOTE_I2S, NOTE_MODF, NOTE_SLAVE, NOTE_NSS, NOTE_LOST, NOTE_PINS };
+
+static const int16_t OFFSETS[] = {CR1, CR2, SR, DR, CRCPR, RXCRCR, TXCRCR, I2SCFGR, I2SPR, -1};
+/* Base address, interrupt (table 38), request lines; the pins without which nobody hears it: SPI2's are the
+ * board's (its SCK and data line), alternate functions the STM32F401xB/C datasheet's (table 9). */
+static const struct {
+  uint32_t base;
+  int number;
+  enum Request rx, tx;
+  PinFunction pins[3];
+} SPI[SPIS] = {
+  {0x40013000, 35, REQUEST_SPI1_RX, REQUEST_SPI1_TX, {{0, 0, 255}}},
+  {0x40003800, 36, REQUEST_SPI2_RX, REQUEST_SPI2_TX, {{'B', 13, 5}, {'B', 15, 5}, {0, 0, 255}}},
+  {0x40003C00, 51, REQUEST_SPI3_RX, REQUEST_SPI3_TX, {{0, 0, 255}}},
+};
+
+/* -- interrupts and DMA --------------------------------------------------------------------------------- */
+
+static void serve_dma(Spi *spi) {
+  Chip *chip = spi->block.chip;
+  if (spi->cr2 & RXDMAEN && spi->sr & RXNE) {
+    dma_request(chip, SPI[spi->number].rx);
+  }
+  for (int n = 0; n < 2; n++) { /* the shift register and DR */
+    if (spi->cr2 & TXDMAEN && spi->sr & TXE) {
+      dma_request(chip, SPI[spi->number].tx);
+    }
+  }
+}
+
+/* Make the DMA requests that stand and set the interrupt line. */
+static void update(Spi *spi) {
+  if (spi->is_serving) {
+    return;
+  }
+  spi->is_serving = true;
+  serve_dma(spi);
+  spi->is_serving = false;
+  uint32_t causes = (spi->cr2 & TXEIE ? TXE : 0) | (spi->cr2 & RXNEIE ? RXNE : 0);
+  causes |= spi->cr2 & ERRIE ? OVR | MODF : 0;
+  block_set_irq(&spi->block, SPI[spi->number].number, spi->sr & causes);
+}
+
+static void update_if_watched(Spi *spi) {
+  if (spi->is_watched) {
+    update(spi);
+  }
+}
+
+/* -- frames --------------------------------------------------------------------------------------------- */
+
+/* Whether the clock is started by SPE instead of DR. */
+static bool is_receiving(uint32_t cr1) { return cr1 & BIDIMODE ? !(cr1 & BIDIOE) : cr1 & RXONLY; }
+
+static void plan_end(Spi *spi, int64_t at_ps) {
+  (spi->is_watched ? event_schedule : event_defer)(spi->block.chip, spi->event, at_ps);
+}
+
+static void start(Spi *spi, int32_t value) {
+  spi->shift = value;
+  spi->is_busy = true;
+  if (value != SPI_NOTHING || !(spi->cr1 & BIDIMODE)) {
+    spi->sr |= BSY;
+  }
+  if (spi->byte_ps < NEVER_PS) {
+    plan_end(spi, spi->block.chip->now_ps + spi->byte_ps * (spi->cr1 & DFF ? 2 : 1));
+  }
+}
+
+/* Between two frames: start another one if there is a reason to. */
+static void start_next(Spi *spi, bool began) {
+  if ((spi->cr1 & ON) != ON) {
+    return;
+  }
+  if (is_receiving(spi->cr1)) {
+    if (began) {
+      start(spi, SPI_NOTHING);
+    }
+  } else if (!(spi->sr & TXE)) {
+    spi->sr |= TXE;
+    start(spi, (int32_t)spi->to_send);
+  }
+}
+
+static uint8_t reversed(uint8_t byte) {
+  uint8_t result = 0;
+  for (int bit = 0; bit < 8; bit++) {
+    result = (uint8_t)(result << 1 | (byte >> bit & 1));
+  }
+  return result;
+}
+
+/* One byte on the line; out may be SPI_NOTHING. */
+static uint8_t transfer_byte(Spi *spi, int32_t out) {
+  if (!spi->is_connected) {
+    return SPI_UNDRIVEN;
+  }
+  uint8_t sent = out == SPI_NOTHING ? SPI_UNDRIVEN : (uint8_t)out, answer;
+  if (out != SPI_NOTHING && spi->cr1 & LSBFIRST) {
+    sent = reversed(sent);
+  }
+  if (!(spi->cr1 & BIDIMODE)) {
+    answer = spi_line_exchange(spi, sent);
+  } else if (out == SPI_NOTHING) {
+    answer = spi_line_receive(spi);
+  } else {
+    spi_line_send(spi, sent);
+    return SPI_UNDRIVEN;
+  }
+  return spi->cr1 & LSBFIRST ? reversed(answer) : answer;
+}
+
+/* The frame on the line, most significant byte first. */
+static uint32_t transfer_frame(Spi *spi) {
+  uint32_t frame = 0;
+  for (int shift = spi->cr1 & DFF ? 8 : 0; shift >= 0; shift -= 8) {
+    int32_t out = spi->shift == SPI_NOTHING ? SPI_NOTHING : spi->shift >> shift & 0xFF;
+    frame = frame << 8 | transfer_byte(spi, out);
+  }
+  return frame;
+}
+
+static void store(Spi *spi, uint32_t frame) {
+  if (spi->sr & RXNE) {
+    spi->sr |= OVR;
+    spi->data_read = false;
+  } else {
+    spi->received = frame;
+    spi->sr |= RXNE;
+  }
+}
+
+static void end_frame(Block *block) {
+  Spi *spi = (Spi *)block;
+  spi->is_busy = false;
+  bool listens = spi->shift == SPI_NOTHING || !(spi->cr1 & BIDIMODE);
+  uint32_t frame = transfer_frame(spi);
+  spi->sr &= ~(uint32_t)BSY;
+  if (listens) {
+    store(spi, frame);
+  }
+  start_next(spi, false);
+  update_if_watched(spi);
+}
+
+static void write_data(Spi *spi, uint32_t value) {
+  if (!(spi->sr & TXE)) {
+    block_note(&spi->block, NOTE_LOST, NOTE_FORBIDDEN,
+               "DR written while TXE was 0: the frame that waited there is lost");
+  }
+  spi->to_send = value;
+  spi->sr &= ~(uint32_t)TXE;
+  if (!spi->is_busy) {
+    start_next(spi, false);
+  }
+}
+
+static uint32_t read_data(Spi *spi) {
+  uint32_t frame = spi->received; /* what comes next arrives later */
+  spi->sr &= ~(uint32_t)RXNE;
+  spi->data_read = true;
+  if (!spi->is_busy && is_receiving(spi->cr1)) {
+    start_next(spi, true);
+  }
+  update_if_watched(spi);
+  return frame;
+}
+
+/* -- settings ------------------------------------------------------------------------------------------- */
+
+/* SCK from BR, mode from CPOL and CPHA (20.5.1). */
+static void set_clock(Spi *spi) {
+  const Clocks *clocks = &spi->block.chip->clocks;
+  int64_t kernel_hz = spi->number == 0 ? clocks->pclk2_hz : clocks->pclk1_hz;
+  int64_t divider = INT64_C(2) << (spi->cr1 >> 3 & 7);
+  spi->clocked_as = spi->cr1 & SPE ? (int32_t)(spi->cr1 & CLOCKING) : SPI_NOTHING;
+  spi->byte_ps = kernel_hz > 0 ? 8 * divider * PS_PER_S / kernel_hz : NEVER_PS;
+  if (spi->cr1 & SPE) {
+    spi_line_configure(spi, (int32_t)(kernel_hz / divider), spi->cr1 & (CPOL | CPHA));
+  }
+}
+
+static void check_pins(Spi *spi) {
+  char missing[80];
+  const PinFunction *pins = SPI[spi->number].pins;
+  spi->is_connected = pins_connected(spi->block.chip, pins, missing, sizeof missing);
+  if (!spi->is_connected) {
+    block_note(&spi->block, -1, NOTE_FORBIDDEN, "no part can answer before the pins are switched: %s", missing);
+  }
+}
+
+static void switch_on(Spi *spi) {
+  if (!(spi->cr1 & MSTR)) {
+    block_note(&spi->block, NOTE_SLAVE, NOTE_NOT_MODELLED,
+               "slave mode: SPE set with MSTR = 0, and no other master on this board");
+  } else if (!(spi->cr1 & SSM) && !(spi->cr2 & SSOE)) {
+    block_note(&spi->block, NOTE_NSS, NOTE_NOT_MODELLED,
+               "NSS as input (SSM = 0, SSOE = 0); it is taken as high");
+  }
+  check_pins(spi);
+}
+
+static void control(Spi *spi, uint32_t old) {
+  if (spi->cr1 & CRCEN) {
+    block_note(&spi->block, NOTE_CRC, NOTE_NOT_MODELLED, "CRCEN (CRC calculation)");
+  }
+  if (spi->modf_seen) {
+    spi->sr &= ~(uint32_t)MODF;
+    spi->modf_seen = false;
+  }
+  if (spi->cr1 & MSTR && spi->cr1 & SSM && !(spi->cr1 & SSI)) {
+    spi->sr |= MODF;
+    spi->cr1 &= ~(uint32_t)ON;
+    block_note(&spi->block, NOTE_MODF, NOTE_FORBIDDEN,
+               "master with SSM = 1 and SSI = 0: mode fault (MODF), SPE and MSTR cleared");
+  }
+  if (!(spi->cr1 & SPE)) {
+    return;
+  }
+  if ((int32_t)(spi->cr1 & CLOCKING) != spi->clocked_as) {
+    set_clock(spi);
+  }
+  if (!(old & SPE)) {
+    switch_on(spi);
+  }
+  if (!spi->is_busy) {
+    start_next(spi, !(old & SPE) || !is_receiving(old));
+  }
+}
+
+static void control_requests(Spi *spi) {
+  if (spi->cr2 & FRF) {
+    block_note(&spi->block, NOTE_TI, NOTE_NOT_MODELLED, "FRF (TI mode)");
+  }
+  spi->is_watched = (spi->cr2 & WATCHED) != 0;
+  int64_t end_ps = event_at(spi->block.chip, spi->event);
+  if (end_ps < NEVER_PS) {
+    plan_end(spi, end_ps);
+  }
+  update(spi);
+}
+
+/* -- access --------------------------------------------------------------------------------------------- */
+
+static uint32_t spi_peek(const Block *block, uint32_t offset) {
+  const Spi *spi = (const Spi *)block;
+  switch (offset) {
+    case CR1: return spi->cr1;
+    case CR2: return spi->cr2;
+    case SR: return spi->sr;
+    case DR: return spi->received;
+    case CRCPR: return spi->crcpr;
+    case I2SCFGR: return spi->i2scfgr;
+    case I2SPR: return spi->i2spr;
+    default: return 0;
+  }
+}
+
+/* SR after DR clears OVR; SR, then a write of CR1 clears MODF (20.3.10). */
+static uint32_t read_status(Spi *spi, int64_t *until_ps) {
+  uint32_t status = spi->sr;
+  *until_ps = event_at(spi->block.chip, spi->event);
+  if (status & (OVR | MODF)) {
+    *until_ps = ALREADY_PS;
+    if (spi->data_read) {
+      spi->sr &= ~(uint32_t)OVR;
+    }
+    spi->modf_seen = (status & MODF) != 0;
+    update_if_watched(spi);
+  }
+  return status;
+}
+
+static uint32_t spi_read(Block *block, uint32_t offset, int64_t *until_ps) {
+  if (offset == SR) {
+    return read_status((Spi *)block, until_ps);
+  }
+  if (offset == DR) {
+    *until_ps = ALREADY_PS;
+    return read_data((Spi *)block);
+  }
+  return spi_peek(block, offset);
+}
+
+static void merge(uint32_t *word, uint32_t value, uint32_t mask, uint32_t writable) {
+  *word = (*word & ~(mask & writable)) | (value & writable);
+}
+
+static void spi_write(Block *block, uint32_t offset, uint32_t value, uint32_t mask) {
+  Spi *spi = (Spi *)block;
+  uint32_t old = spi->cr1;
+  switch (offset) {
+    case CR1:
+      merge(&spi->cr1, value, mask, 0xFFFF);
+      control(spi, old);
+      break;
+    case CR2:
+      merge(&spi->cr2, value, mask, 0xF7);
+      control_requests(spi);
+      break;
+    case DR: write_data(spi, value & (spi->cr1 & DFF ? 0xFFFF : 0xFF)); break;
+    case CRCPR: merge(&spi->crcpr, value, mask, 0xFFFF); break;
+    case I2SCFGR:
+      merge(&spi->i2scfgr, value, mask, 0xFBF);
+      if (spi->i2scfgr & I2SMOD) {
+        block_note(block, NOTE_I2S, NOTE_NOT_MODELLED, "I2SMOD (I2S mode)");
+      }
+      break;
+    case I2SPR: merge(&spi->i2spr, value, mask, 0x3FF); break;
+    default: break;
+  }
+  update_if_watched(spi);
+}
+
+/* Back to the state after reset; a frame under way is lost. */
+static void spi_reset(Block *block) {
+  Spi *spi = (Spi *)block;
+  event_cancel(block->chip, spi->event);
+  spi->cr1 = spi->cr2 = spi->i2scfgr = spi->to_send = spi->received = 0;
+  spi->sr = TXE;
+  spi->crcpr = 7;
+  spi->i2spr = 2;
+  spi->shift = 0;
+  spi->is_busy = spi->data_read = spi->modf_seen = spi->is_serving = spi->is_watched = false;
+  spi->is_connected = true;
+  spi->clocked_as = SPI_NOTHING;
+  spi->byte_ps = NEVER_PS;
+  update(spi);
+}
+
+static void spi_clocks_changed(Block *block) { set_clock((Spi *)block); }
+
+static void spi_dma_ready(Block *block) { update((Spi *)block); }
+
+static const BlockType TYPE = {
+  .read = spi_read,
+  .peek = spi_peek,
+  .write = spi_write,
+  .reset = spi_reset,
+  .clocks_changed = spi_clocks_changed,
+  .dma_ready = spi_dma_ready,
+};
+
+void spi_create(Chip *chip) {
+  for (uint32_t n = 0; n < SPIS; n++) {
+    Spi *spi = &chip->spi[n];
+    block_create(chip, &spi->block, &TYPE, SPI[n].base, 0x400, OFFSETS);
+    spi->number = n;
+    spi->event = event_create(&spi->block, end_frame);
+    dma_connect(&spi->block, SPI[n].rx);
+    dma_connect(&spi->block, SPI[n].tx);
+    spi_line_create(&spi->line);
+    spi_reset(&spi->block);
+  }
+}

@@ -1,0 +1,197 @@
+/* Kept bytes of sensors; target.h explains it. */
+#include "fcu.h"
+
+#include <string.h>
+
+#define LIVE_PS (PS_PER_S / 100) /* how long Python is not asked again about bytes that have to be read live */
+
+static uint64_t bit_of(const Chip *chip, const Target *target) {
+  return UINT64_C(1) << (target - chip->targets.target);
+}
+
+static int index_of(const Chip *chip, const Target *target) { return (int)(target - chip->targets.target); }
+
+static KeptRun *kept_at(Target *target, uint8_t address) { return &target->kept[address % KEPT_RUNS]; }
+
+static bool is_valid(const Chip *chip, const Target *target, const KeptRun *run) {
+  return run->version == *target->version && chip->now_ps < run->until_ps;
+}
+
+/* The run was not quiet, and Python has heard of it already. */
+static bool is_told(const Chip *chip, const Target *target) {
+  return target->loud && !(chip->targets.untold & bit_of(chip, target));
+}
+
+static bool goes_on(const Chip *chip, const Target *target) {
+  return target->taken < target->run.count && is_valid(chip, target, &target->run);
+}
+
+/* What is kept of the run that has been read is not right any more if that was not quiet. */
+static void leave_run(Target *target) {
+  KeptRun *kept = kept_at(target, target->run.address);
+  if (target->loud && kept->address == target->run.address) {
+    kept->until_ps = 0;
+  }
+  target->loud = 0;
+}
+
+static void leave_position(Chip *chip, const Target *target) {
+  chip->targets.positions[index_of(chip, target)] = (int64_t)target->run.address << 8 | target->taken;
+}
+
+/* How many bytes are read from a sub-address on, as far as is known. */
+static uint8_t wanted_from(Target *target, uint8_t address) {
+  const KeptRun *kept = kept_at(target, address);
+  return kept->address == address && kept->wanted ? kept->wanted : 1;
+}
+
+static void want(Target *target) {
+  KeptRun *kept = kept_at(target, target->first);
+  if (kept->address == target->first && target->total) {
+    kept->wanted = target->total;
+  }
+}
+
+static void enter_run(Target *target, const KeptRun *run) {
+  target->run = *run;
+  target->taken = 0;
+}
+
+/* Python has put its answer into chip->targets.foreseen: keep it. */
+static KeptRun *keep(Chip *chip, Target *target, uint32_t count) {
+  const Foreseen *foreseen = &chip->targets.foreseen;
+  uint8_t address = (uint8_t)foreseen->address;
+  KeptRun *run = kept_at(target, address);
+  run->wanted = run->address == address ? run->wanted : 0;
+  run->address = address;
+  run->version = *target->version;
+  run->count = (uint8_t)(count < KEPT_BYTES ? count : KEPT_BYTES);
+  run->until_ps = count ? foreseen->until_ps : chip->now_ps + LIVE_PS;
+  run->quiet = foreseen->quiet;
+  memcpy(run->bytes, foreseen->bytes, KEPT_BYTES);
+  if (count) {
+    target_has_answered(chip, target);
+  }
+  return run;
+}
+
+static bool ask(Chip *chip, Target *target, uint8_t address, uint8_t skip, uint8_t wanted) {
+  leave_run(target);
+  int32_t count = chip->targets.calls.ahead(chip->now_ps, index_of(chip, target), address, skip, wanted);
+  const KeptRun *run = keep(chip, target, (uint32_t)count);
+  if (count) {
+    enter_run(target, run);
+  }
+  return count != 0;
+}
+
+static bool begin(Chip *chip, Target *target, uint8_t address, uint8_t skip) {
+  bool follows_on = address == target->run.address + target->taken && target->loud;
+  if (skip == 0 && follows_on && goes_on(chip, target)) {
+    return true;
+  }
+  const KeptRun *run = kept_at(target, address);
+  bool known = skip == 0 && run->address == address;
+  if (!known || (!run->count && !is_valid(chip, target, run))) {
+    return ask(chip, target, address, skip, skip ? 1 : wanted_from(target, address));
+  }
+  leave_run(target);
+  if (!run->count) {
+    return false;
+  }
+  if (is_valid(chip, target, run) && chip->targets.untold & bit_of(chip, target)) {
+    chip->targets.calls.settle(chip->now_ps);
+  }
+  enter_run(target, run); /* if it is not valid, the first byte asks: which may be another one then */
+  return true;
+}
+
+bool target_begin(Chip *chip, Target *target, uint8_t address, uint8_t skip) {
+  target->first = address;
+  target->total = 0;
+  return begin(chip, target, address, skip);
+}
+
+void target_foreseen(Chip *chip, Target *target, uint32_t count) {
+  leave_run(target);
+  enter_run(target, keep(chip, target, count));
+  target->first = target->run.address;
+  target->total = 0;
+}
+
+/* Python has heard of what was read: the run is what is left of it. Which reads of that are quiet is not known. */
+static void leave_told(Target *target) {
+  KeptRun *run = &target->run;
+  leave_run(target);
+  run->count -= target->taken;
+  run->address += target->taken;
+  run->quiet = 0;
+  memmove(run->bytes, run->bytes + target->taken, run->count);
+  target->taken = 0;
+}
+
+bool target_read(Chip *chip, Target *target, uint8_t *byte) {
+  if (is_told(chip, target) && target->taken < target->run.count) {
+    leave_told(target);
+  }
+  if (!goes_on(chip, target)) {
+    uint8_t wanted = wanted_from(target, target->first);
+    uint8_t left = wanted > target->total ? (uint8_t)(wanted - target->total) : 1;
+    leave_position(chip, target);
+    if (!ask(chip, target, target->run.address, target->taken, left)) {
+      want(target);
+      return false;
+    }
+  }
+  *byte = target->run.bytes[target->taken++];
+  target->total += target->total < KEPT_BYTES;
+  target->loud = !(target->run.quiet >> target->taken & 1);
+  uint64_t bit = bit_of(chip, target);
+  chip->targets.untold = target->loud ? chip->targets.untold | bit : chip->targets.untold & ~bit;
+  chip->targets.reads[index_of(chip, target)] = (int64_t)target->run.address << 8 | target->taken;
+  return true;
+}
+
+void target_end(Chip *chip, Target *target) {
+  want(target);
+  leave_position(chip, target);
+}
+
+bool target_answers(const Chip *chip, const Target *target) {
+  return chip->targets.answered[index_of(chip, target)] == *target->version;
+}
+
+void target_has_answered(Chip *chip, const Target *target) {
+  chip->targets.answered[index_of(chip, target)] = *target->version;
+}
+
+void target_forget(Chip *chip, Target *target) {
+  if (chip->targets.untold & bit_of(chip, target)) {
+    chip->targets.calls.settle(chip->now_ps);
+  }
+  for (int n = 0; n < KEPT_RUNS; n++) {
+    target->kept[n] = (KeptRun){0};
+  }
+  target->run = (KeptRun){0};
+  target->loud = 0;
+}
+
+void targets_create(Chip *chip) {
+  for (int n = 0; n < TARGETS; n++) {
+    chip->targets.positions[n] = POSITION_KNOWN;
+    chip->targets.answered[n] = UINT64_MAX;
+  }
+}
+
+Targets *fcu_connect_targets(Chip *chip, const TargetCalls *calls) {
+  chip->targets.calls = *calls;
+  return &chip->targets;
+}
+
+int32_t fcu_add_target(Chip *chip, const uint64_t *version) {
+  if (chip->targets.count == TARGETS) {
+    return -1;
+  }
+  chip->targets.target[chip->targets.count].version = version;
+  return chip->targets.count++;
+}

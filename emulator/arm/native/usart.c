@@ -1,0 +1,482 @@
+/* USART1, USART2 and USART6 in asynchronous mode (RM0368 section 19; interrupt numbers of table 38).
+ *
+ * Sending has two stages, the data register and the shift register: a byte may be written as soon as the one
+ * before has moved on (TXE), so a sender that is not interrupted keeps the line busy without gaps. TXE and TC are
+ * computed from the time when SR is read; an event is scheduled only while an interrupt or a DMA request waits for
+ * one of them. What is sent goes to Python in pieces.
+ *
+ * As on the chip (sections 19.3, 19.6.1): TC is cleared by a read of SR followed by a write of DR, or by writing 0 to
+ * it; ORE and IDLE by a read of SR that shows them followed by a read of DR. A byte written before the transmitter is
+ * enabled waits in DR.
+ *
+ * NOT MODELLED, with a note when switched on: synchronous, smartcard, IrDA, LIN and half-duplex mode, hardware flow
+ * control, mute mode and break. NOT MODELLED, silent: parity and 9-bit frames have their length on the wire, but bits
+ * 0 to 7 are what is carried; the idle frame that setting TE sends first: it would delay the first byte only if that
+ * is written within one frame after TE. What RM0368 leaves open: clearing TE lets the frames in flight finish.
+ */
+#include "fcu.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { SR = 0x00, DR = 0x04, BRR = 0x08, CR1 = 0x0C, CR2 = 0x10, CR3 = 0x14, GTPR = 0x18 };
+static const int16_t OFFSETS[] = {SR, DR, BRR, CR1, CR2, CR3, GTPR, -1};
+static const uint32_t WRITABLE[] = {0, 0, 0xFFFF, 0xBFFF, 0x7F6F, 0x0FFF, 0xFFFF};
+#define REGISTER(usart, offset) ((usart)->registers[(offset) >> 2])
+
+/* SR */
+#define ORE 0x08u
+#define IDLE 0x10u
+#define RXNE 0x20u
+#define TC 0x40u
+#define TXE 0x80u
+/* CR1 */
+#define SBK 0x0001u
+#define RWU 0x0002u
+#define RE 0x0004u
+#define TE 0x0008u
+#define IDLEIE 0x0010u
+#define RXNEIE 0x0020u
+#define TCIE 0x0040u
+#define TXEIE 0x0080u
+#define PCE 0x0400u
+#define M 0x1000u
+#define UE 0x2000u
+#define OVER8 0x8000u
+#define SENDING (UE | TE)
+#define RECEIVING (UE | RE)
+/* CR2 */
+#define CLKEN 0x0800u
+#define STOP(cr2) ((cr2) >> 12 & 3)
+#define LINEN 0x4000u
+/* CR3 */
+#define EIE 0x001u
+#define IREN 0x002u
+#define HDSEL 0x008u
+#define SCEN 0x020u
+#define DMAR 0x040u
+#define DMAT 0x080u
+#define RTSE 0x100u
+#define CTSE 0x200u
+
+#define FURTHEST_OFF 0.03 /* a receiver that samples the middle of ten bits bears this much (section 19.3.5) */
+
+static const struct {
+  uint32_t base;
+  uint8_t apb, interrupt; /* the kernel clock is the bus clock (RM0368 figure 12) */
+  enum Request tx, rx;
+} VARIANTS[USARTS] = {
+  {0x40011000, 2, 37, REQUEST_USART1_TX, REQUEST_USART1_RX},
+  {0x40004400, 1, 38, REQUEST_USART2_TX, REQUEST_USART2_RX},
+  {0x40011400, 2, 71, REQUEST_USART6_TX, REQUEST_USART6_RX},
+};
+
+static const struct {
+  uint32_t offset, bit;
+  const char *name;
+} FOREIGN[] = {
+  {CR1, SBK, "SBK (break)"},
+  {CR1, RWU, "RWU (mute mode)"},
+  {CR2, CLKEN, "CLKEN (synchronous mode)"},
+  {CR2, LINEN, "LINEN (LIN mode)"},
+  {CR3, IREN, "IREN (IrDA mode)"},
+  {CR3, HDSEL, "HDSEL (half duplex)"},
+  {CR3, SCEN, "SCEN (smartcard mode)"},
+  {CR3, RTSE, "RTSE (flow control)"},
+  {CR3, CTSE, "CTSE (flow control)"},
+};
+
+static void update(Usart *usart);
+
+static int64_t now_of(const Usart *usart) { return usart->block.chip->now_ps; }
+
+static bool is_sending(const Usart *usart) { return (REGISTER(usart, CR1) & SENDING) == SENDING; }
+
+/* -- the line --------------------------------------------------------------------------------------------- */
+
+/* The end of so many frames of the run; NEVER_PS if they never end. */
+static int64_t end_of(const UsartRun *run, int64_t frames) {
+  __int128 at_ps = run->start_ps + (__int128)frames * run->frame.num / run->frame.den;
+  return at_ps < NEVER_PS ? (int64_t)at_ps : NEVER_PS;
+}
+
+/* Python gets what was sent since it last did. */
+static void hand_over(Usart *usart, bool detailed) {
+  const UsartCalls *calls = &usart->block.chip->usarts.calls;
+  const UsartRun *run = &usart->run;
+  int32_t length = usart->piece_length;
+  usart->piece_length = 0;
+  if (length && calls->sent) {
+    calls->sent(now_of(usart), usart->block.index, run->start_ps, run->frame.num, run->frame.den, run->connected,
+                run->count - length, usart->piece, length, detailed);
+  }
+}
+
+/* The run that the next frame belongs to: another one after a gap or when frames become others. */
+static void open_run(Usart *usart, bool connected) {
+  UsartRun *run = &usart->run;
+  int64_t now_ps = now_of(usart);
+  bool same = run->frame.num == usart->frame.num && run->frame.den == usart->frame.den;
+  if (now_ps > usart->idle_ps || !same || run->connected != connected) {
+    hand_over(usart, false);
+    run->start_ps = now_ps > usart->idle_ps ? now_ps : usart->idle_ps;
+    run->count = 0;
+    run->frame = usart->frame;
+    run->connected = connected;
+  }
+}
+
+/* A byte for the data register, which is empty. */
+static void put_on_wire(Usart *usart, uint8_t value, bool connected) {
+  bool detailed = usart->block.chip->detailed;
+  UsartRun *run = &usart->run;
+  open_run(usart, connected);
+  if (detailed || usart->piece_length == USART_PIECE) {
+    hand_over(usart, false);
+  }
+  usart->piece[usart->piece_length++] = value;
+  run->count++;
+  usart->txe_ps = end_of(run, run->count - 1);
+  usart->idle_ps = end_of(run, run->count);
+  if (detailed) {
+    hand_over(usart, true);
+  }
+}
+
+/* A byte takes the place of the one that still waits in the data register. */
+static void replace(Usart *usart, uint8_t value) {
+  const UsartCalls *calls = &usart->block.chip->usarts.calls;
+  if (usart->piece_length) {
+    usart->piece[usart->piece_length - 1] = value;
+  } else if (calls->replaced) {
+    calls->replaced(now_of(usart), usart->block.index, value);
+  }
+}
+
+/* -- flags ------------------------------------------------------------------------------------------------ */
+
+static uint32_t status_of(const Usart *usart) {
+  int64_t now_ps = now_of(usart);
+  uint32_t status = now_ps >= usart->tc_ps ? TC : 0;
+  status |= now_ps >= usart->txe_ps && usart->waiting < 0 ? TXE : 0;
+  status |= usart->arrived >= 0 ? RXNE : 0;
+  status |= usart->overrun ? ORE : 0;
+  return status | (usart->idle ? IDLE : 0);
+}
+
+/* When TXE or TC comes next; the receiver's flags come with events. */
+static int64_t next_flag_ps(const Usart *usart) {
+  int64_t now_ps = now_of(usart), at_ps = NEVER_PS;
+  if (usart->txe_ps > now_ps) {
+    at_ps = usart->txe_ps;
+  }
+  return usart->tc_ps > now_ps && usart->tc_ps < at_ps ? usart->tc_ps : at_ps;
+}
+
+/* -- data ------------------------------------------------------------------------------------------------- */
+
+static void send(Usart *usart, uint8_t value) {
+  char missing[40];
+  int64_t now_ps = now_of(usart);
+  bool stays_set = now_ps >= usart->tc_ps && !usart->armed;
+  bool connected = pins_connected(usart->block.chip, usart->pins, missing, sizeof missing);
+  if (!connected) {
+    block_note(&usart->block, -1, NOTE_FORBIDDEN, "a byte is sent, but nothing leaves the chip: switch %s", missing);
+  }
+  if (now_ps >= usart->txe_ps) {
+    put_on_wire(usart, value, connected);
+  } else {
+    replace(usart, value);
+    block_note(&usart->block, -1, NOTE_FORBIDDEN, "DR written while TXE was 0: the byte that waited there is lost");
+  }
+  if (!stays_set) {
+    usart->tc_ps = usart->idle_ps;
+  }
+  usart->armed = false;
+}
+
+static void write_data(Usart *usart, uint8_t value) {
+  if (is_sending(usart)) {
+    send(usart, value);
+    return;
+  }
+  usart->waiting = value;
+  usart->tc_ps = NEVER_PS;
+  block_note(&usart->block, -1, NOTE_FORBIDDEN,
+             "DR written while UE or TE in CR1 is 0: the byte waits until both are set");
+}
+
+static void take_data(Usart *usart) {
+  if (usart->arrived >= 0) {
+    usart->received = (uint8_t)usart->arrived;
+    usart->arrived = -1;
+  }
+}
+
+static uint32_t read_data(Usart *usart) {
+  take_data(usart);
+  usart->overrun = usart->overrun && !(usart->seen & ORE);
+  usart->idle = usart->idle && !(usart->seen & IDLE);
+  usart->seen = 0;
+  if (usart->watched) {
+    update(usart);
+  }
+  return usart->received;
+}
+
+/* TC and RXNE are cleared by writing 0 (rc_w0). */
+static void clear_flags(Usart *usart, uint32_t kept) {
+  if (!(kept & TC) && now_of(usart) >= usart->tc_ps) {
+    usart->tc_ps = now_of(usart) < usart->idle_ps ? usart->idle_ps : NEVER_PS;
+  }
+  if (!(kept & RXNE)) {
+    usart->arrived = -1;
+  }
+}
+
+/* -- settings --------------------------------------------------------------------------------------------- */
+
+/* A terminal at another rate or with another frame shows garbage. */
+static void check_against_terminal(Usart *usart, double baud, bool plain) {
+  int expected = usart->terminal_baud;
+  if (!expected) {
+    return;
+  }
+  if (fabs(baud / expected - 1) > FURTHEST_OFF) {
+    block_note(&usart->block, -1, NOTE_FORBIDDEN, "%.0f baud; a terminal at %d baud would show garbage", baud,
+               expected);
+  }
+  if (!plain) {
+    block_note(&usart->block, -1, NOTE_FORBIDDEN, "frames are not 8N1; a terminal set to 8N1 would show garbage");
+  }
+}
+
+/* Ticks of the kernel clock in a bit (section 19.3.4). */
+static int64_t ticks_per_bit(const Usart *usart) {
+  uint32_t brr = REGISTER(usart, BRR);
+  return REGISTER(usart, CR1) & OVER8 ? (brr >> 4) * 8 + (brr & 7) : brr;
+}
+
+/* The length of a frame from BRR, OVER8, M and STOP (section 19.3.4). */
+static void set_frame(Usart *usart) {
+  static const uint8_t STOP_HALF_BITS[] = {2, 1, 4, 3};
+  const Clocks *clocks = &usart->block.chip->clocks;
+  uint32_t cr1 = REGISTER(usart, CR1);
+  int64_t ticks = ticks_per_bit(usart);
+  int64_t kernel_hz = VARIANTS[usart->number].apb == 1 ? clocks->pclk1_hz : clocks->pclk2_hz;
+  int half_bits = 2 * (cr1 & M ? 10 : 9) + STOP_HALF_BITS[STOP(REGISTER(usart, CR2))];
+  if (ticks == 0 || kernel_hz == 0) {
+    usart->frame = (UsartFrame){NEVER_PS, 1}; /* no bit clock: nothing ever leaves */
+    return;
+  }
+  int64_t num = half_bits * ticks * PS_PER_S, den = 2 * kernel_hz, divisor = common_divisor(num, den);
+  usart->frame = (UsartFrame){num / divisor, den / divisor};
+  if (is_sending(usart)) {
+    check_against_terminal(usart, (double)kernel_hz / (double)ticks, half_bits == 20 && !(cr1 & PCE));
+  }
+}
+
+static void configured(Usart *usart, uint32_t offset) {
+  for (size_t n = 0; n < sizeof FOREIGN / sizeof *FOREIGN; n++) {
+    if (FOREIGN[n].offset == offset && REGISTER(usart, offset) & FOREIGN[n].bit) {
+      block_note(&usart->block, -1, NOTE_NOT_MODELLED, "%s", FOREIGN[n].name);
+    }
+  }
+  usart->watched = REGISTER(usart, CR1) & (IDLEIE | RXNEIE | TCIE | TXEIE) ||
+                   REGISTER(usart, CR3) & (EIE | DMAR | DMAT);
+  set_frame(usart);
+  if (usart->waiting >= 0 && is_sending(usart)) {
+    uint8_t value = (uint8_t)usart->waiting;
+    usart->waiting = -1;
+    usart->tc_ps = NEVER_PS;
+    send(usart, value);
+  }
+  update(usart);
+}
+
+/* -- interrupts and DMA ----------------------------------------------------------------------------------- */
+
+static void serve_dma(Usart *usart) {
+  Chip *chip = usart->block.chip;
+  uint32_t cr3 = REGISTER(usart, CR3);
+  if (cr3 & DMAR && usart->arrived >= 0) {
+    dma_request(chip, VARIANTS[usart->number].rx);
+  }
+  if (cr3 & DMAT && is_sending(usart)) {
+    for (int stage = 0; stage < 2; stage++) { /* the shift register and DR */
+      if (status_of(usart) & TXE) {
+        dma_request(chip, VARIANTS[usart->number].tx);
+      }
+    }
+  }
+}
+
+/* Section 19.4: flags and their enable bits have the same places, except the receiver's errors. */
+static bool interrupts(const Usart *usart) {
+  uint32_t cr1 = REGISTER(usart, CR1), status = status_of(usart);
+  bool errors = cr1 & RXNEIE || (REGISTER(usart, CR3) & (EIE | DMAR)) == (EIE | DMAR);
+  return status & cr1 & (TXE | TC | RXNE | IDLE) || (status & ORE && errors);
+}
+
+/* When to look again: when a flag rises that somebody waits for. */
+static void plan(Usart *usart) {
+  Chip *chip = usart->block.chip;
+  int64_t at_ps = NEVER_PS;
+  if ((REGISTER(usart, CR1) & TXEIE || REGISTER(usart, CR3) & DMAT) && usart->txe_ps > chip->now_ps) {
+    at_ps = usart->txe_ps;
+  }
+  if (REGISTER(usart, CR1) & TCIE && usart->tc_ps > chip->now_ps && usart->tc_ps < at_ps) {
+    at_ps = usart->tc_ps;
+  }
+  if (at_ps >= NEVER_PS) {
+    event_cancel(chip, usart->event);
+  } else if (at_ps != event_at(chip, usart->event)) {
+    event_schedule(chip, usart->event, at_ps);
+  }
+}
+
+/* Make the requests that stand, set the interrupt line, and plan when to look again. */
+static void update(Usart *usart) {
+  if (usart->serving) {
+    return;
+  }
+  usart->serving = true;
+  serve_dma(usart);
+  usart->serving = false;
+  block_set_irq(&usart->block, VARIANTS[usart->number].interrupt, interrupts(usart));
+  plan(usart);
+}
+
+static void on_event(Block *block) { update((Usart *)block); }
+
+static void usart_dma_ready(Block *block) { update((Usart *)block); }
+
+/* -- registers -------------------------------------------------------------------------------------------- */
+
+static uint32_t usart_peek(const Block *block, uint32_t offset) {
+  const Usart *usart = (const Usart *)block;
+  return offset == SR ? status_of(usart) : offset == DR ? usart->received : REGISTER(usart, offset);
+}
+
+static uint32_t usart_read(Block *block, uint32_t offset, int64_t *until_ps) {
+  Usart *usart = (Usart *)block;
+  if (offset == DR) {
+    *until_ps = ALREADY_PS;
+    return read_data(usart);
+  }
+  if (offset == SR) { /* it begins the sequences that clear flags; reading it again changes nothing more */
+    *until_ps = next_flag_ps(usart);
+    usart->armed = true;
+    usart->seen = status_of(usart);
+    return usart->seen;
+  }
+  return REGISTER(usart, offset);
+}
+
+static bool usart_is_pure(const Block *block, uint32_t offset) {
+  (void)block;
+  return offset != DR;
+}
+
+static void usart_write(Block *block, uint32_t offset, uint32_t value, uint32_t mask) {
+  Usart *usart = (Usart *)block;
+  if (offset == DR) {
+    write_data(usart, (uint8_t)value);
+  } else if (offset == SR) {
+    clear_flags(usart, value | ~mask);
+  } else {
+    mask &= WRITABLE[offset >> 2];
+    REGISTER(usart, offset) = (REGISTER(usart, offset) & ~mask) | (value & mask);
+    configured(usart, offset);
+  }
+  if (usart->watched) {
+    update(usart);
+  }
+}
+
+/* -- clock, reset, creation ------------------------------------------------------------------------------- */
+
+static void usart_clocks_changed(Block *block) { set_frame((Usart *)block); }
+
+/* Registers, flags and a byte received; frames on the wire are finished. */
+static void usart_reset(Block *block) {
+  Usart *usart = (Usart *)block;
+  memset(usart->registers, 0, sizeof usart->registers);
+  usart->tc_ps = 0;
+  usart->waiting = usart->arrived = -1;
+  usart->armed = usart->overrun = usart->idle = usart->watched = usart->received = 0;
+  usart->seen = 0;
+  update(usart);
+}
+
+static const BlockType USART = {
+  .read = usart_read,
+  .peek = usart_peek,
+  .write = usart_write,
+  .reset = usart_reset,
+  .clocks_changed = usart_clocks_changed,
+  .dma_ready = usart_dma_ready,
+  .is_pure = usart_is_pure,
+};
+
+void usarts_create(Chip *chip) {
+  for (int n = 0; n < USARTS; n++) {
+    Usart *usart = &chip->usarts.usarts[n];
+    block_create(chip, &usart->block, &USART, VARIANTS[n].base, 0x400, OFFSETS);
+    usart->number = n;
+    usart->event = event_create(&usart->block, on_event);
+    usart->pins[0].function = 255;
+    usart->run.frame.den = 1;
+    dma_connect(&usart->block, VARIANTS[n].tx);
+    dma_connect(&usart->block, VARIANTS[n].rx);
+    set_frame(usart);
+    usart_reset(&usart->block);
+  }
+}
+
+/* -- for Python ------------------------------------------------------------------------------------------- */
+
+static Usart *usart_of(Chip *chip, int32_t index) { return (Usart *)chip->blocks[index]; }
+
+void fcu_connect_usarts(Chip *chip, const UsartCalls *calls) { chip->usarts.calls = *calls; }
+
+void fcu_usart_wire(Chip *chip, int32_t index, int32_t port, int32_t pin, int32_t function, int32_t baud) {
+  Usart *usart = usart_of(chip, index);
+  usart->pins[0] = (PinFunction){"ABCDEH"[port], (uint8_t)pin, (uint8_t)function};
+  usart->pins[1].function = 255;
+  usart->terminal_baud = baud;
+}
+
+void fcu_usart_hand_over(Chip *chip, int32_t index) { hand_over(usart_of(chip, index), false); }
+
+int32_t fcu_usart_frame(const Chip *chip, int32_t index, int64_t *num, int64_t *den) {
+  const Usart *usart = (const Usart *)chip->blocks[index];
+  *num = usart->frame.num;
+  *den = usart->frame.den;
+  return usart->frame.num < NEVER_PS;
+}
+
+int64_t fcu_usart_next_change(Chip *chip, int32_t index) { return next_flag_ps(usart_of(chip, index)); }
+
+int32_t fcu_usart_receive(Chip *chip, int32_t index, int32_t value) {
+  Usart *usart = usart_of(chip, index);
+  bool lost = usart->arrived >= 0;
+  if ((REGISTER(usart, CR1) & RECEIVING) != RECEIVING) {
+    return 1;
+  }
+  if (lost) { /* section 19.3.3: DR keeps the byte before */
+    usart->overrun = true;
+  } else {
+    usart->arrived = (int16_t)(value & 0xFF);
+  }
+  update(usart);
+  return !lost;
+}
+
+void fcu_usart_line_idle(Chip *chip, int32_t index) {
+  Usart *usart = usart_of(chip, index);
+  if ((REGISTER(usart, CR1) & RECEIVING) == RECEIVING) {
+    usart->idle = true;
+    update(usart);
+  }
+}

@@ -1,0 +1,173 @@
+"""A board's whole state: taken once, put back as often as wanted, by the thousand a second.
+
+Decision: the objects are walked. What this package's own objects refer to is found from the board on, it is
+noted what each list, dictionary and object holds, and putting that back makes everything what it was, also
+what nobody thought of when it was added to a class. The road not taken, a pair of methods in each of a
+hundred classes, forgets the newest attribute. The rules of the walk:
+
+* objects of this package and of ``sensors``: their attributes;
+* lists, dictionaries, sets, deques and byte arrays: what is in them, put back in place, since others share
+  them;
+* functions of these packages: what they enclose, which none of them replaces by something else;
+* objects with ``snapshot()`` and ``restore(state)`` are asked for what Python does not see (the chip in C is
+  a copy of its memory), and walked; only the trace is not, for those who observe it go on;
+* numpy arrays are values: they are replaced, never changed in place (a test has them read-only);
+* everything else is left alone: what belongs to users, files, links.
+
+Firmware in Python runs on a stack that cannot be copied, so a board with it has no snapshots.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
+from types import CellType, FunctionType, MethodType
+from typing import Any, Protocol, cast
+
+from emulator.errors import InputError
+from emulator.trace import Trace
+from sensors.filters import Chain
+from sensors.register import RegisterMap
+
+_PACKAGES = ("emulator.", "sensors.")
+_CONSTANT = (type, RegisterMap, Chain)  # shared by all boards, and never changed
+_VALUES = frozenset((int, str, bytes, float, bool, type(None)))
+
+
+class Snapshotted(Protocol):
+    """What has state that Python does not see."""
+
+    def snapshot(self) -> Any:
+        """That state; raises InputError if it cannot be had."""
+        ...
+
+    def restore(self, state: Any) -> None:
+        """Put it back."""
+        ...
+
+
+class Snapshot:
+    """The state of everything that ``root`` leads to."""
+
+    def __init__(self, root: object) -> None:
+        self._root = root
+        self._attributes: list[tuple[dict[str, Any], dict[str, Any]]] = []
+        self._slots: list[tuple[Callable[[Any, Any], None], object, Any]] = []
+        self._lists: list[tuple[list[Any] | bytearray, list[Any] | bytes]] = []
+        self._others: list[tuple[Any, Any, Any]] = []  # what empties it, what fills it, with what
+        self._asked: list[tuple[Snapshotted, Any]] = []
+        self._seen: dict[int, object] = {}  # which also keeps everything alive
+        self._walk(root)
+
+    def restore(self, root: object) -> None:
+        """Put everything back. InputError if ``root`` is another one."""
+        if root is not self._root:
+            raise InputError("this is a snapshot of another board; restore the board it was taken of")
+        for attributes, saved in self._attributes:
+            if len(attributes) != len(saved):
+                attributes.clear()
+            attributes.update(saved)
+        for put, owner, value in self._slots:
+            put(owner, value)
+        for items, kept in self._lists:
+            items[:] = kept
+        for empty, fill, content in self._others:
+            empty()
+            fill(content)
+        for one, state in self._asked:
+            one.restore(state)
+
+    # -- the walk ---------------------------------------------------------------------------------------
+
+    def _walk(self, root: object) -> None:
+        waiting: list[object] = list(self._own(root))
+        self._seen[id(root)] = root
+        while waiting:
+            one = waiting.pop()
+            if type(one) in _VALUES or id(one) in self._seen:
+                continue
+            if not isinstance(one, _CONSTANT):
+                self._seen[id(one)] = one
+                waiting.extend(self._note(one))
+
+    def _note(self, one: object) -> Iterable[object]:
+        """Note what ``one`` holds, and give what it leads to."""
+        for kind in type(one).__mro__:
+            note = _NOTES.get(kind)
+            if note is not None:
+                return note(self, one)
+        return self._note_object(one) if type(one).__module__.startswith(_PACKAGES) else ()
+
+    def _note_object(self, one: object) -> Iterable[object]:
+        if hasattr(type(one), "snapshot") and hasattr(type(one), "restore"):
+            asked = cast(Snapshotted, one)
+            self._asked.append((asked, asked.snapshot()))
+        return () if isinstance(one, Trace) else self._own(one)
+
+    def _note_list(self, items: list[Any]) -> Iterable[object]:
+        self._lists.append((items, list(items)))
+        return items
+
+    def _note_bytes(self, items: bytearray) -> Iterable[object]:
+        self._lists.append((items, bytes(items)))
+        return ()
+
+    def _note_dict(self, entries: dict[Any, Any]) -> Iterable[object]:
+        self._others.append((entries.clear, entries.update, dict(entries)))
+        return (*entries.keys(), *entries.values())
+
+    def _note_set(self, items: set[Any]) -> Iterable[object]:
+        self._others.append((items.clear, items.update, tuple(items)))
+        return items
+
+    def _note_deque(self, items: deque[Any]) -> Iterable[object]:
+        self._others.append((items.clear, items.extend, tuple(items)))
+        return items
+
+    def _note_function(self, function: FunctionType) -> Iterable[object]:
+        ours = function.__module__ is not None and function.__module__.startswith(_PACKAGES)
+        return (function.__closure__ or ()) if ours else ()
+
+    def _note_cell(self, cell: CellType) -> Iterable[object]:
+        try:
+            return (cell.cell_contents,)
+        except ValueError:  # the function has not come so far
+            return ()
+
+    def _own(self, one: object) -> Iterator[object]:
+        """Note the attributes of an object, and give their values."""
+        attributes = getattr(one, "__dict__", None)
+        if attributes is not None:
+            self._attributes.append((attributes, dict(attributes)))
+            yield from attributes.values()
+        for kind in type(one).__mro__:
+            for name in _slots(kind):
+                descriptor = kind.__dict__[name]
+                try:
+                    value = descriptor.__get__(one)
+                except AttributeError:  # not set, and it will be before it is used
+                    continue
+                self._slots.append((descriptor.__set__, one, value))
+                yield value
+
+
+def _slots(kind: type) -> tuple[str, ...]:
+    names = kind.__dict__.get("__slots__", ())
+    every = (names,) if isinstance(names, str) else tuple(names)
+    return tuple(name for name in every if name not in {"__dict__", "__weakref__"})
+
+
+_NOTES: dict[type, Callable[[Snapshot, Any], Iterable[object]]] = {
+    list: Snapshot._note_list,
+    bytearray: Snapshot._note_bytes,
+    dict: Snapshot._note_dict,
+    set: Snapshot._note_set,
+    deque: Snapshot._note_deque,
+    tuple: lambda _, items: items,
+    MethodType: lambda _, method: (method.__self__, method.__func__),
+    partial: lambda _, part: (part.func, *part.args, *part.keywords.values()),
+    FunctionType: Snapshot._note_function,
+    CellType: Snapshot._note_cell,
+}
+"""By a class of the object: notes it, and gives what it leads to."""

@@ -1,0 +1,41 @@
+"""Time of the chip in C and of Python's clock are one: order of events, errors in callbacks."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.arm.chip_fakes import NativeChip
+
+
+def test_python_events_fire_at_their_time_while_the_chip_lets_time_pass() -> None:
+    chip = NativeChip()
+    seen: list[int] = []
+    for at_ps in (3_000, 1_000, 2_000):
+        chip.clock.schedule(at_ps, lambda: seen.append(chip.clock.now_ps))
+    chip.run_to(2_500)
+    assert (seen, chip.clock.now_ps) == ([1_000, 2_000], 2_500)
+    chip.run_for(500)
+    assert (seen, chip.clock.now_ps) == ([1_000, 2_000, 3_000], 3_000)
+
+
+def test_what_an_event_raises_reaches_the_caller() -> None:
+    chip = NativeChip()
+
+    def fail() -> None:
+        raise ValueError("in an event")
+
+    chip.clock.schedule(1_000, fail)
+    with pytest.raises(ValueError, match="in an event"):
+        chip.run_to(5_000)
+    chip.run_to(5_000)
+    assert chip.clock.now_ps == 5_000
+
+
+def test_interrupt_inputs_of_python_blocks() -> None:
+    chip = NativeChip()
+    chip.run_to(700)
+    chip.fcu.set_irq(24, True)
+    chip.fcu.set_irq(24, True)
+    assert (chip.irq.rises, chip.fcu.irq_level(24)) == ([(700, 24)], True)
+    chip.fcu.set_irq(24, False)
+    assert not chip.fcu.irq_level(24)

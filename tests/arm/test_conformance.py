@@ -1,0 +1,49 @@
+"""The core computes what QEMU's Cortex-M4 computes: kernels in C and assembly, at five optimisation levels.
+
+Instructions of each kind with their flags, floating point in all rounding modes, the compiler's and the C
+library's code, exceptions; see tests/arm/kernels. The checksums are QEMU's, kept in a file, and made anew
+where QEMU is installed.
+"""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from tests.arm.conformance import COMPILER, LEVELS, QEMU, RESULTS, build, on_board, on_qemu
+
+pytestmark = pytest.mark.skipif(shutil.which(COMPILER) is None, reason=f"{COMPILER} is not installed")
+needs_qemu = pytest.mark.skipif(shutil.which(QEMU) is None, reason=f"{QEMU} is not installed")
+
+
+def results() -> dict[str, str]:
+    """The checksum of each kernel."""
+    return parsed(RESULTS.read_text(encoding="ascii"))
+
+
+def parsed(text: str) -> dict[str, str]:
+    found = dict(line.split(" ") for line in text.splitlines())
+    assert len(found) == text.count("\n") > 150
+    return found
+
+
+@pytest.fixture(scope="module", params=LEVELS)
+def kernels(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The ELF file of a level; each is built once."""
+    return build(request.param, tmp_path_factory.mktemp("kernels"))
+
+
+def test_the_board_computes_what_qemu_does(kernels: Path) -> None:
+    assert parsed(on_board(kernels)) == results()
+
+
+@needs_qemu
+def test_qemu_computes_what_is_kept(kernels: Path) -> None:
+    assert parsed(on_qemu(kernels)) == results()
+
+
+def test_no_kernel_is_idle() -> None:
+    """Each adds something to its checksum, and no two the same."""
+    assert len(set(results().values())) == len(results())

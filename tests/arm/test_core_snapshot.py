@@ -1,0 +1,64 @@
+"""The chip in C is put back as it was: run, restore, run again gives the same."""
+
+from __future__ import annotations
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from emulator.arm.cpu.memory_map import RAM
+from tests.arm.core_bench import CoreBench
+from tests.arm.core_programs import stirred
+
+END_US = 20_000
+
+
+def picture(core: CoreBench) -> tuple[object, ...]:
+    """Registers, memory, exceptions, time; what the program has logged is Python's."""
+    inner = core.core
+    return (
+        inner.core_state(),
+        core.floating_point(),
+        bytes(inner.ram),
+        inner.active,
+        inner.retired,
+        inner.now_ps,
+    )
+
+
+@given(
+    first_us=st.integers(0, END_US),
+    meanwhile_us=st.integers(1, END_US),
+)
+@settings(max_examples=25, deadline=None)
+def test_a_core_that_is_put_back_does_the_same_again(first_us: int, meanwhile_us: int) -> None:
+    core = stirred([], 10**9)
+    core.run_us(first_us)
+    saved = core.core.snapshot()
+    before, now_ps, registers = picture(core), core.clock.now_ps, dict(core.probe.registers)
+    core.run_us(first_us + meanwhile_us)
+    once = picture(core)
+    core.core.restore(saved)
+    core.clock.now_ps = now_ps
+    core.probe.registers = registers
+    assert picture(core) == before
+    core.run_us(first_us + meanwhile_us)
+
+    assert picture(core) == once
+
+
+def test_code_in_ram_that_was_another_one_is_decoded_again() -> None:
+    core = CoreBench("reset: mov32 r3, RAM+1\nloop: blx r3\n b loop")
+    core.core.ram[0:4] = bytes.fromhex("01 30 70 47")  # ADDS R0, #1; BX LR
+    core.run_us(100)
+    saved = core.core.snapshot()
+    core.core.ram[0:4] = bytes.fromhex("02 31 70 47")  # ADDS R1, #2; BX LR
+    core.core.forget_code()
+    core.run_us(200)
+    assert core.register(1) > 0
+    before = core.register(0)
+    core.core.restore(saved)
+    core.run_us(300)
+
+    assert core.word(RAM) == 0x47703001
+    assert core.register(0) > before
+    assert core.register(1) == 0

@@ -1,0 +1,80 @@
+"""The C library under the address and undefined-behaviour sanitizers, which end the process at what is wrong.
+
+A copy of the packages gets a library that was built with them. The tests of hostile firmware, of the core, of
+whole runs and of the blocks are run there.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+COPIED = ("building", "emulator", "firmware_model", "scenarios", "sensors", "tests")
+CC = "gcc"
+SANITIZE = "-fsanitize=address,undefined"
+BUILD = {"CC": CC, "CFLAGS": f"-g -O1 -fno-sanitize-recover=all {SANITIZE}", "LDFLAGS": SANITIZE}
+RUN_THERE = ("hostile_*", "core_*", "recorded", "dma", "exti", "gpio", "i2c_*", "spi_*", "tim_*", "usart")
+"""Files of this folder, by what follows test_."""
+LIBRARY = "from emulator.arm.native import FOLDER, library_name; print(FOLDER / library_name())"
+
+
+def preloaded() -> str:
+    """The sanitizer's library, which must be in a process first; "" where there is none."""
+    if sys.platform != "linux" or shutil.which(CC) is None:
+        return ""
+    done = subprocess.run([CC, "-print-file-name=libasan.so"], capture_output=True, text=True, check=True)
+    return done.stdout.strip() if Path(done.stdout.strip()).is_file() else ""
+
+
+pytestmark = pytest.mark.skipif(not preloaded(), reason="needs Linux and gcc with its sanitizers")
+
+
+@pytest.fixture(scope="module")
+def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The packages with a library that is looked after."""
+    folder = tmp_path_factory.mktemp("sanitized")
+    shutil.copy(ROOT / "pyproject.toml", folder)
+    for name in COPIED:
+        ignored = shutil.ignore_patterns("__pycache__", "*.so")
+        shutil.copytree(ROOT / name, folder / name, ignore=ignored)
+    build = [sys.executable, folder / "building" / "library.py"]
+    subprocess.run(build, env=os.environ | BUILD, check=True)
+    return folder
+
+
+def python(copy: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """A Python there."""
+    settings = {"LD_PRELOAD": preloaded(), "ASAN_OPTIONS": "detect_leaks=0", "PYTHONPATH": str(copy)}
+    return subprocess.run(
+        [sys.executable, *arguments],
+        cwd=copy,
+        env=os.environ | settings,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def test_the_library_there_is_the_one_that_is_looked_after(copy: Path) -> None:
+    library = Path(python(copy, "-c", LIBRARY).stdout.strip())
+
+    assert library.is_relative_to(copy)
+    assert all(name in library.read_bytes() for name in (b"__asan_init", b"__ubsan_handle"))
+
+
+def test_hostile_firmware_the_core_and_the_blocks_do_nothing_wrong(copy: Path) -> None:
+    files = sorted(
+        str(path.relative_to(copy))
+        for name in RUN_THERE
+        for path in (copy / "tests" / "arm").glob(f"test_{name}.py")
+    )
+    done = python(copy, "-m", "pytest", "-q", "-n", "0", "-x", "-k", "not unicorn", *files)
+
+    assert done.returncode == 0, (done.stdout + done.stderr)[-6000:]
+    assert int(done.stdout.split(" passed")[0].split()[-1]) > 500

@@ -1,0 +1,213 @@
+"""What the chip keeps of the sensors' bytes on SPI2: the same bytes, messages and times as without.
+
+The oracle is a bench whose parts the chip keeps nothing of: Python answers each byte at its time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
+from itertools import groupby
+from unittest.mock import patch
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from emulator.arm.library import FcuChip
+from emulator.arm.targets import Targets
+from emulator.clock import PS_PER_MS, PS_PER_US
+from emulator.trace import BusTransfer, RegisterWrite
+from tests.arm.comm_bench import CommBench
+from tests.arm.test_spi_master import BIDIOE, CR1, LIS2MDL, LPS22HB, LSM6DSL, SPE, StSpi, put, three_wire
+
+OUTPUTS = [(LSM6DSL, 0x20, 14), (LIS2MDL, 0x68, 6), (LPS22HB, 0x28, 5)]
+STATUS = [(LSM6DSL, 0x1E), (LIS2MDL, 0x67), (LPS22HB, 0x27)]
+
+
+def measuring(*, keeps: bool) -> StSpi:
+    """All three parts at about 100 Hz, block data update on."""
+    if keeps:
+        spi = three_wire(CommBench())
+    else:
+        with patch.object(Targets, "add", return_value=-1):
+            spi = three_wire(CommBench())
+    spi.write(LSM6DSL, 0x12, 0x4C)
+    spi.write(LSM6DSL, 0x10, 0x40, 0x40)
+    spi.write(LIS2MDL, 0x60, 0x8C, 0x00, 0x30)
+    spi.write(LPS22HB, 0x10, 0x53)
+    return spi
+
+
+@contextmanager
+def one_run(spi: StSpi) -> Iterator[None]:
+    """What is done in here the firmware does in one run of instructions: C does not return in between."""
+    with patch.object(FcuChip, "raise_error", lambda _chip: None):
+        yield
+    spi.bench.chip.fcu.raise_error()
+
+
+def read_some(spi: StSpi, where: tuple[tuple[str, int], int, int], first: int, count: int) -> bytes:
+    pin, register, size = where
+    extra = 0x40 if pin == LIS2MDL else 0
+    return spi.read(pin, (register | extra) + first % size, count)
+
+
+steps = st.one_of(
+    st.tuples(st.just("read"), st.sampled_from(OUTPUTS), st.integers(0, 13), st.integers(1, 16)),
+    st.tuples(st.just("bytes"), st.sampled_from(OUTPUTS), st.integers(0, 13), st.integers(1, 7)),
+    st.tuples(st.just("status"), st.sampled_from(STATUS)),
+    st.tuples(st.just("write"), st.sampled_from([(LSM6DSL, 0x73), (LIS2MDL, 0x45)]), st.integers(0, 255)),
+    st.tuples(st.just("round"), st.sampled_from([(LSM6DSL, 0x22), (LIS2MDL, 0x45), (LPS22HB, 0x28)])),
+    st.tuples(st.just("bdu"), st.booleans()),
+    st.tuples(st.just("turn"), st.integers(-80, 80)),
+    st.tuples(st.just("wait"), st.sampled_from([10 * PS_PER_US, PS_PER_MS, 9 * PS_PER_MS])),
+    st.tuples(st.just("look")),
+)
+
+
+OUTSIDE = ("turn", "look")
+
+
+def turn_round(spi: StSpi, pin: tuple[str, int], register: int) -> bytes:
+    """What no driver does: write while reading, and read on."""
+    bench = spi.bench
+    put(bench, pin, 0)
+    spi._send(register | 0x80)
+    data = []
+    for _ in range(2):
+        bench.modify(bench.spi2, CR1, clear=SPE | BIDIOE)
+        data += [spi._receive() for _ in range(2)]
+        bench.modify(bench.spi2, CR1, set_bits=BIDIOE)
+        bench.modify(bench.spi2, CR1, set_bits=SPE)
+        spi._send(0x55)
+    put(bench, pin, 1)
+    return bytes(data)
+
+
+def carry_out(spi: StSpi, step: tuple[object, ...]) -> object:
+    bench, seen = spi.bench, None
+    match step:
+        case "read", tuple(where), int(first), int(count):
+            seen = read_some(spi, where, first, count)
+        case "bytes", tuple(where), int(first), int(count):  # one byte a message, as ST's drivers do
+            seen = b"".join(read_some(spi, where, first + n, 1) for n in range(count))
+        case "status", (tuple(pin), int(register)):
+            seen = spi.read(pin, register, 1)
+        case "write", (tuple(pin), int(register)), int(value):
+            spi.write(pin, register, value)
+        case "bdu", bool(on):
+            spi.write(LSM6DSL, 0x12, 0x4C if on else 0x0C)
+        case "turn", int(degrees):
+            bench.board.world.set_attitude(roll_deg=degrees, pitch_deg=5, yaw_deg=30)
+        case "round", (tuple(pin), int(register)):
+            seen = turn_round(spi, pin, register)
+        case "wait", int(duration_ps):
+            bench.wait(duration_ps)
+        case ("look",):
+            seen = bench.spi_bus.recent_transfers()
+    return seen
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(steps, max_size=25), st.booleans(), st.booleans())
+def test_kept_bytes_are_those_of_each_byte_s_time(
+    steps: list[tuple[object, ...]], detailed: bool, runs: bool
+) -> None:
+    kept, live = measuring(keeps=True), measuring(keeps=False)
+    for spi in (kept, live):
+        if detailed:
+            spi.bench.trace.record_all()
+    for outside, some in groupby([*steps, ("look",)], lambda step: step[0] in OUTSIDE):
+        with nullcontext() if outside or not runs else one_run(kept):
+            for step in some:
+                assert carry_out(kept, step) == carry_out(live, step)
+    assert kept.bench.clock.now_ps == live.bench.clock.now_ps
+    for kind in (BusTransfer, RegisterWrite):
+        assert kept.bench.trace.of(kind) == live.bench.trace.of(kind)
+    for one, other in zip(kept.bench.board.sensors.parts, live.bench.board.sensors.parts, strict=True):
+        assert one.read(0x0F if one.NAME != "LIS2MDL" else 0x4F, 1, kept.bench.clock.now_ps)
+        assert bytes(one.registers.mem) == bytes(other.registers.mem), one.NAME
+
+
+def test_between_two_samples_nobody_is_asked() -> None:
+    """Data-ready is cleared and each word read once; from then on the chip has the bytes alone."""
+    spi = measuring(keeps=True)
+    spi.bench.wait(25 * PS_PER_MS)
+
+    def read_all() -> list[bytes]:  # in bursts, and one byte a message, as ST's drivers do
+        bursts = [read_some(spi, where, 0, where[2]) for where in OUTPUTS]
+        return [
+            *bursts,
+            *(spi.read(LSM6DSL, 0x28 + n) for n in range(6)),
+        ]
+
+    with one_run(spi):
+        read_all()
+        seen = read_all()
+        with patch.object(Targets, "foresee", side_effect=AssertionError("asked")):
+            for _ in range(3):
+                assert read_all() == seen
+
+
+def test_messages_of_both_kinds_are_kept_for_diagnosis_in_their_order() -> None:
+    spi = measuring(keeps=True)
+    bench = spi.bench
+    for n in range(3):
+        spi.read(LSM6DSL, 0x0F)
+        spi.write(LIS2MDL, 0x45, n)
+        spi.read(LIS2MDL, 0x45)
+    transfers = bench.spi_bus.recent_transfers()
+    assert len(transfers) == 8
+    assert [(one.written, one.read) for one in transfers[-3:]] == [
+        (b"\x8f", b"\x6a"),
+        (b"\x45\x02", b""),
+        (b"\xc5", b"\x02"),
+    ]
+    times = [(one.t_ps, one.end_ps) for one in transfers]
+    assert times == sorted(times)
+    assert times[-1][1] <= bench.clock.now_ps
+
+
+def test_a_message_longer_than_what_the_chip_keeps_goes_on() -> None:
+    """Registers that only hold a value, read round and round: 128 sub-addresses, 300 bytes."""
+    kept, live = measuring(keeps=True), measuring(keeps=False)
+    assert kept.read(LIS2MDL, 0x45, 300) == live.read(LIS2MDL, 0x45, 300)
+    (transfer,) = kept.bench.spi_bus.recent_transfers()[-1:]
+    assert len(transfer.read) == 300
+
+
+def test_bytes_that_nobody_hears_are_kept_for_diagnosis() -> None:
+    spi = measuring(keeps=True)
+    for value in range(10):
+        spi._send(value)
+    spi.bench.spi_bus.recent_transfers()
+    assert [value for _, value in spi.bench.spi_bus.unheard] == list(range(2, 10))
+
+
+def test_a_part_is_only_kept_bytes_of_as_the_host_listens() -> None:
+    """In full duplex the host listens on MISO: a part on three wires is not heard there."""
+    spi = measuring(keeps=True)
+    bench = spi.bench
+    assert spi.read(LIS2MDL, 0x4F) == b"\x40"
+    bench.write(bench.spi2, 0x00, 0x031F)
+    bench.write(bench.spi2, 0x00, 0x035F)
+    put(bench, LIS2MDL, 0)
+    for value in (0xCF, 0):
+        bench.write(bench.spi2, 0x0C, value)
+        bench.poll(bench.spi2, 0x08, 1)
+        answer = bench.read(bench.spi2, 0x0C)
+    put(bench, LIS2MDL, 1)
+    assert answer == 0xFF
+    for value in (0, 0x831F, 0xC31F, 0xC35F):
+        bench.write(bench.spi2, 0x00, value)
+    assert spi.read(LIS2MDL, 0x4F) == b"\x40"
+
+
+def test_two_parts_selected_at_once_are_read_as_the_and_of_both() -> None:
+    """Both have WHO_AM_I at 0x0F: 0x6A and 0xB1."""
+    spi = measuring(keeps=True)
+    for first, second in ((LSM6DSL, LPS22HB), (LPS22HB, LSM6DSL)):
+        put(spi.bench, first, 0)
+        assert spi.read(second, 0x0F) == b"\x20"
+        put(spi.bench, first, 1)
+    assert spi.read(LSM6DSL, 0x0F) == b"\x6a"

@@ -1,0 +1,154 @@
+"""Unicorn, QEMU's translator as a library, as a witness of what single instructions do.
+
+It has the chip's flash (at 0, too), RAM and system memory, and nothing else; registers have the names of
+:mod:`emulator.arm.cpu.registers`. What is known of Unicorn 2.1 and relied upon:
+
+* An exception number reported to the interrupt hook, and an error, leave PC, xPSR with ITSTATE, and all
+  registers as they were before the instruction (after it for SVC).
+* The hook on instructions is called before each one that is executed. ``uc_emu_stop`` there ends the run
+  before it, but is lost inside an IT block, so a block is executed as a whole.
+* Unaligned LDM, STM, LDRD and STRD are executed, which the architecture faults (ARMv7-M ARM A3.2.1).
+
+Registers are read and written by the C functions, for the package's methods cost ten times as much a call.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from functools import partial
+from typing import Final
+
+from unicorn import UC_ARCH_ARM, UC_MODE_MCLASS, UC_MODE_THUMB, Uc, UcError, arm_const
+from unicorn import unicorn_const as uc
+from unicorn.unicorn_py3.unicorn import uclib
+
+from emulator.arm.cpu.bare_core import fetch_fault
+from emulator.arm.cpu.memory_map import (
+    FLASH,
+    FLASH_SIZE,
+    RAM,
+    RAM_SIZE,
+    SYSTEM_MEMORY,
+    SYSTEM_MEMORY_SIZE,
+)
+from emulator.arm.cpu.registers import CORE, FLOATING_POINT, MASKS, RegisterCalls, Registers
+from emulator.arm.cpu.stop import Stop
+
+THUMB = 1 << 24
+_PAGE = 4096
+_NEVER_REACHED = 0xFFFF_FFFF
+_EXECUTABLE = uc.UC_PROT_READ | uc.UC_PROT_EXEC
+
+_NUMBERS: Final = {
+    name: getattr(arm_const, f"UC_ARM_REG_{name.upper()}")
+    for name in (*CORE, "msp", "psp", *MASKS, *FLOATING_POINT)
+}
+_INTERRUPTS: Final = {
+    1: Stop.UNDEFINED,
+    2: Stop.SVC,
+    3: Stop.EXECUTE_NEVER,
+    4: Stop.UNALIGNED,
+    7: Stop.BKPT,
+    8: Stop.EXCEPTION_RETURN,
+    17: Stop.NO_COPROCESSOR,
+    18: Stop.INVALID_STATE,
+}
+"""QEMU's exception numbers (target/arm/cpu.h); only LDREX at an unaligned address meets 4, the data abort."""
+_READS = uc.UC_ERR_READ_UNMAPPED, uc.UC_ERR_READ_PROT
+_WRITES = uc.UC_ERR_WRITE_UNMAPPED, uc.UC_ERR_WRITE_PROT
+_FETCHES = uc.UC_ERR_FETCH_UNMAPPED, uc.UC_ERR_FETCH_PROT
+
+
+class Witness:
+    """A Cortex-M4F before its first instruction; set ``pc`` and ``thumb``, then ``run``."""
+
+    def __init__(self) -> None:
+        self._uc = Uc(UC_ARCH_ARM, UC_MODE_THUMB | UC_MODE_MCLASS)
+        self._uc.ctl_set_cpu_model(arm_const.UC_CPU_ARM_CORTEX_M4)
+        self.flash = self._map(FLASH_SIZE, _EXECUTABLE, FLASH, 0)
+        self.ram = self._map(RAM_SIZE, uc.UC_PROT_ALL, RAM)
+        system = self._map(SYSTEM_MEMORY_SIZE, _EXECUTABLE, SYSTEM_MEMORY)
+        self.flash[:], system[:] = b"\xff" * FLASH_SIZE, b"\xff" * SYSTEM_MEMORY_SIZE
+        self._memories = ((RAM, self.ram), (FLASH, self.flash), (0, self.flash), (SYSTEM_MEMORY, system))
+        self._uc.hook_add(uc.UC_HOOK_CODE, self._before)
+        self._uc.hook_add(uc.UC_HOOK_INTR, self._on_interrupt)
+        self._core = Registers(self, CORE)
+        self._pc = Registers(self, ("pc",))
+        self.pc, self.thumb = 0, True
+        self.executed = self._limit = 0
+        self._stop = Stop.SLICE
+
+    def _map(self, size: int, rights: int, *addresses: int) -> memoryview[int]:
+        """Memory of our own, so that whoever compares need not copy it; Unicorn wants it to begin a page."""
+        buffer = ctypes.create_string_buffer(size + _PAGE)
+        skipped = -ctypes.addressof(buffer) % _PAGE
+        for address in addresses:
+            self._uc.mem_map_ptr(address, size, rights, ctypes.addressof(buffer) + skipped)
+        return memoryview(buffer).cast("B")[skipped : skipped + size]
+
+    # -- state ------------------------------------------------------------------------------------------
+
+    def memory(self, address: int, size: int) -> memoryview[int] | None:
+        """``size`` bytes of RAM, flash (at 0 too) or system memory; None elsewhere."""
+        for base, content in self._memories:
+            offset = address - base
+            if 0 <= offset <= len(content) - size:
+                return content[offset : offset + size]
+        return None
+
+    def forget_code(self) -> None:
+        """Flash or RAM were changed from outside: translate again what is executed there."""
+        self._uc.ctl_flush_tb()
+
+    def register_calls(self, names: tuple[str, ...]) -> RegisterCalls:
+        """For :class:`Registers`."""
+        count = len(names)
+        numbers = (ctypes.c_int * count)(*(_NUMBERS[name] for name in names))
+        values = (ctypes.c_uint32 * count)()
+        places = (ctypes.c_void_p * count)(*(ctypes.addressof(values) + 4 * n for n in range(count)))
+        call = self._uc._uch, numbers, places, count
+        words = memoryview(values).cast("B").cast("I")
+        return words, partial(uclib.uc_reg_read_batch, *call), partial(uclib.uc_reg_write_batch, *call)
+
+    def register(self, number: int) -> int:
+        """R0 to R15."""
+        return self._core.read()[number]
+
+    # -- running ----------------------------------------------------------------------------------------
+
+    def run(self, instructions: int) -> Stop:
+        """Execute up to so many from ``pc`` on: why it ended. ``executed`` includes one that met a fault."""
+        self._stop, self.executed, self._limit = Stop.SLICE, 0, instructions
+        ended = self._start()
+        self.pc = self._pc.read()[0]
+        if self.executed > instructions:
+            self.executed -= 1  # the one that the run was ended before
+        elif self._stop is Stop.SLICE:
+            return ended
+        return self._stop
+
+    def _start(self) -> Stop:
+        try:
+            self._uc.emu_start(self.pc | self.thumb, _NEVER_REACHED)
+        except UcError as error:
+            return self._met(error.errno)
+        return Stop.WFI
+
+    def _met(self, error: int) -> Stop:
+        if error in _READS:
+            return Stop.READ
+        if error in _WRITES:
+            return Stop.WRITE
+        if error in _FETCHES:
+            return fetch_fault(self._pc.read()[0])
+        assert error == uc.UC_ERR_INSN_INVALID, f"Unicorn error {error}"
+        return Stop.UNDEFINED if self._core.read()[16] & THUMB else Stop.INVALID_STATE
+
+    def _before(self, _uc: Uc, _address: int, _size: int, _data: object) -> None:
+        self.executed += 1
+        if self.executed > self._limit:
+            self._uc.emu_stop()
+
+    def _on_interrupt(self, _uc: Uc, number: int, _data: object) -> None:
+        self._stop = _INTERRUPTS[number]
+        self._uc.emu_stop()

@@ -1,0 +1,125 @@
+"""The rows of starting: commands, the first byte, the next board, memory, restoring a snapshot."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from emulator import Board
+from tests.bench.row import PEAK_MB, TIMES, Row, cpu_s
+
+try:
+    import resource
+except ImportError:  # not on Windows
+    resource = None  # type: ignore[assignment]
+
+FIRST_LINE = "STEVAL-FCU001V1 FH rev.1.0 - Sep 2017"
+
+
+@contextmanager
+def _compiled_once() -> Iterator[dict[str, str]]:
+    """An environment in which Python keeps compiled modules, as after an installation."""
+    with tempfile.TemporaryDirectory() as cache:
+        environment = {**os.environ, "PYTHONPYCACHEPREFIX": cache}
+        environment.pop("PYTHONDONTWRITEBYTECODE", None)
+        yield environment
+
+
+def _childrens_cpu_s() -> float:
+    """CPU time of ended child processes; where the system does not tell, the time on the wall."""
+    if resource is None:
+        return time.perf_counter()
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def command(expected: str, *arguments: str) -> float:
+    """CPU seconds of an ``fcu`` command that prints ``expected`` first, from start to end; best of five."""
+    with _compiled_once() as environment:
+
+        def once() -> float:
+            started = _childrens_cpu_s()
+            done = subprocess.run(
+                [sys.executable, "-m", "emulator", *arguments],
+                capture_output=True,
+                text=True,
+                check=True,
+                env=environment,
+            )
+            assert done.stdout.startswith(expected), done.stdout[:200]
+            return _childrens_cpu_s() - started
+
+        return min([once() for _ in range(TIMES + 1)][1:])
+
+
+def first_byte() -> float:
+    """CPU seconds of ``fcu run solution`` for 3 ms: the first byte is on the line after 2.2 ms."""
+    return command(FIRST_LINE[0], "run", "solution", "--duration", "3ms", "--speed", "max")
+
+
+def next_board() -> float:
+    """CPU milliseconds of another board with the solution, when one has been made before."""
+
+    def prints_as_the_first(board: Board) -> None:
+        board.run_for(0.006)
+        assert board.terminal.text.startswith(FIRST_LINE), board.terminal.text
+
+    boards = [Board(firmware="solution")]
+    prints_as_the_first(boards[0])
+    best = min(cpu_s(lambda: boards.append(Board(firmware="solution"))) for _ in range(TIMES))
+    for board in boards[1:]:
+        prints_as_the_first(board)
+    return best * 1e3
+
+
+def memory() -> float:
+    """Peak megabytes of a process after two virtual seconds of the solution."""
+    script = (
+        PEAK_MB + "import json\n"
+        "from emulator import Board\n"
+        "board=Board(firmware='solution')\n"
+        "board.run_for(2)\n"
+        "print(json.dumps(dict(text=board.terminal.text, rss=peak_mb())))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    found = json.loads(done.stdout)
+    assert found["text"].startswith(FIRST_LINE), found["text"][:200]
+    return float(found["rss"])
+
+
+def restores() -> float:
+    """Restores a CPU second of a board with the solution; each goes on as the board that was kept."""
+    board = Board(firmware="solution")
+    board.run_for(1.2)
+    kept = board.snapshot()  # type: ignore[attr-defined]
+    board.run_for(0.01)
+    text = board.terminal.text
+    count = 1_000
+    started = time.process_time()
+    for _ in range(count):
+        board.restore(kept)  # type: ignore[attr-defined]
+    took = time.process_time() - started
+    board.run_for(0.01)
+    assert board.terminal.text == text
+    return count / took
+
+
+def rows() -> list[Row]:
+    """Restoring is measured where a board can do it."""
+    run = ("run", "--duration", "1s", "--speed", "max")
+    found = [
+        Row("fcu --help", lambda: command("Usage: fcu", "--help"), "s", 2, 0.3, less_is_better=True),
+        Row("fcu run, 1 s of lab3", lambda: command(FIRST_LINE, *run), "s", 2, 1, less_is_better=True),
+        Row("first byte of fcu run solution", first_byte, "s", 3, 0.3, 0.15, less_is_better=True),
+        Row("next board in the process", next_board, "ms", 1, 10, 3, less_is_better=True),
+        Row("peak memory, solution", memory, "MB", 0, 120, less_is_better=True),
+    ]
+    if hasattr(Board, "snapshot"):
+        found.append(Row("restores of a snapshot", restores, "/s", 0, 1000))
+    return found

@@ -1,0 +1,188 @@
+"""The C library: built beside its sources, loaded from there, and told of where it is missing or stale."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import sysconfig
+import venv
+from pathlib import Path
+from zipfile import ZipFile
+
+import pytest
+
+import emulator
+from emulator.arm import native
+from emulator.arm.native import loader
+
+ROOT = Path(emulator.__file__).parents[1]
+BUILD = Path("building", "library.py")
+NATIVE = Path("emulator", "arm", "native")
+PACKAGES = "emulator", "firmware_model", "sensors", "scenarios"
+SHORT = "--duration", "1.5s", "--speed", "max", "-q"
+
+
+@pytest.fixture
+def clone(tmp_path: Path) -> Path:
+    """What a clone has; without a library."""
+    folder = tmp_path / "clone"
+    for name in (*PACKAGES, "building"):
+        ignored = shutil.ignore_patterns("__pycache__", native.library_name())
+        shutil.copytree(ROOT / name, folder / name, ignore=ignored)
+    for name in ("pyproject.toml", "README.md", "LICENSE", ".gitignore"):
+        shutil.copy(ROOT / name, folder)
+    return folder
+
+
+def files(folder: Path) -> set[str]:
+    return {
+        path.relative_to(folder).as_posix()
+        for path in folder.rglob("*")
+        if path.is_file() and "__pycache__" not in path.parts
+    }
+
+
+def new_environment(folder: Path) -> Path:
+    """A virtual environment with the packages of this one, but not ours: where its programs are."""
+    venv.create(folder)
+    place = {"base": str(folder), "platbase": str(folder)}
+    packages = Path(sysconfig.get_path("purelib", "venv", place))
+    packages.joinpath("these.pth").write_text(sysconfig.get_path("purelib") + "\n", encoding="utf-8")
+    return Path(sysconfig.get_path("scripts", "venv", place))
+
+
+def run(folder: Path, *arguments: str | Path, **environment: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, *arguments],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+        env=os.environ | environment,
+    )
+
+
+def pip(folder: Path, *arguments: str | Path, **environment: str) -> subprocess.CompletedProcess[str]:
+    """With what is here already, and no network."""
+    without = "--no-deps", "--no-index", "--no-build-isolation"
+    return run(folder, "-m", "pip", "-q", *arguments, *without, **environment)
+
+
+def fcu_run(folder: Path, firmware: str) -> subprocess.CompletedProcess[str]:
+    return run(folder, "-m", "emulator", "run", firmware, *SHORT)
+
+
+def test_firmware_for_the_chip_needs_the_library_and_firmware_in_python_does_not(clone: Path) -> None:
+    file = clone / NATIVE / native.library_name()
+    chip, python = fcu_run(clone, "solution"), fcu_run(clone, "lab3")
+
+    assert (chip.returncode, chip.stdout) == (2, "")
+    remedy = f"build it: {sys.executable} {clone / BUILD}"
+    assert chip.stderr == f"fcu: {file}: the C library is missing; {remedy}\n"
+    assert python.returncode == 0
+    assert "LAB3 Init..." in python.stdout
+
+
+def test_the_command_builds_a_library_that_runs_and_builds_it_only_once(clone: Path) -> None:
+    file = clone / NATIVE / native.library_name()
+    first, second = (run(clone, BUILD) for _ in range(2))
+    built_with = native.built_from(file)[1]
+
+    assert first.stdout == f"{file} was built with {built_with}\n"
+    assert second.stdout == f"{file} fits its sources\n"
+    assert "LAB3 Init..." in fcu_run(clone, "solution").stdout
+
+
+def test_a_library_older_than_its_sources_is_refused_until_it_is_built_again(clone: Path) -> None:
+    run(clone, BUILD)
+    source = clone / NATIVE / "library.c"
+    source.write_text(source.read_text(encoding="utf-8") + "\n", encoding="utf-8")
+    stale = fcu_run(clone, "solution")
+    run(clone, BUILD)
+
+    assert stale.returncode == 2
+    assert "was built from other sources than those beside it; build it: " in stale.stderr
+    assert fcu_run(clone, "solution").returncode == 0
+
+
+def test_a_file_that_is_no_library_is_told_in_one_line(clone: Path) -> None:
+    mark = f"fcu library [{native.digest()}] built with [nothing] [0]"
+    file = clone / NATIVE / native.library_name()
+    file.write_text(mark, encoding="utf-8")
+    done = fcu_run(clone, "solution")
+
+    assert done.returncode == 2
+    assert "the C library cannot be loaded (" in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("found", ["file:///a%20clone", None])
+def test_an_installed_package_without_its_library_is_to_be_installed_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, found: str | None
+) -> None:
+    class Distribution:
+        def read_text(self, name: str) -> str | None:
+            assert name == "direct_url.json"
+            return found and json.dumps({"url": found, "dir_info": {}})
+
+    monkeypatch.setattr("importlib.metadata.distribution", lambda _name: Distribution())
+    assert loader.problem(tmp_path / NATIVE).endswith(
+        "the C library is missing; install it again: "
+        f"{sys.executable} -m pip install --force-reinstall --no-deps {found or 'fcu-emulator'}"
+    )
+
+
+@pytest.mark.parametrize(
+    ("environment", "said"),
+    [
+        ({"CC": "/no/such/cc"}, "building/library.py: /no/such/cc: "),
+        ({"CC": "cl"}, "building/library.py: CC=cl: Microsoft's compiler is not supported; unset CC"),
+        ({"CC": "", "PATH": ""}, "no C compiler here makes a library that this Python can load (cc;"),
+    ],
+)
+def test_what_cannot_be_built_is_told_with_the_remedy(
+    clone: Path, environment: dict[str, str], said: str
+) -> None:
+    done = run(clone, "-S", BUILD, **environment)  # -S: without packages, so without ziglang
+
+    assert done.returncode == 1
+    assert said in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not list((clone / NATIVE).glob(native.library_name() + "*"))
+
+
+@pytest.mark.parametrize("compiler", ["cc", "gcc -O1", "clang"])
+def test_an_editable_installation_is_built_with_the_compiler_of_the_environment(
+    clone: Path, tmp_path_factory: pytest.TempPathFactory, compiler: str
+) -> None:
+    if shutil.which(compiler.split(maxsplit=1)[0]) is None:
+        pytest.skip(f"needs {compiler.split(maxsplit=1)[0]}")
+    bin_folder = new_environment(tmp_path_factory.mktemp("environment"))
+    done = pip(clone, "--python", bin_folder / "python", "install", "-e", ".", CC=compiler)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+    fcu = str(bin_folder / "fcu")
+    ran = subprocess.run([fcu, "run", "solution", *SHORT], capture_output=True, text=True, check=False)
+    assert "LAB3 Init..." in ran.stdout
+    assert native.built_from(clone / NATIVE / native.library_name())[1] == compiler
+
+
+def test_a_wheel_has_the_library_and_all_else_but_the_sources(clone: Path, tmp_path: Path) -> None:
+    before = files(clone)
+    done = pip(clone, "wheel", "-w", tmp_path / "wheel", ".")
+    assert done.returncode == 0, done.stdout + done.stderr
+
+    (wheel,) = (tmp_path / "wheel").iterdir()
+    assert re.fullmatch(r"fcu_emulator-[\d.]+-py3-none-\w+\.whl", wheel.name)
+    inside = {name for name in ZipFile(wheel).namelist() if ".dist-info/" not in name}
+    packages = {path for path in before if path.split("/")[0] in PACKAGES}
+    sources = {
+        path for path in packages if path.startswith(NATIVE.as_posix()) and path.endswith((".c", ".h"))
+    }
+    assert sources
+    assert inside == packages - sources | {(NATIVE / native.library_name()).as_posix()}
+    assert files(clone) == before

@@ -1,0 +1,273 @@
+"""A master that keeps bytes sees, and leaves behind, what one sees that reads the part each time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeAlias
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sensors import LIS2MDL, LPS22HB, LSM6DSL
+from sensors.errors import Grade
+from sensors.lis2mdl import LIS2MDLErrors
+from sensors.lps22hb import LPS22HBErrors
+from sensors.lsm6dsl import LSM6DSLErrors
+from sensors.part import Part
+from sensors.sampling import PS_PER_S, Times
+from tests.keeping_masters import BurstKeeper, ByteKeeper, LiveBursts, LiveBytes, Master
+
+GRADE: Grade = "typical"
+PARTS = ("LSM6DSL", "LIS2MDL", "LPS22HB")
+SWITCHED_ON = {
+    "LSM6DSL": ((0x12, 0x04), (0x10, 0x50), (0x11, 0x40)),  # IF_INC, 208 Hz, 104 Hz
+    "LIS2MDL": ((0x60, 0x8C),),  # 100 Hz
+    "LPS22HB": ((0x11, 0x10), (0x10, 0x50)),  # IF_ADD_INC, 75 Hz
+}
+STARTS = {  # what is set up beside that: nothing, or words held back while they are read
+    "LSM6DSL": ((), ((0x12, 0x44),), ((0x12, 0x64),)),
+    "LIS2MDL": ((), ((0x62, 0x10),), ((0x62, 0x18),)),
+    "LPS22HB": ((), ((0x10, 0x52),)),
+}
+FORMATS = {  # registers and values that change how output is read
+    "LSM6DSL": (
+        *((0x12, value) for value in (0x44, 0x24, 0x64, 0x04, 0x40, 0x05, 0x84)),  # CTRL3_C
+        *((0x14, value) for value in (0x20, 0x60, 0xE0, 0x00)),  # CTRL5_C.ROUNDING
+        *((0x13, value) for value in (0x00, 0x08, 0x40, 0x04)),  # CTRL4_C: DRDY_MASK, sleep, I2C_disable
+        *((0x0A, value) for value in (0x00, 0x26, 0x21)),  # FIFO
+        *((0x15, value) for value in (0x00, 0x40, 0x60, 0x80, 0x10)),  # CTRL6_C: data enable, low power
+        *((0x58, value) for value in (0x00, 0xE0)),  # TAP_CFG: inactivity
+        *((0x0D, value) for value in (0x00, 0x03)),  # INT1_CTRL
+        *((0x01, value) for value in (0x00, 0x80, 0xA0)),  # the embedded banks
+        (0x5C, 0x00),
+        (0x08, 0x09),
+        (0x10, 0xA0),
+        (0x11, 0x00),
+    ),
+    "LIS2MDL": (
+        *((0x62, value) for value in (0x10, 0x08, 0x18, 0x01, 0x20, 0x00)),  # CFG_REG_C
+        *((0x60, value) for value in (0x8D, 0x01, 0x83, 0xAC, 0xCC, 0x80)),  # CFG_REG_A
+        *((0x63, value) for value in (0xE3, 0x00)),
+        (0x61, 0x02),
+    ),
+    "LPS22HB": (
+        *((0x10, value) for value in (0x52, 0x50, 0x3A, 0x00)),  # CTRL_REG1
+        *((0x11, value) for value in (0x50, 0x10, 0x11, 0x00, 0x14, 0x94)),  # CTRL_REG2
+        *((0x14, value) for value in (0x00, 0x20, 0x45, 0x62)),  # FIFO_CTRL
+        *((0x0B, value) for value in (0x20, 0x80, 0x40, 0x0F, 0x00)),  # INTERRUPT_CFG
+        *((0x12, value) for value in (0x00, 0x04, 0x08)),  # CTRL_REG3
+    ),
+}
+OUTPUT = {"LSM6DSL": range(0x1E, 0x30), "LIS2MDL": range(0x66, 0x70), "LPS22HB": range(0x26, 0x2D)}
+USUAL = {
+    "LSM6DSL": ((0x28, 6), (0x22, 6), (0x22, 12), (0x20, 14), (0x10, 1), (0x0F, 1), (0x1E, 1)),
+    "LIS2MDL": ((0x68, 6), (0x6E, 2), (0x62, 1), (0x67, 1), (0x4F, 1)),
+    "LPS22HB": ((0x28, 3), (0x2B, 2), (0x28, 5), (0x10, 2), (0x27, 1), (0x27, 6)),
+}
+
+_PAUSE_PS = 125 * 10**6 + 1  # up to 32 ms
+
+Action: TypeAlias = tuple[str, int, int]
+"""read: address, count; write: address, value; pass: pauses, 0; pin or world: level, 0."""
+
+
+def actions(part: str) -> st.SearchStrategy[list[Action]]:
+    """Mostly reads and pauses of about a sample, so that there is something to keep."""
+    write = st.one_of(st.sampled_from(FORMATS[part]), st.sampled_from(SWITCHED_ON[part]))
+    kinds: dict[str, st.SearchStrategy[Action]] = {
+        "usual": st.sampled_from(USUAL[part]).map(lambda read: ("read", *read)),
+        "output": st.tuples(st.just("read"), st.sampled_from(OUTPUT[part]), st.integers(1, 8)),
+        "byte": st.tuples(st.just("read"), st.sampled_from(OUTPUT[part]), st.just(1)),
+        "anywhere": st.tuples(st.just("read"), st.integers(0, 0x7F), st.integers(1, 20)),
+        "pass": st.tuples(st.just("pass"), st.integers(0, 255), st.just(0)),
+        "write": write.map(lambda write: ("write", *write)),
+        "outside": st.tuples(st.sampled_from(("pin", "world")), st.integers(0, 1), st.just(0)),
+    }
+    weighted = (
+        ["usual"] * 8 + ["output", "byte"] * 4 + ["anywhere"] + ["pass"] * 6 + ["write", "write", "outside"]
+    )
+    traffic = st.lists(st.sampled_from(weighted).flatmap(kinds.__getitem__), min_size=30, max_size=60)
+    starts = st.sampled_from(STARTS[part]).map(lambda writes: [("write", *write) for write in writes])
+    return st.tuples(starts, traffic).map(lambda both: [*both[0], *both[1]])
+
+
+class Bench:
+    """Two copies of a part in one world, each with its master, and what was seen of them."""
+
+    def __init__(self, name: str, live: Callable[[Part], Master], keeper: Callable[[Part], Master]) -> None:
+        self.now_ps = PS_PER_S // 10
+        self._slope = 1.0
+        self._since_s = 0.0
+        self.masters = live(self._make(name)), keeper(self._make(name))
+        self.noted: tuple[list[str], list[str]] = ([], [])
+        for master, noted in zip(self.masters, self.noted, strict=True):
+            master.part.observe(lambda _, kind, text, noted=noted: noted.append(f"{kind}: {text}"), None)
+            for address, value in SWITCHED_ON[name]:
+                master.write(address, bytes((value,)), self.now_ps)
+
+    def _make(self, name: str) -> Part:
+        if name == "LSM6DSL":
+            lsm_errors = LSM6DSLErrors.of_grade(GRADE, 1)
+            return LSM6DSL(self._vector, self._vector, self._scalar, lsm_errors, 1)
+        if name == "LIS2MDL":
+            return LIS2MDL(self._vector, self._scalar, LIS2MDLErrors.of_grade(GRADE, 1), 1)
+        return LPS22HB(lambda t_s: 900 + self._scalar(t_s), self._scalar, LPS22HBErrors.of_grade(GRADE, 1), 1)
+
+    def _scalar(self, t_s: Times) -> Times:
+        return 20 + self._slope * np.sin(40 * t_s) * (t_s >= self._since_s)
+
+    def _vector(self, t_s: Times) -> Times:
+        return np.stack([self._scalar(t_s) / 20, np.cos(30 * t_s), 0.2 * np.sin(70 * t_s)], axis=1)
+
+    def both_do(self, action: Action) -> None:
+        """Carry it out on both copies, and compare."""
+        what, number, other = action
+        if what == "pass":
+            self.now_ps += number * _PAUSE_PS
+        elif what == "world":
+            self._slope = -self._slope
+            for master in self.masters:
+                master.part.world_changed(self.now_ps)
+        elif what == "read":
+            answers = [master.read(number, other, self.now_ps).hex() for master in self.masters]
+            assert answers[0] == answers[1], action
+            self.now_ps += 30 * 10**7
+        else:
+            for master in self.masters:
+                self._change(master, what, number, other)
+            self.now_ps += 10**8
+
+    def _change(self, master: Master, what: str, number: int, other: int) -> None:
+        if what == "write":
+            master.write(number, bytes((other,)), self.now_ps)
+        elif isinstance(master.part, LSM6DSL):
+            if isinstance(master, ByteKeeper):
+                master.settle()
+            master.part.int2.apply(number, self.now_ps)
+
+    def compare(self) -> None:
+        """Whatever is left behind must be the same: every register, held words, pins, notes."""
+        keeper = self.masters[1]
+        if isinstance(keeper, ByteKeeper):
+            keeper.settle()
+        parts = [master.part for master in self.masters]
+        assert parts[0].registers.half_read == parts[1].registers.half_read
+        assert [pin.level for pin in parts[0].pins()] == [pin.level for pin in parts[1].pins()]
+        for address in range(128):
+            answers = [part.read(address, 1, self.now_ps) for part in parts]
+            assert answers[0] == answers[1], f"0x{address:02X}"
+        assert [pin.level for pin in parts[0].pins()] == [pin.level for pin in parts[1].pins()]
+        assert self.noted[0] == self.noted[1]
+
+
+@pytest.mark.parametrize("name", PARTS)
+@settings(max_examples=60, deadline=None)
+@given(st.data())
+def test_bytes_are_kept_over_messages(name: str, data: st.DataObject) -> None:
+    bench = Bench(name, LiveBytes, ByteKeeper)
+    for action in data.draw(actions(name)):
+        bench.both_do(action)
+    bench.compare()
+
+
+@pytest.mark.parametrize("name", PARTS)
+@settings(max_examples=60, deadline=None)
+@given(st.data())
+def test_bursts_are_kept_as_long_as_they_last(name: str, data: st.DataObject) -> None:
+    bench = Bench(name, LiveBursts, BurstKeeper)
+    for action in data.draw(actions(name)):
+        bench.both_do(action)
+    bench.compare()
+
+
+def measuring(*writes: tuple[int, int]) -> LSM6DSL:
+    """An accelerometer at 208 Hz with a sample that nobody has read, at ``_AT_PS``."""
+    part = LSM6DSL(lambda t_s: np.ones((len(t_s), 3)), lambda t_s: np.zeros((len(t_s), 3)), np.ones_like)
+    for address, value in ((0x12, 0x04), (0x10, 0x50), *writes):
+        part.write(address, bytes((value,)), 0)
+    return part
+
+
+_AT_PS = PS_PER_S // 100
+_ALL, _EVEN = 0b111_1110, 0b101_0100
+
+
+def test_a_new_sample_is_not_quiet_before_it_was_taken() -> None:
+    part = measuring()
+    data, until_ps, quiet = part.ahead(0x28, 1, _AT_PS)
+    assert (len(data), quiet) == (6, 0)
+    part.taken(0x28, 6)
+    assert part.ahead(0x28, 1, _AT_PS) == (data, until_ps, _ALL)
+    assert part.read(0x1E, 1, until_ps - 1) == b"\0"
+    assert part.read(0x1E, 1, until_ps) == b"\1"
+
+
+@pytest.mark.parametrize(("first", "quiet"), [(0x28, _EVEN), (0x29, 0), (0x2A, _EVEN & 0b1_1111)])
+def test_with_bdu_whole_words_are_quiet(first: int, quiet: int) -> None:
+    part = measuring((0x12, 0x44))
+    part.read(0x28, 6, _AT_PS)
+    assert part.ahead(first, 1, _AT_PS)[2] == quiet
+
+
+def test_a_word_half_read_makes_another_version() -> None:
+    part = measuring((0x12, 0x44))
+    part.read(0x28, 6, _AT_PS)
+    version = part.version[0]
+    part.read(0x28, 6, _AT_PS)
+    part.read(0x10, 4, _AT_PS)
+    assert part.version[0] == version
+    part.read(0x28, 1, _AT_PS)
+    assert part.version[0] != version
+    assert part.ahead(0x28, 6, _AT_PS)[2] == 0
+
+
+def test_bytes_ahead_go_on_over_registers_as_far_as_wanted() -> None:
+    part = measuring((0x11, 0x40))
+    assert [len(part.ahead(0x22, count, _AT_PS)[0]) for count in (1, 6, 7, 12)] == [6, 6, 12, 12]
+
+
+@pytest.mark.parametrize(
+    ("write", "length"), [((0x12, 0x00), 1), ((0x14, 0x60), 6)], ids=["IF_INC", "ROUNDING"]
+)
+def test_bytes_ahead_end_where_the_address_jumps(write: tuple[int, int], length: int) -> None:
+    assert len(measuring(write).ahead(0x28, 12, _AT_PS)[0]) == length
+
+
+def test_a_byte_of_the_pressure_that_goes_nowhere_is_not_quiet_with_bdu() -> None:
+    part = LPS22HB(lambda t_s: np.full(len(t_s), 1000.0), np.ones_like)
+    part.write(0x11, b"\x00", 0)  # no increment: PRESS_OUT_XL alone, which holds the output
+    part.write(0x10, b"\x52", 0)
+    part.read(0x2A, 1, 5 * _AT_PS)
+    data, _, quiet = part.ahead(0x28, 3, 5 * _AT_PS)
+    assert (len(data), quiet) == (1, 0)
+
+
+@pytest.mark.parametrize("address", [0x1E, 0x12, 0x3A, 0x3E, 0x40, 0x53, 0x1B, 0x2E], ids=hex)
+def test_what_changes_by_itself_is_not_foreseen(address: int) -> None:
+    part = measuring()
+    assert part.ahead(address, 1, _AT_PS) == (b"", 0, 0)
+    assert part.taker(address, 1)(_AT_PS)[1] == 0
+
+
+def test_nothing_is_foreseen_once_a_pin_is_wired() -> None:
+    part = measuring()
+    assert part.ahead(0x10, 1, _AT_PS)[0][:1] == b"\x50"
+    version = part.version[0]
+    part.watch(lambda: None)
+    assert (part.ahead(0x10, 1, _AT_PS)[0], part.taker(0x28, 6)(_AT_PS)[1]) == (b"", 0)
+    assert part.version[0] != version
+
+
+def test_every_bank_has_the_version_of_the_part() -> None:
+    part = measuring()
+    assert part.ahead(0x02, 1, _AT_PS)[0][:1] == b""
+    version, address = part.version[0], part.version.buffer_info()[0]
+    part.write(0x01, b"\x80", _AT_PS)
+    assert part.version[0] != version
+    version = part.version[0]
+    part.write(0x02, b"\x3d", _AT_PS)
+    assert part.version[0] != version
+    assert part.version.buffer_info()[0] == address
+    assert part.ahead(0x02, 1, _AT_PS)[0][:1] == b"\x3d"
