@@ -195,8 +195,9 @@ class Board:
             now_ps,
             list(bench.trace),
             bench.board.bus.recent_transfers(),
-            [part.read(0x1E, 1, now_ps) for part in parts],  # which brings the output up to now
-            [(bytes(part.registers.mem), set(part.registers.half_read)) for part in parts],
+            [set(part.registers.half_read) for part in parts],
+            # Read, and not looked up in the memory, which is filled in when somebody reads it.
+            [[part.read(address, 1, now_ps) for address in range(0x80)] for part in parts],
             [self.hal.receive_interrupt(address, 3) for address in DEVICES if self.hal.is_ready(address)],
         ]
 
