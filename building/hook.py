@@ -41,7 +41,7 @@ class CustomBuildHook(BuildHookInterface[Any]):
         )
         name = library.NATIVE["library_name"](compiler.system)
         self._tried(lambda: library.build(self._folder / name, compiler))
-        build_data["force_include"][str(self._folder / name)] = f"emulator/arm/native/{name}"
+        build_data["force_include"][str(self._folder / name)] = f"emulator/chip/native/{name}"
         build_data["pure_python"] = False
         build_data["tag"] = f"py3-none-{target.tag if target else _platform()}"
 

@@ -1,4 +1,4 @@
-"""Build the C library, emulator/arm/native, beside its sources: python building/library.py [--force]
+"""Build the C library, emulator/chip/native, beside its sources: python building/library.py [--force]
 
 Nothing is done where the library was built from these sources with this compiler. Needs no package but, where
 no C compiler works, ziglang. The compiler is
@@ -27,7 +27,7 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
-FOLDER: Final = Path(__file__).parents[1] / "emulator" / "arm" / "native"
+FOLDER: Final = Path(__file__).parents[1] / "emulator" / "chip" / "native"
 NATIVE: Final = runpy.run_path(str(FOLDER / "__init__.py"))
 
 FLAGS: Final = (

@@ -1,6 +1,6 @@
 """A virtual STEVAL-FCU001V1: sensors, timer, UART and one physical world, in exact virtual time.
 
-``from emulator import Board`` is all that course material needs; see :class:`emulator.board.Board`.
+``from emulator import Board`` is all that course material needs; see :class:`emulator.board.board.Board`.
 
 Names are loaded when they are first used: the board needs numpy, and ``fcu --help`` does not.
 """
@@ -11,7 +11,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from emulator.board import Board
+    from emulator.board.board import Board
     from emulator.errors import (
         ExpectationError,
         FcuError,
@@ -45,4 +45,4 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module("emulator.board" if name == "Board" else "emulator.errors"), name)
+    return getattr(import_module("emulator.board.board" if name == "Board" else "emulator.errors"), name)

@@ -74,7 +74,7 @@ class FirmwareError(FcuError):
 
 
 class LimitError(FirmwareError):
-    """Firmware was stopped at ``limit``, a field of :class:`emulator.arm.limits.Limits`."""
+    """Firmware was stopped at ``limit``, a field of :class:`emulator.chip.limits.Limits`."""
 
     def __init__(self, limit: str, problem: str) -> None:
         self.limit = limit

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from emulator.hal import Hal
+from emulator.python_cpu.hal import Hal
 
 
 class Script:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Self
 
 from emulator.adapters.os_errors import ENODEV, os_errors
 from emulator.adapters.scan import scan
-from emulator.i2c_master import I2CMaster
+from emulator.buses.i2c_master import I2CMaster
 
 if TYPE_CHECKING:
     from typing_extensions import Buffer  # in collections.abc from Python 3.12 on

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from contextlib import suppress
 
+from emulator.buses.i2c_master import I2CMaster
 from emulator.errors import I2CNackError
-from emulator.i2c_master import I2CMaster
 
 _ADDRESSES = range(0x08, 0x78)  # the others are reserved (NXP UM10204, Table 3)
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import ClassVar, TypeAlias
 
+from emulator.buses.i2c_master import I2CMaster
 from emulator.errors import I2CError, I2CNackError, I2CStuckError
-from emulator.i2c_master import I2CMaster
 
 Answer: TypeAlias = tuple[int, Exception | None, bytes]
 

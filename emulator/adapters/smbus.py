@@ -14,8 +14,8 @@ from collections.abc import Iterator, Sequence
 from typing import Any, Protocol, Self
 
 from emulator.adapters.os_errors import EREMOTEIO, os_errors
+from emulator.buses.i2c_master import I2CMaster
 from emulator.errors import InputError
-from emulator.i2c_master import I2CMaster
 
 _BLOCK_MAX = 32  # I2C_SMBUS_BLOCK_MAX
 _READ = 0x0001  # I2C_M_RD

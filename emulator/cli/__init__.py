@@ -19,7 +19,7 @@ from emulator.errors import ExpectationError, FcuError, InputError
 EXIT_EXPECTATION, EXIT_INPUT, EXIT_FAULT = 1, 2, 3
 EXIT_INTERRUPTED = 130  # the shell's own code for a program that Ctrl-C ended
 
-Ignorable: TypeAlias = Literal["time", "numbers", "registers", "leds"]  # as in emulator.compare
+Ignorable: TypeAlias = Literal["time", "numbers", "registers", "leds"]  # as in emulator.analysis.compare
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})

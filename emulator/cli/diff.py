@@ -8,10 +8,7 @@ from functools import partial
 
 import click
 
-from emulator import firmwares
-from emulator.board import Board
-from emulator.clock import PS_PER_S
-from emulator.compare import (
+from emulator.analysis.compare import (
     Difference,
     Ignorable,
     Rules,
@@ -20,12 +17,15 @@ from emulator.compare import (
     largest_deviations,
     tolerances,
 )
-from emulator.durations import parse_duration, seconds
+from emulator.analysis.observation import TERMINAL, Entry, Observation, observe
+from emulator.analysis.replay import replay
+from emulator.board import firmwares
+from emulator.board.board import Board
 from emulator.errors import InputError
-from emulator.observation import TERMINAL, Entry, Observation, observe
-from emulator.replay import replay
 from emulator.scenario import Scenario, load_scenario
 from emulator.scenario.printed import visible
+from emulator.time.clock import PS_PER_S
+from emulator.time.durations import parse_duration, seconds
 
 _LONGEST = 100  # characters of an entry that are shown
 

@@ -74,7 +74,7 @@ def _package(name: str) -> Finding:
 
 
 def _library() -> Finding:
-    from emulator.arm.native import FOLDER, built_from, library_name, loader
+    from emulator.chip.native import FOLDER, built_from, library_name, loader
 
     if wrong := loader.problem():
         return Finding(False, wrong, needed=True)
@@ -83,7 +83,7 @@ def _library() -> Finding:
 
 
 def _boots(firmware: str) -> Finding:
-    from emulator.board import Board
+    from emulator.board.board import Board
 
     started = time.perf_counter()
     try:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from emulator.board import Board
+from emulator.board.board import Board
 from emulator.errors import FirmwareError
 
 _FIRST_QUESTION_S = 3.0

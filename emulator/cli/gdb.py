@@ -5,11 +5,11 @@ from __future__ import annotations
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
-from emulator.board import Board
+from emulator.board.board import Board
 from emulator.errors import InputError
 
 if TYPE_CHECKING:
-    from emulator.arm.gdb.server import GdbServer
+    from emulator.chip.gdb.server import GdbServer
 
 
 def open_debugger(board: Board, port: int | None, halt: bool, stack: ExitStack) -> GdbServer | None:
@@ -21,7 +21,7 @@ def open_debugger(board: Board, port: int | None, halt: bool, stack: ExitStack) 
         if halt:
             raise InputError("--halt waits for a debugger; give --gdb PORT as well, such as --gdb 3333")
         return None
-    from emulator.arm.gdb.attach import serve
+    from emulator.chip.gdb.attach import serve
 
     server = serve(board, port, halt)
     stack.callback(server.close)

@@ -8,7 +8,7 @@ from typing import TextIO
 
 import click
 
-from emulator.runner import Progress
+from emulator.links.runner import Progress
 
 _FIRST_AFTER_S = 1.0  # a short run shows nothing
 _EVERY_TTY_S = 0.2

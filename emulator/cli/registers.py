@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import click
 
+from emulator.analysis.fidelity import table, without_behaviour
 from emulator.errors import InputError
-from emulator.fidelity import table, without_behaviour
 from sensors import PARTS
 from sensors.register import Bits, Register, RegisterMap
 

@@ -14,16 +14,16 @@ from types import FrameType
 
 import click
 
-from emulator import firmwares
-from emulator.board import Board
+from emulator.board import firmwares
+from emulator.board.board import Board
 from emulator.cli.explain import Explainer
 from emulator.cli.gdb import announcement, open_debugger
 from emulator.cli.progress import ProgressDisplay
 from emulator.cli.summary import summary
-from emulator.durations import parse_duration, seconds
 from emulator.errors import InputError
 from emulator.links import ByteLink, open_link
-from emulator.runner import Progress, Runner
+from emulator.links.runner import Progress, Runner
+from emulator.time.durations import parse_duration, seconds
 
 _SLOWEST, _FASTEST = 0.001, 1e6  # virtual over wall time
 _STOPPING = ("SIGINT", "SIGTERM", "SIGHUP")  # Ctrl-C, kill, a terminal window that is closed
@@ -112,7 +112,7 @@ def _set_limits(board: Board, settings: tuple[str, ...]) -> None:
         return
     if board.arm is None:
         raise InputError("--limit is for firmware built for the chip; a scenario has [limits] for any other")
-    from emulator.arm.limits import parse_limits
+    from emulator.chip.limits import parse_limits
 
     board.arm.limits = parse_limits(settings)
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 
-from emulator.board import Board
-from emulator.clock import PS_PER_MS, PS_PER_S
+from emulator.board.board import Board
+from emulator.board.wiring import CHIP
 from emulator.links import ByteLink
+from emulator.time.clock import PS_PER_MS, PS_PER_S
 from emulator.trace import BusTransfer, DeviceNote, Fault
-from emulator.wiring import CHIP
 
 
 def summary(board: Board, links: Sequence[ByteLink], wall_s: float) -> Iterator[str]:

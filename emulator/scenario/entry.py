@@ -13,7 +13,7 @@ from emulator.scenario.units import Duration
 from emulator.world import World
 
 if TYPE_CHECKING:
-    from emulator.board import Board
+    from emulator.board.board import Board
 
 
 class Entry(Table):

@@ -8,14 +8,14 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
-from emulator.clock import NEVER_PS, PS_PER_MS, PS_PER_S
-from emulator.durations import seconds, shown
 from emulator.scenario.expectation import Expectation, Seen, Windowed
 from emulator.scenario.printed import FIELDS, FORMAT_OF_FIELD, visible
 from emulator.scenario.recorder import MAX_SETTLE_PS, Line
 from emulator.scenario.result import Miss
 from emulator.scenario.truth import deviation
 from emulator.scenario.units import Duration
+from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S
+from emulator.time.durations import seconds, shown
 from emulator.trace import GpioEdge
 
 SETTLE_PS = 50 * PS_PER_MS  # one period of the slowest sensor (the LPS22HB at 25 Hz) and ten of the timer's

@@ -7,13 +7,13 @@ from typing import Annotated, Literal
 import regex
 from pydantic import Field, PlainSerializer, PlainValidator, ValidationInfo, WithJsonSchema
 
-from emulator.durations import seconds, shown
 from emulator.scenario.comparing import difference, fault_between, first_difference, nearest
 from emulator.scenario.expectation import Expectation, Seen, Windowed
 from emulator.scenario.printed import same_banner, visible
 from emulator.scenario.recorder import Line
 from emulator.scenario.result import Miss
 from emulator.scenario.tables import folder_of, read_bounded
+from emulator.time.durations import seconds, shown
 
 LONGEST_PATTERN = 500
 _PATIENCE_S = 0.5  # for one line; a sane pattern takes microseconds

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field, model_validator
 
-from emulator.clock import NEVER_PS
-from emulator.durations import seconds
 from emulator.scenario.recorder import Line
 from emulator.scenario.result import Miss
 from emulator.scenario.tables import Table
 from emulator.scenario.units import Duration
+from emulator.time.clock import NEVER_PS
+from emulator.time.durations import seconds
 
 if TYPE_CHECKING:
-    from emulator.board import Board
+    from emulator.board.board import Board
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from emulator.durations import shown
 from emulator.errors import ScenarioError
+from emulator.time.durations import shown
 
 _TAGGED = {"timeline", "expect"}  # arrays whose entries pydantic's path names by index and tag
 

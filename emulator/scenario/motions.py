@@ -6,13 +6,13 @@ from typing import Annotated, Literal
 
 from pydantic import Field, PlainSerializer, PlainValidator, ValidationInfo, WithJsonSchema
 
-from emulator.clock import PS_PER_S, to_ps
-from emulator.durations import shown
 from emulator.errors import RecordingError
 from emulator.scenario.entry import Entry
 from emulator.scenario.setup import FieldTable
 from emulator.scenario.tables import folder_of, within
 from emulator.scenario.units import Length
+from emulator.time.clock import PS_PER_S, to_ps
+from emulator.time.durations import shown
 from emulator.world import Recording, World, limits, load_recording
 from emulator.world.magnetism import Magnet
 

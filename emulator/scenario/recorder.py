@@ -19,13 +19,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from emulator.clock import PS_PER_MS, PS_PER_S, Periodic
 from emulator.scenario.printed import ANGLES, FORMATS
 from emulator.scenario.truth import G_MODULUS, TRUTH, deviation
+from emulator.time.clock import PS_PER_MS, PS_PER_S, Periodic
 from emulator.world.track import Array
 
 if TYPE_CHECKING:
-    from emulator.board import Board
+    from emulator.board.board import Board
 
 _LOOK_PS = Fraction(PS_PER_MS)
 _COLLECT_PS = Fraction(PS_PER_S)

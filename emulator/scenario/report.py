@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from emulator.clock import PS_PER_S
 from emulator.scenario.printed import ANGLES, FORMAT_OF_FIELD
 from emulator.scenario.recorder import Line
 from emulator.scenario.truth import G_MODULUS
+from emulator.time.clock import PS_PER_S
 
 _MOST_ROWS = 12
 _STILL_G = 0.05

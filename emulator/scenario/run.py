@@ -12,12 +12,12 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from emulator.errors import InputError
-from emulator.runner import Runner
+from emulator.links.runner import Runner
 from emulator.scenario.result import Finding, Result
 from emulator.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
-    from emulator.board import Board
+    from emulator.board.board import Board
 
 
 def run(board: Board, wall_clock_s: Callable[[], float] = time.monotonic) -> Result:

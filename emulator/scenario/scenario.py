@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
-from emulator.clock import PS_PER_S
-from emulator.durations import seconds
+from emulator.board.sensor_set import SensorSettings
+from emulator.board.terminal import Terminal
 from emulator.errors import InputError, ScenarioError
 from emulator.scenario.expect_board import SETTLE_PS, ExpectField
 from emulator.scenario.expectation import Seen, Windowed
@@ -25,12 +25,12 @@ from emulator.scenario.result import Finding, Miss, Result
 from emulator.scenario.schema import AnyExpectation, ReportTable, ScenarioFile
 from emulator.scenario.setup import LimitsTable
 from emulator.scenario.steps import Step, rehearse, steps_of
-from emulator.sensor_set import SensorSettings
-from emulator.terminal import Terminal
+from emulator.time.clock import PS_PER_S
+from emulator.time.durations import seconds
 from emulator.world import World, earth_field
 
 if TYPE_CHECKING:
-    from emulator.board import Board
+    from emulator.board.board import Board
 
 
 class Scenario:

@@ -11,15 +11,15 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field
 
-from emulator import firmwares
-from emulator.clock import PS_PER_S
-from emulator.durations import format_duration, shown
+from emulator.board import firmwares
 from emulator.scenario.expect_board import ExpectField, ExpectHardIron, ExpectLed, ExpectTicks, FieldName
 from emulator.scenario.expect_text import ExpectLine, ExpectNever, ExpectRegex, ExpectText
 from emulator.scenario.setup import BusTable, FirmwareTable, LimitsTable, SensorsTable, WorldTable
 from emulator.scenario.tables import Table
 from emulator.scenario.timeline import AnyEntry
 from emulator.scenario.units import Length
+from emulator.time.clock import PS_PER_S
+from emulator.time.durations import format_duration, shown
 
 MOST_ENTRIES = 1_000  # of the timeline; what needs more is a recording
 MOST_EXPECTATIONS = 1_000

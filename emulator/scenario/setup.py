@@ -9,10 +9,10 @@ from typing import Annotated, Any, Literal, get_type_hints
 from pydantic import BaseModel, Field, GetCoreSchemaHandler, Strict, create_model, model_validator
 from pydantic_core import CoreSchema, core_schema
 
-from emulator.clock import PS_PER_S
-from emulator.i2c import FAST_MODE_HZ
+from emulator.buses.i2c import FAST_MODE_HZ
 from emulator.scenario.tables import Table, Vector, within
 from emulator.scenario.units import BusSpeed, Length
+from emulator.time.clock import PS_PER_S
 from emulator.world import limits
 from sensors.errors import Grade, Vec3
 from sensors.lis2mdl import LIS2MDLErrors

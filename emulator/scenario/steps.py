@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from emulator.clock import PS_PER_S
-from emulator.durations import format_duration, seconds
 from emulator.errors import InputError, ScenarioError
 from emulator.scenario.entry import Entry
+from emulator.time.clock import PS_PER_S
+from emulator.time.durations import format_duration, seconds
 from emulator.world import World
 
 CreateWorld = Callable[[Callable[[], float]], World]

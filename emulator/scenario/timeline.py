@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import Field, PlainSerializer, PlainValidator, WithJsonSchema, model_validator
 
-from emulator.clock import NEVER_PS
-from emulator.durations import shown
-from emulator.i2c import FaultKind, I2CFault
+from emulator.board.wiring import profile
+from emulator.buses.i2c import FaultKind, I2CFault
 from emulator.scenario.entry import Entry
 from emulator.scenario.motions import (
     ATTITUDE,
@@ -26,11 +25,12 @@ from emulator.scenario.motions import (
 from emulator.scenario.setup import FieldTable
 from emulator.scenario.tables import within
 from emulator.scenario.units import Length
-from emulator.wiring import profile
+from emulator.time.clock import NEVER_PS
+from emulator.time.durations import shown
 from emulator.world import World, limits
 
 if TYPE_CHECKING:
-    from emulator.board import Board
+    from emulator.board.board import Board
 
 ADDRESSES = profile("lab3").i2c2
 LONGEST_INPUT = 4096  # characters of one send

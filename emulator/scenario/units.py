@@ -8,8 +8,8 @@ from typing import Annotated, Any
 
 from pydantic import PlainSerializer, PlainValidator, WithJsonSchema
 
-from emulator.clock import PS_PER_US
-from emulator.durations import DURATION, NUMBER, format_duration, parse_duration, shown
+from emulator.time.clock import PS_PER_US
+from emulator.time.durations import DURATION, NUMBER, format_duration, parse_duration, shown
 
 _HZ_PER_UNIT = {"Hz": 1, "kHz": 1000, "MHz": 1_000_000}
 _FREQUENCY = rf"({NUMBER}) ?({'|'.join(_HZ_PER_UNIT)})"

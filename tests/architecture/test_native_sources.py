@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from emulator.arm.native import loader
+from emulator.chip.native import loader
 
-FOLDER = Path(__file__).parents[2] / "emulator" / "arm" / "native"
+FOLDER = Path(__file__).parents[2] / "emulator" / "chip" / "native"
 SOURCES, HEADERS = sorted(FOLDER.glob("*.c")), sorted(FOLDER.glob("*.h"))
 WIDEST, LONGEST = 120, 900
 needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc")

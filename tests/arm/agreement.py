@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emulator import Board
-from emulator.clock import PS_PER_MS, PS_PER_S
-from emulator.firmwares import factory
-from emulator.observation import TERMINAL, Entry, Observation, observe
-from emulator.replay import replay
+from emulator.analysis.observation import TERMINAL, Entry, Observation, observe
+from emulator.analysis.replay import replay
+from emulator.board.firmwares import factory
 from emulator.scenario.printed import FORMATS
 from emulator.scenario.truth import deviation
+from emulator.time.clock import PS_PER_MS, PS_PER_S
 
 TICK_PS = 1_250_000_000  # 800 Hz (brief, "Timing")
 

@@ -12,12 +12,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from emulator.arm.library import ChipBlock, FcuChip
-from emulator.arm.peripherals.gpio import ConnectedPins
-from emulator.arm.peripherals.tim import Timer, connect_timers
-from emulator.arm.soc import Soc
-from emulator.clock import Clock
-from emulator.gpio import Gpio
+from emulator.buses.gpio import Gpio
+from emulator.chip.library import ChipBlock, FcuChip
+from emulator.chip.peripherals.gpio import ConnectedPins
+from emulator.chip.peripherals.tim import Timer, connect_timers
+from emulator.chip.soc import Soc
+from emulator.time.clock import Clock
 from emulator.trace import DeviceNote, Trace
 
 

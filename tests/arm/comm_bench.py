@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 
 from emulator import Board
-from emulator.arm.peripherals.i2c import ConnectedI2c
-from emulator.arm.peripherals.peripheral import Peripheral
-from emulator.arm.peripherals.spi import SpiWire, connect_absent_radio
-from emulator.spi import SpiBus
+from emulator.board.wiring import PROFILES
+from emulator.buses.spi import SpiBus
+from emulator.chip.peripherals.i2c import ConnectedI2c
+from emulator.chip.peripherals.peripheral import Peripheral
+from emulator.chip.peripherals.spi import SpiWire, connect_absent_radio
 from emulator.trace import DeviceNote
-from emulator.wiring import PROFILES
 from tests.arm.chip_fakes import FakeClockTree, FakeInterrupts, NativeChip
 
 ACCESS_PS = 100_000  # a few instructions at 84 MHz

@@ -27,13 +27,13 @@ from collections.abc import Callable, Iterable
 from fractions import Fraction
 from typing import ClassVar
 
-from emulator.arm.cpu.core import Core, CoreSettings
-from emulator.arm.cpu.memory_map import FLASH, RAM, RAM_SIZE
-from emulator.arm.cpu.registers import FLOATING_POINT, Registers
-from emulator.arm.peripherals.peripheral import Peripheral
-from emulator.arm.soc import Soc
-from emulator.clock import NEVER_PS, PS_PER_US, Clock
-from emulator.gpio import Gpio
+from emulator.buses.gpio import Gpio
+from emulator.chip.cpu.core import Core, CoreSettings
+from emulator.chip.cpu.memory_map import FLASH, RAM, RAM_SIZE
+from emulator.chip.cpu.registers import FLOATING_POINT, Registers
+from emulator.chip.peripherals.peripheral import Peripheral
+from emulator.chip.soc import Soc
+from emulator.time.clock import NEVER_PS, PS_PER_US, Clock
 from emulator.trace import Fault, Trace
 from tests.arm.chip_fakes import FakeClockTree
 from tests.arm.thumb_assembler import assemble

@@ -12,9 +12,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from random import Random
 
-from emulator.arm.cpu.bare_core import BareCore
-from emulator.arm.cpu.memory_map import FLASH, RAM, RAM_SIZE
-from emulator.arm.cpu.registers import CORE, EVERYTHING, FLOATING_POINT, MASKS, Registers
+from emulator.chip.cpu.bare_core import BareCore
+from emulator.chip.cpu.memory_map import FLASH, RAM, RAM_SIZE
+from emulator.chip.cpu.registers import CORE, EVERYTHING, FLOATING_POINT, MASKS, Registers
 from tests.arm.unicorn_witness import THUMB, Witness
 
 CODE = FLASH + 0x1_0000

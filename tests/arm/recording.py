@@ -30,9 +30,9 @@ from pathlib import Path
 from typing import Any
 
 from emulator import Board
-from emulator.clock import to_ps
+from emulator.buses.i2c import I2CFault
 from emulator.errors import FirmwareError
-from emulator.i2c import I2CFault
+from emulator.time.clock import to_ps
 from emulator.trace import (
     BusTransfer,
     DeviceNote,
@@ -98,7 +98,7 @@ class ChipState:
 
 def chip_state(board: Board) -> ChipState:
     """The only place that knows where a build keeps the state of its chip."""
-    from emulator.arm.cpu.registers import EVERYTHING, Registers
+    from emulator.chip.cpu.registers import EVERYTHING, Registers
 
     assert board.arm is not None
     core, origin = board.arm.chip.core, board.arm.faults.origin

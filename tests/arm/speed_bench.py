@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from emulator import Board
-from emulator.arm.chip import Surroundings
-from emulator.arm.cpu.core import CoreSettings
-from emulator.arm.firmware import ArmFirmware
-from emulator.arm.image import load_firmware
+from emulator.chip.chip import Surroundings
+from emulator.chip.cpu.core import CoreSettings
+from emulator.chip.firmware import ArmFirmware
+from emulator.chip.image import load_firmware
 from emulator.trace import BusTransfer
 
 

@@ -7,11 +7,11 @@ from functools import partial
 
 import pytest
 
-from emulator.arm.peripherals.adc import Adc
-from emulator.arm.peripherals.adc_inputs import AdcInputs
-from emulator.arm.peripherals.dbgmcu import system_memory
-from emulator.arm.peripherals.irq_line import IrqLine
-from emulator.clock import PS_PER_MS, PS_PER_S
+from emulator.chip.peripherals.adc import Adc
+from emulator.chip.peripherals.adc_inputs import AdcInputs
+from emulator.chip.peripherals.dbgmcu import system_memory
+from emulator.chip.peripherals.irq_line import IrqLine
+from emulator.time.clock import PS_PER_MS, PS_PER_S
 from tests.arm.chip_fakes import Chip
 
 SR, CR1, CR2, SMPR2, SQR1, SQR3, DR, CCR = 0x00, 0x04, 0x08, 0x10, 0x2C, 0x34, 0x4C, 0x304

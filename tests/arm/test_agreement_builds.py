@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from emulator.compare import Rules, compare
-from emulator.observation import TERMINAL, Observation
+from emulator.analysis.compare import Rules, compare
+from emulator.analysis.observation import TERMINAL, Observation
 from emulator.trace import RegisterWrite
 from tests.arm.agreement import ran, replayed, text_of
 from tests.scenario_files import HEAD, write

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from emulator import Board
-from emulator.compare import compare
+from emulator.analysis.compare import compare
 from emulator.trace import BusTransfer, Fault
 from tests.arm.agreement import ran, text_of
 from tests.scenario_files import IDEAL, write

@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from emulator.compare import Rules, compare
-from emulator.observation import TERMINAL
+from emulator.analysis.compare import Rules, compare
+from emulator.analysis.observation import TERMINAL
 from emulator.scenario import scenario_names
 from tests.arm.agreement import Track, numbers_of, ran, replayed, text_of
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from emulator.arm.cpu.bare_core import BareCore
-from emulator.arm.cpu.memory_map import FLASH, RAM
-from emulator.arm.cpu.stop import Stop
+from emulator.chip.cpu.bare_core import BareCore
+from emulator.chip.cpu.memory_map import FLASH, RAM
+from emulator.chip.cpu.stop import Stop
 from tests.arm.thumb_assembler import assemble
 
 CODE = FLASH + 0x200

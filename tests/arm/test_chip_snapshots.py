@@ -7,8 +7,8 @@ from functools import partial
 import pytest
 
 from emulator import Board
-from emulator.clock import to_ps
 from emulator.errors import FirmwareError
+from emulator.time.clock import to_ps
 from tests.arm.recorded_cases import CASES
 from tests.arm.recording import Case, board_of, chip_state
 

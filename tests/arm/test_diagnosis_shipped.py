@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from emulator import Board
-from emulator.clock import PS_PER_S
-from emulator.i2c import I2CFault
+from emulator.buses.i2c import I2CFault
+from emulator.time.clock import PS_PER_S
 from firmware_model.arm import prebuilt
 
 LONG_PS = 100 * PS_PER_S

@@ -5,11 +5,11 @@ from __future__ import annotations
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from emulator.arm.cpu.memory_map import RAM
-from emulator.arm.gdb.core_target import CoreTarget
-from emulator.arm.gdb.description import REGISTERS
-from emulator.arm.gdb.session import Session
-from emulator.clock import PS_PER_US
+from emulator.chip.cpu.memory_map import RAM
+from emulator.chip.gdb.core_target import CoreTarget
+from emulator.chip.gdb.description import REGISTERS
+from emulator.chip.gdb.session import Session
+from emulator.time.clock import PS_PER_US
 from tests.arm.core_bench import CODE, PROBE, CoreBench, interrupts, store
 
 PROGRAM = f"""

@@ -17,8 +17,8 @@ from pathlib import Path
 import pytest
 
 from emulator import Board
-from emulator.arm.gdb.attach import serve
-from emulator.clock import PS_PER_MS
+from emulator.chip.gdb.attach import serve
+from emulator.time.clock import PS_PER_MS
 from firmware_model.arm import prebuilt
 
 GDB = shutil.which("gdb-multiarch") or shutil.which("arm-none-eabi-gdb")

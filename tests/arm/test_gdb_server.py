@@ -10,12 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from emulator import Board
-from emulator.arm.gdb.attach import serve
-from emulator.arm.gdb.packets import LONGEST, Arrival, frame
-from emulator.arm.gdb.server import HOST, GdbServer
-from emulator.clock import PS_PER_MS
+from emulator.chip.gdb.attach import serve
+from emulator.chip.gdb.packets import LONGEST, Arrival, frame
+from emulator.chip.gdb.server import HOST, GdbServer
 from emulator.errors import FirmwareError, InputError, LinkError
-from emulator.runner import Runner
+from emulator.links.runner import Runner
+from emulator.time.clock import PS_PER_MS
 from tests.arm.gdb_fakes import START, Client, FakeTarget
 
 SLICE_PS = 100_000

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from emulator.arm.library import ChipBlock, FcuChip
-from emulator.arm.peripherals.gpio import ConnectedPins
-from emulator.clock import Clock
-from emulator.gpio import Gpio, Led
+from emulator.buses.gpio import Gpio, Led
+from emulator.chip.library import ChipBlock, FcuChip
+from emulator.chip.peripherals.gpio import ConnectedPins
+from emulator.time.clock import Clock
 from emulator.trace import GpioEdge, Trace
 from tests.arm.chip_fakes import NativeChip
 

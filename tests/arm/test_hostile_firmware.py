@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from emulator import Board
-from emulator.clock import PS_PER_MS
+from emulator.time.clock import PS_PER_MS
 from emulator.trace import DeviceNote, Fault
 from tests.arm.hostile_programs import (
     EVERY_CLOCK_AND_INTERRUPT,

@@ -13,8 +13,8 @@ from random import Random
 
 import pytest
 
-from emulator.arm.cpu.memory_map import BLOCKS
-from emulator.clock import PS_PER_MS
+from emulator.chip.cpu.memory_map import BLOCKS
+from emulator.time.clock import PS_PER_MS
 from tests.arm.hostile_programs import (
     CODE,
     EVERY_CLOCK_AND_INTERRUPT,

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from emulator.clock import PS_PER_MS, PS_PER_S, PS_PER_US
-from emulator.i2c import I2CFault, I2CTarget
+from emulator.buses.i2c import I2CFault, I2CTarget
+from emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US
 from emulator.trace import BusTransfer
 from sensors.subaddress import SubaddressTarget
 from tests.arm.comm_bench import RAM, CommBench

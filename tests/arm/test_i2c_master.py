@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from emulator.arm.peripherals.peripheral import ALREADY_PS
-from emulator.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
-from emulator.i2c import FaultKind, I2CFault
+from emulator.buses.i2c import FaultKind, I2CFault
+from emulator.chip.peripherals.peripheral import ALREADY_PS
+from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
 from emulator.trace import BusTransfer
 from tests.arm.comm_bench import RAM, CommBench
 from tests.arm.hal_i2c import (

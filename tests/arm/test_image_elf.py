@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from elftools.elf.elffile import ELFFile
 
-from emulator.arm.image import parse_firmware
+from emulator.chip.image import parse_firmware
 from emulator.errors import FirmwareFileError
 from tests.arm.elf_builder import FLASH, RAM, Load, Section, code, debug_elf, elf, patched
 

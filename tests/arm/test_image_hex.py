@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from emulator.arm.image import parse_firmware
+from emulator.chip.image import parse_firmware
 from emulator.errors import FirmwareFileError
 from tests.arm.elf_builder import FLASH, RAM, RESET, code
 

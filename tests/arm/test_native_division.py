@@ -15,10 +15,10 @@ from random import Random
 
 import pytest
 
-from emulator.arm.cpu.bare_core import BareCore
-from emulator.arm.cpu.memory_map import FLASH, RAM, RAM_SIZE
-from emulator.arm.cpu.registers import CORE, EVERYTHING, IT_BITS, Registers
-from emulator.arm.cpu.stop import Stop
+from emulator.chip.cpu.bare_core import BareCore
+from emulator.chip.cpu.memory_map import FLASH, RAM, RAM_SIZE
+from emulator.chip.cpu.registers import CORE, EVERYTHING, IT_BITS, Registers
+from emulator.chip.cpu.stop import Stop
 from tests.arm.random_code import random_code
 
 INSTRUCTIONS = 400

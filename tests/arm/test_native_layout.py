@@ -15,13 +15,13 @@ from typing import Any
 
 import pytest
 
-from emulator.arm import library, native, targets
-from emulator.arm.cpu.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE, SYSTEM_MEMORY, SYSTEM_MEMORY_SIZE
-from emulator.arm.library import ClocksTable, HostTable, Status
-from emulator.arm.peripherals import i2c
-from emulator.arm.peripherals.i2c import I2cTable
-from emulator.arm.targets import TargetTable
-from emulator.clock import NEVER_PS
+from emulator.chip import library, native, targets
+from emulator.chip.cpu.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE, SYSTEM_MEMORY, SYSTEM_MEMORY_SIZE
+from emulator.chip.library import ClocksTable, HostTable, Status
+from emulator.chip.peripherals import i2c
+from emulator.chip.peripherals.i2c import I2cTable
+from emulator.chip.targets import TargetTable
+from emulator.time.clock import NEVER_PS
 
 FOLDER = Path(native.__file__).parent
 C_TYPES = {

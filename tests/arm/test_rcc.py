@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from emulator.arm.peripherals.clock_tree import frequencies, pll
-from emulator.arm.peripherals.system_blocks import SystemBlocks
-from emulator.clock import PS_PER_MS, PS_PER_S, PS_PER_US
+from emulator.chip.peripherals.clock_tree import frequencies, pll
+from emulator.chip.peripherals.system_blocks import SystemBlocks
+from emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US
 from tests.arm.chip_fakes import Chip, NativeChip
 
 CR, PLLCFGR, CFGR, CIR = 0x00, 0x04, 0x08, 0x0C

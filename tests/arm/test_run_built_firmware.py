@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from emulator import Board, FcuError
-from emulator.arm.image import load_firmware
+from emulator.chip.image import load_firmware
 from emulator.errors import InputError
 from emulator.scenario import check
 from emulator.trace import DeviceNote

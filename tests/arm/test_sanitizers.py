@@ -21,7 +21,7 @@ SANITIZE = "-fsanitize=address,undefined"
 BUILD = {"CC": CC, "CFLAGS": f"-g -O1 -fno-sanitize-recover=all {SANITIZE}", "LDFLAGS": SANITIZE}
 RUN_THERE = ("hostile_*", "core_*", "recorded", "dma", "exti", "gpio", "i2c_*", "spi_*", "tim_*", "usart")
 """Files of this folder, by what follows test_."""
-LIBRARY = "from emulator.arm.native import FOLDER, library_name; print(FOLDER / library_name())"
+LIBRARY = "from emulator.chip.native import FOLDER, library_name; print(FOLDER / library_name())"
 
 
 def preloaded() -> str:

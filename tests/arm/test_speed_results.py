@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from emulator.clock import PS_PER_MS, PS_PER_US
+from emulator.time.clock import PS_PER_MS, PS_PER_US
 from firmware_model.arm import prebuilt
 from tests.arm.speed_bench import Chip, Result
 from tests.arm.speed_programs import (

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from emulator import Board
-from emulator.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
+from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
 from emulator.trace import BusTransfer, DeviceNote
 from sensors.spi import SpiTarget
 from tests.arm.comm_bench import RAM, CommBench

@@ -6,7 +6,7 @@ import struct
 
 import pytest
 
-from emulator.arm.image import parse_firmware
+from emulator.chip.image import parse_firmware
 from tests.arm.elf_builder import (
     ACC,
     COUNT,

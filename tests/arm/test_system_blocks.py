@@ -11,10 +11,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from emulator.arm.peripherals.dbgmcu import SYSTEM_MEMORY, system_memory
-from emulator.arm.peripherals.named import NOT_MODELLED
-from emulator.arm.peripherals.system_blocks import SystemBlocks
-from emulator.clock import PS_PER_MS, PS_PER_S, PS_PER_US
+from emulator.chip.peripherals.dbgmcu import SYSTEM_MEMORY, system_memory
+from emulator.chip.peripherals.named import NOT_MODELLED
+from emulator.chip.peripherals.system_blocks import SystemBlocks
+from emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US
 from tests.arm.chip_fakes import Chip
 
 ACR, KEYR, SR, CR = 0x00, 0x04, 0x0C, 0x10

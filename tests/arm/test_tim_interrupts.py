@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from emulator.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
+from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
 from emulator.trace import TickLate, TickLost
 from tests.arm.chip_fakes import NativeChip
 

@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from emulator.arm.library import ChipBlock
-from emulator.arm.peripherals.usart import ConnectedUsarts, Usart, wire_terminal
-from emulator.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
+from emulator.buses.uart import Uart
+from emulator.chip.library import ChipBlock
+from emulator.chip.peripherals.usart import ConnectedUsarts, Usart, wire_terminal
+from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
 from emulator.trace import TerminalBytes
-from emulator.uart import Uart
 from tests.arm.chip_fakes import NativeChip
 
 SR, DR, BRR, CR1, CR2, CR3 = 0x00, 0x04, 0x08, 0x0C, 0x10, 0x14

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from emulator.arm.peripherals.irq_line import IrqLine
-from emulator.arm.peripherals.iwdg import Iwdg
-from emulator.arm.peripherals.wwdg import Wwdg
-from emulator.clock import NEVER_PS, PS_PER_MS, PS_PER_S
+from emulator.chip.peripherals.irq_line import IrqLine
+from emulator.chip.peripherals.iwdg import Iwdg
+from emulator.chip.peripherals.wwdg import Wwdg
+from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S
 from tests.arm.chip_fakes import Chip
 
 KR, PR, RLR = 0x00, 0x04, 0x08

@@ -1,7 +1,7 @@
 """Unicorn, QEMU's translator as a library, as a witness of what single instructions do.
 
 It has the chip's flash (at 0, too), RAM and system memory, and nothing else; registers have the names of
-:mod:`emulator.arm.cpu.registers`. What is known of Unicorn 2.1 and relied upon:
+:mod:`emulator.chip.cpu.registers`. What is known of Unicorn 2.1 and relied upon:
 
 * An exception number reported to the interrupt hook, and an error, leave PC, xPSR with ITSTATE, and all
   registers as they were before the instruction (after it for SVC).
@@ -22,8 +22,8 @@ from unicorn import UC_ARCH_ARM, UC_MODE_MCLASS, UC_MODE_THUMB, Uc, UcError, arm
 from unicorn import unicorn_const as uc
 from unicorn.unicorn_py3.unicorn import uclib
 
-from emulator.arm.cpu.bare_core import fetch_fault
-from emulator.arm.cpu.memory_map import (
+from emulator.chip.cpu.bare_core import fetch_fault
+from emulator.chip.cpu.memory_map import (
     FLASH,
     FLASH_SIZE,
     RAM,
@@ -31,8 +31,8 @@ from emulator.arm.cpu.memory_map import (
     SYSTEM_MEMORY,
     SYSTEM_MEMORY_SIZE,
 )
-from emulator.arm.cpu.registers import CORE, FLOATING_POINT, MASKS, RegisterCalls, Registers
-from emulator.arm.cpu.stop import Stop
+from emulator.chip.cpu.registers import CORE, FLOATING_POINT, MASKS, RegisterCalls, Registers
+from emulator.chip.cpu.stop import Stop
 
 THUMB = 1 << 24
 _PAGE = 4096

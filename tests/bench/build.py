@@ -22,9 +22,9 @@ def describe() -> dict[str, str]:
 
 def _library() -> str:
     try:
-        from emulator.arm.native import FOLDER, built_from, library_name
+        from emulator.chip.native import FOLDER, built_from, library_name
     except ImportError:  # a build from before the library knew its compiler
-        from emulator.arm import native
+        from emulator.chip import native
 
         return f"sources {native.digest()}, compiler unknown"
     sources, *compiler = built_from(FOLDER / library_name())

@@ -8,7 +8,7 @@ import pytest
 
 from emulator import Board
 from emulator.adapters import BusioI2C, virtual_time
-from emulator.i2c import I2CFault
+from emulator.buses.i2c import I2CFault
 from tests.driver_fakes import ATTITUDES, SETTLED_S, Vector, board_axes, changes, field_ut, settled, within
 
 adafruit_lis2mdl = pytest.importorskip("adafruit_lis2mdl", reason="pip install -e '.[test]'")

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from emulator import Board, I2CBusError, I2CNackError, I2CStuckError, InputError
 from emulator.adapters import BusioI2C, MachineI2C, SensirionI2C, SMBus
-from emulator.i2c import FaultKind, I2CFault
+from emulator.buses.i2c import FaultKind, I2CFault
 from emulator.trace import BusTransfer
 
 WHO_AM_I = bytes((0x0F,))

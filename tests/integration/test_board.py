@@ -12,9 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from emulator import Board, ExpectationError, FirmwareError, InputError
-from emulator.clock import PS_PER_MS, PS_PER_S
-from emulator.hal import HAL_BUSY, HAL_ERROR, HAL_OK, HAL_TIMEOUT, Hal
-from emulator.i2c import FaultKind, I2CFault
+from emulator.buses.i2c import FaultKind, I2CFault
+from emulator.python_cpu.hal import HAL_BUSY, HAL_ERROR, HAL_OK, HAL_TIMEOUT, Hal
+from emulator.time.clock import PS_PER_MS, PS_PER_S
 from emulator.trace import BusTransfer, Fault, GpioEdge, TickLate, TickLost
 from tests.board_fakes import script, start_timer
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import pytest
 
 from emulator import Board, InputError
-from emulator.clock import PS_PER_MS, PS_PER_S
-from emulator.compare import Ignorable, Rules, compare, compared, largest_deviations, tolerances
-from emulator.firmwares import FirmwareFactory, Settings, factory
-from emulator.hal import Hal
-from emulator.observation import END, TERMINAL, Entry, Observation, observe
+from emulator.analysis.compare import Ignorable, Rules, compare, compared, largest_deviations, tolerances
+from emulator.analysis.observation import END, TERMINAL, Entry, Observation, observe
+from emulator.board.firmwares import FirmwareFactory, Settings, factory
+from emulator.python_cpu.hal import Hal
 from emulator.scenario import load_scenario, scenario_names
 from emulator.scenario.printed import FIELDS
+from emulator.time.clock import PS_PER_MS, PS_PER_S
 from firmware_model.hal import HAL_OK
 from tests.board_fakes import script
 from tests.integration.test_cli import fcu, one_line_error

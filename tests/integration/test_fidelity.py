@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from emulator import InputError
-from emulator.fidelity import BEGIN, END, rewrite, table
+from emulator.analysis.fidelity import BEGIN, END, rewrite, table
 from sensors import PARTS
 
 ROOT = Path(__file__).parents[2]
@@ -24,7 +24,7 @@ def fcu(*arguments: str) -> str:
 
 
 def test_the_readmes_table_is_up_to_date() -> None:
-    """When it is not: python -m emulator.fidelity README.md"""
+    """When it is not: python -m emulator.analysis.fidelity README.md"""
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     assert rewrite(text) == text
 
@@ -33,7 +33,9 @@ def test_the_command_rewrites_only_what_is_between_the_markers(tmp_path: Path) -
     page = tmp_path / "page.md"
     page.write_text(f"before\n{BEGIN}\nstale\n{END}\nafter\n", encoding="utf-8")
 
-    subprocess.run([sys.executable, "-m", "emulator.fidelity", str(page)], cwd=ROOT, check=True, timeout=60)
+    subprocess.run(
+        [sys.executable, "-m", "emulator.analysis.fidelity", str(page)], cwd=ROOT, check=True, timeout=60
+    )
 
     assert page.read_text(encoding="utf-8") == f"before\n{BEGIN}\n\n{table()}\n\n{END}\nafter\n"
 

@@ -16,12 +16,12 @@ from zipfile import ZipFile
 import pytest
 
 import emulator
-from emulator.arm import native
-from emulator.arm.native import loader
+from emulator.chip import native
+from emulator.chip.native import loader
 
 ROOT = Path(emulator.__file__).parents[1]
 BUILD = Path("building", "library.py")
-NATIVE = Path("emulator", "arm", "native")
+NATIVE = Path("emulator", "chip", "native")
 PACKAGES = "emulator", "firmware_model", "sensors", "scenarios"
 SHORT = "--duration", "1.5s", "--speed", "max", "-q"
 

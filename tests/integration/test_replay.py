@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 
 from emulator import Board, InputError
-from emulator.clock import PS_PER_MS, PS_PER_S
-from emulator.compare import compare, largest_deviations
-from emulator.firmwares import FirmwareFactory, factory
-from emulator.hal import HAL_OK, Hal
-from emulator.observation import END, TERMINAL, Observation, observe
-from emulator.replay import replay
+from emulator.analysis.compare import compare, largest_deviations
+from emulator.analysis.observation import END, TERMINAL, Observation, observe
+from emulator.analysis.replay import replay
+from emulator.board.firmwares import FirmwareFactory, factory
+from emulator.python_cpu.hal import HAL_OK, Hal
 from emulator.scenario import scenario_names
+from emulator.time.clock import PS_PER_MS, PS_PER_S
 from tests.board_fakes import script
 from tests.scenario_files import IDEAL, write
 

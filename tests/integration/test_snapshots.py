@@ -18,10 +18,10 @@ from hypothesis import strategies as st
 import emulator
 import sensors
 from emulator import Board
-from emulator.clock import PS_PER_MS
+from emulator.board.snapshot import Snapshot
+from emulator.buses.i2c import I2CFault
 from emulator.errors import I2CError, InputError
-from emulator.i2c import I2CFault
-from emulator.snapshot import Snapshot
+from emulator.time.clock import PS_PER_MS
 from emulator.trace import GpioEdge, TraceEvent
 
 LSM6DSL, LIS2MDL, LPS22HB = 0x6B, 0x1E, 0x5D

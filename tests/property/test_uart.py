@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from emulator import Board
-from emulator.clock import PS_PER_S, PS_PER_US
-from emulator.hal import Hal
+from emulator.python_cpu.hal import Hal
+from emulator.time.clock import PS_PER_S, PS_PER_US
 from tests.board_fakes import script, start_timer
 
 FRAME = Fraction(10 * 729 * PS_PER_S, 84_000_000)  # BRR 0x2D9 (board facts, section 4)

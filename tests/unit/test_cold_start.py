@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from emulator import Board, I2CNackError
-from emulator.clock import PS_PER_MS
-from emulator.hal import Hal
+from emulator.python_cpu.hal import Hal
+from emulator.time.clock import PS_PER_MS
 from emulator.trace import BusTransfer, DeviceNote
 from tests.board_fakes import script
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from emulator import Board, I2CBusError, I2CNackError, I2CStuckError, InputError
-from emulator.clock import PS_PER_MS, PS_PER_S
-from emulator.i2c import I2CFault
+from emulator.buses.i2c import I2CFault
+from emulator.time.clock import PS_PER_MS, PS_PER_S
 from emulator.trace import BusTransfer, DeviceNote, Fault, RegisterWrite
 
 LSM6DSL, LIS2MDL, LPS22HB = 0x6B, 0x1E, 0x5D

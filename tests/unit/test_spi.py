@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from emulator import Board, I2CNackError, InputError
-from emulator.clock import PS_PER_S
+from emulator.time.clock import PS_PER_S
 from emulator.trace import BusTransfer
 
 READ = 0x80

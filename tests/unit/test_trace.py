@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 
 from emulator import Board
 from emulator.errors import LinkError
-from emulator.trace import BusTransfer, Fault, GpioEdge, TerminalBytes, Trace, TraceEvent
-from emulator.trace_lines import line
+from emulator.trace import BusTransfer, Fault, GpioEdge, TerminalBytes, Trace, TraceEvent, line
 
 PS_PER_S = 10**12
 VALUES: dict[str, st.SearchStrategy[object]] = {

@@ -1,0 +1,209 @@
+"""Two runs side by side: where do two firmwares first do something else on the same scenario?
+
+The n-th entry of each sequence of one run is compared with the n-th of the other. A firmware that is merely
+late is not a different one: what is compared of times is the pace, from one entry of a sequence to the next,
+apart from the texts and within a tolerance or not at all.
+
+Decision: the pace, not the time since power-on. A loop that prints and waits a second lasts 1.04 s with
+firmware that computes in no time and 1.06 s with compiled code; after half a minute the two are half a second
+apart and still do the same.
+
+Decision: sequences by position, not an alignment as ``diff`` makes it. The question is what went wrong first;
+everything after that follows from it, and an alignment would hide the n-th wrong block behind the first.
+
+Decision: the end of a run cuts both sequences at a time, not at an entry. What only one run has is a
+difference unless it happened so close to the end that the other may just not have come to it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import zip_longest
+from typing import Literal, TypeAlias
+
+from emulator.analysis.observation import END, LEDS, REGISTERS, TERMINAL, Entry, Observation
+from emulator.errors import InputError
+from emulator.scenario.printed import FIELDS, FORMATS, same_banner
+from emulator.scenario.truth import deviation
+from emulator.time.clock import PS_PER_MS, PS_PER_S
+
+Ignorable: TypeAlias = Literal["time", "numbers", "registers", "leds"]
+
+TIMING_PS = 20 * PS_PER_MS
+"""How far apart the pace may be: a few callbacks, far below the lab's period of 1 s."""
+
+_LOOP_PS = 2 * PS_PER_S  # one period of the lab's main loop, text included, and some
+_DRIFT = 25  # a run may be late by 1/25 in all: a loop of 1.04 s of the model takes 1.06 s as compiled code
+_CONTEXT = 3
+_NUMBER = re.compile(r"-?(?:\d+(?:\.\d+)?|inf|nan)\b")
+
+
+@dataclass(frozen=True)
+class Rules:
+    """What counts as the same.
+
+    ``timing_ps``: how far apart the times from one entry to the next may be. ``tolerance``: how far apart the
+    numbers of the lab's lines may be, by field ("ACC.x", "Yaw"), in the units printed; 0 where not given.
+    ``ignore``: what is not compared at all; "numbers" are those of every line.
+    """
+
+    timing_ps: int = TIMING_PS
+    tolerance: Mapping[str, float] = field(default_factory=dict)
+    ignore: Collection[Ignorable] = frozenset()
+
+
+@dataclass(frozen=True)
+class Difference:
+    """Entry ``index`` (from 0) of a sequence differs; None where a run has no such entry.
+
+    ``before`` are the last pairs that were the same.
+    """
+
+    sequence: str
+    index: int
+    first: Entry | None
+    second: Entry | None
+    before: Sequence[tuple[Entry, Entry]] = ()
+
+    @property
+    def at_ps(self) -> int:
+        """When it showed."""
+        return min(entry.at_ps for entry in (self.first, self.second) if entry is not None)
+
+    @property
+    def only_time(self) -> bool:
+        """Whether both did the same, at another pace."""
+        return self.first is not None and self.second is not None and self.first.text == self.second.text
+
+    def paces_ps(self) -> tuple[int, int]:
+        """How long after the entry before it (or after power-on) each run had it. Both must have it."""
+        assert self.first is not None
+        assert self.second is not None
+        one, other = self.before[-1] if self.before else (_POWER_ON, _POWER_ON)
+        return self.first.at_ps - one.at_ps, self.second.at_ps - other.at_ps
+
+
+_POWER_ON = Entry(0, "")
+
+
+def compare(first: Observation, second: Observation, rules: Rules | None = None) -> list[Difference]:
+    """The first difference of each sequence that both have, the earliest first; empty when the runs agree."""
+    rules = rules or Rules()
+    end_ps = min(first.end_ps, second.end_ps)
+    found = (
+        _first_difference(name, first.sequences[name], second.sequences[name], rules, end_ps)
+        for name in compared(first, second, rules)
+    )
+    return sorted((one for one in found if one is not None), key=lambda one: one.at_ps)
+
+
+def compared(first: Observation, second: Observation, rules: Rules) -> list[str]:
+    """The sequences that are looked at."""
+    return [
+        name
+        for name in first.sequences
+        if name in second.sequences
+        and not ("registers" in rules.ignore and name.endswith(REGISTERS))
+        and not ("leds" in rules.ignore and name in LEDS)
+    ]
+
+
+def tolerances(given: Iterable[tuple[str, float]]) -> dict[str, float]:
+    """Tolerances by field from pairs that may name several at once ("ACC" for its three axes).
+
+    Raises InputError naming the known fields.
+    """
+    chosen: dict[str, float] = {}
+    for name, value in given:
+        fields = [one for one in FIELDS if name in (one, one.split(".")[0])]
+        if not fields:
+            raise InputError(f"unknown field {name!r}; known: {', '.join(FIELDS)}, or ACC, GYR, MAG")
+        if not 0 <= value < float("inf"):
+            raise InputError(f"tolerance {value} of {name}; give a number from 0 up")
+        chosen.update(dict.fromkeys(fields, value))
+    return chosen
+
+
+def largest_deviations(first: Observation, second: Observation) -> dict[str, float]:
+    """How far apart the numbers of the lab's lines are at most, by field, in the units printed.
+
+    Looks at the terminals as far as their lines are of the same kind. Fields that were never printed are
+    missing.
+    """
+    largest: dict[str, float] = {}
+    for one, other in zip(first.sequences[TERMINAL], second.sequences[TERMINAL], strict=False):
+        if one.cut or other.cut or _without_numbers(one.text) != _without_numbers(other.text):
+            break
+        for name, apart in _deviations(one.text, other.text):
+            largest[name] = max(largest.get(name, 0.0), apart)
+    return largest
+
+
+# -- what is the same ---------------------------------------------------------------------------------------
+
+
+def _first_difference(
+    name: str, first: Sequence[Entry], second: Sequence[Entry], rules: Rules, end_ps: int
+) -> Difference | None:
+    grace_ps = 0 if name == END else _grace_ps(rules, end_ps)
+    before: list[tuple[Entry, Entry]] = []
+    for index, (one, other) in enumerate(zip_longest(first, second)):
+        difference = Difference(name, index, one, other, tuple(before[-_CONTEXT:]))
+        if one is None or other is None:
+            return difference if difference.at_ps <= end_ps - grace_ps else None
+        if not _same_text(one, other, rules) or not _same_pace(difference, rules):
+            return difference
+        before.append((one, other))
+    return None
+
+
+def _grace_ps(rules: Rules, end_ps: int) -> int:
+    """How much later one run may be than the other by the end."""
+    return _LOOP_PS if "time" in rules.ignore else rules.timing_ps + end_ps // _DRIFT
+
+
+def _same_pace(pair: Difference, rules: Rules) -> bool:
+    one_ps, other_ps = pair.paces_ps()
+    return "time" in rules.ignore or abs(one_ps - other_ps) <= rules.timing_ps
+
+
+def _same_text(one: Entry, other: Entry, rules: Rules) -> bool:
+    text, wanted = same_banner(one.text), same_banner(other.text)
+    if one.cut or other.cut:
+        return _same_beginning(text, wanted, rules)
+    if "numbers" in rules.ignore:
+        text, wanted = _without_numbers(text), _without_numbers(wanted)
+    return text == wanted or _within(text, wanted, rules.tolerance)
+
+
+def _same_beginning(text: str, wanted: str, rules: Rules) -> bool:
+    """Of a line that was cut off. Its last number may be incomplete: tolerated numbers are not looked at."""
+    if text.startswith(wanted) or wanted.startswith(text):
+        return True
+    if not rules.tolerance and "numbers" not in rules.ignore:
+        return False
+    short, long = sorted((_without_numbers(text).rstrip("#"), _without_numbers(wanted)), key=len)
+    return long.startswith(short)
+
+
+def _within(one: str, other: str, tolerance: Mapping[str, float]) -> bool:
+    """Whether both are the same line of the lab but for numbers, and those within the tolerance."""
+    if not tolerance or _without_numbers(one) != _without_numbers(other):
+        return False
+    apart = dict(_deviations(one, other))
+    return bool(apart) and all(value <= tolerance.get(name, 0.0) for name, value in apart.items())
+
+
+def _deviations(one: str, other: str) -> Iterator[tuple[str, float]]:
+    """Field and distance of each number of two lines of the lab; nothing for other lines."""
+    for line_format in FORMATS:
+        fields, others = (line_format.parse(text.strip()) for text in (one, other))
+        if fields is not None and others is not None:
+            for name, value in fields.items():
+                yield name, abs(deviation(name, value, others[name]))
+
+
+def _without_numbers(text: str) -> str:
+    return _NUMBER.sub("#", text)

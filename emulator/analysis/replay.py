@@ -1,0 +1,214 @@
+"""A firmware in Python on another firmware's samples: the bytes that one's sensor bus carried, at its times.
+
+Two firmwares on the same scenario never see the same samples. They boot, compute and print at their own
+pace, so each reads its sensors at moments of its own, and what differs in the text is first of all noise and
+motion between these moments. A replay takes that away: the Python firmware gets what the other one read, and
+its main loop reads its variables when the other one's did. What is left is arithmetic and text, and they must
+be equal to the last digit.
+
+When that is: the lab's firmwares print in blocking calls, one after the other, so the values of a line are
+fetched as soon as the last bit of the text before it has left (TC, RM0368 19.3.2). A callback that is running
+then has preempted the loop, and its values count. The recorded text tells these moments, and the recorded
+transfers tell the callbacks: one begins with the first transfer after all that the one before has read.
+
+Decision: the transfers are fed to the firmware's HAL calls, not to its arithmetic directly. The firmware that
+is replayed is the very one that runs on the board, drivers and boot included.
+
+Limits: a delay lasts as long as it says, on the board up to a millisecond less; a loop that looks at its
+variables right after one, before any text, may see them a tick too late. A transfer that failed is not
+recorded with all that a HAL needs to fail in the same way; a bus with faults is refused. A firmware whose
+main loop reads sensors while the timer runs does not fit.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
+
+from emulator.analysis.observation import END, LEDS, TERMINAL, Observation, bytes_sent, edges_of, lines_of
+from emulator.board.board import Board
+from emulator.board.wiring import profile
+from emulator.buses.gpio import Gpio
+from emulator.errors import InputError
+from emulator.python_cpu.hal import HAL_OK, HAL_TIMEOUT, Application
+from emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US, Clock
+from emulator.trace import BusTransfer, Trace
+
+_LOADED_PS = 2 * PS_PER_US
+"""From the last bit of a text until the loop has read its variables (0.3 us), and from the timer's interrupt
+to the callback's first transfer (1.6 us), together; in the shipped solution. A callback whose transfer begins
+within it has preempted the loop before it read them.
+"""
+
+_DEVICES = {address << 1: name for name, address in profile("lab3").i2c2.items()}  # the HAL's 8-bit form
+
+
+def replay(board: Board, firmware: Callable[[Any], Application]) -> Observation:
+    """What ``firmware`` prints and lights when it gets the samples that the firmware on ``board`` has read.
+
+    ``board`` has run with ``trace.record_all()``; ``firmware`` takes a HAL. Times are those of the board; the
+    registers' sequences are missing, the replayed firmware has no sensors to write to. Raises InputError when
+    a transfer on the sensor bus failed, or the firmware asks for something that was not read.
+    """
+    hal = _ReplayHal(_Recording(board))
+    application = firmware(hal)
+    hal.callback = application.HAL_TIM_PeriodElapsedCallback
+    with suppress(_OverError):
+        application.main()
+    return Observation(
+        board.clock.now_ps,
+        {
+            TERMINAL: lines_of(hal.printed()),
+            **{led: edges_of(hal.trace, pin) for led, pin in LEDS.items()},
+            END: [],
+        },
+    )
+
+
+class _OverError(Exception):
+    """The recording has come to its end."""
+
+
+@dataclass(frozen=True)
+class _Read:
+    """Bytes of ``device`` from ``register`` on, read at ``t_ps``."""
+
+    t_ps: int
+    device: str
+    register: int
+    data: bytes
+
+
+class _Recording:
+    """What a run left in its trace: the sensors' answers, and when each byte of text began and had left."""
+
+    def __init__(self, board: Board) -> None:
+        self.end_ps = board.clock.now_ps
+        self.reads = deque(_reads(board.trace))
+        self.sent_ps = [at_ps for at_ps, _ in bytes_sent(board.trace, board.uart)]
+        frame_ps = board.uart.frames_ps(1)
+        self.left_ps = [at_ps + frame_ps for at_ps in self.sent_ps]
+
+
+def _reads(trace: Trace) -> Iterator[_Read]:
+    for event in trace.of(BusTransfer):
+        if event.result != "ok":
+            at = f"at {event.t_ps / PS_PER_S:.6f} s"
+            raise InputError(f"cannot be replayed: {at} a transfer on the sensor bus failed ({event.result})")
+        if event.read:
+            register = event.written[0] & 0x7F if event.bus == "SPI2" else event.written[0]
+            yield _Read(event.t_ps, event.device, register, event.read)
+
+
+class _ReplayHal:
+    """The calls of :mod:`emulator.python_cpu.hal`, from a recording; ``trace`` has the LEDs' edges."""
+
+    def __init__(self, recording: _Recording) -> None:
+        self.callback: Callable[[], None] = lambda: None
+        self.trace = Trace()
+        self._clock = Clock()
+        self._gpio = Gpio(self._clock, self.trace)
+        self._recording = recording
+        self._text = bytearray()
+        self._spoken_ps = 0  # when the latest text had left
+        self._delayed_ps = 0  # how long the firmware has waited since
+        self._timer_runs = False
+
+    def printed(self) -> Iterator[tuple[int, int]]:
+        """The text, as far as the recorded one goes, with its times."""
+        return zip(self._recording.sent_ps, self._text, strict=False)
+
+    # -- time -------------------------------------------------------------------------------------------
+
+    def HAL_GetTick(self) -> int:
+        """Milliseconds, as far as a recording knows."""
+        return self._clock.now_ps // PS_PER_MS
+
+    def HAL_Delay(self, delay_ms: int) -> None:
+        """Comes back that long after the latest text and the delays since; not after the recording's end."""
+        self._delayed_ps += delay_ms * PS_PER_MS
+        self._clock.now_ps = self._spoken_ps + self._delayed_ps
+        if self._clock.now_ps > self._recording.end_ps:
+            self._end()
+        self._run_callbacks(self._clock.now_ps)
+
+    def _end(self) -> None:
+        self._run_callbacks(self._recording.end_ps)
+        raise _OverError
+
+    def _run_callbacks(self, until_ps: int) -> None:
+        """All callbacks that began by ``until_ps``."""
+        reads = self._recording.reads
+        while self._timer_runs and reads and reads[0].t_ps <= until_ps:
+            self._clock.now_ps = reads[0].t_ps
+            self.callback()
+        self._clock.now_ps = until_ps
+
+    # -- the sensors ------------------------------------------------------------------------------------
+
+    def HAL_I2C_Mem_Read(self, dev_address: int, mem_address: int, size: int) -> tuple[int, bytes]:
+        """The bytes that were read from these registers next, in one transfer or in several."""
+        device, data = _DEVICES[dev_address], b""
+        while len(data) < size:
+            data += self._read(device, mem_address + len(data))
+        return HAL_OK, data
+
+    def _read(self, device: str, register: int) -> bytes:
+        """The next recorded read; the boot over SPI has some that the Python firmware does without."""
+        while reads := self._recording.reads:
+            read = reads.popleft()
+            if (read.device, read.register) == (device, register):
+                return read.data
+            if self._timer_runs:
+                raise InputError(
+                    f"cannot be replayed: at {read.t_ps / PS_PER_S:.6f} s register 0x{read.register:02X} of "
+                    f"{read.device} was read, where this firmware reads 0x{register:02X} of {device}"
+                )
+        raise _OverError
+
+    def HAL_I2C_Mem_Write(self, dev_address: int, mem_address: int, data: bytes) -> int:
+        """What is written is not compared here."""
+        del dev_address, mem_address, data
+        return HAL_OK
+
+    # -- text, LEDs, timer ------------------------------------------------------------------------------
+
+    def HAL_UART_Transmit(self, data: bytes, timeout_ms: int) -> int:
+        """Comes back when the recorded text has got as far, and the callbacks of that time have run."""
+        del timeout_ms
+        self._text += data
+        left_ps = self._recording.left_ps
+        if len(self._text) > len(left_ps):
+            self._end()
+        self._spoken_ps = left_ps[len(self._text) - 1] if self._text else 0
+        self._delayed_ps = 0
+        self._run_callbacks(self._spoken_ps + _LOADED_PS)
+        return HAL_OK
+
+    def HAL_UART_Receive(self, size: int, timeout_ms: int) -> tuple[int, bytes]:
+        """Nothing is typed in a replay."""
+        del size
+        self.HAL_Delay(timeout_ms)
+        return HAL_TIMEOUT, b""
+
+    def HAL_GPIO_Init(self, port: str, pin: int) -> None:
+        """Make a pin an output."""
+        self._gpio.init_output(port, pin)
+
+    def HAL_GPIO_WritePin(self, port: str, pin: int, state: int) -> None:
+        """Drive a pin."""
+        self._gpio.write(port, pin, state)
+
+    def HAL_GPIO_TogglePin(self, port: str, pin: int) -> None:
+        """Invert a pin."""
+        self._gpio.write(port, pin, 0 if self._gpio.level(port, pin) else 1)
+
+    def HAL_TIM_Base_Init(self, prescaler: int, period: int) -> None:
+        """The recording has its own rate."""
+
+    def HAL_TIM_Base_Start_IT(self) -> None:
+        """From here on what is read belongs to callbacks."""
+        self._timer_runs = True

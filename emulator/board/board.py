@@ -1,0 +1,175 @@
+"""The virtual board: one clock, one world, one trace, the sensors on their bus, and the firmware.
+
+::
+
+    from emulator import Board
+
+    board = Board(firmware="lab3")
+    board.run_for(3)                       # seconds of virtual time
+    board.world.set_attitude(roll_deg=0, pitch_deg=85, yaw_deg=0)
+    board.terminal.expect(r"Pitch: 8[45]\\.")
+    assert board.led1.on
+
+A board without firmware is a bus with sensors, for tests of drivers::
+
+    board = Board()
+    board.i2c2.write_read(0x6B, b"\\x0f", 1)   # b"\\x6a", the LSM6DSL's WHO_AM_I
+
+Boards share nothing; a class of them may live in one process. A board belongs to the thread that first runs
+it.
+"""
+
+from __future__ import annotations
+
+import weakref
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from emulator.board.boot import Choice, choose
+from emulator.board.firmwares import Backend, FirmwareFactory, NoFirmware, PythonFirmware
+from emulator.board.sensor_set import SensorSet, SensorSettings
+from emulator.board.snapshot import Snapshot
+from emulator.board.terminal import Terminal
+from emulator.board.wiring import LED1_PIN, LED2_PIN, UART_CLOCK_HZ
+from emulator.buses.gpio import Gpio, Led
+from emulator.buses.i2c import FAST_MODE_HZ, I2CBus
+from emulator.buses.i2c_master import I2CMaster
+from emulator.buses.spi import SpiBus, SpiMaster
+from emulator.buses.uart import Uart
+from emulator.errors import InputError
+from emulator.python_cpu.core import Core
+from emulator.python_cpu.hal import Hal
+from emulator.time.clock import Clock, to_ps
+from emulator.trace import Trace
+from emulator.world import World
+
+if TYPE_CHECKING:
+    from emulator.chip.firmware import ArmFirmware
+    from emulator.chip.image import FirmwareImage
+    from emulator.scenario import Scenario
+
+
+LONGEST_RUN_S = 1_000_000  # eleven days
+
+
+class Board:
+    """A STEVAL-FCU001V1.
+
+    ``profile``: how the sensors are wired (``"lab3"``: all on I2C2; ``"fcu001v1"``: on SPI2, as on the real
+    board); None: as the firmware needs it, where its file says so, else ``"lab3"``. ``firmware``: a name
+    (``"lab3"`` and ``"template"`` in Python, ``"solution"`` and ``"template-arm"`` in C), an ELF, HEX or BIN
+    file for the chip, a callable that takes the HAL and returns the firmware, or None for none.
+    ``scenario``: a name, a path or a loaded scenario; it brings its own firmware unless one is given.
+    ``seed``: which board of the class this is, and its noise. ``ideal``: sensors without any error.
+    ``cold_start``: False, as after the reset button, with sensors powered long before; True, with their
+    supply switched on at t = 0, so that at first LSM6DSL (15 ms) and LIS2MDL (20 ms) do not answer: no
+    acknowledge on I2C, 0xFF on SPI.
+
+    Raises InputError (ScenarioError) when a name, a file or a value cannot be used.
+    """
+
+    def __init__(
+        self,
+        profile: str | None = None,
+        firmware: str | Path | FirmwareFactory | None = None,
+        scenario: str | Path | Scenario | None = None,
+        seed: int = 0,
+        ideal: bool = False,
+        cold_start: bool = False,
+    ) -> None:
+        if not isinstance(seed, int):
+            raise InputError(f"seed is {seed!r}; give an integer")
+        plan = _load(scenario)
+        if firmware is None and plan is not None:
+            firmware = plan.firmware
+        self.booted = choice = choose(firmware, profile, plan.firmware_settings() if plan else None)
+        self.scenario = plan
+        self.seed = seed or (plan.seed if plan else 0)
+        self.clock = clock = Clock()
+        self.trace = Trace()
+        self.world = plan.create_world(lambda: clock.now_s) if plan else World(lambda: clock.now_s)
+        settings = plan.sensor_settings() if plan else SensorSettings()
+        if ideal:
+            settings = replace(settings, grade="ideal")
+        self.sensors = SensorSet(self.world, clock, settings, self.seed, 0 if cold_start else None)
+        self.bus = I2CBus("I2C2", self.clock, self.trace, plan.i2c_speed_hz if plan else FAST_MODE_HZ)
+        self.spi = SpiBus("SPI2", clock, self.trace)
+        self.sensors.attach(self.bus, self.spi, choice.profile)
+        self.sensors.observe(self.trace)
+        self.uart = Uart("USART1", self.clock, self.trace, UART_CLOCK_HZ)
+        self.gpio = Gpio(self.clock, self.trace)
+        self.led1 = Led("LED1", self.gpio, *LED1_PIN)
+        self.led2 = Led("LED2", self.gpio, *LED2_PIN)
+        self.arm: ArmFirmware | None = None
+        """The chip that executes built firmware; None for firmware in Python."""
+        self._backend = self._boot(choice)
+        self.tim9 = self._backend.tim9
+        self.i2c2 = I2CMaster(self.bus, self._backend.run_until)
+        self.spi2 = SpiMaster(self.spi, self._backend.run_until)
+        self.terminal = Terminal(self.uart, self.clock, self._backend.run_until)
+        if plan:
+            plan.play(weakref.proxy(self))  # what it schedules must not keep the board alive
+
+    @property
+    def now_s(self) -> float:
+        """Seconds of virtual time since power-on."""
+        return self.clock.now_s
+
+    def run_for(self, seconds: float) -> None:
+        """Run for exactly this much virtual time. Raises FirmwareError when the firmware itself fails."""
+        if not isinstance(seconds, int | float) or not 0 <= seconds <= LONGEST_RUN_S:
+            raise InputError(
+                f"cannot run for {seconds!r} s; give a number of seconds from 0 to {LONGEST_RUN_S}"
+            )
+        self.run_until(self.clock.now_ps + to_ps(seconds))
+
+    def run_until(self, at_ps: int) -> None:
+        """Run up to and including ``at_ps`` picoseconds since power-on."""
+        self._backend.run_until(at_ps)
+
+    def snapshot(self) -> Snapshot:
+        """The state of everything on the board, for :meth:`restore`. Raises InputError with Python firmware.
+
+        Between runs, not out of a callback. Serial links, trace files and whoever observes the trace are no
+        part of it.
+        """
+        return Snapshot(self)
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Make everything as it was; a snapshot of this board may be restored as often as wanted."""
+        snapshot.restore(self)
+
+    def supply_current_ua(self) -> dict[str, float]:
+        """What each sensor draws in microampere as firmware has configured it, by part name."""
+        return self.sensors.supply_current_ua()
+
+    def variable(self, name: str) -> Any:
+        """A global variable of the firmware by its C name, such as ``acc`` or ``pitch``. Raises KeyError."""
+        return self._backend.variable(name)
+
+    def _boot(self, choice: Choice) -> Backend:
+        if choice.image is not None:
+            self.arm = self._power_chip(choice.image)
+            return self.arm
+        core = Core(self.clock)
+        hal = Hal(self.clock, self.trace, core, self.bus, self.uart, self.gpio)
+        if choice.factory is None:
+            return NoFirmware(self.clock, hal)
+        weakref.finalize(self, core.close)
+        return PythonFirmware(choice.factory(hal), core, hal)
+
+    def _power_chip(self, image: FirmwareImage) -> ArmFirmware:
+        from emulator.chip.chip import Surroundings
+        from emulator.chip.firmware import ArmFirmware
+
+        around = Surroundings(self.clock, self.trace, self.gpio, self.uart, self.bus, self.spi, self.seed)
+        return ArmFirmware(around, image)
+
+
+def _load(scenario: str | Path | Scenario | None) -> Scenario | None:
+    if scenario is None:
+        return None
+    from emulator.scenario import Scenario, load_scenario
+
+    return scenario if isinstance(scenario, Scenario) else load_scenario(scenario)

@@ -1,0 +1,321 @@
+"""I2C as the board's sensors see it: whole transfers, their time on the wire, and what can go wrong.
+
+A transfer is one message (start, address, bytes, perhaps a repeated start, stop); targets never see single
+bits. Time on the wire (NXP UM10204 3.1): nine clock periods a byte with its acknowledge, and one period each
+for start, repeated start and stop. A part answers as of the moment the transfer starts; all bytes of one
+burst belong to that moment. A master that moves one byte at a time, as the chip's own I2C block does, uses
+:mod:`emulator.buses.i2c_wire` on the same bus; there each byte is of the moment when it has been transferred.
+
+Faults are injected by rules (:class:`I2CFault`), so a scenario and a test break the bus in the same way.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Literal, Protocol, TypeAlias
+
+from emulator.errors import I2CBusError, I2CError, I2CNackError, I2CStuckError
+from emulator.time.clock import PS_PER_MS, PS_PER_S, Clock
+from emulator.trace import BusTransfer, Fault, Trace
+from sensors.register_file import Taker
+from sensors.subaddress import SubaddressTarget
+
+STANDARD_MODE_HZ = 100_000
+FAST_MODE_HZ = 400_000
+BUSY_TIMEOUT_PS = 25 * PS_PER_MS  # how long ST's HAL waits for a busy bus (I2C_TIMEOUT_BUSY_FLAG)
+
+BUS_ERROR = "bus error, a misplaced start or stop"
+ARBITRATION_LOST = "arbitration lost to another master"
+
+_BYTE_BITS = 9
+_SHORT = 32  # bytes up to which a read is kept
+
+_RECENT = 8
+
+Message: TypeAlias = tuple[int, int, int, bytearray, bytearray, I2CError | None]
+"""Start and end in ps, address, bytes written, bytes read, what went wrong."""
+FaultKind: TypeAlias = Literal["absent", "nack", "stuck", "bus_error", "arbitration"]
+
+
+class I2CTarget(Protocol):
+    """A device on the bus."""
+
+    def start(self, *, read: bool) -> bool:
+        """A (repeated) start addressed the device; True acknowledges."""
+        ...
+
+    def write(self, data: bytes) -> int:
+        """Bytes from the master; how many of them the device acknowledged."""
+        ...
+
+    def read(self, count: int) -> bytes:
+        """Bytes for the master."""
+        ...
+
+    def stop(self) -> None:
+        """The master ended the transfer."""
+        ...
+
+    def name(self) -> str:
+        """What the device is called in the trace."""
+        ...
+
+    def register_name(self, address: int) -> str:
+        """What the byte at a sub-address is called in the trace."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class I2CFault:
+    """A rule that breaks transfers from ``from_ps`` until ``until_ps``.
+
+    ``absent``: nobody answers at ``address``; ``nack``: byte ``byte_index`` of a write to ``address`` is not
+    acknowledged (0 is the address itself); ``stuck``: a line is held low, no transfer can start;
+    ``bus_error``: a misplaced start or stop is seen; ``arbitration``: another master wins while the address
+    is sent. ``address`` None means every address.
+    """
+
+    kind: FaultKind
+    from_ps: int
+    until_ps: int
+    address: int | None = None
+    byte_index: int = 0
+
+    def hits(self, address: int, now_ps: int) -> bool:
+        """Whether the rule breaks a transfer to ``address`` that starts at ``now_ps``."""
+        return self.from_ps <= now_ps < self.until_ps and self.address in (None, address)
+
+
+class _Kept:
+    """What a master has read from a part, for as long as it lasts.
+
+    ``behind``: sub-address and length of the read; ``seen``: the part's version it belongs to; ``take``: what
+    reads it again in that version.
+    """
+
+    __slots__ = (
+        "behind",
+        "data",
+        "duration_ps",
+        "part",
+        "seen",
+        "take",
+        "target",
+        "until_ps",
+        "version",
+        "written",
+    )
+    take: Taker
+
+    def __init__(self, target: SubaddressTarget, subaddress: int, count: int, duration_ps: int) -> None:
+        self.target = target
+        self.part = target.device
+        self.version = target.version
+        self.behind = subaddress & 0x7F, count
+        self.written = bytes((subaddress & 0xFF,))
+        self.duration_ps = duration_ps
+        self.data = b""
+        self.until_ps, self.seen = 0, -1
+
+
+class I2CBus:
+    """One bus with its targets; a transfer returns its data at once and says when it is over.
+
+    ``end_ps`` is the end of the latest transfer: whoever is master has to let virtual time pass until then.
+    """
+
+    def __init__(self, name: str, clock: Clock, trace: Trace, speed_hz: int = FAST_MODE_HZ) -> None:
+        self.name = name
+        self.end_ps = 0
+        self.recent: deque[Message] = deque(maxlen=_RECENT)
+        """The latest messages of a master that moves single bytes, kept without a detailed trace, too."""
+        self._clock = clock
+        self._trace = trace
+        self._targets: dict[int, I2CTarget] = {}
+        self._kept: dict[tuple[int, int, int], _Kept] = {}
+        self._faults: list[I2CFault] = []
+        self.has_faults = False
+        self.when_changed: list[Callable[[], None]] = []
+        """Called after a fault has been injected or a device attached."""
+        self.elsewhere: list[Callable[[], Iterable[Message]]] = []
+        """Who else keeps latest messages: those that its master had alone."""
+        self.shortest_ps = PS_PER_S // speed_hz if speed_hz < FAST_MODE_HZ else 0
+        """Shortest period of SCL: a bus that is slow from the start stays so, whatever the master sets."""
+        self.set_speed(speed_hz)
+
+    def set_speed(self, speed_hz: int) -> None:
+        """Another clock rate, from the next transfer on."""
+        self.speed_hz = speed_hz
+        self._kept.clear()  # they know how long they take
+
+    @property
+    def now_ps(self) -> int:
+        """Virtual time."""
+        return self._clock.now_ps
+
+    @property
+    def detailed(self) -> bool:
+        """Whether transfers that went well are recorded."""
+        return self._trace.detailed
+
+    def attach(self, address: int, target: I2CTarget) -> None:
+        """Put a device at a 7-bit address."""
+        self._targets[address] = target
+        self._kept.clear()
+        for told in self.when_changed:
+            told()
+
+    def inject(self, fault: I2CFault) -> None:
+        """Break transfers as the rule says."""
+        self._faults.append(fault)
+        self.has_faults = True
+        self._kept.clear()
+        for told in self.when_changed:
+            told()
+        until = "for good" if fault.until_ps >= PS_PER_S * 10**6 else f"until {fault.until_ps / PS_PER_S:g} s"
+        where = "" if fault.address is None else f" at 0x{fault.address:02X}"
+        self._trace.add(Fault(fault.from_ps, self.name, f"{fault.kind}{where} {until}"))
+
+    def duration_ps(self, bits: int) -> int:
+        """Time of ``bits`` clock periods on the wire."""
+        return bits * PS_PER_S // self.speed_hz
+
+    def target(self, address: int) -> I2CTarget | None:
+        """The device at a 7-bit address."""
+        return self._targets.get(address)
+
+    def faults(self, at_ps: int) -> list[I2CFault]:
+        """The rules in force at ``at_ps``, whatever their address."""
+        return [fault for fault in self._faults if fault.from_ps <= at_ps < fault.until_ps]
+
+    # -- transfers --------------------------------------------------------------------------------------
+
+    def read_from(self, address: int, subaddress: int, count: int) -> bytes:
+        """Write one sub-address byte, repeated start, read ``count`` bytes. Raises I2CError.
+
+        Bytes that cannot have changed are not read again.
+        """
+        kept = self._kept.get((address, subaddress, count)) or self._keep(address, subaddress, count)
+        if kept is None:
+            return self.transfer(address, bytes((subaddress,)), count)
+        now_ps = self._clock.now_ps
+        version = kept.version[0]
+        if version != kept.seen:
+            if not kept.target.answers():
+                return self.transfer(address, bytes((subaddress,)), count)  # which fails as it should
+            kept.take = kept.part.taker(kept.behind[0], count)
+            kept.data, kept.until_ps = kept.take(now_ps)
+            kept.seen = version
+        elif now_ps >= kept.until_ps:
+            kept.data, kept.until_ps = kept.take(now_ps)
+        kept.target.behind = kept.behind
+        self.end_ps = now_ps + kept.duration_ps
+        if self._trace.detailed:
+            self._trace.add_transfer(
+                now_ps,
+                self.end_ps,
+                self.name,
+                address,
+                kept.part.NAME,
+                kept.part.register_name(subaddress),
+                kept.written,
+                kept.data,
+                "ok",
+            )
+        return kept.data
+
+    def _keep(self, address: int, subaddress: int, count: int) -> _Kept | None:
+        """A place for what such a read gives; None while faults are in force, or for other targets."""
+        target = self._targets.get(address)
+        if self.has_faults or not isinstance(target, SubaddressTarget) or count > _SHORT:
+            return None
+        # start, address, sub-address, repeated start, address, data, stop: 30 periods and 9 a byte
+        kept = _Kept(target, subaddress, count, self.duration_ps(30 + _BYTE_BITS * count))
+        self._kept[address, subaddress, count] = kept
+        return kept
+
+    def transfer(self, address: int, data: bytes, count: int = 0) -> bytes:
+        """Write ``data`` (if any), then read ``count`` bytes (if any). Raises I2CError."""
+        start_ps = self._clock.now_ps
+        try:
+            received = self._run(address, data, count)
+        except I2CError as error:
+            self.record(start_ps, address, data, b"", str(error))
+            raise
+        bits = 2 + (_BYTE_BITS * (1 + len(data)) if data or not count else 0)
+        if count:
+            bits += _BYTE_BITS * (1 + count) + (1 if data else 0)
+        self.end_ps = start_ps + self.duration_ps(bits)
+        if self._trace.detailed:
+            self.record(start_ps, address, data, received, "ok")
+        return received
+
+    def _run(self, address: int, data: bytes, count: int) -> bytes:
+        nack_at = self._fault(address, reading=not data and count > 0)
+        target = self._targets.get(address)
+        if target is None:
+            raise self._nack(address, 0)
+        received = b""
+        if data or not count:
+            if nack_at == 0 or not target.start(read=False):
+                raise self._nack(address, 0)
+            acknowledged = target.write(data if nack_at is None else data[: nack_at - 1])
+            if acknowledged < len(data):
+                target.stop()
+                raise self._nack(address, acknowledged + 1)
+        if count:
+            if not target.start(read=True):
+                raise self._nack(address, 0)
+            received = target.read(count)
+        target.stop()
+        return received
+
+    def _fault(self, address: int, *, reading: bool) -> int | None:
+        """Raise for a rule that breaks the whole transfer; else the index of a byte to be refused."""
+        now_ps = self._clock.now_ps
+        nack_at: int | None = None
+        for fault in self._faults:
+            if not fault.hits(address, now_ps):
+                continue
+            if fault.kind == "stuck":
+                self.end_ps = now_ps + BUSY_TIMEOUT_PS
+                raise I2CStuckError(address, "a line is held low, the bus stays busy")
+            if fault.kind == "bus_error":
+                self.end_ps = now_ps + self.duration_ps(1 + _BYTE_BITS)
+                raise I2CBusError(address, BUS_ERROR)
+            if fault.kind == "arbitration":
+                self.end_ps = now_ps + self.duration_ps(1 + _BYTE_BITS)
+                raise I2CBusError(address, ARBITRATION_LOST)
+            nack_at = 0 if fault.kind == "absent" or reading else fault.byte_index
+            if nack_at == 0:
+                raise self._nack(address, 0)
+        return nack_at
+
+    def _nack(self, address: int, byte_index: int) -> I2CNackError:
+        self.end_ps = self._clock.now_ps + self.duration_ps(2 + _BYTE_BITS * (1 + byte_index))
+        return I2CNackError(address, byte_index)
+
+    def record(self, start_ps: int, address: int, data: bytes, received: bytes, result: str) -> None:
+        """Put a transfer that ended at ``end_ps`` into the trace."""
+        self._trace.add_transfer(*self._fields(start_ps, self.end_ps, address, data, received, result))
+
+    def recent_transfers(self) -> list[BusTransfer]:
+        """The latest messages as the trace shows them."""
+        messages = [*self.recent, *(message for kept in self.elsewhere for message in kept())]
+        messages.sort(key=lambda message: message[0])
+        return [
+            BusTransfer(
+                *self._fields(start_ps, end_ps, address, bytes(data), bytes(received), str(error or "ok"))
+            )
+            for start_ps, end_ps, address, data, received, error in messages[-_RECENT:]
+        ]
+
+    def _fields(
+        self, start_ps: int, end_ps: int, address: int, data: bytes, received: bytes, result: str
+    ) -> tuple[int, int, str, int, str, str, bytes, bytes, str]:
+        target = self._targets.get(address)
+        device = target.name() if target else ""
+        register = target.register_name(data[0]) if target and data else ""
+        return start_ps, end_ps, self.name, address, device, register, data, received, result

@@ -1,0 +1,49 @@
+"""``board.i2c2``: Python as the master of the sensors' bus, for tests of drivers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from emulator.buses import arguments as bus_arguments
+from emulator.buses.i2c import I2CBus, I2CFault
+
+
+class I2CMaster:
+    """A bus master in Python. Transfers take their time on the wire; firmware, if any, runs meanwhile.
+
+    Addresses have 7 bits. A transfer nobody acknowledges raises I2CNackError, a broken bus I2CBusError or
+    I2CStuckError; an address, a length or data that cannot be, InputError.
+    """
+
+    def __init__(self, bus: I2CBus, run_until: Callable[[int], None]) -> None:
+        self._bus = bus
+        self._run_until = run_until
+
+    @property
+    def speed_hz(self) -> int:
+        """Clock rate of the bus."""
+        return self._bus.speed_hz
+
+    def write(self, address: int, data: bytes) -> None:
+        """Start, address, ``data``, stop."""
+        self._transfer(address, bus_arguments.payload(data), 0)
+
+    def read(self, address: int, n: int) -> bytes:
+        """Start, address, ``n`` bytes, stop."""
+        return self._transfer(address, b"", bus_arguments.length(n, 1))
+
+    def write_read(self, address: int, data: bytes, n: int) -> bytes:
+        """Start, address, ``data``, repeated start, address, ``n`` bytes, stop."""
+        return self._transfer(address, bus_arguments.payload(data), bus_arguments.length(n, 1))
+
+    def inject(self, fault: I2CFault) -> None:
+        """Break transfers as the rule says, those of firmware included."""
+        self._bus.inject(fault)
+
+    def _transfer(self, address: int, data: bytes, count: int) -> bytes:
+        address = bus_arguments.address(address)
+        self._run_until(max(self._bus.end_ps, self._bus.now_ps))  # firmware may be in a transfer
+        try:
+            return self._bus.transfer(address, data, count)
+        finally:
+            self._run_until(self._bus.end_ps)

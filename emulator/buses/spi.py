@@ -1,0 +1,124 @@
+"""SPI2 as the board wires it: three wires, half duplex, one chip select a sensor (board facts 2.1).
+
+A transfer is one message between two edges of a chip select; its time is eight clock periods a byte. The
+clock is the one ST's firmware sets: 42 MHz / 16 = 2.625 MHz, mode 3. The chip's own SPI block moves one byte
+at a time and is seen by the same parts through :mod:`emulator.chip.peripherals.spi`.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from typing import TypeAlias
+
+from emulator.buses import arguments as bus_arguments
+from emulator.errors import InputError
+from emulator.time.clock import PS_PER_S, Clock
+from emulator.trace import BusTransfer, Trace
+from sensors.part import Part
+from sensors.spi import READ, Mode, SpiTarget, Wires
+
+SPI2_HZ = 2_625_000
+_RECENT = 8
+
+Message: TypeAlias = tuple[int, int, str, bytearray, bytearray]
+"""Start and end in ps, chip select, bytes written, bytes read."""
+
+
+class SpiBus:
+    """One SPI bus with its devices by chip select; ``end_ps`` is the end of the latest transfer."""
+
+    def __init__(self, name: str, clock: Clock, trace: Trace, speed_hz: int = SPI2_HZ) -> None:
+        self.name = name
+        self.speed_hz = speed_hz
+        self.mode: Mode = 3
+        self.wires: Wires = 3
+        self.end_ps = 0
+        self.recent: deque[Message] = deque(maxlen=_RECENT)
+        """The latest messages of a master that moves single bytes, kept without a detailed trace, too."""
+        self.unheard: deque[tuple[int, int | None]] = deque(maxlen=_RECENT)
+        """(time in ps, byte sent or None for one read) while no chip select was low: nobody heard it."""
+        self.take_kept: Callable[[], None] = lambda: None
+        """Before either is looked at: a master that keeps them itself adds its own."""
+        self._clock = clock
+        self._trace = trace
+        self._targets: dict[str, tuple[Part, SpiTarget]] = {}
+
+    def attach(self, chip_select: str, part: Part) -> None:
+        """Wire a part to a chip select, named by its pin (``"PA8"``)."""
+        self._targets[chip_select] = part, SpiTarget(part, lambda: self._clock.now_ps)
+
+    @property
+    def chip_selects(self) -> tuple[str, ...]:
+        """The chip selects in use."""
+        return tuple(self._targets)
+
+    def target(self, chip_select: str) -> SpiTarget:
+        """The SPI face of the part at a chip select."""
+        return self._targets[chip_select][1]
+
+    def transfer(self, chip_select: str, data: bytes, count: int = 0) -> bytes:
+        """Select, write ``data``, read ``count`` bytes, deselect."""
+        target = self.target(chip_select)
+        start_ps = self._clock.now_ps
+        target.select()
+        target.write(data, self.mode)
+        received = target.read(count, self.mode, self.wires) if count else b""
+        self.end_ps = start_ps + 8 * (len(data) + count) * PS_PER_S // self.speed_hz
+        self.record(chip_select, start_ps, data, received)
+        return received
+
+    def record(self, chip_select: str, start_ps: int, written: bytes, received: bytes) -> None:
+        """Put a message that ended at ``end_ps`` into the trace."""
+        if self._trace.detailed:
+            self._trace.add_transfer(*self._fields(start_ps, self.end_ps, chip_select, written, received))
+
+    def recent_transfers(self) -> list[BusTransfer]:
+        """The messages of ``recent`` as the trace shows them."""
+        self.take_kept()
+        return [
+            BusTransfer(*self._fields(start_ps, end_ps, chip_select, bytes(written), bytes(received)))
+            for start_ps, end_ps, chip_select, written, received in self.recent
+        ]
+
+    def _fields(
+        self, start_ps: int, end_ps: int, chip_select: str, written: bytes, received: bytes
+    ) -> tuple[int, int, str, int, str, str, bytes, bytes, str]:
+        part, _ = self._targets[chip_select]
+        address = written[0] & ~READ if written else 0
+        register = part.register_name(address)
+        return start_ps, end_ps, self.name, address, part.NAME, register, written, received, "ok"
+
+
+class SpiMaster:
+    """``board.spi2``: Python as the master of the sensors' bus, for tests of drivers."""
+
+    def __init__(self, bus: SpiBus, run_until: Callable[[int], None]) -> None:
+        self._bus = bus
+        self._run_until = run_until
+
+    @property
+    def speed_hz(self) -> int:
+        """Clock rate of the bus."""
+        return self._bus.speed_hz
+
+    def configure(self, mode: Mode, wires: Wires) -> None:
+        """The host's clock mode (0 to 3) and whether it listens on three wires or four."""
+        if mode not in (0, 1, 2, 3) or wires not in (3, 4):
+            raise InputError(f"SPI mode {mode} with {wires} wires: give mode 0 to 3, and 3 or 4 wires")
+        self._bus.mode, self._bus.wires = mode, wires
+
+    def write(self, chip_select: str, data: bytes) -> None:
+        """Select, ``data``, deselect."""
+        self.write_read(chip_select, data, 0)
+
+    def write_read(self, chip_select: str, data: bytes, n: int) -> bytes:
+        """Select, ``data``, ``n`` bytes from the part, deselect; the first byte has the read flag, 0x80."""
+        if chip_select not in self._bus.chip_selects:
+            known = ", ".join(self._bus.chip_selects) or "none with this profile"
+            raise InputError(f"unknown chip select {chip_select!r}; known: {known}")
+        sent, count = bus_arguments.payload(data), bus_arguments.length(n, 0)
+        try:
+            return self._bus.transfer(chip_select, sent, count)
+        finally:
+            self._run_until(self._bus.end_ps)

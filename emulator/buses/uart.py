@@ -1,0 +1,231 @@
+"""A USART's serial line: which bytes are on the wire when (reference manual RM0368 section 19).
+
+Sending has two stages, the data register and the shift register: a byte may be written as soon as the one
+before has moved on to the shift register (TXE), so a sender that is not interrupted keeps the line busy
+without gaps, and one that is interrupted leaves a gap. Runs of bytes without a gap are kept as one piece,
+never byte by byte.
+
+Receiving has one data register: a byte that completes while the one before has not been read is lost and
+counted (ORE), exactly as on the board; the stock firmware never reads, so all but the first are lost there
+too.
+
+Decision: the terminal follows the chip's bit rate, so text sent at a wrong rate stays readable here, where a
+real terminal at 115200 baud shows garbage. Whoever sets another rate says so in the trace. Sampling the wire
+at the terminal's rate would show the garbage, but no hint of its cause.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from fractions import Fraction
+from functools import partial
+from typing import Protocol
+
+from emulator.time.clock import PS_PER_S, Clock
+from emulator.trace import Fault, TerminalBytes, Trace
+
+BAUD = 115_200
+_FRAME_BITS = 10  # start, eight data, stop
+_KEPT = 16 << 20  # bytes of terminal text kept in memory; older ones are dropped and counted
+
+
+def divider(kernel_clock_hz: int, baud: int) -> int:
+    """The BRR value for oversampling by 16: clock over baud, rounded to the nearest (RM0368 19.3.4)."""
+    return (kernel_clock_hz + baud // 2) // baud
+
+
+class _Run:
+    """Frames on the wire without a gap. Each one's time is computed from the first one's, so none drifts."""
+
+    __slots__ = ("connected", "done", "frame_ps", "start_ps", "waiting")
+
+    def __init__(self, start_ps: int, frame_ps: Fraction, connected: bool = True) -> None:
+        self.start_ps = start_ps
+        self.frame_ps = frame_ps
+        self.connected = connected
+        self.done = 0  # bytes that have arrived and are forgotten here
+        self.waiting = bytearray()
+
+    def count(self) -> int:
+        """All its frames so far."""
+        return self.done + len(self.waiting)
+
+    def time_ps(self, frames: int) -> int:
+        """The end of the ``frames``-th frame."""
+        return self.start_ps + frames * self.frame_ps.numerator // self.frame_ps.denominator
+
+    def take(self, now_ps: int) -> bytearray:
+        """The bytes that have become complete by ``now_ps``."""
+        ticks = (now_ps - self.start_ps + 1) * self.frame_ps.denominator - 1
+        ready = max(ticks // self.frame_ps.numerator - self.done, 0)
+        arrived = self.waiting[:ready]
+        del self.waiting[:ready]
+        self.done += len(arrived)
+        return arrived
+
+
+class Transceiver(Protocol):
+    """The USART of a chip that has its own registers and times; it calls ``open_run`` and ``carry``."""
+
+    def hand_over(self) -> None:
+        """Carry what has been sent and is not on the line yet."""
+        ...
+
+    def frame_ps(self) -> Fraction | None:
+        """The length of a frame as the chip has set it up; None while it has no bit clock."""
+        ...
+
+    def receive(self, value: int) -> bool:
+        """A byte has arrived; False: it is lost, because the one before was not read."""
+        ...
+
+    def line_idle(self) -> None:
+        """A frame's time has passed since the last byte."""
+        ...
+
+
+class Uart:
+    """One USART with a line to a terminal.
+
+    The bit time is the divider's, as on the board: 84 MHz / 729 is 115226 baud, 0.02 % above the nominal
+    rate.
+    """
+
+    def __init__(self, name: str, clock: Clock, trace: Trace, kernel_clock_hz: int, baud: int = BAUD) -> None:
+        self.name = name
+        self._clock = clock
+        self._trace = trace
+        self.brr = divider(kernel_clock_hz, baud)
+        self._frame_ps = Fraction(_FRAME_BITS * self.brr * PS_PER_S, kernel_clock_hz)
+        self.txe_ps = 0  # when the data register is next empty
+        self.idle_ps = 0  # when the line is next idle (TC)
+        self._run = _Run(0, self._frame_ps)
+        self._on_wire = deque((self._run,))  # runs with frames not yet complete; the latest one stays
+        self._text = bytearray()
+        self.dropped = 0
+        self._rx_line_free_ps = 0
+        self._rx_data: int | None = None
+        self.rx_lost = 0
+        self._transceiver: Transceiver | None = None
+
+    def frames_ps(self, count: int) -> int:
+        """Time of ``count`` frames on the wire; at the terminal's rate while the chip has none."""
+        frame_ps = self._transceiver.frame_ps() if self._transceiver is not None else None
+        frame_ps = frame_ps or self._frame_ps
+        return count * frame_ps.numerator // frame_ps.denominator
+
+    # -- sending ----------------------------------------------------------------------------------------
+
+    def write(self, data: bytes, until_ps: int) -> int:
+        """Write bytes to the data register, each as soon as it is empty, but none after ``until_ps``.
+
+        The sender is there from now until ``until_ps``. The first byte is always written (the caller has
+        waited for ``txe_ps``). Returns the number written.
+        """
+        run = self._open_run()
+        start_ps = self.idle_ps if run.count() else run.start_ps
+        room = max(until_ps - start_ps, 0)
+        count = min(len(data), 1 + -(-room * self._frame_ps.denominator // self._frame_ps.numerator))
+        piece = data[:count]
+        run.waiting += piece
+        frames = run.count()
+        self.txe_ps, self.idle_ps = run.time_ps(frames - 1), run.time_ps(frames)
+        if self._trace.detailed:
+            self._trace.add_detail(TerminalBytes(start_ps, "tx", piece))
+        return count
+
+    def received(self) -> bytearray:
+        """What has arrived at the terminal by now, of long runs the latest part. Not to be changed."""
+        self.catch_up()
+        now_ps = self._clock.now_ps
+        for run in self._on_wire:
+            arrived = run.take(now_ps)
+            if run.connected:
+                self._text += arrived
+        while len(self._on_wire) > 1 and not self._on_wire[0].waiting:
+            self._on_wire.popleft()
+        if len(self._text) > _KEPT:
+            excess = len(self._text) - _KEPT // 2
+            del self._text[:excess]
+            self.dropped += excess
+        return self._text
+
+    def received_count(self) -> int:
+        """How many bytes have arrived at the terminal by now, those no longer kept included."""
+        kept = len(self.received())  # which may drop some
+        return self.dropped + kept
+
+    def _open_run(self) -> _Run:
+        """The run that the next frame belongs to: another one after a gap."""
+        if self._clock.now_ps > self.idle_ps:
+            self._run = _Run(self._clock.now_ps, self._frame_ps)
+            self._on_wire.append(self._run)
+        return self._run
+
+    # -- a chip's own USART -----------------------------------------------------------------------------
+
+    def connect(self, transceiver: Transceiver) -> None:
+        """From now on this is the line of a chip's USART."""
+        self._transceiver = transceiver
+
+    def catch_up(self) -> None:
+        """Everything that the chip has sent is on the line."""
+        if self._transceiver is not None:
+            self._transceiver.hand_over()
+
+    def open_run(self, start_ps: int, frame_ps: Fraction, *, connected: bool) -> None:
+        """The chip's next frames follow one another from ``start_ps`` on."""
+        self._run = _Run(start_ps, frame_ps, connected)
+        self._on_wire.append(self._run)
+
+    def carry(self, data: bytes, *, detailed: bool) -> None:
+        """The chip has sent bytes, behind those of its run so far."""
+        run = self._run
+        first = run.count()
+        run.waiting += data
+        self.txe_ps, self.idle_ps = run.time_ps(first + len(data) - 1), run.time_ps(first + len(data))
+        if detailed and run.connected:
+            self._trace.add_detail(TerminalBytes(run.time_ps(first), "tx", data))
+
+    def replace_last(self, value: int) -> None:
+        """The byte carried last was overwritten before it left the data register."""
+        self._run.waiting[-1] = value
+
+    # -- receiving --------------------------------------------------------------------------------------
+
+    def type(self, data: bytes) -> None:
+        """The terminal sends bytes, one frame after the other, from now on."""
+        start_ps = max(self._clock.now_ps, self._rx_line_free_ps)
+        if self._trace.detailed and data:
+            self._trace.add_detail(TerminalBytes(start_ps, "rx", data))
+        for number, value in enumerate(data, start=1):
+            self._clock.schedule(start_ps + self.frames_ps(number), partial(self._arrive, value))
+        self._rx_line_free_ps = start_ps + self.frames_ps(len(data))
+        if self._transceiver is not None:
+            self._clock.schedule(self._rx_line_free_ps + self.frames_ps(1), self._line_idle)
+
+    @property
+    def rxne(self) -> bool:
+        """Whether a received byte waits in the data register."""
+        return self._rx_data is not None
+
+    def read_data(self) -> int | None:
+        """Read the data register: the byte received, or None when RXNE is not set."""
+        value, self._rx_data = self._rx_data, None
+        return value
+
+    def _arrive(self, value: int) -> None:
+        if self._transceiver is not None:
+            taken = self._transceiver.receive(value)
+        else:
+            taken = self._rx_data is None
+            self._rx_data = value if taken else self._rx_data
+        if not taken:
+            self.rx_lost += 1
+            text = f"overrun: received byte 0x{value:02X} is lost"
+            self._trace.add(Fault(self._clock.now_ps, self.name, text))
+
+    def _line_idle(self) -> None:
+        """A frame's time after the last stop bit: an idle frame, if nothing has begun meanwhile."""
+        if self._transceiver is not None and self._rx_line_free_ps < self._clock.now_ps:
+            self._transceiver.line_idle()

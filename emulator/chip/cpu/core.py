@@ -1,0 +1,354 @@
+"""The Cortex-M4 and the blocks around it: firmware in flash, time, interrupts, what a debugger wants.
+
+All that runs is in C (emulator/chip/native); this is its face in Python, and the place where blocks that are
+written in Python are reached::
+
+    core = Core(clock, trace, segments)
+    core.power_on(soc, blocks)              # soc.irq and soc.memory are set
+    core.run_until(1_000_000_000)
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections import deque
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Final
+
+from emulator.board.wiring import CHIP
+from emulator.chip.cpu.faults import Fault
+from emulator.chip.cpu.memory_map import FLASH, FLASH_SIZE, RAM
+from emulator.chip.cpu.python_blocks import PythonBlocks
+from emulator.chip.cpu.registers import MASKS, Registers
+from emulator.chip.library import ChipBlock, FcuChip, Status
+from emulator.chip.peripherals.peripheral import Peripheral
+from emulator.chip.soc import Soc
+from emulator.time.clock import Clock
+from emulator.trace import Fault as FaultEvent
+from emulator.trace import Trace
+
+CYCLES_PER_INSTRUCTION: Final = Fraction(13, 10)
+"""See timeline.h."""
+RESETS_KEPT: Final = 10_000
+_REASONS: Final = ("", "SYSRESETREQ", "PIN", "IWDG", "WWDG", "power-on")
+"""enum ResetReason of machine.h, and those that come from Python."""
+_HALTED: Final = 1
+_TOUCHED: Final = (("clock", "read"), ("clock", "written"), ("unknown", "read"), ("unknown", "written"))
+"""enum Touched of chip.h."""
+
+
+@dataclass(frozen=True)
+class CoreSettings:
+    """``skip``: whether waiting loops are skipped, which changes only the speed."""
+
+    cycles_per_instruction: Fraction = CYCLES_PER_INSTRUCTION
+    skip: bool = True
+
+
+class Core(FcuChip):
+    """``segments``: the firmware's bytes by address, in flash or RAM. Raises ValueError for bytes elsewhere.
+
+    Blocks in C are there from now on; :meth:`power_on` adds those that are written in Python.
+    """
+
+    def __init__(
+        self,
+        clock: Clock,
+        trace: Trace,
+        segments: Iterable[tuple[int, bytes]],
+        settings: CoreSettings = CoreSettings(),
+        system_memory: Iterable[tuple[int, bytes]] = (),
+    ) -> None:
+        super().__init__(clock, trace)
+        self._settings = settings
+        self._on_reset: Callable[[str], None] = lambda _reason: None
+        self._status = Status()
+        self._masks = Registers(self, MASKS)
+        self.on_fault: Callable[[Fault], None] = lambda _fault: None
+        """Called at each fault, registers and stack still being those of the instruction."""
+        self.on_access: Callable[[int, int, bool], None] = lambda _address, _size, _written: None
+        """Called at loads and stores that are watched: address, size, whether it is a store."""
+        self.resets: deque[tuple[int, str]] = deque(maxlen=RESETS_KEPT)
+        """(time in ps, reason) of the latest resets, without power-on."""
+        self.before_reset = b"", b""
+        """R0 to R12, SP, LR, PC, xPSR, and the RAM, where the latest reset has met the program."""
+        self.stepping = False
+        """Whether only one instruction is being executed."""
+        self._load(segments)
+        for address, data in system_memory:
+            self._bytes(address, data)
+
+    def power_on(
+        self, soc: Soc, blocks: Iterable[Peripheral], on_reset: Callable[[str], None] | None = None
+    ) -> None:
+        """Begin with the first instruction. ``blocks``: those in Python; ``soc.clocks`` is one of them.
+
+        ``soc.irq`` and ``soc.memory`` are set. ``on_reset(reason)`` is called at each reset but this one,
+        before the blocks are reset.
+        """
+        self._on_reset = on_reset or self._on_reset
+        self._python_blocks = tuple(blocks)
+        self.python = PythonBlocks(soc, self._python_blocks)
+        python_bases = {block.base for block in self._python_blocks}
+        for native in [block for block in self.blocks.values() if block.base in python_bases]:
+            self.library.fcu_unmap(self.handle, native.index)
+            del self.blocks[native.name]
+        self.all_blocks: tuple[Peripheral, ...] = (*self.blocks.values(), *self._python_blocks)
+        soc.irq, soc.memory = self, self
+        cycles = self._settings.cycles_per_instruction
+        if not 0 < cycles <= 100:
+            raise ValueError(f"{cycles} cycles per instruction; give a number from 0 to 100")
+        self.set_clocks(soc.clocks)
+        self.library.fcu_configure(self.handle, cycles.numerator, cycles.denominator, self._settings.skip)
+        soc.clocks.on_change(lambda: self.set_clocks(soc.clocks))
+        self.library.fcu_start(self.handle)
+
+    def _load(self, segments: Iterable[tuple[int, bytes]]) -> None:
+        for address, data in segments:
+            if not (FLASH <= address < FLASH + FLASH_SIZE or address >= RAM):
+                raise ValueError(f"{len(data)} bytes at 0x{address:08X} are neither in flash nor in RAM")
+            self._bytes(address, data)
+
+    def _bytes(self, address: int, data: bytes) -> None:
+        memory = self.memory(address, len(data))
+        if memory is None:
+            raise ValueError(f"{len(data)} bytes at 0x{address:08X} are neither in flash nor in RAM")
+        memory[:] = data
+
+    # -- running ----------------------------------------------------------------------------------------
+
+    def run_until(self, at_ps: int) -> None:
+        """Run up to and including ``at_ps``; less if a debugger halts the core."""
+        clock, shared = self.clock, self.shared
+        self.enter()
+        ended = self.library.fcu_run_until(self.handle, at_ps)
+        self.raise_error()
+        clock.now_ps = shared[0]  # a fault while a frame was saved has been reported at its end
+        if ended != _HALTED:
+            clock.advance_to(at_ps)
+
+    def request_reset(self, reason: str) -> None:
+        """Reset the chip after the instruction in flight; virtual time goes on."""
+        self.library.fcu_request_reset(self.handle, _REASONS.index(reason))
+
+    def code_changed(self) -> None:
+        """The flash has another content: forget what is known of the code; between runs."""
+        self.forget_code()
+
+    # -- snapshots --------------------------------------------------------------------------------------
+
+    def snapshot(self) -> bytes:
+        """All that is in C, memories included; between runs. It means something to this core only."""
+        buffer = ctypes.create_string_buffer(self.library.fcu_snapshot_size())
+        self.library.fcu_save(self.handle, buffer)
+        return buffer.raw
+
+    def restore(self, saved: bytes) -> None:
+        """Everything in C is as it was when :meth:`snapshot` gave ``saved``; breakpoints stay as they are."""
+        self.library.fcu_restore(self.handle, saved)
+
+    # -- what it is doing -------------------------------------------------------------------------------
+
+    def status(self) -> Status:
+        """What the core is doing, as one picture; the same object each time."""
+        self.library.fcu_status(self.handle, self._status)
+        return self._status
+
+    @property
+    def now_ps(self) -> int:
+        """The time when the next instruction begins; between runs."""
+        return self.status().now_ps
+
+    @property
+    def retired(self) -> int:
+        """Instructions retired since power-on."""
+        return self.status().retired
+
+    @property
+    def skipped(self) -> int:
+        """Of these, how many were counted instead of being executed, because they were repetitions."""
+        return self.status().skipped
+
+    @property
+    def thread_ps(self) -> int:
+        """When Thread mode was last returned to."""
+        return self.status().thread_ps
+
+    @property
+    def lowest_stack(self) -> int:
+        """The lowest address that the main stack has had at an exception entry."""
+        return self.status().lowest
+
+    @property
+    def locked_up(self) -> str:
+        """Why the core executes nothing any more; "" if it does."""
+        status = self.status()
+        return _locked_up(status.locked_up_pc) if status.locked_up else ""
+
+    @property
+    def asleep(self) -> bool:
+        """Whether the core waits in WFI, WFE or after SLEEPONEXIT."""
+        return bool(self.status().asleep)
+
+    @property
+    def handled(self) -> int:
+        """The exception being handled (IPSR); 0 in Thread mode."""
+        return self.register(16) & 0x1FF
+
+    @property
+    def pending(self) -> int:
+        """Pending exceptions: bit = exception number."""
+        return _mask(self.status().pending)
+
+    @property
+    def enabled(self) -> int:
+        """Enabled exceptions: bit = exception number."""
+        return _mask(self.status().enabled)
+
+    @property
+    def active(self) -> int:
+        """Exceptions being handled, preempted ones included: bit = exception number."""
+        return _mask(self.status().active)
+
+    def priority(self, exception: int) -> int:
+        """An exception's priority; smaller is more urgent."""
+        priority: int = self.library.fcu_priority(self.handle, exception)
+        return priority
+
+    def preempts(self, exception: int) -> bool:
+        """Whether an exception is urgent enough to be taken now."""
+        group: int = self.library.fcu_priority_group(self.handle, self.priority(exception))
+        return group < self.status().level
+
+    # -- for debuggers ----------------------------------------------------------------------------------
+
+    def halt(self) -> None:
+        """Stand still before the next instruction; an exception being entered is entered first."""
+        self.enter()
+        self.library.fcu_halt(self.handle)
+        self.raise_error()
+        self.clock.now_ps = max(self.clock.now_ps, self.shared[0])
+
+    def resume(self, step: bool) -> None:
+        """Go on; ``step``: for one instruction, or into the exception that comes instead of it."""
+        self.stepping = step
+        self.library.fcu_resume(self.handle, step)
+
+    @property
+    def halted(self) -> bool:
+        """Whether the core stands still: ``run_until`` returns at once and no time passes."""
+        return bool(self.library.fcu_is_halted(self.handle))
+
+    def wake(self) -> None:
+        """End WFI, WFE or sleep on exit."""
+        self.library.fcu_wake(self.handle)
+
+    def reset_now(self, reason: str) -> None:
+        """Reset the halted chip."""
+        self.library.fcu_reset_now(self.handle, _REASONS.index(reason))
+        self.raise_error()
+
+    def debug(self, on: bool) -> None:
+        """Whether BKPT halts the core instead of being a fault."""
+        self.library.fcu_debug(self.handle, on)
+
+    def met_breakpoint_instruction(self) -> bool:
+        """Whether BKPT has halted the core since this was last asked."""
+        return bool(self.library.fcu_met_breakpoint_instruction(self.handle))
+
+    def set_breakpoint(self, address: int, on: bool) -> None:
+        """Halt before the instruction at ``address``, or no more."""
+        self.library.fcu_set_breakpoint(self.handle, address, on)
+
+    def watch_memory(self, begin: int, end: int) -> None:
+        """Call ``on_access`` at loads and stores from ``begin`` to ``end``, the last one included."""
+        self.library.fcu_watch_memory(self.handle, True, begin, end)
+
+    def unwatch_memory(self) -> None:
+        """No more calls of ``on_access``."""
+        self.library.fcu_watch_memory(self.handle, False, 0, 0)
+
+    # -- registers of blocks, for debuggers, diagnoses and DMA -------------------------------------------
+
+    def find(self, address: int) -> tuple[Peripheral, int] | None:
+        """The block at an address, and the register's offset in it; None where no block can be."""
+        block: Peripheral | None
+        index = self.library.fcu_block_at(self.handle, address)
+        block = self.block_by_index(index) if index >= 0 else self.python.find(address)
+        return None if block is None else (block, address - block.base & 0xFFFF_FFFC)
+
+    def peek(self, address: int) -> int | None:
+        """The word at an aligned address, without side effects; None where nothing answers."""
+        data = self.memory(address, 4)
+        if data is not None:
+            return int.from_bytes(data, "little")
+        found = self.find(address)
+        if found is not None and isinstance(found[0], ChipBlock):
+            return found[0].peek(found[1])
+        return self.python.peek(address)
+
+    def poke(self, address: int, data: bytes) -> bool:
+        """Write 1, 2 or 4 aligned bytes to a register with all effects; False if there is none."""
+        stored = self.library.fcu_store(self.handle, address, len(data), int.from_bytes(data, "little"))
+        self.raise_error()
+        return bool(stored)
+
+    def read(self, address: int, size: int) -> bytes | None:
+        """As the bus matrix answers DMA: memory, or a register with side effects; None is a bus error."""
+        value = ctypes.c_uint32()
+        loaded = self.library.fcu_load(self.handle, address, size, ctypes.byref(value))
+        return value.value.to_bytes(size, "little") if loaded else None
+
+    def write(self, address: int, data: bytes) -> bool:
+        """Likewise; False is a bus error. The flash cannot be written this way."""
+        value = int.from_bytes(data, "little")
+        return bool(self.library.fcu_store(self.handle, address, len(data), value))
+
+    def set_line(self, number: int, level: bool) -> None:
+        """Python's blocks hold NVIC input ``number`` (0 to 84) active or not."""
+        self.set_irq(number, level)
+
+    # -- callbacks --------------------------------------------------------------------------------------
+
+    def _read(self, address: int, size: int) -> int:
+        value, self.shared[2] = self.python.read(address, size)
+        return value
+
+    def _write(self, address: int, size: int, value: int) -> None:
+        self.python.write(address, size, value)
+
+    def _touched(self, block: int, offset: int, what: int) -> None:
+        kind, done = _TOUCHED[what]
+        report = self.python.report_clock if kind == "clock" else self.python.report_unknown
+        report(self.block_by_index(block), offset, done)
+
+    def _fault(self, exception: int, status: int, hard: int, address: int) -> None:
+        self.on_fault(Fault(exception, status, hard, address if status & 1 << 15 else None))
+
+    def _locked_up(self, pc: int) -> None:
+        text = f"lock-up: {_locked_up(pc)}"
+        self.trace.add(FaultEvent(self.clock.now_ps, "core", text))
+
+    def _reset(self, reason: int) -> None:
+        why = _REASONS[reason]
+        self.resets.append((self.clock.now_ps, why))
+        self.trace.add(FaultEvent(self.clock.now_ps, CHIP, f"reset by {why}"))
+        self.before_reset = self.core_state(), bytes(self.ram)
+        self._on_reset(why)
+        for native in self.blocks.values():
+            native.reset()
+        for block in reversed(self._python_blocks):  # RCC last: no block sees new clocks with old settings
+            block.reset()
+
+    def _accessed(self, address: int, size: int, written: int) -> None:
+        self.on_access(address, size, bool(written))
+
+
+def _mask(words: ctypes.Array[ctypes.c_uint64]) -> int:
+    return int(words[0]) | int(words[1]) << 64
+
+
+def _locked_up(pc: int) -> str:
+    return f"fault at 0x{pc:08X} while a HardFault or NMI is being handled"

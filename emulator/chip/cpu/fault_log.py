@@ -1,0 +1,102 @@
+"""The faults of a run: a picture of the core at the latest one, and how often it came.
+
+The picture is taken when the instruction has just been refused: registers and stack are still its own. A
+fault while another one is being handled, or entered, is a consequence of that one.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+
+from emulator.chip.cpu.core import Core
+from emulator.chip.cpu.exceptions import NMI, USAGE_FAULT
+from emulator.chip.cpu.faults import STKERR, Fault
+from emulator.chip.cpu.memory_map import RAM
+from emulator.time.clock import PS_PER_MS, PS_PER_US
+
+CORE = struct.Struct("<17I")
+_CFSR, _HFSR = 0xE000_ED28, 0xE000_ED2C
+_SOON_PS = PS_PER_MS
+_SP, _LR, _XPSR = 13, 14, 16
+
+
+def word_of(ram: bytes, address: int) -> int | None:
+    """A word of a copy of the RAM; None elsewhere."""
+    offset = address - RAM
+    if 0 <= offset <= len(ram) - 4:
+        return int.from_bytes(ram[offset : offset + 4], "little")
+    return None
+
+
+@dataclass(frozen=True)
+class FaultRecord:
+    """One fault. ``registers`` are R0 to R12, SP, LR, PC, xPSR; ``ram`` is all of it."""
+
+    t_ps: int
+    fault: Fault
+    pc: int
+    registers: tuple[int, ...]
+    cfsr: int
+    hfsr: int
+    ram: bytes
+
+    @property
+    def sp(self) -> int:
+        """The stack pointer."""
+        return self.registers[_SP]
+
+    @property
+    def lr(self) -> int:
+        """The link register: where the function was called from, unless it has called others since."""
+        return self.registers[_LR]
+
+    @property
+    def handled(self) -> int:
+        """The exception whose handler was running; 0 for none."""
+        return self.registers[_XPSR] & 0x1FF
+
+    def follows(self, other: FaultRecord) -> bool:
+        """Whether it is a consequence of the fault before it."""
+        if self.fault.status & STKERR:
+            return self.t_ps - other.t_ps <= PS_PER_US
+        return NMI <= self.handled <= USAGE_FAULT
+
+    def word(self, address: int) -> int | None:
+        """A word of RAM at that time; None elsewhere."""
+        return word_of(self.ram, address)
+
+
+class FaultLog:
+    """Listens to the core's faults from now on.
+
+    ``origin`` is the latest one that is no consequence. A handler that returns has the same instruction fault
+    again: ``times`` in quick succession, last at ``last_ps``.
+    """
+
+    def __init__(self, core: Core) -> None:
+        self._core = core
+        self.times = 0
+        self.last_ps = 0
+        self.latest: FaultRecord | None = None
+        self.origin: FaultRecord | None = None
+        core.on_fault = self._record
+
+    def _record(self, fault: Fault) -> None:
+        core = self._core
+        now_ps = core.now_ps
+        if self.origin is not None and self.origin.pc == core.pc and now_ps - self.last_ps <= _SOON_PS:
+            self.times, self.last_ps = self.times + 1, now_ps
+            return
+        before = self.latest
+        self.latest = record = FaultRecord(
+            t_ps=now_ps,
+            fault=fault,
+            pc=core.pc,
+            registers=CORE.unpack(core.core_state()),
+            cfsr=core.peek(_CFSR) or 0,
+            hfsr=core.peek(_HFSR) or 0,
+            ram=bytes(core.ram),
+        )
+        if before is None or not record.follows(before):
+            self.origin, self.times, self.last_ps = record, 1, now_ps

@@ -1,0 +1,80 @@
+"""Every block of the STM32F401 by address (RM0368 table 1, section 2.3; ARMv7-M ARM table B3-3 for the
+core's).
+
+The table is complete even where the model is not: firmware that touches something which is not built is
+told its name.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+from emulator.chip.image import memory_map
+
+FLASH, FLASH_SIZE = memory_map.FLASH.start, memory_map.FLASH.end - memory_map.FLASH.start
+RAM, RAM_SIZE = memory_map.RAM.start, memory_map.RAM.end - memory_map.RAM.start
+SYSTEM_MEMORY, SYSTEM_MEMORY_SIZE = 0x1FFF_0000, 0x1_0000
+
+PERIPHERALS: Final = 0x4000_0000
+PERIPHERALS_SIZE: Final = 0x8_0000
+OTG: Final = 0x5000_0000
+OTG_SIZE: Final = 0x4_0000
+PRIVATE: Final = 0xE000_0000
+PRIVATE_SIZE: Final = 0x10_0000
+RAM_BITS: Final = 0x2200_0000
+PERIPHERAL_BITS: Final = 0x4200_0000
+
+PAGE_SHIFT: Final = 10
+"""No two blocks share a kilobyte."""
+
+BLOCKS: Final = {
+    "TIM2": (0x4000_0000, 0x400),
+    "TIM3": (0x4000_0400, 0x400),
+    "TIM4": (0x4000_0800, 0x400),
+    "TIM5": (0x4000_0C00, 0x400),
+    "RTC": (0x4000_2800, 0x400),
+    "WWDG": (0x4000_2C00, 0x400),
+    "IWDG": (0x4000_3000, 0x400),
+    "I2S2ext": (0x4000_3400, 0x400),
+    "SPI2": (0x4000_3800, 0x400),
+    "SPI3": (0x4000_3C00, 0x400),
+    "I2S3ext": (0x4000_4000, 0x400),
+    "USART2": (0x4000_4400, 0x400),
+    "I2C1": (0x4000_5400, 0x400),
+    "I2C2": (0x4000_5800, 0x400),
+    "I2C3": (0x4000_5C00, 0x400),
+    "PWR": (0x4000_7000, 0x400),
+    "TIM1": (0x4001_0000, 0x400),
+    "USART1": (0x4001_1000, 0x400),
+    "USART6": (0x4001_1400, 0x400),
+    "ADC1": (0x4001_2000, 0x400),
+    "SDIO": (0x4001_2C00, 0x400),
+    "SPI1": (0x4001_3000, 0x400),
+    "SPI4": (0x4001_3400, 0x400),
+    "SYSCFG": (0x4001_3800, 0x400),
+    "EXTI": (0x4001_3C00, 0x400),
+    "TIM9": (0x4001_4000, 0x400),
+    "TIM10": (0x4001_4400, 0x400),
+    "TIM11": (0x4001_4800, 0x400),
+    "GPIOA": (0x4002_0000, 0x400),
+    "GPIOB": (0x4002_0400, 0x400),
+    "GPIOC": (0x4002_0800, 0x400),
+    "GPIOD": (0x4002_0C00, 0x400),
+    "GPIOE": (0x4002_1000, 0x400),
+    "GPIOH": (0x4002_1C00, 0x400),
+    "CRC": (0x4002_3000, 0x400),
+    "RCC": (0x4002_3800, 0x400),
+    "FLASH": (0x4002_3C00, 0x400),
+    "DMA1": (0x4002_6000, 0x400),
+    "DMA2": (0x4002_6400, 0x400),
+    "OTG_FS": (OTG, OTG_SIZE),
+    "ITM": (0xE000_0000, 0x1000),
+    "DWT": (0xE000_1000, 0x1000),
+    "FPB": (0xE000_2000, 0x1000),
+    "SCS": (0xE000_E000, 0x1000),
+    "TPIU": (0xE004_0000, 0x1000),
+    "ETM": (0xE004_1000, 0x1000),
+    "DBGMCU": (0xE004_2000, 0x400),
+    "ROM table": (0xE00F_F000, 0x1000),
+}
+"""First address and size by the manual's name."""

@@ -1,0 +1,119 @@
+"""The blocks of the chip that are written in Python, and addresses without a block, as C reaches them.
+
+C has the blocks that firmware touches all the time; the rare ones (RCC, PWR, FLASH, ADC, RTC, CRC, watchdogs,
+DBGMCU) are here, behind one callback for reads and one for writes. The same goes for what nobody has built:
+firmware that touches it is told its name once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from emulator.chip.cpu import memory_map
+from emulator.chip.cpu.absent import Absent
+from emulator.chip.cpu.memory_map import PAGE_SHIFT
+from emulator.chip.peripherals.peripheral import ALREADY_PS, WORD, Peripheral
+from emulator.chip.peripherals.rcc_gates import ENABLE
+from emulator.time.clock import NEVER_PS
+from emulator.trace import DeviceNote
+
+if TYPE_CHECKING:
+    from emulator.chip.soc import Soc
+
+_MASK = {1: 0xFF, 2: 0xFFFF, 4: WORD}
+_ENABLE_REGISTER = {0x30: "AHB1ENR", 0x34: "AHB2ENR", 0x40: "APB1ENR", 0x44: "APB2ENR"}
+GATES = {
+    name: f"{name.replace('_', '')}EN in RCC_{_ENABLE_REGISTER[register]}"
+    for register, names in ENABLE.items()
+    for name in names.values()
+}
+"""Where each block's clock is switched on, by its name."""
+
+_RANGES = (
+    (memory_map.PERIPHERALS, memory_map.PERIPHERALS_SIZE),
+    (memory_map.OTG, memory_map.OTG_SIZE),
+    (memory_map.PRIVATE, memory_map.PRIVATE_SIZE),
+)
+
+
+class PythonBlocks:
+    """``blocks``: all that are built here. What is noted about an access is noted once for each register."""
+
+    def __init__(self, soc: Soc, blocks: Iterable[Peripheral]) -> None:
+        self._soc = soc
+        self._reported: set[tuple[str, int]] = set()
+        self._pages: dict[int, Peripheral] = {}
+        by_address = {
+            first: Absent(soc, name, first, size) for name, (first, size) in memory_map.BLOCKS.items()
+        }
+        for block in [*by_address.values(), *blocks]:
+            for at in range(block.base, block.base + max(block.size, 1), 1 << PAGE_SHIFT):
+                self._pages[at >> PAGE_SHIFT] = block
+        self._reserved = [Absent(soc, "reserved", base, size) for base, size in _RANGES]
+
+    def find(self, address: int) -> Peripheral | None:
+        """The block there; None where no block can be."""
+        block = self._pages.get(address >> PAGE_SHIFT)
+        if block is not None:
+            return block
+        return next((one for one in self._reserved if one.base <= address < one.base + one.size), None)
+
+    def read(self, address: int, size: int) -> tuple[int, int]:
+        """The value, side effects included, and until when it stays so (see :meth:`Peripheral.look`)."""
+        block = self.find(address)
+        assert block is not None, f"0x{address:08X} is not on the bus"
+        register = address - block.base & 0xFFFF_FFFC
+        if not block.clocked:
+            self.report_clock(block, register, "read")
+            return 0, NEVER_PS
+        if not _has(block, register):
+            self.report_unknown(block, register, "read")
+            return 0, ALREADY_PS
+        value, until_ps = block.look(register)
+        return value >> 8 * (address & 3) & _MASK[size], until_ps
+
+    def write(self, address: int, size: int, value: int) -> None:
+        """Write ``size`` bytes there."""
+        block = self.find(address)
+        assert block is not None, f"0x{address:08X} is not on the bus"
+        register = address - block.base & 0xFFFF_FFFC
+        shift = 8 * (address & 3)
+        if not block.clocked:
+            self.report_clock(block, register, "written")
+        elif not _has(block, register):
+            self.report_unknown(block, register, "written")
+        else:
+            block.write(register, value << shift, _MASK[size] << shift)
+
+    def peek(self, address: int) -> int | None:
+        """The word there without side effects, whether its clock runs or not; None where no block can be."""
+        block = self.find(address)
+        if block is None:
+            return None
+        register = address - block.base & 0xFFFF_FFFC
+        return block.peek(register) if _has(block, register) else 0
+
+    # -- what firmware should know ----------------------------------------------------------------------
+
+    def report_clock(self, block: Peripheral, register: int, what: str) -> None:
+        """Firmware used a block without clock."""
+        name = block.NAMES.get(register, f"offset 0x{register:02X}")
+        text = f"{name} {what} while the block has no clock; set {GATES.get(block.name, 'its bit in RCC')}"
+        self._report(block, register, "forbidden", text)
+
+    def report_unknown(self, block: Peripheral, register: int, what: str) -> None:
+        """Firmware used an offset at which the block has nothing."""
+        text = f"offset 0x{register:02X} {what}; there is no such register"
+        self._report(block, register, "not modelled", text)
+
+    def _report(self, block: Peripheral, register: int, kind: str, text: str) -> None:
+        key = f"{block.name} {kind}", register
+        if key not in self._reported:
+            self._reported.add(key)
+            self._soc.trace.add(DeviceNote(self._soc.clock.now_ps, block.name, kind, text))
+
+
+def _has(block: Peripheral, register: int) -> bool:
+    known = block.REGISTERS or block.NAMES
+    return not known or register in block.REGISTERS or register in block.NAMES

@@ -1,0 +1,149 @@
+"""Who has called whom: found by looking through the stack (ARMv7-M ARM B1.5.6, B1.5.8).
+
+Firmware is compiled without frame pointers, and the tables that would tell the frames are in few of the files
+that students run. So every word of the stack is looked at: one that leads behind a BL or BLX may be a return
+address. A word that is left over from an earlier call looks the same; it is recognised where the BL leads to
+another function than the one found before it (or to one that jumps there, as compilers do with the last call
+of a function), and kept in doubt. An EXC_RETURN value on the stack is followed by the registers that the
+hardware saved when it interrupted something.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+from emulator.chip.cpu.thumb import Flow, decode
+from emulator.chip.diagnosis.places import Places
+from emulator.chip.image.memory_map import FLASH, RAM
+
+ReadWord = Callable[[int], int | None]
+ReadCode = Callable[[int, int], "memoryview[int] | None"]
+
+NOTE = "found by looking through the stack; entries may be left over from earlier calls"
+
+_EXC_RETURNS = (0xFFFF_FFE1, 0xFFFF_FFE9, 0xFFFF_FFED, 0xFFFF_FFF1, 0xFFFF_FFF9, 0xFFFF_FFFD)
+_BLX, _BLX_MASK = 0x4780, 0xFF87  # of any register (ARMv7-M ARM A7.7.19)
+_TO_THREAD = 1 << 3  # of EXC_RETURN (ARMv7-M ARM table B1-8)
+_BASIC_FRAME_BIT, _THUMB = 1 << 4, 1 << 24
+_BASIC_WORDS, _FLOATING_WORDS = 8, 26
+_FRAME_LR, _FRAME_PC, _FRAME_XPSR = 5, 6, 7
+_INTO_CALL = 3  # from a return address, bit 0 set, into the BL or BLX in front of it
+_LONGEST_SEARCH = 64  # words below a saved frame that a function without calls may use
+_MOST = 12
+
+
+class Call(NamedTuple):
+    """``address`` is the instruction in flight, of a call the BL. ``times``: so many calls like this, one in
+    the other.
+    """
+
+    address: int
+    interrupted: bool = False
+    times: int = 1
+
+
+class Backtrace:
+    """``word`` reads the stack, ``code`` the flash."""
+
+    def __init__(self, places: Places, word: ReadWord, code: ReadCode) -> None:
+        self._places = places
+        self._word = word
+        self._code = code
+        self._jumps: dict[int, frozenset[int]] = {}
+
+    def calls(self, pc: int, lr: int, sp: int) -> list[Call]:
+        """From the innermost outwards."""
+        found: list[Call] = [Call(pc)]
+        for call in self._outward(pc, lr, sp):
+            last = found[-1]
+            if call.address == last.address and not call.interrupted:
+                found[-1] = last._replace(times=last.times + 1)
+            elif len(found) < _MOST:
+                found.append(call)
+        return found
+
+    def lines(self, pc: int, lr: int, sp: int) -> list[str]:
+        """The same as text, the innermost left out."""
+        return [self._line(call) for call in self.calls(pc, lr, sp)[1:]]
+
+    def _line(self, call: Call) -> str:
+        how = "interrupted" if call.interrupted else "called from"
+        times = f", {call.times} times one in the other" if call.times > 1 else ""
+        return f"{how} {self._places.place(call.address)}{times}"
+
+    def _outward(self, pc: int, lr: int, sp: int) -> Iterator[Call]:
+        """Every caller, and behind each saved frame what was interrupted and its callers.
+
+        What was interrupted in Thread mode has interrupted nothing itself: saved frames farther out are old.
+        """
+        current, address = pc, max(sp & ~3, RAM.start)
+        frame, exc_return = 0, 0
+        if lr in _EXC_RETURNS:  # a handler that has not saved it: what it interrupted lies above
+            frame, exc_return = self._find_frame(address), lr
+        while True:
+            if frame:
+                current, lr = self._word(frame + 4 * _FRAME_PC) or 0, self._word(frame + 4 * _FRAME_LR) or 0
+                yield Call(current, interrupted=True)
+                address = frame + 4 * (_BASIC_WORDS if exc_return & _BASIC_FRAME_BIT else _FLOATING_WORDS)
+                frame = 0
+            if self._leads_to(lr, current):
+                current = lr - _INTO_CALL
+                yield Call(current)
+            for place in range(address, min(self._places.stack_top, RAM.end), 4):
+                word = self._word(place) or 0
+                if not exc_return & _TO_THREAD and word in _EXC_RETURNS and self._is_frame(place + 4):
+                    frame, exc_return = place + 4, word
+                    break
+                if self._leads_to(word, current):
+                    current = word - _INTO_CALL
+                    yield Call(current)
+            else:
+                return
+
+    def _find_frame(self, sp: int) -> int:
+        for address in range(sp, sp + 4 * _LONGEST_SEARCH, 4):
+            if self._is_frame(address):
+                return address
+        return sp
+
+    def _is_frame(self, address: int) -> bool:
+        pc, xpsr = self._word(address + 4 * _FRAME_PC), self._word(address + 4 * _FRAME_XPSR)
+        if pc is None or xpsr is None:
+            return False
+        return FLASH.holds(pc, pc + 2) and bool(xpsr & _THUMB)
+
+    def _leads_to(self, word: int, current: int) -> bool:
+        """Whether ``word`` is the return address of a call that may have led to ``current``."""
+        if not word & 1 or not FLASH.holds(word - 5, word - 1):
+            return False
+        code = self._code(word - 5, 4)
+        if code is None:
+            return False
+        first, second = code[0] | code[1] << 8, code[2] | code[3] << 8
+        callee = self._places.function(current)
+        call = decode(word - 5, first, second)
+        if call.flow is Flow.CALL:
+            return callee is None or call.target == callee.start or self._ends_in(call.target, callee.start)
+        caller = self._places.function(word - 5)
+        elsewhere = callee is None or caller is None or caller.start != callee.start
+        return second & _BLX_MASK == _BLX and elsewhere
+
+    def _ends_in(self, function: int, target: int) -> bool:
+        """Whether a function jumps to another one."""
+        found = self._places.function(function)
+        if found is None or found.start != function:
+            return False
+        if function not in self._jumps:
+            self._jumps[function] = frozenset(self._jumps_of(function, function + found.size))
+        return target in self._jumps[function]
+
+    def _jumps_of(self, address: int, end: int) -> Iterator[int]:
+        while address < end:
+            code = self._code(address, 4)
+            if code is None:
+                return
+            one = decode(address, code[0] | code[1] << 8, code[2] | code[3] << 8)
+            if one.flow in (Flow.JUMP, Flow.BRANCH):
+                yield one.target
+            address += one.size

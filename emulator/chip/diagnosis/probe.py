@@ -1,0 +1,141 @@
+"""Is this a loop without end? A copy of the core finds out, and the board stays as it is.
+
+The copy has the registers, the RAM and the flash of the chip; registers of blocks read as they are now, and
+nothing can be written to them. It executes one instruction after the other until the state of core and RAM
+recurs. Then the loop goes on for ever unless something that it has read becomes another value: those
+addresses are what it waits for. A loop that writes to a block, or reads a register with a side effect, does
+something: it is not called idle.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from emulator.chip.cpu.bare_core import BareCore
+from emulator.chip.cpu.core import Core
+from emulator.chip.cpu.memory_map import RAM, RAM_SIZE
+from emulator.chip.cpu.registers import EVERYTHING, Registers
+from emulator.chip.cpu.stop import Stop
+from emulator.chip.peripherals.peripheral import WORD, Peripheral
+
+_LONGEST = 20_000  # instructions until the state must have recurred: a tenth of a second to find out
+_LONGEST_HANDLER = 5_000
+_BELOW = 0x200  # bytes below SP that a called function and its frame may use
+_SP = 13
+_VTOR = 0xE000_ED08
+
+
+@dataclass(frozen=True)
+class Loop:
+    """A loop that only repeats itself.
+
+    ``code``: addresses of its instructions; ``variables``: addresses in RAM that it reads, without its
+    stack; ``registers``: (block, offset, value) of those that it reads.
+    """
+
+    code: frozenset[int]
+    variables: frozenset[int]
+    registers: frozenset[tuple[Peripheral, int, int]]
+
+
+class Probe:
+    """A copy of ``core`` as it is now."""
+
+    def __init__(self, core: Core) -> None:
+        self._core = core
+        self._acts = False
+        self._reads: set[int] = set()
+        self._registers: set[tuple[Peripheral, int, int]] = set()
+        self._copy = copy = BareCore()
+        copy.flash[:] = core.flash
+        copy.ram[:] = core.ram
+        Registers(copy, EVERYTHING).write(*Registers(core, EVERYTHING).read())
+        copy.pc, copy.thumb = core.pc, core.thumb
+        copy.read_python, copy.write_python = self._register_read, self._register_written
+        copy.on_access = self._memory
+        copy.watch_memory(RAM, RAM + RAM_SIZE - 1)
+
+    # -- what the copy does -----------------------------------------------------------------------------
+
+    def loop(self) -> Loop | None:
+        """The loop that the core is in; None if it is in none, or in one that does something."""
+        copy = self._copy
+        state, ram = copy.core_state(), bytes(copy.ram)
+        length, compared = 0, 1
+        code: set[int] = set()
+        for _ in range(_LONGEST):
+            code.add(copy.pc)
+            if not self._step():
+                return None
+            length += 1
+            now = copy.core_state()
+            if now == state and bytes(copy.ram) == ram:
+                return self._described(code)
+            if length == compared:  # Brent: a later state to compare with, twice as long
+                state, ram = now, bytes(copy.ram)
+                length, compared = 0, 2 * compared
+                code.clear()
+                self._reads.clear()
+                self._registers.clear()
+        return None
+
+    def handle(self, exception: int) -> frozenset[int] | None:
+        """Let the copy handle an exception: the addresses in RAM that have changed; None if it does more."""
+        copy = self._copy
+        before = bytes(copy.ram)
+        sp = copy.register(_SP)
+        if not copy.enter_exception(exception, self._core.peek(_VTOR) or 0):
+            return None
+        for _ in range(_LONGEST_HANDLER):
+            stop = copy.run(1)
+            if stop is Stop.EXCEPTION_RETURN:
+                changed = (at for at in range(RAM_SIZE) if copy.ram[at] != before[at])
+                return frozenset(RAM + at for at in changed if not self._on_stack(RAM + at, sp))
+            if stop is not Stop.SLICE or self._acts:
+                return None
+        return None
+
+    def _step(self) -> bool:
+        return self._copy.run(1) is Stop.SLICE and not self._acts
+
+    def _described(self, code: set[int]) -> Loop:
+        sp = self._copy.register(_SP)
+        variables = (at for at in self._reads if not self._on_stack(at, sp))
+        return Loop(frozenset(code), frozenset(variables), frozenset(self._registers))
+
+    def _on_stack(self, address: int, sp: int) -> bool:
+        """Whether an address belongs to the stack in use: from a little below SP up to its top."""
+        top = int.from_bytes(self._copy.flash[:4], "little")
+        return sp <= top and sp - _BELOW <= address < top
+
+    # -- what it sees -----------------------------------------------------------------------------------
+
+    def _memory(self, address: int, _size: int, is_write: bool) -> None:
+        if not is_write:
+            self._reads.add(address)
+
+    def _register_read(self, address: int, size: int) -> int:
+        """A load from a block."""
+        word = self._register(address & ~3)
+        return word >> 8 * (address & 3) & (WORD if size == 4 else (1 << 8 * size) - 1)
+
+    def _register(self, address: int) -> int:
+        found = self._core.find(address)
+        if found is None:
+            self._acts = True
+            return 0
+        block, offset = found
+        if not block.clocked:
+            value = 0
+        elif block.pure_read(offset):
+            value = block.peek(offset)
+        else:
+            self._acts = True
+            return 0
+        self._registers.add((block, offset, value))
+        return value
+
+    def _register_written(self, address: int, _size: int, _value: int) -> None:
+        """A store to a block; one without clock forgets it."""
+        found = self._core.find(address & ~3)
+        self._acts |= found is None or found[0].clocked

@@ -1,0 +1,119 @@
+"""The latest transfers on the sensors' buses: as text, and what they say about a program that is stuck."""
+
+from __future__ import annotations
+
+from emulator.buses.i2c import I2CBus
+from emulator.chip.chip import Surroundings
+from emulator.chip.diagnosis.addresses import absent, nobody
+from emulator.chip.diagnosis.report import Cause, at
+from emulator.trace import BusTransfer
+from sensors.lis2mdl import LIS2MDL
+from sensors.lps22hb import LPS22HB
+from sensors.lsm6dsl import LSM6DSL
+from sensors.spi import READ
+
+_SHOWN = 8
+_IF_WRONG = (
+    "Is another part at this address, or is its register number wrong?",
+    "Is SPI2 set up as the part needs it: mode 3, three wires, one chip select low at a time?",
+)
+_WHO_AM_I = {part.NAME: part.WHO_AM_I for part in (LSM6DSL, LIS2MDL, LPS22HB)}
+
+
+class Transfers:
+    """What happened on I2C2 and SPI2 lately."""
+
+    def __init__(self, around: Surroundings) -> None:
+        self._i2c, self._spi = around.i2c2, around.spi2
+        self._now_ps = around.clock.now_ps
+        both = [*self._i2c.recent_transfers(), *self._spi.recent_transfers()]
+        self.latest = sorted(both, key=lambda transfer: transfer.t_ps)[-_SHOWN:]
+
+    @property
+    def last_ps(self) -> int:
+        """When the buses were last in use; 0 for never."""
+        unheard_ps = self._spi.unheard[-1][0] if self._spi.unheard else 0
+        return max([unheard_ps, *(transfer.end_ps for transfer in self.latest)])
+
+    def lines(self) -> list[str]:
+        """One line each, the latest one last."""
+        lines = [f"{at(transfer.t_ps)}  {_text(transfer, self._i2c)}" for transfer in self.latest]
+        unheard = self._unheard()
+        if unheard:
+            lines.append(f"{at(self._spi.unheard[-1][0])}  SPI2 {unheard}, while no sensor was selected")
+        return lines
+
+    def cause(self) -> Cause | None:
+        """What went wrong with the latest one."""
+        if any(fault.kind == "stuck" for fault in self._i2c.faults(self._now_ps)):
+            return Cause("a line of I2C2 is held low", ["The bus stays busy: no transfer can start."])
+        if self._unheard():
+            return self._nobody_selected()
+        if not self.latest:
+            return None
+        last = self.latest[-1]
+        if last.result != "ok":
+            return self._failed(last)
+        if last.register == "WHO_AM_I" and last.read:
+            return _identity(last)
+        return None
+
+    def _failed(self, last: BusTransfer) -> Cause:
+        if not last.device:
+            return nobody(self._i2c, last.address, bool(self._spi.chip_selects))
+        ruled = [fault for fault in self._i2c.faults(last.t_ps) if fault.address in (None, last.address)]
+        why = "The scenario breaks this bus at that time." if ruled else "The device is there."
+        return Cause(last.result, [why])
+
+    def _unheard(self) -> str:
+        """Bytes of SPI2 that came after every transfer and reached nobody."""
+        since_ps = max((transfer.end_ps for transfer in self.latest), default=0)
+        bytes_ = [value for t_ps, value in self._spi.unheard if t_ps > since_ps]
+        sent = " ".join(f"{value:02X}" for value in bytes_ if value is not None)
+        read = sum(value is None for value in bytes_)
+        what = [f"sent {sent}"] if sent else []
+        return " and ".join(what + ([f"read {read} byte{'s' * (read > 1)}, 0xFF"] if read else []))
+
+    def _nobody_selected(self) -> Cause:
+        if not self._spi.chip_selects:
+            return Cause(
+                f"SPI2 {self._unheard()}, and no sensor is on SPI2 with this wiring",
+                [absent("SPI2", "I2C2", "lab3", "fcu001v1")],
+            )
+        selects = ", ".join(self._spi.chip_selects)
+        return Cause(
+            f"SPI2 {self._unheard()}, while no sensor was selected",
+            [f"Drive one of the chip selects ({selects}) low around the transfer."],
+        )
+
+
+def _identity(last: BusTransfer) -> Cause:
+    value, expected = last.read[0], _WHO_AM_I.get(last.device)
+    read = f"WHO_AM_I of {last.device} was read over {last.bus} and gave 0x{value:02X}"
+    if value == expected:
+        return Cause(
+            f"{read}, which is right",
+            [f"The program seems to expect another part: a {last.device} answers 0x{value:02X}."],
+        )
+    return Cause(
+        f"{read}; expected 0x{expected:02X}",
+        [_IF_WRONG[last.bus == "SPI2"]],
+    )
+
+
+def _text(transfer: BusTransfer, i2c: I2CBus) -> str:
+    if transfer.bus == i2c.name:
+        who = f"{transfer.bus} 0x{transfer.address:02X} {transfer.device}".rstrip()
+        data, first = transfer.written[1:], transfer.written[:1]
+    else:
+        who = f"{transfer.bus} {transfer.device}"
+        data, first = transfer.written[1:], bytes((transfer.address & ~READ,)) if transfer.written else b""
+    if transfer.result != "ok":
+        return f"{who}: {transfer.result.partition(': ')[2] or transfer.result}"
+    where = f"{transfer.register} (0x{first[0]:02X})" if first else ""
+    actions = []
+    if data or not transfer.read:
+        actions.append(f"write {where}: {data.hex(' ').upper()}" if data else f"write {where}".rstrip())
+    if transfer.read:
+        actions.append(f"read {where}: {transfer.read.hex(' ').upper()}")
+    return f"{who}: {', '.join(actions)}"

@@ -1,0 +1,69 @@
+"""Firmware built for the chip, on the virtual board: the back end that executes ARM code.
+
+::
+
+    board = Board(firmware="build/lab3.elf")
+    board.run_for(3)
+    board.variable("pitch")              # a C variable, by the ELF's symbols and debug information
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from emulator.chip.chip import Chip, Surroundings
+from emulator.chip.cpu.core import CoreSettings
+from emulator.chip.cpu.fault_log import FaultLog
+from emulator.chip.image import FirmwareImage
+from emulator.chip.limits import LimitedRun, Limits
+from emulator.chip.peripherals.tim import Timer
+
+if TYPE_CHECKING:
+    from emulator.chip.diagnosis import Diagnosis
+
+
+class ArmFirmware:
+    """A firmware image in flash, and the chip that executes it from power-on.
+
+    ``chip`` and ``image`` are there for debuggers and diagnoses. One of the back ends of
+    :mod:`emulator.board.firmwares`.
+    """
+
+    def __init__(
+        self, surroundings: Surroundings, image: FirmwareImage, settings: CoreSettings | None = None
+    ) -> None:
+        self.image = image
+        segments = [(segment.address, segment.data) for segment in image.segments]
+        self.chip = Chip(surroundings, segments, settings or CoreSettings())
+        self.surroundings = surroundings
+        self.faults = FaultLog(self.chip.core)
+        self.limits = Limits()
+        """What a run may take; may be set at any time."""
+        self._run = LimitedRun(self.chip.core, surroundings.clock, surroundings.uart)
+
+    @property
+    def tim9(self) -> Timer:
+        """The timer of the lab's callback."""
+        return self.chip.timers["TIM9"]
+
+    def run_until(self, at_ps: int) -> None:
+        """Run up to and including ``at_ps``. Raises LimitError when the firmware takes too much."""
+        self._run.run_until(at_ps, self.limits)
+
+    def diagnosis(self) -> Diagnosis | None:
+        """What keeps the firmware from working, as far as can be told now; None if it does work."""
+        from emulator.chip.diagnosis import diagnose
+
+        return diagnose(self)
+
+    def variable(self, name: str) -> Any:
+        """A global variable by its C name, as :meth:`Symbols.read_variable` gives it. Raises KeyError."""
+        if self.image.symbols is None:
+            raise KeyError(f"{self.image.path} has no symbols, so no variable {name!r}")
+        return self.image.symbols.read_variable(name, self._memory)
+
+    def _memory(self, address: int, size: int) -> bytes:
+        content = self.chip.core.memory(address, size)
+        if content is None:
+            raise KeyError(f"{size} bytes at 0x{address:08X} are neither in flash nor in RAM")
+        return bytes(content)

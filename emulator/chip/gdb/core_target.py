@@ -1,0 +1,194 @@
+"""The chip as a debugger's target.
+
+Decision: going on from a breakpoint makes a single step first, in a run of its own. So a breakpoint stops
+each time its instruction is reached, and a waiting loop with one inside is never skipped: nothing that was
+seen in one run counts in the next.
+
+Decision: with a debugger, BKPT halts (ARMv7-M ARM C1.4.1), and going on from it goes on behind it. On the
+chip it would be met again for ever.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from emulator.chip.cpu.core import Core
+from emulator.chip.cpu.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE
+from emulator.chip.cpu.registers import EVERYTHING, Registers
+from emulator.chip.gdb.points import Points
+from emulator.chip.gdb.target import Point, Stop
+from emulator.time.clock import Clock
+
+_THUMB = 1 << 24
+_EXCEPTION = 0x1FF  # of xPSR; what is being handled cannot be changed
+_ALIGNMENTS = (4, 2, 1)
+
+
+class CoreTarget:
+    """Implements :class:`emulator.chip.gdb.target.Target`; ``run(at_ps)`` runs the core."""
+
+    def __init__(self, core: Core, clock: Clock, run: Callable[[int], None]) -> None:
+        self._core = core
+        self._clock = clock
+        self._run = run
+        self._points = Points(core, self._accessed)
+        self._everything = Registers(core, EVERYTHING)
+        self._one = False  # the debugger wants one instruction
+        self._hit: Stop | None = None
+        self._on_bkpt = False
+        self._told_lock_up = False
+        self._new_code = False
+
+    # -- a debugger comes and goes ----------------------------------------------------------------------
+
+    def attach(self) -> None:
+        """Halt for a debugger that has come."""
+        self._core.debug(True)
+        self.halt()
+
+    def release(self) -> None:
+        """The debugger is gone: take its points away and go on."""
+        self._core.debug(False)
+        self._points.clear()
+        self.resume()
+
+    def halt(self) -> None:
+        """Stand still in front of the next instruction."""
+        self._core.halt()
+        self._one = False
+
+    def reset(self) -> None:
+        """Reset the chip as through NRST, in front of its first instruction."""
+        self._core.reset_now("PIN")
+        self._on_bkpt = self._told_lock_up = False
+
+    # -- registers --------------------------------------------------------------------------------------
+
+    def read_registers(self) -> dict[str, int]:
+        """All of them."""
+        values = dict(zip(self._everything.names, self._everything.read(), strict=True))
+        xpsr = values["xpsr"] & ~_THUMB | (_THUMB if self._core.thumb else 0)
+        return values | {"xpsr": xpsr, "pc": self._core.pc}
+
+    def write_register(self, name: str, value: int) -> None:
+        """Change one. A new PC wakes a sleeping core, as entering the debug state does (B1.5.19)."""
+        if name == "pc":
+            self._core.pc = value & ~1
+            self._on_bkpt = False
+            self._core.wake()
+            return
+        register = Registers(self._core, (name,))
+        if name == "xpsr":
+            self._core.thumb = bool(value & _THUMB)
+            value = value & ~_EXCEPTION | register.read()[0] & _EXCEPTION
+        register.write(value)
+
+    # -- memory -----------------------------------------------------------------------------------------
+
+    def read_memory(self, address: int, size: int) -> bytes:
+        """What is there, without side effects, up to where nothing answers any more."""
+        memory = self._core.memory(address, size)
+        if memory is not None:
+            return bytes(memory)
+        self._core.settle()
+        data = bytearray()
+        while len(data) < size:
+            at = address + len(data)
+            word = self._core.peek(at & ~3)
+            if word is None:
+                break
+            data += word.to_bytes(4, "little")[at & 3 :]
+        return bytes(data[:size])
+
+    def write_memory(self, address: int, data: bytes) -> bool:
+        """Memory, the flash too, or registers with all that writing them does."""
+        memory = self._core.memory(address, len(data))
+        if memory is not None:
+            if not _changeable(address):
+                return False
+            memory[:] = data
+            self._core.forget_code()
+            self._new_code |= not RAM <= address < RAM + RAM_SIZE
+            return True
+        return self._write_registers(address, data)
+
+    def _write_registers(self, address: int, data: bytes) -> bool:
+        core = self._core
+        if any(core.peek(place & ~3) is None for place in range(address, address + len(data))):
+            return False
+        at = 0
+        while at < len(data):
+            size = next(size for size in _ALIGNMENTS if not (address + at) % size and at + size <= len(data))
+            core.poke(address + at, data[at : at + size])
+            at += size
+        return True
+
+    # -- running ----------------------------------------------------------------------------------------
+
+    def add(self, point: Point) -> None:
+        """Stop there from now on."""
+        self._points.add(point)
+
+    def remove(self, point: Point) -> None:
+        """Stop there no more."""
+        self._points.remove(point)
+
+    def resume(self) -> None:
+        """The next ``run_until`` goes on, past a breakpoint on the very next instruction."""
+        self._go(one=False)
+
+    def step(self) -> None:
+        """The next ``run_until`` executes one instruction and stops."""
+        self._go(one=True)
+
+    def run_until(self, at_ps: int) -> Stop | None:
+        """Run up to ``at_ps`` of virtual time: why it stopped before, or None."""
+        while True:
+            self._run(at_ps)
+            if self._core.locked_up and not self._told_lock_up:
+                self._told_lock_up = True
+                self.halt()
+                return Stop(failure=f"lock-up: {self._core.locked_up}")
+            if not self._core.halted:
+                return None
+            stop = self._reason()
+            if stop is not None:
+                self._one = False
+                return stop
+            self._continue()
+
+    def _go(self, one: bool) -> None:
+        if self._new_code:
+            self._core.code_changed()
+            self._new_code = False
+        if self._on_bkpt:
+            self._on_bkpt = False
+            self._core.pc += 2
+        self._one = one
+        self._points.set()
+        self._continue()
+
+    def _continue(self) -> None:
+        pc = self._core.pc
+        on_point = self._points.breakpoint_at(pc) is not None
+        self._core.resume(self._one or on_point)
+
+    def _reason(self) -> Stop | None:
+        """Why the core has halted; None if only to be stepped past something."""
+        hit, self._hit = self._hit, None
+        self._on_bkpt |= self._core.met_breakpoint_instruction()
+        if hit is not None:
+            return hit
+        point = self._points.breakpoint_at(self._core.pc)
+        if point is not None:
+            return Stop(point, point.address)
+        return Stop() if self._on_bkpt or self._one else None
+
+    def _accessed(self, point: Point, address: int) -> None:
+        self._hit = self._hit or Stop(point, address)
+        self._core.halt()
+
+
+def _changeable(address: int) -> bool:
+    in_ram = RAM <= address < RAM + RAM_SIZE
+    return in_ram or address < FLASH_SIZE or FLASH <= address < FLASH + FLASH_SIZE

@@ -1,0 +1,117 @@
+"""What the board tells the debugger of itself: registers and memory ("Target Descriptions", "Memory Map
+Format").
+
+The registers are those of an ARMv7-M core with single-precision floating point (GDB manual, "ARM Features":
+m-profile, vfp, m-system). Their order here is their number in packets.
+
+Decision: floating point as d0 to d15. GDB makes s0 to s31 of them, and knows no description with s0 to s31
+alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Final, NamedTuple
+
+from emulator.chip.cpu import memory_map
+from emulator.chip.cpu.memory_map import (
+    FLASH,
+    FLASH_SIZE,
+    RAM,
+    RAM_SIZE,
+    SYSTEM_MEMORY,
+    SYSTEM_MEMORY_SIZE,
+)
+
+_MEMORY_MAP_DTD = (
+    '"+//IDN gnu.org//DTD GDB Memory Map V1.0//EN" "http://sourceware.org/gdb/gdb-memory-map.dtd"'
+)
+_SECTOR = 0x4000  # the smallest of the STM32F401's sectors (RM0368 table 5)
+
+
+class Register(NamedTuple):
+    """A register as packets carry it; ``parts`` are the core's own words, the low one first."""
+
+    name: str
+    parts: tuple[str, ...]
+
+    @property
+    def size(self) -> int:
+        """In bytes."""
+        return 4 * len(self.parts)
+
+
+def _words(*names: str) -> tuple[Register, ...]:
+    return tuple(Register(name, (name,)) for name in names)
+
+
+_TYPES = {"sp": "data_ptr", "pc": "code_ptr", "msp": "data_ptr", "psp": "data_ptr"}
+
+FEATURES: Final[dict[str, Sequence[Register]]] = {
+    "org.gnu.gdb.arm.m-profile": _words(*(f"r{number}" for number in range(13)), "sp", "lr", "pc", "xpsr"),
+    "org.gnu.gdb.arm.vfp": (
+        *(Register(f"d{number}", (f"s{2 * number}", f"s{2 * number + 1}")) for number in range(16)),
+        *_words("fpscr"),
+    ),
+    "org.gnu.gdb.arm.m-system": _words("msp", "psp", "primask", "basepri", "faultmask", "control"),
+}
+
+REGISTERS: Final = tuple(register for registers in FEATURES.values() for register in registers)
+
+ADDRESSES: Final = (
+    ("rom", 0, FLASH_SIZE),  # the flash again, where the core boots from (RM0368 section 2.4)
+    ("flash", FLASH, FLASH_SIZE),
+    ("rom", SYSTEM_MEMORY, SYSTEM_MEMORY_SIZE),
+    ("ram", RAM, RAM_SIZE),
+    ("ram", memory_map.RAM_BITS, 32 * RAM_SIZE),
+    ("ram", memory_map.PERIPHERALS, memory_map.PERIPHERALS_SIZE),
+    ("ram", memory_map.PERIPHERAL_BITS, 32 * memory_map.PERIPHERALS_SIZE),
+    ("ram", memory_map.OTG, memory_map.OTG_SIZE),
+    ("ram", memory_map.PRIVATE, memory_map.PRIVATE_SIZE),
+)
+"""Kind, first address and size; to a debugger, registers are RAM."""
+
+
+def target_xml() -> bytes:
+    """The description of the registers."""
+    lines = [
+        '<?xml version="1.0"?>',
+        '<!DOCTYPE target SYSTEM "gdb-target.dtd">',
+        '<target version="1.0">',
+        "<architecture>arm</architecture>",
+    ]
+    for name, registers in FEATURES.items():
+        lines.append(f'<feature name="{name}">')
+        lines += [
+            f'<reg name="{register.name}" bitsize="{8 * register.size}" type="{_type(register)}"/>'
+            for register in registers
+        ]
+        lines.append("</feature>")
+    return "\n".join((*lines, "</target>", "")).encode("ascii")
+
+
+def memory_map_xml() -> bytes:
+    """Which addresses there are, and that the flash is one: GDB then uses hardware breakpoints there."""
+    lines = [
+        '<?xml version="1.0"?>',
+        f"<!DOCTYPE memory-map PUBLIC {_MEMORY_MAP_DTD}>",
+        "<memory-map>",
+    ]
+    for kind, start, size in ADDRESSES:
+        begin = f'<memory type="{kind}" start="0x{start:08x}" length="0x{size:x}"'
+        if kind == "flash":
+            lines.append(f'{begin}><property name="blocksize">0x{_SECTOR:x}</property></memory>')
+        else:
+            lines.append(f"{begin}/>")
+    return "\n".join((*lines, "</memory-map>", "")).encode("ascii")
+
+
+DOCUMENTS: Final[dict[bytes, Callable[[], bytes]]] = {
+    b"features:read:target.xml": target_xml,
+    b"memory-map:read:": memory_map_xml,
+}
+"""By what ``qXfer`` packets call them."""
+
+
+def _type(register: Register) -> str:
+    return "ieee_double" if register.size == 8 else _TYPES.get(register.name, "uint32")

@@ -1,0 +1,169 @@
+"""The debugger's socket: TCP on 127.0.0.1, one debugger at a time, served between slices of virtual time.
+
+While the target is halted the board stands still: no instruction is executed, no event happens, virtual time
+does not pass. ``run_until`` then only waits for the debugger, a short piece of wall time at a time, so that
+whoever drives the board can serve its other links and stop.
+
+Decision: a debugger that goes away without a word is taken as detached: its breakpoints go with it and the
+firmware runs on. A board that stood still for no visible reason would be worse.
+"""
+
+from __future__ import annotations
+
+import select
+import socket
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+
+from emulator.chip.gdb.packets import ACK, NACK, Arrival, Framer, Received, frame
+from emulator.chip.gdb.replies import MALFORMED
+from emulator.chip.gdb.session import EXITED, Ending, Session
+from emulator.chip.gdb.target import Stop, Target
+from emulator.errors import FirmwareError, LinkError
+
+HOST = "127.0.0.1"
+_PATIENCE_S = 0.05  # of wall time for which a halted target waits before others get a turn
+_CHUNK = 0x10000
+_SEND_TIMEOUT_S = 5.0  # of wall time for a debugger that does not read
+
+
+class GdbServer:
+    """Serves ``target`` on ``port`` (0: any that is free). Raises LinkError when the port cannot be had.
+
+    ``halted``: the target waits for a debugger before its first instruction. ``killed`` is set when the
+    debugger has ended the run.
+    """
+
+    def __init__(
+        self, target: Target, monitor: Callable[[str], str], port: int, halted: bool = False
+    ) -> None:
+        self._target = target
+        self._monitor = monitor
+        self._listener = _listen(port)
+        self.port: int = self._listener.getsockname()[1]
+        self._client: socket.socket | None = None
+        self._session: Session | None = None
+        self._framer = Framer()
+        self._sent = b""
+        self._waits = halted
+        self.killed = False
+
+    @property
+    def halted(self) -> bool:
+        """Whether the board stands still."""
+        return self._waits if self._session is None else self._session.halted
+
+    def run_until(self, at_ps: int) -> None:
+        """Serve the debugger, and run the target unless it is halted. Raises FirmwareError without one."""
+        self._serve(_PATIENCE_S if self.halted else 0.0)
+        if self.halted or self.killed:
+            return
+        try:
+            stop = self._target.run_until(at_ps)
+        except FirmwareError as error:
+            if self._session is None:
+                raise
+            self._session.stopped(Stop(failure=str(error)))
+            return
+        if stop is not None and self._session is not None:
+            self._session.stopped(stop)
+
+    def close(self) -> None:
+        """The run is over: tell a debugger that waits for it, and let go of the port."""
+        if self._session is not None and not self._session.halted:
+            self._send_packet(EXITED)
+        self._leave()
+        self._listener.close()
+
+    # -- the connection ---------------------------------------------------------------------------------
+
+    def _serve(self, patience_s: float) -> None:
+        """What has arrived, after waiting for it for so long at most."""
+        sockets = [self._listener] if self._client is None else [self._listener, self._client]
+        for ready in select.select(sockets, [], [], patience_s)[0]:
+            if ready is self._listener:
+                self._accept()
+            else:
+                self._receive()
+
+    def _accept(self) -> None:
+        with suppress(OSError):  # the other side has already given up
+            client, _ = self._listener.accept()
+            if self._client is not None:
+                client.close()
+                return
+            client.settimeout(_SEND_TIMEOUT_S)
+            client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            self._client, self._framer, self._sent = client, Framer(), b""
+            self._session = Session(self._target, self._monitor, self._send_packet)
+            self._waits = False
+
+    def _receive(self) -> None:
+        assert self._client is not None
+        try:
+            data = self._client.recv(_CHUNK)
+        except OSError:
+            data = b""
+        if not data:
+            self._leave()
+            return
+        self._take(self._framer.feed(data))
+
+    def _take(self, arrivals: Iterable[Received]) -> None:
+        for arrived in arrivals:
+            session = self._session
+            if session is None:
+                return
+            self._answer(session, arrived)
+            if session.ended is not None:
+                self.killed = session.ended is Ending.KILLED
+                self._leave()
+
+    def _answer(self, session: Session, arrived: Received) -> None:
+        acknowledged = session.acknowledged
+        if arrived is Arrival.INTERRUPT:
+            session.interrupt()
+        elif arrived is Arrival.RESEND:
+            self._send(self._sent if acknowledged else b"")
+        elif arrived is Arrival.CORRUPT:
+            self._send(NACK if acknowledged else b"")
+        else:
+            self._send(ACK if acknowledged else b"")
+            if isinstance(arrived, bytes):
+                session.handle(arrived)
+            else:
+                self._send_packet(MALFORMED)
+
+    def _leave(self) -> None:
+        session, client = self._session, self._client
+        self._session = self._client = None
+        if session is not None:
+            session.close()
+        if client is not None:
+            client.close()
+
+    def _send_packet(self, payload: bytes) -> None:
+        self._sent = frame(payload)
+        self._send(self._sent)
+
+    def _send(self, data: bytes) -> None:
+        if self._client is not None and data:
+            try:
+                self._client.sendall(data)
+            except OSError:
+                self._leave()
+
+
+def _listen(port: int) -> socket.socket:
+    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listener.bind((HOST, port))
+        listener.listen()
+    except (OSError, OverflowError) as error:
+        listener.close()
+        reason = getattr(error, "strerror", None) or error
+        raise LinkError(
+            f"--gdb {port}: {reason}; give another port of {HOST}, or 0 for a free one"
+        ) from error
+    return listener

@@ -1,0 +1,217 @@
+"""One debugger's session: every packet gets its answer ("Packets", "General Query Packets", "Stop Reply
+Packets").
+
+What cannot be understood is answered with E01, what cannot be done with E02, what is not supported with the
+empty packet; nothing a debugger sends raises an exception here. There is one thread, number 1: the core. All
+of the chip stops with it, time included ("all-stop mode").
+
+Decision: the Z packets of software and hardware breakpoints do the same and change no memory, so firmware
+reads its own code unchanged, and there are as many breakpoints as one likes, where the chip has six.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import Enum
+from typing import Final
+
+from emulator.chip.gdb import arguments
+from emulator.chip.gdb.arguments import MOST_BYTES, MalformedError
+from emulator.chip.gdb.description import DOCUMENTS
+from emulator.chip.gdb.packets import LONGEST
+from emulator.chip.gdb.replies import MALFORMED, OK, REFUSED
+from emulator.chip.gdb.state_packets import StatePackets
+from emulator.chip.gdb.target import Point, PointKind, Stop, Target
+
+EXITED: Final = b"W00"
+_UNSUPPORTED = b""
+_SIGINT, _SIGTRAP, _SIGSEGV = 2, 5, 11
+_MOST_POINTS = 1000
+_CONSOLE_CHUNK = 1000  # bytes of text in one packet
+_WATCH = {PointKind.WRITE: b"watch", PointKind.READ: b"rwatch", PointKind.ACCESS: b"awatch"}
+
+
+class Ending(Enum):
+    """How a debugger leaves."""
+
+    DETACHED = "detached"
+    KILLED = "killed"
+
+
+class Session:
+    """Answers packets about one target. ``monitor(command)`` carries out a ``monitor`` command.
+
+    ``send(payload)`` sends a packet. ``halted`` says whether the target waits for the debugger; ``ended`` is
+    set when the debugger has left, ``acknowledged`` until it asks for no acknowledgements.
+    """
+
+    def __init__(self, target: Target, monitor: Callable[[str], str], send: Callable[[bytes], None]) -> None:
+        self._target = target
+        self._monitor = monitor
+        self._send = send
+        self._points: set[Point] = set()
+        self._stop_reply = _signal(_SIGTRAP)
+        self._tells_breaks = False
+        self.halted = True
+        self.acknowledged = True
+        self.ended: Ending | None = None
+        target.attach()
+        self._state = StatePackets(target)
+        self._commands: dict[bytes, Callable[[bytes], bytes | None]] = {
+            **self._state.commands,
+            b"?": lambda _: self._stop_reply,
+            b"c": lambda text: self._go_on(b"c", text),
+            b"C": lambda text: self._go_on(b"c", text.partition(b";")[2]),
+            b"s": lambda text: self._go_on(b"s", text),
+            b"S": lambda text: self._go_on(b"s", text.partition(b";")[2]),
+            b"Z": self._insert,
+            b"z": self._remove,
+            b"H": lambda _: OK,
+            b"T": lambda text: OK if text in (b"1", b"01") else MALFORMED,
+            b"D": lambda _: self._leave(Ending.DETACHED),
+            b"k": lambda _: self._leave(Ending.KILLED),
+            b"q": self._query,
+            b"Q": self._set,
+            b"v": self._long,
+        }
+
+    # -- what the server calls --------------------------------------------------------------------------
+
+    def handle(self, packet: bytes) -> None:
+        """Answer one packet; while the target runs only a stop is an answer."""
+        if not self.halted:
+            return
+        command = self._commands.get(packet[:1])
+        try:
+            reply = command(packet[1:]) if command is not None else _UNSUPPORTED
+        except MalformedError:
+            reply = MALFORMED
+        if reply is not None:
+            self._send(reply)
+
+    def interrupt(self) -> None:
+        """Ctrl-C at the debugger."""
+        if not self.halted:
+            self._target.halt()
+            self._stopped(_signal(_SIGINT))
+
+    def stopped(self, stop: Stop) -> None:
+        """The target has stopped by itself."""
+        if stop.failure:
+            self._print(f"{stop.failure}\n")
+            self._stopped(_signal(_SIGSEGV))
+        elif stop.point is None:
+            self._stopped(_signal(_SIGTRAP))
+        elif stop.point.kind.is_break:
+            reason = b"swbreak:;" if stop.point.kind is PointKind.SOFTWARE_BREAK else b"hwbreak:;"
+            self._stopped(_signal(_SIGTRAP, reason if self._tells_breaks else b""))
+        else:
+            self._stopped(_signal(_SIGTRAP, b"%s:%x;" % (_WATCH[stop.point.kind], stop.address)))
+
+    def close(self) -> None:
+        """The debugger is gone: nothing of it stays behind, and the target goes on."""
+        self.halted = False
+        self._points.clear()
+        self._target.release()
+
+    def _stopped(self, reply: bytes) -> None:
+        self.halted = True
+        self._stop_reply = reply
+        self._send(reply)
+
+    def _leave(self, how: Ending) -> bytes | None:
+        self.ended = how
+        return OK if how is Ending.DETACHED else None
+
+    # -- running ----------------------------------------------------------------------------------------
+
+    def _go_on(self, how: bytes, address: bytes) -> None:
+        """No reply until the target stops."""
+        if address:
+            self._target.write_register("pc", arguments.number(address))
+        self.halted = False
+        if how == b"s":
+            self._target.step()
+        else:
+            self._target.resume()
+
+    def _insert(self, text: bytes) -> bytes:
+        point = arguments.point(text)
+        if point is None:
+            return _UNSUPPORTED
+        if point not in self._points:
+            if len(self._points) >= _MOST_POINTS:
+                return REFUSED
+            self._points.add(point)
+            self._target.add(point)
+        return OK
+
+    def _remove(self, text: bytes) -> bytes:
+        point = arguments.point(text)
+        if point is None:
+            return _UNSUPPORTED
+        if point in self._points:
+            self._points.remove(point)
+            self._target.remove(point)
+        return OK
+
+    # -- packets with names -----------------------------------------------------------------------------
+
+    def _query(self, text: bytes) -> bytes | None:
+        name, _, rest = text.partition(b":")
+        if name == b"Supported":
+            self._tells_breaks = b"hwbreak+" in rest.split(b";")
+            return (
+                b"PacketSize=%x;QStartNoAckMode+;qXfer:features:read+;qXfer:memory-map:read+;"
+                b"hwbreak+;swbreak+;vContSupported+" % LONGEST
+            )
+        if name == b"Xfer":
+            return self._transfer(rest)
+        if text.startswith(b"Rcmd,"):
+            return self._command(arguments.from_hex(text[5:]))
+        answers = {b"Attached": b"1", b"C": b"QC1", b"fThreadInfo": b"m1", b"sThreadInfo": b"l"}
+        return answers.get(name, _UNSUPPORTED)
+
+    @staticmethod
+    def _transfer(text: bytes) -> bytes:
+        """``object:read:annex:offset,length``: a piece of a document, "l" in front of the last one."""
+        name, _, place = text.rpartition(b":")
+        document = DOCUMENTS.get(name)
+        if document is None:
+            return _UNSUPPORTED
+        offset, length = arguments.pair(place)
+        content = document()
+        piece = content[offset : offset + min(length, MOST_BYTES)]
+        return (b"l" if offset + len(piece) >= len(content) else b"m") + piece
+
+    def _set(self, text: bytes) -> bytes:
+        if text != b"StartNoAckMode":
+            return _UNSUPPORTED
+        self.acknowledged = False
+        return OK
+
+    def _long(self, text: bytes) -> bytes | None:
+        name, _, rest = text.partition(b";")
+        if name == b"Cont?":
+            return b"vCont;c;C;s;S"
+        if name == b"Cont":
+            self._go_on(arguments.continues(rest), b"")
+            return None
+        if name == b"Kill":
+            self._leave(Ending.KILLED)
+            return OK
+        return self._state.flash(text)
+
+    def _command(self, text: bytes) -> bytes:
+        self._print(self._monitor(text.decode("latin-1")))
+        return OK
+
+    def _print(self, text: str) -> None:
+        """Text on the debugger's console."""
+        data = text.encode("utf-8", "replace")
+        for at in range(0, len(data), _CONSOLE_CHUNK):
+            self._send(b"O" + data[at : at + _CONSOLE_CHUNK].hex().encode("ascii"))
+
+
+def _signal(number: int, reason: bytes = b"") -> bytes:
+    return b"T%02x%sthread:1;" % (number, reason)

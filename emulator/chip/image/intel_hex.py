@@ -1,0 +1,98 @@
+"""Intel HEX ("Hexadecimal Object File Format Specification", Intel, revision A, 1988).
+
+A record is ``:LLAAAATT<data>CC``: length, address, type, data, and a checksum that makes all bytes add up to
+zero. Types: 00 data, 01 end, 02 segment base (times 16), 03 CS:IP, 04 linear base (times 65536), 05 EIP. The
+start addresses of 03 and 05 are checked for their form and not used: the vector table says where to start.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from emulator.chip.image.memory_map import CAPACITY
+from emulator.chip.image.segments import Segment, check_place, join
+from emulator.errors import FirmwareFileError
+
+_LONGEST = 16 * CAPACITY  # characters: every byte of both memories in a record of its own needs 15 each
+_DATA, _END, _SEGMENT_BASE, _SEGMENT_START, _LINEAR_BASE, _LINEAR_START = range(6)
+_LENGTHS = {_END: 0, _SEGMENT_BASE: 2, _SEGMENT_START: 4, _LINEAR_BASE: 2, _LINEAR_START: 4}
+
+
+class Record(NamedTuple):
+    """One line of the file."""
+
+    kind: int
+    address: int  # 16 bits, without the base
+    data: bytes
+
+
+def looks_like_hex(data: bytes) -> bool:
+    """Whether the file begins as Intel HEX does: a colon and a record's first digits."""
+    head = data[:64].lstrip()[:9]
+    return len(head) == 9 and head[:1] == b":" and all(byte in b"0123456789abcdefABCDEF" for byte in head[1:])
+
+
+def read_hex(file: str, data: bytes) -> tuple[Segment, ...]:
+    """Contents by rising address; any line ending. Raises FirmwareFileError, which names the line."""
+    if len(data) > _LONGEST:
+        raise FirmwareFileError(
+            file, f"is {len(data)} bytes long; Intel HEX for this board has {_LONGEST} at most"
+        )
+    pieces: list[Segment] = []
+    base, wraps, ended = 0, False, False
+    for number, line in enumerate(data.splitlines(), 1):
+        text = line.strip()
+        if not text:
+            continue
+        where = f"line {number}"
+        if ended:
+            raise FirmwareFileError(file, f"{where}: follows the end record; remove what is behind it")
+        record = _record(file, where, text)
+        if record.kind == _DATA:
+            pieces += _placed(file, record, base, wraps)
+        elif record.kind in {_SEGMENT_BASE, _LINEAR_BASE}:
+            wraps = record.kind == _SEGMENT_BASE
+            base = int.from_bytes(record.data, "big") << (4 if wraps else 16)
+        ended = record.kind == _END
+    if not ended:
+        raise FirmwareFileError(
+            file, "has no end record (:00000001FF); it is cut short: build or copy it again"
+        )
+    return join(file, pieces)
+
+
+def _record(file: str, where: str, text: bytes) -> Record:
+    try:
+        if text[:1] != b":":
+            raise ValueError
+        raw = bytes.fromhex(text[1:].decode("ascii"))
+    except ValueError:
+        problem = f"{where}: is no record; one is a colon and pairs of hexadecimal digits"
+        raise FirmwareFileError(file, problem) from None
+    if len(raw) < 5 or len(raw) != raw[0] + 5:
+        announced = raw[0] + 5 if raw else 5
+        raise FirmwareFileError(
+            file, f"{where}: has {len(raw)} bytes where its length announces {announced}; it is damaged"
+        )
+    wrong = sum(raw) & 0xFF
+    if wrong:
+        expected = (raw[-1] - wrong) & 0xFF
+        raise FirmwareFileError(
+            file, f"{where}: has checksum {raw[-1]:02X}, its bytes give {expected:02X}; the file is damaged"
+        )
+    record = Record(raw[3], int.from_bytes(raw[1:3], "big"), raw[4:-1])
+    if record.kind != _DATA and _LENGTHS.get(record.kind) != len(record.data):
+        problem = f"{where}: record type {record.kind:02X} with {len(record.data)} bytes does not exist"
+        raise FirmwareFileError(file, problem)
+    return record
+
+
+def _placed(file: str, record: Record, base: int, wraps: bool) -> list[Segment]:
+    """The record's data in memory; behind a segment base the 16-bit address wraps inside the 64 KB."""
+    first = record.data[: 0x10000 - record.address] if wraps else record.data
+    rest = record.data[len(first) :]
+    pieces = [Segment(base + record.address, first), Segment(base, rest)]
+    pieces = [piece for piece in pieces if piece.data]
+    for piece in pieces:
+        check_place(file, piece.address, piece.end)
+    return pieces

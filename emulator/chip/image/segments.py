@@ -1,0 +1,48 @@
+"""Pieces of memory contents with their addresses, put in order."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from emulator.chip.image.memory_map import CHIP, fits
+from emulator.errors import FirmwareFileError
+
+
+class Segment(NamedTuple):
+    """Bytes to be written at a physical address."""
+
+    address: int
+    data: bytes
+
+    @property
+    def end(self) -> int:
+        """The address after the last byte."""
+        return self.address + len(self.data)
+
+
+def join(file: str, pieces: Iterable[Segment]) -> tuple[Segment, ...]:
+    """The pieces by rising address, neighbours joined.
+
+    Raises FirmwareFileError if one lies outside flash and RAM, or if two overlap.
+    """
+    runs: list[tuple[int, list[bytes]]] = []
+    end = -1
+    for piece in sorted(piece for piece in pieces if piece.data):
+        check_place(file, piece.address, piece.end)
+        if piece.address < end:
+            raise FirmwareFileError(
+                file,
+                f"has two contents for address 0x{piece.address:08X}; build it again, from one linker script",
+            )
+        if piece.address != end:
+            runs.append((piece.address, []))
+        runs[-1][1].append(piece.data)
+        end = piece.end
+    return tuple(Segment(address, b"".join(parts)) for address, parts in runs)
+
+
+def check_place(file: str, start: int, end: int) -> None:
+    """Raise FirmwareFileError unless [start, end) lies inside flash or inside RAM."""
+    if not fits(start, end):
+        raise FirmwareFileError(file, f"has contents for 0x{start:08X}..0x{end - 1:08X}; {CHIP}")

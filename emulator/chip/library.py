@@ -1,0 +1,513 @@
+"""The chip in C (emulator/chip/native), called through ctypes: its handle, its callbacks, its blocks.
+
+``fcu.h`` documents each function. The interpreter lock is held while C runs: runs are short, and callbacks
+into Python come by the ten thousand a second.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import weakref
+from collections.abc import Callable
+from functools import cache, partial
+from typing import Any, Final
+
+from emulator.chip.cpu.memory_map import (
+    BLOCKS,
+    FLASH,
+    FLASH_SIZE,
+    RAM,
+    RAM_SIZE,
+    SYSTEM_MEMORY,
+    SYSTEM_MEMORY_SIZE,
+)
+from emulator.chip.cpu.registers import CORE, FLOATING_POINT, MASKS, RegisterCalls, Registers
+from emulator.chip.cpu.system_registers import DWT_NAMES, SCS_NAMES
+from emulator.chip.native import loader
+from emulator.chip.peripherals.peripheral import WORD, Peripheral
+from emulator.chip.soc import ClockTree
+from emulator.chip.targets import Targets, TargetTable
+from emulator.time.clock import Clock
+from emulator.trace import DeviceNote, Trace
+
+_i32, _u32, _i64, _pointer = ctypes.c_int32, ctypes.c_uint32, ctypes.c_int64, ctypes.c_void_p
+
+NOTE_KINDS: Final = ("forbidden", "not modelled", "refused")
+"""enum NoteKind of block.h."""
+REGISTER_NAMES: Final[dict[str, dict[int, str]]] = {"SCS": SCS_NAMES, "DWT": DWT_NAMES}
+"""The reference manual's name of each register by offset, by the block's name without its number."""
+BLOCK_CLASSES: Final[dict[str, type[ChipBlock]]] = {}
+"""What stands for a block where it is more than a :class:`ChipBlock`, likewise."""
+
+
+IRQ_CHANGED: Final = ctypes.CFUNCTYPE(None, _i64, _i32, _i32)
+PIN_CHANGED: Final = ctypes.CFUNCTYPE(None, _i64, _i32, _i32, _i32)
+
+
+_HOST_CALLS: Final[tuple[tuple[str, Any], ...]] = (
+    ("advance", ctypes.CFUNCTYPE(None, _i64)),
+    ("read", ctypes.CFUNCTYPE(_u32, _i64, _u32, _u32)),
+    ("write", ctypes.CFUNCTYPE(None, _i64, _u32, _u32, _u32)),
+    ("note", ctypes.CFUNCTYPE(None, _i64, _i32, _i32, ctypes.c_char_p)),
+    ("touched", ctypes.CFUNCTYPE(None, _i64, _i32, _u32, _i32)),
+    ("fault", ctypes.CFUNCTYPE(None, _i64, _i32, _u32, _u32, _u32)),
+    ("locked_up", ctypes.CFUNCTYPE(None, _i64, _u32)),
+    ("reset", ctypes.CFUNCTYPE(None, _i64, _i32)),
+    ("accessed", ctypes.CFUNCTYPE(None, _i64, _u32, _u32, _i32)),
+)
+
+
+class HostTable(ctypes.Structure):
+    """struct Host of chip.h."""
+
+    _fields_ = _HOST_CALLS
+
+
+class PinTable(ctypes.Structure):
+    """struct PinCalls of gpio.h."""
+
+    _fields_ = (("edge", PIN_CHANGED), ("changed", PIN_CHANGED))
+
+
+class ClocksTable(ctypes.Structure):
+    """struct Clocks of chip.h."""
+
+    _fields_ = tuple(
+        (name, _i64) for name in ("sysclk_hz", "hclk_hz", "pclk1_hz", "pclk2_hz", "timer1_hz", "timer2_hz")
+    )
+
+
+class Status(ctypes.Structure):
+    """struct Status of fcu.h."""
+
+    now_ps: int
+    retired: int
+    skipped: int
+    accesses: int
+    thread_ps: int
+    level: int
+    lowest: int
+    locked_up: int
+    locked_up_pc: int
+    asleep: int
+
+    _fields_ = (
+        *((name, _i64) for name in ("now_ps", "retired", "skipped", "accesses", "thread_ps")),
+        *((name, ctypes.c_uint64 * 2) for name in ("pending", "enabled", "active")),
+        ("level", _i64),
+        *((name, _u32) for name in ("lowest", "locked_up", "locked_up_pc", "asleep")),
+    )
+
+
+_numbers, _words = ctypes.POINTER(_i32), ctypes.POINTER(_u32)
+
+_FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {
+    "fcu_create": (_pointer, ctypes.POINTER(HostTable)),
+    "fcu_destroy": (None, _pointer),
+    "fcu_flash": (_pointer, _pointer),
+    "fcu_ram": (_pointer, _pointer),
+    "fcu_system_memory": (_pointer, _pointer),
+    "fcu_forget_code": (None, _pointer),
+    "fcu_read_registers": (None, _pointer, _numbers, _words, _i32),
+    "fcu_write_registers": (None, _pointer, _numbers, _words, _i32),
+    "fcu_thumb": (_i32, _pointer),
+    "fcu_set_thumb": (None, _pointer, _i32),
+    "fcu_configure": (None, _pointer, _i64, _i64, _i32),
+    "fcu_start": (None, _pointer),
+    "fcu_run_until": (_i32, _pointer, _i64),
+    "fcu_execute": (_i32, _pointer, _i64, _i32),
+    "fcu_cut": (None, _pointer),
+    "fcu_enter_exception": (_i32, _pointer, _i32, _u32),
+    "fcu_is_pure": (_i32, _pointer, _i32, _u32),
+    "fcu_executed": (_i64, _pointer),
+    "fcu_fault_address": (_u32, _pointer),
+    "fcu_request_reset": (None, _pointer, _i32),
+    "fcu_reset_now": (None, _pointer, _i32),
+    "fcu_halt": (None, _pointer),
+    "fcu_resume": (None, _pointer, _i32),
+    "fcu_is_halted": (_i32, _pointer),
+    "fcu_wake": (None, _pointer),
+    "fcu_debug": (None, _pointer, _i32),
+    "fcu_met_breakpoint_instruction": (_i32, _pointer),
+    "fcu_set_breakpoint": (None, _pointer, _u32, _i32),
+    "fcu_watch_memory": (None, _pointer, _i32, _u32, _u32),
+    "fcu_status": (None, _pointer, ctypes.POINTER(Status)),
+    "fcu_priority": (_i32, _pointer, _i32),
+    "fcu_priority_group": (_i32, _pointer, _i32),
+    "fcu_load": (_i32, _pointer, _u32, _u32, _words),
+    "fcu_store": (_i32, _pointer, _u32, _u32, _u32),
+    "fcu_block_at": (_i32, _pointer, _u32),
+    "fcu_snapshot_size": (_i64,),
+    "fcu_save": (None, _pointer, _pointer),
+    "fcu_restore": (None, _pointer, _pointer),
+    "fcu_advance": (None, _pointer, _i64),
+    "fcu_settle": (None, _pointer),
+    "fcu_next_event": (_i64, _pointer),
+    "fcu_set_clocks": (None, _pointer, ctypes.POINTER(ClocksTable)),
+    "fcu_block_count": (_i32, _pointer),
+    "fcu_block_base": (_u32, _pointer, _i32),
+    "fcu_unmap": (None, _pointer, _i32),
+    "fcu_gate": (None, _pointer, _i32, _i32),
+    "fcu_reset_block": (None, _pointer, _i32),
+    "fcu_read_block": (_u32, _pointer, _i32, _u32),
+    "fcu_peek_block": (_u32, _pointer, _i32, _u32),
+    "fcu_write_block": (None, _pointer, _i32, _u32, _u32, _u32),
+    "fcu_set_irq": (None, _pointer, _i32, _i32),
+    "fcu_irq_level": (_i32, _pointer, _i32),
+    "fcu_watch_irqs": (None, _pointer, IRQ_CHANGED),
+    "fcu_set_alternate": (None, _pointer, _i32, _i32, _i32),
+    "fcu_connect_timers": (None, _pointer, _pointer),
+    "fcu_timer_counts": (_pointer, _pointer, _i32),
+    "fcu_timer_rate": (ctypes.c_double, _pointer, _i32),
+    "fcu_timer_next_change": (_i64, _pointer, _i32),
+    "fcu_timer_pwm": (_i32, _pointer, _i32, _i32, _pointer, _pointer),
+    "fcu_connect_usarts": (None, _pointer, _pointer),
+    "fcu_usart_wire": (None, _pointer, _i32, _i32, _i32, _i32, _i32),
+    "fcu_usart_hand_over": (None, _pointer, _i32),
+    "fcu_usart_frame": (_i32, _pointer, _i32, _pointer, _pointer),
+    "fcu_usart_next_change": (_i64, _pointer, _i32),
+    "fcu_usart_receive": (_i32, _pointer, _i32, _i32),
+    "fcu_usart_line_idle": (None, _pointer, _i32),
+    "fcu_dma_request": (_i32, _pointer, _i32),
+    "fcu_dma_remaining": (_u32, _pointer, _i32),
+    "fcu_connect_pins": (None, _pointer, ctypes.POINTER(PinTable)),
+    "fcu_watch_pin": (None, _pointer, _i32, _i32),
+    "fcu_frequent_pin": (None, _pointer, _i32, _i32),
+    "fcu_drive_pin": (None, _pointer, _i32, _i32, _i32),
+    "fcu_pin_output": (_i32, _pointer, _i32, _i32),
+    "fcu_pin_pull": (_i32, _pointer, _i32, _i32),
+    "fcu_pin_alternate": (_i32, _pointer, _i32, _i32),
+    "fcu_set_exti_line": (None, _pointer, _i32, _i32),
+    "fcu_connect_spi": (None, _pointer, _i32, _pointer),
+    "fcu_add_spi_part": (None, _pointer, _i32, _i32, _i32, _i32),
+    "fcu_absent_spi": (None, _pointer, _i32, _i32, _i32, _pointer),
+    "fcu_take_spi_message": (_i32, _pointer, _i32, _pointer),
+    "fcu_take_spi_unheard": (_i32, _pointer, _i32, _pointer),
+    "fcu_connect_targets": (_pointer, _pointer, ctypes.POINTER(TargetTable)),
+    "fcu_add_target": (_i32, _pointer, _pointer),
+    "fcu_connect_i2c": (None, _pointer, _i32, _pointer, _i64, _i64),
+    "fcu_i2c_pin": (None, _pointer, _i32, _i32, _i32, _i32, _i32),
+    "fcu_i2c_wire": (_pointer, _pointer, _i32),
+}
+"""Result and arguments by name, as in fcu.h."""
+
+
+_REGISTER_NUMBERS: Final = {
+    name: number
+    for number, name in enumerate(
+        (*CORE[:16], "xpsr", "msp", "psp", *MASKS, "fpscr", *FLOATING_POINT[:32]),
+    )
+}
+"""enum Register of state.c."""
+
+
+@cache
+def load() -> Any:
+    """The library, its functions declared. InputError if it is missing or stale."""
+    library = loader.load()
+    for name, (gives, *takes) in _FUNCTIONS.items():
+        function = getattr(library, name)
+        function.restype, function.argtypes = gives, takes
+    return library
+
+
+class _Owner:
+    """Whoever has one keeps the chip in C alive."""
+
+
+class FcuChip:
+    """One chip in C, and its place in the board's time.
+
+    Python and C keep one time: whenever Python code runs, ``clock.now_ps`` and the chip's time are the same.
+    What a callback raises ends the run and is raised by :meth:`raise_error`.
+    """
+
+    def __init__(self, clock: Clock, trace: Trace) -> None:
+        self.library = load()
+        self.clock, self.trace = clock, trace
+        self._error: BaseException | None = None
+        self._kept: list[object] = []
+        self._noted: set[tuple[int, int, bytes]] = set()
+        self._untold = memoryview(bytes(8)).cast("q")
+        table = HostTable()
+        called: tuple[Callable[..., Any], ...]
+        called = (
+            *(self._advance, self._read, self._write, self._note, self._touched),
+            *(self._fault, self._locked_up, self._reset, self._accessed),
+        )
+        for n, (name, kind) in enumerate(_HOST_CALLS):
+            setattr(table, name, self.callback(kind, called[n]))
+        handle = self.library.fcu_create(table)
+        if not handle:
+            raise MemoryError("the chip in C")
+        self.handle = _pointer(handle)
+        self._owner = _Owner()
+        weakref.finalize(self._owner, self.library.fcu_destroy, self.handle)
+        shared = (_i64 * 5).from_address(handle)
+        self.shared = memoryview(shared).cast("B").cast("q")
+        """now_ps, host_next_ps, until_ps, must_stop, detailed: the first members of struct Chip."""
+        self._kept.append(shared)
+        self.flash = self._memory(self.library.fcu_flash, FLASH_SIZE)
+        self.ram = self._memory(self.library.fcu_ram, RAM_SIZE)
+        self.system_memory = self._memory(self.library.fcu_system_memory, SYSTEM_MEMORY_SIZE)
+        self._memories = (
+            *((RAM, self.ram), (FLASH, self.flash)),
+            *((0, self.flash), (SYSTEM_MEMORY, self.system_memory)),
+        )
+        self._core_registers = Registers(self, CORE)
+        self._pc = Registers(self, ("pc",))
+        self.targets = Targets(self)
+        """Sensors' bytes that C keeps."""
+        self._untold = self.targets.untold
+        bases = [self.library.fcu_block_base(self.handle, n) for n in range(self.block_count)]
+        names = {base: name for name, (base, _) in BLOCKS.items()}
+        self.blocks = {names[base]: _block(self, n, names[base], base) for n, base in enumerate(bases)}
+        self._by_index = list(self.blocks.values())
+        self.read_python: Callable[[int, int], int] = lambda _address, _size: 0
+        self.write_python: Callable[[int, int, int], None] = lambda _address, _size, _value: None
+        """Accesses to registers that are in Python: ``(address, size)``, ``(address, size, value)``."""
+        self.on_touched: Callable[[ChipBlock, int, int], None] = lambda _block, _offset, _what: None
+        """An access that a block cannot take (enum Touched of chip.h)."""
+
+    @property
+    def block_count(self) -> int:
+        """How many blocks are in C."""
+        count: int = self.library.fcu_block_count(self.handle)
+        return count
+
+    # -- memory and registers ---------------------------------------------------------------------------
+
+    def _memory(self, place: Callable[[Any], int], size: int) -> memoryview[int]:
+        buffer = (ctypes.c_uint8 * size).from_address(place(self.handle))
+        buffer._owner = self._owner  # type: ignore[attr-defined]  # C's memory lives while somebody sees it
+        return memoryview(buffer).cast("B")
+
+    def memory(self, address: int, size: int) -> memoryview[int] | None:
+        """``size`` bytes of RAM, flash (at 0 too) or system memory; None elsewhere."""
+        for base, content in self._memories:
+            offset = address - base
+            if 0 <= offset <= len(content) - size:
+                return content[offset : offset + size]
+        return None
+
+    def forget_code(self) -> None:
+        """Flash or RAM were changed from outside: decode again what is executed there."""
+        self.library.fcu_forget_code(self.handle)
+
+    def register_calls(self, names: tuple[str, ...]) -> RegisterCalls:
+        """For :class:`Registers`."""
+        count = len(names)
+        numbers = (_i32 * count)(*(_REGISTER_NUMBERS[name] for name in names))
+        values = (_u32 * count)()
+        call = self.handle, numbers, values, count
+        words = memoryview(values).cast("B").cast("I")
+        fetch = partial(self.library.fcu_read_registers, *call)
+        return words, fetch, partial(self.library.fcu_write_registers, *call)
+
+    def register(self, number: int) -> int:
+        """R0 to R15, then xPSR."""
+        return self._core_registers.read()[number]
+
+    def core_state(self) -> bytes:
+        """R0 to R12, SP, LR, PC and xPSR."""
+        return self._core_registers.read().tobytes()
+
+    @property
+    def pc(self) -> int:
+        """The address of the next instruction."""
+        return self._pc.read()[0]
+
+    @pc.setter
+    def pc(self, address: int) -> None:
+        self._pc.write(address)
+
+    @property
+    def thumb(self) -> bool:
+        """EPSR.T: instructions can be executed only while it is set."""
+        return bool(self.library.fcu_thumb(self.handle))
+
+    @thumb.setter
+    def thumb(self, thumb: bool) -> None:
+        self.library.fcu_set_thumb(self.handle, thumb)
+
+    def block_by_index(self, index: int) -> ChipBlock:
+        """The block with this number in C."""
+        return self._by_index[index]
+
+    # -- time -------------------------------------------------------------------------------------------
+
+    def advance_to(self, at_ps: int) -> None:
+        """Let time pass until ``at_ps`` without executing instructions."""
+        self.enter()
+        self.library.fcu_advance(self.handle, at_ps)
+        self.raise_error()
+        self.clock.advance_to(at_ps)
+
+    def enter(self) -> None:
+        """Before C carries out anything: what it has to know of Python."""
+        self.shared[1], self.shared[4] = self.clock.next_ps, self.trace.detailed
+
+    def settle(self) -> None:
+        """Carry out what is due by now, in C and in Python."""
+        self.enter()
+        self.library.fcu_settle(self.handle)
+        self.raise_error()
+        self.clock.settle()
+
+    def set_clocks(self, tree: ClockTree) -> None:
+        """The frequencies of RCC are these from now on."""
+        names = (field[0] for field in ClocksTable._fields_)
+        self.library.fcu_set_clocks(self.handle, ClocksTable(*(getattr(tree, name) for name in names)))
+        self.raise_error()
+
+    def set_irq(self, number: int, level: bool) -> None:
+        """Python's blocks hold NVIC input ``number`` active or not."""
+        self.library.fcu_set_irq(self.handle, number, level)
+
+    def irq_level(self, number: int) -> bool:
+        """Whether any block holds NVIC input ``number`` active."""
+        return bool(self.library.fcu_irq_level(self.handle, number))
+
+    def set_alternate(self, port: str, pin: int, function: int | None) -> None:
+        """A pin is switched to an alternate function, or to none."""
+        number = -1 if function is None else function
+        self.library.fcu_set_alternate(self.handle, "ABCDEH".index(port), pin, number)
+
+    def set_exti_line(self, line: int, level: bool) -> None:
+        """An inner signal that EXTI detects edges of, line 16 or up (RM0368 section 10.2.5)."""
+        self.library.fcu_set_exti_line(self.handle, line, level)
+
+    def watch_irqs(self, changed: Callable[[int, int], None]) -> None:
+        """Call ``changed(number, level)`` when an NVIC input becomes active (1) or not (0)."""
+        self.library.fcu_watch_irqs(self.handle, self.callback(IRQ_CHANGED, changed))
+
+    def raise_error(self) -> None:
+        """C has returned: tell parts of reads they have yet to hear of; raise what a callback has raised."""
+        if self._untold[0]:
+            self.targets.settle()
+        if self._error is not None:
+            error, self._error = self._error, None
+            self.shared[3] = 0
+            raise error
+
+    def keep_error(self, error: BaseException) -> None:
+        """In a callback: end the run, and raise ``error`` there; C cannot pass it on."""
+        self._error = self._error or error
+        self.shared[3] = 1
+
+    def callback(self, kind: Any, function: Callable[..., Any]) -> Any:
+        """``function(...)`` for C to call with the time first, which becomes the clock's.
+
+        Nothing is raised into C. C keeps no reference; this object does.
+        """
+        clock, enter = self.clock, self.enter
+        nothing = 0 if kind._restype_ is not None else None
+
+        def called(now_ps: int, *arguments: Any) -> Any:
+            try:
+                clock.now_ps = now_ps
+                if self._untold[0]:
+                    self.targets.settle()
+                return function(*arguments)
+            except BaseException as error:
+                self.keep_error(error)
+                return nothing
+            finally:
+                enter()
+
+        made = kind(called)
+        self._kept.append(made)
+        return made
+
+    # -- callbacks --------------------------------------------------------------------------------------
+
+    def _advance(self) -> None:
+        self.clock.advance_to(self.clock.now_ps)
+
+    def _read(self, address: int, size: int) -> int:
+        return self.read_python(address, size)
+
+    def _write(self, address: int, size: int, value: int) -> None:
+        self.write_python(address, size, value)
+
+    def _note(self, block: int, kind: int, text: bytes) -> None:
+        key = block, kind, text
+        if key not in self._noted:
+            self._noted.add(key)
+            name = self._by_index[block].name
+            self.trace.add(DeviceNote(self.clock.now_ps, name, NOTE_KINDS[kind], text.decode()))
+
+    def _touched(self, block: int, offset: int, what: int) -> None:
+        self.on_touched(self._by_index[block], offset, what)
+
+    def _fault(self, exception: int, status: int, hard: int, address: int) -> None:
+        """For :class:`Core`, as those below."""
+
+    def _locked_up(self, pc: int) -> None:
+        pass
+
+    def _reset(self, reason: int) -> None:
+        pass
+
+    def _accessed(self, address: int, size: int, written: int) -> None:
+        pass
+
+
+class ChipBlock(Peripheral):
+    """A block in C as Python sees it: registers by offset, reset, clock gate."""
+
+    def __init__(self, chip: FcuChip, index: int, name: str, base: int) -> None:
+        self._chip, self.index = chip, index
+        self.name, self.base, self.size = name, base, 0x400
+        self.NAMES = REGISTER_NAMES.get(_kind(name), {})  # type: ignore[misc]
+        self._clocked = True
+
+    @property
+    def clocked(self) -> bool:
+        """Set by RCC."""
+        return self._clocked
+
+    @clocked.setter
+    def clocked(self, clocked: bool) -> None:
+        self._clocked = clocked
+        self._chip.library.fcu_gate(self._chip.handle, self.index, clocked)
+
+    def reset(self) -> None:
+        """Back to the state after reset."""
+        self._chip.library.fcu_reset_block(self._chip.handle, self.index)
+        self._chip.raise_error()
+
+    def read(self, offset: int) -> int:
+        """The word at ``offset``, side effects included."""
+        self._chip.enter()
+        value: int = self._chip.library.fcu_read_block(self._chip.handle, self.index, offset)
+        self._chip.raise_error()
+        return value
+
+    def look(self, offset: int) -> tuple[int, int]:
+        """``read``, and until when the value stays so without any access."""
+        value = self.read(offset)
+        return value, self._chip.shared[2]
+
+    def peek(self, offset: int) -> int:
+        """The word at ``offset`` without any side effect."""
+        value: int = self._chip.library.fcu_peek_block(self._chip.handle, self.index, offset)
+        return value
+
+    def pure_read(self, offset: int) -> bool:
+        """Whether reading ``offset`` has no side effect, and its value does not run with time."""
+        return bool(self._chip.library.fcu_is_pure(self._chip.handle, self.index, offset))
+
+    def write(self, offset: int, value: int, mask: int = WORD) -> None:
+        """Write the bits of ``mask`` of the word at ``offset``."""
+        self._chip.enter()
+        self._chip.library.fcu_write_block(self._chip.handle, self.index, offset, value & WORD, mask)
+        self._chip.raise_error()
+
+
+def _kind(name: str) -> str:
+    return name.rstrip("0123456789")
+
+
+def _block(chip: FcuChip, index: int, name: str, base: int) -> ChipBlock:
+    return BLOCK_CLASSES.get(_kind(name), ChipBlock)(chip, index, name, base)

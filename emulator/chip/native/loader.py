@@ -1,0 +1,61 @@
+"""The C library beside this file, loaded by ctypes; if it is missing or older than its sources, an error.
+
+Decision: ``PyDLL``, which keeps the interpreter lock while C runs. Runs are short and call back into Python
+often; to release the lock and take it again would come with each call.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import sys
+from functools import cache
+from pathlib import Path
+
+from emulator.chip.native import FOLDER, built_from, digest, library_name
+from emulator.errors import InputError
+
+_BUILD = Path("building", "library.py")
+_NAME = "fcu-emulator"
+
+
+def problem(folder: Path = FOLDER) -> str:
+    """What is wrong with the library in that folder, and the command that helps; "" if nothing is."""
+    file = folder / library_name()
+    if not file.is_file():
+        return f"{file}: the C library is missing; {_remedy(folder)}"
+    if digest(folder) not in ("", built_from(file)[0]):
+        return f"{file}: the C library was built from other sources than those beside it; {_remedy(folder)}"
+    return ""
+
+
+def _remedy(folder: Path) -> str:
+    script = folder.parents[2] / _BUILD
+    if script.is_file():
+        return f"build it: {sys.executable} {script}"
+    return (
+        f"install it again: {sys.executable} -m pip install --force-reinstall --no-deps {_installed_from()}"
+    )
+
+
+def _installed_from() -> str:
+    """What pip was given: the address of a folder or wheel; or the name, for it to look up."""
+    import json
+    from importlib.metadata import PackageNotFoundError, distribution  # 15 ms, for a rare message
+
+    try:
+        address = distribution(_NAME).read_text("direct_url.json")
+    except PackageNotFoundError:
+        address = None
+    return str(json.loads(address)["url"]) if address else _NAME
+
+
+@cache
+def load() -> ctypes.PyDLL:
+    """The library. InputError if it is missing, stale or not one for this Python; nothing takes its place."""
+    if wrong := problem():
+        raise InputError(wrong)
+    file = FOLDER / library_name()
+    try:
+        return ctypes.PyDLL(str(file))
+    except OSError as error:
+        raise InputError(f"{file}: the C library cannot be loaded ({error}); {_remedy(FOLDER)}") from error

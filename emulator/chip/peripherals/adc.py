@@ -1,0 +1,217 @@
+"""ADC1: regular conversions, single, scanning and continuous, with their time (RM0368 section 11).
+
+A conversion takes its sampling time and 12 (at 12 bit) cycles of ADCCLK = PCLK2 / ADCPRE. Its result is the
+input's voltage when it ends. Continuous conversion with nobody interested in each result (no DMA, no
+interrupt) pauses in the model once EOC is set, and DR then holds the result of the moment it is read:
+nothing else could be seen.
+
+Not modelled, and told: injected channels, external triggers, the analog watchdog, discontinuous mode.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from emulator.chip.peripherals.adc_inputs import AdcInputs
+from emulator.chip.peripherals.irq_line import IrqLine
+from emulator.chip.peripherals.peripheral import WORD, Peripheral
+from emulator.chip.soc import Soc
+from emulator.time.clock import PS_PER_S, Event
+
+SR, CR1, CR2, SMPR1, SMPR2 = 0x00, 0x04, 0x08, 0x0C, 0x10
+SQR1, SQR2, SQR3, DR, CCR = 0x2C, 0x30, 0x34, 0x4C, 0x304
+
+_EOC, _STRT, _OVR = 1 << 1, 1 << 4, 1 << 5
+_EOCIE, _AWDIE, _JEOCIE, _SCAN, _DISCEN, _OVRIE = 1 << 5, 1 << 6, 1 << 7, 1 << 8, 1 << 11, 1 << 26
+_ADON, _CONT, _DMA, _DDS, _EOCS, _ALIGN = 1 << 0, 1 << 1, 1 << 8, 1 << 9, 1 << 10, 1 << 11
+_JSWSTART, _SWSTART = 1 << 22, 1 << 30
+_SAMPLING_CYCLES = (3, 15, 28, 56, 84, 112, 144, 480)
+_RESOLUTION_BITS = (12, 10, 8, 6)
+
+
+class Adc(Peripheral):
+    """ADC1 and the common registers. ``inputs`` are the voltages."""
+
+    REGISTERS: ClassVar[dict[int, int]] = {
+        SR: 0,
+        CR1: 0,
+        CR2: 0,
+        SMPR1: 0,
+        SMPR2: 0,
+        **dict.fromkeys(range(0x14, 0x24, 4), 0),
+        0x24: 0xFFF,
+        0x28: 0,
+        SQR1: 0,
+        SQR2: 0,
+        SQR3: 0,
+        **dict.fromkeys(range(0x38, 0x50, 4), 0),
+        CCR: 0,
+    }
+    NAMES: ClassVar[dict[int, str]] = {
+        SR: "SR",
+        CR1: "CR1",
+        CR2: "CR2",
+        SMPR1: "SMPR1",
+        SMPR2: "SMPR2",
+        0x14: "JOFR1",
+        0x18: "JOFR2",
+        0x1C: "JOFR3",
+        0x20: "JOFR4",
+        0x24: "HTR",
+        0x28: "LTR",
+        SQR1: "SQR1",
+        SQR2: "SQR2",
+        SQR3: "SQR3",
+        0x38: "JSQR",
+        0x3C: "JDR1",
+        0x40: "JDR2",
+        0x44: "JDR3",
+        0x48: "JDR4",
+        DR: "DR",
+        CCR: "CCR",
+    }
+    WRITABLE: ClassVar[dict[int, int]] = {
+        SR: 0,
+        CR1: 0x07C0_FFFF,
+        CR2: 0x3F3F_0F03,
+        **dict.fromkeys(range(0x3C, 0x50, 4), 0),
+        CCR: 0x00C3_0000,
+    }
+
+    def __init__(self, soc: Soc, name: str, base: int, irq: IrqLine, inputs: AdcInputs) -> None:
+        super().__init__(soc, name, base)
+        self.inputs = inputs
+        self._irq = irq
+        self._event: Event | None = None
+        self._rank = 0  # of the sequence, the conversion that runs
+        self._paused = False
+        self._wants_dma = True
+
+    def reset(self) -> None:
+        """Off; a conversion that runs is dropped."""
+        super().reset()
+        self._stop()
+        self._wants_dma = True
+        self._signal()
+
+    # -- registers --------------------------------------------------------------------------------------
+
+    def read(self, offset: int) -> int:
+        """A register; reading DR clears EOC (11.13.14)."""
+        if offset != DR:
+            return super().read(offset)
+        if self._paused:
+            self._convert()
+            self._paused = False
+            self._begin()
+        self.registers[SR] &= ~_EOC
+        self._signal()
+        return self.registers[DR]
+
+    def pure_read(self, offset: int) -> bool:
+        """False for the data register."""
+        return offset != DR
+
+    def write(self, offset: int, value: int, mask: int = WORD) -> None:
+        """Write a register; SR clears where 0 is written, CR2 starts conversions."""
+        super().write(offset, value, mask)
+        value &= mask
+        if offset == SR:
+            self.registers[SR] &= value | ~mask
+            if self._paused and not self.registers[SR] & _EOC:
+                self._paused = False
+                self._begin()
+        elif offset == CR2:
+            self._control(value)
+        elif offset == CR1 and value & (_AWDIE | _JEOCIE | _DISCEN | 0x00C0_0000):
+            self.note("not modelled", "CR1: analog watchdog, injected channels, discontinuous mode")
+        self._signal()
+
+    def _control(self, value: int) -> None:
+        cr2 = self.registers[CR2]
+        if cr2 & 0x3030_0000 or value & _JSWSTART:
+            self.note("not modelled", "CR2: external triggers and injected conversions")
+        if not cr2 & _DMA:
+            self._wants_dma = True  # writing 0 and 1 again starts requests anew (11.8.1)
+        if not cr2 & _ADON:
+            self._stop()
+        elif value & _SWSTART and self._event is None:
+            self.registers[SR] |= _STRT
+            self._rank, self._paused = 0, False
+            self._begin()
+
+    # -- converting -------------------------------------------------------------------------------------
+
+    def _begin(self) -> None:
+        """Start the conversion at ``_rank``."""
+        if self.registers[SR] & _OVR:
+            return  # no more conversions until software clears it (11.8.1)
+        channel = self._channel()
+        register, shift = (SMPR2, 3 * channel) if channel < 10 else (SMPR1, 3 * (channel - 10))
+        sampling = _SAMPLING_CYCLES[self.registers[register] >> shift & 7]
+        cycles = sampling + _RESOLUTION_BITS[self.registers[CR1] >> 24 & 3]
+        divider = 2 * ((self.registers[CCR] >> 16 & 3) + 1)
+        at_ps = self.soc.clock.now_ps + cycles * divider * PS_PER_S // self.soc.clocks.pclk2_hz
+        self._event = self.soc.clock.schedule(at_ps, self._done)
+
+    def _stop(self) -> None:
+        if self._event is not None:
+            self._event.cancel()
+            self._event = None
+        self._paused = False
+
+    def _channel(self) -> int:
+        register = (SQR3, SQR2, SQR1)[self._rank // 6]
+        return min(self.registers[register] >> 5 * (self._rank % 6) & 0x1F, 18)
+
+    def _length(self) -> int:
+        return (self.registers[SQR1] >> 20 & 0xF) + 1 if self.registers[CR1] & _SCAN else 1
+
+    def _convert(self) -> None:
+        ccr = self.registers[CCR]
+        code = self.inputs.sample(self._channel(), sensors=bool(ccr & 1 << 23), vbat=bool(ccr & 1 << 22))
+        resolution = self.registers[CR1] >> 24 & 3
+        code >>= 2 * resolution
+        if self.registers[CR2] & _ALIGN:
+            code <<= 4 + 2 * resolution if resolution < 3 else 2  # 6 bits are aligned to a byte (11.4)
+        self.registers[DR] = code
+
+    def _done(self) -> None:
+        self._event = None
+        cr2 = self.registers[CR2]
+        last = self._rank + 1 == self._length()
+        watched = cr2 & (_DMA | _EOCS)
+        if watched and self.registers[SR] & _EOC:
+            self.registers[SR] |= _OVR  # the result before was not read: this one is lost (11.8.1)
+            self._signal()
+            return
+        self._convert()
+        if last or watched:
+            self.registers[SR] |= _EOC
+        self._go_on(last)
+        if cr2 & _DMA and self._wants_dma:
+            self._transfer(last)
+        self._signal()
+
+    def _go_on(self, last: bool) -> None:
+        cr2 = self.registers[CR2]
+        if last and not cr2 & _CONT:
+            self._rank = 0
+            return
+        unseen = not cr2 & (_DMA | _EOCS) and not self.registers[CR1] & _EOCIE
+        if last and unseen and self._length() == 1:
+            self._paused = True
+            return
+        self._rank = 0 if last else self._rank + 1
+        self._begin()
+
+    def _transfer(self, last: bool) -> None:
+        """DMA reads DR, which clears EOC; after the last of a block it asks no more unless DDS is set."""
+        served = self.soc.dma.request(self.name)
+        if last and served and not self.registers[CR2] & _DDS and not self.soc.dma.remaining(self.name):
+            self._wants_dma = False
+
+    def _signal(self) -> None:
+        status, enabled = self.registers[SR], self.registers[CR1]
+        active = (status & _EOC and enabled & _EOCIE) or (status & _OVR and enabled & _OVRIE)
+        self._irq.set(self.name, bool(active))

@@ -1,0 +1,67 @@
+"""DMA1 and DMA2 of a chip in C (native/dma.c), and its request lines for blocks written in Python."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from emulator.chip.library import REGISTER_NAMES, FcuChip
+
+_STREAMS: Final = 8
+_EN: Final = 1
+
+
+def _stream_base(stream: int) -> int:
+    return 0x10 + 0x18 * stream
+
+
+REGISTER_NAMES["DMA"] = {  # RM0368 section 9.5
+    0x00: "LISR",
+    0x04: "HISR",
+    0x08: "LIFCR",
+    0x0C: "HIFCR",
+    **{
+        _stream_base(stream) + 4 * number: f"S{stream}{register}"
+        for stream in range(_STREAMS)
+        for number, register in enumerate(("CR", "NDTR", "PAR", "M0AR", "M1AR", "FCR"))
+    },
+}
+
+REQUESTS: Final = (
+    "",
+    "ADC1",
+    *(f"{block}_{direction}" for block in ("I2C1", "I2C2", "I2C3") for direction in ("RX", "TX")),
+    *(f"{block}_{direction}" for block in ("SPI1", "SPI2", "SPI3") for direction in ("RX", "TX")),
+    *(f"{block}_{direction}" for block in ("USART1", "USART2", "USART6") for direction in ("RX", "TX")),
+    *(f"TIM{number}_UP" for number in range(1, 6)),
+)
+"""Names of enum Request of native/block.h, in its order."""
+
+
+class DmaLines:
+    """The request lines of a chip; implements :class:`emulator.chip.soc.DmaRequests`."""
+
+    def __init__(self, chip: FcuChip) -> None:
+        self._chip = chip
+
+    def request(self, line: str) -> bool:
+        """One transfer for ``line``, at once; False: no stream serves it now."""
+        chip = self._chip
+        chip.enter()
+        served = bool(chip.library.fcu_dma_request(chip.handle, REQUESTS.index(line)))
+        chip.raise_error()
+        return served
+
+    def remaining(self, line: str) -> int:
+        """Transfers left of the stream that serves ``line``; 0 if none does."""
+        count: int = self._chip.library.fcu_dma_remaining(self._chip.handle, REQUESTS.index(line))
+        return count
+
+
+def is_any_stream_on(chip: FcuChip) -> bool:
+    """Whether a transfer by DMA is under way or waits for its requests."""
+    controllers = (chip.blocks["DMA1"], chip.blocks["DMA2"])
+    return any(
+        dma.clocked and dma.peek(_stream_base(stream)) & _EN
+        for dma in controllers
+        for stream in range(_STREAMS)
+    )

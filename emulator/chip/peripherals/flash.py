@@ -1,0 +1,122 @@
+"""FLASH interface: wait states, caches, the unlock sequences (RM0368 section 3.8).
+
+The virtual board's flash is the student's file and cannot be programmed by the firmware: an attempt to
+erase or program is told by name and ends with the write protection error WRPERR, so that a HAL call fails
+instead of believing that it has worked.
+
+Wait states cost no time in this model, but too few of them for the clock would crash a real board: that is
+told (RM0368 table 5, 2.7 to 3.6 V).
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from emulator.chip.peripherals.irq_line import IrqLine
+from emulator.chip.peripherals.peripheral import WORD, Peripheral
+from emulator.chip.soc import Soc
+from emulator.time.clock import PS_PER_MS, Event
+
+ACR, KEYR, OPTKEYR, SR, CR, OPTCR = 0x00, 0x04, 0x08, 0x0C, 0x10, 0x14
+
+_UNLOCK = (0x4567_0123, 0xCDEF_89AB)
+_PG, _SER, _MER, _STRT, _ERRIE, _LOCK = 1 << 0, 1 << 1, 1 << 2, 1 << 16, 1 << 25, 1 << 31
+_OPERR, _WRPERR = 1 << 1, 1 << 4
+_HZ_PER_WAIT_STATE = 30_000_000
+_CHECK_AFTER_PS = PS_PER_MS
+"""A setting is judged when it has lasted, whichever of latency and clock came first."""
+
+
+class Flash(Peripheral):
+    """Flash interface registers; the memory itself is the core's."""
+
+    REGISTERS: ClassVar[dict[int, int]] = {ACR: 0, KEYR: 0, OPTKEYR: 0, SR: 0, CR: _LOCK, OPTCR: 0x0FFF_AAED}
+    NAMES: ClassVar[dict[int, str]] = {
+        ACR: "ACR",
+        KEYR: "KEYR",
+        OPTKEYR: "OPTKEYR",
+        SR: "SR",
+        CR: "CR",
+        OPTCR: "OPTCR",
+    }
+    WRITABLE: ClassVar[dict[int, int]] = {ACR: 0x0000_1F0F, KEYR: 0, OPTKEYR: 0, CR: 0x0300_037F, OPTCR: 0}
+
+    def __init__(self, soc: Soc, name: str, base: int, irq: IrqLine) -> None:
+        super().__init__(soc, name, base)
+        self._irq = irq
+        self._key_step = 0
+        self._key_refused = False
+        self._check: Event | None = None
+        soc.clocks.on_change(self._check_later)
+
+    def reset(self) -> None:
+        """Locked, no wait states."""
+        super().reset()
+        self._key_step, self._key_refused = 0, False
+        self._signal()
+
+    def write(self, offset: int, value: int, mask: int = WORD) -> None:
+        """Write a register; the latency reads back at once, as ST's HAL checks."""
+        if offset == KEYR:
+            self._unlock(value & mask)
+        elif offset == SR:
+            self.registers[SR] &= ~(value & mask)
+            self._signal()
+        elif offset == CR:
+            self._control(value & mask, mask)
+        elif offset in {OPTKEYR, OPTCR}:
+            self.note("not modelled", "option bytes are fixed")
+        else:
+            super().write(offset, value, mask)
+            self._check_later()
+
+    def _unlock(self, key: int) -> None:
+        """Two keys in a row open CR; a wrong one closes it until reset (3.6.1)."""
+        if self._key_refused:
+            return
+        if key != _UNLOCK[self._key_step]:
+            self._key_refused = True
+            self.note("refused", "KEYR: wrong key; FLASH_CR stays locked until reset")
+            return
+        self._key_step += 1
+        if self._key_step == len(_UNLOCK):
+            self._key_step = 0
+            self.registers[CR] &= ~_LOCK
+
+    def _control(self, value: int, mask: int) -> None:
+        if self.registers[CR] & _LOCK:
+            self.note("refused", "CR written while it is locked; write the two keys to KEYR first")
+            return
+        super().write(CR, value, mask)
+        if value & _LOCK:
+            self.registers[CR] |= _LOCK
+        if value & _PG:
+            self.note("not modelled", "CR.PG: programming flash; the memory keeps its contents")
+        if value & _STRT:
+            what = "sector" if self.registers[CR] & _SER else "mass"
+            self.note("not modelled", f"CR.STRT: {what} erase; the memory keeps its contents")
+            self.registers[SR] |= _WRPERR
+            if self.registers[CR] & _ERRIE:
+                self.registers[SR] |= _OPERR  # only shown with the error interrupt enabled (3.8.4)
+        self._signal()
+
+    def _signal(self) -> None:
+        self._irq.set(self.name, bool(self.registers[CR] & _ERRIE and self.registers[SR] & _OPERR))
+
+    def _check_later(self) -> None:
+        if self._check is None and self._missing_wait_states():
+            self._check = self.soc.clock.schedule(self.soc.clock.now_ps + _CHECK_AFTER_PS, self._judge)
+
+    def _judge(self) -> None:
+        self._check = None
+        needed = self._missing_wait_states()
+        if needed:
+            setting = (
+                f"ACR.LATENCY = {self.registers[ACR] & 0xF} at HCLK = {self.soc.clocks.hclk_hz / 1e6:g} MHz"
+            )
+            self.note("forbidden", f"{setting}; the flash needs {needed} wait states")
+
+    def _missing_wait_states(self) -> int:
+        """The number needed when there are too few; 0 when all is well."""
+        needed = max(-(-self.soc.clocks.hclk_hz // _HZ_PER_WAIT_STATE) - 1, 0)
+        return needed if needed > self.registers[ACR] & 0xF else 0

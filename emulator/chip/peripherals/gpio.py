@@ -1,0 +1,86 @@
+"""The pins of a chip in C, connected to the board's: :class:`emulator.buses.gpio.Gpio` asks here."""
+
+from __future__ import annotations
+
+from typing import Final, TypeAlias
+
+from emulator.buses.gpio import Gpio
+from emulator.chip.library import PIN_CHANGED, REGISTER_NAMES, FcuChip, PinTable
+
+PORTS: Final = "ABCDEH"
+"""In the order of their indices (chip.c, ``port_index``)."""
+PinFunction: TypeAlias = tuple[str, int, int]
+"""Port letter, pin number, alternate function: ``("B", 10, 4)`` is PB10 as AF4."""
+
+for _port in PORTS:
+    REGISTER_NAMES[f"GPIO{_port}"] = {  # RM0368 section 8.4
+        0x00: "MODER",
+        0x04: "OTYPER",
+        0x08: "OSPEEDR",
+        0x0C: "PUPDR",
+        0x10: "IDR",
+        0x14: "ODR",
+        0x18: "BSRR",
+        0x1C: "LCKR",
+        0x20: "AFRL",
+        0x24: "AFRH",
+    }
+REGISTER_NAMES["EXTI"] = {  # 10.3
+    0x00: "IMR",
+    0x04: "EMR",
+    0x08: "RTSR",
+    0x0C: "FTSR",
+    0x10: "SWIER",
+    0x14: "PR",
+}
+REGISTER_NAMES["SYSCFG"] = {  # 7.2
+    0x00: "MEMRMP",
+    0x04: "PMC",
+    0x08: "EXTICR1",
+    0x0C: "EXTICR2",
+    0x10: "EXTICR3",
+    0x14: "EXTICR4",
+    0x20: "CMPCR",
+}
+
+
+class ConnectedPins:
+    """The chip's side of the pins of ``gpio``, from its creation on."""
+
+    def __init__(self, chip: FcuChip, gpio: Gpio) -> None:
+        self._chip = chip
+        self._library, self._handle = chip.library, chip.handle
+        calls = PinTable(
+            chip.callback(PIN_CHANGED, lambda port, pin, level: gpio.show_edge(PORTS[port], pin, level)),
+            chip.callback(PIN_CHANGED, lambda port, pin, level: gpio.tell(PORTS[port], pin, level)),
+        )
+        self._library.fcu_connect_pins(self._handle, calls)
+        gpio.attach(self)
+
+    def side(self, port: str, pin: int) -> tuple[int | None, int | None, int | None]:
+        """Level of the output stage, of the pull resistor, and alternate function; None for none."""
+        where = self._handle, PORTS.index(port), pin
+        library = self._library
+        return (
+            _none(library.fcu_pin_output(*where)),
+            _none(library.fcu_pin_pull(*where)),
+            _none(library.fcu_pin_alternate(*where)),
+        )
+
+    def drive(self, port: str, pin: int, level: int | None) -> None:
+        """All parties outside together drive the pin to a level, or let go of it."""
+        number = -1 if level is None else level
+        self._library.fcu_drive_pin(self._handle, PORTS.index(port), pin, number)
+        self._chip.raise_error()
+
+    def watch(self, port: str, pin: int) -> None:
+        """Call :meth:`Gpio.tell` after every change of what this pin reads."""
+        self._library.fcu_watch_pin(self._handle, PORTS.index(port), pin)
+
+    def frequent(self, port: str, pin: int) -> None:
+        """Edges of this pin are of interest while the trace is detailed only."""
+        self._library.fcu_frequent_pin(self._handle, PORTS.index(port), pin)
+
+
+def _none(number: int) -> int | None:
+    return None if number < 0 else number

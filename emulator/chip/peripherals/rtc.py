@@ -1,0 +1,182 @@
+"""RTC: calendar, backup registers, write protection (RM0368 section 17).
+
+The calendar is a function of time and costs nothing. Switching to initialisation mode and synchronisation
+(INITF, RSF) take no time here; on the chip two RTC clocks each.
+
+Not modelled, and told: alarms, wake-up timer, tamper, time stamp, calibration, the 12 hour format.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from emulator.chip.peripherals import rtc_calendar
+from emulator.chip.peripherals.peripheral import WORD, Peripheral
+from emulator.chip.peripherals.pwr import Pwr
+from emulator.chip.peripherals.rcc import Rcc
+from emulator.chip.soc import Soc
+from emulator.time.clock import PS_PER_S
+
+TR, DR, CR, ISR, PRER, WPR, SSR = 0x00, 0x04, 0x08, 0x0C, 0x10, 0x24, 0x28
+BKP0R, BKP19R = 0x50, 0x9C
+
+_INITS, _RSF, _INITF, _INIT = 1 << 4, 1 << 5, 1 << 6, 1 << 7
+_CR_MODELLED = 1 << 5 | 1 << 18  # BYPSHAD and BKP do nothing that could be missed
+_KEYS = (0xCA, 0x53)
+_BACKUP = range(BKP0R, BKP19R + 1, 4)
+
+
+class Rtc(Peripheral):
+    """Real-time clock; a system reset does not touch it, a reset of the backup domain does."""
+
+    REGISTERS: ClassVar[dict[int, int]] = {
+        TR: 0,
+        DR: 0x0000_2101,
+        CR: 0,
+        ISR: 0x0000_0007,
+        PRER: 0x007F_00FF,
+        0x14: 0xFFFF,
+        WPR: 0,
+        SSR: 0,
+        **dict.fromkeys((0x18, 0x1C, 0x20, 0x2C, 0x30, 0x34, 0x38, 0x3C, 0x40, 0x44, 0x48), 0),
+        **dict.fromkeys(_BACKUP, 0),
+    }
+    NAMES: ClassVar[dict[int, str]] = {
+        TR: "TR",
+        DR: "DR",
+        CR: "CR",
+        ISR: "ISR",
+        PRER: "PRER",
+        0x14: "WUTR",
+        0x18: "CALIBR",
+        0x1C: "ALRMAR",
+        0x20: "ALRMBR",
+        WPR: "WPR",
+        SSR: "SSR",
+        0x2C: "SHIFTR",
+        0x30: "TSTR",
+        0x34: "TSDR",
+        0x38: "TSSSR",
+        0x3C: "CALR",
+        0x40: "TAFCR",
+        0x44: "ALRMASSR",
+        0x48: "ALRMBSSR",
+        **{offset: f"BKP{(offset - BKP0R) // 4}R" for offset in range(0x50, 0xA0, 4)},
+    }
+    WRITABLE: ClassVar[dict[int, int]] = {
+        TR: 0x007F_7F7F,
+        DR: 0x00FF_FF3F,
+        CR: 0x00E0_FF7F | 1 << 18,
+        PRER: 0x007F_7FFF,
+    }
+
+    def __init__(self, soc: Soc, name: str, base: int, pwr: Pwr, rcc: Rcc) -> None:
+        super().__init__(soc, name, base)
+        self._pwr = pwr
+        self._rcc = rcc
+        self._power_on()
+        rcc.on_change(self._clock_changed)
+        rcc.on_backup_reset(self._power_on)
+
+    def _power_on(self) -> None:
+        self.registers = dict(self.REGISTERS)
+        self._hz = self._rcc.rtc_hz()
+        self._keys = 0  # of the unlock sequence
+        self._cycles = 0  # of the RTC clock since the century began, at ``_since_ps``
+        self._since_ps = self.soc.clock.now_ps
+        self._first_weekday = 1  # of the century's first day, such that the day that was set has its own
+
+    def reset(self) -> None:
+        """A system reset leaves the backup domain alone, but locks it (17.3.5)."""
+        self._keys = 0
+
+    # -- registers --------------------------------------------------------------------------------------
+
+    def peek(self, offset: int) -> int:
+        """A register as of now."""
+        if offset not in {TR, DR, SSR} or self.registers[ISR] & _INITF:
+            return super().peek(offset)
+        seconds, below = divmod(self._now_cycles(), self._cycles_per_s())
+        if offset == TR:
+            return rtc_calendar.time_register(seconds)
+        if offset == DR:
+            weekday = (self._first_weekday - 1 + seconds // 86400) % 7 + 1
+            return rtc_calendar.date_register(seconds, weekday)
+        return (self.registers[PRER] & 0x7FFF) - below // self._asynchronous()
+
+    def read(self, offset: int) -> int:
+        """A register as of now."""
+        return self.peek(offset)
+
+    def pure_read(self, offset: int) -> bool:
+        """False for what runs."""
+        return offset not in {TR, DR, SSR}
+
+    def write(self, offset: int, value: int, mask: int = WORD) -> None:
+        """Write a register, if DBP and the keys allow; the calendar in initialisation mode only (17.3.5)."""
+        value &= mask
+        if offset == WPR:
+            expected = _KEYS[self._keys] if self._keys < len(_KEYS) else None
+            self._keys = self._keys + 1 if value & 0xFF == expected else 0
+        elif not self._pwr.backup_writable:
+            self.note("refused", f"{self._named(offset)} written while PWR_CR.DBP is 0")
+        elif offset in _BACKUP:
+            super().write(offset, value, mask)
+        elif self._keys < len(_KEYS):
+            self.note("refused", f"{self._named(offset)} written without the keys 0xCA, 0x53 in WPR")
+        elif offset == ISR:
+            self._initialise(bool(value & _INIT))
+        elif offset in {TR, DR, PRER}:
+            self._set_calendar(offset, value, mask)
+        else:
+            super().write(offset, value, mask)
+            if offset != CR or self.registers[CR] & ~_CR_MODELLED:
+                self.note("not modelled", f"{self._named(offset)} written")
+
+    def _named(self, offset: int) -> str:
+        return self.NAMES.get(offset, f"0x{offset:02X}")
+
+    def _set_calendar(self, offset: int, value: int, mask: int) -> None:
+        if not self.registers[ISR] & _INITF:
+            self.note("refused", f"{self._named(offset)} written outside initialisation mode (ISR.INIT)")
+            return
+        super().write(offset, value, mask)
+        if offset == TR and value & 1 << 22:
+            self.note("not modelled", "TR.PM: the 12 hour format")
+
+    # -- calendar ---------------------------------------------------------------------------------------
+
+    def _initialise(self, wanted: bool) -> None:
+        """INIT stops the calendar for TR, DR and PRER to be written; leaving it starts at the new time."""
+        running = not self.registers[ISR] & _INITF
+        if wanted and running:
+            shown = {offset: self.peek(offset) for offset in (TR, DR)}
+            self.registers |= shown
+            self.registers[ISR] = self.registers[ISR] & ~_RSF | _INIT | _INITF
+        elif not wanted and not running:
+            seconds = rtc_calendar.seconds_of(self.registers[TR], self.registers[DR])
+            weekday = self.registers[DR] >> 13 & 7 or 1
+            self._first_weekday = (weekday - 1 - seconds // 86400) % 7 + 1
+            self._cycles = seconds * self._cycles_per_s()
+            self._since_ps = self.soc.clock.now_ps
+            initialised = _INITS if self.registers[DR] >> 16 & 0xFF else 0  # the year is not 0 (17.6.4)
+            self.registers[ISR] = self.registers[ISR] & ~(_INIT | _INITF | _INITS) | _RSF | initialised
+        elif running:
+            self.registers[ISR] |= _RSF  # cleared by software, it is soon set again
+
+    def _asynchronous(self) -> int:
+        return (self.registers[PRER] >> 16 & 0x7F) + 1
+
+    def _cycles_per_s(self) -> int:
+        """RTC clocks in what the calendar calls a second (17.3.1)."""
+        return self._asynchronous() * ((self.registers[PRER] & 0x7FFF) + 1)
+
+    def _now_cycles(self) -> int:
+        elapsed_ps = self.soc.clock.now_ps - self._since_ps
+        return self._cycles + elapsed_ps * self._hz // PS_PER_S
+
+    def _clock_changed(self) -> None:
+        if not self.registers[ISR] & _INITF:
+            self._cycles = self._now_cycles()
+            self._since_ps = self.soc.clock.now_ps
+        self._hz = self._rcc.rtc_hz()

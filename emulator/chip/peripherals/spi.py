@@ -1,0 +1,224 @@
+"""What the chip's SPI blocks lead to: SPI2 to the sensors, each at a chip select; SPI1 to an absent radio.
+
+The chip knows its chip selects and answers a message that reads from what it keeps of a part's bytes
+(:mod:`emulator.chip.targets`). It hands a message over, with what has passed so far, where these are not
+known, where registers are written, and where firmware does what no driver does; from there on it calls at
+the end of each byte.
+
+The board's Bluetooth module is absent: SPI1 (PA5 to PA7), chip select PB0, reset PB2, interrupt PA4. Nobody
+drives MISO, so ST's stock firmware reads a header that is not 0x02, gives up each of its requests after its
+own time-outs (0.2 s a request) and reaches its main loop (board facts, section 9). The interrupt line is low,
+as of a module that has nothing to say: high would keep HCI_Isr in its loop for ever.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from array import array
+from collections.abc import Callable
+from typing import Any, Final, get_args
+
+from emulator.buses.gpio import Gpio
+from emulator.buses.spi import SpiBus
+from emulator.chip.library import REGISTER_NAMES, FcuChip
+from emulator.chip.peripherals.gpio import PORTS
+from emulator.trace import DeviceNote
+from sensors.register_file import Foreseen
+from sensors.spi import Mode, SpiTarget, Wires
+
+SPI1, SPI2, SPI3 = range(3)
+_FASTEST_HZ = 10_000_000  # SPI clock frequency in the three datasheets
+_MODES: Final[tuple[Mode, ...]] = get_args(Mode)
+_RECEIVED = 256  # SPI_RECEIVED of spi.h
+_RADIO_SELECT = ("B", 0)
+_RADIO_INTERRUPT = ("A", 4)
+
+REGISTER_NAMES["SPI"] = {  # RM0368 section 20.5
+    0x00: "CR1",
+    0x04: "CR2",
+    0x08: "SR",
+    0x0C: "DR",
+    0x10: "CRCPR",
+    0x14: "RXCRCR",
+    0x18: "TXCRCR",
+    0x1C: "I2SCFGR",
+    0x20: "I2SPR",
+}
+
+_i32, _i64 = ctypes.c_int32, ctypes.c_int64
+
+
+class _KeptMessage(ctypes.Structure):
+    """struct SpiMessage of spi.h."""
+
+    _fields_ = (
+        ("start_ps", _i64),
+        ("end_ps", _i64),
+        ("part", _i32),
+        ("command", _i32),
+        ("count", _i32),
+        ("received", ctypes.c_uint8 * _RECEIVED),
+    )
+    start_ps: int
+    end_ps: int
+    part: int
+    command: int
+    count: int
+    received: ctypes.Array[ctypes.c_uint8]
+
+    def bytes_written(self) -> bytearray:
+        """The first byte, if it has been sent."""
+        return bytearray([self.command]) if self.command >= 0 else bytearray()
+
+    def bytes_read(self) -> bytearray:
+        """The part's answer."""
+        return bytearray(self.received[: self.count])
+
+
+class _Unheard(ctypes.Structure):
+    """struct SpiUnheard of spi.h."""
+
+    _fields_ = (("at_ps", _i64), ("byte", _i32))
+    at_ps: int
+    byte: int
+
+
+class _Calls(ctypes.Structure):
+    """struct SpiCalls of spi.h."""
+
+    _fields_ = (
+        ("configure", ctypes.CFUNCTYPE(None, _i64, _i32, _i32, _i32)),
+        ("open", ctypes.CFUNCTYPE(_i32, _i64, ctypes.POINTER(_KeptMessage))),
+        ("send", ctypes.CFUNCTYPE(None, _i64, _i32, _i32)),
+        ("receive", ctypes.CFUNCTYPE(_i32, _i64, _i32, _i32)),
+        ("close", ctypes.CFUNCTYPE(None, _i64, _i32)),
+        ("ended", ctypes.CFUNCTYPE(None, _i64)),
+    )
+
+
+class _Part:
+    """A part at its chip select, as the chip keeps its bytes; and the message that Python has taken over."""
+
+    def __init__(self, wire: SpiWire, chip_select: str, target: SpiTarget) -> None:
+        self.chip_select = chip_select
+        self.target = target
+        self.version: array[int] = target.version
+        self.position = 0
+        """The sub-address that reads in the chip have left behind."""
+        self.start_ps = 0
+        self.written = bytearray()
+        self.received = bytearray()
+        self._wire = wire
+
+    def ahead(self, address: int, count: int, now_ps: int) -> Foreseen:
+        """What is read from ``address`` on as the chip's SPI is set up."""
+        return self.target.ahead(address, count, self._wire.mode, self._wire.wires, now_ps)
+
+    def taken(self, address: int, count: int) -> None:
+        """So many of these bytes have been read."""
+        self.target.taken(address, count)
+
+    def served(self, address: int, count: int) -> None:
+        """Likewise, which was quiet."""
+        self.target.served(address, count)
+        self.position = self.target.device.advance(address, count)
+
+
+class SpiWire:
+    """The sensors' bus at the pins of the chip's SPI2; ``gpio`` has the chip selects."""
+
+    def __init__(self, chip: FcuChip, bus: SpiBus, gpio: Gpio) -> None:
+        self._chip, self._bus = chip, bus
+        self._clock, self._trace = chip.clock, chip.trace
+        self.mode: Mode = 3
+        self.wires: Wires = 3
+        """How the host clocks, and what it listens on."""
+        self._speed_hz = 0
+        self._parts = [_Part(self, name, bus.target(name)) for name in bus.chip_selects]
+        called: tuple[Callable[..., Any], ...]
+        called = self._configure, self._open, self._send, self._receive, self._close, self._ended
+        table = _Calls(*(chip.callback(kind, called[n]) for n, (_, kind) in enumerate(_Calls._fields_)))
+        chip.library.fcu_connect_spi(chip.handle, SPI2, ctypes.byref(table))
+        self._targets = [chip.targets.add(part) for part in self._parts]
+        for part, target in zip(self._parts, self._targets, strict=True):
+            port, pin = part.chip_select[1], int(part.chip_select[2:])
+            gpio.frequent(port, pin)
+            gpio.drive(port, pin, 1, by="pull-up of the part")
+            chip.library.fcu_add_spi_part(chip.handle, SPI2, PORTS.index(port), pin, target)
+        bus.take_kept = self.take_kept
+
+    def take_kept(self) -> None:
+        """The messages that the chip has answered by itself, and bytes nobody heard, go to the bus."""
+        library, handle, bus = self._chip.library, self._chip.handle, self._bus
+        message, unheard = _KeptMessage(), _Unheard()
+        while library.fcu_take_spi_message(handle, SPI2, ctypes.byref(message)):
+            chip_select = self._parts[message.part].chip_select
+            written, received = message.bytes_written(), message.bytes_read()
+            bus.recent.append((message.start_ps, message.end_ps, chip_select, written, received))
+        while library.fcu_take_spi_unheard(handle, SPI2, ctypes.byref(unheard)):
+            bus.unheard.append((unheard.at_ps, None if unheard.byte < 0 else unheard.byte))
+
+    # -- called by the chip -----------------------------------------------------------------------------
+
+    def _configure(self, speed_hz: int, mode: int, wires: int) -> None:
+        self.mode, self.wires = _MODES[mode], 3 if wires == 3 else 4
+        self._bus.mode = self.mode
+        if speed_hz == self._speed_hz:
+            return
+        self._speed_hz = self._bus.speed_hz = speed_hz
+        if speed_hz > _FASTEST_HZ:
+            text = f"SCK runs at {speed_hz / 1e6:g} MHz; the parts' limit is 10 MHz"
+            self._trace.add(DeviceNote(self._clock.now_ps, self._bus.name, "forbidden", text))
+
+    def _open(self, message: Any) -> bool:
+        kept: _KeptMessage = message.contents
+        part, target = self._parts[kept.part], self._targets[kept.part]
+        part.start_ps, part.written, part.received = kept.start_ps, kept.bytes_written(), kept.bytes_read()
+        if target >= 0 and not part.received:
+            self._chip.targets.tell_position(target)  # of an earlier message
+        part.target.select()
+        part.target.write(bytes(part.written), self.mode)
+        if target >= 0 and part.received:
+            self._chip.targets.tell_position(target)
+        return part.target.answers
+
+    def _send(self, number: int, byte: int) -> None:
+        part = self._parts[number]
+        part.written.append(byte)
+        part.target.write(bytes((byte,)), self.mode)
+
+    def _receive(self, number: int, wires: int) -> int:
+        part = self._parts[number]
+        (byte,) = part.target.read(1, self.mode, 3 if wires == 3 else 4)
+        part.received.append(byte)
+        return byte
+
+    def _close(self, number: int) -> None:
+        part = self._parts[number]
+        self.take_kept()  # those before it
+        if part.written or part.received:
+            now_ps = self._clock.now_ps
+            self._bus.recent.append((part.start_ps, now_ps, part.chip_select, part.written, part.received))
+            self._record()
+
+    def _ended(self) -> None:
+        self.take_kept()
+        self._record()
+
+    def _record(self) -> None:
+        start_ps, self._bus.end_ps, chip_select, written, received = self._bus.recent[-1]
+        self._bus.record(chip_select, start_ps, bytes(written), bytes(received))
+
+
+def connect_absent_radio(chip: FcuChip, gpio: Gpio) -> None:
+    """At SPI1 nobody answers; the first attempt to talk to the module is told in the trace."""
+
+    def tried() -> None:
+        text = "the Bluetooth module is absent on the virtual board; firmware goes on after its time-outs"
+        chip.trace.add(DeviceNote(chip.clock.now_ps, "BlueNRG", "not modelled", text))
+
+    port, pin = _RADIO_SELECT
+    gpio.frequent(port, pin)
+    gpio.drive(*_RADIO_INTERRUPT, 0, by="BlueNRG")
+    called = chip.callback(ctypes.CFUNCTYPE(None, _i64), tried)
+    chip.library.fcu_absent_spi(chip.handle, SPI1, PORTS.index(port), pin, called)

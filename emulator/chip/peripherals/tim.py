@@ -1,0 +1,131 @@
+"""TIM1 to TIM5 and TIM9 to TIM11 as Python sees them; the timers themselves are native/tim.c."""
+
+from __future__ import annotations
+
+import ctypes
+from dataclasses import dataclass
+from typing import Any
+
+from emulator.chip.library import BLOCK_CLASSES, REGISTER_NAMES, ChipBlock, FcuChip
+from emulator.trace import TickLate, TickLost
+
+
+@dataclass(frozen=True)
+class Pwm:
+    """What a channel's output pin carries: share of time it is high, cycles a second."""
+
+    frequency_hz: float
+    duty: float
+
+
+class _TickCounts(ctypes.Structure):
+    """struct TickCounts of tim.h."""
+
+    _fields_ = tuple((name, ctypes.c_int64) for name in ("ticks", "late", "lost", "longest_wait_ps"))
+
+
+_COUNTED = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int32, ctypes.c_int64)
+
+
+class TimerCalls(ctypes.Structure):
+    """struct TimCalls of tim.h."""
+
+    _fields_ = (("late", _COUNTED), ("lost", _COUNTED))
+
+
+class Timer(ChipBlock):
+    """One timer. It counts update interrupts as :class:`emulator.python_cpu.timer.IntervalTimer` does."""
+
+    def __init__(self, chip: FcuChip, index: int, name: str, base: int) -> None:
+        super().__init__(chip, index, name, base)
+        address = chip.library.fcu_timer_counts(chip.handle, index)
+        self._counts: Any = _TickCounts.from_address(address)
+
+    @property
+    def ticks(self) -> int:
+        """Updates while the update interrupt was enabled."""
+        count: int = self._counts.ticks
+        return count
+
+    @property
+    def late(self) -> int:
+        """Ticks whose handler came late."""
+        count: int = self._counts.late
+        return count
+
+    @property
+    def lost(self) -> int:
+        """Ticks that found the flag of the one before still set."""
+        count: int = self._counts.lost
+        return count
+
+    @property
+    def longest_wait_ps(self) -> int:
+        """The longest time a tick waited for its handler, of those that were late."""
+        wait_ps: int = self._counts.longest_wait_ps
+        return wait_ps
+
+    @property
+    def rate_hz(self) -> float:
+        """Update rate as configured; 0 while ARR is 0."""
+        rate: float = self._chip.library.fcu_timer_rate(self._chip.handle, self.index)
+        return rate
+
+    def pwm(self, channel: int) -> Pwm | None:
+        """What channel 1 to 4 puts out; None while it puts out no PWM or the timer stands (RM0368 12.3.9).
+
+        TIM1 needs BDTR.MOE too. Raises IndexError for a channel the timer does not have.
+        """
+        frequency, duty = ctypes.c_double(), ctypes.c_double()
+        result = self._chip.library.fcu_timer_pwm(
+            self._chip.handle, self.index, channel, ctypes.addressof(frequency), ctypes.addressof(duty)
+        )
+        if result < 0:
+            raise IndexError(f"{self.name} has no channel {channel}")
+        return Pwm(frequency.value, duty.value) if result else None
+
+    def next_change_ps(self) -> int:
+        """When a flag of SR may next rise."""
+        at_ps: int = self._chip.library.fcu_timer_next_change(self._chip.handle, self.index)
+        return at_ps
+
+
+def connect_timers(chip: FcuChip) -> dict[str, Timer]:
+    """The chip's timers by name; their late and lost ticks go into its trace."""
+    clock, trace = chip.clock, chip.trace
+
+    def late(block: int, wait_ps: int) -> None:
+        trace.add(TickLate(clock.now_ps, chip.block_by_index(block).name, wait_ps))
+
+    def lost(block: int, count: int) -> None:
+        trace.add(TickLost(clock.now_ps, chip.block_by_index(block).name, count))
+
+    calls = TimerCalls(chip.callback(_COUNTED, late), chip.callback(_COUNTED, lost))
+    chip.library.fcu_connect_timers(chip.handle, ctypes.addressof(calls))
+    return {name: block for name, block in chip.blocks.items() if isinstance(block, Timer)}
+
+
+REGISTER_NAMES["TIM"] = {
+    0x00: "CR1",
+    0x04: "CR2",
+    0x08: "SMCR",
+    0x0C: "DIER",
+    0x10: "SR",
+    0x14: "EGR",
+    0x18: "CCMR1",
+    0x1C: "CCMR2",
+    0x20: "CCER",
+    0x24: "CNT",
+    0x28: "PSC",
+    0x2C: "ARR",
+    0x30: "RCR",
+    0x34: "CCR1",
+    0x38: "CCR2",
+    0x3C: "CCR3",
+    0x40: "CCR4",
+    0x44: "BDTR",
+    0x48: "DCR",
+    0x4C: "DMAR",
+    0x50: "OR",
+}
+BLOCK_CLASSES["TIM"] = Timer

@@ -1,0 +1,115 @@
+"""The USARTs of a chip in C (native/usart.c), connected to the board's serial lines."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import Any
+
+from emulator.buses.uart import BAUD, Uart
+from emulator.chip.library import BLOCK_CLASSES, REGISTER_NAMES, ChipBlock, FcuChip
+from emulator.chip.peripherals.gpio import PORTS, PinFunction
+
+_i32, _i64 = ctypes.c_int32, ctypes.c_int64
+_SENT = ctypes.CFUNCTYPE(
+    None, _i64, _i32, _i64, _i64, _i64, _i32, _i64, ctypes.POINTER(ctypes.c_uint8), _i32, _i32
+)
+_REPLACED = ctypes.CFUNCTYPE(None, _i64, _i32, _i32)
+
+REGISTER_NAMES["USART"] = {  # RM0368 19.6
+    0x00: "SR",
+    0x04: "DR",
+    0x08: "BRR",
+    0x0C: "CR1",
+    0x10: "CR2",
+    0x14: "CR3",
+    0x18: "GTPR",
+}
+
+
+class UsartTable(ctypes.Structure):
+    """struct UsartCalls of usart.h."""
+
+    _fields_ = (("sent", _SENT), ("replaced", _REPLACED))
+
+
+class Usart(ChipBlock):
+    """One USART."""
+
+    def next_change_ps(self) -> int:
+        """When TXE or TC comes next; the receiver's flags come with events."""
+        at_ps: int = self._chip.library.fcu_usart_next_change(self._chip.handle, self.index)
+        return at_ps
+
+
+BLOCK_CLASSES["USART"] = Usart
+
+
+class ConnectedUsarts:
+    """``lines`` by the name of their USART; what the others send is heard by nobody."""
+
+    def __init__(self, chip: FcuChip, lines: Mapping[str, Uart]) -> None:
+        self._lines = {chip.blocks[name].index: line for name, line in lines.items()}
+        calls = UsartTable(chip.callback(_SENT, self._sent), chip.callback(_REPLACED, self._replaced))
+        chip.library.fcu_connect_usarts(chip.handle, ctypes.addressof(calls))
+        for name, line in lines.items():
+            line.connect(_Transceiver(chip, chip.blocks[name].index))
+
+    def _sent(  # as C calls it
+        self, block: int, start_ps: int, num: int, den: int, connected: int, first: int, *piece: Any
+    ) -> None:
+        line = self._lines.get(block)
+        if line is None:
+            return
+        data, length, detailed = piece
+        if first == 0:
+            line.open_run(start_ps, Fraction(num, den), connected=bool(connected))
+        line.carry(bytes(data[:length]), detailed=bool(detailed))
+
+    def _replaced(self, block: int, value: int) -> None:
+        if block in self._lines:
+            self._lines[block].replace_last(value)
+
+
+def wire_terminal(chip: FcuChip, name: str, pin: PinFunction, baud: int = BAUD) -> None:
+    """A terminal at ``baud`` is connected to a USART's transmitter at ``pin``.
+
+    Bytes sent while the pin is not switched to the USART are heard by nobody; another rate is told in the
+    trace.
+    """
+    port, number, function = pin
+    index = chip.blocks[name].index
+    chip.library.fcu_usart_wire(chip.handle, index, PORTS.index(port), number, function, baud)
+
+
+class _Transceiver:
+    """A USART as its line sees it; implements :class:`emulator.buses.uart.Transceiver`."""
+
+    def __init__(self, chip: FcuChip, index: int) -> None:
+        self._chip = chip
+        self._place = chip.handle, index
+
+    def hand_over(self) -> None:
+        clock = self._chip.clock
+        now_ps = clock.now_ps
+        self._chip.library.fcu_usart_hand_over(*self._place)
+        clock.now_ps = now_ps
+
+    def frame_ps(self) -> Fraction | None:
+        num, den = _i64(), _i64()
+        has_clock = self._chip.library.fcu_usart_frame(
+            *self._place, ctypes.addressof(num), ctypes.addressof(den)
+        )
+        return Fraction(num.value, den.value) if has_clock else None
+
+    def receive(self, value: int) -> bool:
+        self._chip.enter()
+        taken = bool(self._chip.library.fcu_usart_receive(*self._place, value))
+        self._chip.raise_error()
+        return taken
+
+    def line_idle(self) -> None:
+        self._chip.enter()
+        self._chip.library.fcu_usart_line_idle(*self._place)
+        self._chip.raise_error()

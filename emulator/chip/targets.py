@@ -1,0 +1,133 @@
+"""Sensors' bytes that the chip in C keeps (emulator/chip/native/target.h), as Python sees them.
+
+C asks which bytes come from a sub-address on, and keeps them as long as they are sure. Reads that change
+something in the part (data-ready is cleared) are told to it before any Python code runs that could see a
+difference: at the beginning of every callback, and when C returns (:meth:`Targets.settle`).
+"""
+
+from __future__ import annotations
+
+import ctypes
+import struct
+from array import array
+from typing import TYPE_CHECKING, Final, Protocol
+
+if TYPE_CHECKING:
+    from emulator.chip.library import FcuChip
+
+_i32, _i64 = ctypes.c_int32, ctypes.c_int64
+_TARGETS, _BYTES = 8, 32  # TARGETS, KEPT_BYTES
+_UNTOLD, _READS, _POSITIONS, _ANSWERED = 0, 1, 1 + _TARGETS, 1 + 2 * _TARGETS
+_FORESEEN = 8 * (1 + 3 * _TARGETS)
+_PUT: Final = struct.Struct(f"=qQq{_BYTES}s")  # struct Foreseen
+_LENGTHS: Final = (1 << _BYTES + 1) - 1
+_KNOWN: Final = -1  # POSITION_KNOWN
+
+
+class TargetTable(ctypes.Structure):
+    """struct TargetCalls of target.h."""
+
+    _fields_ = (
+        ("ahead", ctypes.CFUNCTYPE(_i32, _i64, _i32, _i32, _i32, _i32)),
+        ("settle", ctypes.CFUNCTYPE(None, _i64)),
+    )
+
+
+class KeepingTarget(Protocol):
+    """A part at a bus that says which bytes come next: :meth:`sensors.register_file.RegisterFile.ahead`."""
+
+    @property
+    def version(self) -> array[int]:
+        """One number that changes with everything that makes bytes told ahead wrong."""
+        ...
+
+    def ahead(self, address: int, count: int, now_ps: int, /) -> tuple[bytes, int, int]:
+        """The bytes, until when (ps) they are these, and how many of them can be read without any effect."""
+        ...
+
+    def taken(self, address: int, count: int, /) -> None:
+        """So many of these bytes have been read."""
+        ...
+
+    def served(self, address: int, count: int, /) -> None:
+        """They have been read without any effect but for the sub-address left behind."""
+        ...
+
+    @property
+    def position(self) -> int:
+        """The sub-address left behind."""
+        ...
+
+
+class Targets:
+    """All of a chip's. ``untold[0]`` is 0 unless a part has to hear of reads (:meth:`settle`)."""
+
+    def __init__(self, chip: FcuChip) -> None:
+        self._chip = chip
+        self._targets: list[KeepingTarget] = []
+        (_, ahead), (_, settle) = TargetTable._fields_
+        self._ahead = ahead(self._ahead_at)
+        table = TargetTable(self._ahead, chip.callback(settle, lambda: None))
+        address = chip.library.fcu_connect_targets(chip.handle, table)
+        shared = (ctypes.c_uint8 * (_FORESEEN + _PUT.size)).from_address(address)
+        self._foreseen = memoryview(shared).cast("B")[_FORESEEN:]
+        self._words = memoryview(shared).cast("B")[:_FORESEEN].cast("q")
+        self.untold = self._words[:1]
+
+    def add(self, target: KeepingTarget) -> int:
+        """C keeps bytes of this one, too; its index, or -1 if there are too many."""
+        if target in self._targets:
+            return self._targets.index(target)
+        version, _ = target.version.buffer_info()
+        index: int = self._chip.library.fcu_add_target(self._chip.handle, version)
+        if index >= 0:
+            self._targets.append(target)
+        return index
+
+    def settle(self) -> None:
+        """Reads that parts have yet to hear of are told to them."""
+        words = self._words
+        untold, words[_UNTOLD] = words[_UNTOLD], 0
+        for index in range(untold.bit_length()):
+            if untold >> index & 1:
+                target, read = self._targets[index], words[_READS + index]
+                before = target.version[0]
+                target.taken(read >> 8, read & 0xFF)
+                if words[_ANSWERED + index] == before:
+                    words[_ANSWERED + index] = target.version[0]  # reading does not switch a part off
+
+    def tell_position(self, index: int) -> None:
+        """The part learns where reads in C have left its sub-address."""
+        position = self._words[_POSITIONS + index]
+        if position != _KNOWN:
+            self._words[_POSITIONS + index] = _KNOWN
+            self._targets[index].served(position >> 8, position & 0xFF)
+
+    def foresee(self, index: int, address: int, count: int, now_ps: int) -> int:
+        """Put what comes from ``address`` on where C finds it; the number of bytes, 0 if none is sure."""
+        data, until_ps, quiet = self._targets[index].ahead(address, count, now_ps)
+        _PUT.pack_into(self._foreseen, 0, until_ps, quiet & _LENGTHS, address, data)
+        return min(len(data), _BYTES)
+
+    def foresee_from_here(self, index: int) -> int:
+        """Likewise from the sub-address left behind."""
+        return self.foresee(index, self._targets[index].position, 1, self._chip.clock.now_ps)
+
+    def _ahead_at(self, now_ps: int, index: int, address: int, skip: int, count: int) -> int:
+        """What C asks, thousands of times a second: what :meth:`FcuChip.callback` makes, in one piece."""
+        chip = self._chip
+        clock = chip.clock
+        try:
+            clock.now_ps = now_ps
+            if self.untold[0]:
+                self.settle()
+            if skip:
+                target = self._targets[index]
+                target.served(address, skip)
+                address = target.position
+            return self.foresee(index, address, count, now_ps)
+        except BaseException as error:
+            chip.keep_error(error)
+            return 0
+        finally:
+            chip.shared[1] = clock.next_ps

@@ -1,0 +1,120 @@
+"""A run as the command line does it: the board in slices, its serial links served between them.
+
+Wall time exists only here and in :mod:`emulator.links.pacing`. Input from a link reaches the board between
+two slices; apart from that, what is printed does not depend on how the run is sliced.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from emulator.board.board import Board
+from emulator.links import ByteLink
+from emulator.links.pacing import Pacer
+from emulator.time.clock import NEVER_PS, PS_PER_S, to_ps
+
+_FLUSH_S = 5.0  # how long a slow reader gets at the end to take what is queued
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a run is: virtual seconds done and to do (None: no end), and wall seconds spent."""
+
+    virtual_s: float
+    total_s: float | None
+    wall_s: float
+
+
+class Debugger(Protocol):
+    """Stands between runner and board: may hold it still, or end the run."""
+
+    @property
+    def halted(self) -> bool:
+        """Whether the board stands still."""
+        ...
+
+    @property
+    def killed(self) -> bool:
+        """Whether the run is to end."""
+        ...
+
+    def run_until(self, at_ps: int) -> None:
+        """Run the board up to and including ``at_ps``, or wait a little while it is held."""
+        ...
+
+
+class Runner:
+    """Runs a board until ``end_ps`` of virtual time (None: until stopped) and serves its links.
+
+    ``speed``: virtual over wall time, None for as fast as possible. ``exceeded(wall_s)`` is asked after each
+    slice; an answer that is not empty ends the run and is kept in ``limit``. ``stop()`` ends it after the
+    present slice, from a signal handler too. Time that ``debugger`` holds the board counts as no wall time.
+    """
+
+    def __init__(
+        self,
+        board: Board,
+        links: Sequence[ByteLink],
+        end_ps: int | None,
+        speed: float | None,
+        exceeded: Callable[[float], str] = lambda _wall_s: "",
+        wall_clock_s: Callable[[], float] = time.monotonic,
+        debugger: Debugger | None = None,
+    ) -> None:
+        self._board = board
+        self._links = links
+        self._end_ps = end_ps
+        self._pacer = Pacer(speed)
+        self._exceeded = exceeded
+        self._wall_clock_s = wall_clock_s
+        self._debugger = debugger
+        self._held_s = 0.0
+        self._position = 0
+        self.stopped = False
+        self.limit = ""
+        self.wall_s = 0.0
+
+    def stop(self) -> None:
+        """End the run soon."""
+        self.stopped = True
+
+    def run(self, on_progress: Callable[[Progress], None] = lambda _progress: None) -> None:
+        """Run to the end. Raises FirmwareError; the links have had their bytes then, too."""
+        started = self._wall_clock_s()
+        end_ps = NEVER_PS if self._end_ps is None else self._end_ps
+        total_s = None if self._end_ps is None else self._end_ps / PS_PER_S
+        clock = self._board.clock
+        try:
+            while clock.now_ps < end_ps and not self.stopped and not self.limit:
+                self._run_until(min(clock.now_ps + to_ps(self._pacer.slice_s), end_ps))
+                self._serve_links()
+                self._pacer.wait(clock.now_s)
+                self.wall_s = self._wall_clock_s() - started - self._held_s
+                on_progress(Progress(clock.now_s, total_s, self.wall_s))
+                self.limit = self._exceeded(self.wall_s)
+        finally:
+            self._serve_links()
+            for link in self._links:
+                link.flush(_FLUSH_S)
+
+    def _run_until(self, at_ps: int) -> None:
+        debugger = self._debugger
+        if debugger is None:
+            self._board.run_until(at_ps)
+            return
+        began_s = self._wall_clock_s()
+        debugger.run_until(at_ps)
+        self.stopped |= debugger.killed
+        if debugger.halted:
+            self._held_s += self._wall_clock_s() - began_s
+
+    def _serve_links(self) -> None:
+        printed, self._position = self._board.terminal.since(self._position)
+        for link in self._links:
+            link.send(printed)
+            typed = link.receive()
+            if typed:
+                self._board.terminal.write(typed)

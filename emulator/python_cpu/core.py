@@ -1,0 +1,159 @@
+"""The processor the Python firmware runs on: blocking calls, preemption, and a way back to the caller.
+
+Firmware is plain blocking code: ``main()`` never returns, and a HAL call comes back when its virtual time is
+over. It runs in a greenlet, so that ``run_until`` can leave it anywhere (also in the middle of an interrupt
+handler) and go on there later. Interrupt handlers run on top of whatever waits, as on the chip.
+
+Decision: a greenlet. A thread per board would need locks, could not be dropped while it waits, and switches
+ten times slower; generators would put ``yield from`` in front of every HAL call of firmware that is to be
+read as C.
+
+Only waiting costs virtual time; Python statements between two HAL calls take none.
+"""
+
+from __future__ import annotations
+
+import bisect
+from collections.abc import Callable
+from contextlib import suppress
+
+from greenlet import error as greenlet_error
+from greenlet import getcurrent, greenlet
+
+from emulator.errors import FirmwareError, InputError
+from emulator.time.clock import Clock
+
+_THREAD_PRIORITY = 256  # below every interrupt; smaller numbers are more urgent, as in the NVIC
+
+
+class Interrupt:
+    """An interrupt line of a core: its NVIC priority and its handler."""
+
+    __slots__ = ("_pending", "handler", "priority")
+
+    def __init__(self, core: Core, priority: int, handler: Callable[[], None]) -> None:
+        self.priority = priority
+        self.handler = handler
+        self._pending = core.pending
+
+    def set_pending(self) -> None:
+        """Make it pending; it is taken by the next wait, or at once by :meth:`Core.take_interrupts`."""
+        pending = self._pending
+        if not pending:
+            pending.append(self)
+        elif self not in pending:
+            bisect.insort(pending, self, key=lambda entry: entry.priority)
+
+
+class Core:
+    """Runs one firmware's ``main`` and its interrupt handlers on the board's clock."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._active = _THREAD_PRIORITY
+        self.pending: list[Interrupt] = []
+        self._context: greenlet | None = None
+        self._caller: greenlet | None = None
+        self._main: Callable[[], None] | None = None
+
+    def boot(self, main: Callable[[], None]) -> None:
+        """Start ``main`` the next time the core runs."""
+        self._main = main
+
+    def run_until(self, at_ps: int) -> None:
+        """Run up to and including ``at_ps``. Raises FirmwareError when the firmware itself fails.
+
+        All runs must be made in one thread, be it not the one that built the board; else InputError.
+        """
+        if self._context is None:
+            self._context = greenlet(self._run_main)
+        if self._context.dead:
+            self._clock.advance_to(at_ps)
+            return
+        self._caller = getcurrent()
+        try:
+            self._context.parent = self._caller
+        except ValueError as error:
+            raise InputError(
+                "firmware in Python cannot go on in another thread than the one in which it first ran; "
+                "run the board there, or use firmware built for the chip"
+            ) from error
+        pause = self._clock.schedule(at_ps, self._pause, last=True)
+        try:
+            self._context.switch()
+        finally:
+            pause.cancel()
+        self._clock.advance_to(at_ps)  # firmware that has returned leaves time to pass without it
+
+    def close(self) -> None:
+        """Unwind the firmware. A suspended stack is invisible to the garbage collector: it has to be told."""
+        if self._context and not self._context.dead:
+            with suppress(greenlet_error):  # it belongs to another thread, which is gone
+                self._context.parent = getcurrent()  # come back here, which may be inside another firmware
+                self._context.throw()
+
+    def snapshot(self) -> None:
+        """There is nothing to be kept of a core without firmware. Raises InputError if there is one."""
+        if self._main is not None:
+            raise InputError(
+                "firmware in Python runs on a stack that cannot be copied, so this board has no snapshots; "
+                "use firmware built for the chip, or no firmware"
+            )
+
+    def restore(self, state: None) -> None:
+        """Nothing has changed."""
+
+    def _pause(self) -> None:
+        assert self._caller is not None
+        self._caller.switch()
+
+    def _run_main(self) -> None:
+        assert self._main is not None
+        try:
+            self._main()
+        except InputError:
+            raise  # not the firmware's fault: the trace file is full, say
+        except Exception as error:
+            raise FirmwareError(
+                f"the firmware failed at {self._clock.now_s:.6f} s: {type(error).__name__}: {error}"
+            ) from error
+
+    # -- what the firmware's HAL uses -------------------------------------------------------------------
+
+    def take_interrupts(self) -> None:
+        """Run pending handlers that are more urgent than what runs now."""
+        pending = self.pending
+        while pending and pending[0].priority < self._active:
+            interrupt = pending.pop(0)
+            preempted, self._active = self._active, interrupt.priority
+            try:
+                interrupt.handler()
+            finally:
+                self._active = preempted
+
+    def wait_until(self, at_ps: int) -> None:
+        """Let time pass until ``at_ps``; handlers run meanwhile and may return later than that."""
+        clock, pending = self._clock, self.pending
+        while clock.next_ps <= at_ps:
+            clock.fire_next()
+            if pending:
+                self.take_interrupts()
+        clock.now_ps = max(clock.now_ps, at_ps)
+
+    def wait_for(self, condition: Callable[[], bool], until_ps: int) -> None:
+        """Poll until an event has made ``condition()`` true, at the longest until ``until_ps``."""
+        clock = self._clock
+        while not condition() and clock.now_ps < until_ps:
+            self.wait_until(min(clock.next_ps, until_ps))
+
+    def elapse(self, duration_ps: int) -> None:
+        """Be busy for ``duration_ps``; time in preempting handlers does not count."""
+        clock = self._clock
+        end_ps = clock.now_ps + duration_ps
+        while clock.next_ps <= end_ps:
+            clock.fire_next()
+            if self.pending:
+                before_ps = clock.now_ps
+                self.take_interrupts()
+                end_ps += clock.now_ps - before_ps
+        clock.now_ps = end_ps

@@ -1,0 +1,175 @@
+"""The HAL calls the Python firmware runs on, with the behaviour of ST's STM32F4 HAL V1.6.0.
+
+That is the version the board's own firmware ships (board facts, section 1); later ones add one tick to
+``HAL_Delay``. Names and 8-bit device addresses are the HAL's. Every call takes the virtual time it takes on
+the board: bits on the I2C bus, frames on the serial line, ticks of the 1 ms SysTick.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+from emulator.buses.gpio import Gpio
+from emulator.buses.i2c import I2CBus
+from emulator.buses.uart import Uart
+from emulator.errors import I2CError, I2CStuckError
+from emulator.python_cpu.core import Core, Interrupt
+from emulator.python_cpu.timer import IntervalTimer
+from emulator.time.clock import PS_PER_MS, Clock
+from emulator.trace import Trace
+
+HAL_OK, HAL_ERROR, HAL_BUSY, HAL_TIMEOUT = range(4)
+
+_TIM9_PRIORITY = 3  # TIM1_BRK_TIM9_IRQn in the board's firmware (board facts, section 3)
+TIMER_INPUT_HZ = 84_000_000  # APB2 timer clock with SYSCLK at 84 MHz (board facts, section 1)
+
+
+class Application(Protocol):
+    """What the HAL calls in the firmware."""
+
+    def main(self) -> None:
+        """Runs from reset; never returns."""
+        ...
+
+    def HAL_TIM_PeriodElapsedCallback(self) -> None:
+        """Called from the timer's interrupt."""
+        ...
+
+
+class Hal:
+    """The HAL of one board."""
+
+    def __init__(self, clock: Clock, trace: Trace, core: Core, i2c: I2CBus, uart: Uart, gpio: Gpio) -> None:
+        self._clock = clock
+        self._core = core
+        self._i2c = i2c
+        self._uart = uart
+        self._gpio = gpio
+        self._sending = False
+        self._transferring = False
+        self._callback: Callable[[], None] | None = None
+        interrupt = Interrupt(core, _TIM9_PRIORITY, self._tim9_irq_handler)
+        self.tim9 = IntervalTimer("TIM9", clock, trace, TIMER_INPUT_HZ, interrupt.set_pending)
+
+    def link(self, application: Application) -> None:
+        """Connect the firmware whose callback the timer's interrupt calls (a weak symbol in C)."""
+        self._callback = application.HAL_TIM_PeriodElapsedCallback
+
+    # -- time -------------------------------------------------------------------------------------------
+
+    def HAL_GetTick(self) -> int:
+        """Milliseconds counted by SysTick since reset; it preempts everything and takes no time here."""
+        return self._clock.now_ps // PS_PER_MS
+
+    def HAL_Delay(self, delay_ms: int) -> None:
+        """Wait until ``delay_ms`` ticks have been counted: up to one tick less than that time."""
+        self._core.wait_until((self.HAL_GetTick() + delay_ms) * PS_PER_MS)
+
+    # -- I2C --------------------------------------------------------------------------------------------
+
+    def HAL_I2C_Mem_Read(self, dev_address: int, mem_address: int, size: int) -> tuple[int, bytes]:
+        """Read ``size`` bytes from a device's register on; (status, data), no data unless HAL_OK.
+
+        A call from an interrupt while main() is in a transfer is HAL_BUSY, as the HAL's lock makes it.
+        """
+        if self._transferring:
+            return HAL_BUSY, b""
+        bus, clock = self._i2c, self._clock
+        try:
+            data = bus.read_from(dev_address >> 1, mem_address, size)
+        except I2CError as error:
+            return self._i2c_failed(error), b""
+        end_ps = bus.end_ps
+        if clock.next_ps > end_ps:  # nothing happens meanwhile: the 800 Hz path
+            clock.now_ps = end_ps
+        else:
+            self._transfer()
+        return HAL_OK, data
+
+    def HAL_I2C_Mem_Write(self, dev_address: int, mem_address: int, data: bytes) -> int:
+        """Write bytes to a device's register on."""
+        if self._transferring:
+            return HAL_BUSY
+        try:
+            self._i2c.transfer(dev_address >> 1, bytes((mem_address,)) + data)
+        except I2CError as error:
+            return self._i2c_failed(error)
+        self._transfer()
+        return HAL_OK
+
+    def _transfer(self) -> None:
+        """Let the transfer take its time; a handler that calls meanwhile finds the handle locked."""
+        self._transferring = True
+        try:
+            self._core.elapse(self._i2c.end_ps - self._clock.now_ps)
+        finally:
+            self._transferring = False
+
+    def _i2c_failed(self, error: I2CError) -> int:
+        self._transfer()
+        return HAL_BUSY if isinstance(error, I2CStuckError) else HAL_ERROR
+
+    # -- USART1 -----------------------------------------------------------------------------------------
+
+    def HAL_UART_Transmit(self, data: bytes, timeout_ms: int) -> int:
+        """Send bytes and wait until the last has left; a call while another is sending is HAL_BUSY."""
+        if self._sending:
+            return HAL_BUSY
+        deadline_ps = (self.HAL_GetTick() + timeout_ms + 1) * PS_PER_MS
+        self._sending = True
+        try:
+            while data:
+                self._core.wait_until(self._uart.txe_ps)
+                if self._clock.now_ps >= deadline_ps:
+                    return HAL_TIMEOUT
+                data = data[self._uart.write(data, min(self._clock.next_ps, deadline_ps)) :]
+            self._core.wait_until(self._uart.idle_ps)
+        finally:
+            self._sending = False
+        return HAL_OK
+
+    def HAL_UART_Receive(self, size: int, timeout_ms: int) -> tuple[int, bytes]:
+        """Wait for ``size`` bytes; (HAL_TIMEOUT, what came) when they do not come in time."""
+        deadline_ps = (self.HAL_GetTick() + timeout_ms + 1) * PS_PER_MS
+        received = bytearray()
+        while len(received) < size:
+            self._core.wait_for(lambda: self._uart.rxne, deadline_ps)
+            value = self._uart.read_data()
+            if value is None:
+                return HAL_TIMEOUT, bytes(received)
+            received.append(value)
+        return HAL_OK, bytes(received)
+
+    # -- GPIO and TIM9 ----------------------------------------------------------------------------------
+
+    def HAL_GPIO_Init(self, port: str, pin: int) -> None:
+        """Make a pin a push-pull output."""
+        self._gpio.init_output(port, pin)
+
+    def HAL_GPIO_WritePin(self, port: str, pin: int, state: int) -> None:
+        """Drive a pin."""
+        self._gpio.write(port, pin, state)
+
+    def HAL_GPIO_TogglePin(self, port: str, pin: int) -> None:
+        """Invert a pin."""
+        self._gpio.write(port, pin, 0 if self._gpio.level(port, pin) else 1)
+
+    def HAL_TIM_Base_Init(self, prescaler: int, period: int) -> None:
+        """Set up TIM9."""
+        self.tim9.configure(prescaler, period)
+
+    def HAL_TIM_Base_Start_IT(self) -> None:
+        """Enable TIM9's interrupt, then its counter, in the HAL's order.
+
+        The flag that ``HAL_TIM_Base_Init`` has left calls the callback in between: the first period begins
+        when that is over.
+        """
+        self.tim9.enable_interrupt()
+        self._core.take_interrupts()
+        self.tim9.start()
+
+    def _tim9_irq_handler(self) -> None:
+        self.tim9.acknowledge()
+        assert self._callback is not None
+        self._callback()

@@ -1,0 +1,1 @@
+"""Virtual time: the board's clock and its queue of events, and durations as users write them."""
