@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from emulator.chip.image import load_firmware, parse_firmware
-from emulator.chip.image.loader import LONGEST_FILE
+from emulator.chip.image.image import LONGEST_FILE
 from emulator.errors import FirmwareFileError, InputError
 from tests.arm.elf_builder import FLASH, RAM, RAM_END, RESET, Load, code, elf
 

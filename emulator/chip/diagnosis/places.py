@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from emulator.chip.image import FirmwareImage
-from emulator.chip.image.symbol_table import FunctionAt
+from emulator.chip.image.symbols import FunctionAt
 
 
 class Places:

@@ -7,8 +7,7 @@ LEB128 number may be megabytes long. It also needs five times as long, which ``b
 It remains the independent witness in the tests.
 """
 
-from emulator.chip.image.image import FirmwareImage
-from emulator.chip.image.loader import load_firmware, parse_firmware
+from emulator.chip.image.image import FirmwareImage, load_firmware, parse_firmware
 from emulator.chip.image.segments import Segment
 from emulator.chip.image.symbols import Symbols
 

@@ -1,4 +1,5 @@
-"""C types as the compiler laid them out, and the values that bytes of memory have under them.
+"""C types as the compiler laid them out: the values that bytes of memory have under them, and how types are
+read from their debugging entries (DWARF 5 chapter 5).
 
 Every type has ``size`` in bytes, ``leaves``, the number of plain values in it, and
 ``value(raw, offset)``, the value of the bytes at ``offset``. Little-endian, as the chip.
@@ -7,10 +8,15 @@ Every type has ``size`` in bytes, ``leaves``, the number of plain values in it, 
 from __future__ import annotations
 
 import struct
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from types import SimpleNamespace
 from typing import Literal, Protocol
+
+from emulator.chip.image.dwarf import Cursor, DebugInfo, Entry
+from emulator.chip.image.elf import DebugInfoError
+from emulator.chip.image.memory_map import CAPACITY
 
 CValue = int | float | tuple["CValue", ...] | SimpleNamespace
 """int for integers, enumerations and pointers, bool for _Bool, float, tuple for arrays, and for structures
@@ -147,3 +153,212 @@ class Structure:
             elif isinstance(value, SimpleNamespace):
                 values |= vars(value)
         return SimpleNamespace(**values)
+
+
+# -- types from debugging entries ---------------------------------------------------------------------------
+
+_AT_TYPE = 0x49
+_AT_BYTE_SIZE, _AT_BIT_OFFSET, _AT_BIT_SIZE = 0x0B, 0x0C, 0x0D
+_AT_CONST_VALUE = 0x1C
+_AT_UPPER_BOUND, _AT_COUNT = 0x2F, 0x37
+_AT_MEMBER_LOCATION, _AT_DATA_BIT_OFFSET = 0x38, 0x6B
+_AT_ENCODING = 0x3E
+_OP_PLUS_UCONST = 0x23
+
+_ARRAY, _ENUMERATION, _POINTER, _STRUCTURE, _UNION = 0x01, 0x04, 0x0F, 0x13, 0x17
+_SUBRANGE, _BASE, _MEMBER, _REFERENCE, _RVALUE_REFERENCE, _CLASS = 0x21, 0x24, 0x0D, 0x10, 0x42, 0x02
+_TRANSPARENT = frozenset({0x16, 0x26, 0x35, 0x37, 0x47})  # typedef, const, volatile, restrict, _Atomic
+_POINTERS = frozenset({_POINTER, _REFERENCE, _RVALUE_REFERENCE})
+
+_DEEPEST = 32  # types within types
+_MOST_DIMENSIONS = 8  # together they keep the recursion of a value far below Python's limit
+
+_FLOAT, _BOOLEAN = 0x04, 0x02
+_SIGNED, _UNSIGNED = frozenset({0x05, 0x06, 0x0D}), frozenset({0x01, 0x07, 0x08, 0x10, 0x12})
+
+
+class TypeReader:
+    """Makes C types of entries, each once. Raises DebugInfoError for what C cannot mean or we do not read."""
+
+    def __init__(self, info: DebugInfo) -> None:
+        self._info = info
+        self._known: dict[int, CType] = {}
+        self._making: set[int] = set()
+
+    def type_of(self, entry: Entry) -> CType:
+        """The type that the entry's DW_AT_type refers to."""
+        target = self._info.referred(entry, _AT_TYPE)
+        if target is None:
+            raise DebugInfoError("a type is missing (void has no value)")
+        return self._made(target)
+
+    def _made(self, entry: Entry) -> CType:
+        if entry.offset not in self._known:
+            if entry.offset in self._making or len(self._making) == _DEEPEST:
+                raise DebugInfoError("a type contains itself, or is nested too deep")
+            self._making.add(entry.offset)
+            try:
+                self._known[entry.offset] = _bounded(self._make(entry))
+            finally:
+                self._making.remove(entry.offset)
+        return self._known[entry.offset]
+
+    def _make(self, entry: Entry) -> CType:
+        if entry.tag in _TRANSPARENT:
+            return self.type_of(entry)
+        if entry.tag == _BASE:
+            return _base(entry)
+        if entry.tag in _POINTERS:
+            return Integer(entry.number(_AT_BYTE_SIZE) or 4, signed=False)
+        if entry.tag == _ENUMERATION:
+            return self._enumeration(entry)
+        if entry.tag == _ARRAY:
+            return self._array(entry)
+        if entry.tag in {_STRUCTURE, _UNION, _CLASS}:
+            return self._structure(entry)
+        raise DebugInfoError(f"a type is of kind 0x{entry.tag:02X}, which has no value here")
+
+    def _enumeration(self, entry: Entry) -> CType:
+        """As the integer type under it where the compiler states one, otherwise signed if a constant is."""
+        if _AT_TYPE in entry.values:
+            return self.type_of(entry)
+        constants = [child.number(_AT_CONST_VALUE) or 0 for child in self._info.children(entry)]
+        return Integer(entry.number(_AT_BYTE_SIZE) or 4, signed=min(constants, default=0) < 0)
+
+    def _array(self, entry: Entry) -> CType:
+        made = self.type_of(entry)
+        ranges = [child for child in self._info.children(entry) if child.tag == _SUBRANGE]
+        if len(ranges) > _MOST_DIMENSIONS:
+            raise DebugInfoError(f"an array has {len(ranges)} dimensions")
+        for subrange in reversed(ranges):
+            made = _bounded(Array(made, _count(subrange)))
+        return made
+
+    def _structure(self, entry: Entry) -> CType:
+        size = entry.number(_AT_BYTE_SIZE)
+        if size is None:
+            raise DebugInfoError("a structure is declared only, not defined")
+        members = tuple(self._members(entry, size))
+        return Structure(size, members, sum(member.type.leaves for member in members))
+
+    def _members(self, entry: Entry, size: int) -> Iterator[Member]:
+        for child in self._info.children(entry):
+            if child.tag != _MEMBER:
+                continue
+            member = self._member(child)
+            if not 0 <= member.offset <= size - member.type.size:
+                raise DebugInfoError(f"the member {member.name!r} does not fit into its structure")
+            yield member
+
+    def _member(self, entry: Entry) -> Member:
+        name, kind = self._info.name(entry), self.type_of(entry)
+        bits = entry.number(_AT_BIT_SIZE)
+        if bits is None:
+            return Member(name, _location(entry), kind)
+        if not 1 <= bits <= 8 * kind.size:
+            raise DebugInfoError(f"the bit field {name!r} has {bits} bits")
+        first = _first_bit(entry, bits, kind.size)
+        signed = isinstance(kind, Integer) and kind.signed
+        return Member(name, first // 8, BitField(first % 8, bits, signed))
+
+
+def _base(entry: Entry) -> CType:
+    size, encoding = entry.number(_AT_BYTE_SIZE), entry.number(_AT_ENCODING)
+    if encoding == _FLOAT and size in {2, 4, 8}:
+        return Float(2 if size == 2 else 4 if size == 4 else 8)
+    if size is not None and 1 <= size <= 16:
+        if encoding == _BOOLEAN:
+            return Boolean(size)
+        if encoding in _SIGNED or encoding in _UNSIGNED:
+            return Integer(size, signed=encoding in _SIGNED)
+    raise DebugInfoError(f"a basic type has {size} bytes and encoding {encoding}, which is not read")
+
+
+def _count(subrange: Entry) -> int:
+    """Elements; 0 for a flexible array member. GCC gives the highest index, -1 where there is none."""
+    count = subrange.number(_AT_COUNT)
+    if count is None:
+        highest = subrange.number(_AT_UPPER_BOUND)
+        count = 0 if highest in {None, 0xFFFF_FFFF} else (highest or 0) + 1
+    if not 0 <= count <= CAPACITY:
+        raise DebugInfoError(f"an array has {count} elements")
+    return count
+
+
+def _location(member: Entry) -> int:
+    """Offset in bytes: a number, or in DWARF 2 an expression that adds one."""
+    expression = member.block(_AT_MEMBER_LOCATION)
+    if expression is None:
+        return member.number(_AT_MEMBER_LOCATION) or 0
+    if expression[:1] != bytes([_OP_PLUS_UCONST]):
+        raise DebugInfoError("a member's place is computed, which is not read")
+    return Cursor(expression, 1).uleb128()
+
+
+def _first_bit(member: Entry, bits: int, unit_size: int) -> int:
+    """Least significant bit, counted from the structure's start (DWARF 5 section 5.7.6).
+
+    Before DWARF 4 the distance from the most significant bit of the storage unit was given instead.
+    """
+    first = member.number(_AT_DATA_BIT_OFFSET)
+    if first is None:
+        size = member.number(_AT_BYTE_SIZE) or unit_size
+        first = 8 * (_location(member) + size) - bits - (member.number(_AT_BIT_OFFSET) or 0)
+    if first < 0:
+        raise DebugInfoError("a bit field begins before its structure")
+    return first
+
+
+def _bounded(made: CType) -> CType:
+    """Overlapping members and nested arrays can make a few bytes of description stand for any size."""
+    if made.size > CAPACITY or made.leaves > CAPACITY:
+        raise DebugInfoError(f"a type has {made.size} bytes, more than the chip's memories")
+    return made
+
+
+# -- the type of the variable at an address (section 4.1) ---------------------------------------------------
+
+_VARIABLE = 0x34
+_AT_LOCATION, _AT_ABSTRACT_ORIGIN, _AT_SPECIFICATION = 0x02, 0x31, 0x47
+_OP_ADDR = 0x03
+_MOST_VARIABLES = 1 << 16  # one for each byte of RAM
+_LONGEST_CHAIN = 8  # a definition refers to its declaration, an inlined static to its origin: two steps
+
+
+class Variables:
+    """Types of the variables that have a fixed address. Raises DebugInfoError where the file is damaged.
+
+    Entries are matched by address, not by name: a name may be declared anywhere, an address belongs to one.
+    """
+
+    def __init__(self, info: DebugInfo) -> None:
+        self._info = info
+        self._types = TypeReader(info)
+        self._entries: dict[int, Entry] = {}
+        self._known: dict[int, CType] = {}
+        for entry in info.find(_VARIABLE):
+            location = entry.block(_AT_LOCATION)
+            if location is not None and len(location) == 5 and location[0] == _OP_ADDR:
+                self._entries.setdefault(int.from_bytes(location[1:], "little"), entry)
+            if len(self._entries) > _MOST_VARIABLES:
+                raise DebugInfoError(f"it describes more than {_MOST_VARIABLES} variables")
+
+    def type_at(self, address: int) -> CType:
+        """The type of the variable at ``address``."""
+        if address not in self._known:
+            self._known[address] = self._type_at(address)
+        return self._known[address]
+
+    def _type_at(self, address: int) -> CType:
+        entry = self._entries.get(address)
+        if entry is None:
+            raise DebugInfoError("it has no debug information; compile with GCC and -g (not -gsplit-dwarf)")
+        for _ in range(_LONGEST_CHAIN):
+            if _AT_TYPE in entry.values:
+                return self._types.type_of(entry)
+            origin = _AT_SPECIFICATION if _AT_SPECIFICATION in entry.values else _AT_ABSTRACT_ORIGIN
+            declaration = self._info.referred(entry, origin)
+            if declaration is None:
+                break
+            entry = declaration
+        raise DebugInfoError("its entry has no type")

@@ -1,28 +1,35 @@
 """ELF executables (Tool Interface Standard, ELF specification 1.2; ELF for the Arm Architecture, IHI 0044).
 
 What is flashed is taken from the program headers, at their physical addresses: that is where a programmer
-puts the initial values of ``.data``, for the start-up code to copy. Sections are wanted for symbols only.
+puts the initial values of ``.data``, for the start-up code to copy. Sections are wanted for symbols only: a
+damaged one costs the symbols, never the run, so problems there are ``DebugInfoError``, an internal error that
+``Symbols`` turns into a note.
 """
 
 from __future__ import annotations
 
 import struct
+import zlib
 from typing import NamedTuple
 
 from emulator.chip.image.memory_map import CAPACITY, CHIP, fits
-from emulator.chip.image.sections import Sections
 from emulator.chip.image.segments import Segment, check_place, join
-from emulator.chip.image.symbols import Symbols
 from emulator.errors import FirmwareFileError
 
 MAGIC = b"\x7fELF"
 _RIGHT = "give the ELF that arm-none-eabi-gcc links for the STM32F401"
 _HEADER = struct.Struct("<16s2H5I6H")
 _PROGRAM_HEADER = struct.Struct("<8I")
-_SECTION_HEADER_SIZE = 40
+_SECTION_HEADER = struct.Struct("<10I")
+_COMPRESSION_HEADER = struct.Struct("<3I")
 _EXECUTABLE, _ARM = 2, 40
 _LOAD, _DYNAMIC, _INTERPRETER = 1, 2, 3
 _LINUX_ABI = 3
+_LARGEST_UNPACKED = 64 << 20  # bytes of all sections unpacked, together
+_LONGEST_NAME = 64
+_NOBITS = 8
+_COMPRESSED = 0x800  # SHF_COMPRESSED
+_ZLIB = 1
 _TYPES = {
     1: "an object file (.o), not linked yet",
     3: "a shared object or position independent program",
@@ -46,8 +53,9 @@ class Elf(NamedTuple):
     """What a firmware needs of an ELF file."""
 
     segments: tuple[Segment, ...]
-    symbols: Symbols | None
-    notes: tuple[str, ...]
+    sections: Sections | None
+    """None if there is no symbol table among them; ``note`` says why."""
+    note: str = ""
 
 
 class _Header(NamedTuple):
@@ -79,7 +87,7 @@ class _ProgramHeader(NamedTuple):
 
 
 def open_elf(file: str, data: bytes) -> Elf:
-    """Contents and symbols of an executable for this chip. Raises FirmwareFileError."""
+    """Contents and sections of an executable for this chip. Raises FirmwareFileError."""
     header = _header(file, data)
     programs = _program_headers(file, data, header)
     loads = [
@@ -95,15 +103,11 @@ def open_elf(file: str, data: bytes) -> Elf:
     segments = join(file, pieces)
     if not segments:
         raise FirmwareFileError(file, f"loads nothing; {_RIGHT}")
-    return _with_symbols(segments, data, header)
-
-
-def _with_symbols(segments: tuple[Segment, ...], data: bytes, header: _Header) -> Elf:
     sections = Sections(data, header.section_headers, header.section_header_count, header.names_section)
     if ".symtab" in sections:
-        return Elf(segments, Symbols(sections), ())
+        return Elf(segments, sections)
     reason = sections.problem or "it has no symbol table; a stripped ELF runs, but is diagnosed without names"
-    return Elf(segments, None, (f"no symbols: {reason}",))
+    return Elf(segments, None, f"no symbols: {reason}")
 
 
 def _header(file: str, data: bytes) -> _Header:
@@ -136,7 +140,7 @@ def _program_headers(file: str, data: bytes, header: _Header) -> list[_ProgramHe
         raise FirmwareFileError(file, problem)
     _check_inside(file, data, "program header table", start, count * _PROGRAM_HEADER.size)
     if header.section_header_count:
-        size = header.section_header_count * _SECTION_HEADER_SIZE
+        size = header.section_header_count * _SECTION_HEADER.size
         _check_inside(file, data, "section header table", header.section_headers, size)
     table = data[start : start + count * _PROGRAM_HEADER.size]
     programs = [_ProgramHeader(*fields) for fields in _PROGRAM_HEADER.iter_unpack(table)]
@@ -167,3 +171,120 @@ def _check_inside(file: str, data: bytes, what: str, start: int, size: int) -> N
             f"is cut short or damaged: its {what} ends at byte {start + size}, the file at {len(data)}; "
             "build or copy it again",
         )
+
+
+# -- sections by name, unpacked where compressed, with bounds on everything ---------------------------------
+
+
+class DebugInfoError(Exception):
+    """Symbols or debug information are damaged, or of a kind that is not read."""
+
+
+class _SectionHeader(NamedTuple):
+    name: int
+    type: int
+    flags: int
+    address: int
+    offset: int
+    size: int
+    link: int
+    info: int
+    align: int
+    entry_size: int
+
+
+class Sections:
+    """Sections of the ELF file ``data``, whose header table has ``count`` entries from ``offset`` on.
+
+    The first section of a name counts. ``problem`` says why there is none at all, or is None.
+    """
+
+    def __init__(self, data: bytes, offset: int, count: int, names: int) -> None:
+        self.problem: str | None = None
+        self._data = data
+        self._unpacked = 0
+        self._headers: list[_SectionHeader] = []
+        self._by_name: dict[bytes, _SectionHeader] = {}
+        table = data[offset : offset + count * _SECTION_HEADER.size]
+        if len(table) == count * _SECTION_HEADER.size:
+            self._headers = [_SectionHeader(*fields) for fields in _SECTION_HEADER.iter_unpack(table)]
+        if names < len(self._headers):
+            self._name_all(self._headers[names])
+        elif count:
+            self.problem = "the table of section names is missing"
+
+    def __contains__(self, name: str) -> bool:
+        return name.encode() in self._by_name
+
+    def get(self, name: str) -> bytes:
+        """Contents of a section, unpacked; empty if there is none. Raises DebugInfoError."""
+        header = self._by_name.get(name.encode())
+        if header is not None:
+            raw = self._contents(header, name)
+            return self._unpack(raw, name) if header.flags & _COMPRESSED else raw
+        old_style = ".z" + name.removeprefix(".")  # GNU's own packing, before there was a flag for it
+        header = self._by_name.get(old_style.encode())
+        return b"" if header is None else self._unpack_old(self._contents(header, old_style), old_style)
+
+    def linked(self, name: str) -> bytes:
+        """Contents of the section that section ``name`` links to: the strings of a symbol table."""
+        header = self._by_name[name.encode()]
+        if header.link >= len(self._headers):
+            raise DebugInfoError(f"{name} links to section {header.link}, which does not exist")
+        return self._contents(self._headers[header.link], f"the strings of {name}")
+
+    def _name_all(self, names: _SectionHeader) -> None:
+        try:
+            strings = self._contents(names, "the table of section names")
+        except DebugInfoError as problem:
+            self.problem = str(problem)
+            return
+        for header in self._headers:
+            self._by_name.setdefault(string_at(strings, header.name, _LONGEST_NAME), header)
+
+    def _contents(self, header: _SectionHeader, name: str) -> bytes:
+        if header.type == _NOBITS:
+            return b""
+        if header.offset + header.size > len(self._data):
+            raise DebugInfoError(f"{name} reaches beyond the end of the file")
+        return self._data[header.offset : header.offset + header.size]
+
+    def _unpack(self, raw: bytes, name: str) -> bytes:
+        """A section with a compression header (ELF generic ABI, "Section Compression")."""
+        if len(raw) < _COMPRESSION_HEADER.size:
+            raise DebugInfoError(f"{name} is cut short")
+        method, size, _ = _COMPRESSION_HEADER.unpack_from(raw)
+        if method != _ZLIB:
+            raise DebugInfoError(
+                f"{name} is packed with method {method}; link with --compress-debug-sections=none"
+            )
+        return self._inflate(raw[_COMPRESSION_HEADER.size :], size, name)
+
+    def _unpack_old(self, raw: bytes, name: str) -> bytes:
+        if raw[:4] != b"ZLIB" or len(raw) < 12:
+            raise DebugInfoError(f"{name} does not begin with ZLIB and its size")
+        return self._inflate(raw[12:], int.from_bytes(raw[4:12], "big"), name)
+
+    def _inflate(self, packed: bytes, size: int, name: str) -> bytes:
+        self._unpacked += size
+        if self._unpacked > _LARGEST_UNPACKED:
+            raise DebugInfoError(f"{name} unpacks to {size} bytes; {_LARGEST_UNPACKED} are allowed in all")
+        try:
+            data = zlib.decompressobj().decompress(packed, max(size, 1))
+        except zlib.error:
+            raise DebugInfoError(f"{name} cannot be unpacked") from None
+        if len(data) != size:
+            raise DebugInfoError(f"{name} unpacks to another size than it says")
+        return data
+
+
+def string_at(strings: bytes, offset: int, longest: int) -> bytes:
+    """The zero-terminated string at ``offset``, cut after ``longest`` bytes; empty outside the table."""
+    end = strings.find(b"\0", offset, offset + longest)
+    return strings[offset : end if end >= 0 else offset + longest]
+
+
+def printable(raw: bytes) -> str:
+    """A name as text that can be shown on one line: a forged file shall not steer the terminal."""
+    text = raw.decode("utf-8", "replace")
+    return text if text.isprintable() else "".join(sign if sign.isprintable() else "?" for sign in text)

@@ -1,17 +1,23 @@
-"""A firmware as it would be flashed, and the checks of its vector table.
+"""A firmware as it would be flashed: from a path to contents of memory, and the checks of the vector table.
 
 The vector table at the start of flash says where execution begins, as in the chip: after reset the core takes
 its stack pointer from the first word and its program counter from the second (PM0214 2.3.4, ARMv7-M ARM
 B1.5.5). The entry address that an ELF or HEX file states is meant for debuggers and is not used.
+
+Decision: what kind of file it is, is taken from the contents. A suffix is only what somebody called the file;
+a ``.bin`` that is an ELF is a frequent slip, and harmless when the magic number decides.
 """
 
 from __future__ import annotations
 
+import stat
 import struct
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
+from emulator.chip.image.elf import MAGIC, open_elf
+from emulator.chip.image.intel_hex import looks_like_hex, read_hex
 from emulator.chip.image.memory_map import FLASH, RAM
 from emulator.chip.image.segments import Segment
 from emulator.chip.image.symbols import Symbols
@@ -82,3 +88,95 @@ def _check_reset(file: str, vector: int, segments: tuple[Segment, ...]) -> None:
         raise FirmwareFileError(
             file, f"has nothing at its reset vector 0x{vector:08X}; is it cut short, or the wrong file?"
         )
+
+
+# -- from a path to an image --------------------------------------------------------------------------------
+
+LONGEST_FILE = 64 << 20  # bytes; ST's stock firmware with all its debug information has 4 MB
+
+
+def load_firmware(path: str | Path) -> FirmwareImage:
+    """The firmware in an ELF, Intel HEX or raw binary file.
+
+    Raises FirmwareFileError, and nothing else, when it is no firmware for this board: one line that says what
+    is wrong with which file and what would be right.
+    """
+    return parse_firmware(_contents(Path(path)), path)
+
+
+def parse_firmware(data: bytes, path: str | Path) -> FirmwareImage:
+    """As ``load_firmware``, from the contents; ``path`` is only named in messages and in the result."""
+    path = Path(path)
+    file = str(path)
+    if not data:
+        raise FirmwareFileError(file, "is empty; give the ELF, HEX or BIN file that the build made")
+    if len(data) > LONGEST_FILE:
+        raise FirmwareFileError(
+            file, f"is {len(data)} bytes long; firmware files have {LONGEST_FILE} at most"
+        )
+    if data.startswith(MAGIC):
+        elf = open_elf(file, data)
+        symbols = Symbols(elf.sections) if elf.sections else None
+        return checked(path, "elf", elf.segments, symbols, (elf.note,) if elf.note else ())
+    if looks_like_hex(data):
+        return checked(path, "hex", read_hex(file, data))
+    return checked(path, "bin", read_binary(file, data))
+
+
+def _contents(path: Path) -> bytes:
+    """The whole file, once its kind and size are known to be harmless."""
+    try:
+        status = path.stat()
+        if stat.S_ISDIR(status.st_mode):
+            raise FirmwareFileError(str(path), "is a folder; give the ELF, HEX or BIN file in it")
+        if not stat.S_ISREG(status.st_mode):
+            raise FirmwareFileError(str(path), "is no ordinary file; give an ELF, HEX or BIN file")
+        if status.st_size > LONGEST_FILE:
+            problem = f"is {status.st_size} bytes long; firmware files have {LONGEST_FILE} at most"
+            raise FirmwareFileError(str(path), problem)
+        with path.open("rb") as file:
+            return file.read(LONGEST_FILE + 1)
+    except FileNotFoundError:
+        raise FirmwareFileError(str(path), "does not exist; give the ELF, HEX or BIN file to run") from None
+    except (OSError, ValueError) as problem:  # ValueError: a path with a zero byte in it
+        reason = getattr(problem, "strerror", None) or problem
+        raise FirmwareFileError(str(path), f"cannot be read: {reason}") from None
+
+
+# -- raw binary: the bytes of flash from its first address on, nothing else ---------------------------------
+
+_FOREIGN = {
+    b"MZ": "a Windows program",
+    b"PK\x03\x04": "a ZIP archive; unpack it and give the ELF, HEX or BIN inside",
+    b"!<arch>\n": "a static library (.a); link it into an ELF",
+    b"UF2\n": "a UF2 file; give the ELF, HEX or BIN of the same build",
+    b"\xcf\xfa\xed\xfe": "a macOS program",
+    b"\x1f\x8b": "a gzip archive; unpack it and give the ELF, HEX or BIN inside",
+}
+_S_RECORDS = (b"S0", b"S1", b"S2", b"S3")
+_TEXT_BYTES = frozenset(range(0x20, 0x7F)) | frozenset(b"\t\n\r\f")
+_TEXT_SAMPLE = 256  # bytes; a vector table with its zero and 0x08 bytes is never all text
+
+
+def read_binary(file: str, data: bytes) -> tuple[Segment, ...]:
+    """The file as contents of flash. Raises FirmwareFileError if it is something else or too long."""
+    problem = _foreign(data)
+    if problem:
+        raise FirmwareFileError(file, problem)
+    size = FLASH.end - FLASH.start
+    if len(data) > size:
+        raise FirmwareFileError(
+            file, f"is {len(data)} bytes long; as raw contents of flash it can have {size} at most"
+        )
+    return (Segment(FLASH.start, data),)
+
+
+def _foreign(data: bytes) -> str | None:
+    for magic, what in _FOREIGN.items():
+        if data.startswith(magic):
+            return f"is {what}"
+    if data.startswith(_S_RECORDS) and _TEXT_BYTES.issuperset(data[:_TEXT_SAMPLE]):
+        return "holds Motorola S-records; convert it: arm-none-eabi-objcopy -I srec -O ihex"
+    if _TEXT_BYTES.issuperset(data[:_TEXT_SAMPLE]):
+        return "is a text; give the ELF, HEX or BIN file that the build made of it"
+    return None

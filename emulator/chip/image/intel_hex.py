@@ -13,7 +13,7 @@ from emulator.chip.image.memory_map import CAPACITY
 from emulator.chip.image.segments import Segment, check_place, join
 from emulator.errors import FirmwareFileError
 
-_LONGEST = 16 * CAPACITY  # characters: every byte of both memories in a record of its own needs 15 each
+_LONGEST_FILE = 16 * CAPACITY  # characters: every byte of both memories in a record of its own needs 15 each
 _DATA, _END, _SEGMENT_BASE, _SEGMENT_START, _LINEAR_BASE, _LINEAR_START = range(6)
 _LENGTHS = {_END: 0, _SEGMENT_BASE: 2, _SEGMENT_START: 4, _LINEAR_BASE: 2, _LINEAR_START: 4}
 
@@ -34,9 +34,9 @@ def looks_like_hex(data: bytes) -> bool:
 
 def read_hex(file: str, data: bytes) -> tuple[Segment, ...]:
     """Contents by rising address; any line ending. Raises FirmwareFileError, which names the line."""
-    if len(data) > _LONGEST:
+    if len(data) > _LONGEST_FILE:
         raise FirmwareFileError(
-            file, f"is {len(data)} bytes long; Intel HEX for this board has {_LONGEST} at most"
+            file, f"is {len(data)} bytes long; Intel HEX for this board has {_LONGEST_FILE} at most"
         )
     pieces: list[Segment] = []
     base, wraps, ended = 0, False, False
@@ -46,7 +46,7 @@ def read_hex(file: str, data: bytes) -> tuple[Segment, ...]:
             continue
         where = f"line {number}"
         if ended:
-            raise FirmwareFileError(file, f"{where}: follows the end record; remove what is behind it")
+            raise FirmwareFileError(file, f"{where}: follows the end record; remove what comes after it")
         record = _record(file, where, text)
         if record.kind == _DATA:
             pieces += _placed(file, record, base, wraps)
@@ -88,7 +88,7 @@ def _record(file: str, where: str, text: bytes) -> Record:
 
 
 def _placed(file: str, record: Record, base: int, wraps: bool) -> list[Segment]:
-    """The record's data in memory; behind a segment base the 16-bit address wraps inside the 64 KB."""
+    """The record's data in memory; after a segment base the 16-bit address wraps inside the 64 KB."""
     first = record.data[: 0x10000 - record.address] if wraps else record.data
     rest = record.data[len(first) :]
     pieces = [Segment(base + record.address, first), Segment(base, rest)]

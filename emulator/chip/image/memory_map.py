@@ -1,4 +1,4 @@
-"""Where firmware may lie in an STM32F401CC: 256 KB of flash, 64 KB of RAM (board facts 1, RM0368 table 1)."""
+"""Where firmware may lie in an STM32F401CC: 256 KB of flash, 64 KB of RAM (datasheet DS9716, section 5)."""
 
 from __future__ import annotations
 

@@ -1,7 +1,11 @@
-"""The tree of debugging entries in ``.debug_info`` (DWARF 5 sections 2, 7.5; versions 2 to 5 of it).
+"""The tree of debugging entries in ``.debug_info`` (DWARF 5 sections 2, 7.5; versions 2 to 5 of it), and the
+numbers and strings that it and the line numbers are made of.
 
 Decision: entries are read flat, in the order of the file, never by their sibling references. Following those
 would skip what lies between, but a forged one can point backwards and make a circle.
+
+Not read: forms that refer to tables of strings and addresses by index, which GCC writes for split debug
+information only (``-gsplit-dwarf``); they are skipped at their right length, their values mean nothing here.
 """
 
 from __future__ import annotations
@@ -11,19 +15,173 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
-from emulator.chip.image.cursor import Budget, Cursor
-from emulator.chip.image.forms import (
-    FIXED_SIZES,
-    IMPLICIT_CONST,
-    LINE_STRP,
-    REF_ADDR,
-    REF_SIGNATURE,
-    REF_UNIT,
-    STRP,
-    Value,
-    read_value,
-)
-from emulator.chip.image.sections import DebugInfoError, Sections, printable
+from emulator.chip.image.elf import DebugInfoError, Sections, printable
+
+# -- numbers and strings, never beyond the end, never more than a budget allows -----------------------------
+
+_LONGEST_LEB128 = 10  # bytes of a 64-bit number; more would only be padding
+_LONGEST_STRING = 4096
+_DWARF64 = 0xFFFF_FFF0  # lengths from here on announce the 64-bit format
+
+
+class Budget:
+    """Work that reading debug information may take; ``spent`` counts table entries and instructions.
+
+    A file can make a short table stand for endless work (sharing, zero-sized entries); counted, it cannot.
+    Memory is bounded by it, too: what is kept as an object costs ``OBJECT``.
+    """
+
+    LIMIT = 10_000_000  # some seconds; the lab's solution takes 160,000
+    OBJECT = 32
+
+    def __init__(self) -> None:
+        self.spent = 0
+
+    def spend(self, amount: int) -> None:
+        """Raise DebugInfoError when the limit is passed."""
+        self.spent += amount
+        if self.spent > self.LIMIT:
+            raise DebugInfoError(f"the debug information takes more than {self.LIMIT} steps to read")
+
+
+class Cursor:
+    """A place in ``data``; little-endian reads move it on. Each raises DebugInfoError at ``end``."""
+
+    __slots__ = ("data", "end", "offset")
+
+    def __init__(self, data: bytes, offset: int = 0, end: int | None = None) -> None:
+        self.data = data
+        self.offset = offset
+        self.end = len(data) if end is None else min(end, len(data))
+
+    def skip(self, size: int) -> int:
+        """Move on by ``size`` bytes; returns the offset before."""
+        start = self.offset
+        if start + size > self.end:
+            raise DebugInfoError("debug information is cut short")
+        self.offset = start + size
+        return start
+
+    def take(self, size: int) -> bytes:
+        """The next ``size`` bytes."""
+        start = self.skip(size)
+        return self.data[start : start + size]
+
+    def byte(self) -> int:
+        """The next byte."""
+        return self.data[self.skip(1)]
+
+    def unsigned(self, size: int) -> int:
+        """An unsigned number of ``size`` bytes."""
+        start = self.skip(size)
+        return int.from_bytes(self.data[start : start + size], "little")
+
+    def uleb128(self) -> int:
+        """An unsigned number of variable length (DWARF 5 section 7.6)."""
+        if self.offset < self.end and self.data[self.offset] < 0x80:  # one byte: nearly every one
+            return self.byte()
+        return self._leb128()[0]
+
+    def sleb128(self) -> int:
+        """A signed number of variable length (DWARF 5 section 7.6)."""
+        value, bits = self._leb128()
+        return value - (1 << bits) if value >> (bits - 1) else value
+
+    def string(self) -> bytes:
+        """A zero-terminated string."""
+        end = self.data.find(b"\0", self.offset, min(self.end, self.offset + _LONGEST_STRING))
+        if end < 0:
+            raise DebugInfoError("a string in the debug information has no end")
+        text = self.data[self.offset : end]
+        self.offset = end + 1
+        return text
+
+    def unit(self) -> Cursor:
+        """A cursor over the unit that begins here, after its length; this one moves past the unit."""
+        size = self.unsigned(4)
+        if size >= _DWARF64:
+            raise DebugInfoError("debug information is in the 64-bit format, which no 32-bit chip needs")
+        start = self.skip(size)
+        return Cursor(self.data, start, start + size)
+
+    def _leb128(self) -> tuple[int, int]:
+        value = bits = 0
+        for _ in range(_LONGEST_LEB128):
+            byte = self.byte()
+            value |= (byte & 0x7F) << bits
+            bits += 7
+            if byte < 0x80:
+                return value, bits
+        raise DebugInfoError("a number in the debug information has no end")
+
+
+# -- how attribute values are encoded (section 7.5.6, for 32-bit DWARF and 4-byte addresses) ----------------
+
+STRING, STRP, LINE_STRP = 0x08, 0x0E, 0x1F
+REF_ADDR, REF_SIGNATURE = 0x10, 0x20
+REF_UNIT = frozenset({0x11, 0x12, 0x13, 0x14, 0x15})  # ref1, ref2, ref4, ref8, ref_udata
+IMPLICIT_CONST = 0x21
+_FLAG_PRESENT = 0x19
+_BLOCK1, _BLOCK2, _BLOCK4, _BLOCK, _EXPRLOC = 0x0A, 0x03, 0x04, 0x09, 0x18
+_BLOCK_LENGTHS = {_BLOCK1: 1, _BLOCK2: 2, _BLOCK4: 4}
+_SDATA, _UDATA = 0x0D, 0x0F
+_UNSIGNED_LEB128 = frozenset({_UDATA, 0x15, 0x1A, 0x1B, 0x22, 0x23})  # ref_udata, strx, addrx, lists' indices
+
+FIXED_SIZES = {
+    0x01: 4,  # addr
+    0x05: 2,  # data2
+    0x06: 4,  # data4
+    0x07: 8,  # data8
+    0x0B: 1,  # data1
+    0x0C: 1,  # flag
+    STRP: 4,
+    REF_ADDR: 4,
+    0x11: 1,  # ref1
+    0x12: 2,  # ref2
+    0x13: 4,  # ref4
+    0x14: 8,  # ref8
+    0x17: 4,  # sec_offset
+    _FLAG_PRESENT: 0,
+    0x1C: 4,  # ref_sup4
+    0x1D: 4,  # strp_sup
+    0x1E: 16,  # data16
+    LINE_STRP: 4,
+    REF_SIGNATURE: 8,
+    IMPLICIT_CONST: 0,
+    0x24: 8,  # ref_sup8
+    0x25: 1,  # strx1
+    0x26: 2,  # strx2
+    0x27: 3,  # strx3
+    0x28: 4,  # strx4
+    0x29: 1,  # addrx1
+    0x2A: 2,  # addrx2
+    0x2B: 3,  # addrx3
+    0x2C: 4,  # addrx4
+}
+
+Value = int | bytes
+"""Numbers, offsets and references as they stand; bytes for blocks, expressions and inline strings."""
+
+
+def read_value(cursor: Cursor, form: int) -> Value:
+    """The value at the cursor; 0 where the abbreviation itself holds it. Raises DebugInfoError."""
+    size = FIXED_SIZES.get(form)
+    if size is not None:
+        return cursor.unsigned(size)
+    if form in _UNSIGNED_LEB128:
+        return cursor.uleb128()
+    if form == _SDATA:
+        return cursor.sleb128()
+    if form == STRING:
+        return cursor.string()
+    if form in _BLOCK_LENGTHS:
+        return cursor.take(cursor.unsigned(_BLOCK_LENGTHS[form]))
+    if form in {_BLOCK, _EXPRLOC}:
+        return cursor.take(cursor.uleb128())
+    raise DebugInfoError(f"debug information has a value of unknown form 0x{form:X}")
+
+
+# -- entries ------------------------------------------------------------------------------------------------
 
 AT_NAME = 0x03
 _UNIT_SKELETON, _UNIT_SPLIT = 4, 5
@@ -53,7 +211,7 @@ class Unit:
 
 @dataclass(frozen=True)
 class Entry:
-    """A debugging entry: ``values`` maps an attribute to its form and value, ``after`` is behind them."""
+    """A debugging entry: ``values`` maps an attribute to its form and value, ``after`` is where they end."""
 
     unit: Unit
     offset: int
