@@ -46,7 +46,7 @@ def patch(board: Board, function: str, *code: int) -> int:
         ((0xFFFF, 0xFFFF), "execution went to erased flash, 0x{0:08X}"),
         ((0x4800, 0x4700, 0x0001, 0x6000), "execution went to 0x60000000, where no program is"),
         ((0x4801, 0x6800, NOP, NOP, 0x0000, 0x6000), "read of address 0x60000000, where nothing is"),
-        ((0x4801, 0x6000, NOP, NOP, 0x0000, 0x2001), "write to address 0x20010000, behind the end of RAM"),
+        ((0x4801, 0x6000, NOP, NOP, 0x0000, 0x2001), "write to address 0x20010000, after the end of RAM"),
         ((0x2000, 0x6040), "write through a NULL pointer"),  # MOVS R0, #0; STR R0, [R0, #4]
         ((0x2001, 0x0300, 0x6000), "write through a NULL pointer"),  # to 0x1000
         ((0x2000, 0x4780), "call through a NULL function pointer"),  # MOVS R0, #0; BLX R0

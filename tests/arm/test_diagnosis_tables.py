@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from emulator import Board
-from emulator.chip.diagnosis.addresses import nobody
-from emulator.chip.diagnosis.fault_bits import CFSR, HFSR, decoded
-from emulator.chip.diagnosis.vectors import exception_name, handler_name
+from emulator.chip.diagnosis.evidence import nobody
+from emulator.chip.diagnosis.faults import CFSR, HFSR, decoded
+from emulator.chip.diagnosis.hang import exception_name, handler_name
 
 
 @pytest.mark.parametrize(

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 from emulator.chip.cpu.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE
 from emulator.chip.gdb.description import REGISTERS, memory_map_xml, target_xml
-from emulator.chip.gdb.packets import LONGEST, Arrival, Framer, frame, unescape
-from emulator.chip.gdb.replies import MALFORMED, OK, REFUSED
+from emulator.chip.gdb.packets import LONGEST, MALFORMED, OK, REFUSED, Arrival, Framer, frame, unescape
 from emulator.chip.gdb.session import Ending
 from emulator.chip.gdb.target import Point, PointKind, Stop
 from tests.arm.gdb_fakes import INSTRUCTION_PS, LOOP_END, START, Debugger, FakeTarget

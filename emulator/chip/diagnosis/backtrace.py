@@ -1,11 +1,12 @@
-"""Who has called whom: found by looking through the stack (ARMv7-M ARM B1.5.6, B1.5.8).
+"""Where a program is, in a student's words, and who has called whom.
 
-Firmware is compiled without frame pointers, and the tables that would tell the frames are in few of the files
-that students run. So every word of the stack is looked at: one that leads behind a BL or BLX may be a return
-address. A word that is left over from an earlier call looks the same; it is recognised where the BL leads to
-another function than the one found before it (or to one that jumps there, as compilers do with the last call
-of a function), and kept in doubt. An EXC_RETURN value on the stack is followed by the registers that the
-hardware saved when it interrupted something.
+Decision: callers are found by looking through the stack (ARMv7-M ARM B1.5.6, B1.5.8). Firmware is compiled
+without frame pointers, and the tables that would tell the frames are in few of the files that students run.
+So every word of the stack is looked at: one that points to just after a BL or BLX may be a return address. A
+word that is left over from an earlier call looks the same; it is recognised where the BL leads to another
+function than the one found before it (or to one that jumps there, as compilers do with the last call of a
+function), and kept in doubt. An EXC_RETURN value on the stack is followed by the registers that the hardware
+saved when it interrupted something.
 """
 
 from __future__ import annotations
@@ -14,8 +15,65 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 from emulator.chip.cpu.thumb import Flow, decode
-from emulator.chip.diagnosis.places import Places
+from emulator.chip.image import FirmwareImage
 from emulator.chip.image.memory_map import FLASH, RAM
+from emulator.chip.image.symbols import FunctionAt
+
+# -- addresses as function and source line, as far as the file tells ----------------------------------------
+
+
+class Places:
+    """Names of addresses of one firmware; stripped firmware has numbers only."""
+
+    def __init__(self, image: FirmwareImage) -> None:
+        self._symbols = image.symbols
+        self.stack_top = image.stack_pointer
+
+    def function(self, address: int) -> FunctionAt | None:
+        """The function that holds an address."""
+        return self._symbols.function_at(address) if self._symbols else None
+
+    def function_name(self, address: int) -> str:
+        """Its name; empty where there is none."""
+        found = self.function(address)
+        return found.name if found else ""
+
+    def place(self, address: int) -> str:
+        """``main(), main.c:42``; without line numbers ``main() + 0x1C``; without symbols the address."""
+        function = self.function(address)
+        line = self._symbols.line_at(address) if self._symbols else None
+        if function is None:
+            return f"{line}" if line else f"0x{address:08X}"
+        if line is None:
+            return f"{function.name}() + 0x{function.offset:X} (0x{address:08X})"
+        return f"{function.name}(), {line}"
+
+    def variable(self, address: int) -> str:
+        """The variable at an address, or the address."""
+        symbol = self._symbols.object_at(address) if self._symbols else None
+        return symbol.name if symbol else f"the variable at 0x{address:08X}"
+
+    def address_of(self, *names: str) -> int | None:
+        """The address of the first symbol of these names that there is."""
+        for name in names:
+            try:
+                return self._symbols.address_of(name) if self._symbols else None
+            except KeyError:
+                continue
+        return None
+
+    def end_of_variables(self) -> int | None:
+        """Where ``.bss`` ends and heap and stack may begin, by the linker script's usual symbols."""
+        return self.address_of("_end", "end", "_ebss", "__bss_end__")
+
+    def help(self) -> list[str]:
+        """What to do for better names."""
+        if self._symbols is None:
+            return ["The file has no symbols, so these are addresses; run the ELF that was not stripped."]
+        return []
+
+
+# -- callers ------------------------------------------------------------------------------------------------
 
 ReadWord = Callable[[int], int | None]
 ReadCode = Callable[[int, int], "memoryview[int] | None"]
@@ -28,9 +86,9 @@ _TO_THREAD = 1 << 3  # of EXC_RETURN (ARMv7-M ARM table B1-8)
 _BASIC_FRAME_BIT, _THUMB = 1 << 4, 1 << 24
 _BASIC_WORDS, _FLOATING_WORDS = 8, 26
 _FRAME_LR, _FRAME_PC, _FRAME_XPSR = 5, 6, 7
-_INTO_CALL = 3  # from a return address, bit 0 set, into the BL or BLX in front of it
+_INTO_CALL = 3  # from a return address, bit 0 set, into the BL or BLX before it
 _LONGEST_SEARCH = 64  # words below a saved frame that a function without calls may use
-_MOST = 12
+_MOST_CALLS = 12
 
 
 class Call(NamedTuple):
@@ -59,7 +117,7 @@ class Backtrace:
             last = found[-1]
             if call.address == last.address and not call.interrupted:
                 found[-1] = last._replace(times=last.times + 1)
-            elif len(found) < _MOST:
+            elif len(found) < _MOST_CALLS:
                 found.append(call)
         return found
 
@@ -73,7 +131,7 @@ class Backtrace:
         return f"{how} {self._places.place(call.address)}{times}"
 
     def _outward(self, pc: int, lr: int, sp: int) -> Iterator[Call]:
-        """Every caller, and behind each saved frame what was interrupted and its callers.
+        """Every caller, and after each saved frame what was interrupted and its callers.
 
         What was interrupted in Thread mode has interrupted nothing itself: saved frames farther out are old.
         """

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections import Counter
+from functools import partial
 from typing import TYPE_CHECKING
 
-from emulator.chip.diagnosis.addresses import nobody
-from emulator.chip.diagnosis.blocks import BlockNotes
-from emulator.chip.diagnosis.callback import slow_callback
-from emulator.chip.diagnosis.fault_report import fault_report
+from emulator.chip.chip import Chip
+from emulator.chip.cpu.core import Core
+from emulator.chip.cpu.fault_log import CORE, FaultRecord, word_of
+from emulator.chip.diagnosis.backtrace import NOTE, Backtrace, Places
+from emulator.chip.diagnosis.evidence import BlockNotes, Transfers, nobody
+from emulator.chip.diagnosis.faults import fault_report
 from emulator.chip.diagnosis.hang import Hang
-from emulator.chip.diagnosis.places import Places
-from emulator.chip.diagnosis.report import Diagnosis, section
-from emulator.chip.diagnosis.resets import reset_report
-from emulator.chip.diagnosis.transfers import Transfers
+from emulator.chip.diagnosis.report import Diagnosis, at, milliseconds, section
 from emulator.chip.image.memory_map import RAM
+from emulator.chip.peripherals.tim import Timer
+from emulator.time.clock import PS_PER_MS, PS_PER_S
 from emulator.trace import BusTransfer, GpioEdge
 
 if TYPE_CHECKING:
@@ -94,3 +96,79 @@ def _unanswered(arm: ArmFirmware, transfers: Transfers) -> Diagnosis | None:
         *section("last transfers", transfers.lines()),
     )
     return Diagnosis("bus", cause.short, details, fatal=False)
+
+
+# -- a timer's callback that takes longer than the timer's period -------------------------------------------
+
+_CALLBACK = "HAL_TIM_PeriodElapsedCallback"
+_FEWEST_TICKS = 20  # a shorter account says nothing
+_STARVED_PS = 100 * PS_PER_MS
+
+
+def slow_callback(chip: Chip, places: Places) -> Diagnosis | None:
+    """The first timer that loses more than a tenth of its ticks.
+
+    How long its callback takes is not measured but follows from the account of ticks: while the handler takes
+    longer than the period, it is entered again as soon as it has returned, so it takes the period times the
+    ticks due for each one handled.
+
+    Decision: never called a failure. A scenario may slow the bus down to show just this.
+    """
+    for timer in chip.timers.values():
+        if timer.ticks >= _FEWEST_TICKS and timer.lost * 10 > timer.ticks and timer.rate_hz:
+            return _slow(chip, places, timer)
+    return None
+
+
+def _slow(chip: Chip, places: Places, timer: Timer) -> Diagnosis:
+    core = chip.core
+    period_ps = PS_PER_S / timer.rate_hz
+    taken = milliseconds(round(period_ps * timer.ticks / (timer.ticks - timer.lost)))
+    name = f"{_CALLBACK}()" if places.address_of(_CALLBACK) else f"the handler of {timer.name}"
+    summary = f"{name} takes about {taken} of a {milliseconds(round(period_ps))} tick"
+    details = [
+        (
+            f"{timer.name} runs at {timer.rate_hz:g} Hz; of {timer.ticks} ticks {timer.lost} were lost and "
+            f"{timer.late} came late."
+        ),
+        "Fewer or shorter transfers, a faster bus, a lower rate, or less arithmetic in the callback help.",
+    ]
+    starved = core.active and core.now_ps - core.thread_ps > _STARVED_PS
+    if starved:
+        since = f"main() has not run since {at(core.thread_ps)}"
+        details.insert(0, f"{since}: when the callback returns, the next tick is waiting already.")
+        summary += ": main() never runs"
+    return Diagnosis("callback", summary, tuple(details), fatal=False)
+
+
+# -- a chip that was reset: by a watchdog, or again and again by its own firmware (RM0368 sections 15, 16) --
+
+_WATCHDOGS = {
+    "IWDG": "the independent watchdog: HAL_IWDG_Refresh() was not called in time",
+    "WWDG": "the window watchdog: HAL_WWDG_Refresh() was called too late, or too early",
+}
+_MANY_RESETS = 3
+_SP, _LR, _PC = 13, 14, 15
+
+
+def reset_report(core: Core, places: Places, fault: FaultRecord | None) -> Diagnosis | None:
+    """Where the latest reset has met the firmware; None if there was none to speak of."""
+    resets = core.resets
+    if not resets or (resets[-1][1] not in _WATCHDOGS and len(resets) < _MANY_RESETS):
+        return None
+    t_ps, reason = resets[-1]
+    state, ram = core.before_reset
+    registers = CORE.unpack(state)
+    trace = Backtrace(places, partial(word_of, ram), core.memory)
+    callers = trace.lines(registers[_PC], registers[_LR], registers[_SP])
+    why = f"is {_WATCHDOGS[reason]}" if reason in _WATCHDOGS else "was asked for by the firmware itself"
+    details = [f"{reason} {why}."]
+    if fault is not None:
+        details.append(f"There was a fault at {at(fault.t_ps)} in {places.place(fault.pc)}.")
+    times = f"{len(resets)} times, last" if len(resets) > 1 else "once,"
+    return Diagnosis(
+        "reset",
+        f"the chip was reset {times} by {reason} at {at(t_ps)}, while in {places.place(registers[_PC])}",
+        (*details, *section(f"callers ({NOTE})", callers)),
+        fatal=False,
+    )

@@ -1,26 +1,182 @@
-"""Firmware that goes round in a loop which nothing will end.
+"""Firmware that goes round in a loop which nothing will end: what the loop waits for, and why in vain.
 
 Decision: a loop that looks at nothing, in ``main()`` itself, while interrupts of blocks are on, is how many
 good programs end: all work is done by the handlers. The same without such interrupts may be meant as the end
-of the program, and is told without being called a failure. Tasks of an operating system (on the process
+of the program, and is reported without being called a failure. Tasks of an operating system (on the process
 stack) are not judged: its idle task is a loop without end.
 """
 
 from __future__ import annotations
 
+from typing import Final
+
 from emulator.chip.chip import Chip
-from emulator.chip.cpu.exceptions import SYS_TICK
+from emulator.chip.cpu.core import Core
+from emulator.chip.cpu.exceptions import FIRST_INTERRUPT, SYS_TICK, bits
+from emulator.chip.cpu.registers import MASKS, Registers
 from emulator.chip.cpu.thumb import Flow, decode
-from emulator.chip.diagnosis.backtrace import NOTE, Backtrace
-from emulator.chip.diagnosis.blocks import BlockNotes
-from emulator.chip.diagnosis.interrupts import Interrupts
-from emulator.chip.diagnosis.places import Places
+from emulator.chip.diagnosis.backtrace import NOTE, Backtrace, Places
+from emulator.chip.diagnosis.evidence import BlockNotes, Transfers
 from emulator.chip.diagnosis.probe import Loop, Probe
 from emulator.chip.diagnosis.report import Cause, Diagnosis, at, section
-from emulator.chip.diagnosis.transfers import Transfers
-from emulator.chip.diagnosis.vectors import exception_name, handler_name
-from emulator.chip.diagnosis.waits import Waits
-from emulator.time.clock import PS_PER_MS
+from emulator.chip.peripherals.dma import is_any_stream_on
+from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S
+
+# -- names of exceptions and of their handlers (ARMv7-M ARM table B1-4; RM0368 table 38) --------------------
+
+_EXCEPTION_NAMES: Final = {
+    2: "NMI",
+    3: "HardFault",
+    4: "MemManage",
+    5: "BusFault",
+    6: "UsageFault",
+    11: "SVC",
+    12: "DebugMon",
+    14: "PendSV",
+    15: "SysTick",
+}
+
+
+def _numbered(first: int, *names: str) -> dict[int, str]:
+    return dict(enumerate(names, first))
+
+
+_INTERRUPT_NAMES: Final = {
+    **_numbered(0, "WWDG", "PVD", "TAMP_STAMP", "RTC_WKUP", "FLASH", "RCC"),
+    **_numbered(6, "EXTI0", "EXTI1", "EXTI2", "EXTI3", "EXTI4"),
+    **_numbered(11, *(f"DMA1_Stream{stream}" for stream in range(7)), "ADC"),
+    **_numbered(23, "EXTI9_5", "TIM1_BRK_TIM9", "TIM1_UP_TIM10", "TIM1_TRG_COM_TIM11", "TIM1_CC"),
+    **_numbered(28, "TIM2", "TIM3", "TIM4", "I2C1_EV", "I2C1_ER", "I2C2_EV", "I2C2_ER"),
+    **_numbered(35, "SPI1", "SPI2", "USART1", "USART2"),
+    **_numbered(40, "EXTI15_10", "RTC_Alarm", "OTG_FS_WKUP"),
+    **_numbered(47, "DMA1_Stream7"),
+    **_numbered(49, "SDIO", "TIM5", "SPI3"),
+    **_numbered(56, *(f"DMA2_Stream{stream}" for stream in range(5))),
+    **_numbered(67, "OTG_FS", *(f"DMA2_Stream{stream}" for stream in range(5, 8))),
+    **_numbered(71, "USART6", "I2C3_EV", "I2C3_ER"),
+    **_numbered(81, "FPU"),
+    **_numbered(84, "SPI4"),
+}
+
+
+def exception_name(number: int) -> str:
+    """``SysTick``, ``TIM3``; by its number where the manual has no name."""
+    interrupt = number - FIRST_INTERRUPT
+    return _EXCEPTION_NAMES.get(number) or _INTERRUPT_NAMES.get(interrupt) or f"interrupt {interrupt}"
+
+
+def handler_name(number: int) -> str:
+    """What ST's start-up files call its handler."""
+    return f"{exception_name(number)}_{'Handler' if number < FIRST_INTERRUPT else 'IRQHandler'}"
+
+
+# -- which interrupts may still come, and why the tick may not (ARMv7-M ARM B1.5.4, B3.3) -------------------
+
+_SYST_CSR = 0xE000_E010
+_TICKING = 1 << 0 | 1 << 1  # ENABLE, TICKINT
+
+
+class Interrupts:
+    """As the core is now."""
+
+    def __init__(self, core: Core) -> None:
+        self._core = core
+        self._primask, self._basepri, self._faultmask, self.control = Registers(core, MASKS).read()
+
+    @property
+    def handled(self) -> int:
+        """The exception whose handler is running; 0 in Thread mode."""
+        return self._core.handled
+
+    def preempts(self, number: int) -> bool:
+        """Whether an exception is urgent enough to be taken now."""
+        return self._core.preempts(number)
+
+    def from_blocks(self, *, now: bool = True) -> list[int]:
+        """Interrupts of the chip's blocks that are enabled; ``now``: and can be taken."""
+        enabled = self._core.enabled >> FIRST_INTERRUPT << FIRST_INTERRUPT
+        return [number for number in bits(enabled) if not now or self.preempts(number)]
+
+    @property
+    def tick_on(self) -> bool:
+        """Whether SysTick counts and asks for its handler."""
+        return (self._core.peek(_SYST_CSR) or 0) & _TICKING == _TICKING
+
+    def why_no_tick(self) -> str:
+        """Why SysTick's handler cannot run; empty if it can."""
+        if not self.tick_on:
+            return "SysTick is off: HAL_Init() was not called, or HAL_SuspendTick() was."
+        if self.preempts(SYS_TICK):
+            return ""
+        if self._primask or self._faultmask:
+            return "interrupts are switched off: __disable_irq() without __enable_irq()."
+        priority = self._core.priority
+        if not self.handled:
+            return f"BASEPRI is 0x{self._basepri:02X}, and SysTick's priority {priority(SYS_TICK) >> 4}."
+        running = self.handled
+        return (
+            f"SysTick (priority {priority(SYS_TICK) >> 4}) cannot interrupt the handler of "
+            f"{exception_name(running)} (priority {priority(running) >> 4}): give SysTick a smaller number, "
+            "or do not wait in interrupts."
+        )
+
+
+# -- what a loop waits for ----------------------------------------------------------------------------------
+
+_PATIENCE_PS = 3 * PS_PER_S  # hardware does nothing slower by itself than start the 32 kHz crystal, 2 s
+
+
+class Waits:
+    """``quiet_ps``: for how long nothing has happened outside of the chip."""
+
+    def __init__(self, chip: Chip, interrupts: Interrupts, places: Places, quiet_ps: int) -> None:
+        self._chip = chip
+        self._interrupts = interrupts
+        self._places = places
+        self._quiet_ps = quiet_ps
+
+    def in_vain(self, loop: Loop) -> Cause | None:
+        """Why nothing will end the loop; None if something may."""
+        if any(self._may_change(block.clocked, block.next_change_ps()) for block, _, _ in loop.registers):
+            return None
+        if not loop.variables:
+            return self._registers(loop) if loop.registers else Cause("an endless loop", [])
+        if self._interrupts.from_blocks() or is_any_stream_on(self._chip.core):
+            return None
+        return self._variables(loop)
+
+    def _may_change(self, clocked: bool, next_change_ps: int) -> bool:
+        return clocked and (next_change_ps < NEVER_PS or self._quiet_ps < _PATIENCE_PS)
+
+    def _registers(self, loop: Loop) -> Cause:
+        seen = sorted(
+            f"{block.name}_{block.NAMES.get(offset, hex(offset))} (0x{value:08X})"
+            for block, offset, value in loop.registers
+        )
+        off = next((block.name for block, _, _ in loop.registers if not block.clocked), "")
+        why = f"{off} has no clock and reads as 0." if off else "No event that could change it is due."
+        return Cause(f"waits for ever for {' and '.join(seen)} to change", [why])
+
+    def _variables(self, loop: Loop) -> Cause | None:
+        names = sorted({self._places.variable(address) for address in loop.variables})
+        short = f"waits for ever for {' or '.join(names)} to change"
+        changed = Probe(self._chip.core).handle(SYS_TICK)
+        counted = changed is None or any(
+            at in changed for address in loop.variables for at in range(address, address + 4)
+        )
+        why = self._interrupts.why_no_tick()
+        if counted and not why:
+            return None  # the tick may end it
+        if counted and changed is not None:
+            return Cause(short, [f"It is counted by SysTick's handler, which cannot run: {why}"])
+        if why:
+            return Cause(short, [f"Nothing that could change it is running; {why}"])
+        return Cause(
+            short, ["No interrupt is on that writes it; is the one that should do so enabled and started?"]
+        )
+
+
+# -- the loop that the firmware is caught in ----------------------------------------------------------------
 
 _HANDLER_AT_WORK_PS = 200 * PS_PER_MS  # no handler that works takes so long
 _WRONG_ENDS = {"Error_Handler", "_Error_Handler", "__assert_func", "assert_failed", "abort", "_exit"}
@@ -55,7 +211,7 @@ class Hang:
             return None if self._interrupts.control & _SPSEL else self._in_thread()
         if self._now_ps - self._core.thread_ps >= _HANDLER_AT_WORK_PS:
             return self._in_handler()
-        return self._behind_handler()
+        return self._interrupted_thread()
 
     # -- where it may be --------------------------------------------------------------------------------
 
@@ -92,7 +248,7 @@ class Hang:
             return self._report(self._outermost(loop), cause)
         return self._endless(self._outermost(loop), cause)
 
-    def _behind_handler(self) -> Diagnosis | None:
+    def _interrupted_thread(self) -> Diagnosis | None:
         """An interrupt is being handled as it should; what did it interrupt?"""
         below = [call.address for call in self._calls if call.interrupted]
         code = self._core.memory(below[-1], 4) if below else None

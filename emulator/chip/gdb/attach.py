@@ -1,19 +1,25 @@
-"""A board with firmware for the chip, and a server for debuggers in front of it::
+"""A board with firmware for the chip, a server for debuggers, and their ``monitor`` commands.
 
-server = serve(board, 3333)
-while not server.killed:
-    server.run_until(board.clock.now_ps + 10**9)        # instead of board.run_until
+A debugger is served between slices of virtual time::
+
+    server = serve(board, 3333)
+    while not server.killed:
+        server.run_until(board.clock.now_ps + 10**9)        # instead of board.run_until
 """
 
 from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
 
 from emulator.board.board import Board
 from emulator.chip.cpu.memory_map import RAM
 from emulator.chip.firmware import ArmFirmware
 from emulator.chip.gdb.core_target import CoreTarget
-from emulator.chip.gdb.monitor import Monitor
 from emulator.chip.gdb.server import GdbServer
+from emulator.chip.peripherals.peripheral import Peripheral
 from emulator.errors import InputError
+from emulator.time.clock import PS_PER_S, Clock
+from emulator.world import World
 
 
 def serve(board: Board, port: int, halted: bool = False) -> GdbServer:
@@ -52,3 +58,86 @@ def _replaced(firmware: ArmFirmware) -> bool:
     engine = firmware.chip.core
     flashed = (segment for segment in firmware.image.segments if segment.address < RAM)
     return any(bytes(engine.memory(one.address, len(one.data)) or b"") != one.data for one in flashed)
+
+
+# -- the ``monitor`` commands: the board around the core, while everything stands still ---------------------
+
+_HELP = """\
+attitude ROLL PITCH YAW  turn the board (degrees); attitude alone shows how it lies
+time                     virtual time since power-on
+where                    function and source line of the next instruction
+regs PERIPHERAL          registers of a block, read without side effects; regs alone lists the blocks
+reset                    reset the chip and halt it; then: maintenance flush register-cache
+"""
+
+
+class Monitor:
+    """Carries out one command at a time; what is wrong with it is its answer, never an exception.
+
+    ``where()`` says in words where the core is; ``reset()`` resets the chip.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        clock: Clock,
+        blocks: Iterable[Peripheral],
+        where: Callable[[], str],
+        reset: Callable[[], None],
+    ) -> None:
+        self._world = world
+        self._clock = clock
+        self._blocks: Mapping[str, Peripheral] = {block.name.upper(): block for block in blocks}
+        self._where = where
+        self._reset = reset
+        self._commands: dict[str, Callable[[list[str]], str]] = {
+            "help": lambda _: _HELP,
+            "attitude": self._attitude,
+            "time": lambda _: self._time(),
+            "where": lambda _: f"{self._where()}\n",
+            "regs": self._registers,
+            "reset": self._reset_chip,
+        }
+
+    def __call__(self, command: str) -> str:
+        """What the command answers, for the debugger's console."""
+        name, *arguments = command.split() or ["help"]
+        carry_out = self._commands.get(name)
+        if carry_out is None:
+            return f"unknown command {name[:40]!r}; known: {', '.join(self._commands)}\n"
+        try:
+            return carry_out(arguments)
+        except InputError as error:
+            return f"{error}\n"
+
+    def _attitude(self, arguments: list[str]) -> str:
+        if arguments:
+            try:
+                roll_deg, pitch_deg, yaw_deg = map(float, arguments)
+            except ValueError:
+                return "give three angles in degrees: monitor attitude ROLL PITCH YAW\n"
+            self._world.set_attitude(roll_deg, pitch_deg, yaw_deg)
+        now_s = self._clock.now_s
+        roll_deg, pitch_deg, yaw_deg = self._world.attitude_deg(now_s)[0]
+        return f"roll {roll_deg:.3f} deg, pitch {pitch_deg:.3f} deg, yaw {yaw_deg:.3f} deg\n"
+
+    def _time(self) -> str:
+        return f"{self._clock.now_ps / PS_PER_S:.9f} s\n"
+
+    def _registers(self, arguments: list[str]) -> str:
+        if not arguments:
+            return f"{' '.join(self._blocks)}\n"
+        block = self._blocks.get(arguments[0].upper())
+        if block is None:
+            return f"unknown block {arguments[0][:40]!r}; known: {', '.join(self._blocks)}\n"
+        names = block.NAMES or {offset: f"0x{offset:03X}" for offset in block.REGISTERS}
+        lines = [f"{name:<10} 0x{block.peek(offset):08X}" for offset, name in names.items()]
+        if not block.clocked:
+            lines.insert(0, f"{block.name} has no clock: its enable bit in RCC is not set")
+        return "".join(f"{line}\n" for line in lines or [f"{block.name} is not modelled"])
+
+    def _reset_chip(self, arguments: list[str]) -> str:
+        """``reset halt`` and ``reset init`` are what other servers call it; here a reset always halts."""
+        del arguments
+        self._reset()
+        return "the chip has been reset and is halted\n"

@@ -4,20 +4,109 @@ Decision: going on from a breakpoint makes a single step first, in a run of its 
 each time its instruction is reached, and a waiting loop with one inside is never skipped: nothing that was
 seen in one run counts in the next.
 
-Decision: with a debugger, BKPT halts (ARMv7-M ARM C1.4.1), and going on from it goes on behind it. On the
+Decision: with a debugger, BKPT halts (ARMv7-M ARM C1.4.1), and going on from it goes on after it. On the
 chip it would be met again for ever.
+
+Decision: watchpoints listen to every load and store in one range that covers all of them, registers included:
+one way for memory and peripherals, and nothing in the path of an access while there is none. The bit-band
+alias of the range is listened to as well. What does not pass through the core's instructions is not seen:
+DMA, and frames saved at exceptions.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
+from emulator.chip.cpu import memory_map
 from emulator.chip.cpu.core import Core
 from emulator.chip.cpu.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE
 from emulator.chip.cpu.registers import EVERYTHING, Registers
-from emulator.chip.gdb.points import Points
-from emulator.chip.gdb.target import Point, Stop
+from emulator.chip.gdb.target import Point, PointKind, Stop
 from emulator.time.clock import Clock
+
+# -- breakpoints and watchpoints ----------------------------------------------------------------------------
+
+_WIDEST_ACCESS = 8  # bytes of an access
+_ALIASES = (
+    (RAM, RAM_SIZE, memory_map.RAM_BITS),
+    (memory_map.PERIPHERALS, memory_map.PERIPHERALS_SIZE, memory_map.PERIPHERAL_BITS),
+)
+_WATCHED = {
+    PointKind.WRITE: (True,),
+    PointKind.READ: (False,),
+    PointKind.ACCESS: (False, True),
+}
+_Range = tuple[Point, int, int, int]
+"""A watchpoint, its first address, the address after its last one, bytes there for each of the point's."""
+
+
+class Points:
+    """The points that are wanted, set in the core when it goes on, and only if they have changed: a debugger
+    takes all of its points away at each stop and brings them back before it goes on.
+
+    ``accessed(point, address)`` is called while an access is made that ``point`` watches.
+    """
+
+    def __init__(self, core: Core, accessed: Callable[[Point, int], None]) -> None:
+        self._core = core
+        self._accessed = accessed
+        self._wanted: set[Point] = set()
+        self._set: set[Point] = set()
+        self._ranges: list[_Range] = []
+        core.on_access = self._on_access
+
+    def add(self, point: Point) -> None:
+        """Stop there from the next ``set()`` on."""
+        self._wanted.add(point)
+
+    def remove(self, point: Point) -> None:
+        """Likewise, no more."""
+        self._wanted.discard(point)
+
+    def clear(self) -> None:
+        """Take all of them away at once."""
+        self._wanted.clear()
+        self.set()
+
+    def set(self) -> None:
+        """Bring the core up to date; it must not be running."""
+        if self._set == self._wanted:
+            return
+        breaks = {point.address for point in self._wanted if point.kind.is_break}
+        for address in {point.address for point in self._set if point.kind.is_break} ^ breaks:
+            self._core.set_breakpoint(address, address in breaks)
+        self._set = set(self._wanted)
+        self._ranges = [
+            one for point in self._wanted if not point.kind.is_break for one in _watched_ranges(point)
+        ]
+        if self._ranges:
+            begin = min(begin for _, begin, _, _ in self._ranges)
+            self._core.watch_memory(
+                max(begin - _WIDEST_ACCESS + 1, 0), max(end for _, _, end, _ in self._ranges) - 1
+            )
+        else:
+            self._core.unwatch_memory()
+
+    def breakpoint_at(self, address: int) -> Point | None:
+        """The breakpoint on an instruction, if there is one."""
+        found = (Point(kind, address, 2) for kind in (PointKind.SOFTWARE_BREAK, PointKind.HARDWARE_BREAK))
+        return next((point for point in found if point in self._wanted), None)
+
+    def _on_access(self, address: int, size: int, written: bool) -> None:
+        for point, begin, end, scale in self._ranges:
+            if begin < address + size and address < end and written in _WATCHED[point.kind]:
+                self._accessed(point, point.address + max(address - begin, 0) // scale)
+
+
+def _watched_ranges(point: Point) -> Iterator[_Range]:
+    yield point, point.address, point.address + point.size, 1
+    for base, size, alias in _ALIASES:
+        if base <= point.address < base + size:
+            begin = alias + 32 * (point.address - base)
+            yield point, begin, begin + 32 * point.size, 32
+
+
+# -- the target ---------------------------------------------------------------------------------------------
 
 _THUMB = 1 << 24
 _EXCEPTION = 0x1FF  # of xPSR; what is being handled cannot be changed
@@ -33,10 +122,10 @@ class CoreTarget:
         self._run = run
         self._points = Points(core, self._accessed)
         self._everything = Registers(core, EVERYTHING)
-        self._one = False  # the debugger wants one instruction
+        self._single_step = False  # the debugger wants one instruction
         self._hit: Stop | None = None
         self._on_bkpt = False
-        self._told_lock_up = False
+        self._lock_up_reported = False
         self._new_code = False
 
     # -- a debugger comes and goes ----------------------------------------------------------------------
@@ -53,14 +142,14 @@ class CoreTarget:
         self.resume()
 
     def halt(self) -> None:
-        """Stand still in front of the next instruction."""
+        """Stand still before the next instruction."""
         self._core.halt()
-        self._one = False
+        self._single_step = False
 
     def reset(self) -> None:
-        """Reset the chip as through NRST, in front of its first instruction."""
+        """Reset the chip as through NRST; it halts before its first instruction."""
         self._core.reset_now("PIN")
-        self._on_bkpt = self._told_lock_up = False
+        self._on_bkpt = self._lock_up_reported = False
 
     # -- registers --------------------------------------------------------------------------------------
 
@@ -145,15 +234,15 @@ class CoreTarget:
         """Run up to ``at_ps`` of virtual time: why it stopped before, or None."""
         while True:
             self._run(at_ps)
-            if self._core.locked_up and not self._told_lock_up:
-                self._told_lock_up = True
+            if self._core.locked_up and not self._lock_up_reported:
+                self._lock_up_reported = True
                 self.halt()
                 return Stop(failure=f"lock-up: {self._core.locked_up}")
             if not self._core.halted:
                 return None
             stop = self._reason()
             if stop is not None:
-                self._one = False
+                self._single_step = False
                 return stop
             self._continue()
 
@@ -164,14 +253,14 @@ class CoreTarget:
         if self._on_bkpt:
             self._on_bkpt = False
             self._core.pc += 2
-        self._one = one
+        self._single_step = one
         self._points.set()
         self._continue()
 
     def _continue(self) -> None:
         pc = self._core.pc
         on_point = self._points.breakpoint_at(pc) is not None
-        self._core.resume(self._one or on_point)
+        self._core.resume(self._single_step or on_point)
 
     def _reason(self) -> Stop | None:
         """Why the core has halted; None if only to be stepped past something."""
@@ -182,7 +271,7 @@ class CoreTarget:
         point = self._points.breakpoint_at(self._core.pc)
         if point is not None:
             return Stop(point, point.address)
-        return Stop() if self._on_bkpt or self._one else None
+        return Stop() if self._on_bkpt or self._single_step else None
 
     def _accessed(self, point: Point, address: int) -> None:
         self._hit = self._hit or Stop(point, address)

@@ -1,9 +1,9 @@
 """Packets on the wire: ``$payload#checksum``, acknowledgements, escapes, Ctrl-C ("Overview", "Packet
-Acknowledgment", "Interrupts").
+Acknowledgment", "Interrupts"), and the parts that a payload is made of.
 
-The sender is not trusted: a packet that is longer than announced is thrown away while it arrives, and every
-sequence of bytes is some sequence of arrivals. Replies are never compressed by run lengths, which is
-optional.
+The sender is not trusted: a packet that is longer than announced is thrown away while it arrives, every
+sequence of bytes is some sequence of arrivals, and numbers are checked and bounded. Replies are never
+compressed by run lengths, which is optional.
 """
 
 from __future__ import annotations
@@ -11,6 +11,8 @@ from __future__ import annotations
 import re
 from enum import Enum, auto
 from typing import Final, TypeAlias
+
+from emulator.chip.gdb.target import Point, PointKind
 
 LONGEST: Final = 0x4000
 """Bytes of a payload as it is sent, announced as PacketSize."""
@@ -101,3 +103,90 @@ class Framer:
         if self._checksum.lower() != b"%02x" % (sum(packet) & 0xFF):
             return Arrival.CORRUPT
         return unescape(bytes(packet))
+
+
+# -- parts of a payload: hexadecimal numbers and bytes, points, threads -------------------------------------
+
+MOST_BYTES: Final = 0x1000
+"""Of memory in one packet; GDB asks again for the rest."""
+
+_NUMBER = re.compile(rb"[0-9a-fA-F]{1,8}")
+_LARGEST_NUMBER = 0xFFFF_FFFF
+_WIDEST_WATCHPOINT = 0x100
+
+
+class MalformedError(Exception):
+    """The packet is not what the protocol says; the answer is E01."""
+
+
+def number(text: bytes) -> int:
+    """A hexadecimal number of 32 bits."""
+    if not _NUMBER.fullmatch(text):
+        raise MalformedError
+    return int(text, 16)
+
+
+def pair(text: bytes, separator: bytes = b",") -> tuple[int, int]:
+    """``address,length``: a range of the address space."""
+    first, found, second = text.partition(separator)
+    if not found:
+        raise MalformedError
+    address, length = number(first), number(second)
+    if address + length > _LARGEST_NUMBER + 1:
+        raise MalformedError
+    return address, length
+
+
+def from_hex(text: bytes) -> bytes:
+    """Bytes, two digits each."""
+    try:
+        return bytes.fromhex(text.decode("ascii"))
+    except ValueError:
+        raise MalformedError from None
+
+
+def data_at(text: bytes, binary: bool = False) -> tuple[int, bytes]:
+    """``address,length:data`` with as much data as it says."""
+    place, found, content = text.partition(b":")
+    address, length = pair(place)
+    data = content if binary else from_hex(content)
+    if not found or len(data) != length:
+        raise MalformedError
+    return address, data
+
+
+def word(text: bytes, size: int) -> int:
+    """A register's value in the target's byte order."""
+    data = from_hex(text)
+    if len(data) != size:
+        raise MalformedError
+    return int.from_bytes(data, "little")
+
+
+def point(text: bytes) -> Point | None:
+    """``type,address,kind``; None for a type that is not known. Conditions and commands are refused."""
+    kind, _, place = text.partition(b",")
+    if kind not in (b"0", b"1", b"2", b"3", b"4"):
+        return None
+    address, size = pair(place)
+    chosen = PointKind(int(kind))
+    if chosen.is_break:
+        return Point(chosen, address & ~1, 2)
+    if not 0 < size <= _WIDEST_WATCHPOINT:
+        raise MalformedError
+    return Point(chosen, address, size)
+
+
+def continues(text: bytes) -> bytes:
+    """What ``vCont`` asks of the only thread: b"c" or b"s". Signals are not delivered to a chip."""
+    for action in text.split(b";"):
+        verb, _, thread = action.partition(b":")
+        if thread in (b"", b"1", b"0", b"-1", b"01") and verb[:1] in (b"c", b"C", b"s", b"S"):
+            return verb[:1].lower()
+    raise MalformedError
+
+
+# -- the short answers ("Packets"): done, not understood, cannot be done ------------------------------------
+
+OK: Final = b"OK"
+MALFORMED, REFUSED = b"E01", b"E02"

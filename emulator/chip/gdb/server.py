@@ -15,8 +15,7 @@ import socket
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 
-from emulator.chip.gdb.packets import ACK, NACK, Arrival, Framer, Received, frame
-from emulator.chip.gdb.replies import MALFORMED
+from emulator.chip.gdb.packets import ACK, MALFORMED, NACK, Arrival, Framer, Received, frame
 from emulator.chip.gdb.session import EXITED, Ending, Session
 from emulator.chip.gdb.target import Stop, Target
 from emulator.errors import FirmwareError, LinkError

@@ -15,13 +15,99 @@ from collections.abc import Callable
 from enum import Enum
 from typing import Final
 
-from emulator.chip.gdb import arguments
-from emulator.chip.gdb.arguments import MOST_BYTES, MalformedError
-from emulator.chip.gdb.description import DOCUMENTS
-from emulator.chip.gdb.packets import LONGEST
-from emulator.chip.gdb.replies import MALFORMED, OK, REFUSED
-from emulator.chip.gdb.state_packets import StatePackets
+from emulator.chip.cpu.memory_map import FLASH, FLASH_SIZE
+from emulator.chip.gdb import packets
+from emulator.chip.gdb.description import DOCUMENTS, REGISTERS, Register
+from emulator.chip.gdb.packets import LONGEST, MALFORMED, MOST_BYTES, OK, REFUSED, MalformedError
 from emulator.chip.gdb.target import Point, PointKind, Stop, Target
+
+# -- packets that look at and change registers and memory ("Packets") ---------------------------------------
+
+
+class StatePackets:
+    """Answers those packets for a stopped target, by their first letter. They raise MalformedError."""
+
+    def __init__(self, target: Target) -> None:
+        self._target = target
+        self.commands: Final[dict[bytes, Callable[[bytes], bytes]]] = {
+            b"g": self._read_all,
+            b"G": self._write_all,
+            b"p": self._read_one,
+            b"P": self._write_one,
+            b"m": self._read_memory,
+            b"M": lambda text: self._write_memory(text, binary=False),
+            b"X": lambda text: self._write_memory(text, binary=True),
+        }
+
+    def _read_all(self, text: bytes) -> bytes:
+        del text
+        values = self._target.read_registers()
+        return b"".join(_to_hex(register, values) for register in REGISTERS)
+
+    def _write_all(self, text: bytes) -> bytes:
+        data = packets.from_hex(text)
+        if len(data) != sum(register.size for register in REGISTERS):
+            raise MalformedError
+        at = 0
+        for register in REGISTERS:
+            self._write(register, int.from_bytes(data[at : at + register.size], "little"))
+            at += register.size
+        return OK
+
+    def _read_one(self, text: bytes) -> bytes:
+        return _to_hex(_register(text), self._target.read_registers())
+
+    def _write_one(self, text: bytes) -> bytes:
+        which, _, value = text.partition(b"=")
+        register = _register(which)
+        self._write(register, packets.word(value, register.size))
+        return OK
+
+    def _write(self, register: Register, value: int) -> None:
+        for part in register.parts:
+            self._target.write_register(part, value & 0xFFFF_FFFF)
+            value >>= 32
+
+    def _read_memory(self, text: bytes) -> bytes:
+        address, length = packets.pair(text)
+        data = self._target.read_memory(address, min(length, MOST_BYTES))
+        return data.hex().encode("ascii") if data or not length else REFUSED
+
+    def _write_memory(self, text: bytes, binary: bool) -> bytes:
+        address, data = packets.data_at(text, binary)
+        return OK if not data or self._target.write_memory(address, data) else REFUSED
+
+    def flash(self, text: bytes) -> bytes:
+        """The packets that GDB's ``load`` writes the flash with, without the "v"; b"" for all others.
+
+        The sectors that it erases are those of the memory map.
+        """
+        name, _, rest = text.partition(b":")
+        if name == b"FlashErase":
+            address, length = packets.pair(rest)
+            return self._program(address, b"\xff" * length) if length <= FLASH_SIZE else REFUSED
+        if name == b"FlashWrite":
+            place, _, data = rest.partition(b":")
+            return self._program(packets.number(place), data)
+        return OK if text == b"FlashDone" else b""
+
+    def _program(self, address: int, data: bytes) -> bytes:
+        in_flash = address >= FLASH and address + len(data) <= FLASH + FLASH_SIZE
+        return OK if in_flash and self._target.write_memory(address, data) else REFUSED
+
+
+def _register(text: bytes) -> Register:
+    number = packets.number(text)
+    if number >= len(REGISTERS):
+        raise MalformedError
+    return REGISTERS[number]
+
+
+def _to_hex(register: Register, values: dict[str, int]) -> bytes:
+    return b"".join(values[part].to_bytes(4, "little") for part in register.parts).hex().encode("ascii")
+
+
+# -- the session --------------------------------------------------------------------------------------------
 
 EXITED: Final = b"W00"
 _UNSUPPORTED = b""
@@ -128,7 +214,7 @@ class Session:
     def _go_on(self, how: bytes, address: bytes) -> None:
         """No reply until the target stops."""
         if address:
-            self._target.write_register("pc", arguments.number(address))
+            self._target.write_register("pc", packets.number(address))
         self.halted = False
         if how == b"s":
             self._target.step()
@@ -136,7 +222,7 @@ class Session:
             self._target.resume()
 
     def _insert(self, text: bytes) -> bytes:
-        point = arguments.point(text)
+        point = packets.point(text)
         if point is None:
             return _UNSUPPORTED
         if point not in self._points:
@@ -147,7 +233,7 @@ class Session:
         return OK
 
     def _remove(self, text: bytes) -> bytes:
-        point = arguments.point(text)
+        point = packets.point(text)
         if point is None:
             return _UNSUPPORTED
         if point in self._points:
@@ -168,18 +254,18 @@ class Session:
         if name == b"Xfer":
             return self._transfer(rest)
         if text.startswith(b"Rcmd,"):
-            return self._command(arguments.from_hex(text[5:]))
+            return self._command(packets.from_hex(text[5:]))
         answers = {b"Attached": b"1", b"C": b"QC1", b"fThreadInfo": b"m1", b"sThreadInfo": b"l"}
         return answers.get(name, _UNSUPPORTED)
 
     @staticmethod
     def _transfer(text: bytes) -> bytes:
-        """``object:read:annex:offset,length``: a piece of a document, "l" in front of the last one."""
+        """``object:read:annex:offset,length``: a piece of a document, the last one begins with "l"."""
         name, _, place = text.rpartition(b":")
         document = DOCUMENTS.get(name)
         if document is None:
             return _UNSUPPORTED
-        offset, length = arguments.pair(place)
+        offset, length = packets.pair(place)
         content = document()
         piece = content[offset : offset + min(length, MOST_BYTES)]
         return (b"l" if offset + len(piece) >= len(content) else b"m") + piece
@@ -195,7 +281,7 @@ class Session:
         if name == b"Cont?":
             return b"vCont;c;C;s;S"
         if name == b"Cont":
-            self._go_on(arguments.continues(rest), b"")
+            self._go_on(packets.continues(rest), b"")
             return None
         if name == b"Kill":
             self._leave(Ending.KILLED)

@@ -33,7 +33,7 @@ class Point:
 
 @dataclass(frozen=True)
 class Stop:
-    """Why the core has stopped by itself: at a point, behind a step (``point`` None), or by a failure."""
+    """Why the core has stopped by itself: at a point, after a step (``point`` None), or by a failure."""
 
     point: Point | None = None
     address: int = 0
@@ -58,7 +58,7 @@ class Target(Protocol):
         ...
 
     def halt(self) -> None:
-        """Stop in front of the next instruction; an exception being entered may be entered first."""
+        """Stop before the next instruction; an exception being entered may be entered first."""
         ...
 
     def read_registers(self) -> dict[str, int]:

@@ -1,18 +1,64 @@
-"""The latest transfers on the sensors' buses: as text, and what they say about a program that is stuck."""
+"""What may explain a program that is stuck: the latest transfers on the sensors' buses, and what was done to
+blocks of the chip that cannot work, as the trace has noted it.
+"""
 
 from __future__ import annotations
 
 from emulator.buses.i2c import I2CBus
-from emulator.chip.chip import Surroundings
-from emulator.chip.diagnosis.addresses import absent, nobody
+from emulator.chip.chip import Chip, Surroundings
+from emulator.chip.cpu.python_blocks import GATES
 from emulator.chip.diagnosis.report import Cause, at
-from emulator.trace import BusTransfer
+from emulator.trace import BusTransfer, DeviceNote, Trace
 from sensors.lis2mdl import LIS2MDL
 from sensors.lps22hb import LPS22HB
 from sensors.lsm6dsl import LSM6DSL
 from sensors.spi import READ
 
-_SHOWN = 8
+# -- an I2C address at which nobody answers, and which one was probably meant -------------------------------
+
+_DEVICE_ADDRESSES = range(0x08, 0x78)  # of devices (NXP UM10204 table 4)
+
+
+def nobody(bus: I2CBus, address: int, sensors_on_spi: bool) -> Cause:
+    """The cause of transfers to ``address``, where no device is."""
+    devices = {
+        known: target.name() for known in _DEVICE_ADDRESSES if (target := bus.target(known)) is not None
+    }
+    short = f"no answer at {bus.name} address 0x{address:02X}"
+    if sensors_on_spi:
+        return Cause(short, [absent(bus.name, "SPI2", "fcu001v1", "lab3")])
+    for known, name in devices.items():
+        if address == known >> 1:
+            meant = f"the {name} is at 0x{known:02X}, 0x{known << 1:02X} as HAL address"
+            return Cause(
+                f"{short}: the HAL was given 0x{known:02X} and wants it shifted left, 0x{known << 1:02X}",
+                [f"HAL_I2C_Mem_Read and its like take the address in 8 bits: {meant} (0x{known:02X} << 1)."],
+            )
+        if address == known << 1 & 0x7F:
+            return Cause(f"{short}: the address was shifted left twice", [_answers(name, known)])
+        if address == known ^ 1:
+            return Cause(
+                f"{short}: the {name} answers at 0x{known:02X} (0x{known << 1:02X} as HAL address)",
+                [f"Its address pin is {'high' if known & 1 else 'low'} on this board."],
+            )
+    return Cause(short, [_answers(name, known) for known, name in devices.items()])
+
+
+def absent(used: str, wired: str, profile: str, other: str) -> str:
+    """Firmware uses a bus on which the sensors are not."""
+    return (
+        f"With profile {profile} the sensors are on {wired}, not on {used}: build the firmware for {wired}, "
+        f"or run it with profile {other}."
+    )
+
+
+def _answers(name: str, address: int) -> str:
+    return f"The {name} answers at 0x{address:02X}, 0x{address << 1:02X} as HAL address."
+
+
+# -- the latest transfers on the sensors' buses -------------------------------------------------------------
+
+_TRANSFERS_SHOWN = 8
 _IF_WRONG = (
     "Is another part at this address, or is its register number wrong?",
     "Is SPI2 set up as the part needs it: mode 3, three wires, one chip select low at a time?",
@@ -27,7 +73,7 @@ class Transfers:
         self._i2c, self._spi = around.i2c2, around.spi2
         self._now_ps = around.clock.now_ps
         both = [*self._i2c.recent_transfers(), *self._spi.recent_transfers()]
-        self.latest = sorted(both, key=lambda transfer: transfer.t_ps)[-_SHOWN:]
+        self.latest = sorted(both, key=lambda transfer: transfer.t_ps)[-_TRANSFERS_SHOWN:]
 
     @property
     def last_ps(self) -> int:
@@ -117,3 +163,46 @@ def _text(transfer: BusTransfer, i2c: I2CBus) -> str:
     if transfer.read:
         actions.append(f"read {where}: {transfer.read.hex(' ').upper()}")
     return f"{who}: {', '.join(actions)}"
+
+
+# -- accesses to the chip's blocks that cannot work ---------------------------------------------------------
+
+_NO_CLOCK = "while the block has no clock"
+_NOTES_SHOWN = 6
+
+
+class BlockNotes:
+    """The forbidden accesses to blocks of the chip, in order."""
+
+    def __init__(self, chip: Chip, trace: Trace) -> None:
+        self._clocked = {block.name: block.clocked for block in chip.core.all_blocks}
+        self._notes = [
+            note for note in trace.of(DeviceNote) if note.what == "forbidden" and note.device in self._clocked
+        ]
+
+    def without_clock(self) -> list[str]:
+        """The blocks that were used without a clock, and still have none."""
+        names = dict.fromkeys(note.device for note in self._notes if _NO_CLOCK in note.text)
+        return [name for name in names if not self._clocked[name]]
+
+    def cause(self) -> Cause | None:
+        """The first block without clock; else None."""
+        for name in self.without_clock():
+            first = next(note for note in self._notes if note.device == name)
+            return Cause(
+                f"{name} has no clock: __HAL_RCC_{name}_CLK_ENABLE() is missing",
+                [
+                    (
+                        f"{GATES[name]} is 0, so the block forgets what is written and reads as 0; "
+                        f"first used at {at(first.t_ps)}."
+                    )
+                ],
+            )
+        return None
+
+    def lines(self) -> list[str]:
+        """All of them, the first of each block and kind."""
+        lines = [f"{at(note.t_ps)}  {note.device} {note.text}" for note in self._notes]
+        return lines[:_NOTES_SHOWN] + (
+            [f"and {len(lines) - _NOTES_SHOWN} more"] if len(lines) > _NOTES_SHOWN else []
+        )

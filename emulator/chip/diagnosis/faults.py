@@ -1,0 +1,301 @@
+"""A fault of the core as a text: where, why, status registers, registers, callers, what became of it."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator, Mapping
+from typing import Final
+
+from emulator.chip.cpu import faults
+from emulator.chip.cpu.core import Core
+from emulator.chip.cpu.exceptions import BUS_FAULT, HARD_FAULT, MEM_MANAGE, NMI, USAGE_FAULT
+from emulator.chip.cpu.fault_log import FaultLog, FaultRecord
+from emulator.chip.cpu.thumb import decode
+from emulator.chip.diagnosis.backtrace import NOTE, Backtrace, Places, ReadCode
+from emulator.chip.diagnosis.report import Cause, Diagnosis, at, section
+from emulator.chip.image.memory_map import FLASH, RAM
+from emulator.time.clock import PS_PER_MS
+
+# -- the fault status registers bit by bit (ARMv7-M ARM B3.2.15, B3.2.16; PM0214 4.4.10, 4.4.11) ------------
+
+CFSR: Final[Mapping[int, tuple[str, str]]] = {
+    0: ("IACCVIOL", "an instruction was fetched from where none may be executed"),
+    1: ("DACCVIOL", "a load or store that the memory protection forbids"),
+    3: ("MUNSTKERR", "the registers could not be taken back from the stack (memory protection)"),
+    4: ("MSTKERR", "the registers could not be saved on the stack (memory protection)"),
+    5: ("MLSPERR", "floating-point registers could not be saved (memory protection)"),
+    7: ("MMARVALID", "MMFAR holds the address"),
+    8: ("IBUSERR", "an instruction was fetched from where there is no memory"),
+    9: ("PRECISERR", "a load or store was refused; the instruction is known exactly"),
+    10: ("IMPRECISERR", "a store was refused some instructions ago"),
+    11: ("UNSTKERR", "the registers could not be taken back from the stack"),
+    12: ("STKERR", "the registers could not be saved on the stack"),
+    13: ("LSPERR", "floating-point registers could not be saved on the stack"),
+    15: ("BFARVALID", "BFAR holds the address"),
+    16: ("UNDEFINSTR", "the bytes there are no instruction"),
+    17: ("INVSTATE", "execution went to an even address: a Cortex-M knows Thumb code only, bit 0 must be 1"),
+    18: ("INVPC", "the return from an exception was given a wrong value"),
+    19: ("NOCP", "a floating-point instruction while the floating-point unit is off (CPACR)"),
+    24: ("UNALIGNED", "an address that is no multiple of the access' size"),
+    25: ("DIVBYZERO", "a division by zero, with CCR.DIV_0_TRP set"),
+}
+HFSR: Final[Mapping[int, tuple[str, str]]] = {
+    1: ("VECTTBL", "the handler's address could not be read from the vector table"),
+    30: ("FORCED", "the fault above became a HardFault: its own handler is not enabled, or may not preempt"),
+    31: ("DEBUGEVT", "BKPT without a debugger"),
+}
+
+
+def decoded(register: str, value: int, bits: Mapping[int, tuple[str, str]]) -> Iterator[str]:
+    """``CFSR 0x00008200`` and a line for each bit that is set."""
+    yield f"{register} 0x{value:08X}"
+    for number, (name, meaning) in bits.items():
+        if value >> number & 1:
+            yield f"  {name}: {meaning}"
+
+
+# -- what a fault means for whoever wrote the program -------------------------------------------------------
+
+_NULL_OBJECT = 0x1000  # bytes; what lies below is a member of something at address 0
+_NEAR = 0x1000  # bytes from the stack pointer that a store to the stack may be away
+_ERASED_FLASH = 0xFFFF
+
+
+def cause_of(record: FaultRecord, places: Places, code: ReadCode) -> Cause:
+    """The likely cause of a fault."""
+    status = record.fault.status
+    if status & faults.PRECISERR and record.fault.address is not None:
+        return _of_access(record, record.fault.address, places, code)
+    if status & (faults.STKERR | faults.UNSTKERR):
+        return _of_stack(record, places)
+    if status & faults.INVSTATE:
+        return _of_even_address(record)
+    if status & (faults.IBUSERR | faults.IACCVIOL):
+        return Cause(
+            f"execution went to 0x{record.pc:08X}, where no program is",
+            ["A function pointer or a return address on the stack was overwritten, or never set."],
+        )
+    if status & faults.UNDEFINSTR:
+        return _of_undefined(record, code)
+    return _OTHERS.get(status) or _of_hard_fault(record)
+
+
+# -- loads and stores -----------------------------------------------------------------------------------
+
+
+def _of_access(record: FaultRecord, address: int, places: Places, code: ReadCode) -> Cause:
+    stores = _stores(record.pc, code)
+    on_stack = record.sp <= address < RAM.start or abs(address - record.sp) <= _NEAR
+    if on_stack and stack_overflows(record, places):
+        return _of_stack(record, places)
+    if stores and address < FLASH.end - FLASH.start:
+        return _of_null(address)
+    if stores and FLASH.holds(address, address):
+        return Cause(
+            f"write to flash, address 0x{address:08X}",
+            [
+                "Constants (const) and texts in quotes lie in flash, which a program cannot simply write.",
+                "A cast away from const, or a char * to a text, leads here.",
+            ],
+        )
+    verb = "write to" if stores else "read of"
+    where = "after the end of RAM" if RAM.end <= address < RAM.end + 0x1_0000 else "where nothing is"
+    return Cause(
+        f"{verb} address 0x{address:08X}, {where}",
+        ["The pointer was never set or was overwritten, or an index is far too large."],
+    )
+
+
+def _stores(pc: int, code: ReadCode) -> bool:
+    content = code(pc, 4)
+    return (
+        content is not None and decode(pc, content[0] | content[1] << 8, content[2] | content[3] << 8).stores
+    )
+
+
+def _of_null(address: int) -> Cause:
+    if address >= _NULL_OBJECT:
+        what = f"address 0x{address:08X}: far after a NULL pointer, as with a large index into it."
+    elif address:
+        what = f"address 0x{address:08X}: a member of a NULL pointer, {address} bytes after its start."
+    else:
+        what = "address 0x00000000: what a NULL pointer points to."
+    return Cause(
+        "write through a NULL pointer",
+        [
+            what,
+            "A read through a NULL pointer does not fault on this chip: flash is at 0, too, and is read.",
+        ],
+    )
+
+
+# -- the stack ------------------------------------------------------------------------------------------
+
+
+def stack_overflows(record: FaultRecord, places: Places) -> bool:
+    """Whether the stack pointer has left the room for the stack."""
+    end = places.end_of_variables()
+    return record.sp < (RAM.start if end is None else end)
+
+
+def _of_stack(record: FaultRecord, places: Places) -> Cause:
+    end = places.end_of_variables()
+    sp = f"SP is 0x{record.sp:08X}"
+    if record.sp < RAM.start:
+        where = f"{sp}, below the RAM, which begins at 0x{RAM.start:08X}."
+    elif end is not None and record.sp < end:
+        where = f"{sp}, in the variables, which end at 0x{end:08X}."
+    else:
+        return Cause("the stack cannot be used", [f"{sp}; RAM is {RAM}. The stack pointer was overwritten."])
+    return Cause(
+        "stack overflow",
+        [where, "A recursion without end, or arrays in functions that are too large for the stack."],
+    )
+
+
+# -- where execution went -------------------------------------------------------------------------------
+
+
+def _of_even_address(record: FaultRecord) -> Cause:
+    if not record.pc:
+        return Cause(
+            "call through a NULL function pointer",
+            ["A function was called by a pointer that is 0: a callback that was never registered?"],
+        )
+    return Cause(
+        f"jump to the even address 0x{record.pc:08X}",
+        [
+            "Addresses of functions have bit 0 set on a Cortex-M (Thumb).",
+            "Take them from the function's name, not from a number or a listing.",
+        ],
+    )
+
+
+def _of_undefined(record: FaultRecord, code: ReadCode) -> Cause:
+    content = code(record.pc, 4)
+    word, second = struct.unpack("<2H", content) if content is not None else (0, 0)
+    if word == _ERASED_FLASH and FLASH.holds(record.pc, record.pc):
+        return Cause(
+            f"execution went to erased flash, 0x{record.pc:08X}",
+            ["A function pointer or a return address on the stack was overwritten, or never set."],
+        )
+    shown = f"{word:04X}{second:04X}" if decode(record.pc, word, second).size == 4 else f"{word:04X}"
+    return Cause(
+        f"0x{shown} at 0x{record.pc:08X} is no instruction",
+        ["Data was executed, or the program was compiled for another core (-mcpu=cortex-m4)."],
+    )
+
+
+def _of_hard_fault(record: FaultRecord) -> Cause:
+    if record.fault.hard & faults.DEBUGEVT:
+        return Cause(
+            "BKPT without a debugger",
+            ["Semihosting (--specs=rdimon.specs), an assertion, or a breakpoint left in the program."],
+        )
+    return Cause("the vector table cannot be read", ["VTOR was set to an address where no memory is."])
+
+
+_OTHERS = {
+    faults.INVPC: Cause(
+        "the return from an interrupt went wrong",
+        ["The handler's stack was overwritten: an array in it, or in what it calls, is too small."],
+    ),
+    faults.NOCP: Cause(
+        "floating-point unit is off",
+        ["SystemInit() switches it on (SCB->CPACR |= 0xF << 20); it was not called."],
+    ),
+    faults.UNALIGNED: Cause(
+        "unaligned access",
+        [
+            "A pointer to a larger type was made of one to bytes.",
+            "LDM, STM, LDRD and STRD need multiples of 4; with CCR.UNALIGN_TRP all loads and stores do.",
+        ],
+    ),
+    faults.DIVBYZERO: Cause(
+        "division by zero",
+        ["CCR.DIV_0_TRP is set; without it the result would be 0."],
+    ),
+}
+
+# -- the report ---------------------------------------------------------------------------------------------
+
+_NAMES = {
+    HARD_FAULT: "HardFault",
+    MEM_MANAGE: "MemManage fault",
+    BUS_FAULT: "BusFault",
+    USAGE_FAULT: "UsageFault",
+}
+_IN_HANDLER = 1 << NMI | sum(1 << number for number in _NAMES)
+_FAULTS_OF_A_LOOP, _JUST_NOW_PS = 10, PS_PER_MS
+_REGISTERS = (*(f"R{number}" for number in range(13)), "SP", "LR", "PC", "xPSR")
+
+
+def fault_report(core: Core, log: FaultLog, places: Places, transfers: list[str]) -> Diagnosis | None:
+    """The fault that the firmware has ended in; None if there was none, or it has recovered."""
+    record, latest = log.origin, log.latest
+    if record is None or latest is None:
+        return None
+    if core.locked_up:
+        return _report(core, record, places, transfers, _locked_up(latest, places))
+    if log.times >= _FAULTS_OF_A_LOOP and core.now_ps - log.last_ps < _JUST_NOW_PS:
+        ending = (
+            "The fault's handler returns to the same instruction, which faults again: "
+            f"{log.times} times so far."
+        )
+        return _report(core, record, places, transfers, [ending])
+    if core.active & _IN_HANDLER:
+        return _report(core, record, places, transfers, _handler(core, places))
+    return None
+
+
+def _report(
+    core: Core, record: FaultRecord, places: Places, transfers: list[str], ending: list[str]
+) -> Diagnosis:
+    code = core.memory
+    cause = cause_of(record, places, code)
+    trace = Backtrace(places, record.word, code)
+    callers = trace.lines(record.pc, record.lr, record.sp)
+    where = places.place(record.pc)
+    if record.fault.status & faults.INVSTATE or not FLASH.holds(record.pc, record.pc):
+        where = f"0x{record.pc:08X}, {callers[0] if callers else 'called from somewhere'}"
+    details = [
+        *cause.sentences,
+        *section("fault status", list(_status(record))),
+        *section("registers", list(_registers(record))),
+        *section(f"callers ({NOTE})", callers),
+        *ending,
+        *section("last transfers", transfers),
+        *places.help(),
+    ]
+    name = _name(core, record)
+    return Diagnosis("fault", f"{name} at {at(record.t_ps)} in {where}: {cause.short}", tuple(details))
+
+
+def _name(core: Core, record: FaultRecord) -> str:
+    number = record.fault.exception
+    own = core.active >> number & 1
+    return _NAMES[number if own else HARD_FAULT]
+
+
+def _status(record: FaultRecord) -> Iterator[str]:
+    yield from decoded("CFSR", record.cfsr, CFSR)
+    yield from decoded("HFSR", record.hfsr, HFSR)
+    if record.fault.address is not None:
+        yield f"BFAR 0x{record.fault.address:08X}"
+
+
+def _registers(record: FaultRecord) -> Iterator[str]:
+    named = [f"{name:4} {value:08X}" for name, value in zip(_REGISTERS, record.registers, strict=True)]
+    for first in range(0, len(named), 4):
+        yield "  ".join(named[first : first + 4])
+
+
+def _handler(core: Core, places: Places) -> list[str]:
+    return [f"Since then the fault's handler is running: {places.place(core.pc)}."]
+
+
+def _locked_up(record: FaultRecord, places: Places) -> list[str]:
+    return [
+        f"Its handler faulted as well, in {places.place(record.pc)} at {at(record.t_ps)}.",
+        "The core is locked up: only a reset helps.",
+    ]
