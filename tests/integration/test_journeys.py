@@ -1,0 +1,48 @@
+"""Following something through the emulator leads through few files, and no more than it did."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from tests.journeys import C_FILES, NATIVE
+
+ROOT = Path(__file__).parents[2]
+AT_MOST = {
+    "TOML -> verdict": (22, 10),
+    "attitude set -> register byte": (34, 0),
+    "printf byte -> terminal": (11, 0),
+    "I2C read -> sensor": (13, 0),
+}
+LINE = re.compile(r"^(\S.*?) +(\d+)(?:\+(\d+))? files in Python", re.MULTILINE)
+
+
+@cache
+def measured() -> dict[str, tuple[int, int]]:
+    """In a process of its own: what is imported already is not imported on the way."""
+    done = subprocess.run(
+        [sys.executable, "-m", "tests.journeys"], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    return {name: (int(files), int(beyond or 0)) for name, files, beyond in LINE.findall(done.stdout)}
+
+
+def test_all_four_are_measured() -> None:
+    assert measured().keys() == AT_MOST.keys()
+
+
+@pytest.mark.parametrize("name", AT_MOST)
+def test_a_journey_leads_through_no_more_files_than_it_did(name: str) -> None:
+    files, beyond = measured()[name]
+
+    assert 3 < files <= AT_MOST[name][0]
+    assert beyond <= AT_MOST[name][1]
+
+
+@pytest.mark.parametrize(("file", "function"), [item for files in C_FILES.values() for item in files.items()])
+def test_what_c_does_on_the_way_is_where_it_is_said_to_be(file: str, function: str) -> None:
+    assert re.search(rf"\b{function}\b", (NATIVE / file).read_text(encoding="utf-8"))
