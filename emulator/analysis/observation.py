@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from emulator.board.board import Board
-from emulator.board.wiring import LED1_PIN, LED2_PIN
+from emulator.boards.fcu001v1 import LED1_PIN, LED2_PIN
 from emulator.buses.uart import Uart
 from emulator.errors import FirmwareError, InputError
 from emulator.links.runner import Runner

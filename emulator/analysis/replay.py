@@ -30,7 +30,7 @@ from typing import Any
 
 from emulator.analysis.observation import END, LEDS, TERMINAL, Observation, bytes_sent, edges_of, lines_of
 from emulator.board.board import Board
-from emulator.board.wiring import profile
+from emulator.boards.fcu001v1 import profile
 from emulator.buses.gpio import Gpio
 from emulator.errors import InputError
 from emulator.python_cpu.hal import HAL_OK, HAL_TIMEOUT, Application

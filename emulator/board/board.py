@@ -28,10 +28,11 @@ from typing import TYPE_CHECKING, Any
 
 from emulator.board.boot import Choice, choose
 from emulator.board.firmwares import Backend, FirmwareFactory, NoFirmware, PythonFirmware
-from emulator.board.sensor_set import SensorSet, SensorSettings
+from emulator.board.sensor_set import SensorSet
 from emulator.board.snapshot import Snapshot
 from emulator.board.terminal import Terminal
-from emulator.board.wiring import LED1_PIN, LED2_PIN, UART_CLOCK_HZ
+from emulator.boards.description import SensorSettings
+from emulator.boards.fcu001v1 import LED1_PIN, LED2_PIN, UART_CLOCK_HZ
 from emulator.buses.gpio import Gpio, Led
 from emulator.buses.i2c import FAST_MODE_HZ, I2CBus
 from emulator.buses.i2c_master import I2CMaster
@@ -170,6 +171,6 @@ class Board:
 def _load(scenario: str | Path | Scenario | None) -> Scenario | None:
     if scenario is None:
         return None
-    from emulator.scenario import Scenario, load_scenario
+    from emulator.scenario import Scenario, load_scenario  # pydantic, which plain boards do without
 
     return scenario if isinstance(scenario, Scenario) else load_scenario(scenario)

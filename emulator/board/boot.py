@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING, Any
 
 from emulator.board import firmwares
 from emulator.board.firmwares import FirmwareFactory
-from emulator.board.wiring import Profile
-from emulator.board.wiring import profile as find_profile
+from emulator.boards.description import Profile
+from emulator.boards.fcu001v1 import ARM, ARM_PROGRAM, FIRMWARES, PYTHON
+from emulator.boards.fcu001v1 import profile as find_profile
 from emulator.errors import InputError
 
 if TYPE_CHECKING:
@@ -53,7 +54,7 @@ def choose(
     wiring = find_profile(profile or _USUAL_PROFILE)
     if firmware is None:
         return Choice(wiring)
-    if isinstance(firmware, str) and firmware in firmwares.PYTHON:
+    if isinstance(firmware, str) and firmware in PYTHON:
         return _python(firmwares.factory(firmware, settings), firmware, wiring)
     if isinstance(firmware, str | Path):
         choice = _built(firmware, profile, wiring)
@@ -76,13 +77,13 @@ def _built(firmware: str | Path, profile: str | None, wiring: Profile) -> Choice
     from emulator.chip.image import load_firmware
     from emulator.chip.wanted_profile import wanted_profile
 
-    if isinstance(firmware, str) and firmware in firmwares.ARM:
+    if isinstance(firmware, str) and firmware in ARM:
         from firmware_model.arm import prebuilt
 
-        file = prebuilt(firmwares.ARM_PROGRAM[firmware], "I2C2" if wiring.i2c2 else "SPI2")
+        file = prebuilt(ARM_PROGRAM[firmware], "I2C2" if wiring.i2c2 else "SPI2")
         return Choice(wiring, firmware, image=load_firmware(file))
     if not _is_file(firmware):
-        known = ", ".join(firmwares.NAMES)
+        known = ", ".join(FIRMWARES)
         raise InputError(
             f"unknown firmware {str(firmware)!r}; known: {known}; or give an ELF, HEX or BIN file"
         )

@@ -10,60 +10,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol, TypeAlias
 
+from emulator.boards.fcu001v1 import PYTHON
 from emulator.errors import InputError
 from emulator.python_cpu.core import Core
 from emulator.python_cpu.hal import Application, Hal
 from emulator.time.clock import Clock
+from emulator.time.ticks import TickCounts
 
 FirmwareFactory: TypeAlias = Callable[[Hal], Application]
 Settings: TypeAlias = Mapping[str, Any]
-
-PYTHON = {
-    "lab3": "all exercises: raw data, calibration, altitude, pitch, roll, yaw, LEDs",
-    "template": "exercise 1 only: the raw data block once a second",
-}
-ARM = {
-    "solution": "all exercises in C, built for the chip",
-    "template-arm": "the students' starting point in C, built for the chip",
-}
-ARM_PROGRAM = {"solution": "solution", "template-arm": "template"}
-"""The program of :mod:`firmware_model.arm` behind each name."""
-NAMES = PYTHON | ARM
-DEFAULT = "lab3"
-
-
-class TickCounts(Protocol):
-    """How a timer's interrupt did."""
-
-    @property
-    def name(self) -> str:
-        """As the reference manual calls the timer."""
-        ...
-
-    @property
-    def ticks(self) -> int:
-        """Updates while the interrupt was enabled."""
-        ...
-
-    @property
-    def late(self) -> int:
-        """Ticks whose handler did not come at once."""
-        ...
-
-    @property
-    def lost(self) -> int:
-        """Ticks that came while the one before waited for its handler."""
-        ...
-
-    @property
-    def longest_wait_ps(self) -> int:
-        """The most that a handler was late."""
-        ...
-
-    @property
-    def rate_hz(self) -> float:
-        """Update rate as configured."""
-        ...
 
 
 class Backend(Protocol):

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from emulator.board.pin_watch import PinWatch
-from emulator.board.wiring import MAGNETOMETER_MOUNTING, MOUNTING, MagnetometerMounting, Matrix, Profile
+from emulator.boards.description import Numbers, Profile, SensorSettings
+from emulator.boards.fcu001v1 import MAGNETOMETER_MOUNTING, MOUNTING, Matrix
 from emulator.buses.i2c import I2CBus
 from emulator.buses.spi import SpiBus
 from emulator.errors import InputError
 from emulator.time.clock import Clock
 from emulator.trace import DeviceNote, RegisterWrite, Trace
 from emulator.world import World
-from sensors.errors import Grade
 from sensors.lis2mdl import LIS2MDL, LIS2MDLErrors
 from sensors.lps22hb import LPS22HB, LPS22HBErrors
 from sensors.lsm6dsl import LSM6DSL, LSM6DSLErrors
@@ -23,23 +21,7 @@ from sensors.part import Part, Signal
 from sensors.register_file import NoteCallback, WriteLog
 from sensors.subaddress import SubaddressTarget
 
-Numbers = Mapping[str, Any]
 ErrorsT = TypeVar("ErrorsT", LSM6DSLErrors, LIS2MDLErrors, LPS22HBErrors)
-
-
-@dataclass(frozen=True)
-class SensorSettings:
-    """How far the sensors deviate from ideal ones.
-
-    ``grade`` fills every figure; the mappings replace single ones by explicit numbers, under the field names
-    of :class:`LSM6DSLErrors`, :class:`LIS2MDLErrors` and :class:`LPS22HBErrors`.
-    """
-
-    grade: Grade = "typical"
-    lsm6dsl: Numbers = field(default_factory=dict)
-    lis2mdl: Numbers = field(default_factory=dict)
-    lps22hb: Numbers = field(default_factory=dict)
-    magnetometer_mounting: MagnetometerMounting = "parallel"
 
 
 class SensorSet:

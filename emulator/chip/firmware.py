@@ -9,17 +9,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from emulator.chip.chip import Chip, Surroundings
 from emulator.chip.cpu.core import CoreSettings
 from emulator.chip.cpu.fault_log import FaultLog
+from emulator.chip.diagnosis import Diagnosis, diagnose
 from emulator.chip.image import FirmwareImage
 from emulator.chip.limits import LimitedRun, Limits
 from emulator.chip.peripherals.tim import Timer
-
-if TYPE_CHECKING:
-    from emulator.chip.diagnosis import Diagnosis
 
 
 class ArmFirmware:
@@ -52,8 +50,6 @@ class ArmFirmware:
 
     def diagnosis(self) -> Diagnosis | None:
         """What keeps the firmware from working, as far as can be told now; None if it does work."""
-        from emulator.chip.diagnosis import diagnose
-
         return diagnose(self)
 
     def variable(self, name: str) -> Any:

@@ -10,6 +10,9 @@ from emulator.buses.gpio import Gpio
 from emulator.time.clock import Clock
 from emulator.trace import Trace
 
+CHIP = "STM32F401"
+"""What the trace calls it."""
+
 
 class ClockTree(Protocol):
     """Frequencies as the firmware has set RCC up (RM0368 section 6.2); implemented by the RCC block."""

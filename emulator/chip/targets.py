@@ -10,10 +10,10 @@ from __future__ import annotations
 import ctypes
 import struct
 from array import array
-from typing import TYPE_CHECKING, Final, Protocol
+from collections.abc import Callable
+from typing import Any, Final, Protocol
 
-if TYPE_CHECKING:
-    from emulator.chip.library import FcuChip
+from emulator.time.clock import Clock
 
 _i32, _i64 = ctypes.c_int32, ctypes.c_int64
 _TARGETS, _BYTES = 8, 32  # TARGETS, KEPT_BYTES
@@ -59,10 +59,27 @@ class KeepingTarget(Protocol):
         ...
 
 
+class ChipInC(Protocol):
+    """What is needed of the chip: :class:`emulator.chip.library.FcuChip`."""
+
+    clock: Clock
+    library: Any
+    handle: Any
+    shared: Any
+
+    def callback(self, kind: Any, function: Callable[..., Any], /) -> Any:
+        """A Python function as C calls it."""
+        ...
+
+    def keep_error(self, error: BaseException, /) -> None:
+        """To be raised when C has returned."""
+        ...
+
+
 class Targets:
     """All of a chip's. ``untold[0]`` is 0 unless a part has to hear of reads (:meth:`settle`)."""
 
-    def __init__(self, chip: FcuChip) -> None:
+    def __init__(self, chip: ChipInC) -> None:
         self._chip = chip
         self._targets: list[KeepingTarget] = []
         (_, ahead), (_, settle) = TargetTable._fields_

@@ -19,8 +19,9 @@ from emulator.analysis.compare import (
 )
 from emulator.analysis.observation import TERMINAL, Entry, Observation, observe
 from emulator.analysis.replay import replay
-from emulator.board import firmwares
 from emulator.board.board import Board
+from emulator.board.firmwares import factory
+from emulator.boards.fcu001v1 import PYTHON
 from emulator.errors import InputError
 from emulator.scenario import Scenario, load_scenario
 from emulator.scenario.printed import visible
@@ -93,10 +94,10 @@ def _side_by_side(options: DiffOptions, plan: Scenario, end_ps: int) -> tuple[Ob
 
 
 def _replayed(options: DiffOptions, plan: Scenario, end_ps: int) -> tuple[Observation, Observation]:
-    if options.first not in firmwares.PYTHON:
-        known = " or ".join(firmwares.PYTHON)
+    if options.first not in PYTHON:
+        known = " or ".join(PYTHON)
         raise InputError(f"--replay runs A on the samples of B; A is {options.first!r}, it must be {known}")
-    firmware = firmwares.factory(options.first, plan.firmware_settings())
+    firmware = factory(options.first, plan.firmware_settings())
     board = _board(options.second, plan, options)
     second = observe(board, end_ps, partial(plan.exceeded, board))
     return replay(board, firmware), second

@@ -14,8 +14,8 @@ from types import FrameType
 
 import click
 
-from emulator.board import firmwares
 from emulator.board.board import Board
+from emulator.boards.fcu001v1 import DEFAULT_FIRMWARE
 from emulator.cli.explain import Explainer
 from emulator.cli.gdb import announcement, open_debugger
 from emulator.cli.progress import ProgressDisplay
@@ -95,7 +95,7 @@ def run_board(options: RunOptions) -> bool:
 def _create_board(options: RunOptions) -> Board:
     firmware = options.firmware
     if firmware is None and options.scenario is None:
-        firmware = firmwares.DEFAULT
+        firmware = DEFAULT_FIRMWARE
     if options.scenario is None:
         return Board(options.profile, firmware, None, options.seed or 0, options.ideal)
     from emulator.scenario import load_scenario

@@ -11,10 +11,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from emulator.board.board import Board
 from emulator.links import ByteLink
 from emulator.links.pacing import Pacer
-from emulator.time.clock import NEVER_PS, PS_PER_S, to_ps
+from emulator.time.clock import NEVER_PS, PS_PER_S, Clock, to_ps
 
 _FLUSH_S = 5.0  # how long a slow reader gets at the end to take what is queued
 
@@ -26,6 +25,33 @@ class Progress:
     virtual_s: float
     total_s: float | None
     wall_s: float
+
+
+class Terminal(Protocol):
+    """The end of the serial line that links are tied to."""
+
+    def since(self, position: int) -> tuple[bytes, int]:
+        """The bytes printed after ``position`` (counted from power-on), and the position after them."""
+        ...
+
+    def write(self, data: bytes | str) -> None:
+        """Type on the keyboard."""
+        ...
+
+
+class RunnableBoard(Protocol):
+    """What is run: :class:`emulator.board.board.Board` is one."""
+
+    clock: Clock
+
+    @property
+    def terminal(self) -> Terminal:
+        """What its firmware prints, and a keyboard."""
+        ...
+
+    def run_until(self, at_ps: int) -> None:
+        """Run up to and including ``at_ps``."""
+        ...
 
 
 class Debugger(Protocol):
@@ -56,7 +82,7 @@ class Runner:
 
     def __init__(
         self,
-        board: Board,
+        board: RunnableBoard,
         links: Sequence[ByteLink],
         end_ps: int | None,
         speed: float | None,

@@ -6,14 +6,12 @@ the union in :mod:`emulator.scenario.timeline`.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
+from emulator.scenario.board_view import BoardView
 from emulator.scenario.tables import Table
 from emulator.scenario.units import Duration
 from emulator.world import World
-
-if TYPE_CHECKING:
-    from emulator.board.board import Board
 
 
 class Entry(Table):
@@ -38,5 +36,5 @@ class Entry(Table):
     def plan(self, world: World, start_s: float) -> None:
         """Change the world from ``start_s`` on. Raises InputError."""
 
-    def act(self, board: Board, from_ps: int) -> None:
+    def act(self, board: BoardView, from_ps: int) -> None:
         """Do what concerns the rest of the board; the time is ``from_ps``."""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from pydantic import Field, model_validator
 
+from emulator.scenario.board_view import BoardView
 from emulator.scenario.recorder import Line
 from emulator.scenario.result import Miss
 from emulator.scenario.tables import Table
@@ -15,15 +15,12 @@ from emulator.scenario.units import Duration
 from emulator.time.clock import NEVER_PS
 from emulator.time.durations import seconds
 
-if TYPE_CHECKING:
-    from emulator.board.board import Board
-
 
 @dataclass(frozen=True)
 class Seen:
     """A run as expectations see it: its lines, and the board after ``end_ps``."""
 
-    board: Board
+    board: BoardView
     lines: list[Line]
     end_ps: int
 

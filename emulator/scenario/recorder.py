@@ -15,17 +15,14 @@ from bisect import bisect_right
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from emulator.scenario.board_view import BoardView
 from emulator.scenario.printed import ANGLES, FORMATS
 from emulator.scenario.truth import G_MODULUS, TRUTH, deviation
 from emulator.time.clock import PS_PER_MS, PS_PER_S, Periodic
 from emulator.world.track import Array
-
-if TYPE_CHECKING:
-    from emulator.board.board import Board
 
 _LOOK_PS = Fraction(PS_PER_MS)
 _COLLECT_PS = Fraction(PS_PER_S)
@@ -53,7 +50,7 @@ class Line:
 class Recorder:
     """Watches one board until ``until_ps``; ``settle_ps`` names the fields whose truth is wanted."""
 
-    def __init__(self, board: Board, until_ps: int, settle_ps: Mapping[str, int]) -> None:
+    def __init__(self, board: BoardView, until_ps: int, settle_ps: Mapping[str, int]) -> None:
         self.until_ps = until_ps
         self._world, self._uart, self._clock = board.world, board.uart, board.clock
         self._settle_ps = settle_ps

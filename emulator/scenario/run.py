@@ -9,18 +9,25 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from emulator.errors import InputError
 from emulator.links.runner import Runner
+from emulator.scenario.board_view import BoardView
 from emulator.scenario.result import Finding, Result
 from emulator.scenario.scenario import Scenario
 
-if TYPE_CHECKING:
-    from emulator.board.board import Board
+
+class ScenarioBoard(BoardView, Protocol):
+    """A board that says which scenario it plays."""
+
+    @property
+    def scenario(self) -> Scenario | None:
+        """None if it plays none."""
+        ...
 
 
-def run(board: Board, wall_clock_s: Callable[[], float] = time.monotonic) -> Result:
+def run(board: ScenarioBoard, wall_clock_s: Callable[[], float] = time.monotonic) -> Result:
     """Run a board to the end of its scenario, or into a limit, and judge it.
 
     Raises FirmwareError when the firmware fails, InputError when the board has no scenario.
@@ -31,12 +38,12 @@ def run(board: Board, wall_clock_s: Callable[[], float] = time.monotonic) -> Res
     return plan.check(board, runner.limit)
 
 
-def check(board: Board) -> list[Finding]:
+def check(board: ScenarioBoard) -> list[Finding]:
     """The expectations of its scenario that a board has not met by now; see Scenario.check."""
     return list(_scenario(board).check(board).findings)
 
 
-def _scenario(board: Board) -> Scenario:
+def _scenario(board: ScenarioBoard) -> Scenario:
     if board.scenario is None:
         raise InputError('this board has no scenario; give one: Board(scenario="flat")')
     return board.scenario

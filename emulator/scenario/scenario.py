@@ -11,12 +11,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from weakref import WeakKeyDictionary
 
-from emulator.board.sensor_set import SensorSettings
-from emulator.board.terminal import Terminal
+from emulator.boards.description import SensorSettings
 from emulator.errors import InputError, ScenarioError
+from emulator.scenario.board_view import BoardView, TerminalView
 from emulator.scenario.expect_board import SETTLE_PS, ExpectField
 from emulator.scenario.expectation import Seen, Windowed
 from emulator.scenario.recorder import Recorder
@@ -28,9 +28,6 @@ from emulator.scenario.steps import Step, rehearse, steps_of
 from emulator.time.clock import PS_PER_S
 from emulator.time.durations import seconds
 from emulator.world import World, earth_field
-
-if TYPE_CHECKING:
-    from emulator.board.board import Board
 
 
 class Scenario:
@@ -53,7 +50,7 @@ class Scenario:
         self.expectations: list[AnyExpectation] = contents.expect
         self.reports: list[ReportTable] = contents.report
         self._contents = contents
-        self._recorders: WeakKeyDictionary[Terminal, Recorder] = WeakKeyDictionary()
+        self._recorders: WeakKeyDictionary[TerminalView, Recorder] = WeakKeyDictionary()
         if self.duration_ps > self.limits.duration:
             problem = "is longer than limits.duration; shorten it or raise that limit"
             raise ScenarioError(self.file, "duration", problem)
@@ -99,7 +96,7 @@ class Scenario:
             raise ScenarioError(self.file, "world", str(error)) from error
         return world
 
-    def play(self, board: Board) -> None:
+    def play(self, board: BoardView) -> None:
         """Bring the timeline to a board at power-on, and watch it.
 
         The board may be a weak proxy, so that what is scheduled does not keep it alive. Its terminal, which
@@ -115,7 +112,7 @@ class Scenario:
                 step.entry.plan(board.world, step.at_ps / PS_PER_S)
             board.clock.schedule(step.at_ps, partial(step.entry.act, board, step.at_ps))
 
-    def exceeded(self, board: Board, wall_s: float) -> str:
+    def exceeded(self, board: BoardView, wall_s: float) -> str:
         """The limit that a run of ``wall_s`` seconds of wall time has exceeded by now; empty if none."""
         if board.uart.received_count() > self.limits.terminal_bytes:
             return f"{self.limits.terminal_bytes} bytes of text, limits.terminal_bytes"
@@ -123,7 +120,7 @@ class Scenario:
             return f"{seconds(self.limits.wall)} of wall time, limits.wall"
         return ""
 
-    def check(self, board: Board, limit: str = "") -> Result:
+    def check(self, board: BoardView, limit: str = "") -> Result:
         """All expectations and reports about a board that plays this scenario, as of now.
 
         A board that has not come to the end is judged by what it did so far, and a finding says so; ``limit``

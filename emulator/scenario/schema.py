@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field
 
-from emulator.board import firmwares
+from emulator.boards.fcu001v1 import DEFAULT_FIRMWARE, FIRMWARES
 from emulator.scenario.expect_board import ExpectField, ExpectHardIron, ExpectLed, ExpectTicks, FieldName
 from emulator.scenario.expect_text import ExpectLine, ExpectNever, ExpectRegex, ExpectText
 from emulator.scenario.setup import BusTable, FirmwareTable, LimitsTable, SensorsTable, WorldTable
@@ -38,8 +38,8 @@ AnyExpectation = Annotated[
 
 
 def _known_firmware(name: str) -> str:
-    if name not in firmwares.NAMES:
-        raise ValueError(f"is {shown(name)}; known: {', '.join(firmwares.NAMES)}")
+    if name not in FIRMWARES:
+        raise ValueError(f"is {shown(name)}; known: {', '.join(FIRMWARES)}")
     return name
 
 
@@ -56,8 +56,8 @@ class ScenarioFile(Table):
     schema_: Literal[1] = Field(alias="schema")
     question: str = Field(min_length=1, max_length=200, pattern=r"^[^\r\n]+$")
     firmware: Annotated[
-        str, AfterValidator(_known_firmware), Field(json_schema_extra={"enum": list(firmwares.NAMES)})
-    ] = firmwares.DEFAULT
+        str, AfterValidator(_known_firmware), Field(json_schema_extra={"enum": list(FIRMWARES)})
+    ] = DEFAULT_FIRMWARE
     seed: int = Field(0, ge=0, lt=2**63)
     duration: Length = 10 * PS_PER_S
     firmware_settings: FirmwareTable = Field(default_factory=lambda: FirmwareTable.model_validate({}))

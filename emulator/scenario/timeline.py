@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, PlainSerializer, PlainValidator, WithJsonSchema, model_validator
 
-from emulator.board.wiring import profile
+from emulator.boards.fcu001v1 import profile
 from emulator.buses.i2c import FaultKind, I2CFault
+from emulator.scenario.board_view import BoardView
 from emulator.scenario.entry import Entry
 from emulator.scenario.motions import (
     ATTITUDE,
@@ -28,9 +29,6 @@ from emulator.scenario.units import Length
 from emulator.time.clock import NEVER_PS
 from emulator.time.durations import shown
 from emulator.world import World, limits
-
-if TYPE_CHECKING:
-    from emulator.board.board import Board
 
 ADDRESSES = profile("lab3").i2c2
 LONGEST_INPUT = 4096  # characters of one send
@@ -127,7 +125,7 @@ class Fault(Entry):
         """As given; for good counts as a moment, so that the timeline goes on."""
         return self.for_ or 0
 
-    def act(self, board: Board, from_ps: int) -> None:
+    def act(self, board: BoardView, from_ps: int) -> None:
         """Inject the rule."""
         until_ps = from_ps + self.for_ if self.for_ else NEVER_PS
         board.bus.inject(I2CFault(self.kind, from_ps, until_ps, self.address, self.byte_index))
@@ -165,7 +163,7 @@ class Send(Entry):
             raise ValueError("text has a character that is not Latin-1; send its bytes with hex")
         return self
 
-    def act(self, board: Board, from_ps: int) -> None:
+    def act(self, board: BoardView, from_ps: int) -> None:
         """Type."""
         del from_ps
         board.terminal.write(self.text or self.hex or b"")

@@ -37,6 +37,27 @@ ONLY_IN = {
     "click": ("emulator/cli",),
     "rich": ("emulator/cli",),
 }
+ROOMS = (
+    "sensors",
+    "firmware_model",
+    "errors",
+    "time",
+    "trace",
+    "world",
+    "buses",
+    "python_cpu",
+    "chip",
+    "boards",
+    "links",
+    "scenario",
+    "board",
+    "emulator",
+    "adapters",
+    "analysis",
+    "cli",
+    "__main__",
+)
+"""From the bottom up; ``emulator`` is the package's own ``__init__``, which hands out the board."""
 POSIX_ONLY = {"fcntl", "grp", "posix", "pty", "pwd", "resource", "termios", "tty"}
 LONGEST = 600
 
@@ -151,17 +172,56 @@ def test_the_packages_import_one_another_in_one_direction() -> None:
     assert arrows <= {("emulator", "sensors"), ("emulator", "firmware_model")}
 
 
-def test_no_module_needs_itself_to_be_imported() -> None:
-    """Imports inside functions and for type checkers are no part of this; packages stand for themselves."""
-    graph = {
-        module: {entry.module for entry in imports(name) if entry.eager and entry.module in MODULES}
-        for module, name in MODULES.items()
-    }
+def test_no_module_imports_itself_in_a_circle() -> None:
+    """Imports inside functions and for type checkers count like all others.
+
+    Whoever imports a module out of a package it does not belong to loads that package's ``__init__``, too.
+    """
+    graph = {module: _needed_by(module) for module in MODULES}
     resting: set[str] = set()
-    while removable := {module for module in graph.keys() - resting if graph[module] - {module} <= resting}:
+    while removable := {module for module in graph.keys() - resting if graph[module] <= resting}:
         resting |= removable
 
-    assert graph.keys() - resting == set()
+    assert _circle(graph, graph.keys() - resting) == []
+
+
+def _needed_by(module: str) -> set[str]:
+    named_ones = {entry.module for entry in imports(MODULES[module]) if entry.module in MODULES}
+    own_packages = {module, *packages_of(module)}
+    packages = {package for one in named_ones for package in packages_of(one)} - own_packages
+    return (named_ones | packages) - {module}
+
+
+def _circle(graph: dict[str, set[str]], among: set[str]) -> list[str]:
+    """One circle of those that are left, for the message; nothing if none are left."""
+    path: list[str] = []
+    one = min(among, default=None)
+    while one is not None and one not in path:
+        path.append(one)
+        one = min(graph[one] & among)
+    return path[path.index(one) :] if one is not None else []
+
+
+def room(module: str) -> str:
+    """The folder or module of the emulator, or the package, that a module belongs to."""
+    parts = module.split(".")
+    return parts[1] if parts[0] == "emulator" and len(parts) > 1 else parts[0]
+
+
+def test_rooms_know_only_rooms_below_them() -> None:
+    """The list is the order: each room may import those before it. Late and typing imports count."""
+    upward = {
+        (name, entry.module)
+        for name in NAMES
+        for entry in imports(name)
+        if entry.module in MODULES and ROOMS.index(room(entry.module)) > ROOMS.index(room(dotted(name)))
+    }
+
+    assert upward == set()
+
+
+def test_every_room_has_its_place_in_the_order() -> None:
+    assert {room(module) for module in MODULES} == set(ROOMS)
 
 
 @pytest.mark.parametrize("module", [dotted(name) for name in NAMES if name.endswith("__init__.py")])

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 
 from emulator import Board
-from emulator.board.wiring import PROFILES
+from emulator.boards.fcu001v1 import PROFILES
 from emulator.buses.spi import SpiBus
 from emulator.chip.peripherals.i2c import ConnectedI2c
 from emulator.chip.peripherals.peripheral import Peripheral

@@ -5,9 +5,8 @@ After ``_MOST_NOTES`` registers it says no more: firmware that scans the address
 
 from __future__ import annotations
 
-from emulator.board.wiring import CHIP
 from emulator.chip.peripherals.peripheral import WORD, Peripheral
-from emulator.chip.soc import Soc
+from emulator.chip.soc import CHIP, Soc
 from emulator.trace import DeviceNote
 
 _MOST_NOTES = 100

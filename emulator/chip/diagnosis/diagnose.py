@@ -4,26 +4,33 @@ from __future__ import annotations
 
 from collections import Counter
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import Protocol
 
-from emulator.chip.chip import Chip
+from emulator.chip.chip import Chip, Surroundings
 from emulator.chip.cpu.core import Core
-from emulator.chip.cpu.fault_log import CORE, FaultRecord, word_of
+from emulator.chip.cpu.fault_log import CORE, FaultLog, FaultRecord, word_of
 from emulator.chip.diagnosis.backtrace import NOTE, Backtrace, Places
 from emulator.chip.diagnosis.evidence import BlockNotes, Transfers, nobody
 from emulator.chip.diagnosis.faults import fault_report
 from emulator.chip.diagnosis.hang import Hang
 from emulator.chip.diagnosis.report import Diagnosis, at, milliseconds, section
+from emulator.chip.image import FirmwareImage
 from emulator.chip.image.memory_map import RAM
 from emulator.chip.peripherals.tim import Timer
 from emulator.time.clock import PS_PER_MS, PS_PER_S
 from emulator.trace import BusTransfer, GpioEdge
 
-if TYPE_CHECKING:
-    from emulator.chip.firmware import ArmFirmware
+
+class RunningFirmware(Protocol):
+    """A chip and what it executes: :class:`emulator.chip.firmware.ArmFirmware`."""
+
+    image: FirmwareImage
+    chip: Chip
+    faults: FaultLog
+    surroundings: Surroundings
 
 
-def diagnose(arm: ArmFirmware) -> Diagnosis | None:
+def diagnose(arm: RunningFirmware) -> Diagnosis | None:
     """What is wrong with the firmware as it is now; None if nothing is seen to be wrong.
 
     Nothing of the board is changed by looking.
@@ -43,7 +50,7 @@ def diagnose(arm: ArmFirmware) -> Diagnosis | None:
     )
 
 
-def _quiet_since_ps(arm: ArmFirmware, transfers: Transfers) -> int:
+def _quiet_since_ps(arm: RunningFirmware, transfers: Transfers) -> int:
     """When something last happened on the buses, the terminal or the pins."""
     around = arm.surroundings
     edges = [edge.t_ps for edge in around.trace.of(GpioEdge)[-1:]]
@@ -52,7 +59,7 @@ def _quiet_since_ps(arm: ArmFirmware, transfers: Transfers) -> int:
     return max([transfers.last_ps, terminal_ps, *edges])
 
 
-def _stack(arm: ArmFirmware, places: Places) -> Diagnosis | None:
+def _stack(arm: RunningFirmware, places: Places) -> Diagnosis | None:
     """The main stack has been in the variables, as seen at the entries of exceptions."""
     lowest, end = arm.chip.core.lowest_stack, places.end_of_variables()
     if end is None or not RAM.start <= lowest < end < places.stack_top:
@@ -78,7 +85,7 @@ def _without_clock(notes: BlockNotes) -> Diagnosis | None:
     return Diagnosis("clock", cause.short, details, fatal=False)
 
 
-def _unanswered(arm: ArmFirmware, transfers: Transfers) -> Diagnosis | None:
+def _unanswered(arm: RunningFirmware, transfers: Transfers) -> Diagnosis | None:
     """Transfers to addresses where no device is, in a program that goes on all the same."""
     bus = arm.surroundings.i2c2
     failed = Counter(

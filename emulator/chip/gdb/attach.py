@@ -10,8 +10,8 @@ A debugger is served between slices of virtual time::
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from typing import Protocol
 
-from emulator.board.board import Board
 from emulator.chip.cpu.memory_map import RAM
 from emulator.chip.firmware import ArmFirmware
 from emulator.chip.gdb.core_target import CoreTarget
@@ -22,7 +22,19 @@ from emulator.time.clock import PS_PER_S, Clock
 from emulator.world import World
 
 
-def serve(board: Board, port: int, halted: bool = False) -> GdbServer:
+class DebuggedBoard(Protocol):
+    """A board with its firmware: :class:`emulator.board.board.Board` is one."""
+
+    arm: ArmFirmware | None
+    clock: Clock
+    world: World
+
+    def run_until(self, at_ps: int) -> None:
+        """Run up to and including ``at_ps``."""
+        ...
+
+
+def serve(board: DebuggedBoard, port: int, halted: bool = False) -> GdbServer:
     """Listen for a debugger on ``port`` of 127.0.0.1, 0 for one that is free (``server.port``).
 
     ``halted``: the firmware waits for the debugger before its first instruction. Raises InputError when the

@@ -7,16 +7,15 @@ board.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from emulator.boards.description import MagnetometerMounting, Profile
 from emulator.errors import InputError
 
 Matrix: TypeAlias = NDArray[np.float64]
-MagnetometerMounting: TypeAlias = Literal["parallel", "left_handed"]
 
 MOUNTING: Matrix = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 
@@ -27,21 +26,27 @@ MAGNETOMETER_MOUNTING: dict[MagnetometerMounting, Matrix] = {
     "left_handed": np.diag([1.0, -1.0, 1.0]) @ MOUNTING,
 }
 
-CHIP = "STM32F401"
 LED1_PIN = ("B", 5)
 LED2_PIN = ("B", 4)
 UART_CLOCK_HZ = 84_000_000  # PCLK2, which feeds USART1
 
 
-@dataclass(frozen=True)
-class Profile:
-    """One way the sensors are connected: 7-bit I2C2 addresses, or SPI2 chip selects, by part name."""
+# -- firmware shipped for it ---------------------------------------------------------------------------------
 
-    name: str
-    i2c2: dict[str, int]
-    spi2: dict[str, str]
-    description: str
+PYTHON = {
+    "lab3": "all exercises: raw data, calibration, altitude, pitch, roll, yaw, LEDs",
+    "template": "exercise 1 only: the raw data block once a second",
+}
+ARM = {
+    "solution": "all exercises in C, built for the chip",
+    "template-arm": "the students' starting point in C, built for the chip",
+}
+ARM_PROGRAM = {"solution": "solution", "template-arm": "template"}
+"""The program of :mod:`firmware_model.arm` behind each name."""
+FIRMWARES = PYTHON | ARM
+DEFAULT_FIRMWARE = "lab3"
 
+# -- how the sensors are connected ---------------------------------------------------------------------------
 
 PROFILES = {
     "lab3": Profile(
