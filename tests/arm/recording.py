@@ -8,6 +8,8 @@
     python -m tests.arm.recording --write-timing ...  only times and final state, when the rest is the same
     python -m tests.arm.recording --all NAME          every entry as text, for ``diff`` between two builds
 
+A record that is written anew gets its line in recorded/README.md, with the manual's reason.
+
 A record has two parts. ``exact`` is what does not depend on how long an instruction takes: bytes, text, order
 of transfers, edges of pins, notes; of long sequences only the first fifteen sixteenths, so that what lies
 close to the end of the run may be on either side of it. ``timing`` is the rest: when each of these happened,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Iterable
 from fractions import Fraction
 
 import pytest
@@ -83,6 +85,91 @@ def test_sleep_takes_the_time_until_the_event() -> None:
 
     cycles = 12 + 1 + 10 + 3
     assert core.probe.log == [(PS_PER_S + 1 + cycles * PS_PER_S // 84_000_000, 1)]
+
+
+# -- instructions whose condition fails -----------------------------------------------------------------
+
+CONDITIONAL = {
+    "arithmetic": "adds{} r2, #1",
+    "constant": "movw{} r2, #256",
+    "comparison": "cmp{} r1, #1",
+    "division": "udiv{} r2, r2, r1",
+    "load": "ldr{} r2, [r4]",
+    "store": "str{} r2, [r4]",
+    "several": "ldmia{} r4, {{r2, r3}}",
+    "floating point": "vmov{} s0, r1",
+    "status": "mrs{} r2, ipsr",
+}
+"""Of each way in which an instruction is made conditional; none of them clears Z."""
+
+
+def cycles_of(instructions: str, ends_us: Iterable[int]) -> int:
+    """By DWT's counter. R0 is 0, R1 is 1, R4 points to memory, Z is set; the run ends at each time."""
+    core = CoreBench(
+        f"""
+reset: {store("DEMCR", 1 << 24)} {store("DWT_CTRL", 1)} {store("CPACR", 0xF << 20)}
+       mov32 r4, RAM
+       mov32 r7, CYCCNT
+       movs r1, #1
+       movs r0, #0
+       ldr r5, [r7]
+       {instructions}
+       ldr r6, [r7]
+       b .
+"""
+    )
+    for end_us in ends_us:
+        core.run_us(end_us)
+    return core.register(6) - core.register(5) - 1  # but for the first load
+
+
+@pytest.mark.parametrize("ends_us", [(90,), range(1, 90)], ids=["at once", "one by one"])
+@pytest.mark.parametrize("kind", CONDITIONAL)
+@pytest.mark.parametrize("length", [1, 2, 3, 4])
+def test_an_instruction_whose_condition_fails_takes_a_cycle(
+    kind: str, length: int, ends_us: Iterable[int]
+) -> None:
+    """Cortex-M4 technical reference manual (ARM DDI 0439), 3.3.1."""
+    counted = set()
+    for conditions in itertools.product(("eq", "ne"), repeat=length):
+        switches = "".join("t" if condition == conditions[0] else "e" for condition in conditions[1:])
+        block = [CONDITIONAL[kind].format(condition) for condition in conditions]
+        counted.add(cycles_of("\n".join([f"it{switches} {conditions[0]}", *block]), ends_us))
+
+    assert counted == {1 + length}
+
+
+@pytest.mark.parametrize("ends_us", [(90,), range(1, 90)], ids=["at once", "one by one"])
+@pytest.mark.parametrize("condition", ["eq", "ne"])
+def test_a_branch_at_the_end_of_an_it_block_takes_its_cycle_either_way(
+    condition: str, ends_us: Iterable[int]
+) -> None:
+    block = f"itt {condition}\n adds{condition} r2, #1\n b{condition} next\n next:"
+
+    assert cycles_of(block, ends_us) == 3
+
+
+@pytest.mark.parametrize("fails", [0, 1])
+def test_a_loop_of_conditional_instructions_takes_as_long_whatever_they_do(fails: int) -> None:
+    """As one of instructions without a condition: 20 times six, and what begins it."""
+    core = CoreBench(
+        f"""
+reset: movs r0, #20
+       movs r1, #{fails}
+       movs r3, #0
+loop:  cmp r1, #0
+       itt eq
+       addseq r2, #1
+       cmpeq r3, #0
+       subs r0, #1
+       bne loop
+       log 1
+       b .
+"""
+    )
+    core.run_us(200)
+
+    assert core.time_us(1) == 3 + 20 * 6 + 3
 
 
 # -- laws -----------------------------------------------------------------------------------------------

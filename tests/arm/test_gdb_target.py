@@ -183,7 +183,7 @@ def test_a_step_is_one_instruction_at_a_time_also_inside_an_it_block() -> None:
         assert gdb.step() == Stop()
         labels.append(next((name for name, at in gdb.bench.labels.items() if at == gdb.pc), ""))
 
-    assert labels == ["", "", "block", "first", "second", "after", "", ""]
+    assert labels == ["", "", "block", "first", "second", "third", "after", ""]
     assert gdb.target.read_registers()["r1"] == 11
 
 

@@ -6,7 +6,8 @@ It has the chip's flash (at 0, too), RAM and system memory, and nothing else; re
 * An exception number reported to the interrupt hook, and an error, leave PC, xPSR with ITSTATE, and all
   registers as they were before the instruction (after it for SVC).
 * The hook on instructions is called before each one that is executed. ``uc_emu_stop`` there ends the run
-  before it, but is lost inside an IT block, so a block is executed as a whole.
+  before it, but is lost inside an IT block, so a block is executed as a whole. For one whose condition fails
+  it is not called: those are counted from where the next one is.
 * Unaligned LDM, STM, LDRD and STRD are executed, which the architecture faults (ARMv7-M ARM A3.2.1).
 
 Registers are read and written by the C functions, for the package's methods cost ten times as much a call.
@@ -76,6 +77,7 @@ class Witness:
         self._pc = Registers(self, ("pc",))
         self.pc, self.thumb = 0, True
         self.executed = self._limit = 0
+        self._next = self._conditional = 0  # address of the next instruction; how many an IT block still has
         self._stop = Stop.SLICE
 
     def _map(self, size: int, rights: int, *addresses: int) -> memoryview[int]:
@@ -119,6 +121,7 @@ class Witness:
     def run(self, instructions: int) -> Stop:
         """Execute up to so many from ``pc`` on: why it ended. ``executed`` includes one that met a fault."""
         self._stop, self.executed, self._limit = Stop.SLICE, 0, instructions
+        self._next, self._conditional = self.pc, 0
         ended = self._start()
         self.pc = self._pc.read()[0]
         if self.executed > instructions:
@@ -144,10 +147,24 @@ class Witness:
         assert error == uc.UC_ERR_INSN_INVALID, f"Unicorn error {error}"
         return Stop.UNDEFINED if self._core.read()[16] & THUMB else Stop.INVALID_STATE
 
-    def _before(self, _uc: Uc, _address: int, _size: int, _data: object) -> None:
+    def _before(self, _uc: Uc, address: int, size: int, _data: object) -> None:
+        while self._conditional and self._next != address:
+            self._next += 4 if self._half_word(self._next) >> 11 >= 0x1D else 2
+            self._conditional -= 1
+            self.executed += 1
         self.executed += 1
+        self._next = address + size
+        if self._conditional:
+            self._conditional -= 1
+        elif (word := self._half_word(address)) >> 8 == 0xBF and word & 0xF:
+            self._conditional = 5 - (word & -word).bit_length()  # IT's mask ends with a 1 (A7.3.2)
         if self.executed > self._limit:
             self._uc.emu_stop()
+
+    def _half_word(self, address: int) -> int:
+        content = self.memory(address, 2)
+        assert content is not None
+        return int.from_bytes(content, "little")
 
     def _on_interrupt(self, _uc: Uc, number: int, _data: object) -> None:
         self._stop = _INTERRUPTS[number]

@@ -89,7 +89,7 @@ INLINE uint32_t add_with_carry(Core *core, uint32_t x, uint32_t y, uint32_t carr
     uint32_t mask = core->mask ^ -(uint32_t)insn->a;                    \
     uint32_t before = core->r[insn->d], written = (result);             \
     core->r[insn->d] = before ^ ((before ^ written) & mask);            \
-    TAIL insn[1].run(core, insn + 1, budget + 1 + (int32_t)mask);       \
+    NEXT;                                                               \
   }
 
 #define DEFINE_LOGICAL(operand, name, result)                           \

@@ -91,8 +91,8 @@ static bool decode_exchange(uint32_t address, uint16_t first, Insn *insn) {
   return bits(first, 2, 0) == 0;
 }
 
-/* -- IT: whoever puts blocks together makes an instruction of its block conditional. One that is not executed
- * takes no time: it is not counted, though it was ------------------------------------------------------- */
+/* -- IT: whoever puts blocks together makes an instruction of its block conditional. One whose condition fails
+ * takes a cycle, as most others do (Cortex-M4 TRM, ARM DDI 0439, 3.3.1): it is counted as they are -------- */
 
 #define DEFINE_UNLESS(name, condition)                                                                   \
   OPERATION(unless_##name) {                                                                             \
@@ -100,7 +100,7 @@ static bool decode_exchange(uint32_t address, uint16_t first, Insn *insn) {
       NEXT;                                                                                              \
     }                                                                                                    \
     insn += insn->by;                                                                                    \
-    TAIL insn->run(core, insn, budget + 1);                                                              \
+    TAIL insn->run(core, insn, budget);                                                                  \
   }
 EACH_CONDITION(DEFINE_UNLESS)
 

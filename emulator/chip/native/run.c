@@ -68,13 +68,14 @@ static bool step(Core *core) {
     insn++;
   }
   uint32_t next = address_after(memory, address);
+  if (core->counter >= core->limit) {
+    return false;
+  }
   if (state && !holds(core, state >> 4) && !(insn->kind & ALWAYS)) {
+    core->counter++;
     core->r[15] = next;
     core->itstate = it_advance(state);
     return true;
-  }
-  if (core->counter >= core->limit) {
-    return false;
   }
   if (is_place(memory, address) && address != core->passing) {
     stop(core, STOP_PLACE);
@@ -93,8 +94,7 @@ static bool step(Core *core) {
   return true;
 }
 
-/* The rest of an IT block, as far as the limit allows. Instructions whose condition fails take no time: they are
- * passed along with the one before them. */
+/* The rest of an IT block, as far as the limit allows. */
 static void finish_it_block(Core *core) {
   while (core->itstate && core->stop == STOP_SLICE && step(core)) {
   }
