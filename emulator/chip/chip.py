@@ -18,11 +18,11 @@ from emulator.chip.peripherals.dbgmcu import SYSTEM_MEMORY, system_memory
 from emulator.chip.peripherals.dma import DmaLines
 from emulator.chip.peripherals.gpio import ConnectedPins
 from emulator.chip.peripherals.i2c import ConnectedI2c
+from emulator.chip.peripherals.peripheral import Soc
 from emulator.chip.peripherals.spi import SpiWire, connect_absent_radio
 from emulator.chip.peripherals.system_blocks import SystemBlocks
 from emulator.chip.peripherals.tim import connect_timers
 from emulator.chip.peripherals.usart import ConnectedUsarts, wire_terminal
-from emulator.chip.soc import Soc
 from emulator.time.clock import Clock
 from emulator.trace import Trace
 

@@ -12,7 +12,9 @@ from collections.abc import Callable
 from functools import cache, partial
 from typing import Any, Final
 
-from emulator.chip.cpu.memory_map import (
+from emulator.chip.cpu.registers import CORE, FLOATING_POINT, MASKS, RegisterCalls, Registers
+from emulator.chip.cpu.system_registers import DWT_NAMES, SCS_NAMES
+from emulator.chip.memory_map import (
     BLOCKS,
     FLASH,
     FLASH_SIZE,
@@ -21,11 +23,8 @@ from emulator.chip.cpu.memory_map import (
     SYSTEM_MEMORY,
     SYSTEM_MEMORY_SIZE,
 )
-from emulator.chip.cpu.registers import CORE, FLOATING_POINT, MASKS, RegisterCalls, Registers
-from emulator.chip.cpu.system_registers import DWT_NAMES, SCS_NAMES
 from emulator.chip.native import loader
-from emulator.chip.peripherals.peripheral import WORD, Peripheral
-from emulator.chip.soc import ClockTree
+from emulator.chip.peripherals.peripheral import WORD, ClockTree, Peripheral
 from emulator.chip.targets import Targets, TargetTable
 from emulator.time.clock import Clock
 from emulator.trace import DeviceNote, Trace
@@ -382,7 +381,7 @@ class FcuChip:
         self.library.fcu_watch_irqs(self.handle, self.callback(IRQ_CHANGED, changed))
 
     def raise_error(self) -> None:
-        """C has returned: tell parts of reads they have yet to hear of; raise what a callback has raised."""
+        """C has returned: report reads that parts have not heard of yet; raise what a callback has raised."""
         if self._untold[0]:
             self.targets.settle()
         if self._error is not None:

@@ -1,7 +1,7 @@
 """Sensors' bytes that the chip in C keeps (emulator/chip/native/target.h), as Python sees them.
 
 C asks which bytes come from a sub-address on, and keeps them as long as they are sure. Reads that change
-something in the part (data-ready is cleared) are told to it before any Python code runs that could see a
+something in the part (data-ready is cleared) are reported to it before any Python code runs that could see a
 difference: at the beginning of every callback, and when C returns (:meth:`Targets.settle`).
 """
 
@@ -38,7 +38,7 @@ class KeepingTarget(Protocol):
 
     @property
     def version(self) -> array[int]:
-        """One number that changes with everything that makes bytes told ahead wrong."""
+        """One number that changes with everything that makes prefetched bytes wrong."""
         ...
 
     def ahead(self, address: int, count: int, now_ps: int, /) -> tuple[bytes, int, int]:
@@ -102,7 +102,7 @@ class Targets:
         return index
 
     def settle(self) -> None:
-        """Reads that parts have yet to hear of are told to them."""
+        """Report to the parts the reads that they have not heard of yet."""
         words = self._words
         untold, words[_UNTOLD] = words[_UNTOLD], 0
         for index in range(untold.bit_length()):

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 
 from emulator.board.board import Board
-from emulator.chip.soc import CHIP
+from emulator.chip.peripherals.peripheral import CHIP
 from emulator.links import ByteLink
 from emulator.time.clock import PS_PER_MS, PS_PER_S
 from emulator.trace import BusTransfer, DeviceNote, Fault

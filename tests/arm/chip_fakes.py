@@ -15,8 +15,8 @@ from collections.abc import Callable
 from emulator.buses.gpio import Gpio
 from emulator.chip.library import ChipBlock, FcuChip
 from emulator.chip.peripherals.gpio import ConnectedPins
+from emulator.chip.peripherals.peripheral import Soc
 from emulator.chip.peripherals.tim import Timer, connect_timers
-from emulator.chip.soc import Soc
 from emulator.time.clock import Clock
 from emulator.trace import DeviceNote, Trace
 

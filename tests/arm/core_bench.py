@@ -29,10 +29,9 @@ from typing import ClassVar
 
 from emulator.buses.gpio import Gpio
 from emulator.chip.cpu.core import Core, CoreSettings
-from emulator.chip.cpu.memory_map import FLASH, RAM, RAM_SIZE
 from emulator.chip.cpu.registers import FLOATING_POINT, Registers
-from emulator.chip.peripherals.peripheral import Peripheral
-from emulator.chip.soc import Soc
+from emulator.chip.memory_map import FLASH, RAM, RAM_SIZE
+from emulator.chip.peripherals.peripheral import Peripheral, Soc
 from emulator.time.clock import NEVER_PS, PS_PER_US, Clock
 from emulator.trace import Fault, Trace
 from tests.arm.chip_fakes import FakeClockTree

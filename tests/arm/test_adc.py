@@ -7,10 +7,9 @@ from functools import partial
 
 import pytest
 
-from emulator.chip.peripherals.adc import Adc
-from emulator.chip.peripherals.adc_inputs import AdcInputs
+from emulator.chip.peripherals.adc import Adc, AdcInputs
 from emulator.chip.peripherals.dbgmcu import system_memory
-from emulator.chip.peripherals.irq_line import IrqLine
+from emulator.chip.peripherals.peripheral import IrqLine
 from emulator.time.clock import PS_PER_MS, PS_PER_S
 from tests.arm.chip_fakes import Chip
 

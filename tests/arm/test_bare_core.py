@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from emulator.chip.cpu.bare_core import BareCore
-from emulator.chip.cpu.memory_map import FLASH, RAM
-from emulator.chip.cpu.stop import Stop
+from emulator.chip.cpu.bare_core import BareCore, Stop
+from emulator.chip.memory_map import FLASH, RAM
 from tests.arm.thumb_assembler import assemble
 
 CODE = FLASH + 0x200

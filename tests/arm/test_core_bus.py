@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import pytest
 
-from emulator.chip.cpu.memory_map import FLASH, RAM
+from emulator.chip.memory_map import FLASH, RAM
 from emulator.trace import DeviceNote
 from tests.arm.core_bench import PROBE, STACK, CoreBench, store
 

@@ -88,7 +88,7 @@ def test_reading_all_registers_there_are_fills_no_memory_with_notes(tmp_path: Pa
 
     assert word(board, RAM) == 0x4008_0000
     notes = board.trace.of(DeviceNote)
-    assert any("no more are told" in note.text for note in notes)
+    assert any("no more are reported" in note.text for note in notes)
     assert len(notes) < 45 * 256  # of each block its own page at most
 
 

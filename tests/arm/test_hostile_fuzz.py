@@ -13,7 +13,7 @@ from random import Random
 
 import pytest
 
-from emulator.chip.cpu.memory_map import BLOCKS
+from emulator.chip.memory_map import BLOCKS
 from emulator.time.clock import PS_PER_MS
 from tests.arm.hostile_programs import (
     CODE,

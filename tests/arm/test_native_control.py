@@ -9,9 +9,8 @@ from random import Random
 
 import pytest
 
-from emulator.chip.cpu.bare_core import BareCore
-from emulator.chip.cpu.memory_map import FLASH, RAM
-from emulator.chip.cpu.stop import Stop
+from emulator.chip.cpu.bare_core import BareCore, Stop
+from emulator.chip.memory_map import FLASH, RAM
 from tests.arm.core_bench import CoreBench
 from tests.arm.core_programs import state, stirred
 from tests.arm.engine_pair import (

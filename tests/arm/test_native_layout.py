@@ -16,8 +16,8 @@ from typing import Any
 import pytest
 
 from emulator.chip import library, native, targets
-from emulator.chip.cpu.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE, SYSTEM_MEMORY, SYSTEM_MEMORY_SIZE
 from emulator.chip.library import ClocksTable, HostTable, Status
+from emulator.chip.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE, SYSTEM_MEMORY, SYSTEM_MEMORY_SIZE
 from emulator.chip.peripherals import i2c
 from emulator.chip.peripherals.i2c import I2cTable
 from emulator.chip.targets import TargetTable

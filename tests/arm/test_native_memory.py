@@ -10,10 +10,9 @@ from random import Random
 
 import pytest
 
-from emulator.chip.cpu.bare_core import BareCore
-from emulator.chip.cpu.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE, SYSTEM_MEMORY
+from emulator.chip.cpu.bare_core import BareCore, Stop
 from emulator.chip.cpu.registers import IT_BITS, Registers
-from emulator.chip.cpu.stop import Stop
+from emulator.chip.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE, SYSTEM_MEMORY
 from tests.arm.engine_pair import (
     CODE,
     GENERAL,

@@ -6,9 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from emulator.chip.peripherals.irq_line import IrqLine
-from emulator.chip.peripherals.iwdg import Iwdg
-from emulator.chip.peripherals.wwdg import Wwdg
+from emulator.chip.peripherals.peripheral import IrqLine
+from emulator.chip.peripherals.watchdogs import Iwdg, Wwdg
 from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S
 from tests.arm.chip_fakes import Chip
 

@@ -23,8 +23,9 @@ from unicorn import UC_ARCH_ARM, UC_MODE_MCLASS, UC_MODE_THUMB, Uc, UcError, arm
 from unicorn import unicorn_const as uc
 from unicorn.unicorn_py3.unicorn import uclib
 
-from emulator.chip.cpu.bare_core import fetch_fault
-from emulator.chip.cpu.memory_map import (
+from emulator.chip.cpu.bare_core import Stop, fetch_fault
+from emulator.chip.cpu.registers import CORE, FLOATING_POINT, MASKS, RegisterCalls, Registers
+from emulator.chip.memory_map import (
     FLASH,
     FLASH_SIZE,
     RAM,
@@ -32,8 +33,6 @@ from emulator.chip.cpu.memory_map import (
     SYSTEM_MEMORY,
     SYSTEM_MEMORY_SIZE,
 )
-from emulator.chip.cpu.registers import CORE, FLOATING_POINT, MASKS, RegisterCalls, Registers
-from emulator.chip.cpu.stop import Stop
 
 THUMB = 1 << 24
 _PAGE = 4096

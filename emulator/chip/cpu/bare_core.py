@@ -6,12 +6,35 @@ For questions of the kind "what would these instructions do?", and for tests of 
 from __future__ import annotations
 
 from collections.abc import Callable
+from enum import Enum, auto
 from typing import Final
 
-from emulator.chip.cpu.stop import Stop
 from emulator.chip.library import FcuChip
 from emulator.time.clock import Clock
 from emulator.trace import Trace
+
+
+class Stop(Enum):
+    """What the engine met. All but SLICE, HALT, PLACE and the sleeps ask for an exception of the core."""
+
+    SLICE = auto()  # as many instructions as were asked for, or cut short
+    HALT = auto()  # before the instruction, for a debugger
+    PLACE = auto()  # before an instruction that was asked for
+    WFI = auto()  # after the instruction
+    WFE = auto()  # after the instruction
+    SVC = auto()  # after the instruction
+    BKPT = auto()  # on the instruction
+    EXCEPTION_RETURN = auto()  # an EXC_RETURN value has been loaded into PC
+    UNDEFINED = auto()  # on the instruction, as all of the following
+    INVALID_STATE = auto()
+    NO_COPROCESSOR = auto()
+    UNALIGNED = auto()
+    DIVIDE_BY_ZERO = auto()
+    EXECUTE_NEVER = auto()
+    FETCH = auto()
+    READ = auto()
+    WRITE = auto()
+
 
 _STOPS: Final = (
     *(Stop.SLICE, Stop.PLACE, Stop.WFI, Stop.WFE, Stop.SVC, Stop.BKPT, Stop.EXCEPTION_RETURN),

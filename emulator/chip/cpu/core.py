@@ -17,13 +17,12 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Final
 
-from emulator.chip.cpu.faults import Fault
-from emulator.chip.cpu.memory_map import FLASH, FLASH_SIZE, RAM
+from emulator.chip.cpu.exceptions import Fault
 from emulator.chip.cpu.python_blocks import PythonBlocks
 from emulator.chip.cpu.registers import MASKS, Registers
 from emulator.chip.library import ChipBlock, FcuChip, Status
-from emulator.chip.peripherals.peripheral import Peripheral
-from emulator.chip.soc import CHIP, Soc
+from emulator.chip.memory_map import FLASH, FLASH_SIZE, RAM
+from emulator.chip.peripherals.peripheral import CHIP, Peripheral, Soc
 from emulator.time.clock import Clock
 from emulator.trace import Fault as FaultEvent
 from emulator.trace import Trace

@@ -10,9 +10,8 @@ import struct
 from dataclasses import dataclass
 
 from emulator.chip.cpu.core import Core
-from emulator.chip.cpu.exceptions import NMI, USAGE_FAULT
-from emulator.chip.cpu.faults import STKERR, Fault
-from emulator.chip.cpu.memory_map import RAM
+from emulator.chip.cpu.exceptions import NMI, STKERR, USAGE_FAULT, Fault
+from emulator.chip.memory_map import RAM
 from emulator.time.clock import PS_PER_MS, PS_PER_US
 
 CORE = struct.Struct("<17I")

@@ -2,24 +2,78 @@
 
 C has the blocks that firmware touches all the time; the rare ones (RCC, PWR, FLASH, ADC, RTC, CRC, watchdogs,
 DBGMCU) are here, behind one callback for reads and one for writes. The same goes for what nobody has built:
-firmware that touches it is told its name once.
+the memory map is complete even though the model is not, so firmware that touches such a block goes on as if
+the block never answered, and the run's summary names it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
-from emulator.chip.cpu import memory_map
-from emulator.chip.cpu.absent import Absent
-from emulator.chip.cpu.memory_map import PAGE_SHIFT
-from emulator.chip.peripherals.peripheral import ALREADY_PS, WORD, Peripheral
-from emulator.chip.peripherals.rcc_gates import ENABLE
+from emulator.chip import memory_map
+from emulator.chip.memory_map import PAGE_SHIFT
+from emulator.chip.peripherals.peripheral import ALREADY_PS, CHIP, WORD, Peripheral, Soc
+from emulator.chip.peripherals.rcc import ENABLE
 from emulator.time.clock import NEVER_PS
 from emulator.trace import DeviceNote
 
-if TYPE_CHECKING:
-    from emulator.chip.soc import Soc
+# -- what stands where the model has no block ---------------------------------------------------------------
+
+_MOST_REPORTED = 100
+
+
+class Absent(Peripheral):
+    """A block of the chip that is not built, or (named "reserved") an address where the chip has none."""
+
+    def __init__(self, soc: Soc, name: str, base: int, size: int) -> None:
+        super().__init__(soc, name, base, size)
+        self._reported: set[int] = set()
+
+    def read(self, offset: int) -> int:
+        """0, and reported."""
+        self._report(offset, "read, gives 0")
+        return 0
+
+    def write(self, offset: int, value: int, mask: int = WORD) -> None:
+        """Forgotten, and reported."""
+        self._report(offset, f"0x{value & mask:X} written, forgotten")
+
+    def _report(self, offset: int, what: str) -> None:
+        if offset in self._reported or len(self._reported) > _MOST_REPORTED:
+            return
+        self._reported.add(offset)
+        text = f"{self.name}, 0x{self.base + offset:08X}: {what}"
+        if len(self._reported) > _MOST_REPORTED:
+            text = f"{self.name}: more than {_MOST_REPORTED} of its addresses are used; no more are reported"
+        self.soc.trace.add(DeviceNote(self.soc.clock.now_ps, CHIP, "not modelled", text))
+
+
+# -- blocks that exist on the chip and are not modelled (RM0368 table 1) ------------------------------------
+
+NOT_MODELLED = ("I2S2ext", "I2S3ext", "SDIO", "SPI4", "OTG_FS")
+
+
+class NamedBlock(Peripheral):
+    """A block that only has a name."""
+
+    def read(self, offset: int) -> int:
+        """0, and reported."""
+        del offset
+        self.note("not modelled", "read; every register gives 0")
+        return 0
+
+    def write(self, offset: int, value: int, mask: int = WORD) -> None:
+        """Forgotten, and reported."""
+        del offset, value, mask
+        self.note("not modelled", "written; nothing happens")
+
+
+def named_blocks(soc: Soc) -> list[NamedBlock]:
+    """One object for each."""
+    return [NamedBlock(soc, name, *memory_map.BLOCKS[name]) for name in NOT_MODELLED]
+
+
+# -- all blocks by address ----------------------------------------------------------------------------------
 
 _MASK = {1: 0xFF, 2: 0xFFFF, 4: WORD}
 _ENABLE_REGISTER = {0x30: "AHB1ENR", 0x34: "AHB2ENR", 0x40: "APB1ENR", 0x44: "APB2ENR"}

@@ -12,7 +12,7 @@ class Flow(Enum):
     NEXT = auto()
     JUMP = auto()  # to ``target``
     BRANCH = auto()  # to ``target`` or on
-    CALL = auto()  # to ``target``, and back behind
+    CALL = auto()  # to ``target``, and back after it
     RETURN = auto()  # to the address in LR
     POP_RETURN = auto()  # to an address on the stack
     IT = auto()  # the next ``block`` instructions may be left out

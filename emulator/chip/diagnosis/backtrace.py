@@ -16,8 +16,8 @@ from typing import NamedTuple
 
 from emulator.chip.cpu.thumb import Flow, decode
 from emulator.chip.image import FirmwareImage
-from emulator.chip.image.memory_map import FLASH, RAM
 from emulator.chip.image.symbols import FunctionAt
+from emulator.chip.memory_map import FLASH_MEMORY, RAM_MEMORY
 
 # -- addresses as function and source line, as far as the file tells ----------------------------------------
 
@@ -135,7 +135,7 @@ class Backtrace:
 
         What was interrupted in Thread mode has interrupted nothing itself: saved frames farther out are old.
         """
-        current, address = pc, max(sp & ~3, RAM.start)
+        current, address = pc, max(sp & ~3, RAM_MEMORY.start)
         frame, exc_return = 0, 0
         if lr in _EXC_RETURNS:  # a handler that has not saved it: what it interrupted lies above
             frame, exc_return = self._find_frame(address), lr
@@ -148,7 +148,7 @@ class Backtrace:
             if self._leads_to(lr, current):
                 current = lr - _INTO_CALL
                 yield Call(current)
-            for place in range(address, min(self._places.stack_top, RAM.end), 4):
+            for place in range(address, min(self._places.stack_top, RAM_MEMORY.end), 4):
                 word = self._word(place) or 0
                 if not exc_return & _TO_THREAD and word in _EXC_RETURNS and self._is_frame(place + 4):
                     frame, exc_return = place + 4, word
@@ -169,11 +169,11 @@ class Backtrace:
         pc, xpsr = self._word(address + 4 * _FRAME_PC), self._word(address + 4 * _FRAME_XPSR)
         if pc is None or xpsr is None:
             return False
-        return FLASH.holds(pc, pc + 2) and bool(xpsr & _THUMB)
+        return FLASH_MEMORY.holds(pc, pc + 2) and bool(xpsr & _THUMB)
 
     def _leads_to(self, word: int, current: int) -> bool:
         """Whether ``word`` is the return address of a call that may have led to ``current``."""
-        if not word & 1 or not FLASH.holds(word - 5, word - 1):
+        if not word & 1 or not FLASH_MEMORY.holds(word - 5, word - 1):
             return False
         code = self._code(word - 5, 4)
         if code is None:

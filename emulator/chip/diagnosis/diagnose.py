@@ -15,7 +15,7 @@ from emulator.chip.diagnosis.faults import fault_report
 from emulator.chip.diagnosis.hang import Hang
 from emulator.chip.diagnosis.report import Diagnosis, at, milliseconds, section
 from emulator.chip.image import FirmwareImage
-from emulator.chip.image.memory_map import RAM
+from emulator.chip.memory_map import RAM_MEMORY
 from emulator.chip.peripherals.tim import Timer
 from emulator.time.clock import PS_PER_MS, PS_PER_S
 from emulator.trace import BusTransfer, GpioEdge
@@ -62,7 +62,7 @@ def _quiet_since_ps(arm: RunningFirmware, transfers: Transfers) -> int:
 def _stack(arm: RunningFirmware, places: Places) -> Diagnosis | None:
     """The main stack has been in the variables, as seen at the entries of exceptions."""
     lowest, end = arm.chip.core.lowest_stack, places.end_of_variables()
-    if end is None or not RAM.start <= lowest < end < places.stack_top:
+    if end is None or not RAM_MEMORY.start <= lowest < end < places.stack_top:
         return None
     return Diagnosis(
         "stack",

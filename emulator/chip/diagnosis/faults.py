@@ -6,14 +6,14 @@ import struct
 from collections.abc import Iterator, Mapping
 from typing import Final
 
-from emulator.chip.cpu import faults
+from emulator.chip.cpu import exceptions
 from emulator.chip.cpu.core import Core
 from emulator.chip.cpu.exceptions import BUS_FAULT, HARD_FAULT, MEM_MANAGE, NMI, USAGE_FAULT
 from emulator.chip.cpu.fault_log import FaultLog, FaultRecord
 from emulator.chip.cpu.thumb import decode
 from emulator.chip.diagnosis.backtrace import NOTE, Backtrace, Places, ReadCode
 from emulator.chip.diagnosis.report import Cause, Diagnosis, at, section
-from emulator.chip.image.memory_map import FLASH, RAM
+from emulator.chip.memory_map import FLASH_MEMORY, RAM_MEMORY
 from emulator.time.clock import PS_PER_MS
 
 # -- the fault status registers bit by bit (ARMv7-M ARM B3.2.15, B3.2.16; PM0214 4.4.10, 4.4.11) ------------
@@ -64,18 +64,18 @@ _ERASED_FLASH = 0xFFFF
 def cause_of(record: FaultRecord, places: Places, code: ReadCode) -> Cause:
     """The likely cause of a fault."""
     status = record.fault.status
-    if status & faults.PRECISERR and record.fault.address is not None:
+    if status & exceptions.PRECISERR and record.fault.address is not None:
         return _of_access(record, record.fault.address, places, code)
-    if status & (faults.STKERR | faults.UNSTKERR):
+    if status & (exceptions.STKERR | exceptions.UNSTKERR):
         return _of_stack(record, places)
-    if status & faults.INVSTATE:
+    if status & exceptions.INVSTATE:
         return _of_even_address(record)
-    if status & (faults.IBUSERR | faults.IACCVIOL):
+    if status & (exceptions.IBUSERR | exceptions.IACCVIOL):
         return Cause(
             f"execution went to 0x{record.pc:08X}, where no program is",
             ["A function pointer or a return address on the stack was overwritten, or never set."],
         )
-    if status & faults.UNDEFINSTR:
+    if status & exceptions.UNDEFINSTR:
         return _of_undefined(record, code)
     return _OTHERS.get(status) or _of_hard_fault(record)
 
@@ -85,12 +85,12 @@ def cause_of(record: FaultRecord, places: Places, code: ReadCode) -> Cause:
 
 def _of_access(record: FaultRecord, address: int, places: Places, code: ReadCode) -> Cause:
     stores = _stores(record.pc, code)
-    on_stack = record.sp <= address < RAM.start or abs(address - record.sp) <= _NEAR
+    on_stack = record.sp <= address < RAM_MEMORY.start or abs(address - record.sp) <= _NEAR
     if on_stack and stack_overflows(record, places):
         return _of_stack(record, places)
-    if stores and address < FLASH.end - FLASH.start:
+    if stores and address < FLASH_MEMORY.end - FLASH_MEMORY.start:
         return _of_null(address)
-    if stores and FLASH.holds(address, address):
+    if stores and FLASH_MEMORY.holds(address, address):
         return Cause(
             f"write to flash, address 0x{address:08X}",
             [
@@ -99,7 +99,11 @@ def _of_access(record: FaultRecord, address: int, places: Places, code: ReadCode
             ],
         )
     verb = "write to" if stores else "read of"
-    where = "after the end of RAM" if RAM.end <= address < RAM.end + 0x1_0000 else "where nothing is"
+    where = (
+        "after the end of RAM"
+        if RAM_MEMORY.end <= address < RAM_MEMORY.end + 0x1_0000
+        else "where nothing is"
+    )
     return Cause(
         f"{verb} address 0x{address:08X}, {where}",
         ["The pointer was never set or was overwritten, or an index is far too large."],
@@ -135,18 +139,20 @@ def _of_null(address: int) -> Cause:
 def stack_overflows(record: FaultRecord, places: Places) -> bool:
     """Whether the stack pointer has left the room for the stack."""
     end = places.end_of_variables()
-    return record.sp < (RAM.start if end is None else end)
+    return record.sp < (RAM_MEMORY.start if end is None else end)
 
 
 def _of_stack(record: FaultRecord, places: Places) -> Cause:
     end = places.end_of_variables()
     sp = f"SP is 0x{record.sp:08X}"
-    if record.sp < RAM.start:
-        where = f"{sp}, below the RAM, which begins at 0x{RAM.start:08X}."
+    if record.sp < RAM_MEMORY.start:
+        where = f"{sp}, below the RAM, which begins at 0x{RAM_MEMORY.start:08X}."
     elif end is not None and record.sp < end:
         where = f"{sp}, in the variables, which end at 0x{end:08X}."
     else:
-        return Cause("the stack cannot be used", [f"{sp}; RAM is {RAM}. The stack pointer was overwritten."])
+        return Cause(
+            "the stack cannot be used", [f"{sp}; RAM is {RAM_MEMORY}. The stack pointer was overwritten."]
+        )
     return Cause(
         "stack overflow",
         [where, "A recursion without end, or arrays in functions that are too large for the stack."],
@@ -174,7 +180,7 @@ def _of_even_address(record: FaultRecord) -> Cause:
 def _of_undefined(record: FaultRecord, code: ReadCode) -> Cause:
     content = code(record.pc, 4)
     word, second = struct.unpack("<2H", content) if content is not None else (0, 0)
-    if word == _ERASED_FLASH and FLASH.holds(record.pc, record.pc):
+    if word == _ERASED_FLASH and FLASH_MEMORY.holds(record.pc, record.pc):
         return Cause(
             f"execution went to erased flash, 0x{record.pc:08X}",
             ["A function pointer or a return address on the stack was overwritten, or never set."],
@@ -187,7 +193,7 @@ def _of_undefined(record: FaultRecord, code: ReadCode) -> Cause:
 
 
 def _of_hard_fault(record: FaultRecord) -> Cause:
-    if record.fault.hard & faults.DEBUGEVT:
+    if record.fault.hard & exceptions.DEBUGEVT:
         return Cause(
             "BKPT without a debugger",
             ["Semihosting (--specs=rdimon.specs), an assertion, or a breakpoint left in the program."],
@@ -196,22 +202,22 @@ def _of_hard_fault(record: FaultRecord) -> Cause:
 
 
 _OTHERS = {
-    faults.INVPC: Cause(
+    exceptions.INVPC: Cause(
         "the return from an interrupt went wrong",
         ["The handler's stack was overwritten: an array in it, or in what it calls, is too small."],
     ),
-    faults.NOCP: Cause(
+    exceptions.NOCP: Cause(
         "floating-point unit is off",
         ["SystemInit() switches it on (SCB->CPACR |= 0xF << 20); it was not called."],
     ),
-    faults.UNALIGNED: Cause(
+    exceptions.UNALIGNED: Cause(
         "unaligned access",
         [
             "A pointer to a larger type was made of one to bytes.",
             "LDM, STM, LDRD and STRD need multiples of 4; with CCR.UNALIGN_TRP all loads and stores do.",
         ],
     ),
-    faults.DIVBYZERO: Cause(
+    exceptions.DIVBYZERO: Cause(
         "division by zero",
         ["CCR.DIV_0_TRP is set; without it the result would be 0."],
     ),
@@ -256,7 +262,7 @@ def _report(
     trace = Backtrace(places, record.word, code)
     callers = trace.lines(record.pc, record.lr, record.sp)
     where = places.place(record.pc)
-    if record.fault.status & faults.INVSTATE or not FLASH.holds(record.pc, record.pc):
+    if record.fault.status & exceptions.INVSTATE or not FLASH_MEMORY.holds(record.pc, record.pc):
         where = f"0x{record.pc:08X}, {callers[0] if callers else 'called from somewhere'}"
     details = [
         *cause.sentences,

@@ -11,11 +11,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from emulator.chip.cpu.bare_core import BareCore
+from emulator.chip.cpu.bare_core import BareCore, Stop
 from emulator.chip.cpu.core import Core
-from emulator.chip.cpu.memory_map import RAM, RAM_SIZE
 from emulator.chip.cpu.registers import EVERYTHING, Registers
-from emulator.chip.cpu.stop import Stop
+from emulator.chip.memory_map import RAM, RAM_SIZE
 from emulator.chip.peripherals.peripheral import WORD, Peripheral
 
 _LONGEST = 20_000  # instructions until the state must have recurred: a tenth of a second to find out

@@ -12,10 +12,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from typing import Protocol
 
-from emulator.chip.cpu.memory_map import RAM
 from emulator.chip.firmware import ArmFirmware
 from emulator.chip.gdb.core_target import CoreTarget
 from emulator.chip.gdb.server import GdbServer
+from emulator.chip.memory_map import RAM
 from emulator.chip.peripherals.peripheral import Peripheral
 from emulator.errors import InputError
 from emulator.time.clock import PS_PER_S, Clock

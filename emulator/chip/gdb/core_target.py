@@ -17,11 +17,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from emulator.chip.cpu import memory_map
+from emulator.chip import memory_map
 from emulator.chip.cpu.core import Core
-from emulator.chip.cpu.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE
 from emulator.chip.cpu.registers import EVERYTHING, Registers
 from emulator.chip.gdb.target import Point, PointKind, Stop
+from emulator.chip.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE
 from emulator.time.clock import Clock
 
 # -- breakpoints and watchpoints ----------------------------------------------------------------------------

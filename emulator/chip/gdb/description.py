@@ -1,4 +1,4 @@
-"""What the board tells the debugger of itself: registers and memory ("Target Descriptions", "Memory Map
+"""What the board says of itself to the debugger: registers and memory ("Target Descriptions", "Memory Map
 Format").
 
 The registers are those of an ARMv7-M core with single-precision floating point (GDB manual, "ARM Features":
@@ -13,8 +13,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Final, NamedTuple
 
-from emulator.chip.cpu import memory_map
-from emulator.chip.cpu.memory_map import (
+from emulator.chip import memory_map
+from emulator.chip.memory_map import (
     FLASH,
     FLASH_SIZE,
     RAM,

@@ -16,7 +16,7 @@ from typing import Literal, Protocol
 
 from emulator.chip.image.dwarf import Cursor, DebugInfo, Entry
 from emulator.chip.image.elf import DebugInfoError
-from emulator.chip.image.memory_map import CAPACITY
+from emulator.chip.memory_map import CAPACITY
 
 CValue = int | float | tuple["CValue", ...] | SimpleNamespace
 """int for integers, enumerations and pointers, bool for _Bool, float, tuple for arrays, and for structures

@@ -12,8 +12,8 @@ import struct
 import zlib
 from typing import NamedTuple
 
-from emulator.chip.image.memory_map import CAPACITY, CHIP, fits
 from emulator.chip.image.segments import Segment, check_place, join
+from emulator.chip.memory_map import CAPACITY, CHIP, fits
 from emulator.errors import FirmwareFileError
 
 MAGIC = b"\x7fELF"

@@ -18,9 +18,9 @@ from typing import Literal
 
 from emulator.chip.image.elf import MAGIC, open_elf
 from emulator.chip.image.intel_hex import looks_like_hex, read_hex
-from emulator.chip.image.memory_map import FLASH, RAM
 from emulator.chip.image.segments import Segment
 from emulator.chip.image.symbols import Symbols
+from emulator.chip.memory_map import FLASH_MEMORY, RAM_MEMORY
 from emulator.errors import FirmwareFileError
 
 Kind = Literal["elf", "hex", "bin"]
@@ -53,19 +53,19 @@ def checked(
 ) -> FirmwareImage:
     """The image, if it can start. Raises FirmwareFileError when its vector table cannot be right."""
     file = str(path)
-    table = next((one for one in segments if one.address <= FLASH.start < one.end), None)
+    table = next((one for one in segments if one.address <= FLASH_MEMORY.start < one.end), None)
     if table is None or len(table.data) < 8:
         raise FirmwareFileError(
             file,
-            f"has no vector table at 0x{FLASH.start:08X}, where the core starts; "
+            f"has no vector table at 0x{FLASH_MEMORY.start:08X}, where the core starts; "
             "link .isr_vector to the start of flash (no boot loader runs here)",
         )
     stack_pointer, reset_vector = struct.unpack_from("<II", table.data)
-    if not RAM.start < stack_pointer <= RAM.end:
+    if not RAM_MEMORY.start < stack_pointer <= RAM_MEMORY.end:
         raise FirmwareFileError(
             file,
             f"is not firmware for this board: its vector table begins with the stack pointer "
-            f"0x{stack_pointer:08X}, which must lie in {RAM} (its end is 0x{RAM.end:08X})",
+            f"0x{stack_pointer:08X}, which must lie in {RAM_MEMORY} (its end is 0x{RAM_MEMORY.end:08X})",
         )
     _check_reset(file, reset_vector, segments)
     return FirmwareImage(path, kind, segments, stack_pointer, reset_vector, symbols, notes)
@@ -74,9 +74,10 @@ def checked(
 def _check_reset(file: str, vector: int, segments: tuple[Segment, ...]) -> None:
     """A Cortex-M executes Thumb only: an even address in the table faults at once (ARMv7-M ARM B1.5.3)."""
     start = vector & ~1
-    if not FLASH.holds(start, start + 2):
+    if not FLASH_MEMORY.holds(start, start + 2):
         raise FirmwareFileError(
-            file, f"is not firmware for this board: its reset vector 0x{vector:08X} must lie in {FLASH}"
+            file,
+            f"is not firmware for this board: its reset vector 0x{vector:08X} must lie in {FLASH_MEMORY}",
         )
     if vector == start:
         raise FirmwareFileError(
@@ -163,12 +164,12 @@ def read_binary(file: str, data: bytes) -> tuple[Segment, ...]:
     problem = _foreign(data)
     if problem:
         raise FirmwareFileError(file, problem)
-    size = FLASH.end - FLASH.start
+    size = FLASH_MEMORY.end - FLASH_MEMORY.start
     if len(data) > size:
         raise FirmwareFileError(
             file, f"is {len(data)} bytes long; as raw contents of flash it can have {size} at most"
         )
-    return (Segment(FLASH.start, data),)
+    return (Segment(FLASH_MEMORY.start, data),)
 
 
 def _foreign(data: bytes) -> str | None:

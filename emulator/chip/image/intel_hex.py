@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from emulator.chip.image.memory_map import CAPACITY
 from emulator.chip.image.segments import Segment, check_place, join
+from emulator.chip.memory_map import CAPACITY
 from emulator.errors import FirmwareFileError
 
 _LONGEST_FILE = 16 * CAPACITY  # characters: every byte of both memories in a record of its own needs 15 each

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from emulator.chip.image.memory_map import CHIP, fits
+from emulator.chip.memory_map import CHIP, fits
 from emulator.errors import FirmwareFileError
 
 

@@ -18,7 +18,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 from emulator.chip.image.elf import DebugInfoError, Sections, printable, string_at
-from emulator.chip.image.memory_map import FLASH, RAM, fits
+from emulator.chip.memory_map import FLASH_MEMORY, RAM_MEMORY, fits
 
 if TYPE_CHECKING:
     from emulator.chip.image.c_types import CType, CValue, Variables
@@ -136,7 +136,10 @@ class SymbolTable:
         start = self._functions[index].start
         if index + 1 < len(self._functions):
             return self._starts[index + 1] - start
-        return max((region.end - start for region in (FLASH, RAM) if region.holds(start, start)), default=0)
+        return max(
+            (region.end - start for region in (FLASH_MEMORY, RAM_MEMORY) if region.holds(start, start)),
+            default=0,
+        )
 
 
 def _source_name(name: str) -> str:
@@ -152,7 +155,7 @@ def _function(name: str, value: int, size: int, kind: int, binding: int) -> _Fun
     """
     if kind == _FUNC:
         rank = {_GLOBAL: 0, _LOCAL: 1}.get(binding, 3)
-    elif kind == _NOTYPE and size and FLASH.holds(value, value + size):
+    elif kind == _NOTYPE and size and FLASH_MEMORY.holds(value, value + size):
         rank = 2
     else:
         return None

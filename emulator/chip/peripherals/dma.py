@@ -38,7 +38,7 @@ REQUESTS: Final = (
 
 
 class DmaLines:
-    """The request lines of a chip; implements :class:`emulator.chip.soc.DmaRequests`."""
+    """The request lines of a chip; implements :class:`emulator.chip.peripherals.peripheral.DmaRequests`."""
 
     def __init__(self, chip: FcuChip) -> None:
         self._chip = chip

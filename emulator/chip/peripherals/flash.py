@@ -1,20 +1,18 @@
 """FLASH interface: wait states, caches, the unlock sequences (RM0368 section 3.8).
 
 The virtual board's flash is the student's file and cannot be programmed by the firmware: an attempt to
-erase or program is told by name and ends with the write protection error WRPERR, so that a HAL call fails
+erase or program is noted by name and ends with the write protection error WRPERR, so that a HAL call fails
 instead of believing that it has worked.
 
 Wait states cost no time in this model, but too few of them for the clock would crash a real board: that is
-told (RM0368 table 5, 2.7 to 3.6 V).
+noted (RM0368 table 5, 2.7 to 3.6 V).
 """
 
 from __future__ import annotations
 
 from typing import ClassVar
 
-from emulator.chip.peripherals.irq_line import IrqLine
-from emulator.chip.peripherals.peripheral import WORD, Peripheral
-from emulator.chip.soc import Soc
+from emulator.chip.peripherals.peripheral import WORD, IrqLine, Peripheral, Soc
 from emulator.time.clock import PS_PER_MS, Event
 
 ACR, KEYR, OPTKEYR, SR, CR, OPTCR = 0x00, 0x04, 0x08, 0x0C, 0x10, 0x14

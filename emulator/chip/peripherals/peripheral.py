@@ -1,4 +1,5 @@
-"""What every block of the chip has in common: its place in the memory map, registers, clock and reset.
+"""What every block of the chip has in common: its place in the memory map, registers, clock and reset, and
+the inner wiring that the blocks share: time, trace, interrupt lines, clock tree, pins.
 
 The core sets ``soc.clock.now_ps`` to the exact time of an access before it calls ``read`` or ``write``, and
 fires every event that is due by then. So a block either computes its state from the time when it is looked
@@ -12,13 +13,121 @@ a block with a side effect for each byte (a data register) looks at the mask, al
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, ClassVar
+from dataclasses import dataclass, field
+from typing import ClassVar, Protocol
 
-from emulator.time.clock import NEVER_PS
-from emulator.trace import DeviceNote
+from emulator.buses.gpio import Gpio
+from emulator.time.clock import NEVER_PS, Clock
+from emulator.trace import DeviceNote, Trace
 
-if TYPE_CHECKING:
-    from emulator.chip.soc import Soc
+# -- the inner wiring of the chip ---------------------------------------------------------------------------
+
+
+CHIP = "STM32F401"
+"""What the trace calls it."""
+
+
+class ClockTree(Protocol):
+    """Frequencies as the firmware has set RCC up (RM0368 section 6.2); implemented by the RCC block."""
+
+    sysclk_hz: int
+    hclk_hz: int
+    pclk1_hz: int
+    pclk2_hz: int
+    timer1_hz: int
+    """Clock of the timers on APB1: twice PCLK1 unless its prescaler is 1."""
+    timer2_hz: int
+    """Likewise on APB2."""
+
+    def on_change(self, changed: Callable[[], None]) -> None:
+        """Call ``changed()`` after any frequency has become another one."""
+        ...
+
+
+class InterruptLines(Protocol):
+    """The NVIC's inputs; implemented by the core."""
+
+    def set_line(self, number: int, level: bool) -> None:
+        """Input ``number`` (0 is the first one after the system exceptions) is active or not.
+
+        A level that stays active makes the interrupt pending again when its handler returns, as in hardware.
+        """
+        ...
+
+
+class DmaRequests(Protocol):
+    """The request lines of DMA1 and DMA2; implemented by the DMA blocks."""
+
+    def request(self, line: str) -> bool:
+        """``line`` ("I2C2_RX", "USART1_TX" as in RM0368 tables 28, 29) asks for one transfer.
+
+        It is done at once. False: no stream serves the line now.
+        """
+        ...
+
+    def remaining(self, line: str) -> int:
+        """Transfers left (SxNDTR) of the stream that serves ``line``; 0 if none does."""
+        ...
+
+
+class Memory(Protocol):
+    """The bus matrix as DMA sees it (RM0368 section 2.1); implemented by the core.
+
+    Accesses to a peripheral reach its block, with side effects. ``size`` and ``len(data)`` are 1, 2 or 4.
+    """
+
+    def read(self, address: int, size: int) -> bytes | None:
+        """The bytes at ``address``; None where a bus error answers."""
+        ...
+
+    def write(self, address: int, data: bytes) -> bool:
+        """Write ``data``; False where a bus error answers."""
+        ...
+
+
+@dataclass
+class Soc:
+    """The chip's inner wiring. The fields that are blocks themselves are set while it is put together."""
+
+    clock: Clock
+    trace: Trace
+    gpio: Gpio
+    reset: Callable[[str], None]
+    """Reset the chip, for the reason given ("IWDG", "WWDG", "SYSRESETREQ")."""
+    clocks: ClockTree = field(init=False)
+    irq: InterruptLines = field(init=False)
+    dma: DmaRequests = field(init=False)
+    memory: Memory = field(init=False)
+
+
+# -- interrupt inputs that several blocks share (RM0368 table 38: TIM1_BRK and TIM9 are both number 24) -----
+
+
+class IrqLine:
+    """One NVIC input, active while any of its sources is: the OR gate before the NVIC.
+
+    Blocks that share a number share the object; each gives itself a ``source`` name.
+    """
+
+    def __init__(self, soc: Soc, number: int) -> None:
+        self.number = number
+        self._soc = soc
+        self._active: set[str] = set()
+
+    def set(self, source: str, level: bool) -> None:
+        """``source`` is active or not; the NVIC hears of changes only."""
+        if level == (source in self._active):
+            return
+        before = bool(self._active)
+        if level:
+            self._active.add(source)
+        else:
+            self._active.discard(source)
+        if bool(self._active) is not before:
+            self._soc.irq.set_line(self.number, not before)
+
+
+# -- one block ----------------------------------------------------------------------------------------------
 
 WORD = 0xFFFF_FFFF
 ALREADY_PS = -1
@@ -52,7 +161,7 @@ class Peripheral:
     def note(self, what: str, text: str) -> None:
         """Tell the trace that firmware touched something "forbidden", "refused" or "not modelled".
 
-        The same is told once only: firmware repeats itself thousands of times a second.
+        The same is reported once only: firmware repeats itself thousands of times a second.
         """
         if (what, text) not in self._noted:
             self._noted.add((what, text))

@@ -18,13 +18,139 @@ from dataclasses import dataclass
 from functools import partial
 from typing import ClassVar
 
-from emulator.chip.peripherals import clock_tree
-from emulator.chip.peripherals.irq_line import IrqLine
-from emulator.chip.peripherals.peripheral import WORD, Peripheral
+from emulator.chip.peripherals.peripheral import WORD, IrqLine, Peripheral, Soc
 from emulator.chip.peripherals.pwr import Pwr
-from emulator.chip.peripherals.rcc_gates import ENABLE, RESET
-from emulator.chip.soc import Soc
 from emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US, Event
+
+# -- the clock tree's arithmetic: from registers to frequencies (section 6.2, figure 12) --------------------
+
+HSI_HZ = 16_000_000
+HSE_HZ = 16_000_000  # the board's crystal (HSE_VALUE of STSW-FCU001, ST's firmware for it)
+LSI_HZ = 32_000  # STM32F401xB/C datasheet, LSI oscillator: 17 to 47 kHz
+LSE_HZ = 32_768
+
+HSI, HSE, PLL = range(3)  # RCC_CFGR.SW and SWS
+
+_AHB_SHIFT = (0, 0, 0, 0, 0, 0, 0, 0, 1, 2, 3, 4, 6, 7, 8, 9)  # there is no division by 32 (6.3.3)
+_APB_SHIFT = (0, 0, 0, 0, 1, 2, 3, 4)
+
+
+@dataclass(frozen=True)
+class PllOutput:
+    """What RCC_PLLCFGR makes of its source: ``p_hz`` can be SYSCLK, ``q_hz`` is for USB and SDIO."""
+
+    input_hz: int
+    vco_hz: int
+    p_hz: int
+    q_hz: int
+
+    def problem(self) -> str:
+        """Why the manual forbids this setting, or "" (RM0368 6.3.2)."""
+        if not 950_000 <= self.input_hz <= 2_100_000:  # the datasheet's limits; the manual says 1 to 2 MHz
+            return f"PLL input is {self.input_hz / 1e6:g} MHz, M must make it 1 to 2 MHz"
+        if not 192_000_000 <= self.vco_hz <= 432_000_000:
+            return f"PLL VCO is {self.vco_hz / 1e6:g} MHz, N must make it 192 to 432 MHz"
+        if self.p_hz > 84_000_000:
+            return f"PLL output is {self.p_hz / 1e6:g} MHz, the chip's limit is 84 MHz"
+        return ""
+
+
+def pll(pllcfgr: int) -> PllOutput:
+    """The PLL's frequencies; M = 0 and 1 are not allowed and count as 1."""
+    source_hz = HSE_HZ if pllcfgr >> 22 & 1 else HSI_HZ
+    m, n = max(pllcfgr & 0x3F, 1), pllcfgr >> 6 & 0x1FF
+    p, q = 2 * ((pllcfgr >> 16 & 3) + 1), max(pllcfgr >> 24 & 0xF, 1)
+    vco_hz = source_hz * n // m
+    return PllOutput(source_hz // m, vco_hz, vco_hz // p, vco_hz // q)
+
+
+@dataclass(frozen=True)
+class Frequencies:
+    """All clocks made of SYSCLK, in Hz."""
+
+    sysclk_hz: int
+    hclk_hz: int
+    pclk1_hz: int
+    pclk2_hz: int
+    timer1_hz: int
+    timer2_hz: int
+
+    def problem(self) -> str:
+        """Which limit of the chip is exceeded, or "" (RM0368 6.2: 84, 42 and 84 MHz)."""
+        if self.pclk1_hz > 42_000_000:
+            return f"APB1 runs at {self.pclk1_hz / 1e6:g} MHz, PPRE1 must make it 42 MHz or less"
+        return ""
+
+
+def frequencies(sysclk_hz: int, cfgr: int, *, timpre: bool = False) -> Frequencies:
+    """The clocks that RCC_CFGR's prescalers make of SYSCLK; ``timpre`` is RCC_DCKCFGR.TIMPRE (6.3.23)."""
+    hclk_hz = sysclk_hz >> _AHB_SHIFT[cfgr >> 4 & 0xF]
+    shift1, shift2 = _APB_SHIFT[cfgr >> 10 & 7], _APB_SHIFT[cfgr >> 13 & 7]
+    return Frequencies(
+        sysclk_hz,
+        hclk_hz,
+        hclk_hz >> shift1,
+        hclk_hz >> shift2,
+        _timer_hz(hclk_hz, shift1, timpre),
+        _timer_hz(hclk_hz, shift2, timpre),
+    )
+
+
+def _timer_hz(hclk_hz: int, shift: int, timpre: bool) -> int:
+    """Twice the bus clock unless that is undivided; with TIMPRE four times, but never above HCLK."""
+    multiple = 2 if timpre else 1
+    return hclk_hz >> max(shift - multiple, 0)
+
+
+# -- which bit gates and resets which block (sections 6.3.5 to 6.3.12) --------------------------------------
+
+_AHB1 = {
+    0: "GPIOA",
+    1: "GPIOB",
+    2: "GPIOC",
+    3: "GPIOD",
+    4: "GPIOE",
+    7: "GPIOH",
+    12: "CRC",
+    21: "DMA1",
+    22: "DMA2",
+}
+_AHB2 = {7: "OTG_FS"}
+_APB1 = {
+    0: "TIM2",
+    1: "TIM3",
+    2: "TIM4",
+    3: "TIM5",
+    11: "WWDG",
+    14: "SPI2",
+    15: "SPI3",
+    17: "USART2",
+    21: "I2C1",
+    22: "I2C2",
+    23: "I2C3",
+    28: "PWR",
+}
+_APB2 = {
+    0: "TIM1",
+    4: "USART1",
+    5: "USART6",
+    8: "ADC1",
+    11: "SDIO",
+    12: "SPI1",
+    13: "SPI4",
+    14: "SYSCFG",
+    16: "TIM9",
+    17: "TIM10",
+    18: "TIM11",
+}
+
+ENABLE = {0x30: _AHB1, 0x34: _AHB2, 0x40: _APB1, 0x44: _APB2}
+"""By offset of AHB1ENR, AHB2ENR, APB1ENR, APB2ENR: the block's name by bit number."""
+
+RESET = {0x10: _AHB1, 0x14: _AHB2, 0x20: _APB1, 0x24: _APB2}
+"""Likewise AHB1RSTR, AHB2RSTR, APB1RSTR, APB2RSTR; the ADC's reset bit is its enable bit's number too."""
+
+# -- the block ----------------------------------------------------------------------------------------------
 
 CR, PLLCFGR, CFGR, CIR = 0x00, 0x04, 0x08, 0x0C
 BDCR, CSR, SSCGR, PLLI2SCFGR, DCKCFGR = 0x70, 0x74, 0x80, 0x84, 0x8C
@@ -58,11 +184,11 @@ _SOURCES = {
     "LSI": _Source(CSR, 0, 1, 0, 15 * PS_PER_US),
     "LSE": _Source(BDCR, 0, 1, 1, 2 * PS_PER_S),
 }
-_SYSTEM = ("HSI", "HSE", "PLL")  # in the order of SW
+_SYSCLK_SOURCES = ("HSI", "HSE", "PLL")  # in the order of SW
 
 
 class Rcc(Peripheral):
-    """Implements :class:`emulator.chip.soc.ClockTree`; tell it with :meth:`control` which blocks it feeds."""
+    """Implements :class:`ClockTree`; :meth:`control` gives it the blocks that it feeds."""
 
     REGISTERS: ClassVar[dict[int, int]] = {
         CR: 0x0000_0083,
@@ -122,8 +248,8 @@ class Rcc(Peripheral):
         self._starting: dict[str, Event] = {}
         self._check: Event | None = None
         self._pll_hz = 0
-        self._adopted: tuple[clock_tree.Frequencies, int] | None = None  # and the RTC's
-        self._adopt(clock_tree.frequencies(clock_tree.HSI_HZ, 0))
+        self._adopted: tuple[Frequencies, int] | None = None  # and the RTC's
+        self._adopt(frequencies(HSI_HZ, 0))
 
     # -- for the other blocks ---------------------------------------------------------------------------
 
@@ -150,8 +276,8 @@ class Rcc(Peripheral):
             return 0
         if name == "HSE":
             divider = self.registers[CFGR] >> 16 & 0x1F
-            return clock_tree.HSE_HZ // divider if divider >= 2 else 0
-        return clock_tree.LSE_HZ if name == "LSE" else clock_tree.LSI_HZ
+            return HSE_HZ // divider if divider >= 2 else 0
+        return LSE_HZ if name == "LSE" else LSI_HZ
 
     def reset_because(self, reason: str) -> None:
         """Show the cause in CSR: "PIN", "SYSRESETREQ", "IWDG" or "WWDG"; each pulls NRST too (6.1.1)."""
@@ -202,7 +328,7 @@ class Rcc(Peripheral):
 
     def _keep_used_sources(self) -> None:
         """What drives SYSCLK cannot be switched off: the hardware keeps the bit set (6.3.1)."""
-        used = {_SYSTEM[self.registers[CFGR] >> 2 & 3]}
+        used = {_SYSCLK_SOURCES[self.registers[CFGR] >> 2 & 3]}
         if "PLL" in used:
             used.add(self._pll_source())
         for name in used:
@@ -246,7 +372,7 @@ class Rcc(Peripheral):
 
     def _start(self, name: str, source: _Source) -> None:
         if name == "PLL":
-            output = clock_tree.pll(self.registers[PLLCFGR])
+            output = pll(self.registers[PLLCFGR])
             self._pll_hz = output.p_hz
             if output.problem():
                 self.note("forbidden", output.problem())
@@ -272,14 +398,14 @@ class Rcc(Peripheral):
 
     def _select(self) -> None:
         wanted = self.registers[CFGR] & 3
-        if wanted < len(_SYSTEM) and self._ready(_SYSTEM[wanted]):
+        if wanted < len(_SYSCLK_SOURCES) and self._ready(_SYSCLK_SOURCES[wanted]):
             self.registers[CFGR] = self.registers[CFGR] & ~0xC | wanted << 2
         used = self.registers[CFGR] >> 2 & 3
-        sysclk_hz = (clock_tree.HSI_HZ, clock_tree.HSE_HZ, self._pll_hz)[used]
+        sysclk_hz = (HSI_HZ, HSE_HZ, self._pll_hz)[used]
         timpre = bool(self.registers[DCKCFGR] & _TIMPRE)
-        self._adopt(clock_tree.frequencies(sysclk_hz, self.registers[CFGR], timpre=timpre))
+        self._adopt(frequencies(sysclk_hz, self.registers[CFGR], timpre=timpre))
 
-    def _adopt(self, clocks: clock_tree.Frequencies) -> None:
+    def _adopt(self, clocks: Frequencies) -> None:
         adopted = clocks, self.rtc_hz()
         if adopted == self._adopted:
             return

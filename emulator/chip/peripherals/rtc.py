@@ -1,21 +1,66 @@
 """RTC: calendar, backup registers, write protection (RM0368 section 17).
 
 The calendar is a function of time and costs nothing. Switching to initialisation mode and synchronisation
-(INITF, RSF) take no time here; on the chip two RTC clocks each.
+(INITF, RSF) take no time here; on the chip two RTC clocks each. Values that are no date (month 13, 99
+seconds) carry over into the next larger unit here; on the chip they are undefined.
 
-Not modelled, and told: alarms, wake-up timer, tamper, time stamp, calibration, the 12 hour format.
+Not modelled, and noted: alarms, wake-up timer, tamper, time stamp, calibration, the 12 hour format.
 """
 
 from __future__ import annotations
 
+from datetime import UTC, datetime, timedelta
 from typing import ClassVar
 
-from emulator.chip.peripherals import rtc_calendar
-from emulator.chip.peripherals.peripheral import WORD, Peripheral
+from emulator.chip.peripherals.peripheral import WORD, Peripheral, Soc
 from emulator.chip.peripherals.pwr import Pwr
 from emulator.chip.peripherals.rcc import Rcc
-from emulator.chip.soc import Soc
 from emulator.time.clock import PS_PER_S
+
+# -- the calendar: BCD registers to a point in time and back (17.6.1, 17.6.2) -------------------------------
+
+_CENTURY = datetime(2000, 1, 1, tzinfo=UTC)
+_DAYS_IN_CENTURY = 36525  # every fourth year of this one is a leap year, as the RTC has it
+
+
+def bcd(value: int) -> int:
+    """Two decimal digits as BCD."""
+    return value // 10 << 4 | value % 10
+
+
+def from_bcd(value: int) -> int:
+    """BCD as a number."""
+    return (value >> 4) * 10 + (value & 0xF)
+
+
+def seconds_of(time_register: int, date_register: int) -> int:
+    """Seconds since the century began, from TR and DR in 24 hour format."""
+    months = max(from_bcd(date_register >> 8 & 0x1F), 1) - 1
+    year = 2000 + from_bcd(date_register >> 16 & 0xFF) + months // 12
+    day = datetime(year, months % 12 + 1, 1, tzinfo=UTC)
+    day += timedelta(
+        days=max(from_bcd(date_register & 0x3F), 1) - 1,
+        hours=from_bcd(time_register >> 16 & 0x3F),
+        minutes=from_bcd(time_register >> 8 & 0x7F),
+        seconds=from_bcd(time_register & 0x7F),
+    )
+    return int((day - _CENTURY).total_seconds())
+
+
+def time_register(seconds: int) -> int:
+    """TR in 24 hour format."""
+    minutes, second = divmod(seconds, 60)
+    hours, minute = divmod(minutes, 60)
+    return bcd(hours % 24) << 16 | bcd(minute) << 8 | bcd(second)
+
+
+def date_register(seconds: int, weekday: int) -> int:
+    """DR; ``weekday`` is 1 (Monday) to 7."""
+    day = _CENTURY + timedelta(days=seconds // 86400 % _DAYS_IN_CENTURY)
+    return bcd(day.year % 100) << 16 | weekday << 13 | bcd(day.month) << 8 | bcd(day.day)
+
+
+# -- the block ----------------------------------------------------------------------------------------------
 
 TR, DR, CR, ISR, PRER, WPR, SSR = 0x00, 0x04, 0x08, 0x0C, 0x10, 0x24, 0x28
 BKP0R, BKP19R = 0x50, 0x9C
@@ -98,10 +143,10 @@ class Rtc(Peripheral):
             return super().peek(offset)
         seconds, below = divmod(self._now_cycles(), self._cycles_per_s())
         if offset == TR:
-            return rtc_calendar.time_register(seconds)
+            return time_register(seconds)
         if offset == DR:
             weekday = (self._first_weekday - 1 + seconds // 86400) % 7 + 1
-            return rtc_calendar.date_register(seconds, weekday)
+            return date_register(seconds, weekday)
         return (self.registers[PRER] & 0x7FFF) - below // self._asynchronous()
 
     def read(self, offset: int) -> int:
@@ -154,7 +199,7 @@ class Rtc(Peripheral):
             self.registers |= shown
             self.registers[ISR] = self.registers[ISR] & ~_RSF | _INIT | _INITF
         elif not wanted and not running:
-            seconds = rtc_calendar.seconds_of(self.registers[TR], self.registers[DR])
+            seconds = seconds_of(self.registers[TR], self.registers[DR])
             weekday = self.registers[DR] >> 13 & 7 or 1
             self._first_weekday = (weekday - 1 - seconds // 86400) % 7 + 1
             self._cycles = seconds * self._cycles_per_s()

@@ -7,7 +7,7 @@ the end of each byte.
 
 The board's Bluetooth module is absent: SPI1 (PA5 to PA7), chip select PB0, reset PB2, interrupt PA4. Nobody
 drives MISO, so ST's stock firmware reads a header that is not 0x02, gives up each of its requests after its
-own time-outs (0.2 s a request) and reaches its main loop (board facts, section 9). The interrupt line is low,
+own time-outs (0.2 s a request) and reaches its main loop. The interrupt line is low,
 as of a module that has nothing to say: high would keep HCI_Isr in its loop for ever.
 """
 
@@ -211,7 +211,7 @@ class SpiWire:
 
 
 def connect_absent_radio(chip: FcuChip, gpio: Gpio) -> None:
-    """At SPI1 nobody answers; the first attempt to talk to the module is told in the trace."""
+    """At SPI1 nobody answers; the first attempt to talk to the module is noted in the trace."""
 
     def tried() -> None:
         text = "the Bluetooth module is absent on the virtual board; firmware goes on after its time-outs"

@@ -1,27 +1,23 @@
 """The chip's system blocks put together: addresses (RM0368 table 1), shared interrupt inputs (table 38).
 
-What talks to the outside world (USART, I2C, SPI, DMA) joins them where the chip is built; RCC must then be
-told of all blocks with ``rcc.control(...)``.
+What talks to the outside world (USART, I2C, SPI, DMA) joins them where the chip is built; RCC then gets
+all blocks by ``rcc.control(...)``.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-from emulator.chip.peripherals.adc import Adc
-from emulator.chip.peripherals.adc_inputs import AdcInputs
+from emulator.chip.cpu.python_blocks import named_blocks
+from emulator.chip.peripherals.adc import Adc, AdcInputs
 from emulator.chip.peripherals.crc import Crc
 from emulator.chip.peripherals.dbgmcu import Dbgmcu
 from emulator.chip.peripherals.flash import Flash
-from emulator.chip.peripherals.irq_line import IrqLine
-from emulator.chip.peripherals.iwdg import Iwdg
-from emulator.chip.peripherals.named import named_blocks
-from emulator.chip.peripherals.peripheral import Peripheral
+from emulator.chip.peripherals.peripheral import IrqLine, Peripheral, Soc
 from emulator.chip.peripherals.pwr import Pwr
 from emulator.chip.peripherals.rcc import Rcc
 from emulator.chip.peripherals.rtc import Rtc
-from emulator.chip.peripherals.wwdg import Wwdg
-from emulator.chip.soc import Soc
+from emulator.chip.peripherals.watchdogs import Iwdg, Wwdg
 
 
 class SystemBlocks:

@@ -75,7 +75,7 @@ class ConnectedUsarts:
 def wire_terminal(chip: FcuChip, name: str, pin: PinFunction, baud: int = BAUD) -> None:
     """A terminal at ``baud`` is connected to a USART's transmitter at ``pin``.
 
-    Bytes sent while the pin is not switched to the USART are heard by nobody; another rate is told in the
+    Bytes sent while the pin is not switched to the USART are heard by nobody; another rate is noted in the
     trace.
     """
     port, number, function = pin

@@ -1,19 +1,20 @@
-"""Every block of the STM32F401 by address (RM0368 table 1, section 2.3; ARMv7-M ARM table B3-3 for the
-core's).
+"""Where everything is in the STM32F401CC: memories and blocks by address (RM0368 table 1, section 2.3; sizes
+of the memories: datasheet DS9716, section 5; ARMv7-M ARM table B3-3 for the core's blocks).
 
-The table is complete even where the model is not: firmware that touches something which is not built is
-told its name.
+The table of blocks is complete even where the model is not: firmware that touches something which is not
+built learns its name.
 """
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Final, NamedTuple
 
-from emulator.chip.image import memory_map
-
-FLASH, FLASH_SIZE = memory_map.FLASH.start, memory_map.FLASH.end - memory_map.FLASH.start
-RAM, RAM_SIZE = memory_map.RAM.start, memory_map.RAM.end - memory_map.RAM.start
-SYSTEM_MEMORY, SYSTEM_MEMORY_SIZE = 0x1FFF_0000, 0x1_0000
+FLASH: Final = 0x0800_0000
+FLASH_SIZE: Final = 0x4_0000
+RAM: Final = 0x2000_0000
+RAM_SIZE: Final = 0x1_0000
+SYSTEM_MEMORY: Final = 0x1FFF_0000
+SYSTEM_MEMORY_SIZE: Final = 0x1_0000
 
 PERIPHERALS: Final = 0x4000_0000
 PERIPHERALS_SIZE: Final = 0x8_0000
@@ -78,3 +79,29 @@ BLOCKS: Final = {
     "ROM table": (0xE00F_F000, 0x1000),
 }
 """First address and size by the manual's name."""
+
+
+class Region(NamedTuple):
+    """A block of memory: ``start`` inclusive, ``end`` exclusive."""
+
+    name: str
+    start: int
+    end: int
+
+    def holds(self, start: int, end: int) -> bool:
+        """Whether [start, end) lies inside."""
+        return self.start <= start <= end <= self.end
+
+    def __str__(self) -> str:
+        return f"{self.name} 0x{self.start:08X}..0x{self.end - 1:08X}"
+
+
+FLASH_MEMORY: Final = Region("flash", FLASH, FLASH + FLASH_SIZE)
+RAM_MEMORY: Final = Region("RAM", RAM, RAM + RAM_SIZE)
+CAPACITY: Final = FLASH_SIZE + RAM_SIZE
+CHIP: Final = f"this board's STM32F401CC has {FLASH_MEMORY} and {RAM_MEMORY}"
+
+
+def fits(start: int, end: int) -> bool:
+    """Whether [start, end) lies inside flash or inside RAM."""
+    return FLASH_MEMORY.holds(start, end) or RAM_MEMORY.holds(start, end)

@@ -1,0 +1,199 @@
+"""The watchdogs: IWDG, the independent one, which counts LSI (RM0368 section 15), and WWDG, the window
+watchdog, a seven-bit counter on PCLK1 / 4096 (section 16).
+
+LSI is exactly 32 kHz here, on the board 17 to 47 kHz: firmware that only just makes it needs a margin
+there. New prescaler and reload values of IWDG are taken over at the next reload; the manual's few LSI cycles
+for that (PVU, RVU) are not modelled.
+
+WWDG's counter moves with time from the moment it was written; on the chip its prescaler runs freely, so the
+first count may come up to one period earlier there. Before WDGA is set the counter stands still here.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from emulator.chip.peripherals.peripheral import WORD, IrqLine, Peripheral, Soc
+from emulator.chip.peripherals.rcc import LSI_HZ
+from emulator.time.clock import PS_PER_S, Event
+
+# -- IWDG ---------------------------------------------------------------------------------------------------
+
+IWDG_KR, IWDG_PR, IWDG_RLR, IWDG_SR = 0x00, 0x04, 0x08, 0x0C
+
+_UNLOCK, _RELOAD, _START = 0x5555, 0xAAAA, 0xCCCC
+
+
+class Iwdg(Peripheral):
+    """Once started, resets the chip unless it is reloaded in time; only that reset stops it."""
+
+    REGISTERS: ClassVar[dict[int, int]] = {IWDG_KR: 0, IWDG_PR: 0, IWDG_RLR: 0xFFF, IWDG_SR: 0}
+    NAMES: ClassVar[dict[int, str]] = {IWDG_KR: "KR", IWDG_PR: "PR", IWDG_RLR: "RLR", IWDG_SR: "SR"}
+    WRITABLE: ClassVar[dict[int, int]] = {IWDG_KR: 0, IWDG_PR: 0x7, IWDG_RLR: 0xFFF, IWDG_SR: 0}
+
+    def __init__(self, soc: Soc, name: str, base: int) -> None:
+        super().__init__(soc, name, base)
+        self._unlocked = False
+        self._deadline_ps: int | None = None
+        self._event: Event | None = None
+        self._event_ps = 0
+
+    def reset(self) -> None:
+        """Not started."""
+        super().reset()
+        self._unlocked = False
+        self._deadline_ps = None
+        if self._event is not None:
+            self._event.cancel()
+            self._event = None
+
+    def write(self, offset: int, value: int, mask: int = WORD) -> None:
+        """KR takes keys; PR and RLR are open after the key 0x5555 only (15.3.2)."""
+        if offset == IWDG_KR:
+            self._take_key(value & mask & 0xFFFF)
+        elif not self._unlocked:
+            name = self.NAMES.get(offset, f"0x{offset:02X}")
+            self.note("refused", f"{name} written without the key 0x5555 in KR")
+        else:
+            super().write(offset, value, mask)
+
+    def _take_key(self, key: int) -> None:
+        self._unlocked = key == _UNLOCK
+        if key == (_START if self._deadline_ps is None else _RELOAD):
+            self._reload()
+
+    def _reload(self) -> None:
+        """The event moves on when it fires: a reload in every millisecond would fill the clock's queue."""
+        cycles = (4 << min(self.registers[IWDG_PR], 6)) * (self.registers[IWDG_RLR] + 1)
+        self._deadline_ps = self.soc.clock.now_ps + cycles * PS_PER_S // LSI_HZ
+        if self._event is None:
+            self._event = self.soc.clock.schedule(self._deadline_ps, self._due)
+        elif self._deadline_ps < self._event_ps:
+            self._event.cancel()
+            self._event = self.soc.clock.schedule(self._deadline_ps, self._due)
+        else:
+            return
+        self._event_ps = self._deadline_ps
+
+    def _due(self) -> None:
+        assert self._event is not None
+        assert self._deadline_ps is not None
+        if self._deadline_ps > self.soc.clock.now_ps:
+            self._event_ps = self._deadline_ps
+            self.soc.clock.repeat(self._event, self._deadline_ps)
+            return
+        self._event = None
+        self.soc.reset("IWDG")
+
+
+# -- WWDG ---------------------------------------------------------------------------------------------------
+
+WWDG_CR, WWDG_CFR, WWDG_SR = 0x00, 0x04, 0x08
+
+_WDGA, _T6, _EWI, _EWIF = 1 << 7, 1 << 6, 1 << 9, 1 << 0
+
+
+class Wwdg(Peripheral):
+    """Resets the chip when the counter passes 0x40, or is written while it is above the window."""
+
+    REGISTERS: ClassVar[dict[int, int]] = {WWDG_CR: 0x7F, WWDG_CFR: 0x7F, WWDG_SR: 0}
+    NAMES: ClassVar[dict[int, str]] = {WWDG_CR: "CR", WWDG_CFR: "CFR", WWDG_SR: "SR"}
+    WRITABLE: ClassVar[dict[int, int]] = {WWDG_CR: 0x7F, WWDG_CFR: 0x3FF, WWDG_SR: 0}
+
+    def __init__(self, soc: Soc, name: str, base: int, irq: IrqLine) -> None:
+        super().__init__(soc, name, base)
+        self._irq = irq
+        self._hz = soc.clocks.pclk1_hz
+        self._since_ps = 0
+        self._event: Event | None = None
+        soc.clocks.on_change(self._clock_changed)
+
+    def reset(self) -> None:
+        """Not started."""
+        super().reset()
+        self._hz = self.soc.clocks.pclk1_hz
+        self._plan()
+        self._irq.set(self.name, False)
+
+    def read(self, offset: int) -> int:
+        """A register; CR shows the counter as of now."""
+        return self.peek(offset)
+
+    def peek(self, offset: int) -> int:
+        """A register as of now."""
+        value = super().peek(offset)
+        return value & _WDGA | self._counter() if offset == WWDG_CR else value
+
+    def pure_read(self, offset: int) -> bool:
+        """False for the counter."""
+        return offset != WWDG_CR
+
+    def write(self, offset: int, value: int, mask: int = WORD) -> None:
+        """Reload the counter (CR), set window, prescaler and early wake-up (CFR), clear the flag (SR)."""
+        if offset == WWDG_CR:
+            self._reload(value, mask)
+        elif offset == WWDG_CFR:
+            self._store_counter()
+            early = self.registers[WWDG_CFR] & _EWI  # only a reset clears it (16.6.2)
+            super().write(offset, value, mask)
+            self.registers[WWDG_CFR] |= early
+            self._plan()
+        elif offset == WWDG_SR:
+            self.registers[WWDG_SR] &= value | ~mask
+            self._plan()
+        self._irq.set(self.name, bool(self.registers[WWDG_CFR] & _EWI and self.registers[WWDG_SR] & _EWIF))
+
+    def _reload(self, value: int, mask: int) -> None:
+        running = self.registers[WWDG_CR] & _WDGA
+        if running and self._counter() > self.registers[WWDG_CFR] & 0x7F:
+            self.soc.reset("WWDG")
+            return
+        super().write(WWDG_CR, value, mask)
+        self.registers[WWDG_CR] |= running | value & mask & _WDGA
+        self._since_ps = self.soc.clock.now_ps
+        if self.registers[WWDG_CR] & _WDGA and not self.registers[WWDG_CR] & _T6:
+            self.soc.reset("WWDG")
+            return
+        self._plan()
+
+    def _counter(self) -> int:
+        value = self.registers[WWDG_CR] & 0x7F
+        if not self.registers[WWDG_CR] & _WDGA:
+            return value
+        elapsed_ps = self.soc.clock.now_ps - self._since_ps
+        counts = ((elapsed_ps + 1) * self._hz - 1) // (PS_PER_S * self._divider())
+        return max(value - counts, 0)
+
+    def _divider(self) -> int:
+        return 4096 << (self.registers[WWDG_CFR] >> 7 & 3)
+
+    def _store_counter(self) -> None:
+        self.registers[WWDG_CR] = self.registers[WWDG_CR] & _WDGA | self._counter()
+        self._since_ps = self.soc.clock.now_ps
+
+    def _clock_changed(self) -> None:
+        self._store_counter()
+        self._hz = self.soc.clocks.pclk1_hz
+        self._plan()
+
+    def _plan(self) -> None:
+        """The next thing to happen: the early wake-up at 0x40, or the reset one count later."""
+        if self._event is not None:
+            self._event.cancel()
+            self._event = None
+        if not self.registers[WWDG_CR] & _WDGA:
+            return
+        counter = self.registers[WWDG_CR] & 0x7F
+        early = self._counter() > _T6 and not self.registers[WWDG_SR] & _EWIF
+        counts = counter - (_T6 if early else _T6 - 1)
+        at_ps = self._since_ps + counts * self._divider() * PS_PER_S // self._hz
+        self._event = self.soc.clock.schedule(at_ps, self._due)
+
+    def _due(self) -> None:
+        self._event = None
+        if self._counter() < _T6:
+            self.soc.reset("WWDG")
+            return
+        self.registers[WWDG_SR] |= _EWIF
+        self._plan()
+        self._irq.set(self.name, bool(self.registers[WWDG_CFR] & _EWI))
