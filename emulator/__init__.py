@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from emulator.board.board import Board
     from emulator.errors import (
+        CallError,
         ExpectationError,
         FcuError,
         FirmwareError,
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Board",
+    "CallError",
     "ExpectationError",
     "FcuError",
     "FirmwareError",

@@ -10,7 +10,8 @@
     │   └── LinkError              a serial link or output file this machine cannot give
     ├── ExpectationError           the firmware did not do what was expected (exit code 1)
     ├── FirmwareError              the firmware itself failed             (exit code 3)
-    │   └── LimitError             it took more than a run may
+    │   ├── LimitError             it took more than a run may
+    │   └── CallError              a function that was called did not return
     └── I2CError                   a transfer on the simulated bus failed
         ├── I2CNackError           nobody acknowledged: absent device, or NACK at a byte
         ├── I2CBusError            misplaced start or stop (BERR)
@@ -79,6 +80,10 @@ class LimitError(FirmwareError):
     def __init__(self, limit: str, problem: str) -> None:
         self.limit = limit
         super().__init__(f"the firmware was stopped: {problem}; to allow more: --limit {limit}=NUMBER")
+
+
+class CallError(FirmwareError):
+    """A function of the firmware that was called has failed, or has not returned."""
 
 
 class I2CError(FcuError):

@@ -22,6 +22,8 @@ it.
 from __future__ import annotations
 
 import weakref
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -46,6 +48,7 @@ from emulator.trace import Trace
 from emulator.world import World
 
 if TYPE_CHECKING:
+    from emulator.chip.calls import Caller, Scratch
     from emulator.chip.firmware import ArmFirmware
     from emulator.chip.image import FirmwareImage
     from emulator.scenario import Scenario
@@ -102,6 +105,7 @@ class Board:
         self.gpio = Gpio(self.clock, self.trace)
         self.led1 = Led("LED1", self.gpio, *LED1_PIN)
         self.led2 = Led("LED2", self.gpio, *LED2_PIN)
+        self._caller: Caller | None = None
         self.arm: ArmFirmware | None = None
         """The chip that executes built firmware; None for firmware in Python."""
         self._backend = self._boot(choice)
@@ -148,6 +152,57 @@ class Board:
     def variable(self, name: str) -> Any:
         """A global variable of the firmware by its C name, such as ``acc`` or ``pitch``. Raises KeyError."""
         return self._backend.variable(name)
+
+    def set_variable(self, name: str, value: Any) -> None:
+        """Give a global variable of built firmware a value: a number, a sequence, a mapping of members.
+
+        Raises KeyError as :meth:`variable` does, and InputError for what does not fit its C type.
+        """
+        self._built("set_variable").set_variable(name, value)
+
+    def call(
+        self,
+        name: str,
+        *arguments: Any,
+        keep: bool = False,
+        max_instructions: int = 10_000_000,
+        timeout_s: float = 1.0,
+    ) -> Any:
+        """Call a function of built firmware by its C name, and give its result.
+
+        Numbers are passed by value; for a pointer give an address, a string, bytes, a structure's members (as
+        mapping, object or sequence), or a sequence of what it points to. Lists, dictionaries, objects and
+        byte arrays are brought up to what the function has written.
+
+        Afterwards registers, RAM and all blocks are what they were; with ``keep``, what the function does
+        stays. ``max_instructions`` bounds a function that only computes, which takes no virtual time;
+        ``timeout_s`` (virtual) one that reaches a block or waits for an interrupt. Raises InputError for a
+        function that cannot be called so (missing, inlined, static in several files, other arguments), and
+        CallError for one that fails or does not return.
+        """
+        return self._calls("call").call(name, arguments, keep, max_instructions, timeout_s)
+
+    def scratch(self) -> AbstractContextManager[Scratch]:
+        """A copy of the chip for calls that follow on each other, of which the board sees nothing."""
+        return self._calls("scratch").scratch()
+
+    def _calls(self, what: str) -> Caller:
+        if self._caller is None:
+            self._caller = self._built(what).caller(self._restoring)
+        return self._caller
+
+    def _built(self, what: str) -> ArmFirmware:
+        if self.arm is None:
+            raise InputError(f'{what} needs firmware built for the chip: Board(firmware="mylab.elf")')
+        return self.arm
+
+    @contextmanager
+    def _restoring(self) -> Iterator[None]:
+        saved = self.snapshot()
+        try:
+            yield
+        finally:
+            self.restore(saved)
 
     def _boot(self, choice: Choice) -> Backend:
         if choice.image is not None:

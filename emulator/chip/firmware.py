@@ -9,8 +9,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from typing import Any
 
+from emulator.chip.calls import Caller, set_variable
 from emulator.chip.chip import Chip, Surroundings
 from emulator.chip.cpu.core import CoreSettings
 from emulator.chip.cpu.fault_log import FaultLog
@@ -57,6 +60,20 @@ class ArmFirmware:
         if self.image.symbols is None:
             raise KeyError(f"{self.image.path} has no symbols, so no variable {name!r}")
         return self.image.symbols.read_variable(name, self._memory)
+
+    def set_variable(self, name: str, value: Any) -> None:
+        """Give a global variable a value. Raises KeyError, and InputError for a value that does not fit."""
+        set_variable(self.image, name, value, self._memory, self._store)
+
+    def caller(self, restoring: Callable[[], AbstractContextManager[object]]) -> Caller:
+        """What calls single functions; see :class:`Caller`."""
+        return Caller(self.chip.core, self.image, self.run_until, restoring)
+
+    def _store(self, address: int, raw: bytes) -> None:
+        content = self.chip.core.memory(address, len(raw))
+        if content is None:
+            raise KeyError(f"{len(raw)} bytes at 0x{address:08X} are not in RAM")
+        content[:] = raw
 
     def _memory(self, address: int, size: int) -> bytes:
         content = self.chip.core.memory(address, size)

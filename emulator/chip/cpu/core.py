@@ -72,6 +72,8 @@ class Core(FcuChip):
         """(time in ps, reason) of the latest resets, without power-on."""
         self.before_reset = b"", b""
         """R0 to R12, SP, LR, PC, xPSR, and the RAM, where the latest reset has met the program."""
+        self.code_version = 0
+        """Changes with the content of the flash."""
         self.stepping = False
         """Whether only one instruction is being executed."""
         self._load(segments)
@@ -133,6 +135,7 @@ class Core(FcuChip):
 
     def code_changed(self) -> None:
         """The flash has another content: forget what is known of the code; between runs."""
+        self.code_version += 1
         self.forget_code()
 
     # -- snapshots --------------------------------------------------------------------------------------

@@ -157,7 +157,7 @@ class Structure:
 
 # -- types from debugging entries ---------------------------------------------------------------------------
 
-_AT_TYPE = 0x49
+AT_TYPE = 0x49
 _AT_BYTE_SIZE, _AT_BIT_OFFSET, _AT_BIT_SIZE = 0x0B, 0x0C, 0x0D
 _AT_CONST_VALUE = 0x1C
 _AT_UPPER_BOUND, _AT_COUNT = 0x2F, 0x37
@@ -187,7 +187,7 @@ class TypeReader:
 
     def type_of(self, entry: Entry) -> CType:
         """The type that the entry's DW_AT_type refers to."""
-        target = self._info.referred(entry, _AT_TYPE)
+        target = self._info.referred(entry, AT_TYPE)
         if target is None:
             raise DebugInfoError("a type is missing (void has no value)")
         return self._made(target)
@@ -220,7 +220,7 @@ class TypeReader:
 
     def _enumeration(self, entry: Entry) -> CType:
         """As the integer type under it where the compiler states one, otherwise signed if a constant is."""
-        if _AT_TYPE in entry.values:
+        if AT_TYPE in entry.values:
             return self.type_of(entry)
         constants = [child.number(_AT_CONST_VALUE) or 0 for child in self._info.children(entry)]
         return Integer(entry.number(_AT_BYTE_SIZE) or 4, signed=min(constants, default=0) < 0)
@@ -354,7 +354,7 @@ class Variables:
         if entry is None:
             raise DebugInfoError("it has no debug information; compile with GCC and -g (not -gsplit-dwarf)")
         for _ in range(_LONGEST_CHAIN):
-            if _AT_TYPE in entry.values:
+            if AT_TYPE in entry.values:
                 return self._types.type_of(entry)
             origin = _AT_SPECIFICATION if _AT_SPECIFICATION in entry.values else _AT_ABSTRACT_ORIGIN
             declaration = self._info.referred(entry, origin)

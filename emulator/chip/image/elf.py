@@ -25,6 +25,7 @@ _COMPRESSION_HEADER = struct.Struct("<3I")
 _EXECUTABLE, _ARM = 2, 40
 _LOAD, _DYNAMIC, _INTERPRETER = 1, 2, 3
 _LINUX_ABI = 3
+_HARD_FLOAT = 0x400  # EF_ARM_ABI_FLOAT_HARD
 _LARGEST_UNPACKED = 64 << 20  # bytes of all sections unpacked, together
 _LONGEST_NAME = 64
 _NOBITS = 8
@@ -56,6 +57,8 @@ class Elf(NamedTuple):
     sections: Sections | None
     """None if there is no symbol table among them; ``note`` says why."""
     note: str = ""
+    hard_float: bool = False
+    """Whether functions take floating-point numbers in S0 to S15."""
 
 
 class _Header(NamedTuple):
@@ -104,10 +107,11 @@ def open_elf(file: str, data: bytes) -> Elf:
     if not segments:
         raise FirmwareFileError(file, f"loads nothing; {_RIGHT}")
     sections = Sections(data, header.section_headers, header.section_header_count, header.names_section)
+    hard_float = bool(header.flags & _HARD_FLOAT)
     if ".symtab" in sections:
-        return Elf(segments, sections)
+        return Elf(segments, sections, hard_float=hard_float)
     reason = sections.problem or "it has no symbol table; a stripped ELF runs, but is diagnosed without names"
-    return Elf(segments, None, f"no symbols: {reason}")
+    return Elf(segments, None, f"no symbols: {reason}", hard_float)
 
 
 def _header(file: str, data: bytes) -> _Header:

@@ -40,6 +40,8 @@ class FirmwareImage:
     """Word 1: address of the reset handler, bit 0 set (Thumb)."""
     symbols: Symbols | None
     """None if the file has none: HEX, BIN, or a stripped ELF."""
+    hard_float: bool = False
+    """Whether functions take floating-point numbers in S0 to S15 (EF_ARM_ABI_FLOAT_HARD, IHI 0044)."""
     notes: tuple[str, ...] = ()
     """What a user should know though it is no error, one line each."""
 
@@ -50,6 +52,7 @@ def checked(
     segments: tuple[Segment, ...],
     symbols: Symbols | None = None,
     notes: tuple[str, ...] = (),
+    hard_float: bool = False,
 ) -> FirmwareImage:
     """The image, if it can start. Raises FirmwareFileError when its vector table cannot be right."""
     file = str(path)
@@ -68,7 +71,7 @@ def checked(
             f"0x{stack_pointer:08X}, which must lie in {RAM_MEMORY} (its end is 0x{RAM_MEMORY.end:08X})",
         )
     _check_reset(file, reset_vector, segments)
-    return FirmwareImage(path, kind, segments, stack_pointer, reset_vector, symbols, notes)
+    return FirmwareImage(path, kind, segments, stack_pointer, reset_vector, symbols, hard_float, notes)
 
 
 def _check_reset(file: str, vector: int, segments: tuple[Segment, ...]) -> None:
@@ -118,7 +121,7 @@ def parse_firmware(data: bytes, path: str | Path) -> FirmwareImage:
     if data.startswith(MAGIC):
         elf = open_elf(file, data)
         symbols = Symbols(elf.sections) if elf.sections else None
-        return checked(path, "elf", elf.segments, symbols, (elf.note,) if elf.note else ())
+        return checked(path, "elf", elf.segments, symbols, (elf.note,) if elf.note else (), elf.hard_float)
     if looks_like_hex(data):
         return checked(path, "hex", read_hex(file, data))
     return checked(path, "bin", read_binary(file, data))

@@ -23,6 +23,7 @@ from emulator.chip.memory_map import FLASH_MEMORY, RAM_MEMORY, fits
 if TYPE_CHECKING:
     from emulator.chip.image.c_types import CType, CValue, Variables
     from emulator.chip.image.dwarf import Budget
+    from emulator.chip.image.functions import Functions, Signature
     from emulator.chip.image.lines import LineTable, SourceLine
 
 
@@ -100,6 +101,10 @@ class SymbolTable:
         """
         symbols = self._by_name.get(name, [])
         return [symbol for symbol in symbols if not symbol.is_local][:1] or symbols
+
+    def function_names(self) -> list[str]:
+        """C names of all functions."""
+        return [name for name, symbols in self._by_name.items() if symbols[0].is_function]
 
     def object_at(self, address: int) -> Symbol | None:
         """The variable that ``address`` lies in."""
@@ -204,6 +209,11 @@ class Symbols:
         or union an object with the members' names: ``read_variable("acc", read).AXIS_X``. Raises KeyError
         if there is no such variable, if several statics have the name, or if its type is unknown.
         """
+        address, kind = self.variable_type(name)
+        return kind.value(read_memory(address, kind.size) if kind.size else b"", 0)
+
+    def variable_type(self, name: str) -> tuple[int, CType]:
+        """Address and type of a global or static variable. Raises KeyError as ``read_variable`` does."""
         symbol = self._symbol(name)
         if symbol.is_function:
             raise KeyError(f"{name!r} is a function, not a variable")
@@ -213,7 +223,36 @@ class Symbols:
             raise KeyError(f"the type of {name!r} is unknown: {problem}") from None
         if not fits(symbol.address, symbol.address + kind.size):
             raise KeyError(f"{name!r} lies at 0x{symbol.address:08X}, outside the chip's memories")
-        return kind.value(read_memory(symbol.address, kind.size) if kind.size else b"", 0)
+        return symbol.address, kind
+
+    def function(self, name: str) -> tuple[int, Signature]:
+        """Address and signature of a function by its C name. Raises KeyError, with the reason."""
+        try:
+            return self._function(name)
+        except DebugInfoError as problem:
+            raise KeyError(f"what {name}() takes is unknown: {problem}") from None
+
+    def function_names(self) -> list[str]:
+        """Names of all functions that have an address."""
+        return self._table.function_names() if self._table else []
+
+    def _function(self, name: str) -> tuple[int, Signature]:
+        if self._functions is None:
+            raise DebugInfoError("the debug information cannot be read")
+        if not (self._table and self._table.named(name)) and self._functions.is_inlined(name):
+            raise KeyError(
+                f"{name}() was put into its callers by the compiler, so there is nothing to call; "
+                "declare it __attribute__((noinline)), or compile with -O0"
+            )
+        symbol = self._symbol(name)
+        if not symbol.is_function:
+            raise KeyError(f"{name!r} is a variable, not a function")
+        if symbol.name != name:
+            raise KeyError(
+                f"of {name}() there is only {symbol.name}, which the compiler has made for its callers; "
+                "declare it __attribute__((noinline, noclone)), or compile with -O0"
+            )
+        return symbol.address, self._functions.signature_at(symbol.address)
 
     def _symbol(self, name: str) -> Symbol:
         found = self._table.named(name) if self._table else []
@@ -252,6 +291,17 @@ class Symbols:
         except DebugInfoError as problem:
             self.notes.append(f"no source lines: {problem}")
             return LineTable(())
+
+    @cached_property
+    def _functions(self) -> Functions | None:
+        from emulator.chip.image.dwarf import DebugInfo
+        from emulator.chip.image.functions import Functions
+
+        try:
+            return Functions(DebugInfo(self._sections, self._budget))
+        except DebugInfoError as problem:
+            self.notes.append(f"no types of functions: {problem}")
+            return None
 
     @cached_property
     def _variables(self) -> Variables | None:

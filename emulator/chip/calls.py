@@ -1,0 +1,446 @@
+"""Calls of single functions of a firmware, by name, with Python's values as arguments.
+
+::
+
+    board = Board(firmware="build/lab3.elf")
+    board.run_for(0.1)                                     # start-up code has run
+    board.call("getAltitude", 1013.25, 20.0)               # 0.0
+    with board.scratch() as copy:                          # what happens here, the board never sees
+        copy.set_variable("acc", {"AXIS_X": 0, "AXIS_Y": 0, "AXIS_Z": 1000})
+        copy.call("eCompass")
+        copy.variable("pitch")
+
+Arguments are passed and results taken as the procedure call standard says (AAPCS, IHI 0042; with
+floating-point registers where the ELF says hard float), by the types in its debug information.
+
+Decision: a function is executed by a copy of the core and its memories, so that registers, RAM and all blocks
+are afterwards what they were, at no cost: five thousand calls a second. One that reaches a block, sleeps, or
+waits for an interrupt is executed again by the chip itself, in virtual time, and the whole board is restored
+afterwards. The road not taken, a snapshot of the board around every call, is five times as slow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from difflib import get_close_matches
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, Final
+
+from emulator.chip.cpu.bare_core import BareCore
+from emulator.chip.cpu.memory_map import RAM, RAM_SIZE
+from emulator.chip.cpu.registers import EVERYTHING, Registers
+from emulator.chip.cpu.stop import Stop
+from emulator.chip.image.c_types import Array, Boolean, CType, CValue, Integer, Structure
+from emulator.chip.image.c_values import alignment, floats_of, load_into, store
+from emulator.errors import CallError, InputError
+from emulator.time.clock import PS_PER_MS, PS_PER_S
+
+if TYPE_CHECKING:
+    from emulator.chip.cpu.core import Core
+    from emulator.chip.image import FirmwareImage
+    from emulator.chip.image.functions import Signature
+    from emulator.chip.image.symbols import Symbols
+
+INSTRUCTIONS: Final = 10_000_000
+"""What a call may take: a tenth of a second of virtual time."""
+TIMEOUT_S: Final = 1.0
+_RETURN: Final = 0x0FFF_FFFE
+"""Where a called function returns to in the copy: no memory is there, so the copy stops."""
+_THUMB_BIT: Final = 1 << 24
+_EXCEPTION: Final = 0x1FF
+_SLICE_PS: Final = PS_PER_MS // 10
+_CORE: Final = ("r0", "r1", "r2", "r3", "sp", "lr", "xpsr")
+_FLOATS: Final = tuple(f"s{number}" for number in range(16))
+_SET: Final = _CORE + _FLOATS
+_NEEDS_TIME: Final = frozenset({Stop.WFI, Stop.WFE, Stop.SVC, Stop.BKPT, Stop.EXCEPTION_RETURN, Stop.SLICE})
+_WHY: Final = {
+    Stop.UNDEFINED: "executed an undefined instruction",
+    Stop.INVALID_STATE: "left Thumb state (a function pointer that is not set?)",
+    Stop.NO_COPROCESSOR: "used a coprocessor that this chip does not have",
+    Stop.UNALIGNED: "made an unaligned access",
+    Stop.DIVIDE_BY_ZERO: "divided by zero",
+    Stop.FETCH: "went where there is no memory",
+    Stop.EXECUTE_NEVER: "went where nothing can be executed (a function pointer that is not set?)",
+    Stop.READ: "read where nothing is",
+    Stop.WRITE: "wrote where nothing can be written",
+}
+_WITH_ADDRESS: Final = (Stop.UNALIGNED, Stop.READ, Stop.WRITE)
+
+
+class _NeedsBoardError(Exception):
+    """The function has reached a block: only the chip itself can go on."""
+
+
+class Frame:
+    """Registers and stack at the beginning of a call (IHI 0042, 6.5 and 7.1).
+
+    ``read(address, size)`` gives what memory has now: a structure of which only some members are given keeps
+    the others.
+    """
+
+    def __init__(self, signature: Signature, arguments: Sequence[Any], sp: int, hard_float: bool) -> None:
+        self.sp = sp & ~7
+        self.core = [0, 0, 0, 0]
+        self.floats = [0] * 16
+        self.writes: list[tuple[int, bytes]] = []
+        self._free = [True] * 16
+        self._floats_open = hard_float
+        self._hard_float = hard_float
+        self._next = 0
+        self._stack = bytearray()
+        self._result = signature.result
+        self._passed: list[tuple[CType, Any, int]] = []
+        self._result_at = self._hidden_result()
+        for parameter, argument in zip(signature.parameters, arguments, strict=True):
+            kind, raw = self._value(parameter.name or "an argument", parameter, argument)
+            self._place(kind, raw)
+        self.sp = self.sp - len(self._stack) & ~7
+        self.writes.append((self.sp, bytes(self._stack)))
+
+    def result(self, core: Sequence[int], floats: Sequence[int], read: Callable[[int, int], bytes]) -> Any:
+        """What the function gives, from R0 to R3, S0 to S15 and memory; lists and objects are updated."""
+        for passed, value, address in self._passed:
+            load_into(passed, value, read(address, passed.size), 0)
+        kind = self._result
+        if kind is None:
+            return None
+        if self._result_at is not None:
+            return kind.value(read(self._result_at, kind.size), 0)
+        words = floats if self._hard_float and floats_of(kind)[1] else core
+        return kind.value(b"".join(word.to_bytes(4, "little") for word in words[:8]), 0)
+
+    def _hidden_result(self) -> int | None:
+        """A result that registers cannot hold is written to where R0 points at the beginning."""
+        kind = self._result
+        if not isinstance(kind, Structure | Array) or kind.size <= 4:
+            return None
+        if self._hard_float and floats_of(kind)[1]:
+            return None
+        address = self._allocate(bytes(kind.size))
+        self.core[0], self._next = address, 1
+        return address
+
+    def _allocate(self, raw: bytes) -> int:
+        self.sp = self.sp - len(raw) & ~7
+        self.writes.append((self.sp, raw))
+        return self.sp
+
+    def _value(self, name: str, parameter: Any, argument: Any) -> tuple[CType, bytes]:
+        """The bytes to pass: of a pointer's target, where it is not an address, they lie on the stack."""
+        kind = parameter.type
+        if parameter.points_to is not None and not isinstance(argument, int):
+            return kind, self._pointed(name, parameter.points_to(), argument).to_bytes(4, "little")
+        raw = bytearray(kind.size)
+        store(kind, argument, raw, 0, name)
+        return kind, bytes(raw)
+
+    def _pointed(self, name: str, target: CType | None, argument: Any) -> int:
+        if argument is None:
+            return 0
+        if isinstance(argument, str):
+            return self._allocate(argument.encode() + b"\0")
+        if isinstance(argument, bytes | bytearray):
+            target = Array(Integer(1, signed=False), len(argument))
+        if target is None:
+            raise InputError(f"{name}: it is not known what this points to; give an address, or bytes")
+        if isinstance(argument, list | tuple) and not _is_one(target, argument):
+            target = Array(target, len(argument))
+        raw = bytearray(target.size)
+        store(target, argument, raw, 0, name)
+        address = self._allocate(bytes(raw))
+        if isinstance(argument, list | dict | bytearray | SimpleNamespace):
+            self._passed.append((target, argument, address))
+        return address
+
+    def _place(self, kind: CType, raw: bytes) -> None:
+        size, count = floats_of(kind) if self._hard_float else (0, 0)
+        if count:
+            words, step = size * count // 4, size // 4
+            starts = range(0, 17 - words, step)
+            start = next((at for at in starts if all(self._free[at : at + words])), None)
+            if self._floats_open and start is not None:
+                self._free[start : start + words] = [False] * words
+                self.floats[start : start + words] = _words(raw)
+                return
+            self._floats_open = False
+            self._push(raw, alignment(kind))
+            return
+        if isinstance(kind, Integer | Boolean) and kind.size < 4:
+            raw = kind.value(raw, 0).to_bytes(4, "little", signed=isinstance(kind, Integer) and kind.signed)
+        words = (len(raw) + 3) // 4
+        if alignment(kind) == 8:
+            self._next += self._next & 1
+        if self._next + words <= 4:
+            self.core[self._next : self._next + words] = _words(raw)
+            self._next += words
+        elif self._next < 4 and not self._stack:
+            here = 4 - self._next
+            self.core[self._next :] = _words(raw[: 4 * here])
+            self._next = 4
+            self._push(raw[4 * here :], 4)
+        else:
+            self._next = 4
+            self._push(raw, alignment(kind))
+
+    def _push(self, raw: bytes, align: int) -> None:
+        if align == 8:
+            self._stack += bytes(-len(self._stack) % 8)
+        self._stack += raw + bytes(-len(raw) % 4)
+
+
+class Scratch:
+    """A copy of the chip's core and memories, for calls whose effects the board never sees.
+
+    It is what the chip was at the last :meth:`refresh`, and keeps what calls and ``set_variable`` do to it.
+    """
+
+    def __init__(self, core: Core, image: FirmwareImage) -> None:
+        self._core = core
+        self._image = image
+        self._copy = copy = BareCore()
+        self._everything = Registers(copy, EVERYTHING)
+        self._of_core = Registers(core, EVERYTHING)
+        self._set = Registers(copy, _SET)
+        self._flash_version = -1
+        copy.read_python, copy.write_python = self._register_read, self._register_written
+
+    def refresh(self) -> None:
+        """Be what the chip is now."""
+        core, copy = self._core, self._copy
+        if core.retired == 0:
+            raise InputError("the firmware has not begun; run its start-up code first: board.run_for(0.1)")
+        copy.ram[:] = core.ram
+        if self._flash_version != core.code_version:
+            self._flash_version = core.code_version
+            copy.flash[:] = core.flash
+            copy.forget_code()
+        self._everything.write(*self._of_core.read())
+
+    def variable(self, name: str) -> CValue:
+        """A global variable by its C name. Raises KeyError."""
+        return _symbols(self._image).read_variable(name, self._read)
+
+    def set_variable(self, name: str, value: Any) -> None:
+        """Give a global variable a value. Raises KeyError, and InputError for a value that does not fit."""
+        set_variable(self._image, name, value, self._read, self._write)
+
+    def call(self, name: str, *arguments: Any, max_instructions: int = INSTRUCTIONS) -> Any:
+        """Call a function; what it changes in RAM stays. Raises InputError, CallError."""
+        address, signature = find_function(self._image, name, arguments)
+        try:
+            return self.run(name, address, signature, arguments, max_instructions)
+        except _NeedsBoardError as problem:
+            raise CallError(f"{name}() {problem}; call it on the board: board.call({name!r}, ...)") from None
+
+    def run(
+        self, name: str, address: int, signature: Signature, arguments: Sequence[Any], max_instructions: int
+    ) -> Any:
+        """As :meth:`call`; raises _NeedsBoardError where only the board can go on."""
+        copy = self._copy
+        sp = copy.register(13)
+        frame = Frame(signature, arguments, sp, self._image.hard_float)
+        for at, raw in frame.writes:
+            self._write(at, raw)
+        xpsr = copy.register(16)
+        self._set.write(*frame.core, frame.sp, _RETURN | 1, xpsr & _EXCEPTION | _THUMB_BIT, *frame.floats)
+        copy.pc, copy.thumb = address, True
+        if address >= RAM:
+            copy.forget_code()
+        stop = copy.run(max_instructions)
+        if stop is not Stop.FETCH or copy.pc != _RETURN:
+            raise self._problem(name, stop, max_instructions)
+        words = list(self._set.read())
+        result = frame.result(words[:4], words[len(_CORE) :], self._read)
+        self._set.write(*words[:4], sp, *words[5:])
+        return result
+
+    def keep(self) -> None:
+        """The chip's RAM becomes what the copy's is."""
+        self._core.ram[:] = self._copy.ram
+
+    def _problem(self, name: str, stop: Stop, max_instructions: int) -> Exception:
+        copy = self._copy
+        if stop is Stop.SLICE:
+            return _NeedsBoardError(f"has not returned after {max_instructions} instructions")
+        if stop in _NEEDS_TIME:
+            return _NeedsBoardError(f"waits, or calls an exception handler ({stop.name})")
+        where = place(self._image, copy.pc)
+        address = f" at 0x{copy.fault_address:08X}" if stop in _WITH_ADDRESS else ""
+        return CallError(f"{name}() {_WHY.get(stop, stop.name)}{address}: in {where}")
+
+    def _read(self, address: int, size: int) -> bytes:
+        content = self._copy.memory(address, size)
+        if content is None:
+            raise KeyError(f"{size} bytes at 0x{address:08X} are neither in flash nor in RAM")
+        return bytes(content)
+
+    def _write(self, address: int, raw: bytes) -> None:
+        if not raw:
+            return
+        content = self._copy.memory(address, len(raw)) if address >= RAM else None
+        if content is None:
+            raise InputError(f"{len(raw)} bytes at 0x{address:08X} are not in RAM (is the stack full?)")
+        content[:] = raw
+
+    def _register_read(self, address: int, _size: int) -> int:
+        raise _NeedsBoardError(f"reads a register at 0x{address:08X}")
+
+    def _register_written(self, address: int, _size: int, _value: int) -> None:
+        raise _NeedsBoardError(f"writes a register at 0x{address:08X}")
+
+
+class Caller:
+    """Calls on a board. ``run_until(at_ps)`` runs it; ``restoring()`` is a context that restores it."""
+
+    def __init__(
+        self,
+        core: Core,
+        image: FirmwareImage,
+        run_until: Callable[[int], None],
+        restoring: Callable[[], AbstractContextManager[object]],
+    ) -> None:
+        self._core = core
+        self._image = image
+        self._run_until = run_until
+        self._restoring = restoring
+        self._scratch = Scratch(core, image)
+
+    @contextmanager
+    def scratch(self) -> Iterator[Scratch]:
+        """A copy of the chip as it is now; the same object each time, so one at a time."""
+        self._scratch.refresh()
+        yield self._scratch
+
+    def call(
+        self, name: str, arguments: Sequence[Any], keep: bool, max_instructions: int, timeout_s: float
+    ) -> Any:
+        """See :meth:`emulator.Board.call`."""
+        address, signature = find_function(self._image, name, arguments)
+        scratch = self._scratch
+        scratch.refresh()
+        try:
+            result = scratch.run(name, address, signature, arguments, max_instructions)
+        except _NeedsBoardError:
+            with nullcontext() if keep else self._restoring():
+                return self._on_board(name, address, signature, arguments, timeout_s)
+        if keep:
+            scratch.keep()
+        return result
+
+    def _on_board(
+        self, name: str, address: int, signature: Signature, arguments: Sequence[Any], timeout_s: float
+    ) -> Any:
+        """In virtual time, with everything that happens on the board; the registers are restored."""
+        core = self._core
+        held = core.halted
+        if held:
+            raise InputError(f"{name}() reaches a block, and a debugger holds the chip; let it go on first")
+        everything, pc, chosen = Registers(core, EVERYTHING), core.pc, Registers(core, _SET)
+        saved = tuple(everything.read())
+        sp, xpsr = core.register(13), core.register(16)
+        frame = Frame(signature, arguments, sp, self._image.hard_float)
+        for at, raw in frame.writes:
+            self._store(at, raw)
+        back = self._image.reset_vector & ~1
+        core.wake()
+        chosen.write(*frame.core, frame.sp, back | 1, xpsr & _EXCEPTION | _THUMB_BIT, *frame.floats)
+        core.pc, core.thumb = address, True
+        core.set_breakpoint(back, True)
+        try:
+            self._until_returned(name, frame.sp, back, timeout_s)
+            words = list(chosen.read())
+            return frame.result(words[:4], words[len(_CORE) :], self._load)
+        finally:
+            core.set_breakpoint(back, False)
+            if core.halted:
+                core.resume(False)
+            everything.write(*saved)
+            core.pc = pc
+
+    def _until_returned(self, name: str, sp: int, back: int, timeout_s: float) -> None:
+        core = self._core
+        end_ps = core.clock.now_ps + round(timeout_s * PS_PER_S)
+        while core.clock.now_ps < end_ps:
+            self._run_until(min(core.clock.now_ps + _SLICE_PS, end_ps))
+            if core.locked_up:
+                raise CallError(f"{name}(): {core.locked_up}")
+            if core.halted:
+                if core.pc == back and core.register(13) == sp:
+                    return
+                core.resume(False)
+        raise CallError(
+            f"{name}() has not returned within {timeout_s:g} s of virtual time; it is in "
+            f"{place(self._image, core.pc)}; to allow more: timeout_s=NUMBER"
+        )
+
+    def _load(self, address: int, size: int) -> bytes:
+        return bytes(self._core.memory(address, size) or bytes(size))
+
+    def _store(self, address: int, raw: bytes) -> None:
+        content = self._core.memory(address, len(raw)) if RAM <= address <= RAM + RAM_SIZE else None
+        if content is None:
+            raise InputError(f"{len(raw)} bytes at 0x{address:08X} are not in RAM (is the stack full?)")
+        content[:] = raw
+
+
+def set_variable(
+    image: FirmwareImage,
+    name: str,
+    value: Any,
+    read: Callable[[int, int], bytes],
+    write: Callable[[int, bytes], None],
+) -> None:
+    """Give a variable a value. Raises KeyError, and InputError for a value that does not fit."""
+    address, kind = _symbols(image).variable_type(name)
+    if address < RAM:
+        raise InputError(f"{name} is a constant in flash (0x{address:08X}); it cannot be changed")
+    raw = bytearray(read(address, kind.size))
+    store(kind, value, raw, 0, name)
+    write(address, bytes(raw))
+
+
+def find_function(image: FirmwareImage, name: str, arguments: Sequence[Any]) -> tuple[int, Signature]:
+    """Address and signature. Raises InputError where the function cannot be called, with the reason."""
+    symbols = _symbols(image)
+    try:
+        address, signature = symbols.function(name)
+    except KeyError as problem:
+        hint = get_close_matches(name, symbols.function_names(), 1)
+        known = f"; is it {hint[0]!r}?" if hint and hint[0] != name else ""
+        raise InputError(f"{problem.args[0]}{known}") from None
+    if signature.is_variadic:
+        raise InputError(f"{name}() takes a variable number of arguments, which cannot be called from here")
+    if len(arguments) != len(signature.parameters):
+        names = ", ".join(parameter.name or "?" for parameter in signature.parameters)
+        takes = f"{len(signature.parameters)} arguments ({names})" if names else "no arguments"
+        raise InputError(f"{name}() takes {takes}; {len(arguments)} given")
+    return address, signature
+
+
+def place(image: FirmwareImage, address: int) -> str:
+    """Function and source line of an address, as far as they are known."""
+    symbols = image.symbols
+    function = symbols.function_at(address) if symbols else None
+    line = symbols.line_at(address) if symbols else None
+    known = [f"{function.name}()"] if function else []
+    return ", ".join([*known, str(line)] if line else known) or f"0x{address:08X}"
+
+
+def _symbols(image: FirmwareImage) -> Symbols:
+    if image.symbols is None:
+        raise InputError(f"{image.path} has no symbols; give the ELF that was not stripped")
+    return image.symbols
+
+
+def _is_one(target: CType, argument: Sequence[Any]) -> bool:
+    """Whether a sequence is one structure or array, and not an array of what the pointer points to."""
+    if isinstance(target, Array):
+        return True
+    simple = not any(isinstance(item, list | tuple | dict | SimpleNamespace) for item in argument)
+    return isinstance(target, Structure) and simple and len(argument) == len(target.members)
+
+
+def _words(raw: bytes) -> list[int]:
+    padded = raw + bytes(-len(raw) % 4)
+    return [int.from_bytes(padded[at : at + 4], "little") for at in range(0, len(padded), 4)]

@@ -1,0 +1,160 @@
+"""Python's values as bytes of a C type: the other direction of :mod:`emulator.chip.image.c_types`.
+
+What cannot be stored is an InputError that names the member: ``acc.AXIS_X: 3.5 is no integer``. Integers are
+never cut and never wrap: a value that does not fit is a mistake in a test, not arithmetic of C.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Mapping, Sequence
+from numbers import Integral, Real
+from types import SimpleNamespace
+from typing import Any
+
+from emulator.chip.image.c_types import Array, BitField, Boolean, CType, Float, Integer, Structure
+from emulator.errors import InputError
+
+_FLOATS = {2: "<e", 4: "<f", 8: "<d"}
+
+
+def store(kind: CType, value: Any, raw: bytearray, offset: int, name: str) -> None:
+    """Put ``value`` as a ``kind`` into ``raw`` from ``offset`` on. Raises InputError.
+
+    Arrays take a sequence of as many elements; structures an object or a mapping with their members' names,
+    of which those that are missing keep their values, or a sequence of all members in their order.
+    """
+    if isinstance(kind, Float):
+        raw[offset : offset + kind.size] = _float(kind, value, name)
+    elif isinstance(kind, Boolean):
+        raw[offset : offset + kind.size] = bool(value).to_bytes(kind.size, "little")
+    elif isinstance(kind, Integer):
+        number = _integer(value, 8 * kind.size, kind.signed, name)
+        raw[offset : offset + kind.size] = number.to_bytes(kind.size, "little")
+    elif isinstance(kind, BitField):
+        _store_bits(kind, value, raw, offset, name)
+    elif isinstance(kind, Array):
+        _store_array(kind, value, raw, offset, name)
+    elif isinstance(kind, Structure):
+        _store_structure(kind, value, raw, offset, name)
+    else:
+        raise InputError(f"{name}: a value of this type cannot be written")
+
+
+def load_into(kind: CType, value: Any, raw: bytes, offset: int) -> None:
+    """Bring a list, dictionary, object or byte array up to what the bytes at ``offset`` have become."""
+    now: Any = kind.value(raw, offset)
+    if isinstance(value, bytearray):
+        value[:] = raw[offset : offset + len(value)]
+    elif isinstance(value, list):
+        members = list(vars(now).values()) if isinstance(now, SimpleNamespace) else list(now)
+        value[:] = members[: len(value)]
+    elif isinstance(value, dict):
+        value.update(vars(now))
+    elif isinstance(value, SimpleNamespace):
+        vars(value).update(vars(now))
+
+
+def alignment(kind: CType) -> int:
+    """In bytes, as the procedure call standard has it (IHI 0042, 5.3)."""
+    if isinstance(kind, Array):
+        return alignment(kind.element)
+    if isinstance(kind, Structure):
+        return max((alignment(member.type) for member in kind.members), default=1)
+    if isinstance(kind, BitField):
+        return 1
+    return min(kind.size, 8)
+
+
+def floats_of(kind: CType) -> tuple[int, int]:
+    """(size, count) of the numbers in a homogeneous floating-point aggregate, or of one; else (0, 0).
+
+    IHI 0042, 4.3.5: at most four of the same type, and nothing else.
+    """
+    if isinstance(kind, Float):
+        return (kind.size, 1) if kind.size in {4, 8} else (0, 0)
+    if isinstance(kind, Array):
+        size, count = floats_of(kind.element)
+        count *= kind.count
+    elif isinstance(kind, Structure) and kind.members:
+        parts = [floats_of(member.type) for member in kind.members]
+        size, count = parts[0][0], sum(part[1] for part in parts)
+        if any(part[0] != size for part in parts) or size * count != kind.size:
+            return 0, 0
+    else:
+        return 0, 0
+    return (size, count) if size and 1 <= count <= 4 else (0, 0)
+
+
+def _float(kind: Float, value: Any, name: str) -> bytes:
+    if not isinstance(value, Real):
+        raise InputError(f"{name}: {value!r} is no number")
+    try:
+        return struct.pack(_FLOATS[kind.size], value)
+    except OverflowError:  # as C converts it
+        return struct.pack(_FLOATS[kind.size], math.copysign(math.inf, value))
+
+
+def _integer(value: Any, bits: int, signed: bool, name: str) -> int:
+    """The value as an unsigned number of so many bits."""
+    if not isinstance(value, Integral):
+        raise InputError(f"{name}: {value!r} is no integer")
+    number = int(value)
+    low, high = (-(1 << bits - 1), (1 << bits - 1) - 1) if signed else (0, (1 << bits) - 1)
+    if not low <= number <= high:
+        raise InputError(f"{name}: {number} does not fit; give an integer from {low} to {high}")
+    return number & (1 << bits) - 1
+
+
+def _store_bits(kind: BitField, value: Any, raw: bytearray, offset: int, name: str) -> None:
+    number = _integer(value, kind.bits, kind.signed, name) << kind.low
+    mask = (1 << kind.bits) - 1 << kind.low
+    old = int.from_bytes(raw[offset : offset + kind.size], "little")
+    raw[offset : offset + kind.size] = (old & ~mask | number).to_bytes(kind.size, "little")
+
+
+def _store_array(kind: Array, value: Any, raw: bytearray, offset: int, name: str) -> None:
+    elements = _elements(value, name)
+    if len(elements) != kind.count:
+        raise InputError(f"{name}: {len(elements)} elements for an array of {kind.count}")
+    for index, element in enumerate(elements):
+        store(kind.element, element, raw, offset + index * kind.element.size, f"{name}[{index}]")
+
+
+def _store_structure(kind: Structure, value: Any, raw: bytearray, offset: int, name: str) -> None:
+    members = {member.name: member for member in kind.members if member.name}
+    if isinstance(value, Mapping):
+        given = dict(value)
+    elif hasattr(value, "__dict__"):
+        given = {key: item for key, item in vars(value).items() if not key.startswith("_")}
+    else:
+        values = _elements(value, name)
+        if len(values) != len(kind.members):
+            raise InputError(f"{name}: {len(values)} values for a structure of {len(kind.members)} members")
+        for member, item in zip(kind.members, values, strict=True):
+            store(member.type, item, raw, offset + member.offset, f"{name}.{member.name}")
+        return
+    for anonymous in (member for member in kind.members if not member.name):
+        inner = {key: given.pop(key) for key in _names(anonymous.type) if key in given}
+        store(anonymous.type, inner, raw, offset + anonymous.offset, name)
+    for key, item in given.items():
+        if key not in members:
+            raise InputError(f"{name}: there is no member {key!r}; there are {', '.join(members)}")
+        store(members[key].type, item, raw, offset + members[key].offset, f"{name}.{key}")
+
+
+def _names(kind: CType) -> list[str]:
+    """Of a structure's members, those of anonymous ones in it too."""
+    if not isinstance(kind, Structure):
+        return []
+    return [
+        name for member in kind.members for name in ([member.name] if member.name else _names(member.type))
+    ]
+
+
+def _elements(value: Any, name: str) -> Sequence[Any]:
+    if isinstance(value, str) or not hasattr(value, "__len__") or not hasattr(value, "__getitem__"):
+        raise InputError(f"{name}: {value!r} is no sequence of values")
+    elements: Sequence[Any] = value
+    return elements

@@ -1,0 +1,123 @@
+"""What a function takes and gives, from its debugging entry (DWARF 5 section 3.3).
+
+Like variables, functions are matched by address, not by name: a name may be declared anywhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import NamedTuple
+
+from emulator.chip.image.c_types import AT_TYPE, CType, TypeReader
+from emulator.chip.image.dwarf import DebugInfo, Entry
+from emulator.chip.image.elf import DebugInfoError
+
+_SUBPROGRAM, _PARAMETER, _UNSPECIFIED_PARAMETERS = 0x2E, 0x05, 0x18
+_POINTER, _TRANSPARENT = 0x0F, frozenset({0x16, 0x26, 0x35, 0x37, 0x47})  # typedef, const, volatile ...
+_AT_LOW_PC, _AT_ABSTRACT_ORIGIN, _AT_SPECIFICATION, _AT_INLINE = 0x11, 0x31, 0x47, 0x20
+_INLINED = (1, 3)  # DW_INL_inlined, DW_INL_declared_inlined
+_LONGEST_CHAIN = 8
+_MOST_FUNCTIONS = 1 << 16
+_MOST_PARAMETERS = 64
+
+
+class Parameter(NamedTuple):
+    """A parameter; ``points_to`` gives the type that a pointer points to, None where that has no size."""
+
+    name: str
+    type: CType
+    points_to: Callable[[], CType | None] | None
+
+
+class Signature(NamedTuple):
+    """``result`` is None for void; ``is_variadic``: there may be more arguments than parameters."""
+
+    parameters: tuple[Parameter, ...]
+    result: CType | None
+    is_variadic: bool
+
+
+class Functions:
+    """Signatures of functions that have an address. Raises DebugInfoError where the file is damaged."""
+
+    def __init__(self, info: DebugInfo) -> None:
+        self._info = info
+        self._types = TypeReader(info)
+        self._known: dict[int, Signature] = {}
+
+    @cached_property
+    def _entries(self) -> tuple[dict[int, Entry], set[str]]:
+        """By address; and the names of those that the compiler has put into their callers."""
+        entries: dict[int, Entry] = {}
+        inlined: set[str] = set()
+        for entry in self._info.find(_SUBPROGRAM):
+            address = entry.number(_AT_LOW_PC)
+            if address is not None:
+                entries.setdefault(address & ~1, entry)
+            elif entry.number(_AT_INLINE) in _INLINED:
+                inlined.add(self._info.name(entry))
+            if len(entries) + len(inlined) > _MOST_FUNCTIONS:
+                raise DebugInfoError(f"it describes more than {_MOST_FUNCTIONS} functions")
+        return entries, inlined
+
+    def is_inlined(self, name: str) -> bool:
+        """Whether a function of this name was put into its callers."""
+        return name in self._entries[1]
+
+    def signature_at(self, address: int) -> Signature:
+        """What the function that begins at ``address`` takes and gives."""
+        if address not in self._known:
+            entry = self._entries[0].get(address)
+            if entry is None:
+                raise DebugInfoError(
+                    "it has no debug information; compile with GCC and -g (not -gsplit-dwarf)"
+                )
+            self._known[address] = self._signature(entry)
+        return self._known[address]
+
+    def _signature(self, entry: Entry) -> Signature:
+        parameters = []
+        is_variadic = False
+        for child in self._info.children(entry):
+            if child.tag == _PARAMETER:
+                parameters.append(self._parameter(child))
+            is_variadic |= child.tag == _UNSPECIFIED_PARAMETERS
+            if len(parameters) > _MOST_PARAMETERS:
+                raise DebugInfoError(f"it has more than {_MOST_PARAMETERS} parameters")
+        described = self._described(entry)
+        result = self._types.type_of(described) if AT_TYPE in described.values else None
+        return Signature(tuple(parameters), result, is_variadic)
+
+    def _parameter(self, entry: Entry) -> Parameter:
+        described = self._described(entry)
+        pointed = self._pointer(described)
+        points_to = None if pointed is None else lambda: self._pointed(pointed)
+        return Parameter(self._info.name(described), self._types.type_of(described), points_to)
+
+    def _described(self, entry: Entry) -> Entry:
+        """The entry that has the name and the type: of an out-of-line copy, that of the original."""
+        for _ in range(_LONGEST_CHAIN):
+            origin = next((at for at in (_AT_ABSTRACT_ORIGIN, _AT_SPECIFICATION) if at in entry.values), None)
+            referred = self._info.referred(entry, origin) if origin else None
+            if referred is None:
+                return entry
+            entry = referred
+        raise DebugInfoError("its entry refers to itself")
+
+    def _pointer(self, entry: Entry) -> Entry | None:
+        """The pointer type of an entry, its typedefs and qualifiers taken off; None if it is no pointer."""
+        for _ in range(_LONGEST_CHAIN):
+            target = self._info.referred(entry, AT_TYPE)
+            if target is None or target.tag == _POINTER:
+                return target
+            if target.tag not in _TRANSPARENT:
+                return None
+            entry = target
+        return None
+
+    def _pointed(self, pointer: Entry) -> CType | None:
+        try:
+            return self._types.type_of(pointer) if AT_TYPE in pointer.values else None
+        except DebugInfoError:  # a function, or a structure that is only declared
+            return None
