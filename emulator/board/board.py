@@ -179,6 +179,9 @@ class Board:
         ``timeout_s`` (virtual) one that reaches a block or waits for an interrupt. Raises InputError for a
         function that cannot be called so (missing, inlined, static in several files, other arguments), and
         CallError for one that fails or does not return.
+
+        The call begins wherever the firmware is just then: perhaps in an interrupt handler, in the middle of
+        a transfer, which a driver that is called then finds busy.
         """
         return self._calls("call").call(name, arguments, keep, max_instructions, timeout_s)
 

@@ -1,0 +1,259 @@
+"""Calls of single functions: arguments and results as GCC has them, and nothing changed afterwards."""
+
+from __future__ import annotations
+
+import random
+import shutil
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from emulator import Board, CallError, InputError
+from tests.arm.call_programs import ABIS, FOLDER, Function, build_elsewhere, functions, value
+
+FUNCTIONS = functions()
+
+
+def started(abi: str = "hard", folder: Path = FOLDER) -> Board:
+    board = Board(firmware=folder / f"calls-{abi}.elf")
+    board.run_for(0.001)
+    return board
+
+
+@pytest.fixture(scope="module", params=ABIS)
+def any_abi(request: pytest.FixtureRequest) -> Board:
+    return started(request.param)
+
+
+@pytest.fixture(scope="module")
+def board() -> Board:
+    return started()
+
+
+def plain(read: Any) -> Any:
+    """Structures and arrays as tuples, nested ones flat."""
+    if isinstance(read, SimpleNamespace):
+        read = tuple(vars(read).values())
+    if not isinstance(read, tuple):
+        return read
+    flat: list[Any] = []
+    for item in map(plain, read):
+        flat.extend(item if isinstance(item, tuple) else (item,))
+    return tuple(flat)
+
+
+def given_to(one: Function, arguments: list[Any]) -> list[Any]:
+    """As the C types nest: a Four is two Pairs, a Five has one array."""
+    shapes = {"Four": lambda four: (four[:2], four[2:]), "Five": lambda five: (five,)}
+    pairs = zip(one.parameters, arguments, strict=True)
+    return [shapes.get(kind, lambda same: same)(argument) for kind, argument in pairs]
+
+
+@pytest.mark.parametrize("one", FUNCTIONS, ids=lambda one: f"{one.name}({','.join(one.parameters)})")
+def test_arguments_and_results_are_passed_as_gcc_has_them(one: Function, any_abi: Board) -> None:
+    chance = random.Random(one.number)
+    for _ in range(3):
+        arguments = [value(kind, chance) for kind in one.parameters]
+        with any_abi.scratch() as copy:
+            result = copy.call(one.name, *given_to(one, arguments))
+            seen = copy.variable(f"seen{one.number}")
+
+        assert [plain(member) for member in vars(seen).values()] == arguments
+        assert plain(result) == arguments[one.result]
+
+
+@pytest.mark.skipif(shutil.which("arm-none-eabi-gcc") is None, reason="arm-none-eabi-gcc is not installed")
+def test_the_programs_are_what_the_compiler_gives_here(tmp_path: Path) -> None:
+    build_elsewhere(tmp_path)
+    board = started("hard", tmp_path)
+
+    assert (tmp_path / "functions.c").read_text() == (FOLDER / "functions.c").read_text()
+    assert board.call("faculty", 10) == 3628800
+
+
+# -- pointers -----------------------------------------------------------------------------------------------
+
+
+def test_pointers_take_what_they_point_to(board: Board) -> None:
+    axes = {"AXIS_X": 1, "AXIS_Y": 2, "AXIS_Z": -10}
+
+    assert board.call("norm1", axes) == -7.0
+    assert board.call("norm1", SimpleNamespace(**axes)) == -7.0
+    assert board.call("norm1", (1, 2, -10)) == -7.0
+    assert board.call("length", "Grüezi") == 7  # UTF-8
+    assert board.call("length", b"ab\0c") == 2
+    assert board.call("sum", [1, -2, 30], 3) == 29
+    assert board.call("sum_of", [(1, 2, 3), axes], 2) == -1
+
+
+def test_what_the_function_writes_is_in_the_list_or_object_that_was_given(board: Board) -> None:
+    axes, whole, numbers = {"AXIS_X": 1, "AXIS_Y": 2, "AXIS_Z": 3}, SimpleNamespace(AXIS_X=5), [1, 2, 3]
+    buffer = bytearray(4)
+    board.call("negate", axes)
+    board.call("negate", whole)
+    board.call("doubled", numbers, 3)
+
+    assert axes == {"AXIS_X": -1, "AXIS_Y": -2, "AXIS_Z": -3}
+    assert vars(whole) == {"AXIS_X": -5, "AXIS_Y": 0, "AXIS_Z": 0}
+    assert numbers == [2, 4, 6]
+    assert board.call("fill", buffer, 4) == 4
+    assert buffer == b"\1\2\3\4"
+
+
+def test_an_address_is_a_pointer_too(board: Board) -> None:
+    assert board.arm is not None
+    assert board.arm.image.symbols is not None
+    with board.scratch() as copy:
+        copy.set_variable("acc", (1, 2, 3))
+        assert copy.call("norm1", board.arm.image.symbols.address_of("acc")) == 6.0
+
+
+# -- effects ------------------------------------------------------------------------------------------------
+
+
+def test_nothing_is_changed_by_a_call() -> None:
+    called, left_alone = started(), started()
+    for _ in range(3):
+        called.call("counted")
+        called.call("lights", 0b101)
+        called.call("negate", [1, 2, 3])
+    for board in (called, left_alone):
+        board.run_for(0.01)
+
+    for board in (called, left_alone):
+        assert board.arm is not None
+    cores = [board.arm.chip.core for board in (called, left_alone) if board.arm]
+    assert called.variable("calls") == 0
+    assert cores[0].snapshot() == cores[1].snapshot() or bytes(cores[0].ram) == bytes(cores[1].ram)
+    assert cores[0].core_state() == cores[1].core_state()
+    assert cores[0].retired == cores[1].retired
+    assert list(called.trace) == list(left_alone.trace)
+    assert called.now_s == left_alone.now_s
+
+
+def test_what_is_kept_stays() -> None:
+    board = started()
+
+    assert [board.call("counted", keep=True) for _ in range(3)] == [1, 2, 3]
+    assert board.variable("calls") == 3
+    assert board.call("lights", 0b11, keep=True) == 3
+    assert board.arm is not None
+    assert board.arm.chip.core.peek(0x4002_0014) == 3
+    assert board.variable("calls") == 4
+    assert board.call("counted") == 5
+    assert board.variable("calls") == 4
+
+
+def test_a_copy_keeps_what_is_done_to_it_until_the_next(board: Board) -> None:
+    with board.scratch() as copy:
+        assert [copy.call("counted") for _ in range(2)] == [1, 2]
+        copy.set_variable("calls", 10)
+        assert copy.call("counted") == 11
+    with board.scratch() as copy:
+        assert copy.call("counted") == 1
+
+
+def test_time_passes_for_a_function_that_waits() -> None:
+    board = Board(firmware="solution")
+    board.run_for(0.1)
+    now_s = board.now_s
+    board.call("HAL_Delay", 20)
+    assert board.now_s == now_s
+    board.call("HAL_Delay", 20, keep=True)
+    assert 0.019 <= board.now_s - now_s < 0.022  # ticks of 1 ms, the first one cut
+
+
+def test_a_sensor_can_be_read_by_the_firmwares_own_driver() -> None:
+    board = Board(firmware="solution", ideal=True)
+    board.run_for(1.2)
+    assert board.arm is not None
+    while board.arm.chip.core.handled:  # not in the middle of another transfer
+        board.run_for(0.0001)
+    acc = [0, 0, 0]
+    board.call("ReadSensorRawData", acc, [0, 0, 0], [0, 0, 0], [0.0])
+
+    assert acc == [0, 0, 1000]
+
+
+# -- what cannot be called ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments", "words"),
+    [
+        ("nothin", (), "no variable or function 'nothin'; is it 'nothing'?"),
+        ("acc", (), "'acc' is a variable"),
+        ("hidden", (1,), "put into its callers"),
+        ("many", (1,), "variable number of arguments"),
+        ("faculty", (), r"takes 1 arguments \(n\); 0 given"),
+        ("nothing", (1,), "takes no arguments; 1 given"),
+        ("faculty", (-1,), "n: -1 does not fit; give an integer from 0 to 4294967295"),
+        ("faculty", (1.5,), "n: 1.5 is no integer"),
+        ("norm1", ({"AXIS_W": 1},), "no member 'AXIS_W'; there are AXIS_X, AXIS_Y, AXIS_Z"),
+        ("norm1", ((1, 2),), "is no|values for a structure"),
+        ("fill", ((1, 2), 2), "not known what this points to"),
+    ],
+)
+def test_what_cannot_be_called_says_why(
+    name: str, arguments: tuple[Any, ...], words: str, board: Board
+) -> None:
+    with pytest.raises(InputError, match=words) as caught:
+        board.call(name, *arguments)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("for_ever", r"has not returned within 0\.01 s of virtual time; it is in for_ever\(\), .*special\.c"),
+        ("until_flag", r"it is in until_flag\(\)"),
+        ("nowhere", "went where there is no memory|left Thumb state"),
+        ("bad_read", r"read where nothing is at 0x30000000: in bad_read\(\)"),
+        ("undefined", r"undefined instruction: in undefined\(\)"),
+    ],
+)
+def test_a_function_that_does_not_return_says_where_it_is(name: str, words: str, board: Board) -> None:
+    for _ in range(2):  # the board is as it was
+        with pytest.raises(CallError, match=words) as caught:
+            board.call(name, max_instructions=10_000, timeout_s=0.01)
+        assert "\n" not in str(caught.value)
+    assert board.call("faculty", 5) == 120
+
+
+def test_before_start_up_code_nothing_can_be_called() -> None:
+    with pytest.raises(InputError, match=r"run its start-up code first: board\.run_for\(0\.1\)"):
+        Board(firmware=FOLDER / "calls-hard.elf").call("nothing")
+    with pytest.raises(InputError, match="built for the chip"):
+        Board(firmware="lab3").call("eCompass")
+
+
+# -- variables ----------------------------------------------------------------------------------------------
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.tuples(*[st.integers(-(2**31), 2**31 - 1)] * 3), st.integers(0, 255), st.floats())
+def test_a_variable_is_what_it_was_set_to(axes: tuple[int, ...], kind: int, number: float) -> None:
+    board = _SHARED.setdefault("board", started())
+    board.set_variable("acc", axes)
+    board.set_variable("mixed", {"kind": kind})
+    board.set_variable("mixed", {"value": number})
+
+    assert tuple(vars(board.variable("acc")).values()) == axes
+    assert board.variable("mixed").kind == kind
+    assert repr(board.variable("mixed").value) == repr(number)
+
+
+_SHARED: dict[str, Board] = {}
+
+
+def test_variables_that_cannot_be_set(board: Board) -> None:
+    with pytest.raises(InputError, match=r"acc\.AXIS_Y: 2147483648 does not fit"):
+        board.set_variable("acc", (0, 2**31, 0))
+    with pytest.raises(InputError, match="constant is a constant in flash"):
+        board.set_variable("constant", 1)
+    with pytest.raises(KeyError, match="no variable"):
+        board.set_variable("nope", 1)
