@@ -27,12 +27,11 @@ from difflib import get_close_matches
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Final
 
-from emulator.chip.cpu.bare_core import BareCore
-from emulator.chip.cpu.memory_map import RAM, RAM_SIZE
+from emulator.chip.cpu.bare_core import BareCore, Stop
 from emulator.chip.cpu.registers import EVERYTHING, Registers
-from emulator.chip.cpu.stop import Stop
 from emulator.chip.image.c_types import Array, Boolean, CType, CValue, Integer, Structure
 from emulator.chip.image.c_values import alignment, floats_of, load_into, store
+from emulator.chip.memory_map import RAM, RAM_SIZE
 from emulator.errors import CallError, InputError
 from emulator.time.clock import PS_PER_MS, PS_PER_S
 
