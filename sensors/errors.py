@@ -1,6 +1,7 @@
 """How a real part deviates from the ideal one: offset, scale, their drift with temperature, and noise.
 
-Each part has a dataclass of explicit numbers in the datasheet's units, and three named grades that fill it:
+Each part has a dataclass of explicit numbers in the datasheet's units. Each number is declared with what it
+means, its limit or typical value and the document that says so; three named grades fill them from that:
 
 ``ideal``    no error; only the part's resolution and range remain
 ``typical``  this part, drawn from the seed: a normal draw with a third of the datasheet's limit as its
@@ -15,7 +16,8 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Callable
-from typing import Literal, TypeAlias, get_args
+from dataclasses import dataclass, field, fields
+from typing import Any, ClassVar, Literal, Self, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +29,86 @@ ZERO: Vec3 = (0.0, 0.0, 0.0)
 
 _REFERENCE_DEGC = 25.0  # all three datasheets give their figures at 25 degC
 _NOISE_FACTOR = {"ideal": 0.0, "typical": 1.0, "worst": 1.5}
+
+
+# -- figures ------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Figure:
+    """What is known about one number by which a part deviates.
+
+    ``limit``: no part deviates further, 0 for a number that is the same in every grade. ``typical_noise``: of
+    a noise figure, else 0. ``axes``: 3 for a number an axis. ``allowed``: lowest and highest value that makes
+    sense, None for any (of noise: any that is not negative).
+    """
+
+    doc: str
+    unit: str
+    source: str
+    limit: float = 0.0
+    typical_noise: float = 0.0
+    axes: Literal[1, 3] = 1
+    allowed: tuple[float, float] | None = None
+
+    @property
+    def is_noise(self) -> bool:
+        """Whether the number is the strength of a noise, which cannot be negative."""
+        return self.typical_noise > 0
+
+
+def drawn(doc: str, unit: str, limit: float, source: str) -> Any:
+    """A field of a :class:`PartErrors`: a number within +-``limit``, 0 in an ideal part."""
+    return field(default=0.0, metadata={"figure": Figure(doc, unit, source, limit=limit)})
+
+
+def drawn_by_axis(doc: str, unit: str, limit: float, source: str) -> Any:
+    """Likewise three numbers, X, Y and Z in the sensor's own axes."""
+    return field(default=ZERO, metadata={"figure": Figure(doc, unit, source, limit=limit, axes=3)})
+
+
+def noise(doc: str, unit: str, typical: float, source: str) -> Any:
+    """A field of a :class:`PartErrors`: how strong a noise is, 0 in an ideal part."""
+    return field(default=0.0, metadata={"figure": Figure(doc, unit, source, typical_noise=typical)})
+
+
+def fixed(doc: str, unit: str, value: float, source: str, allowed: tuple[float, float] | None = None) -> Any:
+    """A field of a :class:`PartErrors`: the same in every grade, there to be set by hand."""
+    return field(default=value, metadata={"figure": Figure(doc, unit, source, allowed=allowed)})
+
+
+@dataclass(frozen=True)
+class PartErrors:
+    """Base of a part's numbers; the default is an ideal part. ``PART``: its name, part of the draws' seed."""
+
+    PART: ClassVar[str]
+
+    def __post_init__(self) -> None:
+        """Raises ValueError for a figure that no part can have."""
+        for name, figure in self.figures().items():
+            if figure.allowed is None:
+                continue
+            (low, high), value = figure.allowed, getattr(self, name)
+            if not low <= value <= high:
+                raise ValueError(f"{type(self).__name__}.{name} is {value:g}; give {low:g} to {high:g}")
+
+    @classmethod
+    def figures(cls) -> dict[str, Figure]:
+        """Every number's declaration by its name, in the order of declaration."""
+        return {entry.name: entry.metadata["figure"] for entry in fields(cls)}
+
+    @classmethod
+    def of_grade(cls, grade: Grade, seed: int) -> Self:
+        """One part of the given grade; the same seed always gives the same part. ValueError for no grade."""
+        draw = GradeDraw(grade, cls.PART, seed)
+        numbers: dict[str, float | Vec3] = {}
+        for name, figure in cls.figures().items():
+            if figure.limit:
+                numbers[name] = draw.vector(figure.limit) if figure.axes == 3 else draw.scalar(figure.limit)
+            elif figure.is_noise:
+                numbers[name] = draw.noise(figure.typical_noise)
+        factory: Callable[..., Self] = cls
+        return factory(**numbers)
 
 
 class GradeDraw:
@@ -54,6 +136,9 @@ class GradeDraw:
     def noise(self, typical: float) -> float:
         """The grade's noise figure from the typical one."""
         return typical * _NOISE_FACTOR[self._grade]
+
+
+# -- what they do to a signal ------------------------------------------------------------------------------
 
 
 class Deviation:
@@ -112,25 +197,3 @@ class Deviation:
         xy, xz, yz = self._cross_axis
         x, y, z = rows
         return np.stack((xy * y + xz * z, xy * x + yz * z, xz * x + yz * y))
-
-
-def to_int16(counts: NDArray[np.float64]) -> NDArray[np.int16]:
-    """Rounded to the nearest count and saturated at the ends of 16 bits, the shape unchanged."""
-    return _whole(counts).astype("<i2")
-
-
-def words(counts: NDArray[np.float64], samples: int | None = None) -> bytes:
-    """Register bytes of axis-major counts, shape (3, n): little-endian X, Y, Z of each sample in turn.
-
-    ``samples``: how many, where one column may stand for all of them.
-    """
-    in_turn = np.empty(counts.shape[::-1], dtype="<i2")
-    np.copyto(in_turn, _whole(counts).T, casting="unsafe")
-    data = in_turn.tobytes()
-    return data if samples is None or samples == counts.shape[1] else data * samples
-
-
-def _whole(counts: NDArray[np.float64]) -> NDArray[np.float64]:
-    whole = np.rint(counts)
-    np.minimum(whole, 32767, out=whole)
-    return np.maximum(whole, -32768, out=whole)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import ClassVar, Protocol, TypeAlias
+from typing import ClassVar, Protocol, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sensors.fidelity import Function
+from sensors.declaration import Bus, Function, Quantity, Wires
+from sensors.errors import PartErrors
 from sensors.pin import Pin
 from sensors.register import ADDRESSES, Register, RegisterMap
 from sensors.register_file import (
@@ -21,7 +22,6 @@ from sensors.register_file import (
     WriteLog,
 )
 from sensors.sampling import NEVER_PS, PS_PER_S, Times
-from sensors.spi import Wires
 
 Signal: TypeAlias = Callable[[Times], NDArray[np.float64]]
 """A physical quantity at the given times: shape (n, 3) in the sensor's own axes, or (n,) for a scalar.
@@ -68,7 +68,27 @@ class Part:
     NAME: ClassVar[str]
     WHO_AM_I: ClassVar[int]
     MAP: ClassVar[RegisterMap]
+    SIGNALS: ClassVar[tuple[Quantity, ...]]
+    BUS: ClassVar[Bus]
+    ERRORS: ClassVar[type[PartErrors]]
     FUNCTIONS: ClassVar[tuple[Function, ...]]
+
+    @classmethod
+    def build(
+        cls,
+        signals: Mapping[str, Signal],
+        errors: PartErrors | None = None,
+        seed: int = 0,
+        powered_on_ps: int | None = None,
+    ) -> Self:
+        """The part in a world that gives ``signals``: those of ``SIGNALS`` by name; others may be there.
+
+        ``errors``: of the type ``ERRORS``, None for an ideal part. ``powered_on_ps``: when supply came, None
+        for long ago. Raises KeyError for a signal that is not given.
+        """
+        construct: Callable[..., Self] = cls
+        own = [signals[quantity.name] for quantity in cls.SIGNALS]
+        return construct(*own, errors, seed, powered_on_ps=powered_on_ps)
 
     @classmethod
     def maps(cls) -> dict[str, RegisterMap]:

@@ -226,3 +226,28 @@ class SampleStream:
         spans_on += self._origin_ps
         times += spans_on / PS_PER_S
         return times
+
+
+# -- counts in register bytes -------------------------------------------------------------------------------
+
+
+def to_int16(counts: NDArray[np.float64]) -> NDArray[np.int16]:
+    """Rounded to the nearest count and saturated at the ends of 16 bits, the shape unchanged."""
+    return _whole(counts).astype("<i2")
+
+
+def words(counts: NDArray[np.float64], samples: int | None = None) -> bytes:
+    """Register bytes of axis-major counts, shape (3, n): little-endian X, Y, Z of each sample in turn.
+
+    ``samples``: how many, where one column may stand for all of them.
+    """
+    in_turn = np.empty(counts.shape[::-1], dtype="<i2")
+    np.copyto(in_turn, _whole(counts).T, casting="unsafe")
+    data = in_turn.tobytes()
+    return data if samples is None or samples == counts.shape[1] else data * samples
+
+
+def _whole(counts: NDArray[np.float64]) -> NDArray[np.float64]:
+    whole = np.rint(counts)
+    np.minimum(whole, 32767, out=whole)
+    return np.maximum(whole, -32768, out=whole)

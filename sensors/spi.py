@@ -1,8 +1,8 @@
-"""ST's SPI protocol, once for all three parts (LSM6DSL datasheet 6.3, LIS2MDL 6.2, LPS22HB 7.3).
+"""ST's SPI protocol, once for all parts (LSM6DSL datasheet 6.3, LIS2MDL 6.2, LPS22HB 7.3).
 
 While chip select is low the first byte is the read flag (bit 7) and the register address; what follows is
-data, from that register on. Bits are sampled in SPI mode 0 or 3; in the other two a part sees garbage and
-answers none.
+data, from that register on. A part that asks for it has a bit in between that says whether a burst goes on to
+the next register. Bits are sampled in SPI mode 0 or 3; in the other two a part sees garbage and answers none.
 
 Wires. A part drives its answers on SDO (4-wire) or back on SDI (3-wire), as configured; a host listens on one
 of the two. Where they disagree the host reads an undriven line, 0xFF. Writing works either way, which is how
@@ -17,20 +17,20 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Callable
-from typing import Final, Literal, Protocol, TypeAlias
+from typing import ClassVar, Final, Protocol, cast
 
+from sensors.declaration import Bus, Mode, Wires
 from sensors.register_file import UNFORESEEN, Foreseen
-
-Wires: TypeAlias = Literal[3, 4]
-Mode: TypeAlias = Literal[0, 1, 2, 3]
+from sensors.subaddress import AddressedDevice, IncrementBit
 
 READ: Final = 0x80
 UNDRIVEN: Final = 0xFF
-_UNDERSTOOD: tuple[Mode, ...] = (0, 3)
 
 
 class SpiDevice(Protocol):
     """A part as its SPI face needs it."""
+
+    BUS: ClassVar[Bus]
 
     def read(self, address: int, count: int, now_ps: int) -> bytes:
         """``count`` bytes from ``address`` on."""
@@ -55,6 +55,10 @@ class SpiDevice(Protocol):
         """So many of these bytes have been read."""
         ...
 
+    def register_name(self, address: int) -> str:
+        """The datasheet's name of the register at an address."""
+        ...
+
     def spi_wires(self) -> Wires:
         """The wiring the part is configured for."""
         ...
@@ -75,8 +79,10 @@ class SpiTarget:
     """
 
     def __init__(self, device: SpiDevice, now_ps: Callable[[], int]) -> None:
-        self.device = device
+        bit = device.BUS.spi_increment_bit
+        self.device = cast("SpiDevice", IncrementBit(cast("AddressedDevice", device), bit)) if bit else device
         self._now_ps = now_ps
+        self._modes = device.BUS.spi_modes
         self._command: int | None = None
         self._address = 0
         self._booting = not device.accessible(now_ps())  # asked again only while it is so
@@ -102,7 +108,7 @@ class SpiTarget:
 
     def write(self, data: bytes, mode: Mode) -> None:
         """Bytes from the host, while it does not listen."""
-        if mode not in _UNDERSTOOD or not data or self._booting:
+        if mode not in self._modes or not data or self._booting:
             return
         if self._command is None:
             self._command, self._address = data[0], data[0] & 0x7F
@@ -113,7 +119,7 @@ class SpiTarget:
 
     def read(self, count: int, mode: Mode, wires: Wires) -> bytes:
         """``count`` bytes as a host with ``wires`` sees them."""
-        if mode not in _UNDERSTOOD or self._command is None or not self._command & READ:
+        if mode not in self._modes or self._command is None or not self._command & READ:
             return bytes([UNDRIVEN]) * count
         data = self.device.read(self._address, count, self._now_ps())
         self._address = self.device.advance(self._address, count)
@@ -124,7 +130,7 @@ class SpiTarget:
 
         See :meth:`sensors.register_file.RegisterFile.ahead`.
         """
-        if mode not in _UNDERSTOOD or self._booting or self.device.spi_wires() != wires:
+        if mode not in self._modes or self._booting or self.device.spi_wires() != wires:
             return UNFORESEEN
         return self.device.ahead(address & ~READ, count, now_ps)
 

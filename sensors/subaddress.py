@@ -1,9 +1,11 @@
-"""ST's I2C sub-address protocol, once for all three parts.
+"""ST's I2C sub-address protocol, once for all parts.
 
 After the address byte a write's first byte is the sub-address, the rest is data; a read goes on at the
 sub-address left behind (LSM6DSL datasheet 6.2, LIS2MDL 6.1, LPS22HB 7.2). Bit 7 of the sub-address carries no
-meaning here: the LSM6DSL has none, and the other two increment with and without it (sensor facts, DIS-11 and
-DIS-14: drivers of both kinds work on silicon).
+meaning for these three: the LSM6DSL has none, and the other two increment with and without it, as drivers of
+both kinds work on silicon. Where a part asks for a bit, its declaration says which
+(:class:`sensors.declaration.Bus`), and the address space here is twice as large: the registers, and the
+registers with that bit.
 
 Decision: a part that loads its trimming values after power-on does not acknowledge its address; the documents
 say "not accessible" only (AN5040 5.7, AN5069 3). The alternative, stretching the clock for 15 ms, is in no
@@ -14,8 +16,10 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Callable
-from typing import ClassVar, Protocol
+from typing import Any, ClassVar, Protocol, cast
 
+from sensors.declaration import Bus
+from sensors.register import ADDRESSES
 from sensors.register_file import UNFORESEEN, Foreseen, Taker
 
 
@@ -23,6 +27,7 @@ class AddressedDevice(Protocol):
     """A part seen through its sub-addresses."""
 
     NAME: ClassVar[str]
+    BUS: ClassVar[Bus]
     i2c_off: bool
     """Whether the part does not answer on I2C."""
 
@@ -66,6 +71,63 @@ class AddressedDevice(Protocol):
         ...
 
 
+class IncrementBit:
+    """A part whose bursts stay at one register unless a bit of the sub-address says that they go on.
+
+    Addresses have that bit where it was set; all else is the part's own.
+    """
+
+    def __init__(self, device: AddressedDevice, bit: int) -> None:
+        self._device = device
+        self._bit = bit
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._device, name)
+
+    def read(self, address: int, count: int, now_ps: int) -> bytes:
+        """``count`` bytes from ``address`` on, or of ``address``."""
+        register = address & ~self._bit
+        if address & self._bit:
+            return self._device.read(register, count, now_ps)
+        return b"".join(self._device.read(register, 1, now_ps) for _ in range(count))
+
+    def write(self, address: int, data: bytes, now_ps: int) -> None:
+        """Write ``data`` from ``address`` on, or each byte to ``address``."""
+        register = address & ~self._bit
+        if address & self._bit:
+            self._device.write(register, data, now_ps)
+            return
+        for value in data:
+            self._device.write(register, bytes((value,)), now_ps)
+
+    def advance(self, address: int, count: int) -> int:
+        """The address a burst leaves behind."""
+        if not address & self._bit:
+            return address
+        return self._device.advance(address & ~self._bit, count) | self._bit
+
+    def register_name(self, address: int) -> str:
+        """The datasheet's name of the register at a sub-address."""
+        return self._device.register_name(address & ~self._bit)
+
+    def ahead(self, address: int, count: int, now_ps: int) -> Foreseen:
+        """Without the bit one byte at a time: the next one is read after this one."""
+        data, until_ps, quiet = self._device.ahead(address & ~self._bit, count, now_ps)
+        if address & self._bit:
+            return data, until_ps, quiet
+        return data[:1], until_ps, quiet & 0b11
+
+    def taken(self, address: int, count: int) -> None:
+        """So many of these bytes have been read."""
+        self._device.taken(address & ~self._bit, count)
+
+    def taker(self, address: int, count: int) -> Taker:
+        """What reads such a burst."""
+        if address & self._bit:
+            return self._device.taker(address & ~self._bit, count)
+        return lambda now_ps: (self.read(address, count, now_ps), 0)
+
+
 class SubaddressTarget:
     """The I2C face of one part: keeps the sub-address between the phases of a transfer.
 
@@ -73,8 +135,11 @@ class SubaddressTarget:
     """
 
     def __init__(self, device: AddressedDevice, now_ps: Callable[[], int]) -> None:
-        self.device = device
+        bit = device.BUS.i2c_increment_bit
+        self.device = cast("AddressedDevice", IncrementBit(device, bit)) if bit else device
         self._now_ps = now_ps
+        self.address_mask = ADDRESSES - 1 | bit
+        """The bits of a sub-address that mean something to the part."""
         self.behind = (0, 0)
         """Sub-address and length of the last burst; the next read without a sub-address goes on after it."""
         self._expects_subaddress = False
@@ -94,7 +159,7 @@ class SubaddressTarget:
         """Bytes from the master; the number acknowledged (all of them)."""
         payload = data
         if self._expects_subaddress and data:
-            self.behind = (data[0] & 0x7F, 0)
+            self.behind = (data[0] & self.address_mask, 0)
             self._expects_subaddress = False
             payload = data[1:]
         if payload:
@@ -117,16 +182,16 @@ class SubaddressTarget:
         """
         if not self.answers():
             return UNFORESEEN
-        return self.device.ahead(subaddress & 0x7F, count, now_ps)
+        return self.device.ahead(subaddress & self.address_mask, count, now_ps)
 
     def taken(self, subaddress: int, count: int) -> None:
         """So many of these bytes have been read."""
-        self.device.taken(subaddress & 0x7F, count)
+        self.device.taken(subaddress & self.address_mask, count)
         self.served(subaddress, count)
 
     def served(self, subaddress: int, count: int) -> None:
         """Bytes told ahead have been read, which was quiet: all that it leaves is the sub-address."""
-        self.behind = (subaddress & 0x7F, count)
+        self.behind = (subaddress & self.address_mask, count)
         self._expects_subaddress = False
 
     @property
@@ -151,7 +216,7 @@ class SubaddressTarget:
         """A whole "write sub-address, repeated start, read"; None if the part does not answer."""
         if not self.answers():
             return None
-        address = subaddress & 0x7F
+        address = subaddress & self.address_mask
         self.behind = (address, count)
         return self.device.read(address, count, now_ps)
 

@@ -113,7 +113,7 @@ class _Kept:
         self.target = target
         self.part = target.device
         self.version = target.version
-        self.behind = subaddress & 0x7F, count
+        self.behind = subaddress & target.address_mask, count
         self.written = bytes((subaddress & 0xFF,))
         self.duration_ps = duration_ps
         self.data = b""

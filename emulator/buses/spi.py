@@ -15,8 +15,9 @@ from emulator.buses import arguments as bus_arguments
 from emulator.errors import InputError
 from emulator.time.clock import PS_PER_S, Clock
 from emulator.trace import BusTransfer, Trace
+from sensors.declaration import Mode, Wires
 from sensors.part import Part
-from sensors.spi import READ, Mode, SpiTarget, Wires
+from sensors.spi import READ, SpiTarget
 
 SPI2_HZ = 2_625_000
 _RECENT = 8
@@ -84,9 +85,9 @@ class SpiBus:
     def _fields(
         self, start_ps: int, end_ps: int, chip_select: str, written: bytes, received: bytes
     ) -> tuple[int, int, str, int, str, str, bytes, bytes, str]:
-        part, _ = self._targets[chip_select]
+        part, target = self._targets[chip_select]
         address = written[0] & ~READ if written else 0
-        register = part.register_name(address)
+        register = target.device.register_name(address)
         return start_ps, end_ps, self.name, address, part.NAME, register, written, received, "ok"
 
 

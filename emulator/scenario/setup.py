@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 import datetime as dt
-from typing import Annotated, Any, Literal, get_type_hints
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Field, GetCoreSchemaHandler, Strict, create_model, model_validator
 from pydantic_core import CoreSchema, core_schema
@@ -14,7 +13,7 @@ from emulator.scenario.tables import Table, Vector, within
 from emulator.scenario.units import BusSpeed, Length
 from emulator.time.clock import PS_PER_S
 from emulator.world import limits
-from sensors.errors import Grade, Vec3
+from sensors.errors import Figure, Grade, PartErrors
 from sensors.lis2mdl import LIS2MDLErrors
 from sensors.lps22hb import LPS22HBErrors
 from sensors.lsm6dsl import LSM6DSLErrors
@@ -29,14 +28,13 @@ Matrix = Annotated[tuple[Row, Row, Row], Strict(False)]
 class Figures:
     """Marks a table whose keys are the fields of a sensor's error class; only the keys given are kept.
 
-    The table's model is made from the dataclass, so that a new figure of a sensor is a new key here.
+    The table's model is made from the declared figures, so that a new figure of a sensor is a new key here.
     """
 
-    def __init__(self, errors: type[Any]) -> None:
-        hints = get_type_hints(errors)
+    def __init__(self, errors: type[PartErrors]) -> None:
+        ideal = errors()
         fields: dict[str, Any] = {
-            field.name: (_figure(field, hints[field.name]), field.default)
-            for field in dataclasses.fields(errors)
+            name: (_number(figure), getattr(ideal, name)) for name, figure in errors.figures().items()
         }
         self._model: type[BaseModel] = create_model(errors.__name__, __base__=Table, **fields)
 
@@ -51,11 +49,12 @@ def _as_given(table: BaseModel) -> dict[str, Any]:
     return table.model_dump(exclude_unset=True)
 
 
-def _figure(field: dataclasses.Field[Any], hint: Any) -> Any:
-    lowest = 0.0 if "noise" in field.name else -LARGEST_FIGURE
-    low, high = field.metadata.get("limits", (lowest, LARGEST_FIGURE))
+def _number(figure: Figure) -> Any:
+    """The type of a key: one number or three, within what makes sense."""
+    lowest = 0.0 if figure.is_noise else -LARGEST_FIGURE
+    low, high = figure.allowed or (lowest, LARGEST_FIGURE)
     number = Annotated[float, Field(ge=low, le=high)]
-    return Annotated[tuple[number, number, number], Strict(False)] if hint == Vec3 else number
+    return Annotated[tuple[number, number, number], Strict(False)] if figure.axes == 3 else number
 
 
 class FirmwareTable(Table):

@@ -22,14 +22,14 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sensors.errors import Deviation, to_int16, words
-from sensors.lis2mdl.errors import LIS2MDLErrors
+from sensors.errors import Deviation
+from sensors.lis2mdl.declaration import LIS2MDLErrors
 from sensors.lis2mdl.interrupt import InterruptSettings
 from sensors.lis2mdl.pulses import Pulses
 from sensors.lis2mdl.registers import CFG_REG_A, CFG_REG_B, CFG_REG_C, OFFSET_X_REG
 from sensors.noise import NoiseSource, noise_key
 from sensors.part import Signal
-from sensors.sampling import PS_PER_S, Times
+from sensors.sampling import PS_PER_S, Times, to_int16, words
 
 MGAUSS_PER_LSB = 1.5
 SELF_TEST_MGAUSS = 150.0  # datasheet Table 3 allows +15 to +500 mgauss; one value inside, for every part

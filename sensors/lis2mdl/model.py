@@ -10,10 +10,10 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-from sensors.fidelity import Function
+from sensors.declaration import Bus, Function, Quantity, Wires
+from sensors.errors import PartErrors
 from sensors.lis2mdl import registers, violations
-from sensors.lis2mdl.errors import LIS2MDLErrors
-from sensors.lis2mdl.fidelity import FUNCTIONS
+from sensors.lis2mdl.declaration import BUS, FUNCTIONS, SIGNALS, LIS2MDLErrors
 from sensors.lis2mdl.int_drdy import IntDrdyPin
 from sensors.lis2mdl.interrupt import InterruptGenerator
 from sensors.lis2mdl.magnetometer import MGAUSS_PER_LSB, Magnetometer
@@ -41,7 +41,6 @@ from sensors.pin import Pin
 from sensors.register import RegisterMap
 from sensors.register_file import WriteHook
 from sensors.sampling import NEVER_PS, PS_PER_S, SampleStream
-from sensors.spi import Wires
 
 _SOFT_RST_PS = 5 * PS_PER_S // 10**6  # datasheet 8.5
 _BURST_WRAP = {0x6D: 0x68}  # a burst over X, Y, Z starts again at X (sensor facts 2.1)
@@ -57,6 +56,9 @@ class LIS2MDL(Part):
     NAME: ClassVar[str] = "LIS2MDL"
     WHO_AM_I: ClassVar[int] = 0x40
     MAP: ClassVar[RegisterMap] = RegisterMap.of(registers)
+    SIGNALS: ClassVar[tuple[Quantity, ...]] = SIGNALS
+    BUS: ClassVar[Bus] = BUS
+    ERRORS: ClassVar[type[PartErrors]] = LIS2MDLErrors
     FUNCTIONS: ClassVar[tuple[Function, ...]] = FUNCTIONS
 
     def __init__(

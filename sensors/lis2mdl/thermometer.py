@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from sensors.errors import to_int16
 from sensors.part import Signal
-from sensors.sampling import Times
+from sensors.sampling import Times, to_int16
 
 DEGC_PER_LSB = 1 / 8
 ZERO_DEGC = 25.0  # the temperature that reads 0

@@ -25,20 +25,20 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from sensors.errors import to_int16
 from sensors.filtering import SampledFilter
 from sensors.filters import Chain, chain, low_pass
-from sensors.lps22hb.errors import LPS22HBErrors
+from sensors.lps22hb.declaration import REFERENCE_DEGC, LPS22HBErrors
 from sensors.lps22hb.registers import CTRL_REG1, RES_CONF
 from sensors.noise import NoiseSource, noise_key
 from sensors.part import Signal
-from sensors.sampling import PS_PER_S, SampleStream, Times
+from sensors.sampling import PS_PER_S, SampleStream, Times, to_int16
 
 COUNTS_PER_HPA = 4096
 COUNTS_PER_DEGC = 100
 SAMPLE_BYTES = 5  # pressure of 24 bits, temperature of 16, as in the output registers
 _ODR_HZ = (0, 1, 10, 25, 50, 75)  # CTRL_REG1.ODR; 6 and 7 are not defined and measure nothing
 _LOW_CURRENT_NOISE = 2.0
+_MIDDLE_HPA, _HALF_RANGE_HPA = 950.0, 150.0  # of 800 to 1100 hPa, where the relative accuracy holds
 _ONE_SHOT_PS = {False: 13 * PS_PER_S // 10**3, True: 5 * PS_PER_S // 10**3}  # by low current
 
 
@@ -136,8 +136,21 @@ class Barometer:
 
     def _measured_hpa(self, number: int, t_s: Times) -> NDArray[np.float64]:
         """What the converter gives, (n,)."""
-        hpa = self._errors.deviating_hpa(self._pressure_hpa(t_s), t_s, self._temperature_degc)
+        hpa = self._deviating_hpa(self._pressure_hpa(t_s), t_s)
         if self._noise_rms_hpa:
             factor = _LOW_CURRENT_NOISE if self.settings.low_current else 1.0
             hpa = hpa + factor * self._noise_rms_hpa * self._noise.block(number, len(t_s))[0]
+        return hpa
+
+    def _deviating_hpa(self, pressure_hpa: NDArray[np.float64], t_s: Times) -> NDArray[np.float64]:
+        """``pressure_hpa`` (n,) as the part measures it, without noise.
+
+        The temperature is asked for only where something drifts.
+        """
+        errors = self._errors
+        hpa = pressure_hpa + errors.pressure_bias_hpa
+        if errors.pressure_relative_hpa:
+            hpa += errors.pressure_relative_hpa / _HALF_RANGE_HPA * (pressure_hpa - _MIDDLE_HPA)
+        if errors.pressure_drift_hpa_per_degc:
+            hpa += errors.pressure_drift_hpa_per_degc * (self._temperature_degc(t_s) - REFERENCE_DEGC)
         return hpa

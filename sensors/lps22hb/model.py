@@ -11,12 +11,12 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from sensors.fidelity import Function
+from sensors.declaration import Bus, Function, Quantity, Wires
+from sensors.errors import PartErrors
 from sensors.lps22hb import registers
 from sensors.lps22hb.barometer import COUNTS_PER_DEGC, COUNTS_PER_HPA, Barometer, BarometerSettings
 from sensors.lps22hb.commands import Commands
-from sensors.lps22hb.errors import LPS22HBErrors
-from sensors.lps22hb.fidelity import FUNCTIONS
+from sensors.lps22hb.declaration import BUS, FUNCTIONS, SIGNALS, LPS22HBErrors
 from sensors.lps22hb.output import P_READ, Output, OutputAhead
 from sensors.lps22hb.pipeline import Pipeline
 from sensors.lps22hb.reference import RPDS_COUNTS_PER_LSB
@@ -43,7 +43,6 @@ from sensors.pin import Pin
 from sensors.register import RegisterMap
 from sensors.register_file import RegisterFile
 from sensors.sampling import NEVER_PS, PS_PER_S
-from sensors.spi import Wires
 
 TRIMMING_PS = 5 * PS_PER_S // 10**3  # an assumption: the datasheet gives no time for the boot after power-on
 _TEMP_OUT_H = TEMP_OUT.addr + 1
@@ -62,6 +61,9 @@ class LPS22HB(Part):
     NAME: ClassVar[str] = "LPS22HB"
     WHO_AM_I: ClassVar[int] = 0xB1
     MAP: ClassVar[RegisterMap] = RegisterMap.of(registers)
+    SIGNALS: ClassVar[tuple[Quantity, ...]] = SIGNALS
+    BUS: ClassVar[Bus] = BUS
+    ERRORS: ClassVar[type[PartErrors]] = LPS22HBErrors
     FUNCTIONS: ClassVar[tuple[Function, ...]] = FUNCTIONS
 
     def __init__(

@@ -14,17 +14,17 @@ from fractions import Fraction
 
 import numpy as np
 
-from sensors.errors import Deviation, words
+from sensors.errors import Deviation
 from sensors.filtering import SampledFilter
 from sensors.filters import Array, Chain
-from sensors.lsm6dsl.errors import LSM6DSLErrors
+from sensors.lsm6dsl.declaration import LSM6DSLErrors
 from sensors.lsm6dsl.event_samples import EventFilters, EventSamples
 from sensors.lsm6dsl.filters import accelerometer_chain, event_filters, slow_to_settle
 from sensors.lsm6dsl.registers import CTRL1_XL, CTRL3_C, CTRL5_C, CTRL6_C, CTRL8_XL, X_OFS_USR
 from sensors.lsm6dsl.settling import Mode, accelerometer_discards
 from sensors.noise import NoiseSource, noise_key
 from sensors.part import Signal
-from sensors.sampling import SampleStream, Times
+from sensors.sampling import SampleStream, Times, words
 
 # CTRL1_XL.ODR_XL codes 1 to 10 (datasheet Table 52), in Hz; the exact high rates are Table 3's.
 ODR_HZ = (0, 12.5, 26, 52, 104, 208, 416, 833, 1666, 3332, 6664)

@@ -19,17 +19,17 @@ import math
 from dataclasses import dataclass
 from fractions import Fraction
 
-from sensors.errors import Deviation, words
+from sensors.errors import Deviation
 from sensors.filtering import SampledFilter
 from sensors.filters import Array, chain
 from sensors.lsm6dsl.accelerometer import ODR_HZ
-from sensors.lsm6dsl.errors import LSM6DSLErrors
+from sensors.lsm6dsl.declaration import LSM6DSLErrors
 from sensors.lsm6dsl.filters import GyroscopeFilter, gyroscope_filter
 from sensors.lsm6dsl.registers import CTRL2_G, CTRL4_C, CTRL5_C, CTRL6_C, CTRL7_G
 from sensors.lsm6dsl.settling import Mode, gyroscope_discards
 from sensors.noise import NoiseSource, noise_key
 from sensors.part import Signal
-from sensors.sampling import PS_PER_S, SampleStream, Times
+from sensors.sampling import PS_PER_S, SampleStream, Times, words
 
 # CTRL2_G.FS_G: 250, 500, 1000, 2000 dps; the last entry is FS_125 (Table 3).
 MDPS_PER_LSB = (8.75, 17.5, 35.0, 70.0, 4.375)

@@ -9,15 +9,15 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from sensors.fidelity import Function
+from sensors.declaration import Bus, Function, Quantity, Wires
+from sensors.errors import PartErrors
 from sensors.lsm6dsl import accelerometer, gyroscope
 from sensors.lsm6dsl.accelerometer import Accelerometer
 from sensors.lsm6dsl.banks import EMBEDDED, MAIN, Banks, titled_maps
 from sensors.lsm6dsl.boot import BOOT_PS
-from sensors.lsm6dsl.errors import LSM6DSLErrors
+from sensors.lsm6dsl.declaration import BUS, FUNCTIONS, SIGNALS, LSM6DSLErrors
 from sensors.lsm6dsl.feature import Chip
 from sensors.lsm6dsl.features import Features
-from sensors.lsm6dsl.fidelity import FUNCTIONS
 from sensors.lsm6dsl.gyroscope import Gyroscope
 from sensors.lsm6dsl.measuring import Measuring
 from sensors.lsm6dsl.registers import (
@@ -39,7 +39,6 @@ from sensors.pin import Pin
 from sensors.register import RegisterMap
 from sensors.register_file import RegisterFile
 from sensors.sampling import PS_PER_S
-from sensors.spi import Wires
 from sensors.subaddress import AddressedDevice
 
 _SW_RESET_PS = 50 * PS_PER_S // 10**6  # AN5040 5.7
@@ -59,6 +58,9 @@ class LSM6DSL(Part):
     NAME: ClassVar[str] = "LSM6DSL"
     WHO_AM_I: ClassVar[int] = 0x6A
     MAP: ClassVar[RegisterMap] = MAIN
+    SIGNALS: ClassVar[tuple[Quantity, ...]] = SIGNALS
+    BUS: ClassVar[Bus] = BUS
+    ERRORS: ClassVar[type[PartErrors]] = LSM6DSLErrors
     FUNCTIONS: ClassVar[tuple[Function, ...]] = FUNCTIONS
     BANKS: ClassVar[dict[str, RegisterMap]] = EMBEDDED
 

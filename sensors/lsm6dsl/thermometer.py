@@ -6,10 +6,9 @@ from fractions import Fraction
 
 import numpy as np
 
-from sensors.errors import to_int16
 from sensors.lsm6dsl.registers import CTRL6_C
 from sensors.part import Signal
-from sensors.sampling import SampleStream, Times
+from sensors.sampling import SampleStream, Times, to_int16
 
 LSB_PER_DEGC = 256
 ZERO_DEGC = 25.0  # the temperature that reads 0

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sensors.declaration import Bus
 from sensors.register import ADDRESSES, Bits, Register, RegisterMap
 from sensors.register_file import RegisterFile
 from sensors.subaddress import SubaddressTarget
@@ -225,6 +226,7 @@ class Memory:
     """A device of 128 plain bytes."""
 
     NAME: ClassVar[str] = "MEMORY"
+    BUS: ClassVar[Bus] = Bus(i2c_addresses=(0x50,), spi_wires=None, source="this test")
     i2c_off = False
 
     def __init__(self) -> None:

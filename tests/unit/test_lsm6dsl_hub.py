@@ -14,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sensors import LIS2MDL, LSM6DSL
+from sensors.declaration import Bus
 from sensors.lsm6dsl.hub.bus import UNANSWERED_PS, WRITE_PS, read_ps
 from tests.sensor_fakes import (
     FACTS,
@@ -44,6 +45,7 @@ class Recorder:
     """A device of 256 registers that remembers when it was asked for what."""
 
     NAME: ClassVar[str] = "recorder"
+    BUS: ClassVar[Bus] = Bus(i2c_addresses=(), spi_wires=None, source="this test")
 
     def __init__(self) -> None:
         self.i2c_off = False

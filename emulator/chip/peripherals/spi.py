@@ -23,8 +23,9 @@ from emulator.buses.spi import SpiBus
 from emulator.chip.library import REGISTER_NAMES, FcuChip
 from emulator.chip.peripherals.gpio import PORTS
 from emulator.trace import DeviceNote
+from sensors.declaration import Mode, Wires
 from sensors.register_file import Foreseen
-from sensors.spi import Mode, SpiTarget, Wires
+from sensors.spi import SpiTarget
 
 SPI1, SPI2, SPI3 = range(3)
 _FASTEST_HZ = 10_000_000  # SPI clock frequency in the three datasheets

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sensors.errors import to_int16
 from sensors.lsm6dsl.bank_a import MAG_OFFX_L, MAG_SI_XX
+from sensors.sampling import to_int16
 
 RAW_BYTES = 6
 _SIGN, _PER_UNIT = 0x80, 8  # sign and magnitude, 1/8 per LSB

@@ -1,8 +1,61 @@
-"""How true the LSM6DSL's functions are (datasheet DocID028475 Rev 7, AN5040 Rev 3)."""
+"""The LSM6DSL as data: signals, bus, deviations, functions (datasheet DocID028475 Rev 7, AN5040 Rev 3)."""
 
 from __future__ import annotations
 
-from sensors.fidelity import Function
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import ClassVar
+
+from sensors.declaration import Bus, Function, Quantity
+from sensors.errors import PartErrors, Vec3, drawn, drawn_by_axis, fixed, noise
+
+SIGNALS = (
+    Quantity("acceleration_g", "g", 3, "specific force", one_row=True),
+    Quantity("angular_rate_dps", "dps", 3, "angular rate", one_row=True),
+    Quantity("temperature_degc", "degC", 1, "temperature of the part", one_row=True),
+)
+
+BUS = Bus(i2c_addresses=(0x6A, 0x6B), spi_wires=4, source="datasheet 6")
+
+_TABLE_3, _TABLE_4 = "datasheet Table 3", "datasheet Table 4"
+
+
+@dataclass(frozen=True)
+class LSM6DSLErrors(PartErrors):
+    """Explicit numbers, axes in the sensor's own frame; the default is an ideal part.
+
+    Two figures are the same in every grade and there to be set by hand: the datasheet has no tolerance for
+    the output data rates (parts that run a few percent fast or slow are well known), and for the gyroscope's
+    start it has a typical time only.
+    """
+
+    PART: ClassVar[str] = "LSM6DSL"
+
+    acc_bias_mg: Vec3 = drawn_by_axis("zero-g offset", "mg", 40.0, _TABLE_3)
+    acc_scale_percent: Vec3 = drawn_by_axis("error of the sensitivity", "%", 1.0, _TABLE_3)
+    acc_bias_drift_mg_per_degc: Vec3 = drawn_by_axis("drift of the offset", "mg/degC", 0.1, _TABLE_3)
+    acc_scale_drift_percent_per_degc: float = drawn("drift of the sensitivity", "%/degC", 0.01, _TABLE_3)
+    acc_noise_ug_rthz: float = noise(
+        "density at 2 and 4 g; 8 and 16 g scale as in Table 3", "ug/sqrt(Hz)", 80.0, _TABLE_3
+    )
+    gyro_bias_dps: Vec3 = drawn_by_axis("zero-rate level", "dps", 3.0, _TABLE_3)
+    gyro_scale_percent: Vec3 = drawn_by_axis("error of the sensitivity", "%", 1.0, _TABLE_3)
+    gyro_bias_drift_dps_per_degc: Vec3 = drawn_by_axis(
+        "drift of the zero-rate level", "dps/degC", 0.015, _TABLE_3
+    )
+    gyro_scale_drift_percent_per_degc: float = drawn("drift of the sensitivity", "%/degC", 0.007, _TABLE_3)
+    gyro_noise_mdps_rthz: float = noise("density", "mdps/sqrt(Hz)", 4.0, _TABLE_3)
+    temperature_offset_degc: float = drawn("offset of the thermometer", "degC", 15.0, _TABLE_4)
+    gyro_turn_on_ms: float = fixed("start of the gyroscope's drive", "ms", 35.0, _TABLE_4, (0.0, 1000.0))
+    odr_percent: float = fixed(
+        "by how much every rate is faster", "%", 0.0, "not in the datasheet", (-20.0, 20.0)
+    )
+
+    @property
+    def rate_factor(self) -> Fraction:
+        """The part's true output data rates over the nominal ones."""
+        return 1 + Fraction(self.odr_percent / 100).limit_denominator(10**6)
+
 
 FUNCTIONS = (
     Function("I2C and SPI, 3-wire and 4-wire, IF_INC, ROUNDING", "datasheet 6, AN5040 4.7"),

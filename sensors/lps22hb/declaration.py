@@ -1,0 +1,87 @@
+"""The LPS22HB as data: signals, bus, deviations, functions (datasheet DocID027083 Rev 6)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from sensors.declaration import Bus, Function, Quantity
+from sensors.errors import PartErrors, drawn, noise
+
+SIGNALS = (
+    Quantity("pressure_hpa", "hPa", 1, "air pressure"),
+    Quantity("temperature_degc", "degC", 1, "temperature of the part"),
+)
+
+BUS = Bus(i2c_addresses=(0x5C, 0x5D), spi_wires=4, source="datasheet 7")
+
+_TABLE_3 = "datasheet Table 3"
+REFERENCE_DEGC, _FARTHEST_DEGC = 25.0, 65.0
+
+
+@dataclass(frozen=True)
+class LPS22HBErrors(PartErrors):
+    """Explicit numbers; the default is an ideal part.
+
+    Table 3 gives the absolute accuracy as +-1 hPa before and +-0.1 hPa after a one-point calibration, and the
+    relative accuracy between 800 and 1100 hPa at 25 degC as +-0.1 hPa. Decisions:
+
+    * what calibration takes away is one number, ``pressure_bias_hpa``, here as before calibration; what
+      soldering adds to it has no figure of its own. RPDS or AUTOZERO are how firmware calibrates.
+    * relative accuracy is a straight line through the middle of its range.
+    * what temperature adds is a straight line too. The 0.1 hPa that hold from 0 to 65 degC are reached at the
+      end that lies farther from 25 degC.
+    """
+
+    PART: ClassVar[str] = "LPS22HB"
+
+    pressure_bias_hpa: float = drawn("offset before calibration", "hPa", 1.0, _TABLE_3)
+    pressure_noise_hpa: float = noise(
+        "RMS in the quietest setting: 75 Hz, low noise, filter at ODR/20", "hPa", 0.0075, _TABLE_3
+    )
+    temperature_bias_degc: float = drawn("offset of the thermometer", "degC", 1.5, _TABLE_3)
+    pressure_relative_hpa: float = drawn("error at 1100 hPa, minus as much at 800 hPa", "hPa", 0.1, _TABLE_3)
+    pressure_drift_hpa_per_degc: float = drawn(
+        "drift from 25 degC on", "hPa/degC", 0.1 / (_FARTHEST_DEGC - REFERENCE_DEGC), _TABLE_3
+    )
+
+
+FUNCTIONS = (
+    Function("I2C and SPI, 3-wire and 4-wire, burst wrap 0x2C to 0x28", "datasheet 5.8 and 7"),
+    Function(
+        "power-on, BOOT, SWRESET",
+        "datasheet 9.6 and 9.15",
+        "the registers answer at once; BOOT_STATUS lasts 5 ms after power-on, BOOT one period of the rate "
+        "(1 ms in power-down), SWRESET 10 us; no time is documented",
+    ),
+    Function(
+        "pressure and temperature at a rate",
+        "datasheet Table 3",
+        "accuracy over pressure and temperature is a straight line each; noise of settings other than the "
+        "quietest is scaled by bandwidth; low current is taken as twice as noisy",
+        "tolerance of the rates",
+    ),
+    Function(
+        "one shot",
+        "datasheet 9.6",
+        "13 ms in low noise and 5 ms in low current, figures of the sister part LPS22HH",
+    ),
+    Function(
+        "low-pass filter",
+        "datasheet Table 18",
+        "second-order Butterworth at the documented cut-off; order and shape are not documented",
+    ),
+    Function(
+        "STATUS, overrun, BDU",
+        "datasheet 9.5 and 9.17",
+        "P_DA and T_DA are cleared by reading the high byte of their output, as in the LPS25H",
+    ),
+    Function(
+        "reference: AUTOZERO, AUTORIFP, RPDS",
+        "datasheet 9.1",
+        "one LSB of RPDS is 1/16 hPa as in the LPS25H (a constructor argument)",
+    ),
+    Function("differential interrupt and INT_DRDY pin", "datasheet 9.1, 9.2, 9.7 and 9.15"),
+    Function("FIFO, all seven modes", "datasheet 5 and 9.8"),
+    Function("supply current", "datasheet Table 3", "grows with the rate from the figures at 1 Hz"),
+)
