@@ -11,10 +11,7 @@ cheap.
 
 from __future__ import annotations
 
-from firmware_model.lab import LabFirmware
-from firmware_model.lab3 import Lab3
-from firmware_model.settings import Settings
-from firmware_model.template import Template
+from firmware_model.lab import Lab3, LabFirmware, Settings, Template
 
 FIRMWARES: dict[str, type[LabFirmware]] = {"lab3": Lab3, "template": Template}
 

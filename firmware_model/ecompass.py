@@ -1,4 +1,7 @@
-"""The slides' eCompass mathematics and the hypsometric altitude (brief, "Arithmetic").
+"""The slides' mathematics: hard-iron calibration, eCompass, and the hypsometric altitude.
+
+``MagCalibration`` keeps running extremes of each axis and subtracts their centre, in place as in C. A sample
+that was not refreshed (failed read) is corrected again on the next call; the slides' code does the same.
 
 Every right-hand side is computed in double with math.h and stored in a float32 variable, which is what the
 next line reads. Two or three stores that do not read each other share one struct call, which is where the
@@ -15,8 +18,45 @@ import struct
 from functools import lru_cache
 from math import atan2, cos, pi, sin, sqrt
 
-from firmware_model.axes import AxesRaw_TypeDef
-from firmware_model.c_math import c_pow, f32, float_divide
+from firmware_model.c_semantics import c_pow, f32, float_divide
+from firmware_model.sensor_data import AxesRaw_TypeDef
+
+# -- Calibration --------------------------------------------------------------------------------------------
+
+
+MAG_MIN_START = 10000
+MAG_MAX_START = -10000
+
+
+def MagCalibration(mag: AxesRaw_TypeDef, mag_min: AxesRaw_TypeDef, mag_max: AxesRaw_TypeDef) -> None:
+    """Widen the extremes by this sample, then subtract their centre; mgauss. The first sample gives 0."""
+    x, min_x, max_x = mag.AXIS_X, mag_min.AXIS_X, mag_max.AXIS_X
+    y, min_y, max_y = mag.AXIS_Y, mag_min.AXIS_Y, mag_max.AXIS_Y
+    z, min_z, max_z = mag.AXIS_Z, mag_min.AXIS_Z, mag_max.AXIS_Z
+
+    # find min
+    if x < min_x:
+        mag_min.AXIS_X = min_x = x
+    if y < min_y:
+        mag_min.AXIS_Y = min_y = y
+    if z < min_z:
+        mag_min.AXIS_Z = min_z = z
+    # find max
+    if x > max_x:
+        mag_max.AXIS_X = max_x = x
+    if y > max_y:
+        mag_max.AXIS_Y = max_y = y
+    if z > max_z:
+        mag_max.AXIS_Z = max_z = z
+
+    # hard-iron calibration; int(sum / 2) truncates toward zero like C's division, where // would round down
+    mag.AXIS_X = x - int((max_x + min_x) / 2)
+    mag.AXIS_Y = y - int((max_y + min_y) / 2)
+    mag.AXIS_Z = z - int((max_z + min_z) / 2)
+
+
+# -- Attitude and altitude ----------------------------------------------------------------------------------
+
 
 _pack1, _unpack1 = struct.Struct("<f").pack, struct.Struct("<f").unpack
 _pack2, _unpack2 = struct.Struct("<ff").pack, struct.Struct("<ff").unpack

@@ -1,4 +1,4 @@
-"""What the firmware needs of the hardware: STM32Cube HAL calls, as protocols.
+"""What the firmware needs of the hardware: STM32Cube HAL calls, as protocols; and PRINTF on top of them.
 
 The firmware model is the lab's C program written in Python. It reaches the board through these calls only,
 and **HAL calls are the only thing that costs virtual time**: whatever stands between two of them takes none.
@@ -10,11 +10,16 @@ Decisions
     buffer filled in place, would need a bytearray per call site and gains nothing. Device addresses are in
     the HAL's 8-bit form (7-bit address shifted left by one), because that is what C source for these parts
     contains: 0xD6, 0x3C, 0xBA.
+
+    ``PRINTF`` formats with ``vsnprintf`` into 255 bytes, so at most 254 characters reach the line. ST's own
+    ``myprintf`` passes 254 as the limit but then sends the *untruncated* length, reading past its buffer.
 """
 
 from __future__ import annotations
 
 from typing import Protocol
+
+from firmware_model.c_semantics import CArgument, sprintf
 
 # HAL_StatusTypeDef, stm32f4xx_hal_def.h
 HAL_OK = 0
@@ -71,3 +76,15 @@ class Application(Protocol):
 
     def HAL_TIM_PeriodElapsedCallback(self) -> None:
         """TIM9's update interrupt; preempts ``main`` wherever it waits inside a HAL call."""
+
+
+PRINTF_LIMIT = 254  # a 255-byte buffer less the terminating zero
+PRINTF_TIMEOUT_MS = 1000
+
+
+def PRINTF(hal: Hal, fmt: str, *args: CArgument) -> None:
+    """Format as C does and send the first 254 bytes in one blocking transmit.
+
+    The status is not looked at: a busy UART loses the text, as on the board.
+    """
+    hal.HAL_UART_Transmit(sprintf(fmt, *args)[:PRINTF_LIMIT], PRINTF_TIMEOUT_MS)

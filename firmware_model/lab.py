@@ -1,26 +1,102 @@
-"""What every exercise's firmware has in common: state, boot, the template block.
+"""The lab's programs: what all exercises have in common, the template, and all exercises solved.
 
 State variables are attributes under their C names, so that a debugger view, a test or a grader can read
 ``firmware.acc.AXIS_X`` as on the board.
 
-Decision: one class per firmware, deriving from this one, which fixes the order of ``main``; a firmware adds
-its timer callback and the body of its endless loop. One class with exercise switches would have to be read
-with every switch in mind.
+Decisions
+    One class per program, deriving from ``LabFirmware``, which fixes the order of ``main``; a program adds
+    its timer callback and the body of its endless loop. One class with exercise switches would have to be
+    read with every switch in mind.
+
+    The angles are computed in the 800 Hz callback, not in the main loop where the slide about plotting calls
+    eCompass: the LEDs must follow the tilt at once, and MagCalibration and eCompass see every sample.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Literal
 
-from firmware_model.axes import AxesRaw_TypeDef
-from firmware_model.debug import PRINTF
 from firmware_model.drivers.lps22hb import LPS22HB_Get_Press, LPS22HB_Get_Temp, LPS22HB_WaitForData
-from firmware_model.hal import Hal
-from firmware_model.led import LED1_PIN, LED2_PIN, Led
-from firmware_model.mag_calibration import MAG_MAX_START, MAG_MIN_START
-from firmware_model.sensor_data import SensorReader
-from firmware_model.sensor_setup import enableAllSensors, initializeAllSensors, setUpForFlight
-from firmware_model.settings import Settings
+from firmware_model.ecompass import MAG_MAX_START, MAG_MIN_START, MagCalibration, eCompass, getAltitude
+from firmware_model.hal import GPIO_PIN_RESET, GPIO_PIN_SET, PRINTF, Hal
+from firmware_model.sensor_data import (
+    AxesRaw_TypeDef,
+    SensorReader,
+    enableAllSensors,
+    initializeAllSensors,
+    setUpForFlight,
+)
+
+# -- What may be chosen; the defaults are the lab's ---------------------------------------------------------
+
+
+TIMER_REGISTER_MAX = 0xFFFF  # TIM9's prescaler and auto-reload registers have 16 bits
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Settings:
+    """Settings of a firmware. Raises ValueError, naming the setting and its range."""
+
+    mu: float = 1.0
+    """Weight of Gx in the slides' roll, 0.01..1."""
+    led1_axis: Literal["pitch", "roll"] = "pitch"
+    """The angle LED1 watches ("the x axis"); LED2 watches the other."""
+    led_threshold_deg: float = 80.0
+    """An LED is on while the absolute angle is above this."""
+    banner: Literal["FH", "FW"] = "FH"
+    """FH as on the slides, FW as in ST's source."""
+    timer_prescaler: int = 83
+    """TIM9's PSC; with the period, 84 MHz / 84 / 1250 = 800 Hz."""
+    timer_period: int = 1249
+    """TIM9's ARR."""
+
+    def __post_init__(self) -> None:
+        self._check("mu", 0.01 <= self.mu <= 1, "a number from 0.01 to 1")
+        self._check("led1_axis", self.led1_axis in {"pitch", "roll"}, "'pitch' or 'roll'")
+        self._check("led_threshold_deg", 0 <= self.led_threshold_deg <= 180, "a number from 0 to 180 degrees")
+        self._check("banner", self.banner in {"FH", "FW"}, "'FH' or 'FW'")
+        self._check("timer_prescaler", 0 <= self.timer_prescaler <= TIMER_REGISTER_MAX, "from 0 to 65535")
+        self._check("timer_period", 0 <= self.timer_period <= TIMER_REGISTER_MAX, "from 0 to 65535")
+
+    def _check(self, name: str, good: bool, right: str) -> None:
+        if not good:
+            raise ValueError(f"firmware setting {name} is {getattr(self, name)!r}; it must be {right}")
+
+
+# -- LED1 on PB5, LED2 on PB4, both active low (schematic of the STEVAL-FCU001V1) ---------------------------
+
+
+LED_PORT = "B"
+LED1_PIN = 5
+LED2_PIN = 4
+
+
+class Led:
+    """One LED. Creating it is ``BSP_LED_Init`` and ``BSP_LED_Off``: a push-pull output, dark."""
+
+    def __init__(self, hal: Hal, pin: int) -> None:
+        self._hal = hal
+        self._pin = pin
+        self.on = False
+        hal.HAL_GPIO_Init(LED_PORT, pin)
+        hal.HAL_GPIO_WritePin(LED_PORT, pin, GPIO_PIN_SET)
+
+    def switch(self, on: bool) -> None:
+        """Light it or not; the pin is written only on a change, so that a trace shows changes only."""
+        if on is not self.on:
+            self.on = on
+            self._hal.HAL_GPIO_WritePin(LED_PORT, self._pin, GPIO_PIN_RESET if on else GPIO_PIN_SET)
+
+    def toggle(self) -> None:
+        """``BSP_LED_Toggle``."""
+        self.on = not self.on
+        self._hal.HAL_GPIO_TogglePin(LED_PORT, self._pin)
+
+
+# -- What all programs have in common -----------------------------------------------------------------------
+
 
 LOOP_DELAY_MS = 1000
 
@@ -69,7 +145,7 @@ class LabFirmware(ABC):
         self.press = self._sensors.ReadSensorRawData(self.acc, self.gyro, self.mag, self.press)
 
     def print_template_block(self) -> None:
-        """Print the template's block (brief, "Exact text")."""
+        """Print the template's block, as on the slides."""
         hal, acc, gyro, mag = self.hal, self.acc, self.gyro, self.mag
         PRINTF(hal, "*****\n\n\n")
         PRINTF(hal, "ACC[x,y,z] %d mg %d mg %d mg \n\r", acc.AXIS_X, acc.AXIS_Y, acc.AXIS_Z)
@@ -96,3 +172,65 @@ class LabFirmware(ABC):
         LPS22HB_WaitForData(self.hal)
         self.press = self.press_zero_level = LPS22HB_Get_Press(self.hal, self.press)
         self.temperature = LPS22HB_Get_Temp(self.hal, self.temperature)
+
+
+# -- Exercise 1: the template as handed out -----------------------------------------------------------------
+
+
+class Template(LabFirmware):
+    """The template, unchanged."""
+
+    def HAL_TIM_PeriodElapsedCallback(self) -> None:
+        """Refresh the sensor values."""
+        self.ReadSensorRawData()
+
+    def loop(self) -> None:
+        """Print the measured values, wait a second, toggle both LEDs."""
+        self.print_template_block()
+        self.hal.HAL_Delay(LOOP_DELAY_MS)
+        self.led1.toggle()
+        self.led2.toggle()
+
+
+# -- Exercises 1 to 5 solved: attitude, calibrated yaw, altitude, and the tilt on the LEDs ------------------
+
+
+class Lab3(LabFirmware):
+    """All exercises."""
+
+    def __init__(self, hal: Hal, settings: Settings | None = None) -> None:
+        super().__init__(hal, settings)
+        # Read 800 times a second: bound once.
+        self._mu = self.settings.mu
+        self._threshold_deg = self.settings.led_threshold_deg
+        self._led1_shows_pitch = self.settings.led1_axis == "pitch"
+        self._angles = (0.0, 0.0, 0.0)
+
+    def HAL_TIM_PeriodElapsedCallback(self) -> None:
+        """Refresh, calibrate, compute the angles, show the tilt."""
+        self.ReadSensorRawData()
+        MagCalibration(self.mag, self.mag_min, self.mag_max)
+        angles = eCompass(self.acc, self.mag, self._mu)
+        if angles is not self._angles:  # else pins and variables show them already
+            self._angles = angles
+            self.pitch, self.roll, self.azimuth = angles
+            self._show_tilt()
+
+    def loop(self) -> None:
+        """Print both blocks and wait a second; the LEDs belong to the callback."""
+        self.print_template_block()
+        self._print_plot_block()
+        self.hal.HAL_Delay(LOOP_DELAY_MS)
+
+    def _show_tilt(self) -> None:
+        pitch_steep = abs(self.pitch) > self._threshold_deg
+        roll_steep = abs(self.roll) > self._threshold_deg
+        self.led1.switch(pitch_steep if self._led1_shows_pitch else roll_steep)
+        self.led2.switch(roll_steep if self._led1_shows_pitch else pitch_steep)
+
+    def _print_plot_block(self) -> None:
+        self.alt = getAltitude(self.press, self.temperature, self.press_zero_level)
+        PRINTF(self.hal, "*****\n\r\n\r")
+        PRINTF(self.hal, "Pitch: %f deg Roll: %f deg Yaw: %f deg \n\r", self.pitch, self.roll, self.azimuth)
+        PRINTF(self.hal, "Altitude: %f m \n\r", self.alt)
+        PRINTF(self.hal, "*****\n\r\n\r")

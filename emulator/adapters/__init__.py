@@ -10,10 +10,7 @@ of them cannot even be imported on a machine without an I2C port. The road not t
 ``sys.modules`` (``busio``, ``smbus2``), would hide the real ones from everybody else in the process.
 """
 
-from emulator.adapters.busio import BusioI2C
-from emulator.adapters.machine import MachineI2C
-from emulator.adapters.sensirion import SensirionI2C
-from emulator.adapters.smbus import SMBus
+from emulator.adapters.bus_objects import BusioI2C, MachineI2C, SensirionI2C, SMBus
 from emulator.adapters.virtual_time import virtual_time
 
 __all__ = ["BusioI2C", "MachineI2C", "SMBus", "SensirionI2C", "virtual_time"]

@@ -178,7 +178,7 @@ def new(directory: Path, bus: str) -> None:
 @cli.command()
 def scenarios() -> None:
     """List the scenarios that come with fcu, and the question each asks."""
-    from emulator.cli.scenarios import list_scenarios
+    from emulator.cli.listings import list_scenarios
 
     list_scenarios()
 
@@ -192,7 +192,7 @@ def scenario() -> None:
 @click.argument("file")
 def check(file: str) -> None:
     """Check a scenario FILE without running it."""
-    from emulator.cli.scenarios import check_scenario
+    from emulator.cli.listings import check_scenario
 
     check_scenario(file)
 
@@ -200,7 +200,7 @@ def check(file: str) -> None:
 @scenario.command()
 def schema() -> None:
     """Print the JSON schema of scenario files, for an editor's completion."""
-    from emulator.cli.scenarios import print_schema
+    from emulator.cli.listings import print_schema
 
     print_schema()
 
@@ -210,7 +210,7 @@ def schema() -> None:
 @click.option("--fidelity", is_flag=True, help="Instead, say what is modelled of each part, and how.")
 def registers(part: str | None, fidelity: bool) -> None:
     """Print the register map of PART (LSM6DSL, LIS2MDL or LPS22HB) with meanings."""
-    from emulator.cli.registers import print_fidelity, print_registers
+    from emulator.cli.listings import print_fidelity, print_registers
 
     if fidelity:
         print_fidelity()

@@ -1,4 +1,4 @@
-"""``fcu run``: announce, run, summarise."""
+"""``fcu run``: announce, run, summarise; with ``--gdb PORT [--halt]`` under a debugger."""
 
 from __future__ import annotations
 
@@ -11,19 +11,21 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from types import FrameType
+from typing import TYPE_CHECKING
 
 import click
 
 from emulator.board.board import Board
 from emulator.boards.fcu001v1 import DEFAULT_FIRMWARE
-from emulator.cli.explain import Explainer
-from emulator.cli.gdb import announcement, open_debugger
-from emulator.cli.progress import ProgressDisplay
-from emulator.cli.summary import summary
+from emulator.cli.run_report import Explainer, ProgressDisplay, summary
 from emulator.errors import InputError
 from emulator.links import ByteLink, open_link
 from emulator.links.runner import Progress, Runner
 from emulator.time.durations import parse_duration, seconds
+
+if TYPE_CHECKING:
+    from emulator.chip.gdb.server import GdbServer
+
 
 _SLOWEST, _FASTEST = 0.001, 1e6  # virtual over wall time
 _STOPPING = ("SIGINT", "SIGTERM", "SIGHUP")  # Ctrl-C, kill, a terminal window that is closed
@@ -211,3 +213,28 @@ def _to_stderr(line: str) -> None:
 
 def _quiet(line: str) -> None:
     del line
+
+
+# -- The debugger -------------------------------------------------------------------------------------------
+
+
+def open_debugger(board: Board, port: int | None, halt: bool, stack: ExitStack) -> GdbServer | None:
+    """The server, closed with ``stack``; None if nobody wants one.
+
+    Raises InputError if there is nothing to debug, or the port cannot be had.
+    """
+    if port is None:
+        if halt:
+            raise InputError("--halt waits for a debugger; give --gdb PORT as well, such as --gdb 3333")
+        return None
+    from emulator.chip.gdb.attach import serve
+
+    server = serve(board, port, halt)
+    stack.callback(server.close)
+    return server
+
+
+def announcement(server: GdbServer) -> str:
+    """What the user has to type in gdb."""
+    waits = ", the firmware waits for it" if server.halted else ""
+    return f"gdb: target remote 127.0.0.1:{server.port}{waits}"

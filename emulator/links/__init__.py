@@ -9,8 +9,7 @@ import sys
 from pathlib import Path
 
 from emulator.errors import LinkError
-from emulator.links.base import ByteLink
-from emulator.links.memory import MemoryLink
+from emulator.links.byte_link import ByteLink, MemoryLink
 from emulator.links.stdout import StdoutLink
 
 __all__ = ["ByteLink", "MemoryLink", "StdoutLink", "open_link"]

@@ -1,6 +1,6 @@
-"""The board's text on this process's own standard output, for pipes, files and a quick look.
+"""The terminal the emulator was started from: text on standard output, typing from standard input.
 
-Decisions:
+Decisions about standard output, which may be a terminal, a pipe or a file:
 
 * A daemon thread writes. A pipe into a paused ``less`` blocks its writer, and the board must not stop for
   that; a non-blocking descriptor is the road not taken, since that flag is shared with every process on the
@@ -10,24 +10,36 @@ Decisions:
 * Once a write failed (reader gone, disk full) nothing more is written and standard output is pointed at the
   null device, so that the interpreter's own flush at exit cannot fail either (Python library reference,
   module ``signal``, "Note on SIGPIPE").
+
+Decisions about standard input:
+
+* It is read only if it is a terminal and this process is in its foreground process group. A pipe, a file or a
+  background job is left alone: taking its bytes would rob whoever else reads it, and a background read would
+  stop the whole process (SIGTTIN).
+* The terminal stays in line mode: a line arrives at Enter, Ctrl-C still ends the run. The road not taken, raw
+  mode, must be undone on every way out, a crash included, or the user's shell is left unusable; the pty link
+  serves who wants single keys.
 """
 
 from __future__ import annotations
 
 import contextlib
 import os
+import signal
 import sys
 import threading
 import time
 from typing import Protocol
 
 from emulator.errors import LinkError
-from emulator.links.backlog import Backlog
-from emulator.links.keyboard import Keyboard, has_keyboard
-from emulator.links.patience import Patience
+from emulator.links.byte_link import Backlog, Patience
 
 if sys.platform == "win32":
     import msvcrt
+
+
+# -- The link -----------------------------------------------------------------------------------------------
+
 
 BACKLOG_LIMIT = 16 * 1024 * 1024
 CHUNK = 4096
@@ -159,3 +171,58 @@ def _raw_stdout() -> _RawFile:
             msvcrt.setmode(buffer.fileno(), os.O_BINARY)
     raw: _RawFile = getattr(buffer, "raw", buffer)
     return raw
+
+
+# -- Typing -------------------------------------------------------------------------------------------------
+
+
+INBOX_LIMIT = 64 * 1024
+RETRY_S = 0.25
+
+
+def has_keyboard(fd: int = 0) -> bool:
+    """Tell whether ``fd`` is a terminal whose typing is meant for this process."""
+    if not os.isatty(fd):
+        return False
+    if sys.platform != "win32":
+        try:
+            return os.tcgetpgrp(fd) == os.getpgrp()
+        except OSError:  # a terminal, but not this process's controlling one
+            return False
+    else:
+        return True
+
+
+class Keyboard:
+    """Reads terminal ``fd`` in a daemon thread until end of file (Ctrl-D) or ``close``."""
+
+    def __init__(self, fd: int = 0) -> None:
+        self._fd = fd
+        self._lock = threading.Lock()
+        self._inbox = Backlog(INBOX_LIMIT)
+        self._closed = threading.Event()
+        threading.Thread(target=self._run, name="serial-keyboard", daemon=True).start()
+
+    def read(self) -> bytes:
+        """Return the lines typed since the last call."""
+        with self._lock:
+            return self._inbox.take()
+
+    def close(self) -> None:
+        """Ask the thread to end; one that waits for a key ends with the process instead."""
+        self._closed.set()
+
+    def _run(self) -> None:
+        if sys.platform != "win32":
+            # With SIGTTIN blocked, a read after Ctrl-Z and "bg" fails with EIO instead of stopping the board.
+            signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTTIN})
+        while not self._closed.is_set():
+            try:
+                data = os.read(self._fd, 4096)
+            except OSError:  # in the background now, perhaps in front again later
+                self._closed.wait(RETRY_S)
+                continue
+            if not data:
+                return
+            with self._lock:
+                self._inbox.put(data)

@@ -8,7 +8,7 @@ Decision: picoseconds. Nanoseconds would round the 11.9 ns cycle of the 84 MHz c
 cycles would tie the board's time to one clock setting of one firmware. Picoseconds round a cycle by 0.004 %
 at most, and only once, because longer times are computed from counts.
 
-The clock never looks at the wall clock; :mod:`emulator.links.pacing` sleeps between events instead.
+The clock never looks at the wall clock; :mod:`emulator.links.runner` sleeps between events instead.
 """
 
 from __future__ import annotations

@@ -5,12 +5,12 @@ firmware.
 
 Frames and signs
     World frame NWU: X north, Y west, Z up. Board axes: X right, Y forward, Z up out of the component side
-    (brief, "Axes and units"). Attitude (roll, pitch, yaw) in degrees is R(board -> world) = Rz(yaw) Ry(pitch)
-    Rx(roll). Flat and still, the specific force is (0, 0, +1) g.
+    (COORDINATE_SYSTEM 3 of ST's firmware). Attitude (roll, pitch, yaw) in degrees is R(board -> world) =
+    Rz(yaw) Ry(pitch) Rx(roll). Flat and still, the specific force is (0, 0, +1) g.
 
 North
     Yaw is measured from the frame's north. The default field has no east part, so the frame's north is
-    magnetic north and a right compass prints the yaw (brief). A field with an east part turns the compass by
+    magnetic north and a right compass prints the yaw. A field with an east part turns the compass by
     its declination; ``earth_field(..., north="magnetic")``, the default, therefore turns a place's field so
     that its horizontal part lies on north, and ``north="true"`` keeps the declination. Road not taken: a
     second, geographic north in the frame, which every reader would have to tell from the first.

@@ -12,8 +12,7 @@ from typing import Protocol
 
 import numpy as np
 
-from emulator.world.profile import MinimumJerk
-from emulator.world.track import Array
+from emulator.world.track import Array, MinimumJerk
 
 
 class Line(Protocol):

@@ -1,4 +1,4 @@
-"""One quantity over time: pieces in force one after the other.
+"""One quantity over time: the pieces of a track, what is added on top of it, and the pace of a motion.
 
 Decision: a piece is in force from its start until the next one's, and the last word wins: planning a piece
 drops what was planned from its start on. One rule serves timelines (planned in order of time) and live
@@ -8,6 +8,13 @@ state, where a student's slider would bend a scenario's expected values.
 A piece's function returns a first axis of length N, or of length 1 when its value does not change: numpy's
 broadcasting then carries "the same for the whole block" through all arithmetic, and a world at rest costs one
 row.
+
+Shaking and magnetic disturbances are vectors that add up, so two of them may overlap, unlike the pieces of a
+track.
+
+A hand's motion from rest to rest has minimum jerk (Flash and Hogan, J. Neurosci. 5, 1985, equation of the
+straight reach): speed and acceleration are zero at both ends, so that gyroscope and accelerometer see no
+step.
 """
 
 from __future__ import annotations
@@ -15,10 +22,14 @@ from __future__ import annotations
 import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable
-from typing import Generic, TypeVar
+from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 import numpy.typing as npt
+
+# -- Pieces one after the other -----------------------------------------------------------------------------
+
 
 Array = npt.NDArray[np.float64]
 P = TypeVar("P")
@@ -82,3 +93,90 @@ class Constant:
     def value(self, _t_s: Array, /) -> Array:
         """The value at any time."""
         return self._value
+
+
+# -- Events that add up -------------------------------------------------------------------------------------
+
+
+class Overlays(Generic[P]):
+    """Events with a start and an end whose vectors (N, 3) are summed."""
+
+    def __init__(self) -> None:
+        self._events: list[tuple[float, float, P]] = []
+
+    def add(self, start_s: float, end_s: float, event: P) -> None:
+        """Let ``event`` count for ``start_s`` <= t < ``end_s``."""
+        self._events.append((start_s, end_s, event))
+
+    def forget(self, before_s: float) -> None:
+        """Drop the events that ended before ``before_s``."""
+        if self._events:
+            self._events = [event for event in self._events if event[1] >= before_s]
+
+    def total(self, t_s: Array, function: Callable[[P, Array], Array]) -> Array:
+        """Sum of ``function(event, t_s)`` at ``t_s`` (N,): (N, 3), or a row of zeros when nothing happens."""
+        total = np.zeros((1, 3))
+        for start_s, end_s, event in self._events:
+            here = (t_s >= start_s) & (t_s < end_s)
+            if here.any():
+                total = np.array(np.broadcast_to(total, (t_s.size, 3)))
+                total[here] += function(event, t_s[here])
+        return total
+
+
+# -- The pace of a motion: progress from 0 to 1, and its exact derivatives in time --------------------------
+
+
+class Profile(Protocol):
+    """Progress from 0 to 1; ``t_s`` (N,) -> (N,)."""
+
+    def progress(self, t_s: Array) -> Array:
+        """The part done."""
+        ...
+
+    def speed(self, t_s: Array) -> Array:
+        """Its first derivative in 1/s."""
+        ...
+
+
+@dataclass(frozen=True)
+class Linear:
+    """Constant speed: it starts and stops with a jump."""
+
+    start_s: float
+    duration_s: float
+
+    def progress(self, t_s: Array) -> Array:
+        """The part done."""
+        return np.clip((t_s - self.start_s) / self.duration_s, 0.0, 1.0)
+
+    def speed(self, t_s: Array) -> Array:
+        """Its first derivative in 1/s."""
+        return np.full(t_s.shape, 1.0 / self.duration_s)
+
+
+@dataclass(frozen=True)
+class MinimumJerk:
+    """10 u^3 - 15 u^4 + 6 u^5 of u = (t - start) / duration."""
+
+    start_s: float
+    duration_s: float
+
+    def progress(self, t_s: Array) -> Array:
+        """The part done."""
+        u = self._u(t_s)
+        return u * u * u * (10.0 - 15.0 * u + 6.0 * u * u)
+
+    def speed(self, t_s: Array) -> Array:
+        """Its first derivative in 1/s."""
+        rest = self._u(t_s)
+        rest *= 1.0 - rest
+        return 30.0 / self.duration_s * rest * rest
+
+    def acceleration(self, t_s: Array) -> Array:
+        """Its second derivative in 1/s2."""
+        u = self._u(t_s)
+        return 60.0 / self.duration_s**2 * u * (1.0 - u) * (1.0 - 2.0 * u)
+
+    def _u(self, t_s: Array) -> Array:
+        return np.clip((t_s - self.start_s) / self.duration_s, 0.0, 1.0)

@@ -3,6 +3,12 @@
 Decision: each signal has a track of its own whose usual piece is the world's law; a recording puts its own
 values in place of the law for the signals it has, and the next motion or setter that bears on such a signal
 puts the law back.
+
+Decision: air pressure is P = P_floor (1 - L h / T)^(g M / (R L)) with T the air's own temperature, where the
+International Standard Atmosphere (ISA) puts 288.15 K. The air in a room at 25 degC is lighter than the ISA's
+at 15 degC: over a stairwell of 20 m its pressure falls 3.4 % less. The lab's altitude formula takes the
+temperature likewise. The ISA serves only to find what a barometer shows at the floor, where the formula's
+reference height is the sea. Source: U.S. Standard Atmosphere 1976, equation 33a, table 2.
 """
 
 from __future__ import annotations
@@ -14,13 +20,33 @@ import numpy as np
 import numpy.typing as npt
 
 from emulator.world import limits
-from emulator.world.atmosphere import isa_pressure_hpa, pressure_ratio
-from emulator.world.attitude import Attitude, Held
+from emulator.world.attitude import Attitude, Held, matrix_to_euler, to_board
 from emulator.world.line import Line, Rest, Shake
 from emulator.world.magnetism import Magnet, ned_to_nwu_mgauss
-from emulator.world.overlays import Overlays
-from emulator.world.rotation import matrix_to_euler, to_board
-from emulator.world.track import Array, Constant, Track
+from emulator.world.track import Array, Constant, Overlays, Track
+
+# -- Air pressure over the room's floor ---------------------------------------------------------------------
+
+
+SEA_LEVEL_HPA = 1013.25
+SEA_LEVEL_K = 288.15
+ZERO_CELSIUS_K = 273.15
+LAPSE_K_M = 0.0065
+EXPONENT = 9.80665 * 0.0289644 / (8.31432 * LAPSE_K_M)  # g M / (R L) = 5.25588; the lab rounds it to 5.257
+
+
+def isa_pressure_hpa(altitude_m: float) -> float:
+    """The standard atmosphere's pressure at ``altitude_m`` above the sea."""
+    return float(SEA_LEVEL_HPA * (1.0 - LAPSE_K_M * altitude_m / SEA_LEVEL_K) ** EXPONENT)
+
+
+def pressure_ratio(height_m: Array, temperature_degc: Array) -> Array:
+    """Pressure at ``height_m`` above the floor over that at the floor, in air of this temperature; (N,)."""
+    return (1.0 - LAPSE_K_M * height_m / (temperature_degc + ZERO_CELSIUS_K)) ** EXPONENT
+
+
+# -- The signals --------------------------------------------------------------------------------------------
+
 
 STANDARD_GRAVITY = 9.80665  # m/s2 in one g
 ZURICH_FIELD_UT = (21.5, 0.0, 43.0)  # the World Magnetic Model at Zurich, rounded, turned to north

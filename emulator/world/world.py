@@ -1,25 +1,37 @@
-"""The world as scenarios, the web page and tests use it: truth, motions, and live setters."""
+"""The world as scenarios, the web page and tests use it: truth, motions, and live setters.
+
+Common to all motions, of the board and of magnets near it: ``start_s`` is virtual time (None: now) and not in
+the past; the motion starts from the state in force then, and drops what was planned for the same quantity
+from then on, so plan in order of time. Each returns the time at which it ends. Shakes and magnetic
+disturbances are the exception: they add up and drop nothing.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from emulator.errors import InputError
 from emulator.world import limits
-from emulator.world.atmosphere import pressure_ratio
-from emulator.world.attitude import Held
-from emulator.world.line import Rest
-from emulator.world.magnetism import ned_to_nwu_mgauss
-from emulator.world.motions import Motions
-from emulator.world.track import Constant, Track
+from emulator.world.attitude import Attitude, Held, Recorded, Sweep, Turn, euler_to_matrix, figure_eights
+from emulator.world.line import Lift, Line, Parabola, Rest, Shake
+from emulator.world.line import Recorded as RecordedLine
+from emulator.world.magnetism import Magnet, ned_to_nwu_mgauss
+from emulator.world.recording import MEASURED, Interpolation, Recording
+from emulator.world.track import Array, Constant, Linear, MinimumJerk, Track
+from emulator.world.truth import STANDARD_GRAVITY, Disturbance, Truth, pressure_ratio
 
+NOW_TOLERANCE_S = 1e-9  # now comes from integer picoseconds: the same instant may differ in the last bit
+HISTORY_S = 5.0  # kept behind now; sensors evaluate from about now on
 ZURICH_ALTITUDE_M = 408.0
+EULER_AXES = ("roll", "pitch", "yaw")
+SHAKE_DIRECTIONS = {"north": (1.0, 0.0, 0.0), "west": (0.0, 1.0, 0.0), "up": (0.0, 0.0, 1.0)}
 
 
-class World(Motions):
+class World(Truth):
     """One truth for all sensors; ``now_s`` tells the present in seconds of virtual time.
 
     It begins flat and still on the room's floor, board X to the north, in the air and the field of Zurich. A
@@ -30,7 +42,15 @@ class World(Motions):
     def __init__(
         self, now_s: Callable[[], float] = lambda: 0.0, floor_altitude_m: float = ZURICH_ALTITUDE_M
     ) -> None:
-        super().__init__(now_s, floor_altitude_m)
+        super().__init__(floor_altitude_m)
+        self._now_s = now_s
+        self._listeners: list[Callable[[float], None]] = []
+
+    def on_change(self, callback: Callable[[float], None]) -> None:
+        """Call ``callback(from_s)`` after each change; no signal differs before ``from_s``."""
+        self._listeners.append(callback)
+
+    # -- setters --------------------------------------------------------------------------------------------
 
     def set_attitude(self, roll_deg: float, pitch_deg: float, yaw_deg: float) -> None:
         """Put the board in another attitude, without an angular rate in between."""
@@ -74,7 +94,200 @@ class World(Motions):
         """Another gravity than the standard 9.80665 m/s2; a free fall keeps the one it began with."""
         self._set(self._gravity, limits.GRAVITY.check("m_s2", m_s2), "acc")
 
+    # -- motions, each a few pieces on a track --------------------------------------------------------------
+
+    def rotate_to(
+        self,
+        roll_deg: float,
+        pitch_deg: float,
+        yaw_deg: float,
+        duration_s: float,
+        start_s: float | None = None,
+    ) -> float:
+        """Turn by the shortest arc, about one fixed axis, as a hand does (minimum jerk)."""
+        end_deg = limits.attitude(roll_deg, pitch_deg, yaw_deg)
+        start, end = self._span(start_s, duration_s)
+        target = euler_to_matrix(end_deg[np.newaxis])[0]
+        turn = Turn.between(self._rotation_at(start), target, MinimumJerk(start, end - start))
+        return self._plan_attitude((start, turn), (end, Held(end_deg)))
+
+    def sweep(
+        self,
+        axis: Literal["roll", "pitch", "yaw"],
+        to_deg: float,
+        duration_s: float,
+        start_s: float | None = None,
+        profile: Literal["linear", "minimum_jerk"] = "linear",
+    ) -> float:
+        """Change one Euler angle, as last commanded, to ``to_deg``: for tilts, and turns of more than 180."""
+        if axis not in EULER_AXES:
+            raise InputError(f"axis is {axis!r}: give one of {', '.join(EULER_AXES)}")
+        if profile not in ("linear", "minimum_jerk"):
+            raise InputError(f"profile is {profile!r}: give one of linear, minimum_jerk")
+        start, end = self._span(start_s, duration_s)
+        pace = (Linear if profile == "linear" else MinimumJerk)(start, end - start)
+        start_deg = self._euler_deg_at(start)
+        end_deg = start_deg.copy()
+        end_deg[EULER_AXES.index(axis)] = limits.ANGLE.check("to_deg", to_deg)
+        return self._plan_attitude((start, Sweep(start_deg, end_deg - start_deg, pace)), (end, Held(end_deg)))
+
+    def figure_eight(self, duration_s: float, turns: int = 1, start_s: float | None = None) -> float:
+        """The calibration's figure-of-eight, ``turns`` times, back to where it began."""
+        if limits.TURNS.check("turns", turns) % 1.0:
+            raise InputError(f"turns is {turns!r}: give a whole number")
+        start, end = self._span(start_s, duration_s)
+        field = self._earth.at(start).value(np.array([start]))[0]
+        pieces = figure_eights(start, end - start, int(turns), self._rotation_at(start), field)
+        return self._plan_attitude(*pieces, (end, Held(self._euler_deg_at(start))))
+
+    def lift(self, metres: float, duration_s: float, start_s: float | None = None) -> float:
+        """Raise the board by ``metres`` (negative: lower it), from rest to rest (minimum jerk)."""
+        start, end = self._span(start_s, duration_s)
+        from_m = self._height_at(start)
+        way_m = limits.ALTITUDE.check("metres", metres)
+        to_m = limits.ALTITUDE.check("altitude after the lift", from_m + way_m)
+        lift = Lift(from_m, way_m, MinimumJerk(start, end - start))
+        return self._plan_height((start, lift), (end, Rest(to_m)))
+
+    def free_fall(self, duration_s: float, catch_s: float = 0.05, start_s: float | None = None) -> float:
+        """Let go from rest for ``duration_s``, then stop with constant deceleration in ``catch_s``.
+
+        The board ends lower, below the room's floor if it was not lifted before.
+        """
+        start, caught = self._span(start_s, duration_s)
+        catch = limits.DURATION.check("catch_s", catch_s)
+        gravity = float(self._gravity.at(start).value(np.array([start]))[0])
+        from_m, speed = self._height_at(start), -gravity * (caught - start)
+        caught_m = from_m + 0.5 * speed * (caught - start)
+        rest_m = limits.ALTITUDE.check("altitude after the fall", caught_m + 0.5 * speed * catch)
+        fall = Parabola(start, from_m, 0.0, -gravity)
+        stop = Parabola(caught, caught_m, speed, -speed / catch)
+        return self._plan_height((start, fall), (caught, stop), (caught + catch, Rest(rest_m)))
+
+    def shake(
+        self,
+        axis: Literal["north", "west", "up"],
+        amplitude_g: float,
+        frequency_hz: float,
+        duration_s: float,
+        start_s: float | None = None,
+    ) -> float:
+        """Accelerate by ``amplitude_g`` cos(2 pi f t) along a world axis; "up" moves the altitude too.
+
+        The shake stops after the last whole period within ``duration_s``, at rest where it began.
+        """
+        if axis not in SHAKE_DIRECTIONS:
+            raise InputError(f"axis is {axis!r}: give one of {', '.join(SHAKE_DIRECTIONS)}")
+        frequency = limits.FREQUENCY.check("frequency_hz", frequency_hz)
+        amplitude = limits.AMPLITUDE.check("amplitude_g", amplitude_g) * STANDARD_GRAVITY
+        start, end = self._span(start_s, duration_s)
+        periods = int((end - start) * frequency + 1e-6)
+        if periods < 1:
+            raise InputError(f"duration_s is {duration_s!r}: give at least one period, {1.0 / frequency:g} s")
+        angular = 2.0 * np.pi * frequency
+        limits.EXCURSION.check("way of the shake (lower g or higher Hz)", 2.0 * amplitude / angular**2)
+        direction = np.array(SHAKE_DIRECTIONS[axis])
+        end = start + periods / frequency
+        self._shakes.add(start, end, Shake(start, direction, amplitude, angular))
+        self._changed(start, ("acc", "pressure") if axis == "up" else ("acc",))
+        return end
+
+    def disturb_field(
+        self, north_ut: float, east_ut: float, down_ut: float, duration_s: float, start_s: float | None = None
+    ) -> float:
+        """Add a constant field (NED) to the Earth's, as of a loudspeaker or a steel desk nearby."""
+        disturbance = Constant(ned_to_nwu_mgauss(north_ut, east_ut, down_ut))
+        start, end = self._span(start_s, duration_s)
+        return self._disturb(start, end, disturbance)
+
+    def pass_magnet(
+        self, moment_am2: float, distance_m: float, speed_m_s: float, start_s: float | None = None
+    ) -> float:
+        """Move a magnet past the board on a straight level line, ``distance_m`` to its east (see `Magnet`).
+
+        It comes and goes from beyond the reach of its field; the closest point is half way in time.
+        """
+        moment = limits.MOMENT.check("moment_am2", moment_am2)
+        distance = limits.DISTANCE.check("distance_m", distance_m)
+        speed = limits.SPEED.check("speed_m_s", speed_m_s)
+        start = self._start(start_s)
+        magnet = Magnet.starting_at(start, moment, distance, speed)
+        return self._disturb(start, 2.0 * magnet.closest_s - start, magnet)
+
+    def replay(self, recording: Recording, start_s: float | None = None) -> float:
+        """Give a recording's signals, or follow its attitude, its time 0 being ``start_s``.
+
+        The last row holds on until the next motion or setter that bears on the same signal.
+        """
+        start = self._start(start_s)
+        row_s = start + recording.t_s
+        end = float(row_s[-1])
+        for group, values in recording.groups.items():
+            if group in MEASURED:
+                self._signals[group].plan(start, Interpolation(row_s, values))
+            elif group == "altitude":
+                self._plan_height((start, RecordedLine(row_s, values)), (end, Rest(float(values[-1]))))
+            else:
+                moving = Recorded(row_s, values) if len(row_s) > 1 else Held(values[0])
+                self._plan_attitude((start, moving), (end, Held(values[-1])))
+        self._changed(start, ())
+        return end
+
+    # -- changing the truth: when a change takes effect, what it drops, and who hears of it -----------------
+
     def _set(self, track: Track[Constant], value: npt.ArrayLike, signal: str) -> None:
         now = self._now_s()
         track.plan(now, Constant(value))
         self._changed(now, (signal,))
+
+    def _start(self, start_s: float | None) -> float:
+        """``start_s`` checked; None is now."""
+        now = self._now_s()
+        if start_s is None:
+            return now
+        start = limits.TIME.check("start_s", start_s)
+        if start < now - NOW_TOLERANCE_S:
+            raise InputError(f"start_s is {start_s!r}: it is {now:g} s already, give a later time")
+        return max(start, now)
+
+    def _span(self, start_s: float | None, duration_s: float) -> tuple[float, float]:
+        """Start and end, checked."""
+        start = self._start(start_s)
+        return start, start + limits.DURATION.check("duration_s", duration_s)
+
+    def _rotation_at(self, t_s: float) -> Array:
+        rotation: Array = self._attitude.at(t_s).rotation(np.array([t_s]))[0]
+        return rotation
+
+    def _euler_deg_at(self, t_s: float) -> Array:
+        euler_deg: Array = self._attitude.at(t_s).euler_deg(np.array([t_s]))[0]
+        return euler_deg
+
+    def _height_at(self, t_s: float) -> float:
+        return float(self._height.at(t_s).position_m(np.array([t_s]))[0])
+
+    def _plan_attitude(self, *pieces: tuple[float, Attitude]) -> float:
+        """Plan (start, piece) in order; the last one is at rest, and its start is the end returned."""
+        for start_s, piece in pieces:
+            self._attitude.plan(start_s, piece)
+        self._changed(pieces[0][0], ("acc", "gyro", "mag"))
+        return pieces[-1][0]
+
+    def _plan_height(self, *pieces: tuple[float, Line]) -> float:
+        """Likewise for the altitude."""
+        for start_s, piece in pieces:
+            self._height.plan(start_s, piece)
+        self._changed(pieces[0][0], ("acc", "pressure"))
+        return pieces[-1][0]
+
+    def _disturb(self, start_s: float, end_s: float, disturbance: Disturbance) -> float:
+        self._disturbances.add(start_s, end_s, disturbance)
+        self._changed(start_s, ("mag",))
+        return end_s
+
+    def _changed(self, from_s: float, signals: Iterable[str]) -> None:
+        """After a change to ``signals``: take them back from recordings, drop the past, tell everybody."""
+        self._restore_laws(from_s, signals)
+        self._forget(self._now_s() - HISTORY_S)
+        for callback in self._listeners:
+            callback(from_s)

@@ -1,9 +1,9 @@
 """What the three sensor drivers share: status codes and the read-modify-write of a register.
 
-Decision: a driver's set-up is a table of steps, in the order of ST's drivers (board facts, section 5). ST has
-one C function per register field; a table shows the order at a glance and gives the same transactions. Each
-step is one read and one write, even when the field already has its value, because that is what the board puts
-on the bus.
+Decision: a driver's set-up is a table of steps, in the order of ST's drivers (STSW-FCU001). ST has one
+C function per register field; a table shows the order at a glance and gives the same transactions. Each step
+is one read and one write, even when the field already has its value, because that is what the board puts on
+the bus.
 """
 
 from __future__ import annotations

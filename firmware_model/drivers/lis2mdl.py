@@ -1,4 +1,4 @@
-"""LIS2MDL magnetometer: set-up over I2C (board facts, section 5, transactions 28-36, 64-65 and 87-88)."""
+"""LIS2MDL magnetometer: set-up over I2C, in the order of ST's firmware package STSW-FCU001."""
 
 from __future__ import annotations
 

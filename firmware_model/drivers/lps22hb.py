@@ -1,21 +1,21 @@
 """LPS22HB barometer: set-up over I2C and the readings of one sample.
 
-The order is that of ST's driver (board facts, section 5, transactions 37-59 and 66-71), less what I2C has no
-use for: the SIM bit (3-wire SPI) and the call that disables I2C. CTRL_REG1 therefore ends at 32.
+The order is that of the driver in ST's firmware package STSW-FCU001, less what I2C has no use for: the SIM
+bit (3-wire SPI) and the call that disables I2C. CTRL_REG1 therefore ends at 32.
 
 Decisions
     ST's driver clears IF_ADD_INC because it reads byte by byte; the lab on I2C reads in bursts, so the same
     transaction sets it, and CTRL_REG2 ends at 10. ``LPS22HB_WaitForData`` is ours. ST's main.c reads its
     reference pressure some 10 ms after switching on a 25 Hz output, when the part may not have converted yet
-    and shows no pressure (758.4 hPa was seen on a part: sensor facts, 3.2). A floor level of 0 m cannot be
-    built on that. The wait is bounded: a dead sensor must not stop the boot.
+    and shows no pressure (758.4 hPa was seen on a part). A floor level of 0 m cannot be built on that. The
+    wait is bounded: a dead sensor must not stop the boot.
 """
 
 from __future__ import annotations
 
 from functools import lru_cache
 
-from firmware_model.c_math import f32, int_divide
+from firmware_model.c_semantics import f32, int_divide
 from firmware_model.drivers.component import (
     COMPONENT_ERROR,
     COMPONENT_OK,

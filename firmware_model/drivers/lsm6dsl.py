@@ -1,8 +1,7 @@
 """LSM6DSL accelerometer and gyroscope: set-up over I2C.
 
-The order is that of ST's driver (board facts, section 5, transactions 1-27, 60-63 and 72-86), less what I2C
-has no use for: the blind write of SIM (3-wire SPI) and the I2C_disable bit. CTRL3_C therefore ends at 44,
-CTRL4_C at 00.
+The order is that of the driver in ST's firmware package STSW-FCU001, less what I2C has no use for: the blind
+write of SIM (3-wire SPI) and the I2C_disable bit. CTRL3_C therefore ends at 44, CTRL4_C at 00.
 """
 
 from __future__ import annotations

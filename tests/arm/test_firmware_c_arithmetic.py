@@ -17,7 +17,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_model import arm
-from firmware_model.axes import (
+from firmware_model.c_semantics import f32
+from firmware_model.drivers.lps22hb import pressure_hpa, temperature_degc
+from firmware_model.ecompass import MAG_MAX_START, MAG_MIN_START, MagCalibration, eCompass, getAltitude
+from firmware_model.sensor_data import (
     ACC_MG_PER_LSB,
     GYRO_MDPS_PER_LSB,
     MAG_MGAUSS_PER_LSB,
@@ -25,10 +28,6 @@ from firmware_model.axes import (
     scale_table,
     unpack_axes,
 )
-from firmware_model.c_math import f32
-from firmware_model.drivers.lps22hb import pressure_hpa, temperature_degc
-from firmware_model.ecompass import eCompass, getAltitude
-from firmware_model.mag_calibration import MAG_MAX_START, MAG_MIN_START, MagCalibration
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
 

@@ -17,7 +17,7 @@ from pathlib import Path
 import pytest
 import serial
 
-from emulator.links import ByteLink, open_link, patience
+from emulator.links import ByteLink, byte_link, open_link
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 
@@ -291,7 +291,7 @@ def test_flush_lets_the_reader_take_everything_before_close(link: ByteLink, port
 def test_flush_without_a_reader_returns_at_once_and_close_counts_the_loss(
     link: ByteLink, port: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(patience, "STALL_S", 60.0)
+    monkeypatch.setattr(byte_link, "STALL_S", 60.0)
     link.send(BOOT)
     started_s = time.monotonic()
     link.flush(60.0)

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import emulator.errors
-from emulator.links.keyboard import has_keyboard
+from emulator.links.stdout import has_keyboard
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="job control is a POSIX matter")
 
@@ -25,7 +25,7 @@ import fcntl, termios
 fcntl.ioctl(terminal, termios.TIOCSCTTY, 0)
 os.dup2(terminal, 0)
 from emulator.links import open_link
-from emulator.links.keyboard import has_keyboard
+from emulator.links.stdout import has_keyboard
 """
 ECHO = """
 link = open_link('stdout')

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from emulator.links import ByteLink, MemoryLink
-from emulator.links.backlog import Backlog
+from emulator.links.byte_link import Backlog
 
 
 def test_sent_bytes_are_collected_in_order() -> None:

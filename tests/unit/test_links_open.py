@@ -8,8 +8,8 @@ import sys
 import pytest
 
 from emulator.errors import LinkError
-from emulator.links import StdoutLink, open_link, patience
-from emulator.links.patience import Patience
+from emulator.links import StdoutLink, byte_link, open_link
+from emulator.links.byte_link import Patience
 
 
 def test_stdout_is_a_link(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -46,7 +46,7 @@ class WallClock:
 @pytest.fixture
 def wall(monkeypatch: pytest.MonkeyPatch) -> WallClock:
     clock = WallClock()
-    monkeypatch.setattr(patience, "time", clock)
+    monkeypatch.setattr(byte_link, "time", clock)
     return clock
 
 

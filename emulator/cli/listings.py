@@ -1,13 +1,19 @@
-"""``fcu registers PART``: the register map with meanings, as declared in ``sensors``."""
+"""The commands that print what there is: register maps, shipped scenarios, the schema of scenario files."""
 
 from __future__ import annotations
+
+import json
 
 import click
 
 from emulator.analysis.fidelity import table, without_behaviour
 from emulator.errors import InputError
+from emulator.scenario import json_schema, load_scenario, scenario_names
 from sensors import PARTS
 from sensors.register import Bits, Register, RegisterMap
+
+# -- The parts' register maps, as declared in ``sensors`` ---------------------------------------------------
+
 
 _ACCESS = {"rw": "RW", "r": "R ", "w": " W"}
 
@@ -52,3 +58,26 @@ def _field_line(bits: Bits, register: type[Register]) -> str:
     where = f"{bits.msb}:{bits.lsb}" if bits.msb != bits.lsb else str(bits.msb)
     mark = "" if bits.modelled or not register.modelled else " (not modelled)"
     return f"{'':10}    {where:>5}     {bits.name}: {bits.doc}{mark}"
+
+
+# -- Scenarios ----------------------------------------------------------------------------------------------
+
+
+def list_scenarios() -> None:
+    """Print the shipped scenarios with their questions."""
+    names = scenario_names()
+    width = max(len(name) for name in names)
+    for name, question in names.items():
+        click.echo(f"{name:<{width}}  {question}")
+    click.echo("\nRun one with: fcu run --scenario NAME")
+
+
+def check_scenario(file: str) -> None:
+    """Load a scenario; raises ScenarioError naming file and key path."""
+    plan = load_scenario(file)
+    click.echo(f"{file}: good; {plan.question}")
+
+
+def print_schema() -> None:
+    """Print the JSON schema of scenario files."""
+    click.echo(json.dumps(json_schema(), indent=2))

@@ -1,0 +1,369 @@
+"""The bus objects that four families of I2C drivers expect, on the virtual board's I2C2.
+
+Each has the shape and the limits that its original's documentation gives: ``busio.I2C`` of CircuitPython,
+``machine.I2C`` of MicroPython, ``SMBus`` of smbus2 (and the kernel's ``i2c/smbus-protocol``), the transceiver
+interface ``I2cTransceiverV1`` of sensirion-i2c-driver.
+
+Decisions
+    ``BusioI2C`` has to be locked to be used, as on a microcontroller (Blinka does not check that), so that a
+    driver which forgets it is found out here.
+
+    ``stop=False`` of ``MachineI2C`` ends in a stop all the same, and ``i2c_rdwr`` of ``SMBus`` passes a write
+    and the read after it on as one transfer, other messages one by one with a stop in place of the repeated
+    start. The parts keep the sub-address over a stop, so the bytes are the same.
+
+    What the three parts have no use for is left out of ``SMBus``: process calls, blocks with a length byte,
+    packet error codes.
+
+    ``SensirionI2C`` lets the driver's time between writing and reading pass on the board's clock: it is the
+    one bus object that is told to wait instead of being waited for.
+"""
+
+from __future__ import annotations
+
+import errno
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Protocol, Self, TypeAlias
+
+from emulator.buses.i2c_master import I2CMaster
+from emulator.errors import I2CError, I2CNackError, I2CStuckError, InputError
+
+if TYPE_CHECKING:
+    from typing_extensions import Buffer  # in collections.abc from Python 3.12 on
+
+
+# -- What the objects share: a bus error as the operating system's, and looking for devices -----------------
+
+
+# The error of an address nobody acknowledges: CircuitPython's and MicroPython's, and Linux' (i2c-bcm2835,
+# Raspberry Pi). The latter by number, since Python knows its name on Linux only.
+ENODEV: Final = errno.ENODEV
+EREMOTEIO: Final = 121
+
+
+@contextmanager
+def os_errors(not_acknowledged: int) -> Iterator[None]:
+    """Turn an I2CError into OSError: ``not_acknowledged`` (an errno), ETIMEDOUT for a stuck bus, or EIO."""
+    try:
+        yield
+    except I2CNackError as error:
+        raise OSError(not_acknowledged, str(error)) from error
+    except I2CStuckError as error:
+        raise OSError(errno.ETIMEDOUT, str(error)) from error
+    except I2CError as error:
+        raise OSError(errno.EIO, str(error)) from error
+
+
+_ADDRESSES = range(0x08, 0x78)  # the others are reserved (NXP UM10204, Table 3)
+
+
+def scan(master: I2CMaster) -> list[int]:
+    """The 7-bit addresses that acknowledge an empty write, in ascending order. Raises I2CError."""
+    found = []
+    for address in _ADDRESSES:
+        with suppress(I2CNackError):
+            master.write(address, b"")
+            found.append(address)
+    return found
+
+
+# -- CircuitPython ------------------------------------------------------------------------------------------
+
+
+class BusioI2C:
+    """Give ``BusioI2C(board.i2c2)`` to a CircuitPython driver in place of ``board.I2C()``.
+
+    Addresses have 7 bits; ``start`` and ``end`` select a slice of a buffer. A device that does not answer is
+    OSError(ENODEV), a stuck bus OSError(ETIMEDOUT); a transfer without :meth:`try_lock` is a RuntimeError.
+    """
+
+    def __init__(self, master: I2CMaster) -> None:
+        self._master = master
+        self._locked = False
+
+    def try_lock(self) -> bool:
+        """Take the bus; False if it is taken."""
+        taken, self._locked = self._locked, True
+        return not taken
+
+    def unlock(self) -> None:
+        """Give the bus back."""
+        self._locked = False
+
+    def deinit(self) -> None:
+        """Release the pins: nothing to do here."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exc_info: object) -> None:
+        self.deinit()
+
+    def scan(self) -> list[int]:
+        """Addresses at which a device answers."""
+        with self._transfer():
+            return scan(self._master)
+
+    def writeto(self, address: int, buffer: Buffer, *, start: int = 0, end: int | None = None) -> None:
+        """Write a slice of ``buffer``; of length 0 it only asks whether the device is there."""
+        with self._transfer():
+            self._master.write(address, bytes(memoryview(buffer)[start:end]))
+
+    def readfrom_into(self, address: int, buffer: Buffer, *, start: int = 0, end: int | None = None) -> None:
+        """Fill a slice of ``buffer``."""
+        target = memoryview(buffer)[start:end].cast("B")
+        with self._transfer():
+            target[:] = self._master.read(address, len(target))
+
+    def writeto_then_readfrom(
+        self,
+        address: int,
+        out_buffer: Buffer,
+        in_buffer: Buffer,
+        *,
+        out_start: int = 0,
+        out_end: int | None = None,
+        in_start: int = 0,
+        in_end: int | None = None,
+    ) -> None:
+        """Write a slice of ``out_buffer``, repeated start, fill a slice of ``in_buffer``."""
+        source = bytes(memoryview(out_buffer)[out_start:out_end])
+        target = memoryview(in_buffer)[in_start:in_end].cast("B")
+        with self._transfer():
+            target[:] = self._master.write_read(address, source, len(target))
+
+    @contextmanager
+    def _transfer(self) -> Iterator[None]:
+        if not self._locked:
+            raise RuntimeError("Function requires lock")  # CircuitPython's words
+        with os_errors(ENODEV):
+            yield
+
+
+# -- MicroPython --------------------------------------------------------------------------------------------
+
+
+class MachineI2C:
+    """Give ``MachineI2C(board.i2c2)`` to a MicroPython driver in place of ``machine.I2C(...)``.
+
+    Addresses have 7 bits, memory addresses ``addrsize`` bits, most significant byte first. A device that does
+    not answer is OSError(ENODEV), a stuck bus OSError(ETIMEDOUT).
+    """
+
+    def __init__(self, master: I2CMaster) -> None:
+        self._master = master
+
+    def scan(self) -> list[int]:
+        """Addresses at which a device answers."""
+        with os_errors(ENODEV):
+            return scan(self._master)
+
+    def writeto(self, addr: int, buf: Buffer, stop: bool = True) -> int:
+        """Write ``buf``; the number of bytes acknowledged."""
+        del stop
+        data = bytes(buf)
+        with os_errors(ENODEV):
+            self._master.write(addr, data)
+        return len(data)
+
+    def readfrom(self, addr: int, nbytes: int, stop: bool = True) -> bytes:
+        """Read ``nbytes``."""
+        del stop
+        with os_errors(ENODEV):
+            return self._master.read(addr, nbytes)
+
+    def readfrom_into(self, addr: int, buf: Buffer, stop: bool = True) -> None:
+        """Fill ``buf``."""
+        target = memoryview(buf).cast("B")
+        target[:] = self.readfrom(addr, len(target), stop)
+
+    def writeto_mem(self, addr: int, memaddr: int, buf: Buffer, *, addrsize: int = 8) -> None:
+        """Write ``buf`` from ``memaddr`` on."""
+        with os_errors(ENODEV):
+            self._master.write(addr, memaddr.to_bytes(addrsize // 8, "big") + bytes(buf))
+
+    def readfrom_mem(self, addr: int, memaddr: int, nbytes: int, *, addrsize: int = 8) -> bytes:
+        """Read ``nbytes`` from ``memaddr`` on."""
+        with os_errors(ENODEV):
+            return self._master.write_read(addr, memaddr.to_bytes(addrsize // 8, "big"), nbytes)
+
+    def readfrom_mem_into(self, addr: int, memaddr: int, buf: Buffer, *, addrsize: int = 8) -> None:
+        """Fill ``buf`` from ``memaddr`` on."""
+        target = memoryview(buf).cast("B")
+        target[:] = self.readfrom_mem(addr, memaddr, len(target), addrsize=addrsize)
+
+
+# -- smbus2 -------------------------------------------------------------------------------------------------
+
+
+_BLOCK_MAX = 32  # I2C_SMBUS_BLOCK_MAX
+_READ = 0x0001  # I2C_M_RD
+
+
+class I2CMessage(Protocol):
+    """``smbus2.i2c_msg``: ``buf`` points to ``len`` bytes, which iterating gives."""
+
+    addr: int
+    flags: int
+    len: int
+    buf: Any
+
+    def __iter__(self) -> Iterator[int]: ...
+
+
+class SMBus:
+    """Give ``SMBus(board.i2c2)`` to a driver in place of ``smbus2.SMBus(1)``.
+
+    Addresses have 7 bits; ``force`` is accepted and has no meaning. A device that does not answer is
+    OSError(EREMOTEIO), a stuck bus OSError(ETIMEDOUT); a block over 32 bytes is a ValueError.
+    """
+
+    def __init__(self, master: I2CMaster) -> None:
+        self._master = master
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exc_info: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the device file: there is none."""
+
+    def write_quick(self, i2c_addr: int, force: bool | None = None) -> None:
+        """Ask whether a device is there: its address and no byte."""
+        del force
+        self._write(i2c_addr, b"")
+
+    def read_byte(self, i2c_addr: int, force: bool | None = None) -> int:
+        """One byte, from the register address left behind."""
+        del force
+        with os_errors(EREMOTEIO):
+            return self._master.read(i2c_addr, 1)[0]
+
+    def write_byte(self, i2c_addr: int, value: int, force: bool | None = None) -> None:
+        """One byte, which the parts take for a register address."""
+        del force
+        self._write(i2c_addr, bytes((value,)))
+
+    def read_byte_data(self, i2c_addr: int, register: int, force: bool | None = None) -> int:
+        """One register."""
+        del force
+        return self._read(i2c_addr, register, 1)[0]
+
+    def write_byte_data(self, i2c_addr: int, register: int, value: int, force: bool | None = None) -> None:
+        """Write one register."""
+        del force
+        self._write(i2c_addr, bytes((register, value)))
+
+    def read_word_data(self, i2c_addr: int, register: int, force: bool | None = None) -> int:
+        """Two registers as an unsigned number, the first one the low byte."""
+        del force
+        return int.from_bytes(self._read(i2c_addr, register, 2), "little")
+
+    def write_word_data(self, i2c_addr: int, register: int, value: int, force: bool | None = None) -> None:
+        """Write two registers, the low byte first."""
+        del force
+        self._write(i2c_addr, bytes((register,)) + value.to_bytes(2, "little"))
+
+    def read_i2c_block_data(
+        self, i2c_addr: int, register: int, length: int, force: bool | None = None
+    ) -> list[int]:
+        """``length`` registers, at most 32."""
+        del force
+        if length > _BLOCK_MAX:
+            raise ValueError(f"Desired block length over {_BLOCK_MAX} bytes")
+        return list(self._read(i2c_addr, register, length))
+
+    def write_i2c_block_data(
+        self, i2c_addr: int, register: int, data: Sequence[int], force: bool | None = None
+    ) -> None:
+        """Write registers from ``register`` on, at most 32."""
+        del force
+        if len(data) > _BLOCK_MAX:
+            raise ValueError(f"Data length cannot exceed {_BLOCK_MAX} bytes")
+        self._write(i2c_addr, bytes((register, *data)))
+
+    def i2c_rdwr(self, *i2c_msgs: I2CMessage) -> None:
+        """Messages in order; those that read are filled. Raises InputError for flags other than I2C_M_RD."""
+        for message in i2c_msgs:
+            if message.flags & ~_READ:
+                raise InputError(f"i2c_rdwr: flags {message.flags:#x} in a message; only I2C_M_RD is known")
+        with os_errors(EREMOTEIO):
+            written = b""
+            for message, following in zip(i2c_msgs, (*i2c_msgs[1:], None), strict=True):
+                if message.flags & _READ:
+                    _fill(message, self._master.write_read(message.addr, written, message.len))
+                    written = b""
+                elif following and following.flags & _READ and following.addr == message.addr:
+                    written = bytes(message)
+                else:
+                    self._master.write(message.addr, bytes(message))
+
+    def _read(self, address: int, register: int, count: int) -> bytes:
+        with os_errors(EREMOTEIO):
+            return self._master.write_read(address, bytes((register,)), count)
+
+    def _write(self, address: int, data: bytes) -> None:
+        with os_errors(EREMOTEIO):
+            self._master.write(address, data)
+
+
+def _fill(message: I2CMessage, data: bytes) -> None:
+    for index, value in enumerate(data):
+        message.buf[index] = value
+
+
+# -- Sensirion ----------------------------------------------------------------------------------------------
+
+
+Answer: TypeAlias = tuple[int, Exception | None, bytes]
+
+
+class SensirionI2C:
+    """Give ``I2cConnection(SensirionI2C(board.i2c2, board.run_for))`` to a Sensirion driver's channel.
+
+    ``sleep(seconds)`` lets virtual time pass. A failed transfer is a status, as the interface asks for; the
+    driver makes its I2cNackError or I2cTimeoutError of it.
+    """
+
+    API_VERSION: ClassVar[int] = 1
+    STATUS_OK: ClassVar[int] = 0
+    STATUS_NACK: ClassVar[int] = 2
+    STATUS_TIMEOUT: ClassVar[int] = 3
+    STATUS_UNSPECIFIED_ERROR: ClassVar[int] = 4
+    channel_count: ClassVar[None] = None  # a single channel
+    description: ClassVar[str] = "virtual STEVAL-FCU001V1, I2C2"
+
+    def __init__(self, master: I2CMaster, sleep: Callable[[float], None]) -> None:
+        self._master = master
+        self._sleep = sleep
+
+    def transceive(
+        self,
+        slave_address: int,
+        tx_data: bytes | None,
+        rx_length: int | None,
+        read_delay: float,
+        timeout: float,
+    ) -> Answer:
+        """Write ``tx_data`` unless None, wait, read ``rx_length`` bytes unless None: status, error, bytes.
+
+        The parts do not stretch the clock, so ``timeout`` seconds never pass.
+        """
+        del timeout
+        try:
+            if tx_data is not None:
+                self._master.write(slave_address, tx_data)
+            if rx_length is None:
+                return self.STATUS_OK, None, b""
+            self._sleep(read_delay)
+            return self.STATUS_OK, None, self._master.read(slave_address, rx_length)
+        except I2CError as error:
+            return self._status(error), error, b""
+
+    def _status(self, error: I2CError) -> int:
+        if isinstance(error, I2CNackError):
+            return self.STATUS_NACK
+        return self.STATUS_TIMEOUT if isinstance(error, I2CStuckError) else self.STATUS_UNSPECIFIED_ERROR

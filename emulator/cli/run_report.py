@@ -1,0 +1,173 @@
+"""What ``fcu run`` says on stderr besides errors: progress, the explanation of a failure, the summary.
+
+A firmware that hangs or has crashed is explained at once while somebody watches, and at the end of the run.
+The terminal's silence is what a user notices, so that is what asks the question: after three virtual seconds
+without a byte, and, when the answer is that nothing is wrong, again after twice the time.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from typing import TextIO
+
+import click
+
+from emulator.board.board import Board
+from emulator.chip.peripherals.peripheral import CHIP
+from emulator.errors import FirmwareError
+from emulator.links import ByteLink
+from emulator.links.runner import Progress
+from emulator.time.clock import PS_PER_MS, PS_PER_S
+from emulator.trace import BusTransfer, DeviceNote, Fault
+
+# -- Progress, never in the terminal's text -----------------------------------------------------------------
+
+
+_FIRST_AFTER_S = 1.0  # a short run shows nothing
+_EVERY_TTY_S = 0.2
+_EVERY_LOG_S = 10.0
+
+
+def _is_terminal(stream: TextIO | None) -> bool:
+    return stream is not None and stream.isatty()
+
+
+class ProgressDisplay:
+    """One line rewritten in place on a terminal; a line every ten seconds in a log.
+
+    Nothing is rewritten in place while the board's text goes to the same terminal.
+    """
+
+    def __init__(self) -> None:
+        self._in_place = _is_terminal(sys.stderr) and not _is_terminal(sys.stdout)
+        self._next_s = _FIRST_AFTER_S if self._in_place else _EVERY_LOG_S
+        self._shown = False
+
+    def update(self, progress: Progress) -> None:
+        """Show how far the run is, if it is time to."""
+        if progress.wall_s < self._next_s:
+            return
+        self._next_s = progress.wall_s + (_EVERY_TTY_S if self._in_place else _EVERY_LOG_S)
+        factor = progress.virtual_s / progress.wall_s
+        whole = "" if progress.total_s is None else f" of {progress.total_s:.0f}"
+        text = f"fcu: {progress.virtual_s:.0f}{whole} s of virtual time, {factor:.1f} x real time"
+        with suppress(OSError):  # stderr may be full or gone; the run goes on
+            click.echo(f"\r{text}\033[K" if self._in_place else text, err=True, nl=not self._in_place)
+        self._shown = True
+
+    def close(self) -> None:
+        """Leave the line."""
+        if self._shown and self._in_place:
+            click.echo("\r\033[K", err=True, nl=False)
+
+
+# -- The summary --------------------------------------------------------------------------------------------
+
+
+def summary(board: Board, links: Sequence[ByteLink], wall_s: float) -> Iterator[str]:
+    """The lines of the summary."""
+    factor = board.now_s / wall_s if wall_s > 0 else 0.0
+    yield f"{board.now_s:.3f} s of virtual time in {wall_s:.2f} s, {factor:.1f} x real time"
+    yield from _ticks(board)
+    yield from _resets(board)
+    yield from _bus_errors(board)
+    yield from _notes(board)
+    for link in links:
+        yield from link.report()
+
+
+def _ticks(board: Board) -> Iterator[str]:
+    timer = board.tim9
+    if not timer.ticks:
+        yield f"{timer.name} never ticked"
+        return
+    yield f"{timer.name} {timer.rate_hz:.3f} Hz: {timer.ticks} ticks, {timer.late} late, {timer.lost} lost"
+    if timer.lost:
+        yield (
+            f"the callback takes longer than {1000 / timer.rate_hz:.3f} ms (the next one waited up to "
+            f"{timer.longest_wait_ps / PS_PER_MS:.3f} ms): with ticks lost, main() gets little time or none"
+        )
+
+
+def _resets(board: Board) -> Iterator[str]:
+    first_s: dict[str, float] = {}
+    count: Counter[str] = Counter()
+    for event in board.trace.of(Fault):
+        if event.where == CHIP:
+            first_s.setdefault(event.text, event.t_ps / PS_PER_S)
+            count[event.text] += 1
+    for text, times in count.items():
+        again = f", {times} times" if times > 1 else ""
+        yield f"{CHIP}: {text} at {first_s[text]:.6f} s{again}"
+
+
+def _bus_errors(board: Board) -> Iterator[str]:
+    failed = Counter(event.result for event in board.trace.of(BusTransfer) if event.result != "ok")
+    for result, count in failed.most_common():
+        yield f"{board.bus.name}: {count} failed transfers: {result}"
+    lost = sum(1 for event in board.trace.of(Fault) if event.where == board.uart.name)
+    if lost:
+        yield f"{board.uart.name}: {lost} received bytes lost, the firmware does not read them (overrun)"
+
+
+def _notes(board: Board) -> Iterator[str]:
+    notes = Counter((note.what, note.device, note.text) for note in board.trace.of(DeviceNote))
+    for (what, device, text), count in notes.items():
+        times = f" ({count} times)" if count > 1 else ""
+        yield f"{what}: {device} {text}{times}"
+
+
+# -- The explanation of a failure ---------------------------------------------------------------------------
+
+
+_FIRST_QUESTION_S = 3.0
+
+
+class Explainer:
+    """Watches one run of a board. ``say`` gets the lines of an explanation."""
+
+    def __init__(self, board: Board, say: Callable[[str], None]) -> None:
+        self._board = board
+        self._say = say
+        self._told = ""
+        self._printed = 0
+        self._silent_since_s = 0.0
+        self._patience_s = _FIRST_QUESTION_S
+
+    def look(self) -> None:
+        """Between two slices: has the firmware been silent for long, and can it never speak again?"""
+        board = self._board
+        if board.arm is None:
+            return
+        printed = board.uart.received_count()
+        if printed != self._printed:
+            self._printed, self._silent_since_s = printed, board.now_s
+            self._patience_s = _FIRST_QUESTION_S
+        elif board.now_s - self._silent_since_s >= self._patience_s:
+            self._patience_s *= 2
+            diagnosis = board.arm.diagnosis()
+            if diagnosis is not None and diagnosis.fatal:
+                self._tell(str(diagnosis))
+
+    def conclude(self) -> None:
+        """At the end of the run. Raises FirmwareError when the firmware has failed for good."""
+        if self._board.arm is None:
+            return
+        diagnosis = self._board.arm.diagnosis()
+        if diagnosis is None:
+            return
+        if not diagnosis.fatal:
+            self._tell(str(diagnosis))
+        elif self._told:
+            raise FirmwareError(diagnosis.summary)
+        else:
+            raise FirmwareError(str(diagnosis))
+
+    def _tell(self, text: str) -> None:
+        if not self._told:
+            for line in text.splitlines():
+                self._say(line)
+        self._told = text
