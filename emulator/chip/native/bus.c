@@ -142,17 +142,8 @@ static bool write_bit(Chip *chip, uint32_t address, uint32_t value) {
   return true;
 }
 
-bool bus_read(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
+static bool read_register(Chip *chip, Block *block, uint32_t address, unsigned size, uint32_t *value) {
   int64_t until_ps;
-  Block *block = chip_block_at(chip, address);
-  if (block && block->steady && ++block->looks > STEADY_AFTER && block->clocked && block_knows(block, address)) {
-    *value = block->type->peek(block, (address - block->base) & ~3u) >> 8 * (address & 3);
-    *value &= size == 4 ? WORD : (1u << 8 * size) - 1;
-    return true;
-  }
-  if (!is_registers(address)) {
-    return read_bit(chip, address, value);
-  }
   arrive(chip);
   *value = load(chip, block, address, size, &until_ps);
   depart(chip);
@@ -164,6 +155,17 @@ bool bus_read(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
     depart(chip);
   }
   return true;
+}
+
+bool bus_read(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
+  Block *block = chip_block_at(chip, address);
+  if (block && block->steady && ++block->looks > STEADY_AFTER && block->clocked && block_knows(block, address)) {
+    *value = block->type->peek(block, (address - block->base) & ~3u) >> 8 * (address & 3);
+    *value &= size == 4 ? WORD : (1u << 8 * size) - 1;
+    return true;
+  }
+  return is_registers(address) ? read_register(chip, block, address, size, value)
+                               : read_bit(chip, address, value);
 }
 
 /* Loops that show a state write the same to a register all the time. */

@@ -65,21 +65,6 @@ void block_create(Chip *chip, Block *block, const BlockType *type, uint32_t base
   }
 }
 
-Block *chip_block_at(const Chip *chip, uint32_t address) {
-  uint32_t offset = address - PERIPHERALS;
-  if (chip->bare) {
-    return NULL;
-  }
-  if (offset < PERIPHERALS_SIZE) {
-    return chip->pages[offset >> 10];
-  }
-  switch (address >> 12) {
-  case SYSTEM_CONTROL_SPACE >> 12: return (Block *)&chip->scb.block;
-  case DATA_WATCHPOINT >> 12: return (Block *)&chip->dwt.block;
-  default: return NULL;
-  }
-}
-
 void block_knows_all(Block *block) { memset(block->known, 0xFF, sizeof block->known); }
 
 static uint32_t mask_of(unsigned size) { return size == 4 ? WORD : (1u << 8 * size) - 1; }

@@ -126,7 +126,20 @@ void chip_masks_changed(Chip *chip);
 /* The index of a port's letter. */
 int port_index(char port);
 /* The block at an address; NULL if it is Python's or there is none. */
-Block *chip_block_at(const Chip *chip, uint32_t address);
+static inline Block *chip_block_at(const Chip *chip, uint32_t address) {
+  uint32_t offset = address - PERIPHERALS;
+  if (UNLIKELY(chip->bare)) {
+    return NULL;
+  }
+  if (LIKELY(offset < PERIPHERALS_SIZE)) {
+    return chip->pages[offset >> 10];
+  }
+  switch (address >> 12) {
+  case SYSTEM_CONTROL_SPACE >> 12: return (Block *)&chip->scb.block;
+  case DATA_WATCHPOINT >> 12: return (Block *)&chip->dwt.block;
+  default: return NULL;
+  }
+}
 
 /* An access to a register at chip->now_ps by whoever it is; the block is there. *until_ps as in BlockType. */
 uint32_t block_read(Block *block, uint32_t offset, unsigned size, int64_t *until_ps);

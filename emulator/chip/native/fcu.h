@@ -8,6 +8,9 @@
 
 #include "chip.h"
 
+/* These functions are what the library exports; all others are hidden (building/library.py). */
+#pragma GCC visibility push(default)
+
 /* The chip before power-on: its flash is erased; NULL if there is no memory for it. */
 Chip *fcu_create(const Host *host);
 void fcu_destroy(Chip *chip);
@@ -211,5 +214,7 @@ void fcu_absent_spi(Chip *chip, int32_t spi, int32_t port, int32_t pin, void (*t
  * was taken. */
 int32_t fcu_take_spi_message(Chip *chip, int32_t spi, SpiMessage *message);
 int32_t fcu_take_spi_unheard(Chip *chip, int32_t spi, SpiUnheard *unheard);
+
+#pragma GCC visibility pop
 
 #endif

@@ -25,6 +25,9 @@ static void copy(void *to, const void *from, unsigned size) {
   }
 }
 
+/* size is a power of 2; a remainder would take a division. */
+static bool is_unaligned(uint32_t address, unsigned size) { return address & (size - 1); }
+
 static bool fault(Core *core, uint32_t address, enum Stop why) {
   core->fault_address = address;
   core->stop = why;
@@ -38,7 +41,7 @@ bool memory_is_aligned(Core *core, uint32_t address) {
 
 /* Somebody watches the data, or unaligned accesses trap; false: the access has been refused. */
 static bool look_at_access(Core *core, uint32_t address, unsigned size, bool written) {
-  if (core->unalign_trp && address % size) {
+  if (core->unalign_trp && is_unaligned(address, size)) {
     return fault(core, address, STOP_UNALIGNED);
   }
   if (core->watches && address - core->data_begin <= core->data_end - core->data_begin) {
@@ -64,13 +67,13 @@ bool memory_read(Core *core, uint32_t address, unsigned size, uint32_t *value) {
   if (UNLIKELY((core->watches || core->unalign_trp) && !look_at_access(core, address, size, false))) {
     return false;
   }
-  const uint8_t *bytes = core_bytes_at(core, address, size);
+  const uint8_t *bytes = address < PERIPHERALS ? core_bytes_at(core, address, size) : NULL;
   if (bytes) {
     *value = 0;
     copy(value, bytes, size);
     return true;
   }
-  if (address % size) {
+  if (is_unaligned(address, size)) {
     return read_unaligned(core, address, size, value);
   }
   return bus_read(core->chip, address, size, value) || fault(core, address, STOP_READ);
@@ -119,7 +122,7 @@ bool memory_write(Core *core, uint32_t address, unsigned size, uint32_t value) {
     return false;
   }
   value &= size == 4 ? 0xFFFFFFFFu : (1u << 8 * size) - 1;
-  if (address % size == 0 || in_ram(address, size)) {
+  if (!is_unaligned(address, size) || in_ram(address, size)) {
     return write_piece(core, address, size, value) || fault(core, address, STOP_WRITE);
   }
   for (unsigned n = 0; n < size; n++) {
