@@ -25,8 +25,7 @@ from typing import Literal, TypeAlias
 
 from emulator.analysis.observation import END, LEDS, REGISTERS, TERMINAL, Entry, Observation
 from emulator.errors import InputError
-from emulator.scenario.printed import FIELDS, FORMATS, same_banner
-from emulator.scenario.truth import deviation
+from emulator.scenario.printed import FIELDS, FORMATS, deviation, same_banner
 from emulator.time.clock import PS_PER_MS, PS_PER_S
 
 Ignorable: TypeAlias = Literal["time", "numbers", "registers", "leds"]

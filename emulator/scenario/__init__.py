@@ -15,8 +15,7 @@ name, so tests in Python and in files cannot disagree.
 
 from emulator.scenario.loader import load_scenario, scenario_names
 from emulator.scenario.result import Finding, Miss, Result
-from emulator.scenario.run import check, run
-from emulator.scenario.scenario import Scenario
+from emulator.scenario.scenario import Scenario, check, run
 from emulator.scenario.schema import ScenarioFile, json_schema
 
 __all__ = [

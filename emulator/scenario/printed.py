@@ -1,16 +1,43 @@
-"""The lines the lab's firmware prints, and the numbers in them (brief, "Exact text").
+"""The lines the firmware prints: their format and numbers, when each was printed, and the truth at that time.
 
 A number is a field of a line that has its exact format from beginning to end, never a piece of text that
 looks right: "4" is not found in "164", and a sign cannot get lost. A line that begins like one of the formats
 and does not follow it is malformed, which is another fault than a wrong value.
 
-Decision: blanks and carriage returns around a line do not count here; terminals do not show them. Whoever
-wants every byte compares whole texts.
+The truth is what the firmware's numbers would be if sensors, firmware and formulas were perfect: the world's
+own value in the unit that is printed. Two are not what the lab's firmware can reach: its roll stays within 90
+degrees, and MAG (after MagCalibration) is the field without the board's hard iron.
+
+The board keeps text without times, and the world forgets its past when it is changed; so a recorder looks at
+the terminal every millisecond of virtual time (SysTick's period, a fraction of a line's time on the wire),
+and takes the truth of new lines once a second, well within what the world remembers. Looking changes nothing
+on the board.
+
+Decisions
+    Blanks and carriage returns around a line do not count here; terminals do not show them. Whoever wants
+    every byte compares whole texts.
+
+    The terminal's length is polled. Recording every byte's event would also record every bus transfer, a
+    hundred times as many.
 """
 
 from __future__ import annotations
 
 import re
+from bisect import bisect_right
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+import numpy as np
+
+from emulator.scenario.board_view import BoardView
+from emulator.time.clock import PS_PER_MS, PS_PER_S, Periodic
+from emulator.world import World
+from emulator.world.track import Array
+
+# -- Formats ------------------------------------------------------------------------------------------------
+
 
 _PATTERN = {"%d": r"(-?\d+)", "%f": r"(-?(?:\d+\.\d{6}|inf|nan))"}
 ANGLES = frozenset({"Pitch", "Roll", "Yaw"})
@@ -51,10 +78,148 @@ _BANNER = re.compile(r"STEVAL-FCU001V1 FW(?= rev\.)")
 
 
 def same_banner(text: str) -> str:
-    """The text with ST's "FW" banner as the slides' "FH": every comparison takes either (brief)."""
+    """The text with ST's "FW" banner as the slides' "FH": every comparison takes either."""
     return _BANNER.sub("STEVAL-FCU001V1 FH", text)
 
 
 def visible(text: str) -> str:
     """A line with its control characters as escapes."""
     return text.encode("unicode_escape").decode("ascii")
+
+
+# -- The truth ----------------------------------------------------------------------------------------------
+
+
+Law = Callable[[World, Array], Array]
+G_MODULUS = "|G|"  # printed by nobody; tells whether the accelerometer is a tilt sensor at that moment
+
+
+def _attitude(column: int) -> Law:
+    return lambda world, t_s: world.attitude_deg(t_s)[:, column]
+
+
+def _acc_mg(column: int) -> Law:
+    return lambda world, t_s: 1000.0 * world.specific_force_g(t_s)[:, column]
+
+
+def _gyro_mdps(column: int) -> Law:
+    return lambda world, t_s: 1000.0 * world.angular_rate_dps(t_s)[:, column]
+
+
+def _mag_mgauss(column: int) -> Law:
+    return lambda world, t_s: (world.magnetic_field_mgauss(t_s) - world.hard_iron_mgauss(t_s))[:, column]
+
+
+TRUTH: dict[str, Law] = {
+    **{f"ACC.{axis}": _acc_mg(column) for column, axis in enumerate("xyz")},
+    **{f"GYR.{axis}": _gyro_mdps(column) for column, axis in enumerate("xyz")},
+    **{f"MAG.{axis}": _mag_mgauss(column) for column, axis in enumerate("xyz")},
+    **{angle: _attitude(column) for column, angle in enumerate(("Roll", "Pitch", "Yaw"))},
+    "Pre": lambda world, t_s: world.pressure_hpa(t_s),
+    "Altitude": lambda world, t_s: world.altitude_m(t_s),
+    G_MODULUS: lambda world, t_s: np.linalg.norm(world.specific_force_g(t_s), axis=1),
+}
+
+
+def deviation(field: str, printed: float, wanted: float) -> float:
+    """``printed`` minus ``wanted``, signed; of angles the shorter way round, within +-180 degrees."""
+    difference = printed - wanted
+    return (difference + 180.0) % 360.0 - 180.0 if field in ANGLES else difference
+
+
+# -- When each line was printed -----------------------------------------------------------------------------
+
+
+_LOOK_PS = Fraction(PS_PER_MS)
+_COLLECT_PS = Fraction(PS_PER_S)
+_TRUTH_STEPS = 21  # instants at which the truth is taken in a settling time
+MAX_SETTLE_PS = PS_PER_S  # the world remembers five seconds
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of the terminal: its text without blanks around it, and when its printing began."""
+
+    number: int  # counted from 1
+    text: str
+    at_ps: int
+    truth: Mapping[str, tuple[Array, Array]] = field(default_factory=dict)
+    """For each field of interest: instants (N,) in s up to the moment of printing, and the truth (N,)."""
+
+    def error(self, name: str, printed: float, settle_ps: int) -> float:
+        """Smallest deviation from the truth of the last ``settle_ps`` before the line was printed."""
+        t_s, values = self.truth[name]
+        recent = values[t_s >= t_s[-1] - settle_ps / PS_PER_S - 1e-9]
+        return min((deviation(name, printed, float(value)) for value in recent), key=abs)
+
+
+class Recorder:
+    """Watches one board until ``until_ps``; ``settle_ps`` names the fields whose truth is wanted."""
+
+    def __init__(self, board: BoardView, until_ps: int, settle_ps: Mapping[str, int]) -> None:
+        self.until_ps = until_ps
+        self._world, self._uart, self._clock = board.world, board.uart, board.clock
+        self._settle_ps = settle_ps
+        self._lines: list[Line] = []
+        self._looks: list[tuple[int, int]] = [(0, 0)]  # (bytes received, time of the look before)
+        self._last_look_ps = 0
+        self._collected = 0  # bytes, counted from power-on
+        self._stopped = False
+        self._watching = [
+            Periodic(self._clock, 0, _LOOK_PS, self._look),
+            Periodic(self._clock, 0, _COLLECT_PS, self._collect),
+        ]
+        self._clock.schedule(until_ps, self._stop, last=True)
+
+    def lines(self) -> list[Line]:
+        """The complete lines printed by now, until ``until_ps`` at the latest."""
+        if not self._stopped:
+            self._collect()
+        return self._lines
+
+    def _stop(self) -> None:
+        self._collect()
+        self._stopped = True
+        for periodic in self._watching:
+            periodic.cancel()
+
+    def _look(self) -> None:
+        count = self._uart.received_count()
+        if count > self._looks[-1][0]:
+            self._looks.append((count, self._last_look_ps))
+        self._last_look_ps = self._clock.now_ps
+
+    def _collect(self) -> None:
+        self._look()
+        start = max(self._collected - self._uart.dropped, 0)
+        *complete, _ = bytes(self._uart.received()[start:]).split(b"\n")
+        for raw in complete:
+            self._add(raw, self._collected)
+            self._collected += len(raw) + 1
+        self._looks = [look for look in self._looks if look[0] > self._collected] or self._looks[-1:]
+
+    def _add(self, raw: bytes, position: int) -> None:
+        """One line; "\\n\\r" puts a return in front of the next line that is not its beginning."""
+        begin = position + len(raw) - len(raw.lstrip(b"\r"))
+        first_seen = bisect_right(self._looks, begin, key=lambda look: look[0])
+        at_ps = self._looks[first_seen][1]
+        text = raw.decode("latin-1").strip(" \r\t")
+        self._lines.append(Line(len(self._lines) + 1, text, at_ps, self._truth(text, at_ps)))
+
+    def _truth(self, text: str, at_ps: int) -> dict[str, tuple[Array, Array]]:
+        wanted = [
+            name
+            for line_format in FORMATS
+            if text.startswith(line_format.label)
+            for name in line_format.fields
+            if name in self._settle_ps
+        ]
+        if not ANGLES.isdisjoint(wanted):
+            wanted.append(G_MODULUS)
+        truth = {}
+        for name in wanted:
+            at_s = at_ps / PS_PER_S
+            settle_s = self._settle_ps.get(name, 0) / PS_PER_S
+            t_s = np.linspace(max(at_s - settle_s, 0.0), at_s, _TRUTH_STEPS)
+            truth[name] = (t_s, TRUTH[name](self._world, t_s))
+        return truth

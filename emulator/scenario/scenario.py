@@ -1,33 +1,113 @@
-"""A scenario that is ready to be played on any number of boards.
+"""A scenario that is ready to be played on any number of boards, and running a board through it.
 
 How it is played: motions are planned on the world when the board is built, with absolute start times, so
 that the truth can be asked for ahead of time. From the first jump of the world on (``set_...``), every step
 is done when its time comes, because a jump drops what was planned for its quantity, and a motion begins from
 the state in force. Bus faults and typing are always done when their time comes.
+
+Every step is tried on a world of its own before the scenario is used: whatever the world refuses is an error
+of the file, with its key path, and not a surprise in the middle of a run.
+
+The limits are looked at between slices of virtual time; Python firmware that loops without ever calling the
+HAL lets no virtual time pass, and is beyond what a look between slices can stop.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 from weakref import WeakKeyDictionary
 
 from emulator.boards.description import SensorSettings
 from emulator.errors import InputError, ScenarioError
+from emulator.links.runner import Runner
 from emulator.scenario.board_view import BoardView, TerminalView
-from emulator.scenario.expect_board import SETTLE_PS, ExpectField
-from emulator.scenario.expectation import Seen, Windowed
-from emulator.scenario.recorder import Recorder
-from emulator.scenario.report import against_truth
-from emulator.scenario.result import Finding, Miss, Result
-from emulator.scenario.schema import AnyExpectation, ReportTable, ScenarioFile
-from emulator.scenario.setup import LimitsTable
-from emulator.scenario.steps import Step, rehearse, steps_of
+from emulator.scenario.expectations import SETTLE_PS, ExpectField, Seen, Windowed
+from emulator.scenario.printed import Recorder
+from emulator.scenario.result import Finding, Miss, Result, against_truth
+from emulator.scenario.schema import AnyExpectation, LimitsTable, ReportTable, ScenarioFile
+from emulator.scenario.timeline import Entry
 from emulator.time.clock import PS_PER_S
-from emulator.time.durations import seconds
+from emulator.time.durations import format_duration, seconds
 from emulator.world import World, earth_field
+
+# -- From timeline entries to steps with absolute times -----------------------------------------------------
+
+
+CreateWorld = Callable[[Callable[[], float]], World]
+
+
+@dataclass(frozen=True)
+class Step:
+    """Entry ``number`` (its index in the file) from ``at_ps`` to ``end_ps``."""
+
+    number: int
+    entry: Entry
+    at_ps: int
+    end_ps: int
+
+    @property
+    def key(self) -> str:
+        """Its place in the file."""
+        return f"timeline[{self.number}]"
+
+    @property
+    def name(self) -> str:
+        """Its place and kind, for messages about others."""
+        kind = getattr(self.entry, "do", "")
+        return f"{self.key} ({kind})"
+
+
+def steps_of(entries: Sequence[Entry], duration_ps: int, file: str) -> list[Step]:
+    """Steps in order of time; raises ScenarioError for a step after the end, or two motions at once."""
+    steps = []
+    end_ps = 0
+    for number, entry in enumerate(entries):
+        at_ps = end_ps if entry.at is None else entry.at
+        end_ps = at_ps + entry.length_ps
+        if at_ps > duration_ps:
+            problem = (
+                f"begins at {seconds(at_ps)}, after the scenario's end at {seconds(duration_ps)}; "
+                "let it begin earlier or give a longer duration"
+            )
+            raise ScenarioError(file, f"timeline[{number}].at", problem)
+        steps.append(Step(number, entry, at_ps, end_ps))
+    steps.sort(key=lambda step: step.at_ps)
+    _refuse_overlaps(steps, file)
+    return steps
+
+
+def _refuse_overlaps(steps: Sequence[Step], file: str) -> None:
+    moving: dict[str, Step] = {}
+    for step in steps:
+        for quantity in sorted(step.entry.moves):
+            before = moving.get(quantity)
+            if before is not None and step.at_ps < before.end_ps:
+                problem = (
+                    f"begins at {seconds(step.at_ps)} while {before.name} still moves the {quantity}; "
+                    f'begin at "{format_duration(before.end_ps)}" or later'
+                )
+                raise ScenarioError(file, f"{step.key}.at", problem)
+            moving[quantity] = step
+
+
+def rehearse(steps: Sequence[Step], create_world: CreateWorld, file: str) -> None:
+    """Let a world of its own follow all steps; what it refuses becomes a ScenarioError."""
+    now_s = 0.0
+    world = create_world(lambda: now_s)
+    for step in steps:
+        now_s = step.at_ps / PS_PER_S
+        try:
+            step.entry.plan(world, now_s)
+        except InputError as error:
+            raise ScenarioError(file, step.key, str(error)) from error
+
+
+# -- The scenario -------------------------------------------------------------------------------------------
 
 
 class Scenario:
@@ -189,3 +269,37 @@ def _judged(expectation: AnyExpectation, seen: Seen) -> Miss | None:
 
 def _do(step: Step, world: World) -> None:
     step.entry.plan(world, step.at_ps / PS_PER_S)
+
+
+# -- Running a board through its scenario -------------------------------------------------------------------
+
+
+class ScenarioBoard(BoardView, Protocol):
+    """A board that says which scenario it plays."""
+
+    @property
+    def scenario(self) -> Scenario | None:
+        """None if it plays none."""
+        ...
+
+
+def run(board: ScenarioBoard, wall_clock_s: Callable[[], float] = time.monotonic) -> Result:
+    """Run a board to the end of its scenario, or into a limit, and judge it.
+
+    Raises FirmwareError when the firmware fails, InputError when the board has no scenario.
+    """
+    plan = _scenario(board)
+    runner = Runner(board, [], plan.duration_ps, None, partial(plan.exceeded, board), wall_clock_s)
+    runner.run()
+    return plan.check(board, runner.limit)
+
+
+def check(board: ScenarioBoard) -> list[Finding]:
+    """The expectations of its scenario that a board has not met by now; see Scenario.check."""
+    return list(_scenario(board).check(board).findings)
+
+
+def _scenario(board: ScenarioBoard) -> Scenario:
+    if board.scenario is None:
+        raise InputError('this board has no scenario; give one: Board(scenario="flat")')
+    return board.scenario

@@ -7,19 +7,166 @@ timeline entry or an expectation does stands in its own class, under the same ke
 
 from __future__ import annotations
 
+import datetime as dt
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    Field,
+    GetCoreSchemaHandler,
+    Strict,
+    create_model,
+    model_validator,
+)
+from pydantic_core import CoreSchema, core_schema
 
 from emulator.boards.fcu001v1 import DEFAULT_FIRMWARE, FIRMWARES
-from emulator.scenario.expect_board import ExpectField, ExpectHardIron, ExpectLed, ExpectTicks, FieldName
-from emulator.scenario.expect_text import ExpectLine, ExpectNever, ExpectRegex, ExpectText
-from emulator.scenario.setup import BusTable, FirmwareTable, LimitsTable, SensorsTable, WorldTable
-from emulator.scenario.tables import Table
+from emulator.buses.i2c import FAST_MODE_HZ
+from emulator.scenario.expectations import (
+    ExpectField,
+    ExpectHardIron,
+    ExpectLed,
+    ExpectLine,
+    ExpectNever,
+    ExpectRegex,
+    ExpectText,
+    ExpectTicks,
+    FieldName,
+)
+from emulator.scenario.tables import BusSpeed, FieldTable, Length, Table, Vector, within
 from emulator.scenario.timeline import AnyEntry
-from emulator.scenario.units import Length
 from emulator.time.clock import PS_PER_S
 from emulator.time.durations import format_duration, shown
+from emulator.world import limits
+from sensors.errors import Figure, Grade, PartErrors
+from sensors.lis2mdl import LIS2MDLErrors
+from sensors.lps22hb import LPS22HBErrors
+from sensors.lsm6dsl import LSM6DSLErrors
+
+# -- Tables about the board at power-on: firmware, bus, world, sensors; and the run's limits ----------------
+
+
+LARGEST_FIGURE = 1e6  # of any sensor's deviation, in its unit: beyond every full scale, and no overflow
+LONGEST_RUN_PS = 24 * 3600 * PS_PER_S
+
+Row = Annotated[tuple[float, float, float], Strict(False)]
+Matrix = Annotated[tuple[Row, Row, Row], Strict(False)]
+
+
+class Figures:
+    """Marks a table whose keys are the fields of a sensor's error class; only the keys given are kept.
+
+    The table's model is made from the declared figures, so that a new figure of a sensor is a new key here.
+    """
+
+    def __init__(self, errors: type[PartErrors]) -> None:
+        ideal = errors()
+        fields: dict[str, Any] = {
+            name: (_number(figure), getattr(ideal, name)) for name, figure in errors.figures().items()
+        }
+        self._model: type[BaseModel] = create_model(errors.__name__, __base__=Table, **fields)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Pydantic's hook: validate by the model, keep what was given."""
+        model = handler.generate_schema(self._model)
+        given = core_schema.plain_serializer_function_ser_schema(dict)
+        return core_schema.no_info_after_validator_function(_as_given, model, serialization=given)
+
+
+def _as_given(table: BaseModel) -> dict[str, Any]:
+    return table.model_dump(exclude_unset=True)
+
+
+def _number(figure: Figure) -> Any:
+    """The type of a key: one number or three, within what makes sense."""
+    lowest = 0.0 if figure.is_noise else -LARGEST_FIGURE
+    low, high = figure.allowed or (lowest, LARGEST_FIGURE)
+    number = Annotated[float, Field(ge=low, le=high)]
+    return Annotated[tuple[number, number, number], Strict(False)] if figure.axes == 3 else number
+
+
+class FirmwareTable(Table):
+    """[firmware_settings]: what may be chosen about the firmware model; only what is given is passed on."""
+
+    mu: float = Field(1.0, ge=0.01, le=1)
+    led1_axis: Literal["pitch", "roll"] = "pitch"
+    led_threshold_deg: float = Field(80.0, ge=0, le=180)
+    banner: Literal["FH", "FW"] = "FH"
+    timer_prescaler: int = Field(83, ge=0, le=0xFFFF)
+    timer_period: int = Field(1249, ge=0, le=0xFFFF)
+
+
+class BusTable(Table):
+    """[bus]."""
+
+    speed: BusSpeed = FAST_MODE_HZ
+
+
+class PlaceTable(Table):
+    """Where and when on Earth, for the World Magnetic Model 2025."""
+
+    latitude_deg: Annotated[float, within(limits.LATITUDE)]
+    longitude_deg: Annotated[float, within(limits.LONGITUDE)]
+    altitude_m: Annotated[float, within(limits.MODEL_ALTITUDE)] = 0.0
+    date: dt.date
+    north: Literal["magnetic", "true"] = "magnetic"
+
+
+class WorldTable(Table):
+    """[world]: the state at power-on; what is not given is the world's default (Zurich, flat, 25 degC)."""
+
+    roll_deg: Annotated[float, within(limits.ANGLE)] = 0.0
+    pitch_deg: Annotated[float, within(limits.ANGLE)] = 0.0
+    yaw_deg: Annotated[float, within(limits.ANGLE)] = 0.0
+    temperature_degc: Annotated[float, within(limits.TEMPERATURE)] | None = None
+    pressure_hpa: Annotated[float, within(limits.PRESSURE)] | None = None
+    floor_altitude_m: Annotated[float, within(limits.ALTITUDE)] | None = None
+    field: FieldTable | None = None
+    place: PlaceTable | None = None
+    hard_iron_mgauss: Vector = (0.0, 0.0, 0.0)
+    soft_iron: Matrix | None = None
+    gravity: Annotated[float, within(limits.GRAVITY)] | None = None
+
+    @model_validator(mode="after")
+    def _refuse_contradictions(self) -> WorldTable:
+        if self.field is not None and self.place is not None:
+            raise ValueError("has both field and place; give one of them")
+        if self.pressure_hpa is not None and self.floor_altitude_m is not None:
+            raise ValueError("has both pressure_hpa and floor_altitude_m; give one of them")
+        return self
+
+
+class SensorsTable(Table):
+    """[sensors]: the grade fills every figure, the parts' own tables replace single ones."""
+
+    grade: Grade = "typical"
+    magnetometer_mounting: Literal["parallel", "left_handed"] = "parallel"
+    lsm6dsl: Annotated[dict[str, Any], Figures(LSM6DSLErrors)] = Field(default_factory=dict)
+    lis2mdl: Annotated[dict[str, Any], Figures(LIS2MDLErrors)] = Field(default_factory=dict)
+    lps22hb: Annotated[dict[str, Any], Figures(LPS22HBErrors)] = Field(default_factory=dict)
+
+
+class LimitsTable(Table):
+    """[limits]: what a run may take; beyond it the run is stopped and says so.
+
+    ``duration`` is virtual time and checked on loading; ``wall`` is looked at between slices of 0.1 s virtual
+    time.
+    """
+
+    duration: Length = 600 * PS_PER_S
+    terminal_bytes: int = Field(4 << 20, ge=1, le=8 << 20)  # the board keeps 8 MiB of text for certain
+    wall: Length = 300 * PS_PER_S
+
+    @model_validator(mode="after")
+    def _bound(self) -> LimitsTable:
+        if self.duration > LONGEST_RUN_PS:
+            raise ValueError('duration is longer than a day; give at most "24h"')
+        return self
+
+
+# -- The file -----------------------------------------------------------------------------------------------
+
 
 MOST_ENTRIES = 1_000  # of the timeline; what needs more is a recording
 MOST_EXPECTATIONS = 1_000

@@ -1,15 +1,30 @@
-"""What all tables of a scenario file have in common: strict types, unknown keys refused by name."""
+"""What the tables of a scenario file have in common: strict types, unknown keys refused by name, units."""
 
 from __future__ import annotations
 
 import difflib
+import re
+from decimal import Decimal
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationInfo, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    PlainSerializer,
+    PlainValidator,
+    Strict,
+    ValidationInfo,
+    WithJsonSchema,
+    model_validator,
+)
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
+from emulator.time.clock import PS_PER_US
+from emulator.time.durations import DURATION, NUMBER, format_duration, parse_duration, shown
+from emulator.world import limits
 from emulator.world.limits import Range
 
 MAX_FILE_BYTES = 1 << 20  # of a scenario or a text it names
@@ -36,14 +51,22 @@ class Table(BaseModel):
         return data
 
 
-def within(limits: Range) -> FieldInfo:
+def within(allowed: Range) -> FieldInfo:
     """The world's own range of a quantity, so that file and world accept the same."""
-    info: FieldInfo = Field(ge=limits.low, le=limits.high)
+    info: FieldInfo = Field(ge=allowed.low, le=allowed.high)
     return info
 
 
 # TOML has arrays, not tuples: the outer type alone is taken leniently, its elements stay strict.
 Vector = Annotated[tuple[float, float, float], Strict(False)]
+
+
+class FieldTable(Table):
+    """A magnetic field, NED in uT."""
+
+    north_ut: Annotated[float, within(limits.FIELD)]
+    east_ut: Annotated[float, within(limits.FIELD)]
+    down_ut: Annotated[float, within(limits.FIELD)]
 
 
 def folder_of(info: ValidationInfo) -> Path:
@@ -63,3 +86,52 @@ def read_bounded(path: Path, what: str) -> bytes:
     if len(data) > MAX_FILE_BYTES:
         raise ValueError(f"{path} is larger than {MAX_FILE_BYTES >> 20} MiB; give {what}")
     return data
+
+
+# -- Durations ("50ms") and bus speeds ("400kHz") -----------------------------------------------------------
+
+
+_HZ_PER_UNIT = {"Hz": 1, "kHz": 1000, "MHz": 1_000_000}
+_FREQUENCY = rf"({NUMBER}) ?({'|'.join(_HZ_PER_UNIT)})"
+_FREQUENCY_HELP = 'give a number and a unit (Hz, kHz, MHz) in quotes, such as "400kHz"'
+SLOWEST_BUS_HZ = 10_000
+FASTEST_BUS_HZ = 1_000_000
+
+
+def parse_length(value: Any) -> int:
+    """A duration in ps of what must take some time."""
+    length_ps = parse_duration(value)
+    if length_ps < PS_PER_US:
+        raise ValueError(f'is {shown(value)}; give at least "1us"')
+    return length_ps
+
+
+def parse_bus_speed(value: Any) -> int:
+    """A bus speed in Hz, 10 kHz to 1 MHz; ValueError says what would be right."""
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        raise ValueError(f"is the bare number {shown(value)}; {_FREQUENCY_HELP}")
+    match = re.fullmatch(_FREQUENCY, value) if isinstance(value, str) else None
+    if match is None:
+        raise ValueError(f"is {shown(value)}; {_FREQUENCY_HELP}")
+    hertz = int(Decimal(match[1]) * _HZ_PER_UNIT[match[2]])
+    if not SLOWEST_BUS_HZ <= hertz <= FASTEST_BUS_HZ:
+        raise ValueError(f'is {shown(value)}; give a speed from "10kHz" to "1MHz"')
+    return hertz
+
+
+def _json_string(pattern: str, example: str) -> WithJsonSchema:
+    return WithJsonSchema({"type": "string", "pattern": f"^{pattern}$", "examples": [example]})
+
+
+Duration = Annotated[
+    int, PlainValidator(parse_duration), PlainSerializer(format_duration), _json_string(DURATION, "50ms")
+]
+Length = Annotated[
+    int, PlainValidator(parse_length), PlainSerializer(format_duration), _json_string(DURATION, "50ms")
+]
+BusSpeed = Annotated[
+    int,
+    PlainValidator(parse_bus_speed),
+    PlainSerializer(lambda hertz: f"{hertz}Hz"),
+    _json_string(_FREQUENCY, "400kHz"),
+]

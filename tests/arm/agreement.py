@@ -12,8 +12,7 @@ from emulator import Board
 from emulator.analysis.observation import TERMINAL, Entry, Observation, observe
 from emulator.analysis.replay import replay
 from emulator.board.firmwares import factory
-from emulator.scenario.printed import FORMATS
-from emulator.scenario.truth import deviation
+from emulator.scenario.printed import FORMATS, deviation
 from emulator.time.clock import PS_PER_MS, PS_PER_S
 
 TICK_PS = 1_250_000_000  # 800 Hz (brief, "Timing")

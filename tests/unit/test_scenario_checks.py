@@ -13,11 +13,8 @@ from hypothesis import strategies as st
 
 from emulator import Board
 from emulator.scenario import run
-from emulator.scenario.expect_board import ExpectField
-from emulator.scenario.expectation import Seen
-from emulator.scenario.printed import FORMATS, same_banner
-from emulator.scenario.recorder import Line
-from emulator.scenario.truth import deviation
+from emulator.scenario.expectations import ExpectField, Seen
+from emulator.scenario.printed import FORMATS, Line, deviation, same_banner
 from tests.scenario_files import HEAD, IDEAL, SHORT, play
 
 MET = [

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from emulator import Board, InputError, ScenarioError
 from emulator.scenario import ScenarioFile, load_scenario, run
-from emulator.scenario.explain import scenario_error
+from emulator.scenario.loader import scenario_error
 from tests.scenario_files import HEAD, SHORT, refusal, write
 
 HOLD = '[[timeline]]\ndo = "hold"\nfor = "1s"\n'

@@ -14,9 +14,8 @@ import pytest
 
 from emulator import InputError
 from emulator.scenario import ScenarioFile, json_schema, load_scenario, scenario_names
-from emulator.scenario.printed import FIELDS
-from emulator.scenario.setup import FirmwareTable
-from emulator.scenario.truth import G_MODULUS, TRUTH
+from emulator.scenario.printed import FIELDS, G_MODULUS, TRUTH
+from emulator.scenario.schema import FirmwareTable
 from firmware_model import Settings
 from sensors.lis2mdl import LIS2MDLErrors
 from sensors.lps22hb import LPS22HBErrors

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from emulator.scenario.units import parse_bus_speed, parse_length
+from emulator.scenario.tables import parse_bus_speed, parse_length
 from emulator.time.durations import format_duration, parse_duration
 
 PS_PER_S = 10**12

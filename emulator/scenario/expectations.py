@@ -1,0 +1,447 @@
+"""Expectations: what the terminal shows, which numbers it prints, what the hardware does.
+
+Schema and judgement of a kind of expectation stand in one class, so that a new kind is one class and its name
+in the union of the schema.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal
+
+import numpy as np
+import regex
+from pydantic import (
+    AfterValidator,
+    Field,
+    PlainSerializer,
+    PlainValidator,
+    ValidationInfo,
+    WithJsonSchema,
+    model_validator,
+)
+
+from emulator.scenario.board_view import BoardView
+from emulator.scenario.printed import (
+    FIELDS,
+    FORMAT_OF_FIELD,
+    MAX_SETTLE_PS,
+    Line,
+    deviation,
+    same_banner,
+    visible,
+)
+from emulator.scenario.result import Fault, Miss
+from emulator.scenario.tables import Duration, Table, folder_of, read_bounded
+from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S
+from emulator.time.durations import seconds, shown
+from emulator.trace import GpioEdge
+
+# -- What every expectation has in common: a view of the run, and a window of time --------------------------
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A run as expectations see it: its lines, and the board after ``end_ps``."""
+
+    board: BoardView
+    lines: list[Line]
+    end_ps: int
+
+
+class Expectation(Table, ABC):
+    """One ``[[expect]]`` table: schema and judgement in one class."""
+
+    @abstractmethod
+    def judge(self, seen: Seen) -> Miss | None:
+        """How it is not met; None when it is."""
+
+
+class Windowed(Expectation):
+    """Looks at a part of the run only: lines whose printing began in the window."""
+
+    from_: Duration = Field(0, alias="from")
+    to: Duration | None = None
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Windowed:
+        if self.to is not None and self.to <= self.from_:
+            raise ValueError("has a window that ends before it begins; give a later to")
+        return self
+
+    def lines_in_window(self, seen: Seen) -> list[Line]:
+        """The lines that count."""
+        end_ps = NEVER_PS if self.to is None else self.to
+        return [line for line in seen.lines if self.from_ <= line.at_ps <= end_ps]
+
+    def window_text(self) -> str:
+        """The window for messages; empty when it is the whole run."""
+        if self.from_ == 0 and self.to is None:
+            return ""
+        end = "the end" if self.to is None else seconds(self.to)
+        return f" from {seconds(self.from_)} to {end}"
+
+
+# -- The terminal's text: a line, a pattern, a pattern never, the whole text --------------------------------
+
+
+LONGEST_PATTERN = 500
+_PATIENCE_S = 0.5  # for one line; a sane pattern takes microseconds
+
+
+class ExpectLine(Windowed):
+    """A line with exactly this text appears; with ``count`` exactly so often."""
+
+    kind: Literal["line"]
+    text: str = Field(max_length=255)  # what PRINTF can send at once
+    count: int | None = Field(None, ge=1)
+
+    def judge(self, seen: Seen) -> Miss | None:
+        """Compares whole lines, blanks around them aside."""
+        wanted = same_banner(self.text.strip())
+        lines = [same_banner(line.text) for line in self.lines_in_window(seen)]
+        found = lines.count(wanted)
+        if found == self.count or (found and self.count is None):
+            return None
+        times = "" if self.count is None else f" {self.count} times"
+        expected = f"the line {shown_line(wanted)}{times}{self.window_text()}"
+        if found:
+            return Miss("wrong value", expected, f"{found} times")
+        near = nearest(wanted, lines)
+        if near is None:
+            return Miss("missing", expected, f"{len(lines)} other lines")
+        diff = (f"-{visible(wanted)}", f"+{visible(near)}")
+        return Miss(fault_between(wanted, near), expected, shown_line(near), diff)
+
+
+class Pattern:
+    """A regular expression and the text it was made of."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self._compiled = regex.compile(text)
+
+    def found_in(self, line: str) -> bool:
+        """Searches one line; the banner may be either. Raises TimeoutError when that takes too long."""
+        return any(self._compiled.search(text, timeout=_PATIENCE_S) for text in {line, same_banner(line)})
+
+
+def _parse_pattern(value: object) -> Pattern:
+    if not isinstance(value, str) or len(value) > LONGEST_PATTERN:
+        longest = f"of at most {LONGEST_PATTERN} characters"
+        raise ValueError(f"is {shown(value)}; give a regular expression {longest}")
+    try:
+        return Pattern(value)
+    except (regex.error, OverflowError, RecursionError) as error:
+        raise ValueError(f"is {shown(value)}: {error}; give a regular expression") from error
+
+
+PatternText = Annotated[
+    Pattern,
+    PlainValidator(_parse_pattern),
+    PlainSerializer(lambda pattern: pattern.text),
+    WithJsonSchema({"type": "string", "format": "regex", "maxLength": LONGEST_PATTERN}),
+]
+
+
+class _Matching(Windowed):
+    pattern: PatternText
+
+    def matches(self, seen: Seen) -> list[Line]:
+        """The lines in the window in which the pattern is found."""
+        return [line for line in self.lines_in_window(seen) if self.pattern.found_in(line.text)]
+
+
+class ExpectRegex(_Matching):
+    """The pattern is found in a line; ``count``: in exactly so many."""
+
+    kind: Literal["regex"]
+    count: int | None = Field(None, ge=1)
+
+    def judge(self, seen: Seen) -> Miss | None:
+        """Searches line by line."""
+        found = len(self.matches(seen))
+        if found == self.count or (found and self.count is None):
+            return None
+        times = "" if self.count is None else f" in {self.count} lines"
+        expected = f"a match of {shown_line(self.pattern.text)}{times}{self.window_text()}"
+        return Miss("wrong value" if found else "missing", expected, f"{found} matches")
+
+
+class ExpectNever(_Matching):
+    """The pattern is found in no line."""
+
+    kind: Literal["never"]
+
+    def judge(self, seen: Seen) -> Miss | None:
+        """Searches line by line."""
+        found = self.matches(seen)
+        if not found:
+            return None
+        expected = f"no match of {shown_line(self.pattern.text)}{self.window_text()}"
+        first = found[0]
+        seen_text = f"{len(found)} lines, first line {first.number} at {seconds(first.at_ps)}"
+        return Miss("wrong value", expected, seen_text, (f"+{visible(first.text)}",))
+
+
+class NamedText:
+    """A text file's content and the path under which the scenario names it."""
+
+    def __init__(self, path: str, data: bytes) -> None:
+        self.path = path
+        self.data = data
+
+
+def _read_text(value: object, info: ValidationInfo) -> NamedText:
+    if not isinstance(value, str) or "\0" in value:
+        raise ValueError(f'is {shown(value)}; give a path in quotes, such as "golden.txt"')
+    return NamedText(value, read_bounded(folder_of(info) / value, "the text the board is to print"))
+
+
+class ExpectText(Expectation):
+    """Everything printed equals a file, byte by byte; its path counts from the scenario's folder."""
+
+    kind: Literal["text"]
+    file: Annotated[
+        NamedText,
+        PlainValidator(_read_text),
+        PlainSerializer(lambda named: named.path),
+        WithJsonSchema({"type": "string"}),
+    ]
+
+    def judge(self, seen: Seen) -> Miss | None:
+        """Only the banner may differ."""
+        expected = same_banner(self.file.data.decode("latin-1"))
+        printed = same_banner(seen.board.terminal.text)
+        if printed == expected:
+            return None
+        wanted_lines, printed_lines = expected.split("\n"), printed.split("\n")
+        index = first_difference(wanted_lines, printed_lines)
+        fault = fault_between(
+            wanted_lines[index] if index < len(wanted_lines) else "",
+            printed_lines[index] if index < len(printed_lines) else None,
+        )
+        count = f"{len(printed_lines)} lines, {len(printed)} bytes"
+        wanted_count = f"{self.file.path} ({len(wanted_lines)} lines, {len(expected)} bytes)"
+        return Miss(fault, wanted_count, count, difference(wanted_lines, printed_lines))
+
+
+def shown_line(text: str) -> str:
+    """A line in a message."""
+    return f'"{visible(text)}"'
+
+
+# -- Numbers and hardware: a printed field, a LED, the timer's ticks, the hard iron found -------------------
+
+
+SETTLE_PS = 50 * PS_PER_MS  # one period of the slowest sensor (the LPS22HB at 25 Hz) and ten of the timer's
+_DIFF_LINES = 3  # deviating lines that a finding shows
+
+
+def _known_field(name: str) -> str:
+    if name not in FIELDS:
+        raise ValueError(f"is {shown(name)}; known: {', '.join(FIELDS)}")
+    return name
+
+
+FieldName = Annotated[str, AfterValidator(_known_field), Field(json_schema_extra={"enum": list(FIELDS)})]
+
+
+class ExpectField(Windowed):
+    """A number printed in the window is near ``value``, or near the truth, each time it is printed.
+
+    Near the truth means: within ``tolerance`` of a value that the truth had in the time ``settle`` before the
+    line's printing began, because what is printed was measured a little earlier (LPS22HB: 40 ms).
+    """
+
+    kind: Literal["field"]
+    name: FieldName
+    value: float | None = None
+    truth: bool = False
+    tolerance: float = Field(ge=0)
+    settle: Duration = SETTLE_PS
+
+    @model_validator(mode="after")
+    def _one_reference(self) -> ExpectField:
+        if (self.value is None) == (not self.truth):
+            raise ValueError("needs either value = ... or truth = true")
+        if self.settle > MAX_SETTLE_PS:
+            raise ValueError(f'settle is {seconds(self.settle)}; give at most "1s"')
+        return self
+
+    def judge(self, seen: Seen) -> Miss | None:
+        """Missing when it is never printed; a line that begins like it in another format fails too."""
+        line_format = FORMAT_OF_FIELD[self.name]
+        lines = [line for line in self.lines_in_window(seen) if line.text.startswith(line_format.label)]
+        if not lines:
+            seen_text = f'no line "{line_format.text}" among {len(seen.lines)}'
+            return Miss("missing", self._expected(), seen_text)
+        numbers = [(line, line_format.parse(line.text)) for line in lines]
+        malformed = [line for line, fields in numbers if fields is None]
+        if malformed:
+            seen_text = f"{len(malformed)} of {len(lines)} lines in another format"
+            diff = (f"-{line_format.text}", *map(_printed, malformed[:_DIFF_LINES]))
+            return Miss("wrong format", self._expected(), seen_text, diff)
+        errors = [(line, self._error(line, fields[self.name])) for line, fields in numbers if fields]
+        wrong = [(line, error) for line, error in errors if not abs(error) <= self.tolerance]
+        if not wrong:
+            return None
+        largest = max((abs(error) for _, error in wrong), default=0.0)
+        seen_text = f"{len(wrong)} of {len(lines)} prints off by up to {largest:.6g}"
+        diff = tuple(f"{_printed(line)}  (off by {error:+.6g})" for line, error in wrong[:_DIFF_LINES])
+        return Miss("wrong value", self._expected(), seen_text, diff)
+
+    def _error(self, line: Line, printed: float) -> float:
+        if self.value is not None:
+            return deviation(self.name, printed, self.value)
+        return line.error(self.name, printed, self.settle)
+
+    def _expected(self) -> str:
+        reference = "the truth" if self.value is None else f"{self.value:g}"
+        return f"{self.name} within {self.tolerance:g} of {reference}{self.window_text()}"
+
+
+def _printed(line: Line) -> str:
+    return f"+{visible(line.text)}  at {seconds(line.at_ps)}"
+
+
+class ExpectLed(Windowed):
+    """A LED is on, or off, throughout the window."""
+
+    kind: Literal["led"]
+    led: Literal["led1", "led2"]
+    state: Literal["on", "off"]
+
+    def judge(self, seen: Seen) -> Miss | None:
+        """From the edges of its pin in the trace; before the pin is set up the LED is dark."""
+        wanted = self.state == "on"
+        end_ps = seen.end_ps if self.to is None else min(self.to, seen.end_ps)
+        for begin_ps, until_ps, lit in self._states(seen):
+            first_ps, last_ps = max(begin_ps, self.from_), min(until_ps, end_ps)
+            if first_ps < last_ps and lit is not wanted:
+                seen_text = f"{'on' if lit else 'off'} from {seconds(first_ps)} to {seconds(last_ps)}"
+                return Miss("wrong value", f"{self.led} {self.state}{self.window_text()}", seen_text)
+        return None
+
+    def _states(self, seen: Seen) -> Iterator[tuple[int, int, bool]]:
+        """(from, until, lit) one after the other."""
+        pin = (seen.board.led1 if self.led == "led1" else seen.board.led2).pin
+        begin_ps, lit = 0, False
+        for edge in seen.board.trace.of(GpioEdge):
+            if edge.pin == pin:
+                yield begin_ps, edge.t_ps, lit
+                begin_ps, lit = edge.t_ps, edge.level == 0
+        yield begin_ps, NEVER_PS, lit
+
+
+class ExpectTicks(Expectation):
+    """How the timer's interrupt did: ticks late and lost, and its rate as configured."""
+
+    kind: Literal["ticks"]
+    late_min: int | None = Field(None, ge=0)
+    late_max: int | None = Field(None, ge=0)
+    lost_min: int | None = Field(None, ge=0)
+    lost_max: int | None = Field(None, ge=0)
+    rate_hz: float | None = Field(None, gt=0)
+    rate_tolerance_hz: float = Field(0.01, ge=0)
+
+    @model_validator(mode="after")
+    def _something(self) -> ExpectTicks:
+        if {self.late_min, self.late_max, self.lost_min, self.lost_max, self.rate_hz} == {None}:
+            raise ValueError("needs one of late_min, late_max, lost_min, lost_max, rate_hz")
+        return self
+
+    def judge(self, seen: Seen) -> Miss | None:
+        """Of TIM9 at the end of the run."""
+        timer = seen.board.tim9
+        if timer.ticks == 0:
+            return Miss("missing", "ticks of TIM9", "the timer was never started")
+        if self.rate_hz is not None and abs(timer.rate_hz - self.rate_hz) > self.rate_tolerance_hz:
+            return Miss("wrong value", f"TIM9 at {self.rate_hz:g} Hz", f"{timer.rate_hz:.6g} Hz")
+        late = _outside("late", timer.late, self.late_min, self.late_max)
+        return late or _outside("lost", timer.lost, self.lost_min, self.lost_max)
+
+
+def _outside(what: str, count: int, low: int | None, high: int | None) -> Miss | None:
+    if low is not None and count < low:
+        return Miss("wrong value", f"at least {low} ticks {what}", f"{count}")
+    if high is not None and count > high:
+        return Miss("wrong value", f"at most {high} ticks {what}", f"{count}")
+    return None
+
+
+class ExpectHardIron(Expectation):
+    """At the end MagCalibration's centre is the board's hard iron, on each axis."""
+
+    kind: Literal["hard_iron"]
+    within_mgauss: float = Field(ge=0)
+
+    def judge(self, seen: Seen) -> Miss | None:
+        """(mag_min + mag_max) / 2 of the firmware's variables against the world."""
+        expected = f"hard iron found within {self.within_mgauss:g} mgauss on each axis"
+        try:
+            low, high = (_axes(seen.board.variable(name)) for name in ("mag_min", "mag_max"))
+        except (KeyError, AttributeError):
+            return Miss("missing", expected, "the firmware has no variables mag_min and mag_max")
+        centre = (low + high) / 2.0
+        true = seen.board.world.hard_iron_mgauss(seen.end_ps / PS_PER_S)[0]
+        if np.all(np.abs(centre - true) <= self.within_mgauss):
+            return None
+        return Miss("wrong value", expected, f"{_vector(centre)} where the board has {_vector(true)}")
+
+
+def _axes(axes: Any) -> np.ndarray[Any, np.dtype[np.float64]]:
+    return np.array([axes.AXIS_X, axes.AXIS_Y, axes.AXIS_Z], dtype=np.float64)
+
+
+def _vector(values: np.ndarray[Any, np.dtype[np.float64]]) -> str:
+    return f"({', '.join(f'{value:.1f}' for value in values)})"
+
+
+# -- Showing how texts differ, in bounded time for texts of any length --------------------------------------
+
+
+_CONTEXT = 3
+_SHOWN = 6  # lines of each side after the first difference
+_CANDIDATES = 500  # distinct lines among which a similar one is looked for
+_LONGEST = 300  # characters of a line that are compared for similarity
+_NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
+
+
+def first_difference(expected: Sequence[str], printed: Sequence[str]) -> int:
+    """Index of the first line that differs."""
+    common = min(len(expected), len(printed))
+    return next((index for index in range(common) if expected[index] != printed[index]), common)
+
+
+def difference(expected: Sequence[str], printed: Sequence[str]) -> tuple[str, ...]:
+    """The place of the first difference, as a unified diff with a few lines of context."""
+    index = first_difference(expected, printed)
+    begin, end = max(index - _CONTEXT, 0), index + _SHOWN
+    old, new = (list(map(visible, side[begin:end])) for side in (expected, printed))
+    hunks = difflib.unified_diff(old, new, n=_CONTEXT, lineterm="")
+    return (f"@@ line {index + 1} @@", *(line for line in hunks if not line.startswith(("---", "+++", "@@"))))
+
+
+def nearest(wanted: str, lines: Sequence[str]) -> str | None:
+    """The line most like the wanted one, the same but for its numbers first; None when none is like it."""
+    distinct = list(dict.fromkeys(line[:_LONGEST] for line in lines if line))[:_CANDIDATES]
+    same_form = [line for line in distinct if _form(line) == _form(wanted)]
+    folded = {line.casefold(): line for line in same_form or distinct}
+    found = difflib.get_close_matches(wanted[:_LONGEST].casefold(), folded, n=1, cutoff=0.6)
+    return folded[found[0]] if found else next(iter(same_form), None)
+
+
+def fault_between(wanted: str, found: str | None) -> Fault:
+    """Which of the faults it is that ``found`` stands in place of ``wanted``."""
+    if found is None:
+        return "missing"
+    return "wrong value" if _form(wanted) == _form(found) else "wrong format"
+
+
+def _form(line: str) -> str:
+    return _NUMBER.sub("#", line)
