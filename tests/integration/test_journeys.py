@@ -14,8 +14,8 @@ from tests.journeys import C_FILES, NATIVE
 
 ROOT = Path(__file__).parents[2]
 AT_MOST = {
-    "TOML -> verdict": (22, 10),
-    "attitude set -> register byte": (34, 0),
+    "TOML -> verdict": (10, 10),
+    "attitude set -> register byte": (31, 0),
     "printf byte -> terminal": (11, 0),
     "I2C read -> sensor": (13, 0),
 }
