@@ -145,7 +145,6 @@ _FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {
     "fcu_set_clocks": (None, _pointer, ctypes.POINTER(ClocksTable)),
     "fcu_block_count": (_i32, _pointer),
     "fcu_block_base": (_u32, _pointer, _i32),
-    "fcu_unmap": (None, _pointer, _i32),
     "fcu_gate": (None, _pointer, _i32, _i32),
     "fcu_reset_block": (None, _pointer, _i32),
     "fcu_read_block": (_u32, _pointer, _i32, _u32),

@@ -40,7 +40,8 @@ from tests.arm.thumb_assembler import assemble
 ENTRY_CYCLES, RETURN_CYCLES, CHAIN_CYCLES = 12, 10, 6
 """Cortex-M4 technical reference manual, section 3.9."""
 STACK = RAM + RAM_SIZE
-PROBE = 0x4000_0000
+PROBE = 0x4000_1800
+"""Where no block of the chip is (RM0368 table 1)."""
 CODE = FLASH + 0x200
 
 _EXCEPTIONS = {

@@ -330,7 +330,10 @@ def test_registers_of_peripherals_can_be_watched_and_nothing_happens_twice() -> 
     assert gdb.bench.values == [1]
 
 
-@pytest.mark.parametrize(("place", "alias"), [(RAM + 5, 0x2200_0000 + 32 * 5), (PROBE + 1, 0x4200_0000 + 32)])
+BIT_BANDS = [(RAM + 5, 0x2200_0000 + 32 * 5), (PROBE + 1, 0x4200_0000 + 32 * (PROBE - 0x4000_0000 + 1))]
+
+
+@pytest.mark.parametrize(("place", "alias"), BIT_BANDS)
 def test_a_write_through_the_bit_band_alias_is_seen(place: int, alias: int) -> None:
     """PM0214 2.2.5."""
     gdb = Debugged(f"reset: movs r1, #1\n mov32 r0, {alias + 12}\n str r1, [r0]\nbehind: b .")

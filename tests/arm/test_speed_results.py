@@ -90,6 +90,23 @@ def test_a_polled_pin_is_seen_at_its_lap(tmp_path: Path, source: str, *, skip: b
         assert register(result, 4) > 10_000 / lap_us
 
 
+def test_a_long_wait_for_a_pin_is_skipped_though_each_lap_writes_to_a_port(tmp_path: Path) -> None:
+    """Writes that leave a port as it is do not end the wait; an edge is shown at the lap it comes in."""
+    results, skipped = [], []
+    for skip in (True, False):
+        chip = Chip(file(tmp_path, SHOWS_A_PIN), skip=skip)
+        for number, at_ms in enumerate((3, 500, 501, 1_400)):
+            change = partial(chip.board.gpio.drive, "A", 0, number % 2 ^ 1)
+            chip.board.clock.schedule(at_ms * PS_PER_MS + 123_457, change)
+        chip.run_until(2_000 * PS_PER_MS)
+        results.append(chip.result())
+        skipped.append(chip.core.skipped / chip.core.retired)
+
+    assert results[0] == results[1]
+    assert skipped[0] > 0.999
+    assert skipped[1] == 0
+
+
 @pytest.mark.parametrize("skip", [True, False])
 def test_a_loop_that_changes_only_memory_is_executed(tmp_path: Path, *, skip: bool) -> None:
     """Six instructions a lap, at 16 MHz and 1.3 cycles each."""

@@ -91,10 +91,6 @@ class Core(FcuChip):
         self._on_reset = on_reset or self._on_reset
         self._python_blocks = tuple(blocks)
         self.python = PythonBlocks(soc, self._python_blocks)
-        python_bases = {block.base for block in self._python_blocks}
-        for native in [block for block in self.blocks.values() if block.base in python_bases]:
-            self.library.fcu_unmap(self.handle, native.index)
-            del self.blocks[native.name]
         self.all_blocks: tuple[Peripheral, ...] = (*self.blocks.values(), *self._python_blocks)
         soc.irq, soc.memory = self, self
         cycles = self._settings.cycles_per_instruction

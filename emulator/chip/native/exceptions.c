@@ -46,7 +46,7 @@ enum { FRAME = 0x20, FLOATING_FRAME = 0x68, FLOATING_AREA = 0x20 };
 #define INVSTATE (1u << 17)
 #define INVPC (1u << 18)
 #define NOCP (1u << 19)
-#define UNALIGNED (1u << 24)
+#define UNALIGNED_ACCESS (1u << 24)
 #define DIVBYZERO (1u << 25)
 #define BREAKPOINT_SEEN (1u << 1) /* DFSR.BKPT */
 
@@ -256,7 +256,7 @@ Fault exceptions_fault_of(const Chip *chip, enum Stop stop) {
   case STOP_UNDEFINED: return (Fault){USAGE_FAULT, UNDEFINSTR, 0, 0};
   case STOP_INVALID_STATE: return (Fault){USAGE_FAULT, INVSTATE, 0, 0};
   case STOP_NO_COPROCESSOR: return (Fault){USAGE_FAULT, NOCP, 0, 0};
-  case STOP_UNALIGNED: return (Fault){USAGE_FAULT, UNALIGNED, 0, 0};
+  case STOP_UNALIGNED: return (Fault){USAGE_FAULT, UNALIGNED_ACCESS, 0, 0};
   case STOP_DIVIDE_BY_ZERO: return (Fault){USAGE_FAULT, DIVBYZERO, 0, 0};
   case STOP_READ:
   case STOP_WRITE: return (Fault){BUS_FAULT, PRECISERR | BFARVALID, 0, chip->core.fault_address};

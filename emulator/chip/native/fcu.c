@@ -167,14 +167,6 @@ int32_t fcu_block_count(const Chip *chip) { return chip->block_count; }
 
 uint32_t fcu_block_base(const Chip *chip, int32_t index) { return chip->blocks[index]->base; }
 
-void fcu_unmap(Chip *chip, int32_t index) {
-  for (uint32_t page = 0; page < PERIPHERALS_SIZE >> 10; page++) {
-    if (chip->pages[page] == chip->blocks[index]) {
-      chip->pages[page] = NULL;
-    }
-  }
-}
-
 void fcu_gate(Chip *chip, int32_t index, int32_t clocked) {
   Block *block = chip->blocks[index];
   block->clocked = clocked != 0;

@@ -117,8 +117,6 @@ void fcu_set_clocks(Chip *chip, const Clocks *clocks);
 
 int32_t fcu_block_count(const Chip *chip);
 uint32_t fcu_block_base(const Chip *chip, int32_t index);
-/* Python has a block of its own there instead. */
-void fcu_unmap(Chip *chip, int32_t index);
 /* RCC switches the block's clock on or off; resets it. */
 void fcu_gate(Chip *chip, int32_t index, int32_t clocked);
 void fcu_reset_block(Chip *chip, int32_t index);
