@@ -1,6 +1,7 @@
 """A virtual STEVAL-FCU001V1: sensors, timer, UART and one physical world, in exact virtual time.
 
-``from emulator import Board`` is all that course material needs; see :class:`emulator.board.board.Board`.
+``from emulator import Board`` is most of what course material needs; see
+:class:`emulator.board.board.Board`. Everything else that the documentation uses is here, too.
 
 Names are loaded when they are first used: the board needs numpy, and ``fcu --help`` does not.
 """
@@ -12,39 +13,92 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from emulator.board.board import Board
+    from emulator.board.firmwares import python_firmware
+    from emulator.buses.i2c import I2CFault
     from emulator.errors import (
         CallError,
         ExpectationError,
         FcuError,
         FirmwareError,
+        FirmwareFileError,
         I2CBusError,
         I2CError,
         I2CNackError,
         I2CStuckError,
         InputError,
+        LimitError,
         LinkError,
         RecordingError,
         ScenarioError,
     )
+    from emulator.scenario import Finding, Miss, Result, Scenario, check, load_scenario, run, scenario_names
+    from emulator.trace import (
+        BusTransfer,
+        DeviceNote,
+        Fault,
+        GpioEdge,
+        RegisterWrite,
+        TerminalBytes,
+        TickLate,
+        TickLost,
+        TraceEvent,
+    )
+
+_HOMES = (
+    "emulator.errors",
+    "emulator.trace",
+    "emulator.buses.i2c",
+    "emulator.board.firmwares",
+    "emulator.board.board",
+    "emulator.scenario",
+)
+"""Where the names are looked for, in this order: what loads quickly first."""
 
 __all__ = [
     "Board",
+    "BusTransfer",
     "CallError",
+    "DeviceNote",
     "ExpectationError",
+    "Fault",
     "FcuError",
+    "Finding",
     "FirmwareError",
+    "FirmwareFileError",
+    "GpioEdge",
     "I2CBusError",
     "I2CError",
+    "I2CFault",
     "I2CNackError",
     "I2CStuckError",
     "InputError",
+    "LimitError",
     "LinkError",
+    "Miss",
     "RecordingError",
+    "RegisterWrite",
+    "Result",
+    "Scenario",
     "ScenarioError",
+    "TerminalBytes",
+    "TickLate",
+    "TickLost",
+    "TraceEvent",
+    "check",
+    "load_scenario",
+    "python_firmware",
+    "run",
+    "scenario_names",
 ]
 
 
 def __getattr__(name: str) -> Any:
-    if name not in __all__:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module("emulator.board.board" if name == "Board" else "emulator.errors"), name)
+    if name in __all__:
+        for home in map(import_module, _HOMES):
+            if hasattr(home, name):
+                return getattr(home, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

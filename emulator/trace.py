@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any, ClassVar, TypeAlias, TypeVar
 
 from emulator.errors import LinkError
+from emulator.time.clock import PS_PER_S
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +31,11 @@ class TraceEvent:
 
     kind: ClassVar[str] = "event"
     t_ps: int
+
+    @property
+    def t_s(self) -> float:
+        """When it happened, in seconds since power-on."""
+        return self.t_ps / PS_PER_S
 
 
 @dataclass(frozen=True, slots=True)

@@ -61,7 +61,7 @@ def observe(board: Board, end_ps: int, exceeded: Callable[[float], str] = lambda
     return Observation(
         board.clock.now_ps if runner.limit else end_ps,
         {
-            TERMINAL: lines_of(bytes_sent(board.trace, board.uart)),
+            TERMINAL: lines_of(bytes_sent(board.trace, board.terminal.uart)),
             **{part.NAME + REGISTERS: _writes(board.trace, part.NAME) for part in board.sensors.parts},
             **{led: edges_of(board.trace, pin) for led, pin in LEDS.items()},
             END: ending,

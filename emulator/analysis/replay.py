@@ -88,8 +88,8 @@ class _Recording:
     def __init__(self, board: Board) -> None:
         self.end_ps = board.clock.now_ps
         self.reads = deque(_reads(board.trace))
-        self.sent_ps = [at_ps for at_ps, _ in bytes_sent(board.trace, board.uart)]
-        frame_ps = board.uart.frames_ps(1)
+        self.sent_ps = [at_ps for at_ps, _ in bytes_sent(board.trace, board.terminal.uart)]
+        frame_ps = board.terminal.uart.frames_ps(1)
         self.left_ps = [at_ps + frame_ps for at_ps in self.sent_ps]
 
 

@@ -22,11 +22,11 @@ it.
 from __future__ import annotations
 
 import weakref
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 from emulator.board.boot import Choice, choose
 from emulator.board.firmwares import Backend, FirmwareFactory, NoFirmware, PythonFirmware
@@ -60,36 +60,40 @@ LONGEST_RUN_S = 1_000_000  # eleven days
 class Board:
     """A STEVAL-FCU001V1.
 
+    ``firmware``: a name (``"lab3"`` and ``"template"`` in Python, ``"solution"`` and ``"template-arm"`` in
+    C), an ELF, HEX or BIN file for the chip, a callable that takes the HAL and returns the firmware, or None
+    for none. ``scenario``: a name, a path or a loaded one; it brings its firmware unless another is given.
     ``profile``: how the sensors are wired (``"lab3"``: all on I2C2; ``"fcu001v1"``: on SPI2, as on the real
-    board); None: as the firmware needs it, where its file says so, else ``"lab3"``. ``firmware``: a name
-    (``"lab3"`` and ``"template"`` in Python, ``"solution"`` and ``"template-arm"`` in C), an ELF, HEX or BIN
-    file for the chip, a callable that takes the HAL and returns the firmware, or None for none.
-    ``scenario``: a name, a path or a loaded scenario; it brings its own firmware unless one is given.
-    ``seed``: which board of the class this is, and its noise. ``ideal``: sensors without any error.
+    board); None: as the firmware needs it, where its file says so, else ``"lab3"``. ``seed``: which board of
+    the class this is, and its noise; None: the scenario's, else 0. ``ideal``: sensors without any error.
     ``cold_start``: False, as after the reset button, with sensors powered long before; True, with their
     supply switched on at t = 0, so that at first LSM6DSL (15 ms) and LIS2MDL (20 ms) do not answer: no
     acknowledge on I2C, 0xFF on SPI.
+
+    Times are seconds of virtual time since power-on. A board may be closed when it has done its work, by
+    ``close()`` or at the end of a ``with`` block; what is only forgotten is cleared away as well.
 
     Raises InputError (ScenarioError) when a name, a file or a value cannot be used.
     """
 
     def __init__(
         self,
-        profile: str | None = None,
         firmware: str | Path | FirmwareFactory | None = None,
+        *,
         scenario: str | Path | Scenario | None = None,
-        seed: int = 0,
+        profile: str | None = None,
+        seed: int | None = None,
         ideal: bool = False,
         cold_start: bool = False,
     ) -> None:
-        if not isinstance(seed, int):
+        if seed is not None and not isinstance(seed, int):
             raise InputError(f"seed is {seed!r}; give an integer")
         plan = _load(scenario)
         if firmware is None and plan is not None:
             firmware = plan.firmware
         self.booted = choice = choose(firmware, profile, plan.firmware_settings() if plan else None)
         self.scenario = plan
-        self.seed = seed or (plan.seed if plan else 0)
+        self.seed = seed if seed is not None else plan.seed if plan else 0
         self.clock = clock = Clock()
         self.trace = Trace()
         self.world = plan.create_world(lambda: clock.now_s) if plan else World(lambda: clock.now_s)
@@ -97,24 +101,45 @@ class Board:
         if ideal:
             settings = replace(settings, grade="ideal")
         self.sensors = SensorSet(self.world, clock, settings, self.seed, 0 if cold_start else None)
-        self.bus = I2CBus("I2C2", self.clock, self.trace, plan.i2c_speed_hz if plan else FAST_MODE_HZ)
-        self.spi = SpiBus("SPI2", clock, self.trace)
-        self.sensors.attach(self.bus, self.spi, choice.profile)
+        bus = I2CBus("I2C2", clock, self.trace, plan.i2c_speed_hz if plan else FAST_MODE_HZ)
+        spi = SpiBus("SPI2", clock, self.trace)
+        self.sensors.attach(bus, spi, choice.profile)
         self.sensors.observe(self.trace)
-        self.uart = Uart("USART1", self.clock, self.trace, UART_CLOCK_HZ)
-        self.gpio = Gpio(self.clock, self.trace)
+        uart = Uart("USART1", clock, self.trace, UART_CLOCK_HZ)
+        self.gpio = Gpio(clock, self.trace)
         self.led1 = Led("LED1", self.gpio, *LED1_PIN)
         self.led2 = Led("LED2", self.gpio, *LED2_PIN)
         self._caller: Caller | None = None
         self.arm: ArmFirmware | None = None
         """The chip that executes built firmware; None for firmware in Python."""
-        self._backend = self._boot(choice)
-        self.tim9 = self._backend.tim9
-        self.i2c2 = I2CMaster(self.bus, self._backend.run_until)
-        self.spi2 = SpiMaster(self.spi, self._backend.run_until)
-        self.terminal = Terminal(self.uart, self.clock, self._backend.run_until)
+        self._run = run = _Run(self._boot(choice, bus, spi, uart))
+        self.tim9 = run.backend.tim9
+        self.i2c2 = I2CMaster(bus, run.until_ps)
+        self.spi2 = SpiMaster(spi, run.until_ps)
+        self.terminal = Terminal(uart, clock, run.until_ps)
         if plan:
             plan.play(weakref.proxy(self))  # what it schedules must not keep the board alive
+
+    def __repr__(self) -> str:
+        plays = f", scenario {self.scenario.name!r}" if self.scenario else ""
+        state = "closed" if self._run.closed else f"at {self.now_s:g} s"
+        firmware = f"firmware {self.booted.name!r}" if self.booted.name else "no firmware"
+        return f"<Board: {firmware}{plays}, profile {self.booted.profile.name!r}, seed {self.seed}, {state}>"
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the firmware and the trace's files; the board can still be looked at, but runs no more.
+
+        Harmless when it has been closed already.
+        """
+        self._run.closed = True
+        self._end_firmware()
+        self.trace.close()
 
     @property
     def now_s(self) -> float:
@@ -127,11 +152,23 @@ class Board:
             raise InputError(
                 f"cannot run for {seconds!r} s; give a number of seconds from 0 to {LONGEST_RUN_S}"
             )
-        self.run_until(self.clock.now_ps + to_ps(seconds))
+        self.run_until_ps(self.clock.now_ps + to_ps(seconds))
 
-    def run_until(self, at_ps: int) -> None:
-        """Run up to and including ``at_ps`` picoseconds since power-on."""
-        self._backend.run_until(at_ps)
+    def run_until(self, seconds: float) -> None:
+        """Run until this virtual time since power-on, what happens then included. Raises FirmwareError.
+
+        A time that has passed already, or is now, leaves the board as it is.
+        """
+        if not isinstance(seconds, int | float) or not 0 <= seconds <= LONGEST_RUN_S:
+            raise InputError(
+                f"cannot run until {seconds!r} s; give the seconds since power-on, from 0 to {LONGEST_RUN_S}"
+            )
+        if to_ps(seconds) > self.clock.now_ps:
+            self.run_until_ps(to_ps(seconds))
+
+    def run_until_ps(self, at_ps: int) -> None:
+        """Like ``run_until``, to the picosecond; for the other parts of this package."""
+        self._run.until_ps(at_ps)
 
     def snapshot(self) -> Snapshot:
         """The state of everything on the board, for :meth:`restore`. Raises InputError with Python firmware.
@@ -151,7 +188,7 @@ class Board:
 
     def variable(self, name: str) -> Any:
         """A global variable of the firmware by its C name, such as ``acc`` or ``pitch``. Raises KeyError."""
-        return self._backend.variable(name)
+        return self._run.backend.variable(name)
 
     def set_variable(self, name: str, value: Any) -> None:
         """Give a global variable of built firmware a value: a number, a sequence, a mapping of members.
@@ -207,23 +244,38 @@ class Board:
         finally:
             self.restore(saved)
 
-    def _boot(self, choice: Choice) -> Backend:
+    def _boot(self, choice: Choice, bus: I2CBus, spi: SpiBus, uart: Uart) -> Backend:
+        self._end_firmware: Callable[[], object] = bool  # which does nothing
         if choice.image is not None:
-            self.arm = self._power_chip(choice.image)
+            self.arm = self._power_chip(choice.image, bus, spi, uart)
             return self.arm
         core = Core(self.clock)
-        hal = Hal(self.clock, self.trace, core, self.bus, self.uart, self.gpio)
+        hal = Hal(self.clock, self.trace, core, bus, uart, self.gpio)
         if choice.factory is None:
             return NoFirmware(self.clock, hal)
-        weakref.finalize(self, core.close)
+        self._end_firmware = weakref.finalize(self, core.close)
         return PythonFirmware(choice.factory(hal), core, hal)
 
-    def _power_chip(self, image: FirmwareImage) -> ArmFirmware:
+    def _power_chip(self, image: FirmwareImage, bus: I2CBus, spi: SpiBus, uart: Uart) -> ArmFirmware:
         from emulator.chip.chip import Surroundings
         from emulator.chip.firmware import ArmFirmware
 
-        around = Surroundings(self.clock, self.trace, self.gpio, self.uart, self.bus, self.spi, self.seed)
+        around = Surroundings(self.clock, self.trace, self.gpio, uart, bus, spi, self.seed)
         return ArmFirmware(around, image)
+
+
+class _Run:
+    """The one way to let time pass on a board, until it is closed."""
+
+    def __init__(self, backend: Backend) -> None:
+        self.backend = backend
+        self.closed = False
+
+    def until_ps(self, at_ps: int) -> None:
+        """Run up to and including ``at_ps``."""
+        if self.closed:
+            raise InputError("this board has been closed and runs no more; make another one")
+        self.backend.run_until_ps(at_ps)
 
 
 def _load(scenario: str | Path | Scenario | None) -> Scenario | None:

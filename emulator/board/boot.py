@@ -55,7 +55,7 @@ def choose(
     if firmware is None:
         return Choice(wiring)
     if isinstance(firmware, str) and firmware in PYTHON:
-        return _python(firmwares.factory(firmware, settings), firmware, wiring)
+        return _python(firmwares.python_firmware(firmware, settings), firmware, wiring)
     if isinstance(firmware, str | Path):
         choice = _built(firmware, profile, wiring)
         return replace(choice, notes=(*choice.notes, _SETTINGS_IGNORED)) if settings else choice

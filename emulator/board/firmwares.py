@@ -29,7 +29,7 @@ class Backend(Protocol):
         """The timer of the lab's callback."""
         ...
 
-    def run_until(self, at_ps: int) -> None:
+    def run_until_ps(self, at_ps: int) -> None:
         """Run up to and including ``at_ps``."""
         ...
 
@@ -45,7 +45,7 @@ class NoFirmware:
         self._clock = clock
         self.tim9: TickCounts = hal.tim9
 
-    def run_until(self, at_ps: int) -> None:
+    def run_until_ps(self, at_ps: int) -> None:
         """Let time pass."""
         self._clock.advance_to(at_ps)
 
@@ -64,9 +64,9 @@ class PythonFirmware:
         hal.link(application)
         core.boot(application.main)
 
-    def run_until(self, at_ps: int) -> None:
+    def run_until_ps(self, at_ps: int) -> None:
         """Run up to and including ``at_ps``."""
-        self._core.run_until(at_ps)
+        self._core.run_until_ps(at_ps)
 
     def variable(self, name: str) -> Any:
         """An attribute of the application."""
@@ -76,7 +76,7 @@ class PythonFirmware:
             raise KeyError(name) from None
 
 
-def factory(name: str, settings: Settings | None = None) -> FirmwareFactory:
+def python_firmware(name: str, settings: Settings | None = None) -> FirmwareFactory:
     """The firmware in Python of that name. Raises InputError naming the known ones, or the wrong setting."""
     if name not in PYTHON:
         raise InputError(f"unknown firmware {name!r}; known: {', '.join(PYTHON)}")

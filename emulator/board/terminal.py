@@ -22,17 +22,18 @@ class Terminal:
     Text is Latin-1: one character for each byte, so that all 256 values survive.
     """
 
-    def __init__(self, uart: Uart, clock: Clock, run_until: Callable[[int], None]) -> None:
-        self._uart = uart
+    def __init__(self, uart: Uart, clock: Clock, run_until_ps: Callable[[int], None]) -> None:
+        self.uart = uart
+        """The serial line itself, with the time of every frame."""
         self._clock = clock
-        self._run_until = run_until
+        self._run_until = run_until_ps
         self._read = 0  # bytes handed out by read(), counted from power-on
         self._expected = 0  # bytes already matched by expect()
 
     @property
     def text(self) -> str:
         """Everything printed since power-on (of very long runs, the last 8 MiB at least)."""
-        return self._uart.received().decode("latin-1")
+        return self.uart.received().decode("latin-1")
 
     def read(self) -> bytes:
         """The bytes printed since the last ``read()``."""
@@ -41,14 +42,14 @@ class Terminal:
 
     def since(self, position: int) -> tuple[bytes, int]:
         """The bytes printed after ``position`` (counted from power-on), and the position after them."""
-        received = self._uart.received()
-        start = max(position - self._uart.dropped, 0)
-        return bytes(received[start:]), self._uart.dropped + len(received)
+        received = self.uart.received()
+        start = max(position - self.uart.dropped, 0)
+        return bytes(received[start:]), self.uart.dropped + len(received)
 
     def write(self, data: bytes | str) -> None:
         """Type on the keyboard; the bytes arrive at USART1 one after the other at the line's speed."""
         try:
-            self._uart.type(data.encode("latin-1") if isinstance(data, str) else bytes(data))
+            self.uart.type(data.encode("latin-1") if isinstance(data, str) else bytes(data))
         except UnicodeEncodeError as error:
             raise InputError(
                 f"{error.object[error.start]!r} is no Latin-1 character; give bytes, as a serial line does"

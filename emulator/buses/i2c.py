@@ -11,13 +11,14 @@ Faults are injected by rules (:class:`I2CFault`), so a scenario and a test break
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
-from typing import Literal, Protocol, TypeAlias
+from dataclasses import dataclass, field
+from typing import Literal, Protocol, Self, TypeAlias, get_args
 
-from emulator.errors import I2CBusError, I2CError, I2CNackError, I2CStuckError
-from emulator.time.clock import PS_PER_MS, PS_PER_S, Clock
+from emulator.errors import I2CBusError, I2CError, I2CNackError, I2CStuckError, InputError
+from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, Clock, to_ps
 from emulator.trace import BusTransfer, Fault, Trace
 from sensors.register_file import Taker
 from sensors.subaddress import SubaddressTarget
@@ -33,6 +34,7 @@ _BYTE_BITS = 9
 _SHORT = 32  # bytes up to which a read is kept
 
 _RECENT = 8
+_FOR_GOOD_S = 1e6  # longer than a board runs
 
 Message: TypeAlias = tuple[int, int, int, bytearray, bytearray, I2CError | None]
 """Start and end in ps, address, bytes written, bytes read, what went wrong."""
@@ -69,7 +71,7 @@ class I2CTarget(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class I2CFault:
-    """A rule that breaks transfers from ``from_ps`` until ``until_ps``.
+    """A rule that breaks transfers from ``from_s`` until ``until_s``, in seconds since power-on.
 
     ``absent``: nobody answers at ``address``; ``nack``: byte ``byte_index`` of a write to ``address`` is not
     acknowledged (0 is the address itself); ``stuck``: a line is held low, no transfer can start;
@@ -78,10 +80,33 @@ class I2CFault:
     """
 
     kind: FaultKind
-    from_ps: int
-    until_ps: int
+    from_s: float = 0.0
+    until_s: float = math.inf
     address: int | None = None
     byte_index: int = 0
+    from_ps: int = field(init=False, repr=False)
+    until_ps: int = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if self.kind not in get_args(FaultKind):
+            raise InputError(f"unknown fault {self.kind!r}; known: {', '.join(get_args(FaultKind))}")
+        if not 0 <= self.from_s <= self.until_s:
+            raise InputError(
+                f"a fault from {self.from_s!r} s until {self.until_s!r} s cannot be; "
+                "give 0 or more, and an end that is not before the beginning"
+            )
+        object.__setattr__(self, "from_ps", to_ps(self.from_s))
+        object.__setattr__(self, "until_ps", to_ps(self.until_s) if self.until_s < _FOR_GOOD_S else NEVER_PS)
+
+    @classmethod
+    def in_ps(
+        cls, kind: FaultKind, from_ps: int, until_ps: int, address: int | None = None, byte_index: int = 0
+    ) -> Self:
+        """The rule with its times to the picosecond, of which a number of seconds keeps sixteen digits."""
+        fault = cls(kind, from_ps / PS_PER_S, until_ps / PS_PER_S, address, byte_index)
+        object.__setattr__(fault, "from_ps", from_ps)
+        object.__setattr__(fault, "until_ps", until_ps)
+        return fault
 
     def hits(self, address: int, now_ps: int) -> bool:
         """Whether the rule breaks a transfer to ``address`` that starts at ``now_ps``."""

@@ -15,14 +15,15 @@ class I2CMaster:
     I2CStuckError; an address, a length or data that cannot be, InputError.
     """
 
-    def __init__(self, bus: I2CBus, run_until: Callable[[int], None]) -> None:
-        self._bus = bus
-        self._run_until = run_until
+    def __init__(self, bus: I2CBus, run_until_ps: Callable[[int], None]) -> None:
+        self.bus = bus
+        """The bus itself: its speed, its targets, its latest transfers."""
+        self._run_until = run_until_ps
 
     @property
     def speed_hz(self) -> int:
         """Clock rate of the bus."""
-        return self._bus.speed_hz
+        return self.bus.speed_hz
 
     def write(self, address: int, data: bytes) -> None:
         """Start, address, ``data``, stop."""
@@ -38,12 +39,12 @@ class I2CMaster:
 
     def inject(self, fault: I2CFault) -> None:
         """Break transfers as the rule says, those of firmware included."""
-        self._bus.inject(fault)
+        self.bus.inject(fault)
 
     def _transfer(self, address: int, data: bytes, count: int) -> bytes:
         address = bus_arguments.address(address)
-        self._run_until(max(self._bus.end_ps, self._bus.now_ps))  # firmware may be in a transfer
+        self._run_until(max(self.bus.end_ps, self.bus.now_ps))  # firmware may be in a transfer
         try:
-            return self._bus.transfer(address, data, count)
+            return self.bus.transfer(address, data, count)
         finally:
-            self._run_until(self._bus.end_ps)
+            self._run_until(self.bus.end_ps)

@@ -94,20 +94,21 @@ class SpiBus:
 class SpiMaster:
     """``board.spi2``: Python as the master of the sensors' bus, for tests of drivers."""
 
-    def __init__(self, bus: SpiBus, run_until: Callable[[int], None]) -> None:
-        self._bus = bus
-        self._run_until = run_until
+    def __init__(self, bus: SpiBus, run_until_ps: Callable[[int], None]) -> None:
+        self.bus = bus
+        """The bus itself: its parts and its latest messages."""
+        self._run_until = run_until_ps
 
     @property
     def speed_hz(self) -> int:
         """Clock rate of the bus."""
-        return self._bus.speed_hz
+        return self.bus.speed_hz
 
     def configure(self, mode: Mode, wires: Wires) -> None:
         """The host's clock mode (0 to 3) and whether it listens on three wires or four."""
         if mode not in (0, 1, 2, 3) or wires not in (3, 4):
             raise InputError(f"SPI mode {mode} with {wires} wires: give mode 0 to 3, and 3 or 4 wires")
-        self._bus.mode, self._bus.wires = mode, wires
+        self.bus.mode, self.bus.wires = mode, wires
 
     def write(self, chip_select: str, data: bytes) -> None:
         """Select, ``data``, deselect."""
@@ -115,11 +116,11 @@ class SpiMaster:
 
     def write_read(self, chip_select: str, data: bytes, n: int) -> bytes:
         """Select, ``data``, ``n`` bytes from the part, deselect; the first byte has the read flag, 0x80."""
-        if chip_select not in self._bus.chip_selects:
-            known = ", ".join(self._bus.chip_selects) or "none with this profile"
+        if chip_select not in self.bus.chip_selects:
+            known = ", ".join(self.bus.chip_selects) or "none with this profile"
             raise InputError(f"unknown chip select {chip_select!r}; known: {known}")
         sent, count = bus_arguments.payload(data), bus_arguments.length(n, 0)
         try:
-            return self._bus.transfer(chip_select, sent, count)
+            return self.bus.transfer(chip_select, sent, count)
         finally:
-            self._run_until(self._bus.end_ps)
+            self._run_until(self.bus.end_ps)

@@ -290,18 +290,18 @@ class Scratch:
 
 
 class Caller:
-    """Calls on a board. ``run_until(at_ps)`` runs it; ``restoring()`` is a context that restores it."""
+    """Calls on a board. ``run_until_ps(at_ps)`` runs it; ``restoring()`` is a context that restores it."""
 
     def __init__(
         self,
         core: Core,
         image: FirmwareImage,
-        run_until: Callable[[int], None],
+        run_until_ps: Callable[[int], None],
         restoring: Callable[[], AbstractContextManager[object]],
     ) -> None:
         self._core = core
         self._image = image
-        self._run_until = run_until
+        self._run_until = run_until_ps
         self._restoring = restoring
         self._scratch = Scratch(core, image)
 

@@ -47,9 +47,9 @@ class ArmFirmware:
         """The timer of the lab's callback."""
         return self.chip.timers["TIM9"]
 
-    def run_until(self, at_ps: int) -> None:
+    def run_until_ps(self, at_ps: int) -> None:
         """Run up to and including ``at_ps``. Raises LimitError when the firmware takes too much."""
-        self._run.run_until(at_ps, self.limits)
+        self._run.run_until_ps(at_ps, self.limits)
 
     def diagnosis(self) -> Diagnosis | None:
         """What keeps the firmware from working, as far as can be told now; None if it does work."""
@@ -67,7 +67,7 @@ class ArmFirmware:
 
     def caller(self, restoring: Callable[[], AbstractContextManager[object]]) -> Caller:
         """What calls single functions; see :class:`Caller`."""
-        return Caller(self.chip.core, self.image, self.run_until, restoring)
+        return Caller(self.chip.core, self.image, self.run_until_ps, restoring)
 
     def _store(self, address: int, raw: bytes) -> None:
         content = self.chip.core.memory(address, len(raw))

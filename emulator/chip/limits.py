@@ -77,13 +77,13 @@ class LimitedRun:
         self._wall_clock_s = wall_clock_s
         self._wall_s = 0.0
 
-    def run_until(self, at_ps: int, limits: Limits) -> None:
+    def run_until_ps(self, at_ps: int, limits: Limits) -> None:
         """Run up to and including ``at_ps``, less if a debugger halts the core. Raises LimitError."""
         clock = self._clock
         while True:
             stop_ps = min(at_ps, clock.now_ps + _LOOK_EVERY_PS)
             began_s = self._wall_clock_s()
-            self._core.run_until(stop_ps)
+            self._core.run_until_ps(stop_ps)
             self._wall_s += self._wall_clock_s() - began_s
             self._check(limits)
             if stop_ps == at_ps or clock.now_ps < stop_ps:

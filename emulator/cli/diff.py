@@ -20,7 +20,7 @@ from emulator.analysis.compare import (
 from emulator.analysis.observation import TERMINAL, Entry, Observation, observe
 from emulator.analysis.replay import replay
 from emulator.board.board import Board
-from emulator.board.firmwares import factory
+from emulator.board.firmwares import python_firmware
 from emulator.boards.fcu001v1 import PYTHON
 from emulator.errors import InputError
 from emulator.scenario import Scenario, load_scenario
@@ -56,8 +56,6 @@ def compare_firmwares(options: DiffOptions) -> bool:
         _ignored(options),
     )
     plan = load_scenario(options.scenario)
-    if options.seed is not None:
-        plan.seed = options.seed
     end_ps = plan.duration_ps if options.duration is None else _duration("--duration", options.duration)
     observed = (_replayed if options.replay else _side_by_side)(options, plan, end_ps)
     differences = compare(*observed, rules)
@@ -97,14 +95,14 @@ def _replayed(options: DiffOptions, plan: Scenario, end_ps: int) -> tuple[Observ
     if options.first not in PYTHON:
         known = " or ".join(PYTHON)
         raise InputError(f"--replay runs A on the samples of B; A is {options.first!r}, it must be {known}")
-    firmware = factory(options.first, plan.firmware_settings())
+    firmware = python_firmware(options.first, plan.firmware_settings())
     board = _board(options.second, plan, options)
     second = observe(board, end_ps, partial(plan.exceeded, board))
     return replay(board, firmware), second
 
 
 def _board(firmware: str, plan: Scenario, options: DiffOptions) -> Board:
-    return Board(options.profile, firmware, plan, plan.seed, options.ideal)
+    return Board(firmware, profile=options.profile, scenario=plan, seed=options.seed, ideal=options.ideal)
 
 
 # -- for people ---------------------------------------------------------------------------------------------

@@ -98,14 +98,13 @@ def _create_board(options: RunOptions) -> Board:
     firmware = options.firmware
     if firmware is None and options.scenario is None:
         firmware = DEFAULT_FIRMWARE
-    if options.scenario is None:
-        return Board(options.profile, firmware, None, options.seed or 0, options.ideal)
-    from emulator.scenario import load_scenario
-
-    plan = load_scenario(options.scenario)
-    if options.seed is not None:
-        plan.seed = options.seed
-    return Board(options.profile, firmware, plan, plan.seed, options.ideal)
+    return Board(
+        firmware,
+        scenario=options.scenario,
+        profile=options.profile,
+        seed=options.seed,
+        ideal=options.ideal,
+    )
 
 
 def _set_limits(board: Board, settings: tuple[str, ...]) -> None:

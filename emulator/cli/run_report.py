@@ -107,10 +107,11 @@ def _resets(board: Board) -> Iterator[str]:
 def _bus_errors(board: Board) -> Iterator[str]:
     failed = Counter(event.result for event in board.trace.of(BusTransfer) if event.result != "ok")
     for result, count in failed.most_common():
-        yield f"{board.bus.name}: {count} failed transfers: {result}"
-    lost = sum(1 for event in board.trace.of(Fault) if event.where == board.uart.name)
+        yield f"{board.i2c2.bus.name}: {count} failed transfers: {result}"
+    uart = board.terminal.uart
+    lost = sum(1 for event in board.trace.of(Fault) if event.where == uart.name)
     if lost:
-        yield f"{board.uart.name}: {lost} received bytes lost, the firmware does not read them (overrun)"
+        yield f"{uart.name}: {lost} received bytes lost, the firmware does not read them (overrun)"
 
 
 def _notes(board: Board) -> Iterator[str]:
@@ -142,7 +143,7 @@ class Explainer:
         board = self._board
         if board.arm is None:
             return
-        printed = board.uart.received_count()
+        printed = board.terminal.uart.received_count()
         if printed != self._printed:
             self._printed, self._silent_since_s = printed, board.now_s
             self._patience_s = _FIRST_QUESTION_S

@@ -96,7 +96,7 @@ class RunnableBoard(Protocol):
         """What its firmware prints, and a keyboard."""
         ...
 
-    def run_until(self, at_ps: int) -> None:
+    def run_until_ps(self, at_ps: int) -> None:
         """Run up to and including ``at_ps``."""
         ...
 
@@ -114,7 +114,7 @@ class Debugger(Protocol):
         """Whether the run is to end."""
         ...
 
-    def run_until(self, at_ps: int) -> None:
+    def run_until_ps(self, at_ps: int) -> None:
         """Run the board up to and including ``at_ps``, or wait a little while it is held."""
         ...
 
@@ -176,10 +176,10 @@ class Runner:
     def _run_until(self, at_ps: int) -> None:
         debugger = self._debugger
         if debugger is None:
-            self._board.run_until(at_ps)
+            self._board.run_until_ps(at_ps)
             return
         began_s = self._wall_clock_s()
-        debugger.run_until(at_ps)
+        debugger.run_until_ps(at_ps)
         self.stopped |= debugger.killed
         if debugger.halted:
             self._held_s += self._wall_clock_s() - began_s

@@ -1,7 +1,7 @@
 """The processor the Python firmware runs on: blocking calls, preemption, and a way back to the caller.
 
 Firmware is plain blocking code: ``main()`` never returns, and a HAL call comes back when its virtual time is
-over. It runs in a greenlet, so that ``run_until`` can leave it anywhere (also in the middle of an interrupt
+over. It runs in a greenlet, so that a run can leave it anywhere (also in the middle of an interrupt
 handler) and go on there later. Interrupt handlers run on top of whatever waits, as on the chip.
 
 Decision: a greenlet. A thread per board would need locks, could not be dropped while it waits, and switches
@@ -60,7 +60,7 @@ class Core:
         """Start ``main`` the next time the core runs."""
         self._main = main
 
-    def run_until(self, at_ps: int) -> None:
+    def run_until_ps(self, at_ps: int) -> None:
         """Run up to and including ``at_ps``. Raises FirmwareError when the firmware itself fails.
 
         All runs must be made in one thread, be it not the one that built the board; else InputError.

@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import Any, Protocol
 
 from emulator.buses.gpio import Led
-from emulator.buses.i2c import I2CBus
+from emulator.buses.i2c_master import I2CMaster
 from emulator.buses.uart import Uart
 from emulator.time.clock import Clock
 from emulator.time.ticks import TickCounts
@@ -20,6 +20,8 @@ from emulator.world import World
 
 class TerminalView(Protocol):
     """What has been printed, and a keyboard."""
+
+    uart: Uart
 
     @property
     def text(self) -> str:
@@ -41,10 +43,13 @@ class BoardView(Protocol):
     clock: Clock
     world: World
     trace: Trace
-    uart: Uart
-    bus: I2CBus
     led1: Led
     led2: Led
+
+    @property
+    def i2c2(self) -> I2CMaster:
+        """The master of the sensors' bus."""
+        ...
 
     @property
     def terminal(self) -> TerminalView:
@@ -56,7 +61,7 @@ class BoardView(Protocol):
         """The timer of the lab's callback."""
         ...
 
-    def run_until(self, at_ps: int) -> None:
+    def run_until_ps(self, at_ps: int) -> None:
         """Run up to and including ``at_ps`` picoseconds since power-on."""
         ...
 

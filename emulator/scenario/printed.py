@@ -158,7 +158,7 @@ class Recorder:
 
     def __init__(self, board: BoardView, until_ps: int, settle_ps: Mapping[str, int]) -> None:
         self.until_ps = until_ps
-        self._world, self._uart, self._clock = board.world, board.uart, board.clock
+        self._world, self._uart, self._clock = board.world, board.terminal.uart, board.clock
         self._settle_ps = settle_ps
         self._lines: list[Line] = []
         self._looks: list[tuple[int, int]] = [(0, 0)]  # (bytes received, time of the look before)

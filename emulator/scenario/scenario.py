@@ -194,7 +194,7 @@ class Scenario:
 
     def exceeded(self, board: BoardView, wall_s: float) -> str:
         """The limit that a run of ``wall_s`` seconds of wall time has exceeded by now; empty if none."""
-        if board.uart.received_count() > self.limits.terminal_bytes:
+        if board.terminal.uart.received_count() > self.limits.terminal_bytes:
             return f"{self.limits.terminal_bytes} bytes of text, limits.terminal_bytes"
         if wall_s > self.limits.wall / PS_PER_S:
             return f"{seconds(self.limits.wall)} of wall time, limits.wall"

@@ -356,7 +356,7 @@ class Fault(Entry):
     def act(self, board: BoardView, from_ps: int) -> None:
         """Inject the rule."""
         until_ps = from_ps + self.for_ if self.for_ else NEVER_PS
-        board.bus.inject(I2CFault(self.kind, from_ps, until_ps, self.address, self.byte_index))
+        board.i2c2.inject(I2CFault.in_ps(self.kind, from_ps, until_ps, self.address, self.byte_index))
 
 
 def _parse_hex(value: object) -> bytes:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from emulator import Board
 from emulator.analysis.observation import TERMINAL, Entry, Observation, observe
 from emulator.analysis.replay import replay
-from emulator.board.firmwares import factory
+from emulator.board.firmwares import python_firmware
 from emulator.scenario.printed import FORMATS, deviation
 from emulator.time.clock import PS_PER_MS, PS_PER_S
 
@@ -32,13 +32,13 @@ def ran(
     firmware: str, scenario: str | Path, end_s: float, *, ideal: bool = False, profile: str | None = None
 ) -> tuple[Board, Observation]:
     """A firmware on a scenario until ``end_s``, and what it did."""
-    board = Board(profile, firmware, scenario, ideal=ideal)
+    board = Board(firmware, profile=profile, scenario=scenario, ideal=ideal)
     return board, observe(board, round(end_s * PS_PER_S))
 
 
 def replayed(board: Board, program: str) -> Observation:
     """The Python firmware of that name on the samples that the board's firmware has read."""
-    return replay(board, factory(program))
+    return replay(board, python_firmware(program))
 
 
 def text_of(observation: Observation) -> str:
@@ -54,7 +54,7 @@ class Track:
         self._times_ps = np.arange(PS_PER_S, round(end_s * PS_PER_S), TICK_PS)
         self._values: dict[str, list[float]] = {name: [] for name in VARIABLES}
         for at_ps in self._times_ps:
-            board.run_until(int(at_ps))
+            board.run_until_ps(int(at_ps))
             for name, (variable, part) in VARIABLES.items():
                 value = board.variable(variable)
                 self._values[name].append(getattr(value, part) if part else value)

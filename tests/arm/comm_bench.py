@@ -38,7 +38,7 @@ class CommBench:
         self.ram = chip.fcu.ram
         self.i2c2, self.spi1, self.spi2 = chip["I2C2"], chip["SPI1"], chip["SPI2"]
         self.dma1 = chip["DMA1"]
-        ConnectedI2c(chip.fcu, "I2C2", board.bus, (("B", 10, 4), ("B", 3, 9)))
+        ConnectedI2c(chip.fcu, "I2C2", board.i2c2.bus, (("B", 10, 4), ("B", 3, 9)))
         SpiWire(chip.fcu, self.spi_bus, chip.gpio)
         connect_absent_radio(chip.fcu, chip.gpio)
         for port, pin, function in PINS:

@@ -184,7 +184,7 @@ class CoreBench:
 
     def run_us(self, until_us: float) -> None:
         """Run up to this time since the start."""
-        self.core.run_until(round(until_us * PS_PER_US))
+        self.core.run_until_ps(round(until_us * PS_PER_US))
 
     def at_us(self, time_us: float, action: Callable[[], None]) -> None:
         """Call ``action()`` at this time."""

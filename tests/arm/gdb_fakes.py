@@ -76,7 +76,7 @@ class FakeTarget:
     def step(self) -> None:
         self._steps, self._skip = 1, True
 
-    def run_until(self, at_ps: int) -> Stop | None:
+    def run_until_ps(self, at_ps: int) -> Stop | None:
         while self.now_ps + INSTRUCTION_PS <= at_ps:
             pc = self.registers["pc"]
             stop = self._break_at(pc)
@@ -135,7 +135,7 @@ class Debugger:
         """Let the target run and give its stop reply; empty if it still runs."""
         before = len(self.sent)
         self.session.handle(packet)
-        stop = self.target.run_until(self.target.now_ps + for_ps)
+        stop = self.target.run_until_ps(self.target.now_ps + for_ps)
         if stop is not None:
             self.session.stopped(stop)
         return b"".join(self.sent[before:])

@@ -36,7 +36,7 @@ def _shipped() -> Iterator[Case]:
         begin, end = PS_PER_S, PS_PER_S + 50 * PS_PER_MS
         where = {"nack": {"address": 0x6B, "byte_index": 1}, "absent": {"address": 0x1E}, "stuck": {}}[kind]
         yield Case(
-            f"solution-i2c2-{kind}", "solution", 1.15, broken_bus=(I2CFault(kind, begin, end, **where),)
+            f"solution-i2c2-{kind}", "solution", 1.15, broken_bus=(I2CFault.in_ps(kind, begin, end, **where),)
         )
 
 
@@ -45,7 +45,7 @@ def _vendor() -> Iterator[Case]:
         yield Case(f"vendor-lab3-i2c-{way}", file(f"lab3_i2c_{way}"), 1.15)
     yield Case("vendor-lab3-i2c-it-desk", file("lab3_i2c_it"), 1.08, **_NOISY)
     begin, end = PS_PER_S + 70 * PS_PER_MS, PS_PER_S + 90 * PS_PER_MS
-    nack = (I2CFault("nack", begin, end, address=0x1E, byte_index=0),)
+    nack = (I2CFault.in_ps("nack", begin, end, address=0x1E, byte_index=0),)
     yield Case("vendor-lab3-i2c-it-nack", file("lab3_i2c_it"), 1.1, broken_bus=nack)
     typed = ((0.02, b"hello"), (0.05, bytes(range(32, 127))), (0.0701, b"x"), (0.0705, b"y" * 70))
     for way in ("it", "dma"):

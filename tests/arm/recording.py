@@ -170,12 +170,13 @@ def _blocks(peek: Callable[[int], int | None]) -> dict[str, dict[str, str]]:
 
 def board_of(case: Case) -> Board:
     """The board at power-on."""
+    settings = {name: getattr(case, name) for name in ("profile", "scenario", "ideal", "cold_start")}
     if not isinstance(case.firmware, bytes):
-        return Board(case.profile, case.firmware, case.scenario, ideal=case.ideal, cold_start=case.cold_start)
+        return Board(case.firmware, **settings)
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "program.bin"
         file.write_bytes(case.firmware)
-        return Board(case.profile, file, case.scenario, ideal=case.ideal, cold_start=case.cold_start)
+        return Board(file, **settings)
 
 
 def run(case: Case, *, traced: bool) -> tuple[Board, str]:
@@ -196,9 +197,9 @@ def run(case: Case, *, traced: bool) -> tuple[Board, str]:
     ending = ""
     try:
         for at_s, act, arguments in sorted(doings, key=lambda doing: doing[0]):
-            board.run_until(to_ps(at_s))
+            board.run_until_ps(to_ps(at_s))
             act(*arguments)
-        board.run_until(to_ps(case.seconds))
+        board.run_until_ps(to_ps(case.seconds))
     except FirmwareError as error:
         ending = str(error)
     return board, ending
@@ -265,7 +266,7 @@ def _bytes_on_the_line(board: Board) -> Iterator[str]:
         if not count:
             start_ps = event.t_ps
         count += len(event.data)
-        end_ps = start_ps + board.uart.frames_ps(count)
+        end_ps = start_ps + board.terminal.uart.frames_ps(count)
     if count:
         yield f"{start_ps} {count}"
 

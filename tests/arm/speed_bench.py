@@ -30,15 +30,16 @@ class Chip:
     """The chip of a board in front of the first instruction of the firmware in ``file``."""
 
     def __init__(self, file: Path, profile: str = "lab3", *, skip: bool = True) -> None:
-        self.board = board = Board(profile)
+        self.board = board = Board(profile=profile)
         board.trace.record_all()
-        around = Surroundings(board.clock, board.trace, board.gpio, board.uart, board.bus, board.spi)
+        buses = board.terminal.uart, board.i2c2.bus, board.spi2.bus
+        around = Surroundings(board.clock, board.trace, board.gpio, *buses)
         self.firmware = ArmFirmware(around, load_firmware(file), CoreSettings(skip=skip))
         self.core = self.firmware.chip.core
 
-    def run_until(self, at_ps: int) -> None:
+    def run_until_ps(self, at_ps: int) -> None:
         """Run up to and including ``at_ps``."""
-        self.firmware.run_until(at_ps)
+        self.firmware.run_until_ps(at_ps)
 
     def result(self) -> Result:
         """What the run has done so far."""

@@ -79,5 +79,5 @@ def test_what_is_typed_is_lost_in_both_but_the_first_byte(tmp_path: Path) -> Non
     other, in_python = ran("lab3", scenario, 1.2)
 
     assert [event.text for event in board.trace.of(Fault)] == [event.text for event in other.trace.of(Fault)]
-    assert board.uart.rx_lost == len("hello") - 1
+    assert board.terminal.uart.rx_lost == len("hello") - 1
     assert not compare(in_python, in_c)

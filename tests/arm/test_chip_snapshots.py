@@ -31,11 +31,11 @@ def prepared(case: Case) -> Board:
     return board
 
 
-def run_until(board: Board, seconds: float) -> list[object]:
+def run_until_ps(board: Board, seconds: float) -> list[object]:
     """All that can be seen of it then, and how the run ended."""
     ending = ""
     try:
-        board.run_until(to_ps(seconds))
+        board.run_until_ps(to_ps(seconds))
     except FirmwareError as error:
         ending = str(error)
     return [ending, *board.trace, board.terminal.text, board.clock.now_ps, chip_state(board)]
@@ -47,9 +47,9 @@ def test_a_program_goes_on_from_where_it_was(name: str, part: float) -> None:
     case = CASES[name]
     plain, put_back = prepared(case), prepared(case)
     middle_s = part * case.seconds
-    assert run_until(plain, middle_s) == run_until(put_back, middle_s)
+    assert run_until_ps(plain, middle_s) == run_until_ps(put_back, middle_s)
     snapshot = put_back.snapshot()
-    run_until(put_back, case.seconds + 0.01)
+    run_until_ps(put_back, case.seconds + 0.01)
     put_back.restore(snapshot)
 
-    assert run_until(put_back, case.seconds) == run_until(plain, case.seconds)
+    assert run_until_ps(put_back, case.seconds) == run_until_ps(plain, case.seconds)

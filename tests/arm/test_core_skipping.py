@@ -190,7 +190,7 @@ def test_a_delay_takes_its_ticks_however_often_it_is_looked_at() -> None:
     whole = run(LOOPS["HAL_Delay of 20 ticks, as compiled without optimisation"], True)
     divided = prepared(LOOPS["HAL_Delay of 20 ticks, as compiled without optimisation"])
     for until_ms in range(0, 300, 7):
-        divided.core.run_until(until_ms * PS_PER_MS + 1)
+        divided.core.run_until_ps(until_ms * PS_PER_MS + 1)
     divided.run_us(END_US)
 
     assert state(divided) == state(whole)

@@ -47,7 +47,7 @@ def test_the_nth_instruction_begins_n_times_its_cycles_after_reset(
 def test_a_second_is_so_many_instructions() -> None:
     """The default: 1.3 cycles each, so 64,615,384.6 instructions a second at 84 MHz."""
     core = CoreBench("reset: b reset\n", hclk_hz=84_000_000, cycles=CYCLES_PER_INSTRUCTION)
-    core.core.run_until(PS_PER_S)
+    core.core.run_until_ps(PS_PER_S)
 
     assert core.core.retired == -(-84_000_000 * 10 // 13)
 
@@ -81,7 +81,7 @@ def test_cycles_per_instruction_must_be_sensible() -> None:
 def test_sleep_takes_the_time_until_the_event() -> None:
     core = CoreBench(f"reset: {interrupts({0: 0})} wfi\n log 1\n b .\nirq0: bx lr\n", hclk_hz=84_000_000)
     core.pulse_at_us(1_000_000.000_001, 0)
-    core.core.run_until(2 * PS_PER_S)
+    core.core.run_until_ps(2 * PS_PER_S)
 
     cycles = 12 + 1 + 10 + 3
     assert core.probe.log == [(PS_PER_S + 1 + cycles * PS_PER_S // 84_000_000, 1)]

@@ -13,7 +13,7 @@ LONG_PS = 100 * PS_PER_S
 
 
 def template(profile: str, bus: str) -> Board:
-    return Board(profile, prebuilt("template", bus))
+    return Board(prebuilt("template", bus), profile=profile)
 
 
 def said(board: Board) -> str:
@@ -33,7 +33,7 @@ def said(board: Board) -> str:
 def test_nothing_is_said_about_a_program_that_works(
     program: str, profile: str, bus: str, scenario: str
 ) -> None:
-    board = Board(profile, prebuilt(program, bus), scenario)
+    board = Board(prebuilt(program, bus), profile=profile, scenario=scenario)
 
     for seconds in (0.0, 0.003, 0.5, 0.7):  # reset, clocks start, a sensor boots, all runs
         board.run_for(seconds)
@@ -43,7 +43,7 @@ def test_nothing_is_said_about_a_program_that_works(
 
 def test_a_slow_bus_makes_the_callback_too_long_and_is_no_failure_of_the_program() -> None:
     """Brief, timing: at 100 kHz the four reads do not fit into 1.25 ms."""
-    board = Board("lab3", prebuilt("template"), "slow_bus")
+    board = Board(prebuilt("template"), profile="lab3", scenario="slow_bus")
     board.run_for(1.25)
     assert board.arm is not None
     diagnosis = board.arm.diagnosis()
@@ -92,13 +92,13 @@ def test_firmware_for_i2c2_finds_nobody_with_the_sensors_on_spi2() -> None:
 @pytest.mark.parametrize(
     ("fault", "cause"),
     [
-        (I2CFault("stuck", 0, LONG_PS), "a line of I2C2 is held low"),
-        (I2CFault("absent", 0, LONG_PS, 0x1E), "I2C 0x1E: no acknowledge of its address"),
+        (I2CFault("stuck"), "a line of I2C2 is held low"),
+        (I2CFault("absent", address=0x1E), "I2C 0x1E: no acknowledge of its address"),
     ],
 )
 def test_a_bus_broken_on_purpose_is_named(fault: I2CFault, cause: str) -> None:
     board = template("lab3", "I2C2")
-    board.bus.inject(fault)
+    board.i2c2.bus.inject(fault)
     board.run_for(0.2)
 
     assert said(board).splitlines()[0].endswith(cause)
@@ -107,7 +107,7 @@ def test_a_bus_broken_on_purpose_is_named(fault: I2CFault, cause: str) -> None:
 def test_a_device_that_fails_for_a_while_is_no_wrong_address() -> None:
     board = template("lab3", "I2C2")
     board.run_for(1.3)
-    board.bus.inject(I2CFault("nack", board.clock.now_ps, LONG_PS, 0x1E))
+    board.i2c2.bus.inject(I2CFault.in_ps("nack", board.clock.now_ps, LONG_PS, 0x1E))
     board.run_for(0.1)
 
     assert board.arm is not None

@@ -67,18 +67,18 @@ PACKETS = st.one_of(
 @given(st.lists(PACKETS, max_size=25))
 def test_no_packet_breaks_the_core(packets: list[bytes]) -> None:
     bench = CoreBench(PROGRAM)
-    target = CoreTarget(bench.core, bench.clock, bench.core.run_until)
+    target = CoreTarget(bench.core, bench.clock, bench.core.run_until_ps)
     sent: list[bytes] = []
     session = Session(target, lambda command: command, sent.append)
     for packet in packets:
         sent.clear()
         session.handle(packet)
         if not session.halted:
-            stop = target.run_until(bench.clock.now_ps + 200 * PS_PER_US)
+            stop = target.run_until_ps(bench.clock.now_ps + 200 * PS_PER_US)
             if stop is not None:
                 session.stopped(stop)
             session.interrupt()
         assert sent
         assert session.halted
     session.close()
-    bench.core.run_until(bench.clock.now_ps + 200 * PS_PER_US)
+    bench.core.run_until_ps(bench.clock.now_ps + 200 * PS_PER_US)

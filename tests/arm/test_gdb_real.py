@@ -67,7 +67,7 @@ def debug(board: Board, script: str, tmp_path: Path, *, kind: str = "remote", el
     deadline_s = time.monotonic() + LONGEST_S
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as gdb:
         while gdb.poll() is None and time.monotonic() < deadline_s:
-            server.run_until(board.clock.now_ps + PS_PER_MS)
+            server.run_until_ps(board.clock.now_ps + PS_PER_MS)
         gdb.kill()
         printed = gdb.communicate()[0]
     server.close()

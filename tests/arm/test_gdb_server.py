@@ -30,7 +30,7 @@ class Bench:
         self.clients: list[Client] = []
 
     def run(self) -> None:
-        self.server.run_until(self.target.now_ps + SLICE_PS)
+        self.server.run_until_ps(self.target.now_ps + SLICE_PS)
 
     def connect(self) -> Client:
         self.clients.append(Client(self.server, self.run))
@@ -175,7 +175,7 @@ def test_a_debugger_that_waits_for_a_stop_is_told_of_the_end(bench: Bench) -> No
 
 def test_firmware_that_fails_is_told_to_the_debugger_or_to_whoever_runs_it() -> None:
     class Failing(FakeTarget):
-        def run_until(self, at_ps: int) -> None:
+        def run_until_ps(self, at_ps: int) -> None:
             raise FirmwareError("it broke")
 
     bench = Bench()
@@ -238,20 +238,20 @@ def test_a_run_under_a_debugger_is_the_same_run() -> None:
         assert board.arm is not None
         server = serve(board, 0, halted=stops is not None)
         if stops is not None:
-            client = Client(server, lambda: server.run_until(min(board.clock.now_ps + PS_PER_MS, end_ps)))
+            client = Client(server, lambda: server.run_until_ps(min(board.clock.now_ps + PS_PER_MS, end_ps)))
             if stops:
                 assert board.arm.image.symbols is not None
                 client.ask(b"Z1,%x,2" % board.arm.image.symbols.address_of(CALLBACK))
             count = 0
             client.send(frame(b"c"))
             while board.clock.now_ps < end_ps:
-                server.run_until(end_ps)
+                server.run_until_ps(end_ps)
                 if server.halted:
                     count += 1
                     client.send(frame(b"c"))
             assert count > 10 if stops else count == 0
             client.close()
-        server.run_until(end_ps)
+        server.run_until_ps(end_ps)
         server.close()
         return board.terminal.since(0)[0], board.arm.chip.core.retired, len(board.trace)
 
@@ -271,7 +271,7 @@ def test_wall_time_of_a_halted_board_does_not_count_and_kill_ends_the_run() -> N
         def killed(self) -> bool:
             return self.turns == 6
 
-        def run_until(self, at_ps: int) -> None:
+        def run_until_ps(self, at_ps: int) -> None:
             self.turns += 1
             self.halted = self.turns > 2
 
@@ -301,7 +301,7 @@ def test_wall_time_of_a_halted_board_does_not_count_and_kill_ends_the_run() -> N
 def test_a_monitor_command_answers(command: str, answer: str) -> None:
     board = Board(firmware="solution")
     server = serve(board, 0, halted=True)
-    client = Client(server, lambda: server.run_until(0))
+    client = Client(server, lambda: server.run_until_ps(0))
     reply = client.ask(b"qRcmd," + command.encode().hex().encode())
     client.close()
     server.close()
@@ -313,7 +313,7 @@ def test_a_monitor_command_answers(command: str, answer: str) -> None:
 def test_where_says_function_and_line_of_the_program_in_flash() -> None:
     board = Board(firmware="solution")
     server = serve(board, 0, halted=True)
-    client = Client(server, lambda: server.run_until(0))
+    client = Client(server, lambda: server.run_until_ps(0))
 
     def where() -> str:
         reply = client.ask(b"qRcmd," + b"where".hex().encode())

@@ -19,7 +19,7 @@ class Debugged:
 
     def __init__(self, program: str, *, skip: bool = True) -> None:
         self.bench = CoreBench(program, skip=skip)
-        self.target = CoreTarget(self.bench.core, self.bench.clock, self.bench.core.run_until)
+        self.target = CoreTarget(self.bench.core, self.bench.clock, self.bench.core.run_until_ps)
         self.target.attach()
 
     def at(self, label: str) -> int:
@@ -39,7 +39,7 @@ class Debugged:
         return self.run(until_us)
 
     def run(self, until_us: float) -> Stop | None:
-        return self.target.run_until(round(until_us * PS_PER_US))
+        return self.target.run_until_ps(round(until_us * PS_PER_US))
 
     @property
     def pc(self) -> int:
@@ -263,7 +263,7 @@ def test_a_debugger_that_comes_during_an_entry_sees_the_handler() -> None:
     bench = CoreBench(program)
     bench.pulse_at_us(500, 3)
     bench.run_us(505)
-    target = CoreTarget(bench.core, bench.clock, bench.core.run_until)
+    target = CoreTarget(bench.core, bench.clock, bench.core.run_until_ps)
     target.attach()
 
     assert target.read_registers()["pc"] == bench.labels["irq3"]

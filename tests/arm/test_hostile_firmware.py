@@ -126,7 +126,7 @@ def test_a_stack_anywhere_survives_interrupts(stack: int, tmp_path: Path) -> Non
     source = "reset:\n" + put("SYST_RVR", 100) + f"mov32 r2, {stack}\nmov sp, r2\n" + put("SYST_CSR", 7)
     board = board_with(program(source + "b .\ninterrupt: push {r0-r3, lr}\npop {r0-r3, pc}"), tmp_path)
 
-    board.run_until(PS_PER_MS)
+    board.run_until_ps(PS_PER_MS)
 
     assert board.clock.now_ps == PS_PER_MS
     assert bool(status(board)) is (stack != 0x2001_0000)
@@ -173,7 +173,7 @@ def test_interrupts_as_fast_as_the_clock_leave_time_going_on(period: int, tmp_pa
     source += put("TIM9_DIER", 1) + put("TIM9_CR1", 1) + "b .\ninterrupt: bx lr"
     board = board_with(program(source), tmp_path)
 
-    board.run_until(PS_PER_MS)
+    board.run_until_ps(PS_PER_MS)
 
     assert board.clock.now_ps == PS_PER_MS
 

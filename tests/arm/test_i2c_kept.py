@@ -65,11 +65,11 @@ class Board:
     def __init__(self, *, live: bool) -> None:
         self.bench = bench = CommBench()
         self.seen: list[object] = []
-        self.targets = {address: bench.board.bus.target(address) for address in DEVICES}
+        self.targets = {address: bench.board.i2c2.bus.target(address) for address in DEVICES}
         for address, target in self.targets.items():
             assert isinstance(target, SubaddressTarget)
             if live:
-                bench.board.bus.attach(address, Live(target))
+                bench.board.i2c2.bus.attach(address, Live(target))
         self.hal = HalI2c(bench)
         bench.wait(PS_PER_S // 20)
         for one in SWITCHED_ON:
@@ -176,7 +176,8 @@ class Board:
     def _fault(self, address: int, us: int, index: int) -> None:
         now_ps = self.bench.clock.now_ps
         until_ps = now_ps + 2 * PS_PER_MS
-        fault = I2CFault("nack", now_ps + us * PS_PER_US, until_ps, address=address, byte_index=index % 3)
+        from_ps = now_ps + us * PS_PER_US
+        fault = I2CFault.in_ps("nack", from_ps, until_ps, address=address, byte_index=index % 3)
         self.bench.board.i2c2.inject(fault)
 
     def part(self, address: int) -> Any:
@@ -194,7 +195,7 @@ class Board:
             self.seen,
             now_ps,
             list(bench.trace),
-            bench.board.bus.recent_transfers(),
+            bench.board.i2c2.bus.recent_transfers(),
             [set(part.registers.half_read) for part in parts],
             # Read, and not looked up in the memory, which is filled in when somebody reads it.
             [[part.read(address, 1, now_ps) for address in range(0x80)] for part in parts],
@@ -299,7 +300,7 @@ def test_messages_that_c_has_alone_are_among_the_recent_ones() -> None:
     for register in (0x10, 0x0F, 0x10, 0x0F):
         board.act(("read", LSM6DSL, register, 1))
     board.hal.wait_idle()
-    last = board.bench.board.bus.recent_transfers()[-4:]
+    last = board.bench.board.i2c2.bus.recent_transfers()[-4:]
     assert [(event.register, event.read, event.result) for event in last] == [
         ("CTRL1_XL", b"\x50", "ok"),
         ("WHO_AM_I", b"\x6a", "ok"),

@@ -89,14 +89,14 @@ class MemoryChip:
 def bench_with_memory(delays: list[int] | None = None) -> tuple[CommBench, HalI2c, MemoryChip]:
     bench = CommBench(delays or ())
     memory = MemoryChip()
-    bench.board.bus.attach(MEMORY, memory)
+    bench.board.i2c2.bus.attach(MEMORY, memory)
     return bench, HalI2c(bench), memory
 
 
 def whole_read(register: int, count: int) -> tuple[bytes, int]:
     """The oracle: the same read as one whole transfer, and where it leaves the sub-address."""
     bench, _, memory = bench_with_memory()
-    return bench.board.bus.transfer(MEMORY, bytes((register,)), count), memory.address
+    return bench.board.i2c2.bus.transfer(MEMORY, bytes((register,)), count), memory.address
 
 
 @pytest.mark.parametrize(("address", "register", "identity"), [(LSM6DSL, 0x0F, 0x6A), (LPS22HB, 0x0F, 0xB1)])
@@ -137,7 +137,7 @@ def test_a_write_leaves_the_target_as_a_whole_transfer_does(data: bytes, delays:
     other, _, oracle = bench_with_memory()
     hal.mem_write(MEMORY, 0xF0, data)
     hal.wait_idle()
-    other.board.bus.transfer(MEMORY, bytes((0xF0,)) + data)
+    other.board.i2c2.bus.transfer(MEMORY, bytes((0xF0,)) + data)
     assert (memory.bytes, memory.address) == (oracle.bytes, oracle.address)
 
 
@@ -185,7 +185,7 @@ def test_scl_follows_ccr(ccr: int, trise: int, speed_hz: int) -> None:
     bench.write(bench.i2c2, CCR, ccr)
     bench.write(bench.i2c2, TRISE, trise)
     bench.write(bench.i2c2, CR1, PE)
-    assert bench.board.bus.speed_hz == speed_hz
+    assert bench.board.i2c2.bus.speed_hz == speed_hz
     start_ps = bench.clock.now_ps
     hal.mem_read(MEMORY, 0, 30)
     hal.wait_idle()
@@ -247,7 +247,7 @@ def test_nobody_at_an_address_is_af_and_the_bus_is_free_again() -> None:
 
 def test_a_refused_byte_keeps_what_came_before_it() -> None:
     bench, hal, memory = bench_with_memory()
-    bench.board.i2c2.inject(I2CFault("nack", 0, FOREVER, address=MEMORY, byte_index=3))
+    bench.board.i2c2.inject(I2CFault("nack", address=MEMORY, byte_index=3))
     before = bytes(memory.bytes)
     with pytest.raises(HalError):
         hal.mem_write(MEMORY, 0x10, b"\xaa\xbb\xcc\xdd")
@@ -257,7 +257,7 @@ def test_a_refused_byte_keeps_what_came_before_it() -> None:
 def test_a_stuck_line_is_busy_until_it_is_let_go() -> None:
     """HAL polls SR2.BUSY for 25 ms, then returns HAL_BUSY."""
     bench, hal, _ = bench_with_memory()
-    bench.board.i2c2.inject(I2CFault("stuck", 0, 3 * PS_PER_MS))
+    bench.board.i2c2.inject(I2CFault("stuck", 0, 3e-3))
     status, until_ps = bench.i2c2.look(SR2)
     assert status & BUSY
     assert until_ps == 3 * PS_PER_MS
@@ -272,7 +272,7 @@ def test_a_stuck_line_is_busy_until_it_is_let_go() -> None:
 def test_an_error_raises_its_flag_and_the_error_interrupt(kind: FaultKind, flag: int) -> None:
     """RM0368 18.3.4, 18.4."""
     bench, hal, _ = bench_with_memory()
-    bench.board.i2c2.inject(I2CFault(kind, 0, PS_PER_MS, address=MEMORY))
+    bench.board.i2c2.inject(I2CFault(kind, 0, 1e-3, address=MEMORY))
     bench.modify(bench.i2c2, CR2, set_bits=ITERREN)
     bench.modify(bench.i2c2, CR1, set_bits=START)
     bench.poll(bench.i2c2, SR1, SB)

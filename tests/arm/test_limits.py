@@ -92,10 +92,11 @@ def test_wall_time_ends_a_run_that_is_slow(tmp_path: Path) -> None:
     board = board_with(COUNTS, tmp_path)
     assert board.arm is not None
     seconds = iter(range(1_000_000))
-    run = LimitedRun(board.arm.chip.core, board.clock, board.uart, wall_clock_s=lambda: float(next(seconds)))
+    uart = board.terminal.uart
+    run = LimitedRun(board.arm.chip.core, board.clock, uart, wall_clock_s=lambda: float(next(seconds)))
 
     with pytest.raises(LimitError, match="has run for more than 30 s of wall time"):
-        run.run_until(PS_PER_S, Limits(wall_s=30.0))
+        run.run_until_ps(PS_PER_S, Limits(wall_s=30.0))
 
     assert board.now_s == pytest.approx(0.31)  # 10 ms a look
 
@@ -103,7 +104,7 @@ def test_wall_time_ends_a_run_that_is_slow(tmp_path: Path) -> None:
 def test_a_run_within_its_limits_ends_exactly_when_asked(tmp_path: Path) -> None:
     board = board_with(COUNTS, tmp_path)
 
-    board.run_until(123_456_789_012)
+    board.run_until_ps(123_456_789_012)
 
     assert board.clock.now_ps == 123_456_789_012
 

@@ -55,7 +55,7 @@ def as_intel_hex(data: bytes) -> str:
 
 
 def printed(firmware: str | Path, seconds: float = 1.2, profile: str | None = None) -> bytes:
-    board = Board(profile, firmware, ideal=True)
+    board = Board(firmware, profile=profile, ideal=True)
     board.run_for(seconds)
     return bytes(board.terminal.read())
 
@@ -151,9 +151,9 @@ def test_any_slicing_of_a_run_gives_the_same_bytes_at_the_same_time() -> None:
     whole, sliced = (Board(firmware="solution", seed=3) for _ in range(2))
     whole.run_for(1.06)
     for step_ps in (1, 7_000_000_003, 490_000_000_000, 123_456_789, 562_876_543_207):
-        sliced.run_until(sliced.clock.now_ps + step_ps)
+        sliced.run_until_ps(sliced.clock.now_ps + step_ps)
     assert sliced.clock.now_ps == whole.clock.now_ps
-    assert sliced.uart.received() == whole.uart.received()
+    assert sliced.terminal.uart.received() == whole.terminal.uart.received()
     assert list(sliced.trace) == list(whole.trace)
 
 

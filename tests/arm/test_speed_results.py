@@ -43,7 +43,7 @@ def test_the_solution_does_the_same_with_all_waiting_executed(bus: str, profile:
     results = []
     for skip in (True, False):
         chip = Chip(prebuilt("solution", bus), profile, skip=skip)
-        chip.run_until(1_120 * PS_PER_MS)
+        chip.run_until_ps(1_120 * PS_PER_MS)
         results.append(chip.result())
 
     assert results[0] == results[1]
@@ -57,7 +57,7 @@ def test_transfers_without_polling_are_the_same_too(tmp_path: Path, source: str)
     results = []
     for skip in (True, False):
         chip = Chip(file(tmp_path, source), skip=skip)
-        chip.run_until(20 * PS_PER_MS)
+        chip.run_until_ps(20 * PS_PER_MS)
         results.append(chip.result())
 
     assert results[0] == results[1]
@@ -77,7 +77,7 @@ def test_a_polled_pin_is_seen_at_its_lap(tmp_path: Path, source: str, *, skip: b
     for number, at_us in enumerate(edges_us):
         change = partial(chip.board.gpio.drive, "A", 0, number % 2 ^ 1)
         chip.board.clock.schedule(at_us * PS_PER_US, change)
-    chip.run_until(10 * PS_PER_MS)
+    chip.run_until_ps(10 * PS_PER_MS)
     lap_us = 8 * 1.3 / 16  # instructions, cycles, MHz
 
     result = chip.result()
@@ -111,7 +111,7 @@ def test_a_long_wait_for_a_pin_is_skipped_though_each_lap_writes_to_a_port(tmp_p
 def test_a_loop_that_changes_only_memory_is_executed(tmp_path: Path, *, skip: bool) -> None:
     """Six instructions a lap, at 16 MHz and 1.3 cycles each."""
     chip = Chip(file(tmp_path, COUNTS_IN_RAM), skip=skip)
-    chip.run_until(10 * PS_PER_MS)
+    chip.run_until_ps(10 * PS_PER_MS)
 
     assert word(chip.result(), RAM) == pytest.approx(10_000 * 16 / 1.3 / 6, abs=5)
 
@@ -121,7 +121,7 @@ def test_a_polled_port_that_loses_its_clock_reads_as_zero(tmp_path: Path, *, ski
     """RM0368 6.3.9: what was read from memory a moment ago is the block's again."""
     chip = Chip(file(tmp_path, LOSES_THE_CLOCK), skip=skip)
     chip.board.gpio.drive("A", 0, 1)
-    chip.run_until(10 * PS_PER_MS)
+    chip.run_until_ps(10 * PS_PER_MS)
 
     result = chip.result()
     assert register(result, 4) & 1 == 1

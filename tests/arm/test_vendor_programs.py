@@ -20,7 +20,7 @@ PROGRAMS = sorted(path.stem for path in VENDOR.glob("*.elf"))
 
 
 def board(name: str, profile: str = "lab3") -> Board:
-    return Board(profile, file(name), ideal=True)
+    return Board(file(name), profile=profile, ideal=True)
 
 
 @pytest.fixture(scope="module")

@@ -77,6 +77,6 @@ def test_data_come_at_the_rate_that_was_set(bench: Bench, name: str) -> None:
 
 
 def test_a_part_that_does_not_answer_is_named(bench: Bench) -> None:
-    bench.board.i2c2.inject(I2CFault("absent", 0, 1 << 62, address=0x1E))
+    bench.board.i2c2.inject(I2CFault("absent", address=0x1E))
     with pytest.raises(ValueError, match="No I2C device at address: 0x1e"):
         adafruit_lis2mdl.LIS2MDL(BusioI2C(bench.board.i2c2))

@@ -52,7 +52,7 @@ def read(address: int, count: int) -> Message:
 
 
 def fail(board: Board, kind: FaultKind) -> None:
-    board.i2c2.inject(I2CFault(kind, 0, 1 << 62, address=0x6B))
+    board.i2c2.inject(I2CFault(kind, address=0x6B))
 
 
 # -- busio ----------------------------------------------------------------------------------------------
@@ -217,7 +217,7 @@ def test_a_scan_leaves_out_what_does_not_answer_and_stops_at_a_stuck_bus(
 ) -> None:
     fail(board, "absent")
     assert busio.scan() == [0x1E, 0x5D]
-    board.i2c2.inject(I2CFault("stuck", 0, 1 << 62))
+    board.i2c2.inject(I2CFault("stuck"))
     with pytest.raises(OSError, match="held low"):
         busio.scan()
     with pytest.raises(OSError, match="held low"):

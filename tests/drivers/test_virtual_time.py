@@ -39,7 +39,7 @@ def test_sleeping_lets_virtual_time_pass_under_every_name(driver: ModuleType) ->
 @pytest.mark.parametrize("clock", CLOCKS)
 def test_every_clock_counts_from_power_on(driver: ModuleType, clock: str) -> None:
     board = Board()
-    board.run_until(1_234_567_890_123)
+    board.run_until_ps(1_234_567_890_123)
     with virtual_time(board, driver):
         assert getattr(driver.time, clock)() == 1.234567890123
         assert getattr(driver.time, f"{clock}_ns")() == 1_234_567_890

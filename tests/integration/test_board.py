@@ -151,7 +151,7 @@ def test_100_khz_makes_ticks_late_and_lost_and_starves_main() -> None:
     one period to itself.
     """
     board = Board(firmware="lab3")
-    board.bus.set_speed(100_000)
+    board.i2c2.bus.set_speed(100_000)
     board.run_for(3)
     assert board.terminal.text == BOOT + "*****\n\n\nACC[x,y,"
     assert board.tim9.lost > board.tim9.late > 300
@@ -204,7 +204,7 @@ def test_unread_input_overruns_as_on_the_board() -> None:
     board.terminal.write("hello")
     board.run_for(0.1)
     board.terminal.write("!")
-    assert board.uart.rx_lost == 4
+    assert board.terminal.uart.rx_lost == 4
     assert all("overrun" in event.text for event in board.trace.of(Fault))
 
 
@@ -231,7 +231,7 @@ def test_a_transmit_that_cannot_finish_in_time_is_a_timeout() -> None:
 def test_a_broken_bus_is_a_status_for_the_firmware(kind: FaultKind, status: int) -> None:
     results: list[int] = []
     board = Board(firmware=script(lambda hal: results.append(hal.HAL_I2C_Mem_Write(0xD6, 0x10, b"\xa8"))))
-    board.i2c2.inject(I2CFault(kind, 0, PS_PER_S, address=0x6B, byte_index=1))
+    board.i2c2.inject(I2CFault(kind, 0, 1, address=0x6B, byte_index=1))
     board.run_for(0.1)
     assert results == [status]
 
@@ -239,7 +239,7 @@ def test_a_broken_bus_is_a_status_for_the_firmware(kind: FaultKind, status: int)
 def test_a_sensor_that_does_not_answer_stops_the_boot_after_the_banner() -> None:
     """Board facts, section 5: initializeAllSensors spins for ever without a message."""
     board = Board(firmware="lab3")
-    board.i2c2.inject(I2CFault("absent", 0, 1 << 62, address=0x1E))
+    board.i2c2.inject(I2CFault("absent", address=0x1E))
     board.run_for(5)
     assert board.terminal.text == BOOT[:39]
     assert board.tim9.ticks == 0
@@ -265,7 +265,7 @@ def whole() -> Board:
     """A run in one piece, with everything that happened on the bus."""
     board = Board(firmware="lab3", seed=3)
     board.trace.record_all()
-    board.run_until(SLICED_PS)
+    board.run_until_ps(SLICED_PS)
     return board
 
 
@@ -276,7 +276,7 @@ def test_how_a_run_is_sliced_changes_nothing(whole: Board, slices: list[float]) 
     sliced.trace.record_all()
     for seconds in slices:
         sliced.run_for(seconds)
-    sliced.run_until(SLICED_PS)
+    sliced.run_until_ps(SLICED_PS)
     assert sliced.terminal.text == whole.terminal.text
     assert sliced.trace.of(BusTransfer) == whole.trace.of(BusTransfer)
 

@@ -7,7 +7,7 @@ import pytest
 from emulator import Board, InputError
 from emulator.analysis.compare import Ignorable, Rules, compare, compared, largest_deviations, tolerances
 from emulator.analysis.observation import END, TERMINAL, Entry, Observation, observe
-from emulator.board.firmwares import FirmwareFactory, Settings, factory
+from emulator.board.firmwares import FirmwareFactory, Settings, python_firmware
 from emulator.python_cpu.hal import Hal
 from emulator.scenario import load_scenario, scenario_names
 from emulator.scenario.printed import FIELDS
@@ -38,7 +38,7 @@ def observed(
 
 def changed(**settings: float | str) -> FirmwareFactory:
     chosen: Settings = settings
-    return factory("lab3", chosen)
+    return python_firmware("lab3", chosen)
 
 
 # -- what counts as the same --------------------------------------------------------------------------------

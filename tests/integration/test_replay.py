@@ -10,7 +10,7 @@ from emulator import Board, InputError
 from emulator.analysis.compare import compare, largest_deviations
 from emulator.analysis.observation import END, TERMINAL, Observation, observe
 from emulator.analysis.replay import replay
-from emulator.board.firmwares import FirmwareFactory, factory
+from emulator.board.firmwares import FirmwareFactory, python_firmware
 from emulator.python_cpu.hal import HAL_OK, Hal
 from emulator.scenario import scenario_names
 from emulator.time.clock import PS_PER_MS, PS_PER_S
@@ -36,7 +36,7 @@ def text_of(observation: Observation) -> str:
 def test_a_firmware_on_its_own_samples_prints_what_it_printed(name: str) -> None:
     board = Board(firmware="lab3", scenario=name)
     original = observe(board, 5 * PS_PER_S)
-    again = replay(board, factory("lab3"))
+    again = replay(board, python_firmware("lab3"))
 
     assert not compare(again, original)
     assert text_of(again) == text_of(original)
@@ -45,7 +45,7 @@ def test_a_firmware_on_its_own_samples_prints_what_it_printed(name: str) -> None
 def test_the_template_too() -> None:
     board = Board(firmware="template", scenario="flat")
     original = observe(board, 2500 * PS_PER_MS)
-    again = replay(board, factory("template"))
+    again = replay(board, python_firmware("template"))
 
     assert text_of(again) == text_of(original)
     assert [edge.text for edge in again.sequences["LED1"]] == ["on", "off", "on"]  # set up, off, toggled
@@ -55,7 +55,7 @@ def test_another_arithmetic_is_noticed_in_the_last_digit() -> None:
     """mu, the weight of Gx in the slides' roll (brief, "Arithmetic"), hardly matters on a flat board."""
     board = Board(firmware="lab3", scenario="flat")
     original = observe(board, 3 * PS_PER_S)
-    changed = replay(board, factory("lab3", {"mu": 0.5}))
+    changed = replay(board, python_firmware("lab3", {"mu": 0.5}))
 
     (difference,) = compare(changed, original)
     assert difference.sequence == TERMINAL
@@ -67,7 +67,7 @@ def test_a_led_that_comes_on_too_early_is_noticed() -> None:
     board = Board(firmware="lab3", scenario="led_x")
     original = observe(board, 4 * PS_PER_S)
 
-    (difference,) = compare(replay(board, factory("lab3", {"led_threshold_deg": 60.0})), original)
+    (difference,) = compare(replay(board, python_firmware("lab3", {"led_threshold_deg": 60.0})), original)
     assert difference.sequence == "LED1"
 
 
@@ -117,7 +117,7 @@ def test_a_bus_with_faults_is_refused(tmp_path: Path) -> None:
     fault = "[[timeline]]\ndo = 'fault'\nkind = 'absent'\naddress = 'LIS2MDL'\nat = '1.5s'\nfor = '5ms'\n"
 
     with pytest.raises(InputError, match=r"cannot be replayed: at 1\.5.* no acknowledge"):
-        replay(recorded(write(tmp_path, IDEAL + fault)), factory("lab3"))
+        replay(recorded(write(tmp_path, IDEAL + fault)), python_firmware("lab3"))
 
 
 def test_callbacks_that_read_something_else_are_refused() -> None:

@@ -90,9 +90,9 @@ def test_watching_changes_nothing(tmp_path: Path) -> None:
 
 def _byte_times_ps(board: Board) -> list[int]:
     """Start of each byte; a piece's first byte stands for itself, within the frames' rounding."""
-    frame_ps = board.uart.frames_ps(1)
+    frame_ps = board.terminal.uart.frames_ps(1)
     return [
-        round((event.t_ps + board.uart.frames_ps(number)) / frame_ps * 1000)
+        round((event.t_ps + board.terminal.uart.frames_ps(number)) / frame_ps * 1000)
         for event in board.trace.of(TerminalBytes)
         for number in range(len(event.data))
     ]

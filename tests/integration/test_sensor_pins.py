@@ -109,7 +109,7 @@ def test_pins_are_in_time_while_firmware_runs() -> None:
     board = Board(firmware="lab3", ideal=True)
     board.run_for(2.0)
     edges = wired(board)
-    board.bus.transfer(LSM6DSL, b"\x0d\x01")
+    board.i2c2.bus.transfer(LSM6DSL, b"\x0d\x01")
     board.run_for(0.1)
 
     rises = sum(level for _, level in edges)

@@ -109,9 +109,9 @@ class Doer:
         now_ps = self.board.clock.now_ps
         until_ps = now_ps + 5 * PS_PER_MS
         if kind == 0:
-            self.board.i2c2.inject(I2CFault("nack", now_ps, until_ps, address=LSM6DSL, byte_index=1))
+            self.board.i2c2.inject(I2CFault.in_ps("nack", now_ps, until_ps, address=LSM6DSL, byte_index=1))
         elif kind == 1:
-            self.board.i2c2.inject(I2CFault("stuck", now_ps, until_ps))
+            self.board.i2c2.inject(I2CFault.in_ps("stuck", now_ps, until_ps))
 
 
 def picture(board: Board) -> list[object]:
@@ -178,7 +178,7 @@ def run_on(board: Board, seconds: float) -> list[object]:
 def test_built_firmware_runs_on_as_if_nothing_had_been(
     profile: str, scenario: str | None, detailed: bool
 ) -> None:
-    boards = [Board(profile, "solution", scenario, seed=2) for _ in range(2)]
+    boards = [Board("solution", profile=profile, scenario=scenario, seed=2) for _ in range(2)]
     for board in boards:
         if detailed:
             board.trace.record_all()
@@ -204,7 +204,7 @@ def test_a_broken_board_is_put_back_whole() -> None:
         board.run_for(1.1)
     plain, put_back = boards
     snapshot = put_back.snapshot()
-    put_back.i2c2.inject(I2CFault("stuck", put_back.clock.now_ps, 1 << 60))
+    put_back.i2c2.inject(I2CFault.in_ps("stuck", put_back.clock.now_ps, 1 << 60))
     put_back.gpio.drive("B", 5, 0)
     put_back.terminal.write(b"typed")
     put_back.run_for(0.2)

@@ -68,7 +68,7 @@ class Oracle:
     def leader(self) -> Sensor:
         return self.g if self.g.rate_hz >= self.xl.rate_hz else self.xl
 
-    def run_until(self, t_ps: int) -> None:
+    def run_until_ps(self, t_ps: int) -> None:
         sensors = (self.temperature, self.xl, self.g)
         while min(sensor.next_ps() for sensor in sensors) <= t_ps:
             self.now_ps = min(sensor.next_ps() for sensor in sensors)
@@ -238,7 +238,7 @@ class Traffic:
 
     def wait(self, ps: int) -> None:
         self.bench.wait(ps)
-        self.oracle.run_until(self.bench.t_ps)
+        self.oracle.run_until_ps(self.bench.t_ps)
 
     def read(self, count: int) -> None:
         available = min(count, len(self.oracle.stored))

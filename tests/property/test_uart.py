@@ -50,7 +50,7 @@ def test_bytes_leave_when_two_registers_let_them(data: bytes, period_us: int, le
     starts_ps = [0, *(away_ps + number * period_us * PS_PER_US for number in range(1, 200))]
     away = [(Fraction(start_ps), Fraction(start_ps + away_ps)) for start_ps in starts_ps]
     for number, time in enumerate(completion_times(len(data), away), start=1):
-        board.run_until(int(time) - 100)  # the board rounds each piece of the line down to a picosecond
+        board.run_until_ps(int(time) - 100)  # the board rounds each piece of the line down to a picosecond
         assert len(board.terminal.text) == number - 1
-        board.run_until(int(time) + 100)
+        board.run_until_ps(int(time) + 100)
         assert board.terminal.text == data[:number].decode("latin-1")

@@ -26,7 +26,7 @@ def notes(board: Board) -> list[tuple[str, str, str]]:
 def test_a_part_acknowledges_its_address_from_the_end_of_its_boot_on(part: str) -> None:
     board = Board(cold_start=True)
     register, identity = IDENTITY[part]
-    board.run_until(BOOT_MS[part] * PS_PER_MS - 1)
+    board.run_until_ps(BOOT_MS[part] * PS_PER_MS - 1)
     with pytest.raises(I2CNackError) as caught:
         board.i2c2.write_read(ADDRESS[part], bytes([register]), 1)
     assert (caught.value.address, caught.value.byte_index) == (ADDRESS[part], 0)
@@ -39,7 +39,7 @@ def test_each_refusal_leaves_one_note_that_names_the_reason(part: str) -> None:
     with pytest.raises(I2CNackError):
         board.i2c2.write_read(ADDRESS[part], b"\x0f", 6)
     with pytest.raises(I2CNackError):
-        board.bus.read_from(ADDRESS[part], 0x0F, 6)  # the short way that firmware takes
+        board.i2c2.bus.read_from(ADDRESS[part], 0x0F, 6)  # the short way that firmware takes
     with pytest.raises(I2CNackError):
         board.i2c2.write(ADDRESS[part], b"\x10\x00")
 
@@ -55,7 +55,7 @@ def test_the_short_and_the_long_way_wake_up_alike(first: str) -> None:
     board = Board(cold_start=True)
     board.run_for(0.02)
     if first == "read_from":
-        assert board.bus.read_from(0x6B, 0x0F, 1) == b"\x6a"
+        assert board.i2c2.bus.read_from(0x6B, 0x0F, 1) == b"\x6a"
     else:
         assert board.i2c2.write_read(0x6B, b"\x0f", 1) == b"\x6a"
     assert notes(board) == []
@@ -82,7 +82,7 @@ def test_on_spi_nothing_is_driven_and_nothing_taken(part: str) -> None:
     assert board.spi2.write_read(CHIP_SELECT[part], bytes([0x80 | register]), 3) == b"\xff\xff\xff"
     assert [(device, what) for device, what, _ in notes(board)] == 2 * [(part, "not accessible")]
 
-    board.run_until(BOOT_MS[part] * PS_PER_MS)
+    board.run_until_ps(BOOT_MS[part] * PS_PER_MS)
     assert board.spi2.write_read(CHIP_SELECT[part], bytes([0x80 | register]), 1) == bytes([identity])
     assert board.spi2.write_read(CHIP_SELECT[part], bytes([0x80 | target]), 1) == b"\x00"
 
@@ -125,7 +125,7 @@ def test_a_cold_board_behaves_as_any_other_once_it_is_warm() -> None:
     found = []
     for cold_start in (False, True):
         board = Board(seed=3, cold_start=cold_start)
-        board.run_until(30 * PS_PER_MS)
+        board.run_until_ps(30 * PS_PER_MS)
         board.i2c2.write(0x6B, b"\x10\xa8")
         board.run_for(0.1)
         found.append(board.i2c2.write_read(0x6B, b"\x28", 6))

@@ -6,7 +6,7 @@ import pytest
 
 from emulator import Board, I2CBusError, I2CNackError, I2CStuckError, InputError
 from emulator.buses.i2c import I2CFault
-from emulator.time.clock import PS_PER_MS, PS_PER_S
+from emulator.time.clock import PS_PER_S
 from emulator.trace import BusTransfer, DeviceNote, Fault, RegisterWrite
 
 LSM6DSL, LIS2MDL, LPS22HB = 0x6B, 0x1E, 0x5D
@@ -59,7 +59,7 @@ def test_nobody_at_an_address_is_a_nack() -> None:
 
 def test_an_absent_device_comes_back() -> None:
     board = Board()
-    board.i2c2.inject(I2CFault("absent", 0, 10 * PS_PER_MS, address=LSM6DSL))
+    board.i2c2.inject(I2CFault("absent", 0, 10e-3, address=LSM6DSL))
     with pytest.raises(I2CNackError):
         board.i2c2.write_read(LSM6DSL, b"\x0f", 1)
     assert board.i2c2.write_read(LIS2MDL, b"\x4f", 1) == b"\x40"
@@ -69,7 +69,7 @@ def test_an_absent_device_comes_back() -> None:
 
 def test_a_nack_at_a_byte_keeps_what_came_before_it() -> None:
     board = Board()
-    board.i2c2.inject(I2CFault("nack", 0, PS_PER_MS, address=LSM6DSL, byte_index=3))
+    board.i2c2.inject(I2CFault("nack", 0, 1e-3, address=LSM6DSL, byte_index=3))
     with pytest.raises(I2CNackError, match="data byte 3") as caught:
         board.i2c2.write(LSM6DSL, b"\x73\x11\x22\x33")  # X_OFS_USR arrives, Y_OFS_USR does not
     assert caught.value.byte_index == 3
@@ -79,7 +79,7 @@ def test_a_nack_at_a_byte_keeps_what_came_before_it() -> None:
 
 def test_a_stuck_line_times_out_as_st_s_hal_does() -> None:
     board = Board()
-    board.i2c2.inject(I2CFault("stuck", 0, FOREVER))
+    board.i2c2.inject(I2CFault("stuck"))
     with pytest.raises(I2CStuckError):
         board.i2c2.read(LSM6DSL, 1)
     assert board.now_s == pytest.approx(0.025)
@@ -87,7 +87,7 @@ def test_a_stuck_line_times_out_as_st_s_hal_does() -> None:
 
 def test_a_bus_error_is_typed() -> None:
     board = Board()
-    board.i2c2.inject(I2CFault("bus_error", 0, FOREVER, address=LIS2MDL))
+    board.i2c2.inject(I2CFault("bus_error", address=LIS2MDL))
     with pytest.raises(I2CBusError):
         board.i2c2.read(LIS2MDL, 1)
     assert len(board.i2c2.read(LSM6DSL, 1)) == 1
@@ -125,7 +125,7 @@ def test_the_trace_names_registers_and_is_silent_until_asked() -> None:
 def test_what_is_not_modelled_and_what_fails_is_always_in_the_trace() -> None:
     board = Board()
     board.i2c2.write(LSM6DSL, b"\x04\x01")  # SENSOR_SYNC_TIME_FRAME
-    board.i2c2.inject(I2CFault("absent", 0, FOREVER, address=LSM6DSL))
+    board.i2c2.inject(I2CFault("absent", address=LSM6DSL))
     with pytest.raises(I2CNackError):
         board.i2c2.read(LSM6DSL, 1)
     assert [(note.device, note.what) for note in board.trace.of(DeviceNote)] == [("LSM6DSL", "not modelled")]

@@ -107,7 +107,7 @@ def test_i2c_disable_silences_i2c(address: int, disable: bytes) -> None:
     with pytest.raises(I2CNackError):
         board.i2c2.write_read(address, b"\x0f", 1)
     with pytest.raises(I2CNackError):
-        board.bus.read_from(address, 0x0F, 1)
+        board.i2c2.bus.read_from(address, 0x0F, 1)
 
 
 def test_what_is_not_there_is_answered_with_what_is() -> None:

@@ -5,7 +5,7 @@ written in Python are reached::
 
     core = Core(clock, trace, segments)
     core.power_on(soc, blocks)              # soc.irq and soc.memory are set
-    core.run_until(1_000_000_000)
+    core.run_until_ps(1_000_000_000)
 """
 
 from __future__ import annotations
@@ -115,7 +115,7 @@ class Core(FcuChip):
 
     # -- running ----------------------------------------------------------------------------------------
 
-    def run_until(self, at_ps: int) -> None:
+    def run_until_ps(self, at_ps: int) -> None:
         """Run up to and including ``at_ps``; less if a debugger halts the core."""
         clock, shared = self.clock, self.shared
         self.enter()
@@ -235,7 +235,7 @@ class Core(FcuChip):
 
     @property
     def halted(self) -> bool:
-        """Whether the core stands still: ``run_until`` returns at once and no time passes."""
+        """Whether the core stands still: ``run_until_ps`` returns at once and no time passes."""
         return bool(self.library.fcu_is_halted(self.handle))
 
     def wake(self) -> None:

@@ -4,7 +4,7 @@ A debugger is served between slices of virtual time::
 
     server = serve(board, 3333)
     while not server.killed:
-        server.run_until(board.clock.now_ps + 10**9)        # instead of board.run_until
+        server.run_until(board.now_s + 0.001)        # instead of board.run_until
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class DebuggedBoard(Protocol):
     clock: Clock
     world: World
 
-    def run_until(self, at_ps: int) -> None:
+    def run_until_ps(self, at_ps: int) -> None:
         """Run up to and including ``at_ps``."""
         ...
 
@@ -44,7 +44,7 @@ def serve(board: DebuggedBoard, port: int, halted: bool = False) -> GdbServer:
     if firmware is None:
         raise InputError("--gdb: a debugger needs firmware built for the chip (ELF, HEX or BIN), not Python")
     core = firmware.chip.core
-    target = CoreTarget(core, board.clock, board.run_until)
+    target = CoreTarget(core, board.clock, board.run_until_ps)
     monitor = Monitor(board.world, board.clock, core.all_blocks, lambda: where(firmware), target.reset)
     return GdbServer(target, monitor, port, halted)
 

@@ -223,14 +223,14 @@ class CoreTarget:
         self._points.remove(point)
 
     def resume(self) -> None:
-        """The next ``run_until`` goes on, past a breakpoint on the very next instruction."""
+        """The next ``run_until_ps`` goes on, past a breakpoint on the very next instruction."""
         self._go(one=False)
 
     def step(self) -> None:
-        """The next ``run_until`` executes one instruction and stops."""
+        """The next ``run_until_ps`` executes one instruction and stops."""
         self._go(one=True)
 
-    def run_until(self, at_ps: int) -> Stop | None:
+    def run_until_ps(self, at_ps: int) -> Stop | None:
         """Run up to ``at_ps`` of virtual time: why it stopped before, or None."""
         while True:
             self._run(at_ps)

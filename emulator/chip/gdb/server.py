@@ -1,7 +1,7 @@
 """The debugger's socket: TCP on 127.0.0.1, one debugger at a time, served between slices of virtual time.
 
 While the target is halted the board stands still: no instruction is executed, no event happens, virtual time
-does not pass. ``run_until`` then only waits for the debugger, a short piece of wall time at a time, so that
+does not pass. Whoever runs it then only waits for the debugger, a short piece of wall time at a time, so that
 whoever drives the board can serve its other links and stop.
 
 Decision: a debugger that goes away without a word is taken as detached: its breakpoints go with it and the
@@ -19,6 +19,7 @@ from emulator.chip.gdb.packets import ACK, MALFORMED, NACK, Arrival, Framer, Rec
 from emulator.chip.gdb.session import EXITED, Ending, Session
 from emulator.chip.gdb.target import Stop, Target
 from emulator.errors import FirmwareError, LinkError
+from emulator.time.clock import to_ps
 
 HOST = "127.0.0.1"
 _PATIENCE_S = 0.05  # of wall time for which a halted target waits before others get a turn
@@ -52,13 +53,17 @@ class GdbServer:
         """Whether the board stands still."""
         return self._waits if self._session is None else self._session.halted
 
-    def run_until(self, at_ps: int) -> None:
+    def run_until(self, seconds: float) -> None:
+        """Instead of the board's own ``run_until``, likewise in seconds since power-on."""
+        self.run_until_ps(to_ps(seconds))
+
+    def run_until_ps(self, at_ps: int) -> None:
         """Serve the debugger, and run the target unless it is halted. Raises FirmwareError without one."""
         self._serve(_PATIENCE_S if self.halted else 0.0)
         if self.halted or self.killed:
             return
         try:
-            stop = self._target.run_until(at_ps)
+            stop = self._target.run_until_ps(at_ps)
         except FirmwareError as error:
             if self._session is None:
                 raise

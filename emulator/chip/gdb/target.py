@@ -43,7 +43,7 @@ class Stop:
 
 
 class Target(Protocol):
-    """A stopped core. Time passes only in ``run_until``, and only after ``resume`` or ``step``.
+    """A stopped core. Time passes only in ``run_until_ps``, and only after ``resume`` or ``step``.
 
     Registers go by the core's names, ``"r0"`` to ``"control"``, ``"s0"`` to ``"s31"`` and ``"fpscr"``; values
     are words.
@@ -86,13 +86,13 @@ class Target(Protocol):
         ...
 
     def resume(self) -> None:
-        """The next ``run_until`` goes on, past a breakpoint on the very next instruction."""
+        """The next ``run_until_ps`` goes on, past a breakpoint on the very next instruction."""
         ...
 
     def step(self) -> None:
-        """The next ``run_until`` executes one instruction and stops."""
+        """The next ``run_until_ps`` executes one instruction and stops."""
         ...
 
-    def run_until(self, at_ps: int) -> Stop | None:
+    def run_until_ps(self, at_ps: int) -> Stop | None:
         """Run up to ``at_ps`` of virtual time: why it stopped before, or None."""
         ...

@@ -1,0 +1,219 @@
+"""What users hold in their hands: how a board is made, run, closed and shown, and where names come from."""
+
+from __future__ import annotations
+
+import gc
+import json
+import re
+import subprocess
+import sys
+import weakref
+from pathlib import Path
+
+import pytest
+
+import emulator
+from emulator import Board, DeviceNote, FcuError, I2CFault, I2CNackError, InputError, load_scenario, run
+from tests.board_fakes import script
+
+DOCS = sorted((Path(__file__).parents[2] / "docs").rglob("*.md"))
+IMPORT = re.compile(r"^\s*from emulator import ([\w, ]+)$", re.MULTILINE)
+INNARDS = re.compile(r"^\s*from emulator\.(?!adapters|chip\.gdb)[\w.]+ import", re.MULTILINE)
+
+
+def scenario(folder: Path, seed: int) -> Path:
+    file = folder / "seeded.toml"
+    file.write_text(f'schema = 1\nquestion = "?"\nfirmware = "template"\nseed = {seed}\nduration = "2s"\n')
+    return file
+
+
+def test_a_scenarios_seed_counts_unless_another_is_given(tmp_path: Path) -> None:
+    file = scenario(tmp_path, seed=5)
+
+    assert Board(scenario=file).seed == 5
+    assert Board(scenario=file, seed=0).seed == 0
+    assert Board(scenario=file, seed=3).seed == 3
+    assert Board().seed == 0
+
+
+def test_a_seed_of_0_is_another_board_than_the_scenarios(tmp_path: Path) -> None:
+    file = scenario(tmp_path, seed=5)
+    texts = []
+    for seed in (None, 0, 5):
+        board = Board(scenario=file, seed=seed)
+        board.run_for(1.5)
+        texts.append(board.terminal.text)
+
+    assert texts[0] == texts[2] != texts[1]
+
+
+def test_the_command_line_takes_a_seed_of_0_as_0(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "emulator", "run", "--scenario", str(scenario(tmp_path, seed=5))]
+    zero = subprocess.run(
+        [*command, "--seed", "0", "--speed", "max"], capture_output=True, text=True, check=True
+    )
+    own = subprocess.run([*command, "--speed", "max"], capture_output=True, text=True, check=True)
+
+    assert "seed 0," in zero.stderr
+    assert "seed 5," in own.stderr
+    assert zero.stdout != own.stdout
+
+
+def test_all_but_the_firmware_goes_by_name() -> None:
+    with pytest.raises(TypeError):
+        Board("lab3", "desk")  # type: ignore[misc]
+
+
+def test_run_until_takes_seconds_since_power_on() -> None:
+    board = Board()
+    board.run_for(0.25)
+    board.run_until(1.5)
+    assert board.now_s == 1.5
+    board.run_until(1.5)
+    board.run_until(0.5)
+    assert board.now_s == 1.5
+
+
+@pytest.mark.parametrize("when", [-1, float("nan"), float("inf"), 10**9, "2 s", None])
+def test_run_until_refuses_what_is_no_time(when: float) -> None:
+    with pytest.raises(InputError, match="give the seconds since power-on"):
+        Board().run_until(when)
+
+
+def test_a_fault_is_for_good_or_for_a_time_in_seconds() -> None:
+    board = Board()
+    board.i2c2.inject(I2CFault("absent", from_s=0.1, until_s=0.2, address=0x1E))
+    assert board.i2c2.write_read(0x1E, b"\x4f", 1) == b"\x40"
+    board.run_until(0.15)
+    with pytest.raises(I2CNackError):
+        board.i2c2.write_read(0x1E, b"\x4f", 1)
+    board.run_until(0.2)
+    assert board.i2c2.write_read(0x1E, b"\x4f", 1) == b"\x40"
+
+    board.i2c2.inject(I2CFault("absent"))
+    board.run_until(3600)
+    with pytest.raises(I2CNackError):
+        board.i2c2.write_read(0x1E, b"\x4f", 1)
+
+
+@pytest.mark.parametrize(
+    ("kind", "from_s", "until_s"),
+    [("lost", 0, 1), ("nack", 2, 1), ("nack", -1, 1), ("nack", float("nan"), 1)],
+)
+def test_a_fault_that_cannot_be_is_refused(kind: str, from_s: float, until_s: float) -> None:
+    with pytest.raises(InputError):
+        I2CFault(kind, from_s, until_s)  # type: ignore[arg-type]
+
+
+def test_events_have_their_time_in_seconds() -> None:
+    board = Board()
+    board.run_for(0.5)
+    board.i2c2.write(0x6B, b"\x10\xc0")  # no rate of the accelerometer
+
+    (note,) = board.trace.of(DeviceNote)
+    assert note.t_s == pytest.approx(0.5, abs=1e-3)
+
+
+# -- the end of a board -------------------------------------------------------------------------------------
+
+
+def test_a_board_says_what_it_is() -> None:
+    board = Board("lab3", scenario="flat", seed=4)
+    board.run_for(1.25)
+    assert repr(board) == "<Board: firmware 'lab3', scenario 'flat', profile 'lab3', seed 4, at 1.25 s>"
+
+    bare = Board(profile="fcu001v1")
+    bare.close()
+    assert repr(bare) == "<Board: no firmware, profile 'fcu001v1', seed 0, closed>"
+
+
+@pytest.mark.parametrize("firmware", [None, "lab3", "solution"])
+def test_a_closed_board_can_be_looked_at_but_runs_no_more(firmware: str | None) -> None:
+    with Board(firmware) as board:
+        board.run_for(1.2)
+        text = board.terminal.text
+    board.close()
+
+    assert (board.now_s, board.terminal.text) == (1.2, text)
+    for runs in (
+        lambda: board.run_for(1),
+        lambda: board.run_until(2),
+        lambda: board.terminal.expect("never"),
+        lambda: board.i2c2.read(0x6B, 1),
+    ):
+        with pytest.raises(InputError, match="closed"):
+            runs()
+
+
+def test_closing_ends_the_firmware_and_the_traces_files(tmp_path: Path) -> None:
+    ended = []
+
+    def main(hal: object) -> None:
+        try:
+            while True:
+                hal.HAL_Delay(10)  # type: ignore[attr-defined]
+        finally:
+            ended.append(True)
+
+    with Board(script(main)) as board:
+        board.trace.write_to(tmp_path / "run.jsonl")
+        board.run_for(0.1)
+        board.i2c2.write(0x6B, b"\x10\x50")
+        assert not ended
+
+    assert ended == [True]
+    assert [json.loads(line)["kind"] for line in (tmp_path / "run.jsonl").read_text().splitlines()]
+
+
+def test_a_board_that_fails_in_its_block_is_closed_and_the_error_is_the_users() -> None:
+    board = Board("lab3")
+    with pytest.raises(InputError, match="cannot run for -1"), board:
+        board.run_for(-1)
+    with pytest.raises(InputError, match="closed"):
+        board.run_for(0.1)
+
+
+@pytest.mark.parametrize("firmware", [None, "lab3", "solution"])
+def test_a_board_that_is_forgotten_is_cleared_away_at_once(firmware: str | None) -> None:
+    board = Board(firmware, scenario="flat")
+    board.run_for(0.1)
+    watched = weakref.ref(board)
+    gc.disable()
+    try:
+        del board
+        assert watched() is None
+    finally:
+        gc.enable()
+
+
+# -- names --------------------------------------------------------------------------------------------------
+
+
+def test_every_name_that_is_promised_is_there() -> None:
+    assert all(getattr(emulator, name) is not None for name in emulator.__all__)
+    assert set(emulator.__all__) <= set(dir(emulator))
+    with pytest.raises(AttributeError, match="nonsense"):
+        _ = emulator.nonsense
+
+
+def test_every_error_is_importable() -> None:
+    from emulator import errors
+
+    named = {
+        name for name, one in vars(errors).items() if isinstance(one, type) and issubclass(one, FcuError)
+    }
+    assert named <= set(emulator.__all__)
+
+
+@pytest.mark.parametrize("page", DOCS, ids=lambda page: page.stem)
+def test_the_pages_use_public_names_only(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    used = {name.strip() for names in IMPORT.findall(text) for name in names.split(",")}
+
+    assert used <= set(emulator.__all__)
+    assert not INNARDS.findall(text)
+
+
+def test_a_scenario_is_loaded_and_run_by_public_names() -> None:
+    plan = load_scenario("flat")
+    assert run(Board("lab3", scenario=plan)).passed
