@@ -9,6 +9,7 @@ after a change as AN5040 says are to be discarded (``settling``).
 from __future__ import annotations
 
 from sensors.lsm6dsl.feature import Chip
+from sensors.lsm6dsl.pins import routes
 from sensors.lsm6dsl.registers import (
     CTRL1_XL,
     CTRL2_G,
@@ -21,7 +22,6 @@ from sensors.lsm6dsl.registers import (
     OUT_XL,
     STATUS_REG,
 )
-from sensors.lsm6dsl.routing import routes
 from sensors.lsm6dsl.signals import SignalName
 from sensors.register import Register
 from sensors.register_file import AfterHook

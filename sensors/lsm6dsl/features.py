@@ -14,8 +14,8 @@ from sensors.lsm6dsl.feature import Chip, Feature
 from sensors.lsm6dsl.fifo import Fifo
 from sensors.lsm6dsl.function_sources import FunctionSources
 from sensors.lsm6dsl.hub import SensorHub
+from sensors.lsm6dsl.pins import Routing
 from sensors.lsm6dsl.rounding import Rounding
-from sensors.lsm6dsl.routing import Routing
 from sensors.lsm6dsl.timestamp import Timestamp
 from sensors.register import Register
 from sensors.sampling import NEVER_PS

@@ -20,6 +20,7 @@ from sensors.lsm6dsl.feature import Chip
 from sensors.lsm6dsl.features import Features
 from sensors.lsm6dsl.gyroscope import Gyroscope
 from sensors.lsm6dsl.measuring import Measuring
+from sensors.lsm6dsl.pins import int2_is_input
 from sensors.lsm6dsl.registers import (
     CTRL3_C,
     CTRL4_C,
@@ -29,7 +30,6 @@ from sensors.lsm6dsl.registers import (
     Y_OFS_USR,
     Z_OFS_USR,
 )
-from sensors.lsm6dsl.routing import int2_is_input
 from sensors.lsm6dsl.signals import Signals
 from sensors.lsm6dsl.supply import supply_current_ua
 from sensors.lsm6dsl.thermometer import Thermometer

@@ -8,7 +8,7 @@ import pytest
 
 from sensors import LSM6DSL
 from sensors.lsm6dsl.feature import Chip
-from sensors.lsm6dsl.routing import Routing
+from sensors.lsm6dsl.pins import Routing
 from sensors.lsm6dsl.signals import SIGNALS, SignalName, Signals
 from sensors.pin import Pin
 from sensors.register_file import RegisterFile

@@ -17,15 +17,16 @@ import numpy as np
 
 from sensors.filters import Array
 from sensors.lsm6dsl.accelerometer import MG_PER_LSB
+from sensors.lsm6dsl.event_activity import Activity
+from sensors.lsm6dsl.event_detectors import Tap
+from sensors.lsm6dsl.event_free_fall import FreeFall
+from sensors.lsm6dsl.event_line import Line
+from sensors.lsm6dsl.event_motion_filter import Axes, MotionFilter
+from sensors.lsm6dsl.event_orientation import Orientation
 from sensors.lsm6dsl.event_samples import EventSamples
-from sensors.lsm6dsl.events.activity import Activity
-from sensors.lsm6dsl.events.free_fall import FreeFall
-from sensors.lsm6dsl.events.line import Line
-from sensors.lsm6dsl.events.motion_filter import Axes, MotionFilter
-from sensors.lsm6dsl.events.orientation import Orientation
-from sensors.lsm6dsl.events.tap import Tap
-from sensors.lsm6dsl.events.wake_up import WakeUp
+from sensors.lsm6dsl.event_wake_up import WakeUp
 from sensors.lsm6dsl.feature import Chip
+from sensors.lsm6dsl.pins import routes
 from sensors.lsm6dsl.registers import (
     CTRL1_XL,
     CTRL8_XL,
@@ -41,7 +42,6 @@ from sensors.lsm6dsl.registers import (
     WAKE_UP_SRC,
     WAKE_UP_THS,
 )
-from sensors.lsm6dsl.routing import routes
 from sensors.lsm6dsl.violations import Violations, of_events
 from sensors.register import Register
 from sensors.sampling import NEVER_PS

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from sensors.lsm6dsl.events.held import Held
-from sensors.lsm6dsl.events.motion_filter import Axes
+from sensors.lsm6dsl.event_held import Held
+from sensors.lsm6dsl.event_motion_filter import Axes
 from sensors.lsm6dsl.registers import WAKE_UP_DUR, WAKE_UP_SRC, WAKE_UP_THS
 
 

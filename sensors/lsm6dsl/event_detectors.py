@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import Literal, TypeAlias
 
-from sensors.lsm6dsl.events.motion_filter import Axes
+from sensors.lsm6dsl.event_motion_filter import Axes
 from sensors.lsm6dsl.registers import INT_DUR2, TAP_CFG, TAP_SRC, TAP_THS_6D, WAKE_UP_THS
 
 _State: TypeAlias = Literal["idle", "shock", "quiet", "second"]

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from sensors.lsm6dsl.events.held import Held
-from sensors.lsm6dsl.events.motion_filter import Axes
+from sensors.lsm6dsl.event_held import Held
+from sensors.lsm6dsl.event_motion_filter import Axes
 from sensors.lsm6dsl.registers import FREE_FALL, WAKE_UP_DUR, WAKE_UP_SRC
 
 THRESHOLD_MG = (156, 219, 250, 312, 344, 406, 469, 500)  # FF_THS, whatever the full scale

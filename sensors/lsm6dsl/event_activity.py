@@ -7,9 +7,9 @@ gyroscope goes on, sleeps or is off as INACT_EN says. The model decodes its sens
 
 from __future__ import annotations
 
-from sensors.lsm6dsl.events.held import Held
-from sensors.lsm6dsl.events.motion_filter import Axes
-from sensors.lsm6dsl.events.wake_up import threshold_mg
+from sensors.lsm6dsl.event_held import Held
+from sensors.lsm6dsl.event_motion_filter import Axes
+from sensors.lsm6dsl.event_wake_up import threshold_mg
 from sensors.lsm6dsl.registers import CTRL1_XL, CTRL2_G, CTRL4_C, CTRL6_C, TAP_CFG, WAKE_UP_DUR
 
 _ODR_12_5_HZ = 1

@@ -11,7 +11,7 @@ from sensors.lsm6dsl.bank_a import (
     SLV0_ADD,
     SLV0_SUBADD,
 )
-from sensors.lsm6dsl.hub.ironing import RAW_BYTES
+from sensors.lsm6dsl.hub_ironing import RAW_BYTES
 
 OUTPUT_BYTES = 18  # SENSORHUB1 to SENSORHUB18
 _BYTES_PER_SLAVE = 3  # address, sub-address, configuration: the same layout four times

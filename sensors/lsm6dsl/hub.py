@@ -17,11 +17,11 @@ from sensors.lsm6dsl.bank_a import DATAWRITE_SRC_MODE_SUB_SLV0, MAG_OFFZ_H, MAG_
 from sensors.lsm6dsl.bank_access import BANK_A, on_bank_write
 from sensors.lsm6dsl.feature import Chip
 from sensors.lsm6dsl.function_sources import HUB_IDLE, HUB_IRONED, IRON, FunctionSources
-from sensors.lsm6dsl.hub.bus import UNANSWERED_PS, WRITE_PS, AuxiliaryBus, read_ps
-from sensors.lsm6dsl.hub.ironing import RAW_BYTES, Ironing
-from sensors.lsm6dsl.hub.slaves import OUTPUT_BYTES, Plan, Slave
-from sensors.lsm6dsl.hub.trigger import Trigger
-from sensors.lsm6dsl.hub.violations import violations
+from sensors.lsm6dsl.hub_bus import UNANSWERED_PS, WRITE_PS, AuxiliaryBus, read_ps
+from sensors.lsm6dsl.hub_ironing import RAW_BYTES, Ironing
+from sensors.lsm6dsl.hub_slaves import OUTPUT_BYTES, Plan, Slave
+from sensors.lsm6dsl.hub_trigger import Trigger
+from sensors.lsm6dsl.hub_violations import violations
 from sensors.lsm6dsl.registers import (
     CTRL1_XL,
     CTRL2_G,

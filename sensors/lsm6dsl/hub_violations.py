@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from sensors.lsm6dsl.hub.ironing import RAW_BYTES
-from sensors.lsm6dsl.hub.slaves import OUTPUT_BYTES, Plan
+from sensors.lsm6dsl.hub_ironing import RAW_BYTES
+from sensors.lsm6dsl.hub_slaves import OUTPUT_BYTES, Plan
 from sensors.lsm6dsl.registers import CTRL9_XL, MASTER_CONFIG
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 
-from sensors.lsm6dsl.events.motion_filter import Axes
+from sensors.lsm6dsl.event_motion_filter import Axes
 from sensors.lsm6dsl.registers import D6D_SRC, TAP_THS_6D
 
 ANGLE_DEG = (80, 70, 60, 50)  # SIXD_THS

@@ -19,10 +19,10 @@ from sensors.lsm6dsl.accelerometer import MG_PER_LSB
 from sensors.lsm6dsl.bank_a import CONFIG_PEDO_THS_MIN, PEDO_DEB_REG, SM_THS, STEP_COUNT_DELTA
 from sensors.lsm6dsl.bank_access import BANK_A, BANK_B, on_bank_write
 from sensors.lsm6dsl.bank_b import A_WRIST_TILT_LAT, A_WRIST_TILT_THS, A_WRIST_TILT_Mask
-from sensors.lsm6dsl.embedded.pedometer import DeltaTime, PedometerSettings, StepDetector
-from sensors.lsm6dsl.embedded.significant_motion import SignificantMotion
-from sensors.lsm6dsl.embedded.tilt import Tilt
-from sensors.lsm6dsl.embedded.wrist_tilt import WristTilt, WristTiltSettings
+from sensors.lsm6dsl.embedded_pedometer import DeltaTime, PedometerSettings, StepDetector
+from sensors.lsm6dsl.embedded_significant_motion import SignificantMotion
+from sensors.lsm6dsl.embedded_tilt import Tilt
+from sensors.lsm6dsl.embedded_wrist_tilt import WristTilt, WristTiltSettings
 from sensors.lsm6dsl.feature import Chip
 from sensors.lsm6dsl.function_sources import (
     SIGNIFICANT_MOTION,
