@@ -131,11 +131,11 @@ class RegisterMap:
         self.unmodelled = bytes(unmodelled)
 
     @classmethod
-    def of(cls, module: ModuleType) -> RegisterMap:
-        """The map of every register class a module declares."""
+    def of(cls, namespace: ModuleType | type) -> RegisterMap:
+        """The map of every register that a module, or a class standing for a bank, declares."""
         return cls(
             value
-            for value in vars(module).values()
+            for value in vars(namespace).values()
             if isinstance(value, type) and issubclass(value, Register) and value is not Register
         )
 

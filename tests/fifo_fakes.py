@@ -11,9 +11,8 @@ from functools import partial
 import numpy as np
 
 from sensors import LSM6DSL
-from sensors.lsm6dsl.feature import Chip
+from sensors.lsm6dsl.feature import Chip, SignalName, Signals
 from sensors.lsm6dsl.fifo import Fifo
-from sensors.lsm6dsl.signals import SignalName, Signals
 from sensors.lsm6dsl.timestamp import Timestamp
 from sensors.pin import Pin
 from sensors.register_file import RegisterFile

@@ -1,4 +1,4 @@
-"""The LIS2MDL's threshold interrupt (datasheet 8.8 to 8.11; AN5069 section 10; sensor facts 2.5).
+"""The LIS2MDL's threshold interrupt and its pin INT/DRDY (datasheet 8.7 to 8.11; AN5069 6.3 and section 10).
 
 Every sample is compared with the threshold, axis by axis. IEL = 0: INT_SOURCE_REG shows the latest sample's
 comparison; IEL = 1: what has once crossed stays until the register is read, which clears all its bits. MROI
@@ -20,13 +20,13 @@ Decisions:
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sensors.lis2mdl.registers import CFG_REG_B, INT_CRTL_REG, INT_SOURCE_REG, INT_THS
-from sensors.pin import EdgeCallback
+from sensors.lis2mdl.registers import CFG_REG_B, CFG_REG_C, INT_CRTL_REG, INT_SOURCE_REG, INT_THS
+from sensors.pin import EdgeCallback, Pin
 from sensors.sampling import SampleStream
 
 _CROSSINGS: Final = 0xFF & ~(INT_SOURCE_REG.MROI.mask | INT_SOURCE_REG.INT.mask)
@@ -144,3 +144,33 @@ class InterruptGenerator:
             overflow = (self._source | everything) & INT_SOURCE_REG.MROI.mask
             self._source = overflow | int(sources[-1]) & _CROSSINGS
         return [(int(index), bool(signals[index])) for index in np.flatnonzero(np.diff(signals, prepend=was))]
+
+
+# -- the pin ------------------------------------------------------------------------------------------------
+
+
+Shown: TypeAlias = Literal["INT", "DRDY"]
+
+
+class IntDrdyPin:
+    """High impedance unless enabled; INT goes before DRDY; in 4-wire SPI the pin is SDO and shows neither."""
+
+    def __init__(self) -> None:
+        self.pin = Pin("INT/DRDY", level=None)
+        self.shows: Shown | None = None
+
+    def configure(self, control: int, now_ps: int) -> None:
+        """CFG_REG_C may have changed; ``drive`` follows for both signals."""
+        self.shows = None
+        if not control & CFG_REG_C.FOURWSPI.mask:
+            if control & CFG_REG_C.INT_on_PIN.mask:
+                self.shows = "INT"
+            elif control & CFG_REG_C.DRDY_on_PIN.mask:
+                self.shows = "DRDY"
+        if self.shows is None:
+            self.pin.drive(None, now_ps)
+
+    def drive(self, signal: Shown, level: int, at_ps: int) -> None:
+        """``signal`` has ``level`` as of ``at_ps``; the pin follows if it shows it."""
+        if self.shows == signal:
+            self.pin.drive(level, at_ps)

@@ -1,8 +1,8 @@
 """The LIS2MDL's measurement: from magnetic field to counts (datasheet Table 3; AN5069 sections 3, 8 and 9).
 
-A measurement is the field, plus or minus Hoff by the polarity of the last pulse (``pulses``), plus noise. In
-continuous mode OFF_CANC gives the mean of the last two, one of each polarity, so Hoff cancels. LPF is the
-same mean without a change of polarity.
+A measurement is the field, plus or minus Hoff by the polarity of the last pulse, plus noise. In continuous
+mode OFF_CANC gives the mean of the last two, one of each polarity, so Hoff cancels. LPF is the same mean
+without a change of polarity.
 
 Decisions: the shape of LPF is not documented; the mean of two has its -3 dB point at exactly ODR/4 and
 lowers white noise by the square root of two, which is what Table 3 says of both LPF and OFF_CANC, so both
@@ -10,6 +10,18 @@ together are no more than one of them. A single measurement has no neighbour to 
 nothing there, and with OFF_CANC and OFF_CANC_ONE_SHOT the polarity alternates and the host averages. OFF_CANC
 alone makes a single measurement longer (AN5069 Table 8) but leaves Hoff in it. Averaging takes both
 measurements under the settings of the later one.
+
+Pulses (AN5069 section 8). A set pulse leaves the bridge with the offset +Hoff, a reset pulse with -Hoff,
+and it stays so until the next pulse. With offset cancellation pulses alternate, one a measurement. Without
+it there are set pulses only: every 63 samples (Set_FREQ = 0) or only on leaving idle (Set_FREQ = 1).
+
+Decisions where the documents are silent: the 63 samples are counted from leaving idle, which is a pulse of
+its own; alternation goes on from the polarity the last pulse has left. So a part whose cancellation is
+switched off while it measures may keep -Hoff for up to 63 samples, and with Set_FREQ = 1 until it has been
+idle. Road not taken: offsets that strong fields leave behind until the next set pulse, for which no document
+has a number.
+
+Thermometer (datasheet 8.16): 12 bits, sign-extended, one value with each sample.
 """
 
 from __future__ import annotations
@@ -22,14 +34,48 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sensors.errors import Deviation
+from sensors.errors import Deviation, NoiseSource, noise_key
 from sensors.lis2mdl.declaration import LIS2MDLErrors
 from sensors.lis2mdl.interrupt import InterruptSettings
-from sensors.lis2mdl.pulses import Pulses
 from sensors.lis2mdl.registers import CFG_REG_A, CFG_REG_B, CFG_REG_C, OFFSET_X_REG
-from sensors.noise import NoiseSource, noise_key
 from sensors.part import Signal
 from sensors.sampling import PS_PER_S, Times, to_int16, words
+
+SET: Final = 1
+PULSE_EVERY: Final = 63
+
+
+class Pulses:
+    """The polarity of each measurement by its number, +1 after a set pulse and -1 after a reset pulse."""
+
+    def __init__(self) -> None:
+        self.first = 0
+        """Number of the first measurement since idle was left."""
+        self._from = 0  # the settings below hold from this measurement on ...
+        self._before = SET  # ... and this was the polarity until then
+        self._alternating = False
+        self._periodic = True
+
+    def configure(self, number: int, *, alternating: bool, periodic: bool) -> None:
+        """From measurement ``number`` on pulses alternate, or set pulses come ``periodic`` or not at all."""
+        self._before = int(self.polarity(np.array([number - 1]))[0])
+        self._from = number
+        self._alternating = alternating
+        self._periodic = periodic
+
+    def leave_idle(self, number: int) -> None:
+        """Measurement ``number`` is the first one after idle; ``configure`` was called with the same."""
+        self.first = number
+
+    def polarity(self, numbers: NDArray[np.int64]) -> NDArray[np.int64]:
+        """+1 or -1 for each of ``numbers``, none of them earlier than the last one before ``configure``."""
+        since = numbers - self._from
+        if self._alternating:
+            return self._before * (1 - 2 * ((since + 1) % 2))
+        since_first = numbers - self.first
+        since_pulse = since_first % PULSE_EVERY if self._periodic else since_first
+        return np.where((since >= 0) & (since_pulse <= since), SET, self._before)
+
 
 MGAUSS_PER_LSB = 1.5
 SELF_TEST_MGAUSS = 150.0  # datasheet Table 3 allows +15 to +500 mgauss; one value inside, for every part
@@ -154,3 +200,22 @@ class Magnetometer:
             return self._noise.block(number + 1, count)
         measured = self._noise.block(number, count + 1)
         return (measured[:, 1:] + measured[:, :-1]) / math.sqrt(2)
+
+
+DEGC_PER_LSB = 1 / 8
+ZERO_DEGC = 25.0  # the temperature that reads 0
+TEMPERATURE_COUNTS = 2048  # either way
+
+
+class Thermometer:
+    """Produces blocks of samples; ``offset_degc`` is its error."""
+
+    def __init__(self, temperature_degc: Signal, offset_degc: float) -> None:
+        self._temperature_degc = temperature_degc
+        self._offset_degc = offset_degc
+
+    def produce(self, number: int, t_s: Times) -> bytes:
+        """Samples as little-endian int16."""
+        del number
+        counts = (self._temperature_degc(t_s) + self._offset_degc - ZERO_DEGC) / DEGC_PER_LSB
+        return to_int16(counts.clip(-TEMPERATURE_COUNTS, TEMPERATURE_COUNTS - 1)).tobytes()

@@ -8,17 +8,23 @@ Measuring with COMP_TEMP_EN = 0, which "must be 1" (datasheet 8.5), works and is
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from collections.abc import Callable
+from typing import ClassVar, Literal, TypeAlias
 
 from sensors.declaration import Bus, Function, Quantity, Wires
 from sensors.errors import PartErrors
-from sensors.lis2mdl import registers, violations
+from sensors.lis2mdl import registers
 from sensors.lis2mdl.declaration import BUS, FUNCTIONS, SIGNALS, LIS2MDLErrors
-from sensors.lis2mdl.int_drdy import IntDrdyPin
-from sensors.lis2mdl.interrupt import InterruptGenerator
-from sensors.lis2mdl.magnetometer import MGAUSS_PER_LSB, Magnetometer
-from sensors.lis2mdl.modes import BOOT_PS, IDLE, Modes
-from sensors.lis2mdl.outputs import Outputs
+from sensors.lis2mdl.interrupt import IntDrdyPin, InterruptGenerator
+from sensors.lis2mdl.magnetometer import (
+    DEGC_PER_LSB,
+    MGAUSS_PER_LSB,
+    TEMPERATURE_COUNTS,
+    ZERO_DEGC,
+    Magnetometer,
+    Thermometer,
+)
+from sensors.lis2mdl.modes import BOOT_PS, IDLE, Modes, Outputs, Streams
 from sensors.lis2mdl.registers import (
     CFG_REG_A,
     CFG_REG_B,
@@ -32,10 +38,6 @@ from sensors.lis2mdl.registers import (
     OUT,
     STATUS_REG,
 )
-from sensors.lis2mdl.streams import Streams
-from sensors.lis2mdl.supply import supply_current_ua
-from sensors.lis2mdl.thermometer import COUNTS, DEGC_PER_LSB, ZERO_DEGC, Thermometer
-from sensors.lis2mdl.violations import Violation
 from sensors.part import Part, SelfClearingBits, Signal
 from sensors.pin import Pin
 from sensors.register import RegisterMap
@@ -43,7 +45,7 @@ from sensors.register_file import WriteHook
 from sensors.sampling import NEVER_PS, PS_PER_S, SampleStream
 
 _SOFT_RST_PS = 5 * PS_PER_S // 10**6  # datasheet 8.5
-_BURST_WRAP = {0x6D: 0x68}  # a burst over X, Y, Z starts again at X (sensor facts 2.1)
+_BURST_WRAP = {0x6D: 0x68}  # from Z a burst goes on at X, never at the temperature (PX4's driver)
 
 
 class LIS2MDL(Part):
@@ -102,8 +104,8 @@ class LIS2MDL(Part):
         main.before_read(INT_SOURCE_REG, self._before_source)
         main.after_read(INT_SOURCE_REG, self._after_source)
         main.on_write(CFG_REG_A, self._write_config_a)
-        main.on_write(CFG_REG_B, self._noting(violations.config_b))
-        main.on_write(CFG_REG_C, self._noting(violations.config_c))
+        main.on_write(CFG_REG_B, self._noting(_forbidden_in_b))
+        main.on_write(CFG_REG_C, self._noting(_forbidden_in_c))
         for register in (INT_CRTL_REG, INT_THS, OFFSET_X_REG, OFFSET_Y_REG, OFFSET_Z_REG):
             main.on_write(register, self._configure)
 
@@ -115,7 +117,7 @@ class LIS2MDL(Part):
         ``single_hz``: how often firmware triggers a single measurement, where it does not measure
         continuously.
         """
-        return supply_current_ua(self.registers.mem, single_hz)
+        return _supply_current_ua(self.registers.mem, single_hz)
 
     def spi_wires(self) -> Wires:
         """CFG_REG_C.4WSPI: three wires or four."""
@@ -152,7 +154,7 @@ class LIS2MDL(Part):
         """``magnetic_field_mgauss`` or ``temperature_degc``."""
         lsb, zero, counts = {
             "magnetic_field_mgauss": (MGAUSS_PER_LSB, 0.0, 32768),
-            "temperature_degc": (DEGC_PER_LSB, ZERO_DEGC, COUNTS),
+            "temperature_degc": (DEGC_PER_LSB, ZERO_DEGC, TEMPERATURE_COUNTS),
         }[channel]
         return zero - counts * lsb, zero + (counts - 1) * lsb, lsb
 
@@ -192,7 +194,7 @@ class LIS2MDL(Part):
         main.mem[CFG_REG_A.addr] = old  # a single measurement may have ended meanwhile: settle it first
         self._refresh(0, 0, now_ps)
         main.mem[CFG_REG_A.addr] = new
-        self._note(violations.config_a, old, new, now_ps)
+        self._note(_forbidden_in_a, old, new, now_ps)
         if new & CFG_REG_A.SOFT_RST.mask:
             self._reset(now_ps)
             clearing.begin(CFG_REG_A.SOFT_RST.mask, now_ps + _SOFT_RST_PS)
@@ -236,14 +238,70 @@ class LIS2MDL(Part):
         self._pin.drive("INT", self._interrupt.level, now_ps)
         self._pin.drive("DRDY", STATUS_REG.Zyxda.get(self.registers.mem[STATUS_REG.addr]), now_ps)
 
-    def _noting(self, violation: Violation) -> WriteHook:
+    def _noting(self, forbidden: _Forbidden) -> WriteHook:
         def note_and_configure(old: int, new: int, now_ps: int) -> None:
-            self._note(violation, old, new, now_ps)
+            self._note(forbidden, old, new, now_ps)
             self._configure(old, new, now_ps)
 
         return note_and_configure
 
-    def _note(self, violation: Violation, old: int, new: int, now_ps: int) -> None:
+    def _note(self, forbidden: _Forbidden, old: int, new: int, now_ps: int) -> None:
         """Once, when the setting comes about."""
-        if violation(new) not in ("", violation(old)):
-            self.registers.note(now_ps, "forbidden", violation(new))
+        if forbidden(new) not in ("", forbidden(old)):
+            self.registers.note(now_ps, "forbidden", forbidden(new))
+
+
+# -- settings that the documents forbid ---------------------------------------------------------------------
+
+
+_Forbidden: TypeAlias = Callable[[int], str]
+"""``forbidden(value)``: what a register with that value violates, empty if nothing."""
+
+
+def _forbidden_in_a(value: int) -> str:
+    """AN5069 section 7; datasheet 8.5: COMP_TEMP_EN "must be 1"."""
+    if value & CFG_REG_A.REBOOT.mask and value & CFG_REG_A.SOFT_RST.mask:
+        return "CFG_REG_A: REBOOT and SOFT_RST at once"
+    idle = CFG_REG_A.MD.get(value) > 1 or value & (CFG_REG_A.REBOOT.mask | CFG_REG_A.SOFT_RST.mask)
+    if not idle and not value & CFG_REG_A.COMP_TEMP_EN.mask:
+        return "CFG_REG_A: measuring with COMP_TEMP_EN = 0"
+    return ""
+
+
+def _forbidden_in_b(value: int) -> str:
+    """AN5069 section 8."""
+    if value & CFG_REG_B.OFF_CANC_ONE_SHOT.mask and not value & CFG_REG_B.OFF_CANC.mask:
+        return "CFG_REG_B: OFF_CANC_ONE_SHOT without OFF_CANC"
+    return ""
+
+
+def _forbidden_in_c(value: int) -> str:
+    """AN5069 Rev 4: INT/DRDY is SDO in 4-wire SPI."""
+    shown = value & (CFG_REG_C.INT_on_PIN.mask | CFG_REG_C.DRDY_on_PIN.mask)
+    return "CFG_REG_C: INT/DRDY is SDO while 4WSPI = 1" if shown and value & CFG_REG_C.FOURWSPI.mask else ""
+
+
+# -- what the part draws, for estimates of battery life (datasheet Table 3, AN5069 Table 8) -----------------
+
+
+_IDLE_UA = 1.5
+_CONTINUOUS_UA = {  # by (low power, offset cancellation): at 10, 20, 50 and 100 Hz
+    (False, False): (100.0, 200.0, 475.0, 950.0),
+    (False, True): (120.0, 235.0, 575.0, 1130.0),
+    (True, False): (25.0, 50.0, 125.0, 250.0),
+    (True, True): (50.0, 100.0, 235.0, 460.0),
+}
+
+
+def _supply_current_ua(mem: bytearray, single_hz: float) -> float:
+    """Average supply current in microampere as the registers configure the part.
+
+    ``single_hz``: how often firmware triggers a single measurement, where it does not measure continuously.
+    The documents scale the current at 10 Hz for that, and so is it done above 10 Hz too.
+    """
+    config = mem[CFG_REG_A.addr]
+    mode = bool(config & CFG_REG_A.LP.mask), bool(mem[CFG_REG_B.addr] & CFG_REG_B.OFF_CANC.mask)
+    at_rate = _CONTINUOUS_UA[mode]
+    if not config & CFG_REG_A.MD.mask:
+        return at_rate[CFG_REG_A.ODR.get(config)]
+    return (at_rate[0] - _IDLE_UA) * single_hz / 10 + _IDLE_UA

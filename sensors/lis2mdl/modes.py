@@ -1,4 +1,4 @@
-"""CFG_REG_A.MD and REBOOT: what the part does, and what it measures next (AN5069 sections 3 and 7).
+"""What the LIS2MDL measures next, and what its output registers show of it (AN5069 sections 3, 6 and 7).
 
 Decisions where the documents are silent: a second MD = 01 while a single measurement is under way does not
 restart it (ST's own examples poll in such a loop). REBOOT ends in idle "after performing one measurement"
@@ -8,12 +8,96 @@ asked for in that time begins when it is over.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from fractions import Fraction
 
-from sensors.lis2mdl.magnetometer import MagnetometerSettings
-from sensors.lis2mdl.registers import CFG_REG_A
-from sensors.lis2mdl.streams import Streams
-from sensors.sampling import NEVER_PS, PS_PER_S
+from sensors.lis2mdl.magnetometer import MagnetometerSettings, Pulses
+from sensors.lis2mdl.registers import CFG_REG_A, CFG_REG_C, OUT, STATUS_REG, TEMP_OUT
+from sensors.output import DataReady, OutputWords
+from sensors.register_file import RegisterFile
+from sensors.sampling import NEVER_PS, PS_PER_S, SampleStream
+
+
+@dataclass(frozen=True)
+class Streams:
+    """``temperature`` runs along only with COMP_TEMP_EN = 1, ``compared`` always, though rarely looked at."""
+
+    field: SampleStream
+    temperature: SampleStream
+    compared: SampleStream
+    pulses: Pulses
+
+    def next_number(self) -> int:
+        """Number of the next sample, counted over all runs, as the producers of the streams see it."""
+        return self.pulses.first + self.field.index + 1
+
+    def start(self, now_ps: int, first_delay_ps: int, rate: Fraction | None, *, temperature: bool) -> None:
+        """Leave idle: the first sample after ``first_delay_ps``, then more at ``rate`` or none (None)."""
+        self.pulses.leave_idle(self.next_number())
+        self.compared.index = self.field.index  # numbers go on together, though this one was not looked at
+        self.temperature.stop()
+        running = (
+            (self.field, self.compared, self.temperature) if temperature else (self.field, self.compared)
+        )
+        for stream in running:
+            if rate is None:
+                stream.start_single(now_ps, first_delay_ps)
+            else:
+                stream.start(now_ps, rate, first_delay_ps)
+
+    def switch_temperature(self, now_ps: int, rate: Fraction, *, on: bool) -> None:
+        """COMP_TEMP_EN written during continuous measurement; the temperature comes with the field."""
+        if not on:
+            self.temperature.stop()
+        elif not self.temperature.running:
+            self.temperature.start(now_ps, rate, self.field.next_ps - now_ps)
+
+    def stop(self) -> None:
+        """Idle."""
+        for stream in (self.field, self.temperature, self.compared):
+            stream.stop()
+
+    def invalidate(self) -> None:
+        """Samples still to come are computed anew."""
+        for stream in (self.field, self.temperature, self.compared):
+            stream.invalidate()
+
+
+_DATA_READY = DataReady(
+    STATUS_REG,
+    words=(STATUS_REG.xda.mask, STATUS_REG.yda.mask, STATUS_REG.zda.mask),
+    any=STATUS_REG.Zyxda.mask,
+    overrun_shift=4,
+)
+
+
+class Outputs:
+    """``after_sample()`` follows each look at a new sample of the field; the temperature has no flag."""
+
+    def __init__(self, registers: RegisterFile, streams: Streams, after_sample: Callable[[], None]) -> None:
+        self._mem = registers.mem
+        self.field = OutputWords(registers, OUT, streams.field, _DATA_READY, after_sample)
+        self._temperature = OutputWords(registers, TEMP_OUT, streams.temperature, None)
+
+    def configure(self) -> None:
+        """CFG_REG_C may have changed: BDU and BLE, the same for both."""
+        control = self._mem[CFG_REG_C.addr]
+        for output in (self.field, self._temperature):
+            output.set_format(
+                bdu=bool(control & CFG_REG_C.BDU.mask), big_endian=bool(control & CFG_REG_C.BLE.mask)
+            )
+
+    def refresh(self, now_ps: int) -> None:
+        """Bring registers and flags up to date."""
+        self.field.refresh(now_ps)
+        self._temperature.refresh(now_ps)
+
+    def reset(self) -> None:
+        """SOFT_RST: both read 0 until the next sample."""
+        self.field.reset()
+        self._temperature.reset()
+
 
 BOOT_PS = 20 * PS_PER_S // 10**3  # AN5069 sections 3 and 7: power-on and REBOOT
 CONTINUOUS, SINGLE, IDLE = 0, 1, 3  # CFG_REG_A.MD; 2 is idle too

@@ -1,18 +1,98 @@
-"""The LPS22HB's pressure interrupt: a difference against two thresholds (datasheet 9.1, 9.2, 9.15).
+"""The LPS22HB's pressure interrupt: what it refers to, what it compares, and its pin (datasheet 9.1 to 9.15).
 
-Every sample is compared: above +THS_P is PH, below -THS_P is PL, either is IA. Without LIR the flags follow
-the comparison; with LIR they stay until INT_SOURCE is read, and the next sample may set them again.
+Reference (9.1): RPDS, REF_P, AUTOZERO and AUTORIFP. AUTOZERO and AUTORIFP both copy the next measured
+pressure to REF_P and then clear their bit. From that sample on AUTOZERO subtracts REF_P from the output, in
+place of RPDS; AUTORIFP leaves the output alone. Under either the interrupt compares the measured pressure
+with REF_P, without them with 0.
+
+Decisions where the datasheet is silent: the measured pressure is the one before RPDS; the sample that is
+captured is itself shown relative already, so that a driver which waits for AUTOZERO to clear reads 0;
+firmware may overwrite REF_P, and the next sample refers to that; RESET_AZ clears REF_P and RESET_ARP does
+not; the functions do not exclude each other.
+
+Comparison (9.1, 9.2, 9.15). The difference of every sample is compared: above +THS_P is PH, below -THS_P is
+PL, either is IA. Without LIR the flags follow the comparison; with LIR they stay until INT_SOURCE is read,
+and the next sample may set them again.
 
 Decisions where the datasheet is silent: a difference equal to the threshold is neither; a comparison that is
 switched off takes its flag with it, unless that is latched; switching LIR off leaves the flag to the next
 sample.
+
+Pin (9.7, Table 19, figure 22). Decisions: with INT_S = 0 the pin shows the enabled data signals ORed
+together, as figure 22 draws it (Table 19 speaks of a priority, which gives the same level). Data-ready is
+P_DA: reading PRESS_OUT_H ends it, whether or not firmware wants the temperature. An open-drain pin is let
+go where a push-pull one would be high.
 """
 
 from __future__ import annotations
 
-from sensors.lps22hb.registers import INT_SOURCE, INTERRUPT_CFG, THS_P
+from sensors.lps22hb.registers import CTRL_REG3, INT_SOURCE, INTERRUPT_CFG, REF_P, RPDS, STATUS, THS_P
+from sensors.pin import Pin
 
-_COUNTS_PER_LSB = 256  # 1/16 hPa
+COUNTS_PER_SIXTEENTH = 256  # of 1 hPa: one LSB of THS_P, and of RPDS as AN4450 has it for the LPS25H
+_LOWEST, _HIGHEST = -(1 << 23), (1 << 23) - 1
+_CAPTURE = INTERRUPT_CFG.AUTOZERO.mask | INTERRUPT_CFG.AUTORIFP.mask
+_REF_P, _REF_P_END = REF_P.addr, REF_P.addr + REF_P.size
+
+
+class Reference:
+    """Works on ``mem``, the part's registers; pressures are counts, samples the stream's five bytes."""
+
+    def __init__(self, mem: bytearray, rpds_counts_per_lsb: int) -> None:
+        self._mem = mem
+        self._rpds_counts_per_lsb = rpds_counts_per_lsb
+        self._autozero = self._autorifp = False  # captured, and in force since
+        self._subtracted = 0
+
+    @property
+    def capturing(self) -> bool:
+        """Whether the next sample will be captured."""
+        return bool(self._mem[INTERRUPT_CFG.addr] & _CAPTURE)
+
+    def configure(self) -> None:
+        """RPDS or REF_P may have changed."""
+        rpds = int.from_bytes(self._mem[RPDS.addr : RPDS.addr + RPDS.size], "little", signed=True)
+        self._subtracted = self._ref_p() if self._autozero else rpds * self._rpds_counts_per_lsb
+
+    def take(self, sample: bytes) -> None:
+        """A sample has come: capture it where firmware has asked for that."""
+        asked = self._mem[INTERRUPT_CFG.addr] & _CAPTURE
+        if not asked:
+            return
+        self._mem[_REF_P:_REF_P_END] = sample[:3]
+        self._autozero = self._autozero or bool(asked & INTERRUPT_CFG.AUTOZERO.mask)
+        self._autorifp = self._autorifp or bool(asked & INTERRUPT_CFG.AUTORIFP.mask)
+        self._mem[INTERRUPT_CFG.addr] &= ~_CAPTURE
+        self.configure()
+
+    def output(self, sample: bytes) -> bytes:
+        """The sample as the output registers and the FIFO show it."""
+        if not self._subtracted:
+            return sample
+        counts = min(max(_pressure(sample) - self._subtracted, _LOWEST), _HIGHEST)
+        return counts.to_bytes(3, "little", signed=True) + sample[3:]
+
+    def difference(self, sample: bytes) -> int:
+        """P_DIFF_IN, what the interrupt compares."""
+        return _pressure(sample) - (self._ref_p() if self._autozero or self._autorifp else 0)
+
+    def reset_autozero(self) -> None:
+        """RESET_AZ: back to normal, REF_P cleared."""
+        self._autozero = False
+        self._mem[_REF_P:_REF_P_END] = bytes(REF_P.size)
+
+    def reset_autorifp(self) -> None:
+        """RESET_ARP: back to normal."""
+        self._autorifp = False
+
+    def _ref_p(self) -> int:
+        return int.from_bytes(self._mem[_REF_P:_REF_P_END], "little", signed=True)
+
+
+def _pressure(sample: bytes) -> int:
+    return int.from_bytes(sample[:3], "little", signed=True)
+
+
 _PH, _PL, _IA = INT_SOURCE.PH.mask, INT_SOURCE.PL.mask, INT_SOURCE.IA.mask
 
 
@@ -34,7 +114,7 @@ class PressureInterrupt:
     def configure(self, mem: bytearray) -> None:
         """The registers may have changed."""
         control = mem[INTERRUPT_CFG.addr]
-        self._threshold = _COUNTS_PER_LSB * int.from_bytes(mem[THS_P.addr : THS_P.addr + 2], "little")
+        self._threshold = COUNTS_PER_SIXTEENTH * int.from_bytes(mem[THS_P.addr : THS_P.addr + 2], "little")
         self._latched = bool(control & INTERRUPT_CFG.LIR.mask)
         self._enabled = 0
         if control & INTERRUPT_CFG.DIFF_EN.mask:
@@ -61,3 +141,35 @@ class PressureInterrupt:
     def _show(self, flags: int) -> None:
         flags &= _PH | _PL
         self.source = flags | _IA if flags else 0
+
+
+_INTERRUPTS = (0, _PH, _PL, _PH | _PL)  # by INT_S
+_DATA = CTRL_REG3.F_FSS5.mask | CTRL_REG3.F_FTH.mask | CTRL_REG3.F_OVR.mask | CTRL_REG3.DRDY.mask
+
+
+class IntDrdy:
+    """The pin and what is routed to it; ``routed``: whether anything is, so that its level can change."""
+
+    def __init__(self) -> None:
+        self.pin = Pin("INT_DRDY")
+        self.routed = False
+        self._control = 0
+
+    def configure(self, mem: bytearray) -> None:
+        """CTRL_REG3 may have changed; ``drive`` follows."""
+        self._control = mem[CTRL_REG3.addr]
+        self.routed = bool(self._control & (_DATA | CTRL_REG3.INT_S.mask))
+
+    def drive(self, status: int, fifo_signals: int, int_source: int, at_ps: int) -> None:
+        """Set the level from STATUS, the FIFO's signals and INT_SOURCE as of ``at_ps``."""
+        interrupts = _INTERRUPTS[CTRL_REG3.INT_S.get(self._control)]
+        if interrupts:
+            active = bool(int_source & interrupts)
+        else:
+            ready = CTRL_REG3.DRDY.mask if status & STATUS.P_DA.mask else 0
+            active = bool(self._control & _DATA & (fifo_signals | ready))
+        high = active != bool(self._control & CTRL_REG3.INT_H_L.mask)
+        if high and self._control & CTRL_REG3.PP_OD.mask:
+            self.pin.drive(None, at_ps)
+        else:
+            self.pin.drive(int(high), at_ps)

@@ -5,21 +5,32 @@ alone. Whatever is due is done before a register is written, so that it happens 
 
 Decisions where the datasheet is silent: while the FIFO is on and empty the output registers stay as they are;
 the registers answer during the boot after power-on, or nobody could see INT_SOURCE.BOOT_STATUS, and work.
+
+Some bits begin something and end by themselves. Decisions where the datasheet (9.1, 9.6) is silent: RESET_AZ
+and RESET_ARP act at once and read 1 for 10 us; writing ONE_SHOT again, or 0, while it is busy changes
+nothing, and another rate ends it; SWRESET acts at once and reads 1 for 10 us; it keeps RPDS and RES_CONF,
+which the section does not list; BOOT ends after one period of the data rate, or 1 ms in power-down, and
+disturbs no setting (ST's firmware for the STEVAL-FCU001V1 sets BOOT by mistake and works).
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import ClassVar
 
 from sensors.declaration import Bus, Function, Quantity, Wires
 from sensors.errors import PartErrors
 from sensors.lps22hb import registers
-from sensors.lps22hb.barometer import COUNTS_PER_DEGC, COUNTS_PER_HPA, Barometer, BarometerSettings
-from sensors.lps22hb.commands import Commands
+from sensors.lps22hb.barometer import (
+    COUNTS_PER_DEGC,
+    COUNTS_PER_HPA,
+    Barometer,
+    BarometerSettings,
+    supply_current_ua,
+)
 from sensors.lps22hb.declaration import BUS, FUNCTIONS, SIGNALS, LPS22HBErrors
-from sensors.lps22hb.output import P_READ, Output, OutputAhead
-from sensors.lps22hb.pipeline import Pipeline
-from sensors.lps22hb.reference import RPDS_COUNTS_PER_LSB
+from sensors.lps22hb.interrupt import COUNTS_PER_SIXTEENTH
+from sensors.lps22hb.output import P_READ, Output, OutputAhead, Pipeline
 from sensors.lps22hb.registers import (
     CTRL_REG1,
     CTRL_REG2,
@@ -37,12 +48,94 @@ from sensors.lps22hb.registers import (
     TEMP_OUT,
     THS_P,
 )
-from sensors.lps22hb.supply import supply_current_ua
-from sensors.part import Part, Signal, Write
+from sensors.part import Part, SelfClearingBits, Signal, Write
 from sensors.pin import Pin
 from sensors.register import RegisterMap
 from sensors.register_file import RegisterFile
 from sensors.sampling import NEVER_PS, PS_PER_S
+
+_RESET_PS = 10 * PS_PER_S // 10**6
+_BOOT_PS = PS_PER_S // 10**3
+_RESET_BY_SWRESET = (INTERRUPT_CFG, THS_P, CTRL_REG1, CTRL_REG2, CTRL_REG3, FIFO_CTRL, REF_P)
+_BOOT, _SWRESET, _ONE_SHOT = CTRL_REG2.BOOT.mask, CTRL_REG2.SWRESET.mask, CTRL_REG2.ONE_SHOT.mask
+
+
+class Commands:
+    """Works on ``registers``; ``configure(now_ps)`` brings the part in line with them."""
+
+    def __init__(
+        self,
+        registers: RegisterFile,
+        barometer: Barometer,
+        pipeline: Pipeline,
+        configure: Callable[[int], None],
+    ) -> None:
+        self._one_shot = False
+        self._registers = registers
+        self._barometer = barometer
+        self._pipeline = pipeline
+        self._configure = configure
+        self._clearing = SelfClearingBits(registers, CTRL_REG2)
+        self._clearing_resets = SelfClearingBits(registers, INTERRUPT_CFG)
+
+    def before_control2(self, first: int, end: int, now_ps: int) -> None:
+        """CTRL_REG2 is read: clear the bits of what is over."""
+        self._clearing.before_read(first, end, now_ps)
+
+    def before_interrupt_cfg(self, first: int, end: int, now_ps: int) -> None:
+        """INTERRUPT_CFG is read: likewise."""
+        self._clearing_resets.before_read(first, end, now_ps)
+
+    def booting(self, now_ps: int) -> bool:
+        """Whether BOOT is at work."""
+        return self._clearing.pending(_BOOT, now_ps)
+
+    def write_interrupt_cfg(self, old: int, new: int, now_ps: int) -> None:
+        """INTERRUPT_CFG has been written; all samples until now have been taken."""
+        del old
+        if new & INTERRUPT_CFG.RESET_AZ.mask:
+            self._pipeline.reference.reset_autozero()
+        if new & INTERRUPT_CFG.RESET_ARP.mask:
+            self._pipeline.reference.reset_autorifp()
+        resets = new & (INTERRUPT_CFG.RESET_AZ.mask | INTERRUPT_CFG.RESET_ARP.mask)
+        if resets:
+            self._clearing_resets.begin(resets, now_ps + _RESET_PS)
+        self._configure(now_ps)
+
+    def write_control2(self, old: int, new: int, now_ps: int) -> None:
+        """CTRL_REG2 has been written; all samples until now have been taken."""
+        del old
+        mem, busy = self._registers.mem, self._one_shot
+        if busy:
+            mem[CTRL_REG2.addr] |= _ONE_SHOT
+        if new & _SWRESET:
+            self.end_one_shot()
+            self._registers.reset(*_RESET_BY_SWRESET)
+            self._pipeline.reset()
+            self._clearing.begin(_SWRESET, now_ps + _RESET_PS)
+        self._configure(now_ps)
+        if new & _BOOT:
+            rate = self._barometer.settings.rate
+            self._clearing.begin(_BOOT, now_ps + (int(PS_PER_S / rate) if rate else _BOOT_PS))
+        if mem[CTRL_REG2.addr] & _ONE_SHOT and not busy:
+            self._start_one_shot(now_ps)
+
+    def end_one_shot(self) -> None:
+        """The one-shot measurement, if there is one, is done or given up."""
+        if self._one_shot:
+            self._one_shot = False
+            self._registers.mem[CTRL_REG2.addr] &= ~_ONE_SHOT
+            self._barometer.stream.stop()
+
+    def _start_one_shot(self, now_ps: int) -> None:
+        mem = self._registers.mem
+        if CTRL_REG1.ODR.get(mem[CTRL_REG1.addr]):
+            self._registers.note(now_ps, "forbidden", "CTRL_REG2.ONE_SHOT while CTRL_REG1.ODR is not 0")
+            mem[CTRL_REG2.addr] &= ~_ONE_SHOT
+            return
+        self._one_shot = True
+        self._barometer.measure_once(now_ps)
+
 
 TRIMMING_PS = 5 * PS_PER_S // 10**3  # an assumption: the datasheet gives no time for the boot after power-on
 _TEMP_OUT_H = TEMP_OUT.addr + 1
@@ -52,8 +145,8 @@ _BURST_WRAP = {_TEMP_OUT_H: PRESS_OUT.addr}  # a burst goes round in the output 
 class LPS22HB(Part):
     """Barometer with thermometer; ``pressure_hpa`` and ``temperature_degc``: (n,).
 
-    Settings where sources disagree or are silent: ``rpds_counts_per_lsb`` is 256, or 1 as in ST's board
-    driver (sensor facts DIS-15); ``powered_on_ps`` is when supply came, None for long ago; for
+    Settings where sources disagree or are silent: ``rpds_counts_per_lsb`` is 256, or 1 as in ST's
+    driver for the STEVAL-FCU001V1; ``powered_on_ps`` is when supply came, None for long ago; for
     ``trimming_ps`` from then on INT_SOURCE.BOOT_STATUS is set; ``power_on_counts`` is PRESS_OUT before the
     first conversion, for which 0x2F6666 has been reported.
     """
@@ -73,7 +166,7 @@ class LPS22HB(Part):
         errors: LPS22HBErrors | None = None,
         seed: int = 0,
         *,
-        rpds_counts_per_lsb: int = RPDS_COUNTS_PER_LSB,
+        rpds_counts_per_lsb: int = COUNTS_PER_SIXTEENTH,
         powered_on_ps: int | None = None,
         trimming_ps: int = TRIMMING_PS,
         power_on_counts: int = 0,

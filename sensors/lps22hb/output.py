@@ -1,8 +1,9 @@
-"""The LPS22HB's output registers and STATUS: data-ready, overrun, block data update (datasheet 9.5, 9.17).
+"""From a measured sample of the LPS22HB to its output registers and STATUS (datasheet 9.1 to 9.17).
 
-Pressure and temperature are one sample: with BDU they are held together, from the first byte of the pressure
-read until PRESS_OUT_H is. Decision, where the datasheet is silent: P_DA and T_DA are cleared by reading the
-high byte of their output, as in the LPS25H.
+A sample passes reference, interrupt, FIFO and pin, in this order, and is shown. Pressure and temperature are
+one sample: with BDU they are held together, from the first byte of the pressure read until PRESS_OUT_H is.
+Decision, where the datasheet is silent: P_DA and T_DA are cleared by reading the high byte of their output,
+as in the LPS25H.
 """
 
 from __future__ import annotations
@@ -10,10 +11,74 @@ from __future__ import annotations
 from array import array
 from collections.abc import Callable
 
-from sensors.lps22hb.pipeline import Pipeline
+from sensors.lps22hb.fifo import Fifo
+from sensors.lps22hb.interrupt import IntDrdy, PressureInterrupt, Reference
 from sensors.lps22hb.registers import PRESS_OUT, STATUS, TEMP_OUT
 from sensors.register_file import UNFORESEEN, Foreseen, RegisterFile, Taker, every_length
 from sensors.sampling import SampleStream
+
+
+class Pipeline:
+    """The functions beyond plain measuring, on ``mem``, the part's registers.
+
+    ``every_sample``: whether any of them looks at each sample; if none does, only the latest one matters.
+    """
+
+    def __init__(self, mem: bytearray, rpds_counts_per_lsb: int) -> None:
+        self._mem = mem
+        self.reference = Reference(mem, rpds_counts_per_lsb)
+        self.interrupt = PressureInterrupt()
+        self.fifo = Fifo()
+        self.int_drdy = IntDrdy()
+        self.every_sample = False
+
+    def configure(self, now_ps: int) -> None:
+        """The registers may have changed."""
+        self.reference.configure()
+        self.interrupt.configure(self._mem)
+        self.fifo.configure(self._mem, triggered=self.interrupt.raised)
+        self.int_drdy.configure(self._mem)
+        self.every_sample = self._looks_at_every_sample()
+        self.drive(now_ps)
+
+    def take(self, sample: bytes, at_ps: int) -> bytes:
+        """A measured sample has come, and STATUS says so; as the output registers show it."""
+        if not self.every_sample:
+            return self.reference.output(sample)
+        self.reference.take(sample)
+        output = self.reference.output(sample)
+        if self.interrupt.on:
+            self.interrupt.compare(self.reference.difference(sample))
+            self.fifo.trigger(on=self.interrupt.raised)
+        self.fifo.push(output)
+        self.drive(at_ps)
+        self.every_sample = self._looks_at_every_sample()
+        return output
+
+    def level_was_read(self, now_ps: int) -> None:
+        """The last byte of the FIFO's oldest level has been read."""
+        self.fifo.pop()
+        self.drive(now_ps)
+
+    def int_source_was_read(self, now_ps: int) -> None:
+        """A latched interrupt ends, and with it what it triggered."""
+        self.interrupt.acknowledge()
+        self.fifo.trigger(on=self.interrupt.raised)
+        self.drive(now_ps)
+
+    def drive(self, at_ps: int) -> None:
+        """Bring the pin in line as of ``at_ps``."""
+        self.int_drdy.drive(self._mem[STATUS.addr], self.fifo.signals(), self.interrupt.source, at_ps)
+
+    def reset(self) -> None:
+        """SWRESET has reset the registers; ``configure`` follows."""
+        self.reference.reset_autozero()
+        self.reference.reset_autorifp()
+
+    def _looks_at_every_sample(self) -> bool:
+        watching = self.interrupt.on or self.fifo.active or self.int_drdy.routed
+        return watching or self.reference.capturing
+
 
 _NEW, _OVERRUN_SHIFT = STATUS.P_DA.mask | STATUS.T_DA.mask, 4
 _FIRST, _END = PRESS_OUT.addr, TEMP_OUT.addr + TEMP_OUT.size

@@ -1,9 +1,26 @@
 """The LSM6DSL's accelerometer: from specific force to counts (datasheet Table 3; AN5040 sections 3 and 4).
 
 World, deviation, noise and self-test are added up as samples at the output data rate and go through the
-filters the registers select (``sensors.lsm6dsl.filters``); the user offset is added behind them. Noise is
-white before the filters. In high performance it has the datasheet's density; in low-power and normal mode its
-RMS at a bandwidth of ODR/2, and at ODR/9, is the datasheet's.
+filters the registers select; the user offset is added behind them. Noise is white before the filters. In high
+performance it has the datasheet's density; in low-power and normal mode its RMS at a bandwidth of ODR/2,
+and at ODR/9, is the datasheet's.
+
+Filters (datasheet figures 5, 7 and 8; AN5040 3.7). Order and shape are not documented: see
+``sensors.filters``. Further decisions: they run at the output data rate, so that a cut-off of ODR/2 is what
+sampling leaves, no filter at all; low-pass filters begin settled on their first sample; slope and high-pass
+filters begin with zero, as AN5040 3.7 says of the slope filter, and so do not begin with a lie about the
+past.
+
+The event functions look at the same samples with other filters: analog chain and LPF1 only, and LPF2 behind
+it for LOW_PASS_ON_6D; no composite filter, no user offset. They are computed while an event function is on,
+and only then. Decision where the documents are silent: switched on while the accelerometer runs, these
+filters begin settled on the next sample; the road not taken, running them all along, would make every
+measurement pay.
+
+After a change of mode or rate some samples are to be discarded (AN5040 3.9, Tables 12 and 13). Drivers
+discard them, and CTRL4_C.DRDY_MASK hides their data-ready. Where a table gives a range, the larger number
+is taken. Decision where the tables are silent: a change of rate within low power, or of bandwidth, is taken
+as a turn-on.
 """
 
 from __future__ import annotations
@@ -11,18 +28,32 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from sensors.errors import Deviation
-from sensors.filtering import SampledFilter
-from sensors.filters import Array, Chain
+from sensors.errors import Deviation, NoiseSource, noise_key
+from sensors.filters import (
+    SLOPE,
+    Array,
+    Chain,
+    SampledFilter,
+    Section,
+    Source,
+    Start,
+    chain,
+    high_pass,
+    low_pass,
+)
 from sensors.lsm6dsl.declaration import LSM6DSLErrors
-from sensors.lsm6dsl.event_samples import EventFilters, EventSamples
-from sensors.lsm6dsl.filters import accelerometer_chain, event_filters, slow_to_settle
-from sensors.lsm6dsl.registers import CTRL1_XL, CTRL3_C, CTRL5_C, CTRL6_C, CTRL8_XL, X_OFS_USR
-from sensors.lsm6dsl.settling import Mode, accelerometer_discards
-from sensors.noise import NoiseSource, noise_key
+from sensors.lsm6dsl.registers import (
+    CTRL1_XL,
+    CTRL3_C,
+    CTRL5_C,
+    CTRL6_C,
+    CTRL8_XL,
+    X_OFS_USR,
+)
 from sensors.part import Signal
 from sensors.sampling import SampleStream, Times, words
 
@@ -41,6 +72,212 @@ _ODR_9_CODE = 2  # CTRL8_XL.HPCF_XL
 
 SELF_TEST_MG = 800.0  # datasheet Table 3 allows 90 to 1700 mg; one value inside, for every part
 _SELF_TEST_SIGN = (0, 1, -1, 0)  # CTRL5_C.ST_XL; 3 is not allowed
+
+
+# -- samples to discard (AN5040 3.9, Tables 12 and 13) ------------------------------------------------------
+
+
+_WIDE, _NARROW_OR_SLOPE = 0, 1  # columns of Table 13: LPF1_BW_SEL = 0, and = 1 or slope filter
+
+# Accelerometer in high performance by rate in Hz (Table 13); everything else is 0 or 1.
+_XL_TURN_ON = {52.0: (1, 1), 1666.0: (2, 2), 3332.0: (3, 4), 6664.0: (13, 13)}
+_XL_TURN_ON_104_TO_833 = (1, 2)
+_XL_TURN_ON_OTHERS = (0, 1)
+_XL_MIDDLE_FROM_HZ, _XL_MIDDLE_TO_HZ = 104, 833
+_XL_FROM_FAST_TO_FAST = 5  # Table 12: high performance above 833 Hz before and after
+_XL_CHANGE = 1  # Table 12: beyond those of a turn-on
+
+
+class Mode(NamedTuple):
+    """A sensor's mode as AN5040 3.9 tells them apart; ``odr_hz`` is 0 in power-down and sleep.
+
+    ``column``: of Table 13 or 16, whether the second one holds.
+    """
+
+    odr_hz: float
+    high_performance: bool
+    column: bool
+
+    @property
+    def fast(self) -> bool:
+        """High performance above 833 Hz."""
+        return self.high_performance and self.odr_hz > _XL_MIDDLE_TO_HZ
+
+
+def accelerometer_discards(old: Mode, new: Mode) -> int:
+    """Samples to discard from ``old`` to ``new``, none if they are the same."""
+    if new == old or not new.odr_hz:
+        return 0
+    if old.fast and new.fast:
+        return _XL_FROM_FAST_TO_FAST
+    row = _XL_TURN_ON_OTHERS
+    if new.high_performance and _XL_MIDDLE_FROM_HZ <= new.odr_hz <= _XL_MIDDLE_TO_HZ:
+        row = _XL_TURN_ON_104_TO_833
+    elif new.high_performance:
+        row = _XL_TURN_ON.get(new.odr_hz, row)
+    turn_on = row[_NARROW_OR_SLOPE if new.column else _WIDE]
+    changed = old.odr_hz and old[:2] != new[:2] and (old.high_performance or new.high_performance)
+    return turn_on + _XL_CHANGE if changed else turn_on
+
+
+# -- what the event functions look at -----------------------------------------------------------------------
+
+
+Sections: TypeAlias = tuple[Section, ...]
+
+_UNCHANGED: Section = (1.0, 0.0, 0.0, 0.0, 0.0)
+
+
+class EventFilters(NamedTuple):
+    """The filters of both views; None while the accelerometer is off, () where nothing is filtered."""
+
+    before_lpf2: Sections | None
+    behind_lpf2: Sections | None
+
+
+class EventSamples:
+    """Both views of the accelerometer's samples, by the numbers of its stream; blocks are (3, n), in mg."""
+
+    def __init__(self, unfiltered: Source) -> None:
+        self._filters = EventFilters(None, None)
+        self._before, self._behind = SampledFilter(unfiltered), SampledFilter(unfiltered)
+        self._watched = self._low_passed = False
+
+    # -- for the accelerometer --------------------------------------------------------------------------
+
+    def settings_change(self, filters: EventFilters, number: int, *, restarts: bool) -> None:
+        """From sample ``number`` on the source has other settings; not yet while this is called."""
+        anew = restarts or filters != self._filters
+        self._filters = filters
+        if self._watched:
+            _follow(self._before, filters.before_lpf2, number, anew=anew)
+        if self._low_passed:
+            _follow(self._behind, filters.behind_lpf2, number, anew=anew)
+
+    def world_changed(self, number: int) -> None:
+        """The signals are others from sample ``number`` on."""
+        if self._watched:
+            self._before.forget(number)
+        if self._low_passed:
+            self._behind.forget(number)
+
+    # -- for the event functions ------------------------------------------------------------------------
+
+    def watch(self, number: int, *, on: bool, low_pass: bool) -> None:
+        """From sample ``number`` on the view before LPF2 is needed, and the one behind it, or not."""
+        if on != self._watched:
+            self._watched = on
+            self._before.restart(_chain(self._filters.before_lpf2) if on else None, number)
+        low_pass = on and low_pass
+        if low_pass != self._low_passed:
+            self._low_passed = low_pass
+            self._behind.restart(_chain(self._filters.behind_lpf2) if low_pass else None, number)
+
+    def before_lpf2(self, number: int, count: int) -> Array:
+        """Samples ``number`` and following."""
+        return self._before.block(number, count)
+
+    def behind_lpf2(self, number: int, count: int) -> Array:
+        """Likewise through LPF2, whatever the output shows."""
+        return self._behind.block(number, count)
+
+
+def _follow(view: SampledFilter, sections: Sections | None, number: int, *, anew: bool) -> None:
+    if anew:
+        view.restart(_chain(sections), number)
+    else:
+        view.split(number)
+
+
+def _chain(sections: Sections | None) -> Chain | None:
+    if sections is None:
+        return None
+    return chain(sections, "settled") if sections else chain((_UNCHANGED,), "zero")
+
+
+# -- filters (AN5040 3.7 and Table 10) ----------------------------------------------------------------------
+
+
+_DIVISOR = (50, 100, 9, 400)  # CTRL8_XL.HPCF_XL: cut-off of LPF2 and of the high-pass, ODR over this
+_SLOPE_CODE = 0  # of HPCF_XL, with HP_SLOPE_XL_EN
+_ANALOG_WIDE_HZ, _ANALOG_NARROW_HZ = 1500, 400
+_ANALOG_WIDE_FROM_HZ = 1666
+
+
+def accelerometer_chain(mem: bytearray, odr_hz: float, *, high_performance: bool) -> Chain | None:
+    """The filters of the accelerometer's output as the main register bank says; None where there are none."""
+    if not odr_hz:
+        return None
+    control = mem[CTRL8_XL.addr]
+    sections = _analog(mem, odr_hz, high_performance=high_performance)
+    high_pass_path = bool(control & CTRL8_XL.HP_SLOPE_XL_EN.mask)
+    if high_pass_path or control & CTRL8_XL.LPF2_XL_EN.mask:
+        narrow = control & CTRL8_XL.INPUT_COMPOSITE.mask
+    else:
+        narrow = mem[CTRL1_XL.addr] & CTRL1_XL.LPF1_BW_SEL.mask
+    if narrow:
+        sections.append(low_pass(1 / 4))
+    code = CTRL8_XL.HPCF_XL.get(control)
+    start: Start = "settled"
+    if high_pass_path and code == _SLOPE_CODE:
+        start = "zero"
+        sections.append(SLOPE)
+    elif high_pass_path and control & CTRL8_XL.HP_REF_MODE.mask:
+        start = "reference"
+        sections.append(_UNCHANGED)
+    elif high_pass_path:
+        start = "zero"
+        sections.append(high_pass(1 / _DIVISOR[code]))
+    elif control & CTRL8_XL.LPF2_XL_EN.mask:
+        sections.append(low_pass(1 / _DIVISOR[code]))
+    return chain(tuple(sections), start) if sections else None
+
+
+def event_filters(mem: bytearray, odr_hz: float, *, high_performance: bool) -> EventFilters:
+    """What the event functions get: LPF1 as INPUT_COMPOSITE selects it, and LPF2 behind it for 6D.
+
+    Their slope and high-pass filters hang on the composite filter's input (datasheet figure 8).
+    """
+    if not odr_hz:
+        return EventFilters(None, None)
+    sections = _analog(mem, odr_hz, high_performance=high_performance)
+    if mem[CTRL8_XL.addr] & CTRL8_XL.INPUT_COMPOSITE.mask:
+        sections.append(low_pass(1 / 4))
+    lpf2 = low_pass(1 / _DIVISOR[CTRL8_XL.HPCF_XL.get(mem[CTRL8_XL.addr])])
+    return EventFilters(tuple(sections), (*sections, lpf2))
+
+
+def _analog(mem: bytearray, odr_hz: float, *, high_performance: bool) -> list[Section]:
+    sections: list[Section] = []
+    if high_performance:
+        wide = odr_hz >= _ANALOG_WIDE_FROM_HZ and not mem[CTRL1_XL.addr] & CTRL1_XL.BW0_XL.mask
+        add_low_pass(sections, _ANALOG_WIDE_HZ if wide else _ANALOG_NARROW_HZ, odr_hz)
+    return sections
+
+
+def slow_to_settle(mem: bytearray) -> bool:
+    """Whether the accelerometer's output passes LPF1 at ODR/4 or the slope filter (AN5040 Table 13)."""
+    control = mem[CTRL8_XL.addr]
+    slope = control & CTRL8_XL.HP_SLOPE_XL_EN.mask and CTRL8_XL.HPCF_XL.get(control) == _SLOPE_CODE
+    return bool(slope or mem[CTRL1_XL.addr] & CTRL1_XL.LPF1_BW_SEL.mask)
+
+
+def reference_mode_is_idle(mem: bytearray) -> bool:
+    """HP_REF_MODE without the high-pass filter whose reference it would set (AN5040 3.7)."""
+    control = mem[CTRL8_XL.addr]
+    high_pass_on = control & CTRL8_XL.HP_SLOPE_XL_EN.mask and CTRL8_XL.HPCF_XL.get(control) != _SLOPE_CODE
+    return bool(control & CTRL8_XL.HP_REF_MODE.mask and not high_pass_on)
+
+
+def add_low_pass(sections: list[Section], cutoff_hz: float, odr_hz: float) -> None:
+    """A section of its own, unless the cut-off is beyond what samples at this rate can show."""
+    if cutoff_hz < odr_hz / 2:
+        sections.append(low_pass(cutoff_hz / odr_hz))
+
+
+# -- the sensor ---------------------------------------------------------------------------------------------
+
+
 _OFF = Mode(0.0, high_performance=True, column=False)
 
 

@@ -20,12 +20,12 @@ with one that was not, and when a high byte of that sensor is read; a mode that 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from enum import IntEnum
 
 import numpy as np
 
-from sensors.lsm6dsl.den_gate import Gate
-from sensors.lsm6dsl.den_settings import DenSettings, Mode, violations
-from sensors.lsm6dsl.feature import Chip
+from sensors.lsm6dsl.feature import Chip, Violations
 from sensors.lsm6dsl.registers import (
     CTRL1_XL,
     CTRL2_G,
@@ -37,9 +37,122 @@ from sensors.lsm6dsl.registers import (
     OUT_G,
     OUT_XL,
 )
-from sensors.lsm6dsl.violations import Violations
 from sensors.register import Register
-from sensors.sampling import NEVER_PS, SampleStream
+from sensors.sampling import NEVER_PS, SampleStream, Times
+
+# -- settings (datasheet 9.16 to 9.21) ----------------------------------------------------------------------
+
+
+_MODE_LSB = CTRL6_C.LVL2_EN.lsb
+
+
+class Mode(IntEnum):
+    """CTRL6_C: TRIG_EN, LVL1_EN, LVL2_EN."""
+
+    OFF = 0b000
+    LEVEL = 0b010
+    LATCHED = 0b011
+    EDGE = 0b100
+    FIFO = 0b110
+
+
+@dataclass(frozen=True)
+class DenSettings:
+    """``stamp_xl``: the accelerometer carries the stamp, not the gyroscope; ``axes``: which of X, Y, Z do."""
+
+    mode: Mode
+    active_high: bool
+    gates_xl: bool
+    stamp_xl: bool
+    axes: tuple[bool, bool, bool]
+
+    @classmethod
+    def decode(cls, mem: bytearray) -> DenSettings:
+        """Read the settings out of the main register bank; a mode that is none is off."""
+        mode, control = _mode(mem), mem[CTRL9_XL.addr]
+        return cls(
+            mode=Mode(mode) if mode in set(Mode) else Mode.OFF,
+            active_high=bool(mem[CTRL5_C.addr] & CTRL5_C.DEN_LH.mask),
+            gates_xl=bool(mem[CTRL4_C.addr] & CTRL4_C.DEN_XL_EN.mask),
+            stamp_xl=bool(control & CTRL9_XL.DEN_XL_G.mask),
+            axes=(
+                bool(control & CTRL9_XL.DEN_X.mask),
+                bool(control & CTRL9_XL.DEN_Y.mask),
+                bool(control & CTRL9_XL.DEN_Z.mask),
+            ),
+        )
+
+    def begins_anew(self, old: DenSettings) -> bool:
+        """Whether windows and marks of before no longer count."""
+        return (self.mode, self.active_high, self.stamp_xl) != (old.mode, old.active_high, old.stamp_xl)
+
+
+def violations(mem: bytearray) -> dict[str, bool]:
+    """Every setting that cannot work, and whether it is present."""
+    mode = _mode(mem)
+    gates_xl = mode == Mode.EDGE and bool(mem[CTRL4_C.addr] & CTRL4_C.DEN_XL_EN.mask)
+    return {
+        f"CTRL6_C: TRIG_EN, LVL1_EN, LVL2_EN = {mode:03b}b is no data-enable mode": mode not in set(Mode),
+        "CTRL4_C.DEN_XL_EN by edge needs CTRL8_XL.LPF2_XL_EN = 0": gates_xl
+        and bool(mem[CTRL8_XL.addr] & CTRL8_XL.LPF2_XL_EN.mask),
+    }
+
+
+def _mode(mem: bytearray) -> int:
+    return mem[CTRL6_C.addr] >> _MODE_LSB
+
+
+# -- the gate of data enable by edge: of a sensor's samples, the first after each edge ----------------------
+
+
+class Gate:
+    """``source``: the sensor's stream, which goes on; ``shown``: what comes through while ``closed``."""
+
+    def __init__(self, source: SampleStream) -> None:
+        self.source = source
+        self.shown = SampleStream(6, self._produce)
+        self.closed = False
+        self._index = 0  # of the sample let through
+        self._pending = False
+
+    def close(self, closed: bool, now_ps: int) -> None:
+        """From ``now_ps`` on only what is let through is shown, or everything again."""
+        self.catch_up(now_ps)
+        if closed:
+            self.shown.data = self.source.data
+            self.shown.stop()
+        else:
+            self.source.data = self.shown.data  # until the next sample
+        self.closed, self._pending = closed, False
+
+    def open(self, at_ps: int) -> None:
+        """An edge: the next sample passes."""
+        if self.closed:
+            self._pending = True
+            self.aim(at_ps)
+
+    def aim(self, now_ps: int) -> None:
+        """Let the first sample after ``now_ps`` pass if one may; its rate may have changed."""
+        if self._pending and self.source.running:
+            self._index = self.source.latest(now_ps) + 1
+            self.shown.start_single(now_ps, self.source.time_ps(self._index) - now_ps)
+
+    def catch_up(self, now_ps: int) -> None:
+        """The sensor goes on measuring behind the gate; a sample that is due has passed."""
+        if not self.closed:
+            return
+        if self._pending and self.source.running and self.source.time_ps(self._index) <= now_ps:
+            self._pending = False
+        if now_ps >= self.source.next_ps:
+            self.source.advance(now_ps)
+
+    def _produce(self, number: int, t_s: Times) -> bytes:
+        del number, t_s
+        return self.source.samples(self._index, self._index + 1).tobytes()
+
+
+# -- data enable --------------------------------------------------------------------------------------------
+
 
 _NONE = -1  # no sample
 

@@ -1,29 +1,48 @@
-"""The embedded functions as one feature: 26 times a second each gets a sample of the accelerometer.
+"""Embedded functions: pedometer, significant motion, tilt and absolute wrist tilt (AN5040 section 6).
 
-AN5040 section 6: they need CTRL10_C.FUNC_EN and an accelerometer at 26 Hz or more. Every second, fourth, ...
-sample is taken at the higher rates, which is 26 Hz or, from 833 Hz up, a tenth of a percent more.
+They need CTRL10_C.FUNC_EN and an accelerometer at 26 Hz or more: 26 times a second each gets a sample. Every
+second, fourth, ... sample is taken at the higher rates, which is 26 Hz or, from 833 Hz up, a tenth of a
+percent more.
 
 Decision: one feature for all four, not four, so that their events come in the order of time whoever looks
 when. The road not taken is a feature each; a pin that two of them share would then hear edges out of order.
 
 Where the documents are silent: the functions see the samples as they are put out (user offset, filters); a
 function that was off or without its rate begins anew; step counter and step time are kept.
+
+Pedometer (6.1; bank A registers, datasheet 11.16 to 11.19). Decision: ST does not publish the algorithm. Ours
+is the plainest that meets what is published: a step is a peak of the acceleration's magnitude, found when the
+magnitude has fallen from it by the threshold; the next peak is looked for once it has risen by the threshold
+again. So the threshold is a swing from peak to valley and works against small ripples without a filter. The
+road not taken, a threshold above the mean, needs a high-pass filter whose corner would be one more thing
+nobody knows.
+
+Significant motion (6.2): the user walks somewhere. It fires when more than SM_THS steps have been counted
+since it was switched on or last fired. Steps arrive debounced, so nothing fires before DEB_STEP are
+exceeded either: 7 steps with the reset values.
+
+Tilt (6.3): the part has been turned by more than 35 degrees. The first time the new position must last for
+2 s; after that every further turn by more than 35 degrees from where the last event found the part is an
+event at once. The start position is the first sample after switching on. In free fall there is no
+direction, and no tilt.
+
+Absolute wrist tilt (6.4; datasheet 12): an axis points up or down far enough for long enough. A direction
+counts when its mask bit is set and the acceleration along it is above the threshold, which is the sine of the
+angle between axis and horizontal plane. Held for the latency it makes one event; the next one needs the
+direction to be left and taken again.
 """
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
+
 import numpy as np
 
-from sensors.errors import Vec3
+from sensors.errors import ZERO, Vec3
 from sensors.lsm6dsl.accelerometer import MG_PER_LSB
-from sensors.lsm6dsl.bank_a import CONFIG_PEDO_THS_MIN, PEDO_DEB_REG, SM_THS, STEP_COUNT_DELTA
-from sensors.lsm6dsl.bank_access import BANK_A, BANK_B, on_bank_write
-from sensors.lsm6dsl.bank_b import A_WRIST_TILT_LAT, A_WRIST_TILT_THS, A_WRIST_TILT_Mask
-from sensors.lsm6dsl.embedded_pedometer import DeltaTime, PedometerSettings, StepDetector
-from sensors.lsm6dsl.embedded_significant_motion import SignificantMotion
-from sensors.lsm6dsl.embedded_tilt import Tilt
-from sensors.lsm6dsl.embedded_wrist_tilt import WristTilt, WristTiltSettings
-from sensors.lsm6dsl.feature import Chip
+from sensors.lsm6dsl.banks import BANK_A, BANK_B, BankA, BankB, on_bank_write
+from sensors.lsm6dsl.feature import Chip, Violations
 from sensors.lsm6dsl.function_sources import (
     SIGNIFICANT_MOTION,
     STEP,
@@ -43,8 +62,234 @@ from sensors.lsm6dsl.registers import (
     WAKE_UP_DUR,
     WRIST_TILT_IA,
 )
-from sensors.lsm6dsl.violations import Violations
 from sensors.register import Register
+from sensors.sampling import NEVER_PS, PS_PER_S
+
+# -- pedometer ----------------------------------------------------------------------------------------------
+
+
+_LSB_MG = (32.0, 62.5)  # CONFIG_PEDO_THS_MIN.PEDO_FS (datasheet 11.16)
+_FULL_SCALE_MG = (2000.0, 4000.0)
+_DEBOUNCE_LSB_PS = 80 * PS_PER_S // 1000  # datasheet 11.18
+_DELTA_LSB_PS = 16384 * PS_PER_S // 10000  # datasheet 11.19: 1.6384 s
+
+
+@dataclass(frozen=True)
+class PedometerSettings:
+    """What bank A says about the pedometer."""
+
+    full_scale_mg: float  # each axis is cut off here, whatever FS_XL allows
+    threshold_mg: float
+    debounce_steps: int
+    debounce_ps: int  # a longer pause and the debounce begins anew
+    delta_ps: int  # 0: off
+
+    @classmethod
+    def decode(cls, mem: bytearray) -> PedometerSettings:
+        """Read the settings out of bank A; a threshold of 0 acts as 1 LSB, where noise would walk."""
+        scale = BankA.CONFIG_PEDO_THS_MIN.PEDO_FS.get(mem[BankA.CONFIG_PEDO_THS_MIN.addr])
+        threshold = BankA.CONFIG_PEDO_THS_MIN.ths_min.get(mem[BankA.CONFIG_PEDO_THS_MIN.addr])
+        debounce = mem[BankA.PEDO_DEB_REG.addr]
+        return cls(
+            full_scale_mg=_FULL_SCALE_MG[scale],
+            threshold_mg=max(threshold, 1) * _LSB_MG[scale],
+            debounce_steps=BankA.PEDO_DEB_REG.DEB_STEP.get(debounce),
+            debounce_ps=BankA.PEDO_DEB_REG.DEB_TIME.get(debounce) * _DEBOUNCE_LSB_PS,
+            delta_ps=mem[BankA.STEP_COUNT_DELTA.addr] * _DELTA_LSB_PS,
+        )
+
+
+class StepDetector:
+    """Finds steps and debounces them."""
+
+    def __init__(self) -> None:
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget the movement so far."""
+        self._seeking_peak = True
+        self._extreme_mg = 0.0
+        self._run = 0  # steps in a row
+        self._last_ps = 0
+
+    def feed(self, magnitude_mg: float, at_ps: int, settings: PedometerSettings) -> int:
+        """Steps to add to the counter at this sample: none, one, or those of the debounce with the next."""
+        if self._seeking_peak:
+            self._extreme_mg = max(self._extreme_mg, magnitude_mg)
+            if self._extreme_mg - magnitude_mg < settings.threshold_mg:
+                return 0
+            self._seeking_peak, self._extreme_mg = False, magnitude_mg
+            return self._debounced(at_ps, settings)
+        self._extreme_mg = min(self._extreme_mg, magnitude_mg)
+        if magnitude_mg - self._extreme_mg >= settings.threshold_mg:
+            self._seeking_peak, self._extreme_mg = True, magnitude_mg
+        return 0
+
+    def _debounced(self, at_ps: int, settings: PedometerSettings) -> int:
+        if at_ps - self._last_ps > settings.debounce_ps:
+            self._run = 0
+        self._last_ps = at_ps
+        self._run += 1
+        first_counted = settings.debounce_steps + 1
+        if self._run < first_counted:
+            return 0
+        return first_counted if self._run == first_counted else 1
+
+
+class DeltaTime:
+    """Windows of STEP_COUNT_DELTA, one after another: was there a step in it?"""
+
+    def __init__(self) -> None:
+        self.end_ps = NEVER_PS
+        self._period_ps = 0
+        self._stepped = False
+
+    def configure(self, period_ps: int, now_ps: int) -> None:
+        """Windows of this length from now on; 0: none. The same length again changes nothing."""
+        if period_ps != self._period_ps:
+            self._period_ps, self._stepped = period_ps, False
+            self.end_ps = now_ps + period_ps if period_ps else NEVER_PS
+
+    def stepped(self) -> None:
+        """A step was counted in the present window."""
+        self._stepped = True
+
+    def close(self) -> bool:
+        """The present window ends and the next begins; whether there was a step."""
+        self.end_ps += self._period_ps
+        stepped, self._stepped = self._stepped, False
+        return stepped
+
+
+# -- significant motion -------------------------------------------------------------------------------------
+
+
+class SignificantMotion:
+    """Counts the steps between two events."""
+
+    def __init__(self) -> None:
+        self._steps = 0
+
+    def restart(self) -> None:
+        """Count from here."""
+        self._steps = 0
+
+    def feed(self, steps: int, threshold: int) -> bool:
+        """``steps`` more have been counted; whether that makes an event."""
+        self._steps += steps
+        if self._steps <= threshold:
+            return False
+        self._steps = 0
+        return True
+
+
+# -- tilt ---------------------------------------------------------------------------------------------------
+
+
+_COS_THRESHOLD = math.cos(math.radians(35.0))
+_FIRST_TIME_PS = 2 * PS_PER_S
+
+
+class Tilt:
+    """Compares the direction of gravity with the one of the last event."""
+
+    def __init__(self) -> None:
+        self.restart()
+
+    def restart(self) -> None:
+        """The next sample is the start position."""
+        self._reference = ZERO
+        self._first_time = True
+        self._turned_since_ps: int | None = None
+
+    def feed(self, acceleration: Vec3, at_ps: int) -> bool:
+        """A sample, in any unit; whether it makes an event."""
+        if self._reference == ZERO:
+            self._reference = acceleration
+        if not self._turned(acceleration):
+            self._turned_since_ps = None
+            return False
+        if self._first_time:
+            if self._turned_since_ps is None:
+                self._turned_since_ps = at_ps
+            if at_ps - self._turned_since_ps < _FIRST_TIME_PS:
+                return False
+        self._reference, self._first_time = acceleration, False
+        return True
+
+    def _turned(self, acceleration: Vec3) -> bool:
+        lengths = math.hypot(*acceleration) * math.hypot(*self._reference)
+        dot = sum(one * other for one, other in zip(acceleration, self._reference, strict=True))
+        return dot < lengths * _COS_THRESHOLD
+
+
+# -- absolute wrist tilt ------------------------------------------------------------------------------------
+
+
+_LATENCY_LSB_PS = 40 * PS_PER_S // 1000
+_THRESHOLD_LSB_MG = 15.625
+_X_POSITIVE, _X_NEGATIVE = 0x80, 0x40  # Y and Z follow two and four bits further down
+_DIRECTIONS = (0x80, 0x40, 0x20, 0x10, 0x08, 0x04)
+
+
+@dataclass(frozen=True)
+class WristTiltSettings:
+    """What bank B says."""
+
+    latency_ps: int
+    threshold_mg: float
+    mask: int
+
+    @classmethod
+    def decode(cls, mem: bytearray) -> WristTiltSettings:
+        """Read the settings out of bank B."""
+        return cls(
+            latency_ps=mem[BankB.A_WRIST_TILT_LAT.addr] * _LATENCY_LSB_PS,
+            threshold_mg=mem[BankB.A_WRIST_TILT_THS.addr] * _THRESHOLD_LSB_MG,
+            mask=mem[BankB.A_WRIST_TILT_Mask.addr],
+        )
+
+
+class WristTilt:
+    """Measures how long each direction has been held."""
+
+    def __init__(self) -> None:
+        self._since_ps: dict[int, int] = {}
+        self._reported = 0
+
+    def restart(self) -> None:
+        """No direction has been held so far."""
+        self._since_ps.clear()
+        self._reported = 0
+
+    def feed(self, acceleration_mg: Vec3, at_ps: int, settings: WristTiltSettings) -> int:
+        """A sample; the directions that make an event now, as bits of WRIST_TILT_IA."""
+        over = _over(acceleration_mg, settings.threshold_mg) & settings.mask
+        self._reported &= over
+        events = 0
+        for direction in _DIRECTIONS:
+            if not over & direction:
+                self._since_ps.pop(direction, None)
+            elif at_ps - self._since_ps.setdefault(direction, at_ps) >= settings.latency_ps:
+                events |= direction
+        events &= ~self._reported
+        self._reported |= events
+        return events
+
+
+def _over(acceleration_mg: Vec3, threshold_mg: float) -> int:
+    """The directions above the threshold, as bits of WRIST_TILT_IA."""
+    over = 0
+    for axis, value in enumerate(acceleration_mg):
+        if value > threshold_mg:
+            over |= _X_POSITIVE >> 2 * axis
+        elif value < -threshold_mg:
+            over |= _X_NEGATIVE >> 2 * axis
+    return over
+
+
+# -- all of them, as one feature ----------------------------------------------------------------------------
+
 
 _RATE_HZ = 26
 _TICKS_AT_ONCE = 256
@@ -56,8 +301,8 @@ _EVENTS: dict[int, tuple[Source, ...]] = {
     _TILT: (TILT,),
     _WRIST_TILT: (WRIST_TILT,),
 }
-_BANK_A = (CONFIG_PEDO_THS_MIN, SM_THS, PEDO_DEB_REG, STEP_COUNT_DELTA)
-_BANK_B = (A_WRIST_TILT_LAT, A_WRIST_TILT_THS, A_WRIST_TILT_Mask)
+_BANK_A = (BankA.CONFIG_PEDO_THS_MIN, BankA.SM_THS, BankA.PEDO_DEB_REG, BankA.STEP_COUNT_DELTA)
+_BANK_B = (BankB.A_WRIST_TILT_LAT, BankB.A_WRIST_TILT_THS, BankB.A_WRIST_TILT_Mask)
 
 
 class EmbeddedFunctions:
@@ -134,7 +379,7 @@ class EmbeddedFunctions:
     def _decode_banks(self) -> None:
         bank_a = self._chip.banks[BANK_A].mem
         self._pedometer = PedometerSettings.decode(bank_a)
-        self._motion_threshold = bank_a[SM_THS.addr]
+        self._motion_threshold = bank_a[BankA.SM_THS.addr]
         self._wrist = WristTiltSettings.decode(self._chip.banks[BANK_B].mem)
 
     def _begin_and_end(self, was: int, now_ps: int) -> None:
@@ -162,7 +407,7 @@ class EmbeddedFunctions:
     def _find_violations(self, *, too_slow: bool) -> dict[str, bool]:
         bank_a, bank_b = self._chip.banks[BANK_A].mem, self._chip.banks[BANK_B].mem
         walks, counts = self._on & (_PEDO | _SIGN_MOTION), self._on & _PEDO
-        wide = bank_a[CONFIG_PEDO_THS_MIN.addr] & CONFIG_PEDO_THS_MIN.PEDO_FS.mask
+        wide = bank_a[BankA.CONFIG_PEDO_THS_MIN.addr] & BankA.CONFIG_PEDO_THS_MIN.PEDO_FS.mask
         narrow = not self._mem[CTRL1_XL.addr] & CTRL1_XL.FS_XL.mask
         return {
             "CTRL10_C: embedded functions need CTRL1_XL.ODR_XL of 26 Hz or more": too_slow,
@@ -172,7 +417,7 @@ class EmbeddedFunctions:
             "STEP_COUNT_DELTA needs TIMER_EN = 1 and TIMER_HR = 0": bool(counts and self._pedometer.delta_ps)
             and not self._timer_runs_slowly(),
             "A_WRIST_TILT_THS above 0x3F": bool(self._on & _WRIST_TILT)
-            and bank_b[A_WRIST_TILT_THS.addr] > 0x3F,
+            and bank_b[BankB.A_WRIST_TILT_THS.addr] > 0x3F,
         }
 
     # -- ticks ------------------------------------------------------------------------------------------

@@ -1,17 +1,240 @@
-"""Single and double tap (AN5040 5.5).
+"""The event functions' detectors, each fed with one sample after the other (AN5040 3.7 and section 5).
 
-The slope of an enabled axis rises over TAP_THS and falls back within SHOCK: a tap. QUIET follows, in which
-nothing counts; with SINGLE_DOUBLE_TAP a second tap that begins after QUIET and within DUR is a double tap.
-An event lasts as long as its QUIET window. All windows are counted in samples from the sample that opened
-them.
+Durations are counted in samples. Decision: a duration of N/ODR is over at the sample that comes N periods
+after the first at which the condition was true, so N = 0 acts on the first sample. The road not taken, N
+samples in a row, would make 0 and 1 the same.
+
+Filter in front of wake-up, inactivity and tap (3.7, 5.3): it takes gravity away. The slope is
+(a[n] - a[n-1]) / 2. After the accelerometer has been switched on a[-1] is 0, so the first slope is half of
+gravity: one spurious wake-up, as on silicon. Switched on while the accelerometer runs already, the filter
+takes its first sample to have been there before. The high-pass that SLOPE_FDS selects for wake-up and
+inactivity has the cut-off of CTRL8_XL.HPCF_XL; its order is not documented, one pole is assumed. The tap
+always takes the slope.
+
+Orientation (5.4). Decision: an axis is over the threshold when it lies within SIXD_THS of the vertical,
+that is when it measures more than cos(SIXD_THS) of 1 g. The documents give the angle only; a position
+counts when exactly one axis is over, so a wider angle asks for a more exact position, in either reading of
+the angle. Decision: the first position found after switching on is a change as well, from none.
+
+Tap (5.5). The slope of an enabled axis rises over TAP_THS and falls back within SHOCK: a tap. QUIET
+follows, in which nothing counts; with SINGLE_DOUBLE_TAP a second tap that begins after QUIET and within DUR
+is a double tap. An event lasts as long as its QUIET window. All windows are counted in samples from the
+sample that opened them.
+
+Inactivity (5.6). While inactive the accelerometer runs at 12.5 Hz in low power though CTRL1_XL keeps its
+content, and the gyroscope goes on, sleeps or is off as INACT_EN says. The model decodes its sensors from the
+registers as :meth:`Activity.effective` shows them, so that nothing else has to know about it.
 """
 
 from __future__ import annotations
 
+import math
 from typing import Literal, TypeAlias
 
-from sensors.lsm6dsl.event_motion_filter import Axes
-from sensors.lsm6dsl.registers import INT_DUR2, TAP_CFG, TAP_SRC, TAP_THS_6D, WAKE_UP_THS
+from sensors.lsm6dsl.registers import (
+    CTRL1_XL,
+    CTRL2_G,
+    CTRL4_C,
+    CTRL6_C,
+    CTRL8_XL,
+    D6D_SRC,
+    FREE_FALL,
+    INT_DUR2,
+    TAP_CFG,
+    TAP_SRC,
+    TAP_THS_6D,
+    WAKE_UP_DUR,
+    WAKE_UP_SRC,
+    WAKE_UP_THS,
+)
+
+
+class Held:
+    """Counts the samples in a row at which a condition was true."""
+
+    __slots__ = ("_run", "periods")
+
+    def __init__(self) -> None:
+        self.periods = 0
+        self._run = 0
+
+    def reset(self) -> None:
+        """The condition begins anew."""
+        self._run = 0
+
+    def step(self, condition: bool) -> bool:
+        """Whether the condition has lasted ``periods`` periods as of this sample."""
+        self._run = self._run + 1 if condition else 0
+        return self._run > self.periods
+
+
+Axes: TypeAlias = tuple[float, float, float]
+"""X, Y, Z in mg."""
+
+ZERO: Axes = (0.0, 0.0, 0.0)
+_DIVISOR = (4, 100, 9, 400)  # HPCF_XL: cut-off is ODR over this; code 0 is the slope filter
+
+
+class MotionFilter:
+    """``slope`` and ``motion`` of the latest sample, in mg; ``motion`` is the filter SLOPE_FDS selects."""
+
+    __slots__ = ("_decay", "_previous", "motion", "slope")
+
+    def __init__(self) -> None:
+        self._decay = 0.0  # 0: no high-pass
+        self._previous: Axes | None = ZERO
+        self.slope = self.motion = ZERO
+
+    def configure(self, mem: bytearray) -> None:
+        """Read SLOPE_FDS and HPCF_XL."""
+        code = CTRL8_XL.HPCF_XL.get(mem[CTRL8_XL.addr])
+        high_pass = mem[TAP_CFG.addr] & TAP_CFG.SLOPE_FDS.mask and code
+        self._decay = 1 / (1 + 2 * math.pi / _DIVISOR[code]) if high_pass else 0.0
+
+    def start(self, *, from_zero: bool) -> None:
+        """Begin anew: behind a sample of zero, or behind one like the next."""
+        self._previous = ZERO if from_zero else None
+        self.motion = ZERO
+
+    def step(self, sample: Axes) -> None:
+        """Take the next sample, in mg."""
+        x, y, z = sample
+        before_x, before_y, before_z = self._previous or sample
+        self._previous = sample
+        self.slope = (x - before_x) / 2, (y - before_y) / 2, (z - before_z) / 2
+        if not self._decay:
+            self.motion = self.slope
+            return
+        decay, (passed_x, passed_y, passed_z) = self._decay, self.motion
+        self.motion = (
+            decay * (passed_x + x - before_x),
+            decay * (passed_y + y - before_y),
+            decay * (passed_z + z - before_z),
+        )
+
+
+# -- free fall: all three axes near zero for long enough (AN5040 5.1; datasheet Tables 199 and 200) ---------
+
+
+_FREE_FALL_MG = (156, 219, 250, 312, 344, 406, 469, 500)  # FF_THS, whatever the full scale
+
+
+class FreeFall:
+    """FF_IA while every axis has stayed within FF_THS for FF_DUR/ODR."""
+
+    def __init__(self) -> None:
+        self._held = Held()
+        self._threshold_mg = _FREE_FALL_MG[0]
+
+    def configure(self, mem: bytearray) -> None:
+        """Read threshold and duration."""
+        control = mem[FREE_FALL.addr]
+        self._threshold_mg = _FREE_FALL_MG[FREE_FALL.FF_THS.get(control)]
+        upper = WAKE_UP_DUR.FF_DUR5.get(mem[WAKE_UP_DUR.addr])
+        self._held.periods = upper << 5 | FREE_FALL.FF_DUR_4_0.get(control)
+
+    def reset(self) -> None:
+        """Begin anew."""
+        self._held.reset()
+
+    def step(self, sample: Axes) -> int:
+        """The next sample in mg; bits of WAKE_UP_SRC."""
+        x, y, z = sample
+        limit = self._threshold_mg
+        falling = -limit < x < limit and -limit < y < limit and -limit < z < limit
+        return WAKE_UP_SRC.FF_IA.mask if self._held.step(falling) else 0
+
+
+# -- wake-up: the filtered acceleration exceeds a threshold on any axis (AN5040 5.3) ------------------------
+
+
+def _wake_up_mg(mem: bytearray, full_scale_mg: int) -> float:
+    """WK_THS in mg: one LSB is a 64th of the full scale."""
+    return WAKE_UP_THS.WK_THS.get(mem[WAKE_UP_THS.addr]) * full_scale_mg / 64
+
+
+class WakeUp:
+    """WU_IA and the axes while any axis has exceeded WK_THS for WAKE_DUR/ODR."""
+
+    def __init__(self) -> None:
+        self._held = Held()
+        self._threshold_mg = 0.0
+
+    def configure(self, mem: bytearray, full_scale_mg: int) -> None:
+        """Read threshold and duration."""
+        self._threshold_mg = _wake_up_mg(mem, full_scale_mg)
+        self._held.periods = WAKE_UP_DUR.WAKE_DUR.get(mem[WAKE_UP_DUR.addr])
+
+    def reset(self) -> None:
+        """Begin anew."""
+        self._held.reset()
+
+    def step(self, motion: Axes) -> int:
+        """The next filtered sample in mg; bits of WAKE_UP_SRC."""
+        x, y, z = motion
+        limit = self._threshold_mg
+        axes = 0
+        if not -limit <= x <= limit:
+            axes |= WAKE_UP_SRC.X_WU.mask
+        if not -limit <= y <= limit:
+            axes |= WAKE_UP_SRC.Y_WU.mask
+        if not -limit <= z <= limit:
+            axes |= WAKE_UP_SRC.Z_WU.mask
+        return WAKE_UP_SRC.WU_IA.mask | axes if self._held.step(axes != 0) else 0
+
+
+# -- 6D and 4D orientation: which axis points up or down (AN5040 5.4) ---------------------------------------
+
+
+_ANGLE_DEG = (80, 70, 60, 50)  # SIXD_THS
+_HIGH = (D6D_SRC.XH.mask, D6D_SRC.YH.mask, D6D_SRC.ZH.mask)
+_LOW = (D6D_SRC.XL.mask, D6D_SRC.YL.mask, D6D_SRC.ZL.mask)
+
+
+class Orientation:
+    """``position``: the axis bit of the latest position recognised, 0 before the first."""
+
+    def __init__(self) -> None:
+        self.position = 0
+        self._seen = 0
+        self._axes = 3
+        self._threshold_mg = 0.0
+
+    def configure(self, mem: bytearray) -> None:
+        """Read the angle, and whether Z counts."""
+        control = mem[TAP_THS_6D.addr]
+        self._threshold_mg = 1000 * math.cos(math.radians(_ANGLE_DEG[TAP_THS_6D.SIXD_THS.get(control)]))
+        self._axes = 2 if control & TAP_THS_6D.D4D_EN.mask else 3
+
+    def reset(self) -> None:
+        """Begin anew."""
+        self.position = self._seen = 0
+
+    def step(self, sample: Axes) -> int:
+        """The next sample in mg; D6D_IA at the second sample of a new position, for that sample only."""
+        seen = self._over(sample)
+        changed = seen != 0 and seen == self._seen and seen != self.position
+        self._seen = seen
+        if not changed:
+            return 0
+        self.position = seen
+        return D6D_SRC.D6D_IA.mask
+
+    def _over(self, sample: Axes) -> int:
+        """The bit of the only axis over the threshold; 0 if there is none, or more than one."""
+        limit, found = self._threshold_mg, 0
+        for axis in range(self._axes):
+            value = sample[axis]
+            if -limit <= value <= limit:
+                continue
+            if found:
+                return 0
+            found = _HIGH[axis] if value > 0 else _LOW[axis]
+        return found
+
+
+# -- single and double tap (AN5040 5.5) ---------------------------------------------------------------------
+
 
 _State: TypeAlias = Literal["idle", "shock", "quiet", "second"]
 _AXES = (TAP_SRC.X_TAP.mask, TAP_SRC.Y_TAP.mask, TAP_SRC.Z_TAP.mask)
@@ -96,3 +319,58 @@ class Tap:
         elif not over:
             self._bits |= TAP_SRC.DOUBLE_TAP.mask if self._is_second else TAP_SRC.SINGLE_TAP.mask
             self._enter("quiet")
+
+
+# -- inactivity: a part that lies still goes to sleep, and wakes at the first motion (AN5040 5.6) -----------
+
+
+_ODR_12_5_HZ = 1
+_GYROSCOPE_SLEEPS, _GYROSCOPE_OFF = 2, 3  # INACT_EN
+
+
+class Activity:
+    """``inactive``: SLEEP_STATE_IA; ``enabled``: INACT_EN is not 0."""
+
+    def __init__(self) -> None:
+        self.inactive = False
+        self.enabled = False
+        self._still = Held()
+        self._threshold_mg = 0.0
+
+    def configure(self, mem: bytearray, full_scale_mg: int) -> None:
+        """Read enable, threshold and duration; switching the function off wakes the part."""
+        self.enabled = bool(TAP_CFG.INACT_EN.get(mem[TAP_CFG.addr]))
+        self._threshold_mg = _wake_up_mg(mem, full_scale_mg)
+        self._still.periods = 512 * WAKE_UP_DUR.SLEEP_DUR.get(mem[WAKE_UP_DUR.addr]) or 16
+        if not self.enabled:
+            self.reset()
+
+    def reset(self) -> None:
+        """Begin anew, awake."""
+        self.inactive = False
+        self._still.reset()
+
+    def step(self, motion: Axes) -> bool:
+        """The next filtered sample in mg; whether ``inactive`` has changed."""
+        if not self.enabled:
+            return False
+        x, y, z = motion
+        limit = self._threshold_mg
+        still = -limit < x < limit and -limit < y < limit and -limit < z < limit
+        was, self.inactive = self.inactive, self._still.step(still) or (self.inactive and still)
+        return self.inactive != was
+
+    def effective(self, mem: bytearray) -> bytearray:
+        """The main bank as the sensors have to take it now: itself while awake, or off anyway."""
+        inact = TAP_CFG.INACT_EN.get(mem[TAP_CFG.addr])
+        on = inact and mem[TAP_CFG.addr] & TAP_CFG.INTERRUPTS_ENABLE.mask
+        if not (self.inactive and on and mem[CTRL1_XL.addr] & CTRL1_XL.ODR_XL.mask):
+            return mem
+        asleep = bytearray(mem)
+        asleep[CTRL1_XL.addr] = CTRL1_XL.ODR_XL.put(mem[CTRL1_XL.addr], _ODR_12_5_HZ)
+        asleep[CTRL6_C.addr] |= CTRL6_C.XL_HM_MODE.mask
+        if inact == _GYROSCOPE_SLEEPS:
+            asleep[CTRL4_C.addr] |= CTRL4_C.SLEEP.mask
+        elif inact == _GYROSCOPE_OFF:
+            asleep[CTRL2_G.addr] = CTRL2_G.ODR_G.put(mem[CTRL2_G.addr], 0)
+        return asleep

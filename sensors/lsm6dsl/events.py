@@ -5,8 +5,8 @@ until its source register is read, but only if it is routed to a pin; with SINGL
 tap is latched and the single one is not (AN5040 5.5.3; the road not taken is 5.5.1, which words it by the
 routing).
 
-What the functions look at is described in ``sensors.lsm6dsl.event_samples``; they see whole counts, which
-saturate as the output does.
+What the functions look at are the accelerometer's samples before LPF2 (:class:`EventSamples`), as whole
+counts, which saturate as the output does.
 """
 
 from __future__ import annotations
@@ -16,16 +16,9 @@ from collections.abc import Callable
 import numpy as np
 
 from sensors.filters import Array
-from sensors.lsm6dsl.accelerometer import MG_PER_LSB
-from sensors.lsm6dsl.event_activity import Activity
-from sensors.lsm6dsl.event_detectors import Tap
-from sensors.lsm6dsl.event_free_fall import FreeFall
-from sensors.lsm6dsl.event_line import Line
-from sensors.lsm6dsl.event_motion_filter import Axes, MotionFilter
-from sensors.lsm6dsl.event_orientation import Orientation
-from sensors.lsm6dsl.event_samples import EventSamples
-from sensors.lsm6dsl.event_wake_up import WakeUp
-from sensors.lsm6dsl.feature import Chip
+from sensors.lsm6dsl.accelerometer import MG_PER_LSB, EventSamples
+from sensors.lsm6dsl.event_detectors import Activity, Axes, FreeFall, MotionFilter, Orientation, Tap, WakeUp
+from sensors.lsm6dsl.feature import Chip, SignalName, Signals, Violations
 from sensors.lsm6dsl.pins import routes
 from sensors.lsm6dsl.registers import (
     CTRL1_XL,
@@ -42,9 +35,41 @@ from sensors.lsm6dsl.registers import (
     WAKE_UP_SRC,
     WAKE_UP_THS,
 )
-from sensors.lsm6dsl.violations import Violations, of_events
 from sensors.register import Register
 from sensors.sampling import NEVER_PS
+
+
+class Line:
+    """``bits``: what the source register shows. ``latched``: held until the source register is read.
+
+    A latched event whose condition still holds when it is read comes back with the next sample.
+    """
+
+    __slots__ = ("_name", "_signals", "bits", "latched")
+
+    def __init__(self, signals: Signals, name: SignalName) -> None:
+        self._signals = signals
+        self._name: SignalName = name
+        self.bits = 0
+        self.latched = False
+
+    def update(self, bits: int, at_ps: int) -> None:
+        """The event's bits as of the sample at ``at_ps``; 0 when it is over."""
+        if bits == self.bits or (self.latched and not bits):
+            return
+        self.bits = bits
+        self._signals.set(self._name, bits != 0, at_ps)
+
+    def acknowledge(self, at_ps: int) -> None:
+        """The source register has been read."""
+        if self.latched:
+            self.drop(at_ps)
+
+    def drop(self, at_ps: int) -> None:
+        """The event is over, latched or not."""
+        self.bits = 0
+        self._signals.set(self._name, False, at_ps)
+
 
 _FULL_SCALE_MG = (2000, 16000, 4000, 8000)  # FS_XL, in the datasheet's order
 _BLOCK = 1024  # samples looked at in one go
@@ -245,3 +270,24 @@ class Events:
         del first, end
         self._six_d.acknowledge(now_ps)
         self._chip.catch_up(now_ps)
+
+
+# -- settings that cannot work ------------------------------------------------------------------------------
+
+
+_FASTEST_ODR = 10  # 6664 Hz: too fast for activity recognition
+
+
+def of_events(mem: bytearray) -> dict[str, bool]:
+    """What cannot work in the settings of the event functions, while they are on (AN5040 5.5, 5.6)."""
+    config = mem[TAP_CFG.addr]
+    on = bool(config & TAP_CFG.INTERRUPTS_ENABLE.mask)
+    tap, wake_up = TAP_THS_6D.TAP_THS.get(mem[TAP_THS_6D.addr]), WAKE_UP_THS.WK_THS.get(mem[WAKE_UP_THS.addr])
+    taps = bool(config & (TAP_CFG.TAP_X_EN.mask | TAP_CFG.TAP_Y_EN.mask | TAP_CFG.TAP_Z_EN.mask))
+    rests = bool(TAP_CFG.INACT_EN.get(config))
+    return {
+        "TAP_THS_6D.TAP_THS not above the wake-up threshold": on and taps and 0 < 2 * tap <= wake_up,
+        "TAP_CFG.INACT_EN with ODR_XL above 3332 Hz": on
+        and rests
+        and CTRL1_XL.ODR_XL.get(mem[CTRL1_XL.addr]) == _FASTEST_ODR,
+    }

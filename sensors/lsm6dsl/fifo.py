@@ -5,44 +5,166 @@ happens until somebody looks; then all triggers that have become due are worked 
 events that switch a triggered mode over in between.
 
 Decisions where the documents are silent or disagree:
+
 * FIFO mode stops as soon as the next trigger's sets would fill the memory (FIFO_FULL_SMART), which is 2046
   words with one set (AN5040 figures 28 and 29; its Table 64 goes on to 2047 and an overrun). It stays stopped
   until bypass, also when words are read meanwhile.
 * The sample that raises the event is the first of the new mode.
 * A configuration changed outside bypass is noted; the words stay and the pattern begins anew behind them.
 * What this feature hears of is raised by features before it in the model's list, not behind it.
+* An empty FIFO shows the word read last, which is what an output buffer would do. The road not taken is 0;
+  the documents forbid reading it and do not say.
 """
 
 from __future__ import annotations
 
+from collections import deque
+from collections.abc import Iterable
 from functools import partial
 from typing import NamedTuple
 
-from sensors.lsm6dsl.feature import Chip
-from sensors.lsm6dsl.fifo_buffer import FifoBuffer
-from sensors.lsm6dsl.fifo_flags import FifoFlags
-from sensors.lsm6dsl.fifo_sets import DataSets
-from sensors.lsm6dsl.fifo_settings import (
+from sensors.lsm6dsl.feature import Chip, SignalName, Signals, Violations
+from sensors.lsm6dsl.fifo_sets import (
     CONFIGURATION,
     TRIGGERS,
+    WORDS,
+    DataSets,
     FifoSettings,
     Mode,
     Pattern,
+    SampleTriggers,
     Writer,
     violations,
 )
-from sensors.lsm6dsl.fifo_triggers import SampleTriggers
-from sensors.lsm6dsl.registers import (
-    FIFO_DATA_OUT,
-    FIFO_STATUS1,
-    FIFO_STATUS2,
-    FIFO_STATUS3,
-    FIFO_STATUS4,
-)
-from sensors.lsm6dsl.signals import SignalName
+from sensors.lsm6dsl.registers import FIFO_DATA_OUT, FIFO_STATUS1, FIFO_STATUS2, FIFO_STATUS3, FIFO_STATUS4
 from sensors.lsm6dsl.timestamp import Timestamp
-from sensors.lsm6dsl.violations import Violations
 from sensors.sampling import NEVER_PS
+
+# -- memory -------------------------------------------------------------------------------------------------
+
+
+class FifoBuffer:
+    """The words, oldest first. ``depth``: how many it holds before it overwrites.
+
+    When a data set does not fit any more, its words overwrite the oldest ones, word by word. The count has 11
+    bits, so that a full memory reads 0: AN5040 Table 64 shows exactly that beside OVER_RUN. A word leaves
+    when its high byte has been read. Its low byte takes the whole word to the output buffer, so that the two
+    bytes belong together also when the word is overwritten in between.
+
+    ``gone``: how many words have left since it was cleared, by reading or by being overwritten.
+    ``overrun``: it is full and words have been overwritten.
+    """
+
+    def __init__(self) -> None:
+        self.depth = WORDS
+        self.clear()
+
+    def clear(self) -> None:
+        """Empty it, the output buffer too."""
+        self._words: deque[int] = deque()
+        self.gone = 0
+        self.overrun = False
+        self._output = 0
+        self._taken: int | None = None  # number of the word whose low byte has been read
+
+    @property
+    def fill(self) -> int:
+        """Unread words."""
+        return len(self._words)
+
+    def store(self, words: Iterable[int]) -> None:
+        """Append words; the oldest make room."""
+        self._words.extend(words)
+        lost = len(self._words) - self.depth
+        if lost > 0:
+            for _ in range(lost):
+                self._words.popleft()
+            self.gone += lost
+            self.overrun = True
+
+    def skip(self, words: int) -> None:
+        """So many words came and went unseen, while the FIFO was full and is to be filled anew."""
+        self.gone += words
+
+    def readable(self) -> bool:
+        """Whether the next byte read is one of a word that was stored."""
+        return bool(self._words) or self._taken is not None
+
+    def low(self) -> int:
+        """FIFO_DATA_OUT_L is read."""
+        self._take()
+        return self._output & 0xFF
+
+    def high(self) -> int:
+        """FIFO_DATA_OUT_H is read: the word leaves, unless it has been overwritten meanwhile."""
+        self._take()
+        if self._taken == self.gone and self._words:
+            self._words.popleft()
+            self.gone += 1
+            self.overrun = False
+        self._taken = None
+        return self._output >> 8
+
+    def _take(self) -> None:
+        if self._taken is None and self._words:
+            self._output = self._words[0]
+            self._taken = self.gone
+
+
+# -- flags of FIFO_STATUS2 and their signals FTH, FULL_FLAG and FIFO_OVR (AN5040 8.2.2) ---------------------
+
+
+_WATERMARK, _OVERRUN = FIFO_STATUS2.WaterM.mask, FIFO_STATUS2.OVER_RUN.mask
+_FULL, _EMPTY = FIFO_STATUS2.FIFO_FULL_SMART.mask, FIFO_STATUS2.FIFO_EMPTY.mask
+
+
+class FifoFlags:
+    """``bits``: as in FIFO_STATUS2; ``watermark``: FTH, 0 for none."""
+
+    def __init__(self, buffer: FifoBuffer, signals: Signals) -> None:
+        self._buffer = buffer
+        self._signals = signals
+        self.watermark = 0
+        self.bits = _EMPTY
+
+    @property
+    def full(self) -> bool:
+        """FIFO_FULL_SMART."""
+        return bool(self.bits & _FULL)
+
+    def update(self, ahead: int | None, at_ps: int) -> None:
+        """Something may have changed them; ``ahead``: words the next trigger writes, if one comes."""
+        buffer, bits = self._buffer, 0
+        fill = buffer.fill
+        if not fill:
+            bits |= _EMPTY
+        if 0 < self.watermark <= fill:
+            bits |= _WATERMARK
+        if buffer.overrun:
+            bits |= _OVERRUN
+        if ahead is not None and fill + ahead >= buffer.depth:
+            bits |= _FULL
+        if bits != self.bits:
+            self.bits = bits
+            self._signals.set("FTH", bool(bits & _WATERMARK), at_ps)
+            self._signals.set("FULL_FLAG", bool(bits & _FULL), at_ps)
+            self._signals.set("FIFO_OVR", bool(bits & _OVERRUN), at_ps)
+
+    def triggers_to_next(self, widest: int) -> int:
+        """At least so many triggers come before a flag changes, the last included; 0: none changes.
+
+        ``widest``: the most words that a trigger writes.
+        """
+        buffer = self._buffer
+        if buffer.overrun or not widest:
+            return 0
+        levels = (self.watermark, buffer.depth - widest, buffer.depth, buffer.depth + 1)
+        missing = min(level - buffer.fill for level in levels if level > buffer.fill)
+        return -(-missing // widest)
+
+
+# -- the FIFO -----------------------------------------------------------------------------------------------
+
 
 _TRIGGERS_AT_ONCE = 512
 _HEARD: tuple[SignalName, ...] = (*TRIGGERS, "SENSORHUB")

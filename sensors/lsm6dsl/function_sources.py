@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from sensors.lsm6dsl.feature import Chip
+from sensors.lsm6dsl.feature import Chip, SignalName
 from sensors.lsm6dsl.registers import (
     DRDY_PULSE_CFG_G,
     FUNC_SRC1,
@@ -29,7 +29,6 @@ from sensors.lsm6dsl.registers import (
     TAP_CFG,
     WRIST_TILT_IA,
 )
-from sensors.lsm6dsl.signals import SignalName
 from sensors.register import Register
 from sensors.sampling import NEVER_PS, PS_PER_S
 

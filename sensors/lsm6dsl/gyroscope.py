@@ -9,8 +9,15 @@ takes them shows 0 in the lab's first line of text, where the board shows its ra
 from the first period on, invalid until the drive runs; AN5040 does not say which it is.
 
 The low-pass filters start from rest with the drive, so the first samples are too small: 3 of them up to
-833 Hz, as AN5040's Table 16 says. Approximated: the 81 ms that Table 16 gives from 1666 Hz on are not in the
-samples, which settle within a few; they are in what DRDY_MASK hides.
+833 Hz, as AN5040's Table 16 says. Approximated: the 81 ms (up to 540 samples) that Table 16 gives from 1666
+Hz on are not in the samples, which settle within a few; they are in what DRDY_MASK hides.
+
+Filters (AN5040 3.8): the overall cut-off of Table 19 is one low-pass; what its documented phase at 20 Hz
+has on top of that filter's own is a plain delay. LPF1 switched off has no phase table: it is delayed as
+FTYPE = 3.
+
+Samples to be discarded (AN5040 3.9, Tables 14 to 16). Decision where the tables are silent: out of sleep into
+low power is taken as out of power-down.
 """
 
 from __future__ import annotations
@@ -18,18 +25,136 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cache
+from typing import NamedTuple
 
-from sensors.errors import Deviation
-from sensors.filtering import SampledFilter
-from sensors.filters import Array, chain
-from sensors.lsm6dsl.accelerometer import ODR_HZ
+import numpy as np
+
+from sensors.errors import Deviation, NoiseSource, noise_key
+from sensors.filters import (
+    Array,
+    Chain,
+    SampledFilter,
+    Section,
+    chain,
+    high_pass,
+    low_pass,
+    response,
+)
+from sensors.lsm6dsl.accelerometer import ODR_HZ, Mode, add_low_pass
 from sensors.lsm6dsl.declaration import LSM6DSLErrors
-from sensors.lsm6dsl.filters import GyroscopeFilter, gyroscope_filter
 from sensors.lsm6dsl.registers import CTRL2_G, CTRL4_C, CTRL5_C, CTRL6_C, CTRL7_G
-from sensors.lsm6dsl.settling import Mode, gyroscope_discards
-from sensors.noise import NoiseSource, noise_key
 from sensors.part import Signal
 from sensors.sampling import PS_PER_S, SampleStream, Times, words
+
+# -- samples to discard (AN5040 3.9, Tables 14 to 16) -------------------------------------------------------
+
+
+# Gyroscope in high performance by rate in Hz (Table 16): LPF1 off, LPF1 on.
+_G_TURN_ON = {
+    12.5: (2, 2),
+    26.0: (3, 3),
+    52.0: (3, 3),
+    104.0: (3, 4),
+    208.0: (3, 5),
+    416.0: (3, 6),
+    833.0: (3, 9),
+    1666.0: (135, 135),
+    3332.0: (270, 270),
+    6664.0: (540, 540),
+}
+_G_LOW_POWER, _G_CHANGE = 1, 2  # Table 14: beyond the drive's start; change in high performance
+
+
+def gyroscope_discards(old: Mode, new: Mode) -> int:
+    """Samples to discard from ``old`` to ``new`` once the drive runs, none if they are the same."""
+    if new == old or not new.odr_hz:
+        return 0
+    if not new.high_performance:
+        return _G_LOW_POWER
+    return _G_CHANGE if old.odr_hz else _G_TURN_ON[new.odr_hz][new.column]
+
+
+# -- filters (AN5040 3.8) -----------------------------------------------------------------------------------
+
+
+_HIGH_PASS_HZ = (0.016, 0.065, 0.260, 1.04)  # CTRL7_G.HPM_G
+
+# Overall cut-off in Hz by ODR code (Table 19): LPF1 off, then FTYPE 0 to 3; the same up to 208 Hz.
+_CUTOFF_HZ = {
+    1: (4, 4, 4, 4, 4),
+    2: (8, 8, 8, 8, 8),
+    3: (17, 17, 17, 17, 17),
+    4: (33, 33, 33, 33, 33),
+    5: (67, 67, 67, 67, 67),
+    6: (137, 138, 131, 121, 138),
+    7: (312, 245, 195, 155, 293),
+    8: (988, 315, 224, 168, 505),
+    9: (1161, 343, 234, 172, 925),
+    10: (1250, 351, 237, 173, 937),
+}
+_LPF1_OFF = 0  # column of LPF1 off
+
+# Phase delay in degrees at 20 Hz by ODR code, FTYPE 0 to 3.
+_PHASE_HZ = 20
+_PHASE_DEG = {
+    3: (144, 146, 149, 142),
+    4: (75, 77, 79, 73),
+    5: (40, 42, 45, 39),
+    6: (23, 25, 28, 21),
+    7: (14, 17, 19, 13),
+    8: (10, 12, 15, 8),
+    9: (8, 10, 12, 6),
+    10: (7, 9, 11, 5),
+}
+_FIRST_PHASE_CODE, _FIRST_PHASE_ODR_HZ = 3, 52  # below, the delay is as many sample periods as here
+
+
+class GyroscopeFilter(NamedTuple):
+    """``chain`` of the output, None where there is none, fed with the rate of ``delay_s`` ago."""
+
+    chain: Chain | None
+    delay_s: float
+
+
+def gyroscope_filter(mem: bytearray, code: int, odr_hz: float, *, high_performance: bool) -> GyroscopeFilter:
+    """The gyroscope's filters at ODR code ``code`` (1 to 10), as the main register bank says."""
+    if not odr_hz:
+        return GyroscopeFilter(None, 0.0)
+    lpf1 = high_performance and mem[CTRL4_C.addr] & CTRL4_C.LPF1_SEL_G.mask
+    column = 1 + CTRL6_C.FTYPE.get(mem[CTRL6_C.addr]) if lpf1 else _LPF1_OFF
+    low: list[Section] = []
+    add_low_pass(low, _CUTOFF_HZ[code][column], odr_hz)
+    delay_s = _delay_s(tuple(low), code, column, odr_hz)
+    control = mem[CTRL7_G.addr]
+    if high_performance and control & CTRL7_G.HP_EN_G.mask:
+        corner = high_pass(_HIGH_PASS_HZ[CTRL7_G.HPM_G.get(control)] / odr_hz)
+        return GyroscopeFilter(chain((corner, *low), "zero"), delay_s)
+    return GyroscopeFilter(chain(tuple(low), "settled") if low else None, delay_s)
+
+
+def high_pass_is_idle(mem: bytearray) -> bool:
+    """HP_EN_G in low-power or normal mode, where there is no high-pass filter (AN5040 3.8)."""
+    control = mem[CTRL7_G.addr]
+    low_power = control & CTRL7_G.G_HM_MODE.mask and CTRL2_G.ODR_G.get(mem[CTRL2_G.addr]) in range(1, 6)
+    return bool(control & CTRL7_G.HP_EN_G.mask and low_power)
+
+
+@cache
+def _delay_s(low: tuple[Section, ...], code: int, column: int, odr_hz: float) -> float:
+    """What the documented phase at 20 Hz leaves after the low-pass filter's own."""
+    if code < _FIRST_PHASE_CODE:
+        first, periods = _FIRST_PHASE_ODR_HZ, _FIRST_PHASE_ODR_HZ / odr_hz
+        same = (low_pass(_CUTOFF_HZ[_FIRST_PHASE_CODE][column] / first),)
+        return _delay_s(same, _FIRST_PHASE_CODE, column, first) * periods
+    documented = _PHASE_DEG[code][column - 1]  # LPF1 off takes the last one
+    gain = response(low, np.array([_PHASE_HZ / odr_hz]))
+    own = -float(np.degrees(np.angle(gain[0])))
+    return (documented - own) / 360 / _PHASE_HZ
+
+
+# -- the sensor ---------------------------------------------------------------------------------------------
+
 
 # CTRL2_G.FS_G: 250, 500, 1000, 2000 dps; the last entry is FS_125 (Table 3).
 MDPS_PER_LSB = (8.75, 17.5, 35.0, 70.0, 4.375)

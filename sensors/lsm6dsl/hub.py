@@ -1,27 +1,40 @@
-"""The sensor hub's master: at each trigger a round over the slaves, transfer by transfer (AN5040 7.1 to 7.5).
+"""The LSM6DSL's sensor hub: the I2C master that reads other sensors by itself (AN5040 section 7).
 
-A round reads each slave at the time its transfer ends and shows all results when the round ends; until then
-the outputs keep those of the round before. A trigger during a round is lost.
+At each trigger it makes a round over the slaves, transfer by transfer. A round reads each slave at the time
+its transfer ends and shows all results when the round ends; until then the outputs keep those of the round
+before. A trigger during a round is lost.
 
 Decisions where the documents are silent: a slave that does not answer keeps its bytes, and its NACK flag
 shows its latest turn; a trigger at which no slave has a turn is no round; switching off drops the round under
 way. SENSORHUB_END_OP is a level, 1 while idle, and a pulse of 1/100 s while ironing is on (AN5040 7.2.3 and
 7.5.3 say one each); its pin pulses either way.
+
+Auxiliary bus (SDx, SCx): 116.3 kHz (datasheet Table 8). A byte is nine clocks; start, repeated start and stop
+count as one each. The sub-address goes out as it is, and the attached part's own increment decides what a
+burst reads.
+
+Trigger (7.1): the accelerometer's data-ready at 104 Hz at most, or the gyroscope's where that alone is on; at
+higher rates every second, fourth ... sample. With START_CONFIG it is INT2 going high. Decision: INT2 triggers
+when it rises, or when it is high as the hub is switched on, and not again while it stays high. The road not
+taken, round after round, would keep the auxiliary bus busy all the time.
+
+Hard- and soft-iron correction of an external magnetometer (7.5; bank A, datasheet 11.20 to 11.34):
+calibrated = SI * (M - HI), uncalibrated = SI * (M - HI) + HI; SI is the unit matrix while SOFT_EN is off.
+Decisions where the documents are silent: results are rounded to the nearest LSB; one that does not fit
+16 bits stays at its end and is what HI_FAIL reports.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
-from sensors.lsm6dsl.bank_a import DATAWRITE_SRC_MODE_SUB_SLV0, MAG_OFFZ_H, MAG_SI_XX, SLV0_ADD
-from sensors.lsm6dsl.bank_access import BANK_A, on_bank_write
-from sensors.lsm6dsl.feature import Chip
+import numpy as np
+from numpy.typing import NDArray
+
+from sensors.lsm6dsl.banks import BANK_A, BankA, on_bank_write
+from sensors.lsm6dsl.feature import Chip, Violations
 from sensors.lsm6dsl.function_sources import HUB_IDLE, HUB_IRONED, IRON, FunctionSources
-from sensors.lsm6dsl.hub_bus import UNANSWERED_PS, WRITE_PS, AuxiliaryBus, read_ps
-from sensors.lsm6dsl.hub_ironing import RAW_BYTES, Ironing
-from sensors.lsm6dsl.hub_slaves import OUTPUT_BYTES, Plan, Slave
-from sensors.lsm6dsl.hub_trigger import Trigger
-from sensors.lsm6dsl.hub_violations import violations
 from sensors.lsm6dsl.registers import (
     CTRL1_XL,
     CTRL2_G,
@@ -35,9 +48,252 @@ from sensors.lsm6dsl.registers import (
     SENSORHUB,
     SENSORHUB_EXT,
 )
-from sensors.lsm6dsl.violations import Violations
 from sensors.register import Register, RegisterMap
-from sensors.sampling import NEVER_PS
+from sensors.sampling import NEVER_PS, PS_PER_S, to_int16
+from sensors.subaddress import AddressedDevice, SubaddressTarget
+
+# -- the auxiliary bus, and how long a transfer takes -------------------------------------------------------
+
+
+_CLOCK_HZ = 116_300
+
+
+def _clocks_ps(clocks: int) -> int:
+    return -(-clocks * PS_PER_S // _CLOCK_HZ)
+
+
+WRITE_PS = _clocks_ps(1 + 9 * 3 + 1)  # address, sub-address, one byte of data
+UNANSWERED_PS = _clocks_ps(1 + 9 + 1)  # address, then the master gives up
+
+
+def read_ps(count: int) -> int:
+    """Address, sub-address, repeated start, address, ``count`` bytes."""
+    return _clocks_ps(1 + 9 * 2 + 1 + 9 * (1 + count) + 1)
+
+
+class AuxiliaryBus:
+    """Parts by their 7-bit address."""
+
+    def __init__(self) -> None:
+        self._targets: dict[int, SubaddressTarget] = {}
+        self._now_ps = 0
+
+    def attach(self, address: int, device: AddressedDevice) -> None:
+        """Connect a part; ValueError if the address is no 7-bit one or taken."""
+        if not 0 <= address < 0x80:
+            raise ValueError(f"auxiliary bus: address 0x{address:02X} is not in 0x00 to 0x7F")
+        if address in self._targets:
+            raise ValueError(f"auxiliary bus: two devices at address 0x{address:02X}")
+        self._targets[address] = SubaddressTarget(device, lambda: self._now_ps)
+
+    def answers(self, address: int) -> bool:
+        """Whether anybody acknowledges ``address``."""
+        target = self._targets.get(address)
+        return target is not None and not target.device.i2c_off
+
+    def read(self, address: int, subaddress: int, count: int, at_ps: int) -> bytes:
+        """A read from a part that answers, over at ``at_ps``."""
+        target = self._begin(address, at_ps)
+        target.write(bytes((subaddress,)))
+        target.start(read=True)
+        data = target.read(count)
+        target.stop()
+        return data
+
+    def write(self, address: int, subaddress: int, value: int, at_ps: int) -> None:
+        """A byte to a part that answers, over at ``at_ps``."""
+        target = self._begin(address, at_ps)
+        target.write(bytes((subaddress, value)))
+        target.stop()
+
+    def _begin(self, address: int, at_ps: int) -> SubaddressTarget:
+        self._now_ps = at_ps
+        target = self._targets[address]
+        target.start(read=False)
+        return target
+
+
+# -- hard- and soft-iron correction -------------------------------------------------------------------------
+
+
+RAW_BYTES = 6
+_SIGN, _PER_UNIT = 0x80, 8  # sign and magnitude, 1/8 per LSB
+
+
+@dataclass(frozen=True)
+class Ironed:
+    """Register bytes of both results, X, Y, Z as little-endian int16."""
+
+    calibrated: bytes
+    uncalibrated: bytes
+    failed: bool
+
+
+@dataclass(frozen=True)
+class Ironing:
+    """``soft``: matrix, (3, 3); ``hard``: offsets in LSB of the magnetometer, (3,)."""
+
+    soft: NDArray[np.float64]
+    hard: NDArray[np.float64]
+
+    @classmethod
+    def decode(cls, mem: bytearray, *, soft: bool) -> Ironing:
+        """Read the correction out of bank A."""
+        hard = np.frombuffer(bytes(mem[BankA.MAG_OFFX_L.addr : BankA.MAG_OFFX_L.addr + 6]), dtype="<i2")
+        elements = [_element(value) for value in mem[BankA.MAG_SI_XX.addr : BankA.MAG_SI_XX.addr + 9]]
+        matrix = np.array(elements).reshape(3, 3) if soft else np.eye(3)
+        return cls(soft=matrix, hard=hard.astype(np.float64))
+
+    def apply(self, raw: bytes) -> Ironed:
+        """Correct one sample, X, Y, Z as little-endian int16."""
+        calibrated = np.rint(self.soft @ (np.frombuffer(raw, dtype="<i2") - self.hard))
+        uncalibrated = calibrated + self.hard
+        both = np.concatenate((calibrated, uncalibrated))
+        return Ironed(
+            calibrated=to_int16(calibrated).tobytes(),
+            uncalibrated=to_int16(uncalibrated).tobytes(),
+            failed=bool(np.any(both != to_int16(both))),
+        )
+
+
+def _element(value: int) -> float:
+    magnitude = (value & ~_SIGN) / _PER_UNIT
+    return -magnitude if value & _SIGN else magnitude
+
+
+# -- what bank A says about the four slaves (datasheet 11.2 to 11.15; AN5040 7.2) ---------------------------
+
+
+OUTPUT_BYTES = 18  # SENSORHUB1 to SENSORHUB18
+_BYTES_PER_SLAVE = 3  # address, sub-address, configuration: the same layout four times
+
+
+@dataclass(frozen=True)
+class Slave:
+    """One slave that takes part in the rounds. ``place``: where its first byte goes in the outputs."""
+
+    number: int
+    address: int
+    subaddress: int
+    every: int  # triggers from one turn to the next
+    length: int = 0  # bytes to read; 0 for the write
+    place: int = 0
+
+
+@dataclass(frozen=True)
+class Plan:
+    """All slaves in use, in the order of their turns, and slave 0's options."""
+
+    slaves: tuple[Slave, ...]
+    length: int  # bytes of output asked for
+    data: int  # what slave 0 writes, or the register that its test reads
+    write_once: bool
+    tested: bool  # Src_mode: slave 0 is read only if the register ``data`` is not zero
+
+    @property
+    def reads_magnetometer(self) -> bool:
+        """Whether slave 0 gives the six bytes that the correction needs."""
+        return bool(self.slaves) and self.slaves[0].number == 0 and self.slaves[0].length == RAW_BYTES
+
+    @classmethod
+    def decode(cls, mem: bytearray) -> Plan:
+        """Read the plan out of bank A. Slaves to be read fill the outputs one after the other."""
+        config = mem[BankA.SLAVE0_CONFIG.addr]
+        extra = BankA.SLAVE0_CONFIG.Aux_sens_on.get(config)
+        slaves: list[Slave] = []
+        place = 0
+        for number in range(extra + 1):
+            slave = _slave(mem, number, place)
+            if slave is not None:
+                slaves.append(slave)
+                place += slave.length
+        return cls(
+            slaves=tuple(slaves),
+            length=place,
+            data=mem[BankA.DATAWRITE_SRC_MODE_SUB_SLV0.addr],
+            # datasheet 11.8: only with more than one slave
+            write_once=bool(extra and mem[BankA.SLAVE1_CONFIG.addr] & BankA.SLAVE1_CONFIG.write_once.mask),
+            tested=bool(config & BankA.SLAVE0_CONFIG.Src_mode.mask),
+        )
+
+
+def _slave(mem: bytearray, number: int, place: int) -> Slave | None:
+    """Slave ``number``; None if it has no turn: its reads are off, or it is to read nothing."""
+    offset = _BYTES_PER_SLAVE * number
+    config = mem[BankA.SLAVE0_CONFIG.addr + offset]
+    reads = bool(mem[BankA.SLV0_ADD.addr + offset] & BankA.SLV0_ADD.rw_0.mask)
+    length = BankA.SLAVE0_CONFIG.Slave0_numop.get(config) if reads else 0
+    if not length and (reads or number):
+        return None
+    return Slave(
+        number=number,
+        address=BankA.SLV0_ADD.Slave0_add.get(mem[BankA.SLV0_ADD.addr + offset]),
+        subaddress=mem[BankA.SLV0_SUBADD.addr + offset],
+        every=1 << BankA.SLAVE0_CONFIG.Slave0_rate.get(config),
+        length=length,
+        place=place,
+    )
+
+
+# -- the trigger --------------------------------------------------------------------------------------------
+
+
+_FASTEST_HZ = 104
+
+
+class Trigger:
+    """``by_pin``: INT2 triggers, not the samples."""
+
+    def __init__(self, chip: Chip) -> None:
+        self.by_pin = False
+        self._chip = chip
+        self._stream, self._every, self._next = chip.xl, 1, 0  # the samples, and the next one that triggers
+
+    @property
+    def running(self) -> bool:
+        """Whether a sensor is on; without one the hub does not work."""
+        return self._stream.running
+
+    def configure(self, now_ps: int) -> None:
+        """Read START_CONFIG, and follow the sensors' rates."""
+        self.by_pin = bool(self._chip.registers.mem[MASTER_CONFIG.addr] & MASTER_CONFIG.START_CONFIG.mask)
+        self._stream = self._chip.xl if self._chip.xl.running else self._chip.g
+        if self._stream.running:
+            self._every = max(1, round(self._stream.rate_hz / _FASTEST_HZ))
+        self.aim(now_ps)
+
+    def aim(self, after_ps: int) -> None:
+        """The next trigger is the first after ``after_ps``; a restarted stream counts from 0 again."""
+        following = self._stream.latest(after_ps) + 1
+        self._next = -(-following // self._every) * self._every
+
+    def next_ps(self) -> int:
+        """When the next sample triggers."""
+        return NEVER_PS if self.by_pin else self._stream.time_ps(self._next)
+
+
+# -- settings that cannot work ------------------------------------------------------------------------------
+
+
+def violations(mem: bytearray, plan: Plan, *, enabled: bool, active: bool) -> dict[str, bool]:
+    """Every one, and whether it is present; ``active``: enabled, with a sensor that triggers."""
+    control = mem[MASTER_CONFIG.addr]
+    iron = bool(control & MASTER_CONFIG.IRON_EN.mask)
+    soft = bool(mem[CTRL9_XL.addr] & CTRL9_XL.SOFT_EN.mask)
+    passes = bool(control & MASTER_CONFIG.PASS_THROUGH_MODE.mask)
+    longest = OUTPUT_BYTES - RAW_BYTES if iron else OUTPUT_BYTES
+    return {
+        "MASTER_CONFIG: MASTER_ON and PASS_THROUGH_MODE at once": enabled and passes,
+        f"SLAVEx_CONFIG: more than {longest} bytes to read": active and plan.length > longest,
+        "MASTER_CONFIG.IRON_EN needs slave 0 to read 6 bytes": active
+        and iron
+        and not plan.reads_magnetometer,
+        "CTRL9_XL.SOFT_EN needs MASTER_CONFIG.IRON_EN": active and soft and not iron,
+    }
+
+
+# -- the master ---------------------------------------------------------------------------------------------
+
 
 _NACK = (
     FUNC_SRC2.SLAVE0_NACK.mask,
@@ -45,8 +301,8 @@ _NACK = (
     FUNC_SRC2.SLAVE2_NACK.mask,
     FUNC_SRC2.SLAVE3_NACK.mask,
 )
-_FIRST_SLAVE, _LAST_SLAVE = SLV0_ADD.addr, DATAWRITE_SRC_MODE_SUB_SLV0.addr
-_FIRST_IRON, _LAST_IRON = MAG_SI_XX.addr, MAG_OFFZ_H.addr
+_FIRST_SLAVE, _LAST_SLAVE = BankA.SLV0_ADD.addr, BankA.DATAWRITE_SRC_MODE_SUB_SLV0.addr
+_FIRST_IRON, _LAST_IRON = BankA.MAG_SI_XX.addr, BankA.MAG_OFFZ_H.addr
 
 
 def _set_up_by(bank: RegisterMap) -> list[type[Register]]:

@@ -1,18 +1,70 @@
-"""Plain measuring: the two sensors and the thermometer of the LSM6DSL behind their output registers."""
+"""Plain measuring: the two sensors and the thermometer of the LSM6DSL behind their output registers.
+
+Thermometer (datasheet Table 4; AN5040 section 9): 256 LSB/degC, 0 is 25 degC.
+
+Supply (datasheet Tables 3 and 4). Approximation: the documents give no figure for both sensors together in
+low-power or normal mode, nor for a sleeping gyroscope. Together is taken as the sum of the two, never more
+than the 650 uA of both in high-performance mode; a sleeping gyroscope as one in its slowest low-power mode.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
 
-from sensors.lsm6dsl.accelerometer import MG_PER_LSB, Accelerometer
-from sensors.lsm6dsl.gyroscope import MDPS_PER_LSB, Gyroscope
-from sensors.lsm6dsl.registers import CTRL3_C, CTRL4_C, OUT_G, OUT_TEMP, OUT_XL, STATUS_REG
-from sensors.lsm6dsl.thermometer import LSB_PER_DEGC, ZERO_DEGC, Thermometer, thermometer_rate
+import numpy as np
+
+from sensors.lsm6dsl.accelerometer import MG_PER_LSB, Accelerometer, reference_mode_is_idle
+from sensors.lsm6dsl.gyroscope import MDPS_PER_LSB, Gyroscope, high_pass_is_idle
+from sensors.lsm6dsl.registers import (
+    CTRL1_XL,
+    CTRL2_G,
+    CTRL3_C,
+    CTRL4_C,
+    CTRL5_C,
+    CTRL6_C,
+    CTRL7_G,
+    OUT_G,
+    OUT_TEMP,
+    OUT_XL,
+    STATUS_REG,
+    X_OFS_USR,
+    Y_OFS_USR,
+    Z_OFS_USR,
+)
 from sensors.output import DataReady, OutputWords
+from sensors.part import Signal
 from sensors.register import Register
 from sensors.register_file import ReadHook, RegisterFile
-from sensors.sampling import SampleStream
+from sensors.sampling import SampleStream, Times, to_int16
+
+LSB_PER_DEGC = 256
+ZERO_DEGC = 25.0  # the temperature that reads 0
+_TEMPERATURE_HZ = Fraction(52)
+
+
+class Thermometer:
+    """The thermometer and its ``stream`` of samples; ``offset_degc`` is its error."""
+
+    def __init__(self, temperature_degc: Signal, offset_degc: float) -> None:
+        self._temperature_degc = temperature_degc
+        self._offset_degc = offset_degc
+        self.stream = SampleStream(2, self.produce)
+
+    def produce(self, number: int, t_s: Times) -> bytes:
+        """Samples as little-endian int16."""
+        del number
+        degc = np.broadcast_to(self._temperature_degc(t_s), t_s.shape) + self._offset_degc
+        return to_int16((degc - ZERO_DEGC) * LSB_PER_DEGC).tobytes()
+
+
+def thermometer_rate(mem: bytearray, xl_hz: float, *, gyroscope_on: bool) -> Fraction:
+    """Nominally 52 Hz, or the rate of an accelerometer alone at 12.5 or 26 Hz in low power (AN5040 9)."""
+    if gyroscope_on or not xl_hz:
+        return _TEMPERATURE_HZ if gyroscope_on else Fraction(0)
+    low_power = bool(mem[CTRL6_C.addr] & CTRL6_C.XL_HM_MODE.mask)
+    return Fraction(xl_hz) if low_power and xl_hz in (12.5, 26) else _TEMPERATURE_HZ
+
 
 _REGISTERS = (OUT_XL, OUT_G, OUT_TEMP)
 _FLAGS = (STATUS_REG.XLDA.mask, STATUS_REG.GDA.mask, STATUS_REG.TDA.mask)
@@ -142,3 +194,66 @@ def _caught_up(catch_up: Callable[[int], None], hook: ReadHook) -> ReadHook:
         return hook(first, end, now_ps)
 
     return catch_up_and_read
+
+
+# -- settings that cannot work ------------------------------------------------------------------------------
+
+
+_NOT_A_USER_OFFSET = 0x80  # -128; datasheet 9.91 to 9.93 give -127 to 127
+
+
+def of_measuring(mem: bytearray) -> dict[str, bool]:
+    """What cannot work in the settings of accelerometer and gyroscope (datasheet Tables 52, 55, 63, 64)."""
+    offsets = {register.__name__: mem[register.addr] for register in (X_OFS_USR, Y_OFS_USR, Z_OFS_USR)}
+    return {
+        "CTRL1_XL.ODR_XL above 11": CTRL1_XL.ODR_XL.get(mem[CTRL1_XL.addr]) > 11,
+        "CTRL2_G.ODR_G above 10": CTRL2_G.ODR_G.get(mem[CTRL2_G.addr]) > 10,
+        "CTRL5_C.ST_XL = 11b": CTRL5_C.ST_XL.get(mem[CTRL5_C.addr]) == 3,
+        "CTRL5_C.ST_G = 10b": CTRL5_C.ST_G.get(mem[CTRL5_C.addr]) == 2,
+        "CTRL8_XL.HP_REF_MODE without HP_SLOPE_XL_EN = 1 and HPCF_XL above 0": reference_mode_is_idle(mem),
+        "CTRL7_G.HP_EN_G outside high performance": high_pass_is_idle(mem),
+        **{f"{name} = 0x80": value == _NOT_A_USER_OFFSET for name, value in offsets.items()},
+    }
+
+
+# -- what the sensors draw, for estimates of battery life ---------------------------------------------------
+
+
+_POWER_DOWN_UA = 3.0
+_XL_LOW_POWER_UA = {1: 9.0, 2: 14.0, 3: 25.0, 4: 44.0, 5: 85.0, 11: 4.5}  # ODR code, XL_HM_MODE = 1
+_XL_HIGH_PERFORMANCE_UA = 150.0
+_XL_FAST_UA = 160.0  # 1666 Hz and above
+_XL_FAST_CODE = 8
+_XL_LAST_CODE = 11
+_G_LOW_POWER_UA = {1: 232.0, 2: 245.0, 3: 270.0, 4: 325.0, 5: 430.0}  # ODR code, G_HM_MODE = 1
+_G_HIGH_PERFORMANCE_UA = 555.0
+_G_LAST_CODE = 10
+_BOTH_HIGH_PERFORMANCE_UA = 650.0
+
+
+def supply_current_ua(mem: bytearray) -> float:
+    """Supply current in microampere as the main bank's registers configure the part."""
+    xl, g = _accelerometer_ua(mem), _gyroscope_ua(mem)
+    if xl and g:
+        return min(xl + g, _BOTH_HIGH_PERFORMANCE_UA)
+    return xl or g or _POWER_DOWN_UA
+
+
+def _accelerometer_ua(mem: bytearray) -> float:
+    code = CTRL1_XL.ODR_XL.get(mem[CTRL1_XL.addr])
+    if not 0 < code <= _XL_LAST_CODE:
+        return 0.0
+    if mem[CTRL6_C.addr] & CTRL6_C.XL_HM_MODE.mask and code in _XL_LOW_POWER_UA:
+        return _XL_LOW_POWER_UA[code]
+    return _XL_FAST_UA if _XL_FAST_CODE <= code < _XL_LAST_CODE else _XL_HIGH_PERFORMANCE_UA
+
+
+def _gyroscope_ua(mem: bytearray) -> float:
+    code = CTRL2_G.ODR_G.get(mem[CTRL2_G.addr])
+    if not 0 < code <= _G_LAST_CODE:
+        return 0.0
+    if mem[CTRL4_C.addr] & CTRL4_C.SLEEP.mask:
+        return _G_LOW_POWER_UA[1]
+    if mem[CTRL7_G.addr] & CTRL7_G.G_HM_MODE.mask and code in _G_LOW_POWER_UA:
+        return _G_LOW_POWER_UA[code]
+    return _G_HIGH_PERFORMANCE_UA

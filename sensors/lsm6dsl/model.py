@@ -1,26 +1,31 @@
 """The LSM6DSL's behaviour behind its registers (datasheet DocID028475 Rev 7; application note AN5040 Rev 3).
 
-Decisions where the documents are silent (they are also in the README's list of what is approximated):
-SW_RESET takes effect at once and its bit reads 1 for 50 us; the temperature's data-ready flag is cleared by
-reading OUT_TEMP_H; reserved ODR codes measure nothing; a changed configuration acts from the next sample on.
+Decisions where the documents are silent (they are also in the list of what is approximated): SW_RESET takes
+effect at once and its bit reads 1 for 50 us; the temperature's data-ready flag is cleared by reading
+OUT_TEMP_H; reserved ODR codes measure nothing; a changed configuration acts from the next sample on.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import ClassVar
 
 from sensors.declaration import Bus, Function, Quantity, Wires
 from sensors.errors import PartErrors
 from sensors.lsm6dsl import accelerometer, gyroscope
-from sensors.lsm6dsl.accelerometer import Accelerometer
-from sensors.lsm6dsl.banks import EMBEDDED, MAIN, Banks, titled_maps
-from sensors.lsm6dsl.boot import BOOT_PS
+from sensors.lsm6dsl.accelerometer import Accelerometer, EventSamples
+from sensors.lsm6dsl.banks import EMBEDDED, MAIN, Banks, Rounding, titled_maps
 from sensors.lsm6dsl.declaration import BUS, FUNCTIONS, SIGNALS, LSM6DSLErrors
-from sensors.lsm6dsl.feature import Chip
-from sensors.lsm6dsl.features import Features
+from sensors.lsm6dsl.den import DataEnable
+from sensors.lsm6dsl.embedded import EmbeddedFunctions
+from sensors.lsm6dsl.events import Events
+from sensors.lsm6dsl.feature import Chip, Feature, Signals, Violations
+from sensors.lsm6dsl.fifo import Fifo
+from sensors.lsm6dsl.function_sources import FunctionSources
 from sensors.lsm6dsl.gyroscope import Gyroscope
-from sensors.lsm6dsl.measuring import Measuring
-from sensors.lsm6dsl.pins import int2_is_input
+from sensors.lsm6dsl.hub import SensorHub
+from sensors.lsm6dsl.measuring import Measuring, Thermometer, of_measuring, supply_current_ua
+from sensors.lsm6dsl.pins import BOOT_PS, Boot, DataReadySignals, Routing, int2_is_input
 from sensors.lsm6dsl.registers import (
     CTRL3_C,
     CTRL4_C,
@@ -30,16 +35,77 @@ from sensors.lsm6dsl.registers import (
     Y_OFS_USR,
     Z_OFS_USR,
 )
-from sensors.lsm6dsl.signals import Signals
-from sensors.lsm6dsl.supply import supply_current_ua
-from sensors.lsm6dsl.thermometer import Thermometer
-from sensors.lsm6dsl.violations import Violations, of_measuring
+from sensors.lsm6dsl.timestamp import Timestamp
 from sensors.part import Part, SelfClearingBits, Signal, Write
 from sensors.pin import Pin
-from sensors.register import RegisterMap
+from sensors.register import Register, RegisterMap
 from sensors.register_file import RegisterFile
-from sensors.sampling import PS_PER_S
+from sensors.sampling import NEVER_PS, PS_PER_S
 from sensors.subaddress import AddressedDevice
+
+
+class Features:
+    """Builds the features and speaks to all of them; those the part itself speaks to have a name."""
+
+    def __init__(
+        self,
+        chip: Chip,
+        samples: EventSamples,
+        rate_changed: Callable[[int], None],
+        stream_changed: Callable[[], None],
+    ) -> None:
+        self.events = Events(chip, samples, rate_changed)
+        self.data_enable = DataEnable(chip, stream_changed)
+        self.boot = Boot(chip.signals)
+        sources, timestamp = FunctionSources(chip), Timestamp(chip)
+        self.hub = SensorHub(chip, sources)
+        # In the order in which they depend on each other's results: the events come first because they may
+        # change the rates, pulses end after all events, and the pins come last.
+        self._all: tuple[Feature, ...] = (
+            self.events,
+            self.data_enable,
+            Rounding(chip),
+            timestamp,
+            EmbeddedFunctions(chip, sources),
+            self.hub,
+            Fifo(chip, timestamp),
+            sources,
+            DataReadySignals(chip),
+            self.boot,
+            Routing(chip),
+        )
+
+    def configuration(self) -> set[type[Register]]:
+        """The registers whose writing may change what a feature does."""
+        return {register for feature in self._all for register in feature.CONFIGURATION}
+
+    def configure(self, now_ps: int, because_of: type[Register] | None = None) -> None:
+        """The registers may have changed, or only the one named."""
+        for feature in self._all:
+            if because_of is None or because_of in feature.CONFIGURATION:
+                feature.configure(now_ps)
+
+    def catch_up(self, now_ps: int) -> None:
+        """Let every active feature do what has become due."""
+        for feature in self._all:
+            if feature.active:
+                feature.catch_up(now_ps)
+
+    def catch_up_with_events(self, at_ps: int) -> None:
+        """Likewise, called by the events, which have come so far already."""
+        for feature in self._all:
+            if feature.active and feature is not self.events:
+                feature.catch_up(at_ps)
+
+    def reset(self, now_ps: int) -> None:
+        """SW_RESET."""
+        for feature in self._all:
+            feature.reset(now_ps)
+
+    def next_event_ps(self) -> int:
+        """When a pin may change next."""
+        return min((feature.next_event_ps() for feature in self._all if feature.active), default=NEVER_PS)
+
 
 _SW_RESET_PS = 50 * PS_PER_S // 10**6  # AN5040 5.7
 _DEN_AXES = CTRL9_XL.DEN_X.mask | CTRL9_XL.DEN_Y.mask | CTRL9_XL.DEN_Z.mask

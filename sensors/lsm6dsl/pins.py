@@ -1,11 +1,17 @@
-"""The pins INT1 and INT2: which signals are ORed onto them, and how they are driven (AN5040 section 4.2).
+"""The pins INT1 and INT2: which signals are ORed onto them, and how they are driven (AN5040 4.2 and 4.3).
 
 Functions find out late, and one after the other, what happened early; so changes are collected here and
-applied in the order of their times once every function has caught up. That is why this feature has to be the
-last in the model's list.
+applied in the order of their times once every function has caught up. That is why :class:`Routing` has to be
+the last in the model's list.
 
 Decision: while INT2 is an input (data enable, or a sensor hub triggered from outside) it is not driven and
 its sources are lost; the documents do not say where else they would go.
+
+The signals that belong to no other function are here, too. Data-ready (AN5040 4.3): latched, a signal follows
+its flag in STATUS_REG: it rises with a sample and falls when a high byte is read. With DRDY_PULSED every
+sample gives a pulse of 75 us instead, whether anybody reads or not; the flag itself is always latched. With
+DRDY_MASK there is neither flag nor signal until a sensor has settled: as many samples after a change as
+AN5040 says are to be discarded. BOOT (AN5040 5.7): high while the trimming values are reloaded.
 """
 
 from __future__ import annotations
@@ -13,8 +19,10 @@ from __future__ import annotations
 from functools import partial
 from typing import TypeAlias
 
-from sensors.lsm6dsl.feature import Chip
+from sensors.lsm6dsl.feature import SIGNAL_NAMES, Chip, SignalName, Signals
 from sensors.lsm6dsl.registers import (
+    CTRL1_XL,
+    CTRL2_G,
     CTRL3_C,
     CTRL4_C,
     CTRL6_C,
@@ -24,11 +32,18 @@ from sensors.lsm6dsl.registers import (
     MASTER_CONFIG,
     MD1_CFG,
     MD2_CFG,
+    OUT_G,
+    OUT_TEMP,
+    OUT_XL,
+    STATUS_REG,
 )
-from sensors.lsm6dsl.signals import SIGNALS, SignalName
 from sensors.pin import Pin
 from sensors.register import Bits, Register
-from sensors.sampling import NEVER_PS
+from sensors.register_file import AfterHook
+from sensors.sampling import NEVER_PS, PS_PER_S, SampleStream
+
+# -- routing ------------------------------------------------------------------------------------------------
+
 
 _Source: TypeAlias = tuple[type[Register], Bits, SignalName]
 _Levels: TypeAlias = tuple[int | None, int | None]
@@ -118,7 +133,7 @@ class Routing:
         self._pending: list[tuple[int, SignalName, bool]] = []
         self._levels: _Levels = (0, 1)
         self._int2_is_input = False
-        for name in SIGNALS:
+        for name in SIGNAL_NAMES:
             chip.signals.listen(name, partial(self._heard, name))
 
     def configure(self, now_ps: int) -> None:
@@ -178,3 +193,167 @@ def _levels(control: int) -> _Levels:
     """H_LACTIVE inverts the pins; with PP_OD only their active level is driven."""
     active = 0 if control & CTRL3_C.H_LACTIVE.mask else 1
     return None if control & CTRL3_C.PP_OD.mask else 1 - active, active
+
+
+# -- data-ready ---------------------------------------------------------------------------------------------
+
+
+PULSE_PS = 75 * PS_PER_S // 10**6
+
+
+class _SensorSignal:
+    """One sensor's signal: ``next`` is the first sample that has not been signalled yet."""
+
+    def __init__(self, name: SignalName, flag: int, stream: SampleStream) -> None:
+        self.name: SignalName = name
+        self.flag = flag
+        self.sensor = self.stream = stream  # which may be shown through another one
+        self.next = 0
+        self.routed = False
+
+
+class DataReadySignals:
+    """``active`` while a data-ready signal is routed to a pin."""
+
+    CONFIGURATION: tuple[type[Register], ...] = (
+        CTRL1_XL,
+        CTRL2_G,
+        CTRL4_C,
+        DRDY_PULSE_CFG_G,
+        INT1_CTRL,
+        INT2_CTRL,
+    )
+
+    def __init__(self, chip: Chip) -> None:
+        self.active = False
+        self._chip = chip
+        self._pulsed = self._masked = self._wired = False
+        self._sources = (
+            _SensorSignal("DRDY_XL", STATUS_REG.XLDA.mask, chip.xl),
+            _SensorSignal("DRDY_G", STATUS_REG.GDA.mask, chip.g),
+            _SensorSignal("DRDY_TEMP", STATUS_REG.TDA.mask, chip.temperature),
+        )
+
+    def configure(self, now_ps: int) -> None:
+        """Decode routing and shape; the flags in STATUS_REG are those of ``now_ps``."""
+        mem = self._chip.registers.mem
+        int1, int2 = routes(mem)
+        was_pulsed = self._pulsed
+        self._pulsed = bool(mem[DRDY_PULSE_CFG_G.addr] & DRDY_PULSE_CFG_G.DRDY_PULSED.mask)
+        self._masked = bool(mem[CTRL4_C.addr] & CTRL4_C.DRDY_MASK.mask)
+        for source in self._sources:
+            source.stream = self._chip.gates.shown(source.sensor)
+            was_routed, source.routed = source.routed, source.name in int1 | int2
+            source.next = source.stream.latest(now_ps) + 1
+            if self._masked:
+                source.next = max(source.next, source.stream.settled_index)
+            if self._masked or (was_routed, was_pulsed) != (source.routed, self._pulsed):
+                self._follow_flag(source, now_ps)
+        self.active = any(source.routed for source in self._sources)
+        if self.active and not self._wired:
+            self._wire()
+
+    def catch_up(self, now_ps: int) -> None:
+        """Signal the samples that have come since the last time."""
+        for source in self._sources:
+            stream = source.stream
+            if not source.routed or not stream.running:
+                continue
+            latest = stream.latest(now_ps)
+            if latest < source.next:
+                continue
+            if self._pulsed:
+                self._pulse(source, latest)
+            else:
+                self._chip.signals.set(source.name, True, stream.time_ps(source.next))
+            source.next = latest + 1
+
+    def reset(self, now_ps: int) -> None:
+        """The flags are cleared."""
+        for source in self._sources:
+            self._chip.signals.set(source.name, False, now_ps)
+
+    def next_event_ps(self) -> int:
+        """The next sample of a sensor whose signal is low."""
+        signals = self._chip.signals
+        return min(
+            (
+                source.stream.time_ps(source.next)
+                for source in self._sources
+                if source.routed and source.stream.running and not signals[source.name]
+            ),
+            default=NEVER_PS,
+        )
+
+    def _wire(self) -> None:
+        """Watch the reads of samples, from the first time on that a signal is routed."""
+        self._wired = True
+        for register, source in zip((OUT_XL, OUT_G, OUT_TEMP), self._sources, strict=True):
+            self._chip.registers.after_read(register, self._hook(source))
+
+    def _hook(self, source: _SensorSignal) -> AfterHook:
+        def after_read(first: int, end: int, now_ps: int) -> None:
+            del first, end
+            self._after_read(source, now_ps)
+
+        return after_read
+
+    def _pulse(self, source: _SensorSignal, latest: int) -> None:
+        # Where nobody listens to the pins, only the latest pulse can still be seen.
+        wired = self._chip.int1.wired or self._chip.int2.wired
+        for index in range(source.next if wired else latest, latest + 1):
+            at_ps = source.stream.time_ps(index)
+            self._chip.signals.set(source.name, True, at_ps)
+            self._chip.signals.set(source.name, False, at_ps + PULSE_PS)
+
+    def _follow_flag(self, source: _SensorSignal, now_ps: int) -> None:
+        flag = self._chip.registers.mem[STATUS_REG.addr] & source.flag
+        hidden = self._masked and source.stream.index < source.stream.settled_index
+        on = source.routed and bool(flag) and not (self._pulsed or hidden)
+        self._chip.signals.set(source.name, on, now_ps)
+
+    def _after_read(self, source: _SensorSignal, now_ps: int) -> None:
+        """The read may have cleared the flag; the samples before it still count."""
+        self._chip.catch_up(now_ps)
+        if source.routed and not self._pulsed:
+            self._follow_flag(source, now_ps)
+            self._chip.catch_up(now_ps)
+
+
+# -- boot ---------------------------------------------------------------------------------------------------
+
+
+BOOT_PS = 15 * PS_PER_S // 10**3
+
+
+class Boot:
+    """``active`` from the start of a boot until somebody has seen its end."""
+
+    CONFIGURATION: tuple[type[Register], ...] = ()
+
+    def __init__(self, signals: Signals) -> None:
+        self.active = False
+        self._signals = signals
+        self._until_ps = 0
+
+    def begin(self, now_ps: int) -> None:
+        """CTRL3_C.BOOT has been written."""
+        self.active = True
+        self._until_ps = now_ps + BOOT_PS
+        self._signals.set("BOOT", True, now_ps)
+
+    def configure(self, now_ps: int) -> None:
+        """No register bears on it."""
+
+    def catch_up(self, now_ps: int) -> None:
+        """End the boot when its time is over."""
+        if now_ps >= self._until_ps:
+            self.active = False
+            self._signals.set("BOOT", False, self._until_ps)
+
+    def reset(self, now_ps: int) -> None:
+        """SW_RESET does not end a boot."""
+
+    def next_event_ps(self) -> int:
+        """When the boot is over."""
+        return self._until_ps

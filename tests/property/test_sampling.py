@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sensors.noise import NoiseSource, noise_key
+from sensors.errors import NoiseSource, noise_key
 from sensors.sampling import NEVER_PS, PS_PER_S, SampleStream, Times
 
 RATES = st.sampled_from([Fraction(rate) for rate in ("1.6", "12.5", "26", "75", "833", "6664")])

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.signal import butter, sosfilt
 
-from sensors.filtering import SampledFilter
-from sensors.filters import PAGE, SLOPE, Chain, Section, chain, high_pass, low_pass, response
+from sensors.filters import PAGE, SLOPE, Chain, SampledFilter, Section, chain, high_pass, low_pass, response
 
 CUTOFFS = st.floats(1e-5, 0.49)
 CASCADES = {

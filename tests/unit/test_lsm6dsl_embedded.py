@@ -15,9 +15,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sensors.lsm6dsl.feature import Chip as FeatureChip
+from sensors.lsm6dsl.feature import Signals
 from sensors.lsm6dsl.function_sources import STEP, TILT, WRIST_TILT, FunctionSources
 from sensors.lsm6dsl.model import LSM6DSL
-from sensors.lsm6dsl.signals import Signals
 from sensors.pin import Pin
 from sensors.register_file import RegisterFile
 from sensors.sampling import SampleStream

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from sensors import LIS2MDL, LSM6DSL
 from sensors.declaration import Bus
-from sensors.lsm6dsl.hub_bus import UNANSWERED_PS, WRITE_PS, read_ps
+from sensors.lsm6dsl.hub import UNANSWERED_PS, WRITE_PS, read_ps
 from tests.sensor_fakes import (
     FACTS,
     PS_PER_MS,

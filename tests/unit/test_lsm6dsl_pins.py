@@ -7,9 +7,8 @@ from functools import partial
 import pytest
 
 from sensors import LSM6DSL
-from sensors.lsm6dsl.feature import Chip
+from sensors.lsm6dsl.feature import SIGNAL_NAMES, Chip, SignalName, Signals
 from sensors.lsm6dsl.pins import Routing
-from sensors.lsm6dsl.signals import SIGNALS, SignalName, Signals
 from sensors.pin import Pin
 from sensors.register_file import RegisterFile
 from sensors.sampling import SampleStream
@@ -112,7 +111,7 @@ class Wires:
 
 
 def others(name: SignalName) -> tuple[SignalName, ...]:
-    return tuple(signal for signal in SIGNALS if signal != name)
+    return tuple(signal for signal in SIGNAL_NAMES if signal != name)
 
 
 @pytest.mark.parametrize(("address", "bit", "name", "pin"), WHEREVER)
@@ -132,7 +131,7 @@ def test_int2_on_int1_brings_everything_to_int1(address: int, bit: int, name: Si
 
 
 def test_every_signal_can_be_routed() -> None:
-    assert {name for _, _, name, _ in WHEREVER} == set(SIGNALS)
+    assert {name for _, _, name, _ in WHEREVER} == set(SIGNAL_NAMES)
 
 
 @pytest.mark.parametrize(
