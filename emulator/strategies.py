@@ -1,0 +1,150 @@
+"""Hypothesis strategies for what happens to a board: attitudes, sensor samples, fields, iron.
+
+::
+
+    from hypothesis import given
+    from emulator.strategies import samples
+
+    @given(samples())
+    def test_pitch_stays_within_90_degrees(sample):
+        ...                                    # sample.acc in mg, sample.mag in mgauss, as the lab has them
+
+Frames: the board's axes are X right, Y forward, Z up; an accelerometer at rest shows +1000 mg on the axis
+that points up. Attitudes are yaw, then pitch, then roll about the board's own axes, in degrees, as
+``board.world.set_attitude`` has them. Edges (multiples of 90 degrees, and just beside them) come up often;
+every example shrinks towards a board that lies flat and points north.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from hypothesis import strategies as st
+
+from emulator.world.attitude import euler_to_matrix
+from emulator.world.truth import ZURICH_FIELD_UT
+
+Vector: TypeAlias = tuple[int, int, int]
+
+ONE_G_MG = 1000
+MGAUSS_PER_UT = 10
+_NEAR = 0.01  # degrees: on either side of an edge
+
+
+@dataclass(frozen=True)
+class Pose:
+    """An attitude in degrees."""
+
+    roll_deg: float
+    pitch_deg: float
+    yaw_deg: float
+
+    @property
+    def is_about_one_axis(self) -> bool:
+        """Whether roll or pitch is 0, where the lab's roll is no approximation."""
+        return self.roll_deg == 0 or self.pitch_deg == 0
+
+
+@dataclass(frozen=True)
+class Sample:
+    """What ideal sensors show at a pose: ``acc`` in mg, ``mag`` in mgauss, integers as the lab has them."""
+
+    pose: Pose
+    acc: Vector
+    mag: Vector
+
+
+def attitudes(
+    max_roll_deg: float = 180.0, max_pitch_deg: float = 90.0, *, one_axis: bool = False
+) -> st.SearchStrategy[Pose]:
+    """Poses; ``one_axis``: roll or pitch is 0. Yaw is anything from -180 to 180 degrees."""
+    rolls, pitches, yaws = angles(max_roll_deg), angles(max_pitch_deg), angles(180.0)
+    level = st.just(0.0)
+    if one_axis:
+        return st.builds(Pose, level, pitches, yaws) | st.builds(Pose, rolls, level, yaws)
+    return st.builds(Pose, rolls, pitches, yaws)
+
+
+def angles(limit_deg: float) -> st.SearchStrategy[float]:
+    """From -limit to limit, quarters of a turn and what lies right beside them often."""
+    quarters = [at * 90.0 + beside for at in range(-2, 3) for beside in (0.0, _NEAR, -_NEAR)]
+    edges = sorted(
+        {angle for angle in (*quarters, -limit_deg, limit_deg) if abs(angle) <= limit_deg}, key=abs
+    )
+    anywhere = st.floats(-limit_deg, limit_deg).map(lambda angle: round(angle, 3) + 0.0)
+    return st.sampled_from(edges) | anywhere
+
+
+def fields() -> st.SearchStrategy[tuple[float, float, float]]:
+    """The earth's field somewhere on earth: north, east (0) and down in microtesla.
+
+    A total of 22 to 67 uT (World Magnetic Model, the extremes at the surface), and at least 10 uT of it
+    horizontal: close to the magnetic poles no compass works.
+    """
+    return (
+        st.tuples(st.floats(22.0, 67.0), st.floats(-80.0, 80.0))
+        .map(
+            lambda one: (
+                one[0] * math.cos(math.radians(one[1])),
+                0.0,
+                one[0] * math.sin(math.radians(one[1])),
+            )
+        )
+        .filter(lambda field: field[0] >= 10.0)
+    )
+
+
+def samples(
+    poses: st.SearchStrategy[Pose] | None = None,
+    field_ut: tuple[float, float, float] = ZURICH_FIELD_UT,
+    *,
+    noise_mg: int = 0,
+    noise_mgauss: int = 0,
+) -> st.SearchStrategy[Sample]:
+    """What the sensors show at these poses (any, if none are given) in this field (north, east, down).
+
+    With noise each component is off by up to so much.
+    """
+    acc_noise, mag_noise = (st.tuples(*[st.integers(-most, most)] * 3) for most in (noise_mg, noise_mgauss))
+    return st.builds(
+        lambda pose, acc, mag: Sample(pose, *_shown(pose, field_ut, acc, mag)),
+        attitudes() if poses is None else poses,
+        acc_noise,
+        mag_noise,
+    )
+
+
+def hard_irons(most_mgauss: int = 500) -> st.SearchStrategy[Vector]:
+    """The field of the board's own magnets, board axes."""
+    return st.tuples(*[st.integers(-most_mgauss, most_mgauss)] * 3)
+
+
+def soft_irons(most: float = 0.2) -> st.SearchStrategy[tuple[tuple[float, ...], ...]]:
+    """A symmetric matrix that distorts the field: the unit matrix, each element off by up to ``most``."""
+    six = st.tuples(*[st.floats(-most, most).map(lambda number: round(number, 3) + 0.0)] * 6)
+    return six.map(lambda s: ((1 + s[0], s[1], s[2]), (s[1], 1 + s[3], s[4]), (s[2], s[4], 1 + s[5])))
+
+
+def zero_vectors() -> st.SearchStrategy[tuple[Vector, Vector]]:
+    """Accelerations and fields of which at least one has no direction: what a sensor that is off shows."""
+    anything = st.tuples(*[st.integers(-2000, 2000)] * 3)
+    zero = st.just((0, 0, 0))
+    return st.tuples(zero, zero) | st.tuples(zero, anything) | st.tuples(anything, zero)
+
+
+def _shown(
+    pose: Pose, field_ut: tuple[float, float, float], acc_noise: Vector, mag_noise: Vector
+) -> tuple[Vector, Vector]:
+    to_world = euler_to_matrix(np.array([[pose.roll_deg, pose.pitch_deg, pose.yaw_deg]]))[0]
+    north, east, down = field_ut
+    acc = np.rint(to_world.T @ (0, 0, ONE_G_MG)).astype(int) + acc_noise
+    mag = np.rint(to_world.T @ (north, -east, -down) * MGAUSS_PER_UT).astype(int) + mag_noise
+    return _vector(acc), _vector(mag)
+
+
+def _vector(values: np.ndarray[tuple[int], np.dtype[np.int64]]) -> Vector:
+    x, y, z = (int(value) for value in values)
+    return x, y, z

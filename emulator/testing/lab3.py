@@ -1,0 +1,399 @@
+"""The laws of the lab's arithmetic, as properties that any implementation of it must have.
+
+For a student's own firmware one line makes a test class of all of them::
+
+    from emulator.testing.lab3 import Compiled, lab3_properties
+
+    TestMyLab = lab3_properties(Compiled("build/mylab.elf"))
+
+pytest then finds counter-examples with Hypothesis, and for angles prints the scenario that shows the same on
+the board. The expected angles are computed here from vectors, not by the formulas of the slides:
+
+* pitch and roll are the inclinations of the X and the Y axis against the horizontal plane, which is what the
+  slides' formulas with mu = 1 mean;
+* yaw is the direction of the X axis' projection on the horizontal plane against the field's, where pitch or
+  roll is 0. With both away from 0 the slides' roll is an approximation, and nothing is demanded of the yaw
+  but its range.
+
+What a subject does not have (the template has no ``eCompass``) is skipped with a word.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol, TypeVar
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, note, settings
+from hypothesis import strategies as st
+
+from emulator import Board
+from emulator.errors import InputError
+from emulator.strategies import Pose, Sample, Vector, attitudes, hard_irons, samples
+from firmware_model.ecompass import MAG_MAX_START, MAG_MIN_START, MagCalibration, eCompass, getAltitude
+from firmware_model.sensor_data import AxesRaw_TypeDef
+
+_Method = TypeVar("_Method", bound=Callable[..., None])
+
+ANGLE_TOLERANCE_DEG = 0.01
+"""Between an angle in single precision and ours in double, of the same integers."""
+_LEAST_HORIZONTAL_MGAUSS = 50.0
+_STARTED_S = 0.1
+
+
+class Angles(NamedTuple):
+    """Degrees."""
+
+    pitch: float
+    roll: float
+    yaw: float
+
+
+class Subject(Protocol):
+    """An implementation of the lab's arithmetic."""
+
+    @property
+    def name(self) -> str:
+        """As the replay's command names it."""
+        ...
+
+    def missing(self, what: str) -> str:
+        """Why ``what`` ("angles", "calibration", "altitude") cannot be asked for; "" if it can."""
+        ...
+
+    def angles(self, acc: Vector, mag: Vector) -> Angles:
+        """Of an acceleration in mg and a calibrated field in mgauss."""
+        ...
+
+    def calibrated(self, field_mgauss: Sequence[Vector]) -> list[Vector]:
+        """The samples after hard-iron calibration, in this order from power-on."""
+        ...
+
+    def altitude(self, press_hpa: float, temperature_degc: float, press_zero_level_hpa: float) -> float:
+        """Metres above where the pressure was ``press_zero_level_hpa``."""
+        ...
+
+
+class PythonModel:
+    """The lab's arithmetic in Python (:mod:`firmware_model.ecompass`)."""
+
+    name = "lab3"
+
+    def missing(self, what: str) -> str:
+        """It has everything."""
+        del what
+        return ""
+
+    def angles(self, acc: Vector, mag: Vector) -> Angles:
+        """eCompass with mu = 1."""
+        return Angles(*eCompass(AxesRaw_TypeDef(*acc), AxesRaw_TypeDef(*mag), 1.0))
+
+    def calibrated(self, field_mgauss: Sequence[Vector]) -> list[Vector]:
+        """MagCalibration."""
+        low, high = (AxesRaw_TypeDef(start, start, start) for start in (MAG_MIN_START, MAG_MAX_START))
+        done = []
+        for sample in field_mgauss:
+            mag = AxesRaw_TypeDef(*sample)
+            MagCalibration(mag, low, high)
+            done.append((mag.AXIS_X, mag.AXIS_Y, mag.AXIS_Z))
+        return done
+
+    def altitude(self, press_hpa: float, temperature_degc: float, press_zero_level_hpa: float) -> float:
+        """GetAltitude."""
+        return getAltitude(press_hpa, temperature_degc, press_zero_level_hpa)
+
+
+class Compiled:
+    """Functions of a compiled firmware, called on the emulated processor.
+
+    ``firmware``: an ELF file, or the name of a shipped program. ``names``: what the firmware calls things
+    where it differs from the slides: ``{"yaw": "heading", "eCompass": "compute_angles"}``. Functions without
+    parameters take their arguments from the global variables ``acc``, ``mag``, ``press`` ..., and leave their
+    results in ``pitch``, ``roll``, ``azimuth``.
+    """
+
+    USUAL: Mapping[str, str] = {
+        **{name: name for name in ("eCompass", "MagCalibration", "getAltitude")},
+        **{name: name for name in ("acc", "mag", "pitch", "roll", "press_zero_level")},
+        "yaw": "azimuth",
+    }
+
+    def __init__(self, firmware: str | Path, names: Mapping[str, str] | None = None) -> None:
+        unknown = set(names or {}) - set(self.USUAL)
+        if unknown:
+            raise InputError(f"names: unknown {sorted(unknown)}; there are {', '.join(self.USUAL)}")
+        self.name = str(firmware)
+        self._names = {**self.USUAL, **(names or {})}
+        self._board: Board | None = None
+
+    @property
+    def board(self) -> Board:
+        """The board on which functions are called, its start-up code run."""
+        if self._board is None:
+            self._board = Board(firmware=self.name)
+            self._board.run_for(_STARTED_S)
+        return self._board
+
+    def missing(self, what: str) -> str:
+        """Functions and variables that the firmware must have."""
+        functions = {"angles": "eCompass", "calibration": "MagCalibration", "altitude": "getAltitude"}
+        variables = {"angles": ("acc", "mag", "pitch", "roll", "yaw"), "calibration": ("mag",)}
+        arm = self.board.arm
+        symbols = None if arm is None else arm.image.symbols
+        if symbols is None:
+            return f"{self.name} has no symbols"
+        for name, find in (
+            (functions[what], symbols.function),
+            *((variable, symbols.variable_type) for variable in variables.get(what, ("press_zero_level",))),
+        ):
+            try:
+                find(self._names[name])
+            except KeyError as problem:
+                return f"{problem.args[0]}; if it has another name: Compiled(..., names={{{name!r}: ...}})"
+        return ""
+
+    def angles(self, acc: Vector, mag: Vector) -> Angles:
+        """``eCompass()``."""
+        of = self._names
+        with self.board.scratch() as copy:
+            copy.set_variable(of["acc"], acc)
+            copy.set_variable(of["mag"], mag)
+            copy.call(of["eCompass"])
+            pitch, roll, yaw = (copy.variable(of[name]) for name in ("pitch", "roll", "yaw"))
+        return Angles(_number(pitch), _number(roll), _number(yaw))
+
+    def calibrated(self, field_mgauss: Sequence[Vector]) -> list[Vector]:
+        """``MagCalibration()``, sample for sample."""
+        of, done = self._names, []
+        with self.board.scratch() as copy:
+            for sample in field_mgauss:
+                copy.set_variable(of["mag"], sample)
+                copy.call(of["MagCalibration"])
+                x, y, z = (int(value) for value in vars(copy.variable(of["mag"])).values())
+                done.append((x, y, z))
+        return done
+
+    def altitude(self, press_hpa: float, temperature_degc: float, press_zero_level_hpa: float) -> float:
+        """``getAltitude(press, temperature)``."""
+        with self.board.scratch() as copy:
+            copy.set_variable(self._names["press_zero_level"], press_zero_level_hpa)
+            return float(copy.call(self._names["getAltitude"], press_hpa, temperature_degc))
+
+
+def lab3_properties(subject: Subject) -> type[Any]:
+    """A test class for pytest: the properties of ``subject``. Bind it to a name that begins with Test."""
+    body: dict[str, Any] = {"subject": subject}
+    for name, method in vars(_Properties).items():
+        if name.startswith("test_"):  # a function of its own for each class, as Hypothesis wants it
+            checked: Callable[..., None] = given(*method.strategies)(method)
+            body[name] = settings(deadline=None)(checked)
+    return type("TestLab3", (_Properties,), body)
+
+
+def _of(*strategies: st.SearchStrategy[Any]) -> Callable[[_Method], _Method]:
+    """What a property is to be given."""
+
+    def noted(method: _Method) -> _Method:
+        method.strategies = strategies  # type: ignore[attr-defined]
+        return method
+
+    return noted
+
+
+class _Properties:
+    """The properties."""
+
+    subject: Subject
+
+    @_of(samples())
+    def test_pitch_is_the_inclination_of_the_x_axis(self, sample: Sample) -> None:
+        """Of the slides: pitch = atan2(-Gx, sqrt(Gy^2 + Gz^2))."""
+        self._compare("pitch", sample, _inclination(sample.acc, 0))
+
+    @_of(samples())
+    def test_roll_is_the_inclination_of_the_y_axis(self, sample: Sample) -> None:
+        """Of the slides with mu = 1; a firmware with another mu is compared where pitch is 0."""
+        level = sample.acc[0] == 0
+        self._compare("roll", sample, _inclination(sample.acc, 1) if level else None)
+
+    @_of(samples(attitudes(max_roll_deg=89.0, max_pitch_deg=89.0, one_axis=True)))
+    def test_yaw_is_the_direction_of_the_x_axis_against_magnetic_north(self, sample: Sample) -> None:
+        """With pitch or roll 0; it grows counter-clockwise, seen from above."""
+        expected = _heading(sample)
+        assume(expected is not None)
+        self._compare("yaw", sample, expected)
+
+    @_of(samples(noise_mg=30, noise_mgauss=30))
+    def test_angles_stay_within_their_ranges(self, sample: Sample) -> None:
+        """Pitch and roll within 90 degrees either way, yaw within 180; never a NaN."""
+        found = self._angles(sample)
+        self._note(sample)
+        assert abs(found.pitch) <= 90.0 + ANGLE_TOLERANCE_DEG
+        assert abs(found.roll) <= 90.0 + ANGLE_TOLERANCE_DEG
+        assert abs(found.yaw) <= 180.0 + ANGLE_TOLERANCE_DEG
+
+    @_of(samples(attitudes(max_roll_deg=89.0, max_pitch_deg=89.0)), st.integers(2, 30), st.integers(2, 30))
+    def test_angles_do_not_depend_on_the_vectors_lengths(self, sample: Sample, acc: int, mag: int) -> None:
+        """Neither a stronger field nor a scale factor of the accelerometer turns the board."""
+        longer = Sample(sample.pose, _times(sample.acc, acc), _times(sample.mag, mag))
+        found, scaled = self._angles(sample), self._angles(longer)
+        assert _apart(found.pitch, scaled.pitch) < ANGLE_TOLERANCE_DEG
+        assert _apart(found.roll, scaled.roll) < ANGLE_TOLERANCE_DEG
+        if _heading(sample) is not None:
+            assert _apart(found.yaw, scaled.yaw) < ANGLE_TOLERANCE_DEG
+
+    @_of(hard_irons(), st.integers(100, 600), st.permutations(range(6)))
+    def test_calibration_finds_any_offset(self, offset: Vector, field: int, order: list[int]) -> None:
+        """Once each axis has pointed along the field both ways, offsets are gone but for C's rounding."""
+        self._require("calibration")
+        ends = [_axis(axis, sign * field) for axis in range(3) for sign in (1, -1)]
+        turned = [_plus(ends[index], offset) for index in order]
+        for end in ends:
+            last = self.subject.calibrated([*turned, _plus(end, offset)])[-1]
+            assert all(abs(found - true) <= 1 for found, true in zip(last, end, strict=True)), (last, end)
+
+    @_of(st.floats(300.0, 1100.0, width=32), st.floats(-20.0, 40.0, width=32))
+    def test_altitude_is_0_where_it_was_zeroed(self, press_hpa: float, temperature_degc: float) -> None:
+        """At the floor of the room."""
+        self._require("altitude")
+        assert abs(self.subject.altitude(press_hpa, temperature_degc, press_hpa)) < 0.01
+
+    @_of(
+        st.floats(300.0, 1099.0, width=32),
+        st.floats(1 / 64, 100.0, width=32),
+        st.floats(-20.0, 40.0, width=32),
+    )
+    def test_less_pressure_is_more_altitude(self, press_hpa: float, less: float, temperature: float) -> None:
+        """And by as much as the hypsometric formula says (ISO 2533, lapse rate 6.5 K/km)."""
+        self._require("altitude")
+        zero = np.float32(press_hpa + less)
+        found = self.subject.altitude(press_hpa, temperature, float(zero))
+        expected = ((float(zero) / press_hpa) ** (1 / 5.257) - 1) * (temperature + 273.15) / 0.0065
+        assert found > 0
+        assert math.isclose(found, expected, rel_tol=1e-4, abs_tol=0.02)
+
+    # -- helpers ----------------------------------------------------------------------------------------
+
+    def _require(self, what: str) -> None:
+        missing = self.subject.missing(what)
+        if missing:
+            pytest.skip(missing)
+
+    def _angles(self, sample: Sample) -> Angles:
+        self._require("angles")
+        return self.subject.angles(sample.acc, sample.mag)
+
+    def _compare(self, name: str, sample: Sample, expected_deg: float | None) -> None:
+        found_deg = getattr(self._angles(sample), name)
+        if expected_deg is None:
+            return
+        self._note(sample)
+        difference = _apart(found_deg, expected_deg) if name == "yaw" else abs(found_deg - expected_deg)
+        in_range = abs(found_deg) <= (180.0 if name == "yaw" else 90.0) + ANGLE_TOLERANCE_DEG
+        assert difference < ANGLE_TOLERANCE_DEG, (
+            f"{name} is {found_deg:.3f} and should be {expected_deg:.3f} degrees "
+            f"(roll {sample.pose.roll_deg:g}, pitch {sample.pose.pitch_deg:g}, yaw {sample.pose.yaw_deg:g})"
+        )
+        assert in_range, f"{name} is {found_deg:.3f}, outside its range"
+
+    def _note(self, sample: Sample) -> None:
+        run = command(self.subject.name)
+        note(f"On the board: save as replay.toml, then\n\n    {run}\n\n{replay(sample.pose)}")
+
+
+def command(firmware: str) -> str:
+    """What runs a replay."""
+    return f"fcu run {firmware} --scenario replay.toml --speed max"
+
+
+def replay(pose: Pose) -> str:
+    """A scenario in which the board takes the pose, its compass calibrated, and is asked for its angles.
+
+    Roll and yaw are compared with the truth only where the lab's formulas are exact.
+    """
+    fields = ["Pitch"]
+    fields += ["Roll"] if pose.pitch_deg == 0 and abs(pose.roll_deg) < 90 else []
+    fields += ["Yaw"] if pose.is_about_one_axis and max(abs(pose.roll_deg), abs(pose.pitch_deg)) < 80 else []
+    expectations = "".join(
+        f'\n[[expect]]\nkind = "field"\nname = "{name}"\ntruth = true\ntolerance = 2\nfrom = "19s"\n'
+        for name in fields
+    )
+    return _REPLAY.format(
+        roll=pose.roll_deg, pitch=pose.pitch_deg, yaw=pose.yaw_deg, expectations=expectations
+    )
+
+
+_REPLAY = """\
+schema = 1
+question = "What does the firmware print at roll {roll:g}, pitch {pitch:g}, yaw {yaw:g} degrees?"
+duration = "22s"
+
+[sensors]
+grade = "ideal"
+
+[[timeline]]
+do = "hold"
+for = "2s"
+
+[[timeline]]
+do = "figure_eight"
+for = "15s"
+
+[[timeline]]
+do = "set_attitude"
+at = "17.5s"
+roll_deg = {roll!r}
+pitch_deg = {pitch!r}
+yaw_deg = {yaw!r}
+{expectations}"""
+
+
+def _inclination(acc: Vector, axis: int) -> float | None:
+    """Of an axis against the horizontal plane, positive for X down, and for Y up; None without gravity."""
+    length = math.sqrt(sum(component * component for component in acc))
+    if length == 0:
+        return None
+    sign = -1 if axis == 0 else 1
+    return math.degrees(math.asin(sign * acc[axis] / length))
+
+
+def _heading(sample: Sample) -> float | None:
+    """Of the X axis, in degrees; None where the field or the axis has hardly a horizontal part."""
+    up = np.array(sample.acc, dtype=float)
+    field = np.array(sample.mag, dtype=float)
+    if not up.any():
+        return None
+    up /= np.linalg.norm(up)
+    north = field - (field @ up) * up
+    ahead = np.array((1.0, 0.0, 0.0)) - up[0] * up
+    if np.linalg.norm(north) < _LEAST_HORIZONTAL_MGAUSS or np.linalg.norm(ahead) < 0.01:
+        return None
+    west = np.cross(up, north)
+    return math.degrees(math.atan2(ahead @ west, ahead @ north))
+
+
+def _apart(one_deg: float, other_deg: float) -> float:
+    """The angle between two directions, 0 to 180."""
+    return abs((one_deg - other_deg + 180.0) % 360.0 - 180.0)
+
+
+def _times(vector: Vector, factor: int) -> Vector:
+    x, y, z = vector
+    return x * factor, y * factor, z * factor
+
+
+def _plus(one: Vector, other: Vector) -> Vector:
+    return one[0] + other[0], one[1] + other[1], one[2] + other[2]
+
+
+def _axis(axis: int, value: int) -> Vector:
+    vector = [0, 0, 0]
+    vector[axis] = value
+    return vector[0], vector[1], vector[2]
+
+
+def _number(value: Any) -> float:
+    return float(value)
