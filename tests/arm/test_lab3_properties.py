@@ -1,0 +1,171 @@
+"""The lab's properties hold for the model and for the shipped program, and find what is wrong elsewhere."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+
+from emulator import Board, InputError
+from emulator.scenario import run
+from emulator.strategies import Pose, attitudes, fields, hard_irons, samples, soft_irons, zero_vectors
+from emulator.testing.lab3 import Angles, Compiled, PythonModel, Subject, lab3_properties, replay
+from firmware_model import arm
+from tests.arm.call_programs import FOLDER
+
+WRONG_YAW = FOLDER / "wrong_yaw.elf"
+"""The solution with a wrap gone wrong: ``if (azimuth < 0) azimuth = 180 - azimuth;``."""
+
+TestModel = lab3_properties(PythonModel())
+TestShippedProgram = lab3_properties(Compiled("solution"))
+
+
+class Turned(PythonModel):
+    """A model with one thing wrong."""
+
+    def __init__(self, wrong: str) -> None:
+        self._wrong = wrong
+
+    def angles(self, acc: Any, mag: Any) -> Angles:
+        pitch, roll, yaw = super().angles(acc, mag)
+        return {
+            "pitch": Angles(-pitch, roll, yaw),
+            "roll": Angles(pitch, roll * 0.99, yaw),
+            "yaw": Angles(pitch, roll, -yaw),
+            "radians": Angles(pitch, roll, yaw * 3.14159 / 180),
+            "range": Angles(pitch, roll, yaw % 360),
+            "scale": Angles(pitch + acc[2] / 1e4, roll, yaw),
+            "nan": Angles(pitch, roll, float("nan") if mag[0] < 0 else yaw),
+        }.get(self._wrong, Angles(pitch, roll, yaw))
+
+    def calibrated(self, field_mgauss: Any) -> Any:
+        found = super().calibrated(field_mgauss)
+        return [(x + 2, y, z) for x, y, z in found] if self._wrong == "calibration" else found
+
+    def altitude(self, press_hpa: float, temperature_degc: float, press_zero_level_hpa: float) -> float:
+        found = super().altitude(press_hpa, temperature_degc, press_zero_level_hpa)
+        return {"altitude": -found, "zero": found + 0.1}.get(self._wrong, found)
+
+
+def found_by(subject: Subject) -> set[str]:
+    """Names of the properties that do not hold."""
+    tests = lab3_properties(subject)
+    found = set()
+    for name in [name for name in vars(tests) if name.startswith("test_")]:
+        try:
+            getattr(tests(), name)()
+        except AssertionError:
+            found.add(name)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("wrong", "properties"),
+    [
+        ("pitch", "pitch_is"),
+        ("roll", "roll_is"),
+        ("yaw", "yaw_is"),
+        ("radians", "yaw_is"),
+        ("range", "within_their_ranges"),
+        ("scale", "vectors_lengths"),
+        ("nan", "within_their_ranges"),
+        ("calibration", "any_offset"),
+        ("altitude", "less_pressure"),
+        ("zero", "where_it_was_zeroed"),
+    ],
+)
+def test_what_is_wrong_is_found(wrong: str, properties: str) -> None:
+    assert any(properties in name for name in found_by(Turned(wrong)))
+
+
+def test_a_wrong_wrap_in_a_compiled_program_is_found_and_seen_on_the_board(tmp_path: Path) -> None:
+    tests = lab3_properties(Compiled(WRONG_YAW))
+    with pytest.raises(AssertionError) as caught:
+        tests().test_yaw_is_the_direction_of_the_x_axis_against_magnetic_north()
+    told = "\n".join(caught.value.__notes__)
+    command, scenario = told.split("\n\n", maxsplit=2)[1:]
+    path = tmp_path / "replay.toml"
+    path.write_text(scenario.partition("# end of replay.toml")[0], encoding="utf-8")
+
+    assert command.strip() == f"fcu run {WRONG_YAW} --scenario replay.toml --speed max"
+    assert not run(Board(firmware=WRONG_YAW, scenario=path)).passed
+    assert run(Board(firmware="solution", scenario=path)).passed
+
+
+@pytest.mark.parametrize(
+    "pose", [Pose(0, 0, 179), Pose(60, 0, -120), Pose(0, -75, 90), Pose(0, 90, 0), Pose(30, 40, 50)]
+)
+def test_a_replay_holds_for_the_lab_itself(pose: Pose, tmp_path: Path) -> None:
+    path = tmp_path / "replay.toml"
+    path.write_text(replay(pose), encoding="utf-8")
+
+    assert run(Board(firmware="lab3", scenario=path)).passed
+
+
+@pytest.mark.skipif(shutil.which("arm-none-eabi-gcc") is None, reason="arm-none-eabi-gcc is not installed")
+def test_the_wrong_program_is_the_solution_but_for_its_wrap(tmp_path: Path) -> None:
+    sources = arm.sources()
+    shutil.copytree(sources / "support", tmp_path / "support")
+    shutil.copytree(sources / "solution", tmp_path / "wrong_yaw")
+    shutil.copy(sources / "Makefile", tmp_path)
+    motion = tmp_path / "wrong_yaw" / "motion.c"
+    right = "  azimuth = azimuth * DEGREES;\n"
+    wrong = right + "  if (azimuth < 0) {\n    azimuth = 180 - azimuth;\n  }\n"
+    assert right in motion.read_text()
+    motion.write_text(motion.read_text().replace(right, wrong))
+    subprocess.run(["make", "-s", "PROGRAM=wrong_yaw", "OUT=out"], cwd=tmp_path, check=True, timeout=120)
+    built, kept = Compiled(tmp_path / "out" / "wrong_yaw-i2c2.elf"), Compiled(WRONG_YAW)
+
+    for mag in [(100, 50, -400), (100, -50, -400), (-100, -50, -400)]:
+        assert built.angles((0, 0, 1000), mag) == kept.angles((0, 0, 1000), mag)
+
+
+def test_what_a_program_does_not_have_is_skipped_with_a_word() -> None:
+    template = Compiled("template-arm")
+    assert "no variable or function 'eCompass'" in template.missing("angles")
+    assert "names={'eCompass': ...}" in template.missing("angles")
+    assert Compiled("solution", {"yaw": "roll"}).missing("angles") == ""
+    with pytest.raises(InputError, match="unknown"):
+        Compiled("solution", {"heading": "roll"})
+
+
+# -- strategies ---------------------------------------------------------------------------------------------
+
+
+@settings(max_examples=200)
+@given(attitudes(80.0, 70.0), samples(noise_mg=5), fields(), hard_irons(300), soft_irons(), zero_vectors())
+def test_strategies_keep_within_their_bounds(
+    pose: Pose, sample: Any, field: Any, hard: Any, soft: Any, zero: Any
+) -> None:
+    assert abs(pose.roll_deg) <= 80
+    assert abs(pose.pitch_deg) <= 70
+    assert abs(pose.yaw_deg) <= 180
+    assert abs(sum(component**2 for component in sample.acc) ** 0.5 - 1000) < 12
+    assert field[0] >= 10
+    assert max(map(abs, hard)) <= 300
+    assert all(abs(soft[i][j] - soft[j][i]) == 0 for i in range(3) for j in range(3))
+    assert (0, 0, 0) in zero
+
+
+@pytest.mark.parametrize("pose", [Pose(0, 0, 90), Pose(90, 0, 0), Pose(0, -90, 45), Pose(-30, 0, 200 - 360)])
+def test_samples_are_what_the_ideal_board_measures(pose: Pose) -> None:
+    board = Board(firmware="template", ideal=True)
+    board.world.set_attitude(pose.roll_deg, pose.pitch_deg, pose.yaw_deg)
+    board.run_for(1.3)
+    sample = _sample_at(pose)
+
+    for name, shown, step in (("acc", sample.acc, 1), ("mag", sample.mag, 2)):
+        measured = board.variable(name)
+        read = (measured.AXIS_X, measured.AXIS_Y, measured.AXIS_Z)
+        assert all(abs(one - other) <= step for one, other in zip(read, shown, strict=True)), (read, shown)
+
+
+def _sample_at(pose: Pose) -> Any:
+    from hypothesis import find
+    from hypothesis import strategies as st
+
+    return find(samples(st.just(pose)), lambda _: True)
