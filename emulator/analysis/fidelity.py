@@ -1,7 +1,9 @@
-"""The fidelity table, made from the code: ``python -m emulator.analysis.fidelity README.md`` rewrites it.
+"""The fidelity table, made from the code.
+
+``python -m emulator.analysis.fidelity docs/fidelity.md`` rewrites it.
 
 What is not modelled comes from the register maps, functions and approximations from the declarations in each
-part's folder; nothing is kept by hand, and a test fails when the README is stale.
+part's folder; nothing is kept by hand, and a test fails when the page is stale.
 """
 
 from __future__ import annotations
@@ -12,7 +14,7 @@ from pathlib import Path
 from emulator.errors import InputError
 from sensors import PARTS, Part
 
-BEGIN = "<!-- fidelity: made by python -m emulator.analysis.fidelity README.md -->"
+BEGIN = "<!-- fidelity: made by python -m emulator.analysis.fidelity docs/fidelity.md -->"
 END = "<!-- end of fidelity -->"
 
 

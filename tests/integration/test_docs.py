@@ -1,7 +1,8 @@
-"""Every example in the documentation runs, and shows what it says."""
+"""Every example in the documentation runs, and shows what it says; what a page names is there."""
 
 from __future__ import annotations
 
+import html
 import re
 import shlex
 import subprocess
@@ -11,11 +12,18 @@ from pathlib import Path
 import pytest
 
 from emulator import Board
-from emulator.scenario import run
+from emulator.scenario import run, scenario_names
+from firmware_model.arm import prebuilt
 
 ROOT = Path(__file__).parents[2]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("*.md"))]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+LONGEST_README = 700  # words; what is longer has a page of its own
+NAMED = re.compile(r"`((?:emulator|sensors|firmware_model|scenarios|building|tests|docs)/[\w./-]+)`")
+
+
+def text_of(page: Path) -> str:
+    return page.read_text(encoding="utf-8")
 
 
 def blocks(language: str) -> list[object]:
@@ -23,14 +31,37 @@ def blocks(language: str) -> list[object]:
     return [
         pytest.param(text, id=f"{page.stem}-{number}")
         for page in PAGES
-        for number, (kind, text) in enumerate(BLOCK.findall(page.read_text(encoding="utf-8")))
+        for number, (kind, text) in enumerate(BLOCK.findall(text_of(page)))
         if kind == language
     ]
 
 
+def fcu(command: str, folder: Path | None = None, *, check: bool = True) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "emulator", *shlex.split(command.removeprefix("fcu "))],
+        capture_output=True,
+        stdin=subprocess.DEVNULL,
+        encoding="utf-8",
+        check=check,
+        cwd=folder,
+        timeout=240,
+    )
+
+
 @pytest.mark.parametrize("source", blocks("python"))
 def test_python_examples_run(source: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Tests among them are given to pytest; to the others, a class's submissions are there to be read."""
     monkeypatch.chdir(tmp_path)
+    if "def test_" in source:
+        (tmp_path / "test_example.py").write_text(source, encoding="utf-8")
+        command = [sys.executable, "-m", "pytest", "-q", "-n", "0", "-p", "no:cacheprovider"]
+        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=240)
+        assert done.returncode == 0, done.stdout
+        return
+    if "submissions" in source:
+        submission = tmp_path / "submissions" / "ada" / "lab3.elf"
+        submission.parent.mkdir(parents=True)
+        submission.write_bytes(prebuilt("solution", "I2C2").read_bytes())
     exec(compile(source, "example", "exec"), {"__name__": "example"})
 
 
@@ -39,33 +70,13 @@ def test_console_examples_print_what_they_show(session: str) -> None:
     """What follows ``$ command`` is its output; ``...`` is the rest, spaces at line ends do not show."""
     command, _, shown = session.partition("\n")
     assert command.startswith("$ fcu ")
-    done = subprocess.run(
-        [sys.executable, "-m", "emulator", *shlex.split(command.removeprefix("$ fcu "))],
-        capture_output=True,
-        stdin=subprocess.DEVNULL,
-        check=True,
-        timeout=120,
-    )
     expected = [line.rstrip() for line in shown.rstrip("\n").split("\n")]
-    printed = [line.strip("\r ") for line in done.stdout.decode().rstrip("\n").split("\n")]
+    done = fcu(command.removeprefix("$ "))
+    printed = [line.strip("\r ") for line in done.stdout.rstrip("\n").split("\n")]
     if expected[-1] == "...":
         expected = expected[:-1]
         printed = printed[: len(expected)]
     assert printed == expected
-
-
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_links_lead_somewhere(page: Path) -> None:
-    for target in re.findall(r"\]\((?!https?:)([^)#]+)", page.read_text(encoding="utf-8")):
-        assert (page.parent / target).exists(), target
-
-
-def test_ci_runs_the_readmes_test_command() -> None:
-    commands = re.findall(
-        r"^```sh\n(.*?)\n```$", (ROOT / "README.md").read_text(encoding="utf-8"), re.MULTILINE
-    )
-    assert "fcu run --scenario desk" in commands[0]
-    assert commands[1] in (ROOT / ".ci" / "run").read_text(encoding="utf-8").splitlines()
 
 
 @pytest.mark.parametrize("text", blocks("toml"))
@@ -74,3 +85,82 @@ def test_scenario_examples_hold(text: str, tmp_path: Path) -> None:
     file.write_text(text, encoding="utf-8")
     result = run(Board(scenario=file))
     assert result.passed, result.lines
+
+
+def anchors(page: Path) -> set[str]:
+    """Of its headings, as GitHub and MyST make them: lower case, hyphens for spaces, without punctuation."""
+    headings = re.findall(r"^#+ (.*)$", re.sub(r"(?ms)^```.*?^```$", "", text_of(page)), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_links_lead_somewhere(page: Path) -> None:
+    for target, heading in re.findall(r"\]\((?!https?:)([^)#]*)#?([^)]*)\)", text_of(page)):
+        file = (page.parent / target) if target else page
+        assert file.exists(), target
+        assert not heading or heading in anchors(file), f"{target}#{heading}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_files_that_are_named_are_there(page: Path) -> None:
+    if page.name == "CHANGELOG.md":
+        return  # what was said of a version stays
+    assert [name for name in NAMED.findall(text_of(page)) if not (ROOT / name).exists()] == []
+
+
+def test_every_page_can_be_reached_from_the_readme() -> None:
+    linked, waiting = set(), [ROOT / "README.md"]
+    while waiting:
+        page = waiting.pop()
+        if page not in linked:
+            linked.add(page)
+            targets = re.findall(r"\]\((?!https?:)([^)#]+\.md)", text_of(page))
+            waiting.extend((page.parent / target).resolve() for target in targets)
+
+    assert {page for page in PAGES if page not in linked} == set()
+
+
+def test_the_readme_is_read_in_three_minutes() -> None:
+    assert len(text_of(ROOT / "README.md").split()) <= LONGEST_README
+
+
+def test_ci_runs_the_readmes_test_command() -> None:
+    commands = re.findall(r"^```sh\n(.*?)\n```$", text_of(ROOT / "README.md"), re.MULTILINE)
+    assert "fcu run --scenario desk" in commands[0]
+    assert commands[1] in text_of(ROOT / ".ci" / "run").splitlines()
+
+
+def test_the_picture_shows_what_the_command_prints() -> None:
+    """When it does not: python building/picture.py. How fast it was is another matter on every machine."""
+    picture = text_of(ROOT / "docs" / "run.svg")
+    spans = re.findall(r'<text class="run-r\d+"[^>]*? y="([\d.]+)"[^>]*>(.*?)</text>', picture)
+    heights = sorted({float(height) for height, _ in spans})
+    shown = [
+        html.unescape("".join(text for y, text in spans if float(y) == height)).replace("\xa0", " ").strip()
+        for height in heights
+    ]
+    done = fcu(shown[0].removeprefix("$ "))
+    printed = {line.strip() for line in (done.stdout + done.stderr).splitlines()}
+
+    assert shown[0].startswith("$ fcu run ")
+    assert [
+        line for line in shown[1:] if line not in printed and line != "..." and "real time" not in line
+    ] == []
+
+
+EXERCISES = re.findall(
+    r"^\| ([\d, \w]+) \|.*\| `fcu run lab3.elf --scenario (\w+)`",
+    text_of(ROOT / "docs" / "student.md"),
+    re.MULTILINE,
+)
+
+
+def test_every_exercise_has_a_scenario() -> None:
+    assert [exercise[0] for exercise, _ in EXERCISES] == ["1", "2", "3", "3", "3", "4", "5"]
+    assert {scenario for _, scenario in EXERCISES} < set(scenario_names())
+
+
+@pytest.mark.parametrize("scenario", [scenario for _, scenario in EXERCISES])
+def test_an_exercise_is_right_in_the_solution_and_wrong_in_the_template(scenario: str) -> None:
+    assert run(Board(firmware="solution", scenario=scenario)).passed
+    assert not run(Board(firmware="template-arm", scenario=scenario)).passed

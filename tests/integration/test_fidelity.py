@@ -1,4 +1,4 @@
-"""The README's fidelity table is the code's own account of itself, and is up to date."""
+"""The fidelity table of docs/fidelity.md is the code's own account of itself, and is up to date."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ def fcu(*arguments: str) -> str:
     return done.stdout.decode()
 
 
-def test_the_readmes_table_is_up_to_date() -> None:
-    """When it is not: python -m emulator.analysis.fidelity README.md"""
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
+def test_the_pages_table_is_up_to_date() -> None:
+    """When it is not: python -m emulator.analysis.fidelity docs/fidelity.md"""
+    text = (ROOT / "docs" / "fidelity.md").read_text(encoding="utf-8")
     assert rewrite(text) == text
 
 
