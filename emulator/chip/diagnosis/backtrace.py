@@ -123,9 +123,10 @@ class Backtrace:
 
     def lines(self, pc: int, lr: int, sp: int) -> list[str]:
         """The same as text, the innermost left out."""
-        return [self._line(call) for call in self.calls(pc, lr, sp)[1:]]
+        return [self.line(call) for call in self.calls(pc, lr, sp)[1:]]
 
-    def _line(self, call: Call) -> str:
+    def line(self, call: Call) -> str:
+        """One of the calls as text; the first one asked for costs the reading of all line numbers."""
         how = "interrupted" if call.interrupted else "called from"
         times = f", {call.times} times one in the other" if call.times > 1 else ""
         return f"{how} {self._places.place(call.address)}{times}"

@@ -198,10 +198,10 @@ class Hang:
         self._now_ps = core.now_ps
         self._quiet_since_ps = quiet_since_ps
         self._waits = Waits(chip, self._interrupts, places, self._now_ps - quiet_since_ps)
-        trace = Backtrace(places, core.peek, core.memory)
+        self._trace = Backtrace(places, core.peek, core.memory)
         self._pc = core.pc
-        registers = core.pc, core.register(_LR), core.register(_SP)
-        self._calls, self._callers = trace.calls(*registers), trace.lines(*registers)
+        self._calls = self._trace.calls(core.pc, core.register(_LR), core.register(_SP))
+        self._callers = self._calls[1:]
 
     def diagnosis(self) -> Diagnosis | None:
         """The loop that the firmware is caught in; None if it is in none."""
@@ -257,7 +257,7 @@ class Hang:
         one = decode(below[-1], code[0] | code[1] << 8, code[2] | code[3] << 8)
         if one.flow is not Flow.JUMP or one.target != below[-1]:
             return None
-        self._callers = self._callers[[call.interrupted for call in self._calls[1:]].index(True) + 1 :]
+        self._callers = self._callers[[call.interrupted for call in self._callers].index(True) + 1 :]
         return self._endless(below[-1], Cause("an endless loop", []))
 
     # -- loops that look at nothing ---------------------------------------------------------------------
@@ -317,7 +317,8 @@ class Hang:
 
     def _report(self, place: int, cause: Cause, *, fatal: bool = True) -> Diagnosis:
         where = self._places.place(place)
-        callers = [line for line in self._callers if not line.endswith(where)]
+        lines = [self._trace.line(call) for call in self._callers]
+        callers = [line for line in lines if not line.endswith(where)]
         caller = f", {callers[0]}" if callers and not where.startswith("main(") else ""
         details = [
             *cause.sentences,
