@@ -11,9 +11,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from emulator.chip.calls import Caller, set_variable
 from emulator.chip.chip import Chip, Surroundings
 from emulator.chip.cpu.core import CoreSettings
 from emulator.chip.cpu.fault_log import FaultLog
@@ -21,6 +20,9 @@ from emulator.chip.diagnosis import Diagnosis, diagnose
 from emulator.chip.image import FirmwareImage
 from emulator.chip.limits import LimitedRun, Limits
 from emulator.chip.peripherals.tim import Timer
+
+if TYPE_CHECKING:  # imported when a function is called, with what reads debug information: runs start sooner
+    from emulator.chip.calls import Caller
 
 
 class ArmFirmware:
@@ -63,10 +65,14 @@ class ArmFirmware:
 
     def set_variable(self, name: str, value: Any) -> None:
         """Give a global variable a value. Raises KeyError, and InputError for a value that does not fit."""
+        from emulator.chip.calls import set_variable
+
         set_variable(self.image, name, value, self._memory, self._store)
 
     def caller(self, restoring: Callable[[], AbstractContextManager[object]]) -> Caller:
         """What calls single functions; see :class:`Caller`."""
+        from emulator.chip.calls import Caller
+
         return Caller(self.chip.core, self.image, self.run_until_ps, restoring)
 
     def _store(self, address: int, raw: bytes) -> None:

@@ -6,7 +6,6 @@ I2C2 and on SPI2. Nothing here compiles or runs anything.
 
 from __future__ import annotations
 
-from importlib.resources import files
 from pathlib import Path
 
 PROGRAMS = ("template", "solution")
@@ -15,7 +14,7 @@ BUSES = ("I2C2", "SPI2")
 
 def sources() -> Path:
     """The folder with support/, template/, solution/ and scaffold/."""
-    return Path(str(files(__name__)))  # packages are always installed unpacked
+    return Path(__file__).parent  # packages are always installed unpacked
 
 
 def prebuilt(program: str, bus: str = "I2C2") -> Path:
