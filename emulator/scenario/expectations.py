@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import difflib
 import re
+import time
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -35,13 +37,38 @@ from emulator.scenario.printed import (
     same_banner,
     visible,
 )
+from emulator.scenario.resources import resources_of
 from emulator.scenario.result import Fault, Miss
-from emulator.scenario.tables import Duration, Table, folder_of, read_bounded
+from emulator.scenario.tables import Duration, Table
 from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S
 from emulator.time.durations import seconds, shown
 from emulator.trace import GpioEdge
 
 # -- What every expectation has in common: a view of the run, and a window of time --------------------------
+
+
+class SearchPatience:
+    """The wall time that is left for searching a run's text: a pattern from a stranger may never end."""
+
+    def __init__(self, clock_s: Callable[[], float] = time.monotonic) -> None:
+        self._clock_s = clock_s
+        self._left_s = _RUN_PATIENCE_S
+
+    @property
+    def exhausted(self) -> bool:
+        """Whether nothing is left."""
+        return self._left_s <= 0.0
+
+    @contextmanager
+    def limited(self) -> Iterator[float]:
+        """How long the search inside may take. Raises TimeoutError when nothing is left."""
+        if self.exhausted:
+            raise TimeoutError
+        began_s = self._clock_s()
+        try:
+            yield min(_LINE_PATIENCE_S, self._left_s)
+        finally:
+            self._left_s -= self._clock_s() - began_s
 
 
 @dataclass(frozen=True)
@@ -51,6 +78,7 @@ class Seen:
     board: BoardView
     lines: list[Line]
     end_ps: int
+    patience: SearchPatience = field(default_factory=SearchPatience)
 
 
 class Expectation(Table, ABC):
@@ -90,7 +118,8 @@ class Windowed(Expectation):
 
 
 LONGEST_PATTERN = 500
-_PATIENCE_S = 0.5  # for one line; a sane pattern takes microseconds
+_LINE_PATIENCE_S = 0.5  # for one line; a sane pattern takes microseconds
+_RUN_PATIENCE_S = 10.0  # for all patterns of a scenario on all lines of a run
 
 
 class ExpectLine(Windowed):
@@ -111,7 +140,10 @@ class ExpectLine(Windowed):
         expected = f"the line {shown_line(wanted)}{times}{self.window_text()}"
         if found:
             return Miss("wrong value", expected, f"{found} times")
-        near = nearest(wanted, lines)
+        near = None
+        if not seen.patience.exhausted:
+            with seen.patience.limited():
+                near = nearest(wanted, lines)
         if near is None:
             return Miss("missing", expected, f"{len(lines)} other lines")
         diff = (f"-{visible(wanted)}", f"+{visible(near)}")
@@ -125,15 +157,20 @@ class Pattern:
         self.text = text
         self._compiled = regex.compile(text)
 
-    def found_in(self, line: str) -> bool:
+    def found_in(self, line: str, patience: SearchPatience) -> bool:
         """Searches one line; the banner may be either. Raises TimeoutError when that takes too long."""
-        return any(self._compiled.search(text, timeout=_PATIENCE_S) for text in {line, same_banner(line)})
+        for text in dict.fromkeys((line, same_banner(line))):
+            with patience.limited() as timeout_s:
+                if self._compiled.search(text, timeout=timeout_s):
+                    return True
+        return False
 
 
-def _parse_pattern(value: object) -> Pattern:
+def _parse_pattern(value: object, info: ValidationInfo) -> Pattern:
     if not isinstance(value, str) or len(value) > LONGEST_PATTERN:
         longest = f"of at most {LONGEST_PATTERN} characters"
         raise ValueError(f"is {shown(value)}; give a regular expression {longest}")
+    resources_of(info).allow_pattern(value)
     try:
         return Pattern(value)
     except (regex.error, OverflowError, RecursionError) as error:
@@ -153,7 +190,8 @@ class _Matching(Windowed):
 
     def matches(self, seen: Seen) -> list[Line]:
         """The lines in the window in which the pattern is found."""
-        return [line for line in self.lines_in_window(seen) if self.pattern.found_in(line.text)]
+        lines = self.lines_in_window(seen)
+        return [line for line in lines if self.pattern.found_in(line.text, seen.patience)]
 
 
 class ExpectRegex(_Matching):
@@ -197,9 +235,9 @@ class NamedText:
 
 
 def _read_text(value: object, info: ValidationInfo) -> NamedText:
-    if not isinstance(value, str) or "\0" in value:
+    if not isinstance(value, str):
         raise ValueError(f'is {shown(value)}; give a path in quotes, such as "golden.txt"')
-    return NamedText(value, read_bounded(folder_of(info) / value, "the text the board is to print"))
+    return NamedText(value, resources_of(info).text(value, "the text the board is to print"))
 
 
 class ExpectText(Expectation):

@@ -17,9 +17,9 @@ from typing import Any
 from pydantic import ValidationError
 
 from emulator.errors import InputError, ScenarioError
+from emulator.scenario.resources import Resources, read_bounded
 from emulator.scenario.scenario import Scenario
 from emulator.scenario.schema import ScenarioFile
-from emulator.scenario.tables import read_bounded
 from emulator.time.durations import shown
 
 _MOST_DOTS = 64  # in one line; tomllib takes cubic time for keys of thousands of dotted parts
@@ -35,12 +35,12 @@ def load_scenario(name: str | os.PathLike[str]) -> Scenario:
     path = Path(name) if _is_path(name) else _shipped(str(name))
     file = str(path)
     try:
-        data = read_bounded(path, "a scenario file")
+        data = read_bounded(path, file, "a scenario file")
     except ValueError as error:  # the message already names the path
-        raise ScenarioError(file, "", str(error).removeprefix(f"{path} ")) from error
+        raise ScenarioError(file, "", str(error).removeprefix(f"{file} ")) from error
     table = _parse(data, file)
     try:
-        contents = ScenarioFile.model_validate(table, context={"folder": path.parent})
+        contents = ScenarioFile.model_validate(table, context={"resources": Resources(path.parent)})
     except ValidationError as error:
         raise scenario_error(file, error) from error
     return Scenario(contents, path)

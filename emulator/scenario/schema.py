@@ -201,7 +201,7 @@ class ScenarioFile(Table):
     """The file."""
 
     schema_: Literal[1] = Field(alias="schema")
-    question: str = Field(min_length=1, max_length=200, pattern=r"^[^\r\n]+$")
+    question: str = Field(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f\x7f-\x9f]+$")  # printed
     firmware: Annotated[
         str, AfterValidator(_known_firmware), Field(json_schema_extra={"enum": list(FIRMWARES)})
     ] = DEFAULT_FIRMWARE

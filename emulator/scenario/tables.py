@@ -5,7 +5,6 @@ from __future__ import annotations
 import difflib
 import re
 from decimal import Decimal
-from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import (
@@ -15,7 +14,6 @@ from pydantic import (
     PlainSerializer,
     PlainValidator,
     Strict,
-    ValidationInfo,
     WithJsonSchema,
     model_validator,
 )
@@ -26,8 +24,6 @@ from emulator.time.clock import PS_PER_US
 from emulator.time.durations import DURATION, NUMBER, format_duration, parse_duration, shown
 from emulator.world import limits
 from emulator.world.limits import Range
-
-MAX_FILE_BYTES = 1 << 20  # of a scenario or a text it names
 
 
 class Table(BaseModel):
@@ -67,25 +63,6 @@ class FieldTable(Table):
     north_ut: Annotated[float, within(limits.FIELD)]
     east_ut: Annotated[float, within(limits.FIELD)]
     down_ut: Annotated[float, within(limits.FIELD)]
-
-
-def folder_of(info: ValidationInfo) -> Path:
-    """The folder from which a file's relative paths count."""
-    return Path((info.context or {}).get("folder", "."))
-
-
-def read_bounded(path: Path, what: str) -> bytes:
-    """A small regular file's bytes; ValueError says why it cannot be used."""
-    try:
-        if path.exists() and not path.is_file():  # a pipe or a terminal would keep us waiting
-            raise ValueError(f"{path} is not a regular file; give {what}")
-        with path.open("rb") as stream:
-            data = stream.read(MAX_FILE_BYTES + 1)
-    except OSError as error:
-        raise ValueError(f"{path} cannot be read: {error.strerror or error}; give {what}") from error
-    if len(data) > MAX_FILE_BYTES:
-        raise ValueError(f"{path} is larger than {MAX_FILE_BYTES >> 20} MiB; give {what}")
-    return data
 
 
 # -- Durations ("50ms") and bus speeds ("400kHz") -----------------------------------------------------------

@@ -12,12 +12,12 @@ from pydantic import Field, PlainSerializer, PlainValidator, ValidationInfo, Wit
 
 from emulator.boards.fcu001v1 import profile
 from emulator.buses.i2c import FaultKind, I2CFault
-from emulator.errors import RecordingError
 from emulator.scenario.board_view import BoardView
-from emulator.scenario.tables import Duration, FieldTable, Length, Table, folder_of, within
+from emulator.scenario.resources import resources_of
+from emulator.scenario.tables import Duration, FieldTable, Length, Table, within
 from emulator.time.clock import NEVER_PS, PS_PER_S, to_ps
 from emulator.time.durations import shown
-from emulator.world import Recording, World, limits, load_recording
+from emulator.world import Recording, World, limits
 from emulator.world.magnetism import Magnet
 
 # -- What every entry has: when it is, how long it takes, what it moves, what it does -----------------------
@@ -221,12 +221,9 @@ class NamedRecording:
 
 
 def _read_recording(value: object, info: ValidationInfo) -> NamedRecording:
-    if not isinstance(value, str) or "\0" in value:
+    if not isinstance(value, str):
         raise ValueError(f'is {shown(value)}; give a path in quotes, such as "walk.csv"')
-    try:
-        return NamedRecording(value, load_recording(folder_of(info) / value))
-    except RecordingError as error:
-        raise ValueError(str(error)) from error
+    return NamedRecording(value, resources_of(info).recording(value))
 
 
 class Replay(Entry):

@@ -239,9 +239,11 @@ class Recorded:
 
     row_s: Array  # (M,), strictly increasing
     row_deg: Array  # (M, 3)
+    start_s: float  # when its time 0 is
 
     def rotation(self, t_s: Array) -> Array:
         """Board to world, (N, 3, 3)."""
+        t_s = t_s - self.start_s
         row, start, axis, angle = self._arcs(t_s)
         begin, end = self.row_s[row], self.row_s[row + 1]
         part = np.clip((t_s - begin) / (end - begin), 0.0, 1.0)
@@ -249,6 +251,7 @@ class Recorded:
 
     def rate_dps(self, t_s: Array) -> Array:
         """Angular rate in board axes, (N, 3)."""
+        t_s = t_s - self.start_s
         row, _, axis, angle = self._arcs(t_s)
         speed = np.degrees(angle) / (self.row_s[row + 1] - self.row_s[row])
         moving = (t_s >= self.row_s[0]) & (t_s < self.row_s[-1])

@@ -85,10 +85,11 @@ class Recorded:
 
     row_s: Array  # (M,), strictly increasing
     row_m: Array  # (M,)
+    start_s: float  # when its time 0 is
 
     def position_m(self, t_s: Array, /) -> Array:
         """Metres above the room's floor, (N,)."""
-        return np.interp(t_s, self.row_s, self.row_m)
+        return np.interp(t_s - self.start_s, self.row_s, self.row_m)
 
     def acceleration_m_s2(self, _t_s: Array, /) -> Array:
         """None, (1,)."""

@@ -33,6 +33,7 @@ from emulator.world.track import Array
 
 MAX_BYTES = 64 * 1024 * 1024
 MAX_ROWS = 2_000_000
+MAX_NUMBERS = 10_000_000  # 80 MB of doubles, and at most twice that again while they are sorted out
 MAX_LINE_BYTES = 4096
 
 MEASURED: dict[str, tuple[tuple[str, ...], Range]] = {
@@ -64,21 +65,26 @@ class Recording:
 
 @dataclass(frozen=True, eq=False)
 class Interpolation:
-    """A group's rows as a signal of the world: linear in between, the first and last one held."""
+    """A group's rows as a signal of the world: linear in between, the first and last one held.
+
+    The rows are the recording's own, ``start_s`` is when its time 0 is: many replays share one array.
+    """
 
     row_s: Array  # (M,), strictly increasing
     values: Array  # (M,) or (M, 3)
+    start_s: float
 
     def __call__(self, t_s: Array) -> Array:
         """(N,) -> (N,) or (N, 3)."""
+        t_s = t_s - self.start_s
         if self.values.ndim == 1:
             return np.interp(t_s, self.row_s, self.values)
         return np.stack([np.interp(t_s, self.row_s, column) for column in self.values.T], axis=1)
 
 
-def load_recording(path: str | PathLike[str]) -> Recording:
-    """Read a CSV file; `RecordingError` names the file and the line at fault."""
-    file = str(path)
+def load_recording(path: str | PathLike[str], name: str = "") -> Recording:
+    """Read a CSV file; `RecordingError` names the file (as ``name``, by default its path) and the line."""
+    file = name or str(path)
     try:
         _check_size(Path(path), file)
         with Path(path).open("rb") as stream:
@@ -93,9 +99,9 @@ def load_recording(path: str | PathLike[str]) -> Recording:
     groups = {}
     for group, (members, allowed) in GROUPS.items():
         if members[0] in column:
-            for name in members:
-                _check_range(column[name], name, allowed, file)
-            groups[group] = np.stack([column[name] for name in members], axis=1)
+            for member in members:
+                _check_range(column[member], member, allowed, file)
+            groups[group] = np.stack([column[member] for member in members], axis=1)
     return Recording(file, column["t_s"].copy(), _in_our_units(groups))
 
 
@@ -158,6 +164,8 @@ def _rows(lines: Iterator[bytes], names: list[str], file: str) -> Array:
     for number, line in enumerate(lines, start=2):
         if number - 1 > MAX_ROWS:
             raise RecordingError(file, number, f"has more than {MAX_ROWS} rows: thin them")
+        if len(values) > MAX_NUMBERS:
+            raise RecordingError(file, number, f"comes after {MAX_NUMBERS} numbers: thin the rows")
         cells = line.split(b",")
         if len(cells) != len(names):
             raise RecordingError(file, number, f"has {len(cells)} cells where the header has {len(names)}")

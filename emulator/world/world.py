@@ -220,15 +220,15 @@ class World(Truth):
         The last row holds on until the next motion or setter that bears on the same signal.
         """
         start = self._start(start_s)
-        row_s = start + recording.t_s
-        end = float(row_s[-1])
+        row_s = recording.t_s
+        end = start + float(row_s[-1])
         for group, values in recording.groups.items():
             if group in MEASURED:
-                self._signals[group].plan(start, Interpolation(row_s, values))
+                self._signals[group].plan(start, Interpolation(row_s, values, start))
             elif group == "altitude":
-                self._plan_height((start, RecordedLine(row_s, values)), (end, Rest(float(values[-1]))))
+                self._plan_height((start, RecordedLine(row_s, values, start)), (end, Rest(float(values[-1]))))
             else:
-                moving = Recorded(row_s, values) if len(row_s) > 1 else Held(values[0])
+                moving = Recorded(row_s, values, start) if len(row_s) > 1 else Held(values[0])
                 self._plan_attitude((start, moving), (end, Held(values[-1])))
         self._changed(start, ())
         return end

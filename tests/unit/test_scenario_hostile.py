@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import os
+import tracemalloc
 from pathlib import Path
 
 import pytest
+import regex
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from emulator import Board, InputError, ScenarioError
 from emulator.scenario import ScenarioFile, load_scenario, run
+from emulator.scenario.expectations import SearchPatience
 from emulator.scenario.loader import scenario_error
+from emulator.scenario.resources import Resources
 from tests.scenario_files import HEAD, SHORT, refusal, write
 
 HOLD = '[[timeline]]\ndo = "hold"\nfor = "1s"\n'
@@ -182,6 +186,155 @@ def test_a_golden_text_that_is_too_large(tmp_path: Path) -> None:
 def test_a_folder_is_no_scenario(tmp_path: Path) -> None:
     with pytest.raises(ScenarioError, match="not a regular file"):
         load_scenario(tmp_path)
+
+
+RECORDING = "t_s,p_hPa\n0,900\n1,901\n"
+
+
+def expect_text(file: str) -> str:
+    return f"{HEAD}[[expect]]\nkind = 'text'\nfile = '{file}'\n"
+
+
+def replay(csv: str) -> str:
+    return f"[[timeline]]\ndo = 'replay'\ncsv = '{csv}'\n"
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "../outside.txt",
+        "below/../../outside.txt",
+        "/etc/passwd",
+        "below/../golden.txt",
+        "..\\outside.txt",
+        "\\\\server\\share",
+        "C:\\outside.txt",
+        "C:outside.txt",
+        "\\outside.txt",
+        "~/../..",
+    ],
+)
+def test_a_file_is_named_as_lying_in_the_scenarios_folder(tmp_path: Path, name: str) -> None:
+    folder = tmp_path / "folder"
+    (folder / "below").mkdir(parents=True)
+    (tmp_path / "outside.txt").write_text("secret")
+    for text in (expect_text(name), HEAD + replay(name)):
+        error = refusal(folder, text)
+        assert "the name of a file in the scenario's folder" in error.problem
+        assert "secret" not in str(error)
+
+
+@pytest.mark.parametrize("name", ["to_file.csv", "to_folder/walk.csv", "chain.csv"])
+def test_a_link_does_not_lead_out_of_the_scenarios_folder(tmp_path: Path, name: str) -> None:
+    folder, outside = tmp_path / "folder", tmp_path / "outside"
+    folder.mkdir()
+    outside.mkdir()
+    (outside / "walk.csv").write_text("secret,of,mine\n")
+    (folder / "to_file.csv").symlink_to(outside / "walk.csv")
+    (folder / "to_folder").symlink_to(outside)
+    (folder / "chain.csv").symlink_to(folder / "to_file.csv")
+    for text in (expect_text(name), HEAD + replay(name)):
+        error = refusal(folder, text)
+        assert "a link out of the scenario's folder" in error.problem
+        assert "secret" not in str(error)
+
+
+def test_a_link_inside_the_folder_is_a_file_like_any(tmp_path: Path) -> None:
+    (tmp_path / "below").mkdir()
+    (tmp_path / "below" / "walk.csv").write_text(RECORDING)
+    (tmp_path / "link.csv").symlink_to("below/walk.csv")
+    load_scenario(write(tmp_path, HEAD + replay("link.csv") + replay("below/walk.csv")))
+
+
+def test_a_link_that_leads_to_itself(tmp_path: Path) -> None:
+    (tmp_path / "loop.csv").symlink_to("loop.csv")
+    assert "cannot be read" in refusal(tmp_path, HEAD + replay("loop.csv")).problem
+
+
+def test_a_recording_that_is_replayed_often_is_kept_once(tmp_path: Path) -> None:
+    """As are its rows, whenever each replay begins."""
+    rows = "".join(f"{number}e-4,0,{number % 90},0,1\n" for number in range(20_000))
+    (tmp_path / "walk.csv").write_text("t_s,roll_deg,pitch_deg,yaw_deg,alt_m\n" + rows)
+    path = write(tmp_path, HEAD + 'duration = "300s"\n' + replay("walk.csv") * 100)
+    tracemalloc.start()
+    try:
+        load_scenario(path)
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert peak < 10_000_000  # the recording has 0.8 MB, a hundred of them 80 MB
+
+
+def test_all_files_of_a_scenario_have_one_bound(tmp_path: Path) -> None:
+    resources = Resources(tmp_path)
+    for number in range(3):
+        with (tmp_path / f"{number}.csv").open("wb") as stream:
+            stream.write(RECORDING.encode())
+            stream.truncate(25 << 20)  # the rest is zeros
+    for number in range(2):
+        with pytest.raises(ValueError, match="is longer than 4096 bytes"):
+            resources.recording(f"{number}.csv")
+    with pytest.raises(ValueError, match="with which the scenario's files exceed 64 MiB"):
+        resources.recording("2.csv")
+
+
+@pytest.mark.parametrize("kind", ["regex", "never"])
+@pytest.mark.parametrize(
+    "pattern",
+    [
+        "(?:a?){9999999}",
+        "a{9999999}",
+        "(?:ab){9999999,}",
+        "((a{300}){300}){300}",
+        "(?<=(?:a?){999999})b",
+        "(?:" * 60 + "a?" + "){2}" * 60,
+        "(?x)((?:a{300}) {300}) {300}",
+        "((?:a{300})(?#b){300})(?#c){300}",
+        "(?ix:((?:a{300})#\n{300}) {300})",
+        "a{" + "9" * 400 + "}",
+    ],
+)
+def test_a_pattern_that_would_fill_the_memory_is_not_compiled(
+    tmp_path: Path, pattern: str, kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compiled: list[str] = []
+    monkeypatch.setattr(regex, "compile", compiled.append)
+    error = refusal(tmp_path, f"{HEAD}[[expect]]\nkind = '{kind}'\npattern = '''{pattern}'''\n")
+    assert "repeats too much" in error.problem
+    assert not compiled
+
+
+def test_many_patterns_have_one_bound(tmp_path: Path) -> None:
+    one = "[[expect]]\nkind = 'regex'\npattern = 'a{8000}'\n"
+    load_scenario(write(tmp_path, HEAD + one * 10))
+    assert "with which the patterns are too long" in refusal(tmp_path, HEAD + one * 20).problem
+
+
+@pytest.mark.parametrize(
+    "pattern",
+    [
+        r"^ACC\[x,y,z\] (-?\d{1,5} mg ){3}$",
+        r"\d{4}-\d{2}-\d{2} \d{2}:\d{2}:\d{2}\.\d{3} \d{3} \d{3} \d{3} \d{3}",
+        r"(?i)^(\d{1,3}\.){3}\d{1,3}$",
+        r"(?<!\{)x{0,99999}",
+    ],
+)
+def test_patterns_as_people_write_them_are_compiled(tmp_path: Path, pattern: str) -> None:
+    load_scenario(write(tmp_path, f"{HEAD}[[expect]]\nkind = 'regex'\npattern = '{pattern}'\n"))
+
+
+def test_all_searches_of_a_run_have_one_bound() -> None:
+    clock = iter(range(1000))
+    patience = SearchPatience(lambda: float(next(clock)))
+    for _ in range(10):
+        with patience.limited() as timeout_s:
+            assert timeout_s <= 0.5
+    with pytest.raises(TimeoutError), patience.limited():
+        pass
+
+
+def test_a_question_cannot_command_the_users_terminal(tmp_path: Path) -> None:
+    assert refusal(tmp_path, 'schema = 1\nquestion = "\\u001b]0;title\\u0007"').key == "question"
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="named pipes are POSIX")

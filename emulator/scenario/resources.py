@@ -1,0 +1,132 @@
+"""What one scenario may take while it is read: files inside its own folder, and patterns, bounded in total.
+
+A scenario may come from a stranger, and what is wrong with a file it names is shown to whoever runs it. So a
+name is relative, has no ``..``, and no link on its way leads out of the scenario's folder: a scenario can
+show nothing that was not sent along with it. Road not taken: a setting that allows more, which every grader
+would have to know of.
+
+Bounds: a text has at most 1 MiB, a recording 64 MiB and ten million numbers, all files of one scenario
+together 64 MiB. Reading a recording of ten million numbers takes 180 MB of memory and some ten seconds.
+
+A pattern costs memory when it is compiled: whatever must be repeated at least n times is laid out n times,
+at some 500 bytes for each element (``regex`` 2026; ``(?:a?){9999999}`` took 4 GB). The elements are counted
+from above before compiling, as if all repeated groups were nested: at most 10,000 in one pattern and 100,000
+in a scenario, which are 50 MB and a tenth of a second.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path, PurePosixPath, PureWindowsPath
+
+from pydantic import ValidationInfo
+
+from emulator.errors import RecordingError
+from emulator.time.durations import shown
+from emulator.world import Recording, load_recording
+
+MAX_FILE_BYTES = 1 << 20  # of a scenario or a text it names
+MAX_TOTAL_BYTES = 64 << 20  # of all files that a scenario names
+MAX_ELEMENTS = 10_000  # of one compiled pattern
+MAX_TOTAL_ELEMENTS = 100_000  # of all patterns of a scenario
+
+_COUNT = re.compile(r"(\)?)\{(\d+)")  # a repetition's least count, and whether it repeats a group
+_SCATTERED = re.compile(r"\(\?(#|[\w-]*x)")  # comments and spaces may stand between a group and its count
+
+
+class Resources:
+    """What lies beside a scenario, and how much of it all it may use.
+
+    All methods raise ValueError that says why something cannot be used.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._bytes_left = MAX_TOTAL_BYTES
+        self._elements_left = MAX_TOTAL_ELEMENTS
+        self._texts: dict[Path, bytes] = {}
+        self._recordings: dict[Path, Recording] = {}
+
+    def text(self, name: str, what: str) -> bytes:
+        """The bytes of a small file, which is ``what`` the error asks for."""
+        path = self._inside(name)
+        if path not in self._texts:
+            self._count(path, name)
+            self._texts[path] = read_bounded(path, name, what)
+        return self._texts[path]
+
+    def recording(self, name: str) -> Recording:
+        """A CSV recording; the same object however often it is named."""
+        path = self._inside(name)
+        if path not in self._recordings:
+            self._count(path, name)
+            try:
+                self._recordings[path] = load_recording(path, name)
+            except RecordingError as error:
+                raise ValueError(str(error)) from error
+        return self._recordings[path]
+
+    def allow_pattern(self, pattern: str) -> None:
+        """Count a pattern that is about to be compiled."""
+        elements = _elements(pattern)
+        self._elements_left -= elements
+        if elements > MAX_ELEMENTS:
+            raise ValueError(f"is {shown(pattern)}, which repeats too much; let its counts multiply to less")
+        if self._elements_left < 0:
+            raise ValueError(f"is {shown(pattern)}, with which the patterns are too long; give fewer of them")
+
+    def _inside(self, name: str) -> Path:
+        """The file itself, all links on its way followed."""
+        if "\0" in name:
+            raise ValueError(f'is {shown(name)}; give a path in quotes, such as "golden.txt"')
+        for flavour in (PurePosixPath(name), PureWindowsPath(name)):  # a file means the same on every system
+            if flavour.is_absolute() or flavour.anchor or ".." in flavour.parts:
+                raise ValueError(f"is {shown(name)}; give the name of a file in the scenario's folder")
+        try:
+            path = (self._folder / name).resolve()
+            inside = path.is_relative_to(self._folder.resolve())
+        except (OSError, RuntimeError) as error:  # RuntimeError: a link that leads to itself
+            raise ValueError(f"is {shown(name)}, which cannot be read: {error}") from error
+        if not inside:
+            raise ValueError(f"is {shown(name)}, a link out of the scenario's folder; give the file itself")
+        return path
+
+    def _count(self, path: Path, name: str) -> None:
+        try:
+            size = path.stat().st_size
+        except OSError:
+            return  # reading it says what is wrong
+        self._bytes_left -= size
+        if self._bytes_left < 0:
+            most = f"{MAX_TOTAL_BYTES >> 20} MiB"
+            raise ValueError(f"is {shown(name)}, with which the scenario's files exceed {most}; shorten them")
+
+
+def resources_of(info: ValidationInfo) -> Resources:
+    """Those of the scenario that is being read; without a file, the working directory's."""
+    resources = (info.context or {}).get("resources")
+    return resources if isinstance(resources, Resources) else Resources(Path())
+
+
+def _elements(pattern: str) -> int:
+    """How many elements ``pattern`` has when it is compiled, or more."""
+    counts = [(bool(group), max(int(count), 1)) for group, count in _COUNT.findall(pattern)]
+    if _SCATTERED.search(pattern):
+        counts = [(True, count) for _, count in counts]
+    nested = math.prod(count for of_group, count in counts if of_group)
+    return nested * (len(pattern) + sum(count for of_group, count in counts if not of_group))
+
+
+def read_bounded(path: Path, name: str, what: str) -> bytes:
+    """A small regular file's bytes; ValueError says why ``name`` cannot be used."""
+    try:
+        if path.exists() and not path.is_file():  # a pipe or a terminal would keep us waiting
+            raise ValueError(f"{name} is not a regular file; give {what}")
+        with path.open("rb") as stream:
+            data = stream.read(MAX_FILE_BYTES + 1)
+    except OSError as error:
+        raise ValueError(f"{name} cannot be read: {error.strerror or error}; give {what}") from error
+    if len(data) > MAX_FILE_BYTES:
+        raise ValueError(f"{name} is larger than {MAX_FILE_BYTES >> 20} MiB; give {what}")
+    return data
