@@ -1,6 +1,6 @@
 """The LPS22HB, slow and plain: what a part must do, sample by sample, read by read and write by write.
 
-It knows the sensor facts (3.2 to 3.5) and the decisions stated in the modules of ``sensors.lps22hb``, and
+It knows the datasheet and the decisions stated in the modules of ``sensors.lps22hb``, and
 keeps everything as numbers and lists. There is one data rate, 50 Hz, and one-shot in low noise.
 """
 

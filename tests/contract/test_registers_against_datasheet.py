@@ -71,7 +71,7 @@ MULTI_BYTE = {
 field is the byte's share of the number ("D_7_0"). Nowhere else do the lists of fields differ."""
 
 LAB_SETUP = [
-    # brief, "Arithmetic", sensor set-up: the final registers on I2C
+    # the registers as the lab's firmware leaves them on I2C
     ("lsm6dsl", 0x10, 0xA8),
     ("lsm6dsl", 0x17, 0xE0),
     ("lsm6dsl", 0x11, 0x6C),

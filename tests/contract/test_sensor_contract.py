@@ -16,7 +16,7 @@ parts = pytest.mark.parametrize("name", PARTS)
 
 
 def following(facts: PartFacts, address: int) -> int:
-    """The address after ``address`` in a burst (sensor facts 1.1, 2.1 and 3.1)."""
+    """The address after ``address`` in a burst (AN5040 4.7; PX4's LIS2MDL driver; LPS22HB datasheet 5.8)."""
     return facts.next_address.get(address, (address + 1) % 0x80)
 
 
@@ -254,7 +254,7 @@ def test_the_write_log_names_register_old_and_new_value(name: str) -> None:
 
 @parts
 def test_what_the_lab_sets_up_raises_no_note(name: str) -> None:
-    """Brief, sensor set-up on I2C."""
+    """The registers as the lab's firmware leaves them on I2C."""
     chip = Chip(name)
     chip.configure(
         {

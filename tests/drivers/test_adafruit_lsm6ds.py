@@ -83,7 +83,7 @@ def test_acceleration_is_the_worlds(bench: Bench, name: str, attitude: Vector) -
 
 @pytest.mark.parametrize(("name", "full_scale_g"), [("RANGE_2G", 2), ("RANGE_4G", 4), ("RANGE_8G", 8)])
 def test_beyond_full_scale_it_stays_there(bench: Bench, name: str, full_scale_g: float) -> None:
-    """1 g and a shake of 15 g, read at its crest: 16 bits are full (sensor facts 1.3)."""
+    """1 g and a shake of 15 g, read at its crest: 16 bits are full."""
     bench.sensor.accelerometer_data_rate = adafruit_lsm6ds.Rate.RATE_416_HZ
     bench.sensor.accelerometer_range = getattr(adafruit_lsm6ds.AccelRange, name)
     start_s = bench.board.now_s

@@ -162,7 +162,7 @@ def test_overrun_bits_are_those_of_the_axes_left_unread() -> None:
 
 
 def test_a_burst_over_the_field_never_reaches_the_temperature() -> None:
-    """Sensor facts 2.1: after 0x6D comes 0x68."""
+    """After 0x6D comes 0x68, not the temperature, as PX4's driver notes."""
     chip = Chip("LIS2MDL")
     field_of(chip, 1, 2, 3)
     chip.set("temperature_degc", 26.0)

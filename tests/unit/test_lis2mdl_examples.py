@@ -1,4 +1,4 @@
-"""What real drivers do with the LIS2MDL, step by step (ST's example programs; AN5069; sensor facts 2)."""
+"""What real drivers do with the LIS2MDL, step by step (ST's example programs; AN5069)."""
 
 from __future__ import annotations
 

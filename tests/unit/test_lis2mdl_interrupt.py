@@ -84,7 +84,7 @@ def test_a_latched_interrupt_that_was_read_comes_again_with_the_next_sample() ->
 
 
 def test_with_iea_0_bit_int_is_0_while_it_signals() -> None:
-    """Datasheet T35; sensor facts 2.5."""
+    """Datasheet T35."""
     chip = x_counts(0, 200)
     threshold(chip, 100, XYZ | IEN)
 

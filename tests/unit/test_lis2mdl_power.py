@@ -112,7 +112,7 @@ def test_soft_reset_takes_reboots_measurement_back() -> None:
     ],
 )
 def test_current_in_continuous_mode(low_power: bool, cancelling: bool, microampere: tuple[int, ...]) -> None:
-    """Sensor facts 2.2, at 10, 20, 50 and 100 Hz."""
+    """The datasheet's and AN5069's figures at 10, 20, 50 and 100 Hz."""
     chip = Chip("LIS2MDL")
     chip.write(CFG_REG_B, 0x02 * cancelling)
     found = []
@@ -158,7 +158,7 @@ def test_i2c_dis_silences_i2c_until_soft_reset() -> None:
 
 
 def test_spi_has_three_wires_after_reset_and_four_with_4wspi() -> None:
-    """ST's driver and AN5069 Rev 4; the datasheet's "must be 0" is DIS-12 of the sensor facts."""
+    """ST's driver and AN5069 Rev 4; the datasheet says "must be 0"."""
     chip = Chip("LIS2MDL")
     assert chip.part.spi_wires() == 3
     chip.write(CFG_REG_C, 0x04)

@@ -70,7 +70,7 @@ def test_without_if_add_inc_a_burst_stays_at_its_address() -> None:
 
 @pytest.mark.parametrize("count", [16, -16, 32767, -32768])
 def test_rpds_is_subtracted_in_sixteenths_of_a_hpa(count: int) -> None:
-    """Sensor facts DIS-15: the LSB is that of the LPS25H's AN4450, 1/16 hPa; 24 bits saturate."""
+    """The LSB is the LPS25H's (AN4450), 1/16 hPa: the datasheet gives none; 24 bits saturate."""
     chip = Chip("LPS22HB")
     chip.write(RPDS_L, *count.to_bytes(2, "little", signed=True))
     chip.write(CTRL_REG1, 0x50)
@@ -163,7 +163,7 @@ def test_supply_current(control1: int, res_conf: int, microampere: float) -> Non
 
 
 def test_rpds_in_single_counts_as_a_setting() -> None:
-    """Sensor facts DIS-15: the unit of the board driver's header."""
+    """The unit of the header of ST's driver for the STEVAL-FCU001V1."""
     part = LPS22HB(constant(1000.0), constant(20.0), rpds_counts_per_lsb=1)
     part.write(RPDS_L, b"\x05\x00", 0)
     part.write(CTRL_REG1, b"\x50", 0)

@@ -1,4 +1,4 @@
-"""The LPS22HB's ONE_SHOT, SWRESET and BOOT (datasheet 9.6; sensor facts 3.2 and 3.3)."""
+"""The LPS22HB's ONE_SHOT, SWRESET and BOOT (datasheet 9.6)."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ def test_swreset_ends_a_one_shot() -> None:
 
 
 def test_boot_and_swreset_at_once_as_the_boards_firmware_does() -> None:
-    """Sensor facts 3.2: 0x94; the part works afterwards."""
+    """ST's firmware for the STEVAL-FCU001V1 writes 0x94, and the part works afterwards."""
     chip = Chip("LPS22HB")
     chip.write(CTRL_REG1, 0x32)
     chip.write(CTRL_REG2, 0x94)
@@ -133,7 +133,7 @@ def test_boot_and_swreset_at_once_as_the_boards_firmware_does() -> None:
 
 
 def test_0xf8_in_ctrl_reg2_is_harmless_as_on_the_real_board() -> None:
-    """Sensor facts 3.2: FIFO_EN in bypass mode gives plain outputs, BOOT ends by itself."""
+    """FIFO_EN in bypass mode gives plain outputs, BOOT ends by itself."""
     chip = Chip("LPS22HB")
     chip.write(CTRL_REG2, 0xF8)
     chip.write(CTRL_REG1, 0x33)
@@ -175,7 +175,7 @@ def test_boot_status_is_set_while_the_part_boots(control1: int, boots_ps: int) -
 
 
 def test_power_on_as_a_setting() -> None:
-    """Sensor facts 3.2: no time is documented; 2F6666h has been seen before the first conversion."""
+    """No time is documented; 2F6666h has been seen before the first conversion."""
     part = LPS22HB(constant(1000.0), constant(20.0), powered_on_ps=PS_PER_MS, power_on_counts=0x2F6666)
 
     assert part.accessible(0)

@@ -142,7 +142,7 @@ def test_stream_overwrites_the_oldest(mode: int) -> None:
 
 
 def test_an_emptied_stream_repeats_its_last_level() -> None:
-    """Datasheet 5.3 (sensor facts 3.5): the fill jumps from 0 to 2."""
+    """Datasheet 5.3: the fill jumps from 0 to 2."""
     chip = after(collecting(STREAM), 1)
     assert chip.byte(FIFO_STATUS) == 1, "nothing has been read before"
     assert chip.read(PRESS_OUT_XL, 5) == level(1)
@@ -202,7 +202,7 @@ def test_reading_the_interrupt_ends_collecting(mode: int) -> None:
 
 
 def test_a_level_is_consumed_by_its_last_byte_only() -> None:
-    """Sensor facts 3.5: ST's example reads 3 bytes at 28h and then 2 at 2Bh, other drivers burst."""
+    """ST's example reads 3 bytes at 28h and then 2 at 2Bh, other drivers burst."""
     chip = after(collecting(FIFO), 4)
     assert chip.read(PRESS_OUT_XL, 3) + chip.read(PRESS_OUT_XL, 3) == 2 * level(1)[:3]
     assert chip.byte(TEMP_OUT_L) == 1

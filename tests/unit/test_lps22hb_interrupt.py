@@ -56,7 +56,7 @@ def test_both_references_are_compared_with(reference: int) -> None:
 
 
 def test_without_a_reference_the_pressure_itself_is_compared() -> None:
-    """Sensor facts 3.4: REF_P as written by firmware does not count."""
+    """REF_P as written by firmware does not count."""
     chip = measuring(999.0, 1001.0)
     chip.write(REF_P_XL, *(900 * 4096).to_bytes(3, "little"))
     threshold(chip, 1000.0)

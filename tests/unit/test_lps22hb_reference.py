@@ -1,4 +1,4 @@
-"""The LPS22HB's reference pressure: AUTOZERO, AUTORIFP and RPDS (datasheet 9.1; sensor facts 3.4)."""
+"""The LPS22HB's reference pressure: AUTOZERO, AUTORIFP and RPDS (datasheet 9.1)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Inactivity of the LSM6DSL and its change of rates (AN5040 5.6; sensor facts 1.8)."""
+"""Inactivity of the LSM6DSL and its change of rates (AN5040 5.6)."""
 
 from __future__ import annotations
 

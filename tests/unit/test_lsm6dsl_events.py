@@ -1,4 +1,4 @@
-"""Free fall, wake-up, orientation and tap of the LSM6DSL (AN5040 section 5; sensor facts 1.8)."""
+"""Free fall, wake-up, orientation and tap of the LSM6DSL (AN5040 section 5)."""
 
 from __future__ import annotations
 
@@ -247,7 +247,7 @@ def test_tap_axis_and_sign(axis: int, enable: int, bit: int, sign: int) -> None:
         assert bits[6] == (expected if enabled & enable else 0)
 
 
-# -- pulsed and latched (sensor facts 1.7) ------------------------------------------------------------------
+# -- pulsed and latched (AN5040 section 5) ------------------------------------------------------------------
 
 
 def test_a_latched_event_stays_until_its_source_is_read() -> None:

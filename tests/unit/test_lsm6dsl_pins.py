@@ -1,4 +1,4 @@
-"""INT1 and INT2 of the LSM6DSL: routing, shape and time of edges (AN5040 4.2, 4.3; sensor facts 1.6, 1.7)."""
+"""INT1 and INT2 of the LSM6DSL: routing, shape and time of edges (AN5040 4.2, 4.3)."""
 
 from __future__ import annotations
 

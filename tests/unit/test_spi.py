@@ -9,7 +9,7 @@ from emulator.time.clock import PS_PER_S
 from emulator.trace import BusTransfer
 
 READ = 0x80
-CS = {"LSM6DSL": "PA8", "LIS2MDL": "PB12", "LPS22HB": "PC13"}  # board facts, section 2
+CS = {"LSM6DSL": "PA8", "LIS2MDL": "PB12", "LPS22HB": "PC13"}  # ST's firmware: the chip selects
 IDENTITY = {"LSM6DSL": (0x0F, 0x6A), "LIS2MDL": (0x4F, 0x40), "LPS22HB": (0x0F, 0xB1)}
 TO_3_WIRE = {"LSM6DSL": b"\x12\x0c", "LIS2MDL": b"", "LPS22HB": b"\x10\x01"}  # LIS2MDL: 3-wire after reset
 TO_4_WIRE = {"LSM6DSL": b"\x12\x04", "LIS2MDL": b"\x62\x04", "LPS22HB": b"\x10\x00"}
@@ -17,7 +17,7 @@ TO_4_WIRE = {"LSM6DSL": b"\x12\x04", "LIS2MDL": b"\x62\x04", "LPS22HB": b"\x10\x
 
 @pytest.mark.parametrize("part", CS)
 def test_a_three_wire_host_writes_blindly_first(part: str) -> None:
-    """Board facts, section 11: LSM6DSL and LPS22HB start in 4-wire mode, the LIS2MDL does not."""
+    """After reset LSM6DSL and LPS22HB are in 4-wire mode (SIM = 0), the LIS2MDL is not (4WSPI = 0)."""
     board = Board(profile="fcu001v1")
     register, identity = IDENTITY[part]
     before = board.spi2.write_read(CS[part], bytes([READ | register]), 1)
@@ -66,7 +66,7 @@ def test_the_barometer_increments_only_with_if_add_inc() -> None:
 
 
 def test_the_magnetometer_reads_and_writes_as_its_drivers_address_it() -> None:
-    """Sensor facts 2.1: drivers set bit 6 too, which every address has already."""
+    """Drivers set bit 6 too, which every address has already."""
     board = Board(profile="fcu001v1", ideal=True)
     board.spi2.write("PB12", bytes([0x40 | 0x45]) + bytes(range(1, 7)))
     assert board.spi2.write_read("PB12", bytes([0xC0 | 0x45]), 6) == bytes(range(1, 7))
@@ -82,7 +82,7 @@ def test_the_barometers_burst_goes_round_on_spi() -> None:
 
 
 def test_a_byte_is_eight_periods_of_2_625_mhz() -> None:
-    """Question 1 of the lab: 42 MHz / 16 (board facts 2.1)."""
+    """Question 1 of the lab: 42 MHz / 16 as ST's firmware sets it."""
     board = Board(profile="fcu001v1")
     board.spi2.write_read("PA8", b"\x8f", 3)
     assert board.spi2.speed_hz == 2_625_000

@@ -1,4 +1,4 @@
-"""Supply current for the configured mode: figures from the datasheets' tables (sensor facts 1 to 3)."""
+"""Supply current for the configured mode: figures from the datasheets' tables."""
 
 from __future__ import annotations
 
