@@ -176,7 +176,6 @@ def _state_space(sections: tuple[Section, ...]) -> tuple[Array, Array, Array, fl
 
 # -- a filter on a stream of samples ------------------------------------------------------------------------
 
-
 Source: TypeAlias = Callable[[int, int], Array]
 """``source(number, count)``: unfiltered samples, (axes, count), of the present settings and world."""
 

@@ -148,7 +148,6 @@ class InterruptGenerator:
 
 # -- the pin ------------------------------------------------------------------------------------------------
 
-
 Shown: TypeAlias = Literal["INT", "DRDY"]
 
 

@@ -253,7 +253,6 @@ class LIS2MDL(Part):
 
 # -- settings that the documents forbid ---------------------------------------------------------------------
 
-
 _Forbidden: TypeAlias = Callable[[int], str]
 """``forbidden(value)``: what a register with that value violates, empty if nothing."""
 
@@ -282,7 +281,6 @@ def _forbidden_in_c(value: int) -> str:
 
 
 # -- what the part draws, for estimates of battery life (datasheet Table 3, AN5069 Table 8) -----------------
-
 
 _IDLE_UA = 1.5
 _CONTINUOUS_UA = {  # by (low power, offset cancellation): at 10, 20, 50 and 100 Hz

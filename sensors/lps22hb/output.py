@@ -38,7 +38,7 @@ class Pipeline:
         self.interrupt.configure(self._mem)
         self.fifo.configure(self._mem, triggered=self.interrupt.raised)
         self.int_drdy.configure(self._mem)
-        self.every_sample = self._looks_at_every_sample()
+        self.every_sample = self._needs_every_sample()
         self.drive(now_ps)
 
     def take(self, sample: bytes, at_ps: int) -> bytes:
@@ -52,7 +52,7 @@ class Pipeline:
             self.fifo.trigger(on=self.interrupt.raised)
         self.fifo.push(output)
         self.drive(at_ps)
-        self.every_sample = self._looks_at_every_sample()
+        self.every_sample = self._needs_every_sample()
         return output
 
     def level_was_read(self, now_ps: int) -> None:
@@ -75,7 +75,7 @@ class Pipeline:
         self.reference.reset_autozero()
         self.reference.reset_autorifp()
 
-    def _looks_at_every_sample(self) -> bool:
+    def _needs_every_sample(self) -> bool:
         watching = self.interrupt.on or self.fifo.active or self.int_drdy.routed
         return watching or self.reference.capturing
 

@@ -1,17 +1,16 @@
 """The LSM6DSL's accelerometer: from specific force to counts (datasheet Table 3; AN5040 sections 3 and 4).
 
 World, deviation, noise and self-test are added up as samples at the output data rate and go through the
-filters the registers select; the user offset is added behind them. Noise is white before the filters. In high
+filters the registers select; the user offset is added after them. Noise is white before the filters. In high
 performance it has the datasheet's density; in low-power and normal mode its RMS at a bandwidth of ODR/2,
 and at ODR/9, is the datasheet's.
 
 Filters (datasheet figures 5, 7 and 8; AN5040 3.7). Order and shape are not documented: see
 ``sensors.filters``. Further decisions: they run at the output data rate, so that a cut-off of ODR/2 is what
 sampling leaves, no filter at all; low-pass filters begin settled on their first sample; slope and high-pass
-filters begin with zero, as AN5040 3.7 says of the slope filter, and so do not begin with a lie about the
-past.
+filters begin with zero, as AN5040 3.7 says of the slope filter.
 
-The event functions look at the same samples with other filters: analog chain and LPF1 only, and LPF2 behind
+The event functions look at the same samples with other filters: analog chain and LPF1 only, and LPF2 after
 it for LOW_PASS_ON_6D; no composite filter, no user offset. They are computed while an event function is on,
 and only then. Decision where the documents are silent: switched on while the accelerometer runs, these
 filters begin settled on the next sample; the road not taken, running them all along, would make every
@@ -76,7 +75,6 @@ _SELF_TEST_SIGN = (0, 1, -1, 0)  # CTRL5_C.ST_XL; 3 is not allowed
 
 # -- samples to discard (AN5040 3.9, Tables 12 and 13) ------------------------------------------------------
 
-
 _WIDE, _NARROW_OR_SLOPE = 0, 1  # columns of Table 13: LPF1_BW_SEL = 0, and = 1 or slope filter
 
 # Accelerometer in high performance by rate in Hz (Table 13); everything else is 0 or 1.
@@ -122,7 +120,6 @@ def accelerometer_discards(old: Mode, new: Mode) -> int:
 
 # -- what the event functions look at -----------------------------------------------------------------------
 
-
 Sections: TypeAlias = tuple[Section, ...]
 
 _UNCHANGED: Section = (1.0, 0.0, 0.0, 0.0, 0.0)
@@ -132,7 +129,7 @@ class EventFilters(NamedTuple):
     """The filters of both views; None while the accelerometer is off, () where nothing is filtered."""
 
     before_lpf2: Sections | None
-    behind_lpf2: Sections | None
+    after_lpf2: Sections | None
 
 
 class EventSamples:
@@ -140,7 +137,7 @@ class EventSamples:
 
     def __init__(self, unfiltered: Source) -> None:
         self._filters = EventFilters(None, None)
-        self._before, self._behind = SampledFilter(unfiltered), SampledFilter(unfiltered)
+        self._before, self._after = SampledFilter(unfiltered), SampledFilter(unfiltered)
         self._watched = self._low_passed = False
 
     # -- for the accelerometer --------------------------------------------------------------------------
@@ -152,34 +149,34 @@ class EventSamples:
         if self._watched:
             _follow(self._before, filters.before_lpf2, number, anew=anew)
         if self._low_passed:
-            _follow(self._behind, filters.behind_lpf2, number, anew=anew)
+            _follow(self._after, filters.after_lpf2, number, anew=anew)
 
     def world_changed(self, number: int) -> None:
         """The signals are others from sample ``number`` on."""
         if self._watched:
             self._before.forget(number)
         if self._low_passed:
-            self._behind.forget(number)
+            self._after.forget(number)
 
     # -- for the event functions ------------------------------------------------------------------------
 
     def watch(self, number: int, *, on: bool, low_pass: bool) -> None:
-        """From sample ``number`` on the view before LPF2 is needed, and the one behind it, or not."""
+        """From sample ``number`` on the view before LPF2 is needed, and the one after it, or not."""
         if on != self._watched:
             self._watched = on
             self._before.restart(_chain(self._filters.before_lpf2) if on else None, number)
         low_pass = on and low_pass
         if low_pass != self._low_passed:
             self._low_passed = low_pass
-            self._behind.restart(_chain(self._filters.behind_lpf2) if low_pass else None, number)
+            self._after.restart(_chain(self._filters.after_lpf2) if low_pass else None, number)
 
     def before_lpf2(self, number: int, count: int) -> Array:
         """Samples ``number`` and following."""
         return self._before.block(number, count)
 
-    def behind_lpf2(self, number: int, count: int) -> Array:
+    def after_lpf2(self, number: int, count: int) -> Array:
         """Likewise through LPF2, whatever the output shows."""
-        return self._behind.block(number, count)
+        return self._after.block(number, count)
 
 
 def _follow(view: SampledFilter, sections: Sections | None, number: int, *, anew: bool) -> None:
@@ -196,7 +193,6 @@ def _chain(sections: Sections | None) -> Chain | None:
 
 
 # -- filters (AN5040 3.7 and Table 10) ----------------------------------------------------------------------
-
 
 _DIVISOR = (50, 100, 9, 400)  # CTRL8_XL.HPCF_XL: cut-off of LPF2 and of the high-pass, ODR over this
 _SLOPE_CODE = 0  # of HPCF_XL, with HP_SLOPE_XL_EN
@@ -234,7 +230,7 @@ def accelerometer_chain(mem: bytearray, odr_hz: float, *, high_performance: bool
 
 
 def event_filters(mem: bytearray, odr_hz: float, *, high_performance: bool) -> EventFilters:
-    """What the event functions get: LPF1 as INPUT_COMPOSITE selects it, and LPF2 behind it for 6D.
+    """What the event functions get: LPF1 as INPUT_COMPOSITE selects it, and LPF2 after it for 6D.
 
     Their slope and high-pass filters hang on the composite filter's input (datasheet figure 8).
     """
@@ -276,7 +272,6 @@ def add_low_pass(sections: list[Section], cutoff_hz: float, odr_hz: float) -> No
 
 
 # -- the sensor ---------------------------------------------------------------------------------------------
-
 
 _OFF = Mode(0.0, high_performance=True, column=False)
 

@@ -247,7 +247,6 @@ class BankB:
 
 # -- access -------------------------------------------------------------------------------------------------
 
-
 MAIN = RegisterMap.of(registers)
 EMBEDDED = {"A": RegisterMap.of(BankA), "B": RegisterMap.of(BankB)}
 _TITLES = {"A": "Embedded bank A, selected by FUNC_CFG_ACCESS = 0x80", "B": "... bank B, by 0xA0"}
@@ -308,7 +307,6 @@ def on_bank_write(
 
 
 # -- bursts that go round -----------------------------------------------------------------------------------
-
 
 _ROUNDING: tuple[dict[int, int], ...] = (
     {},

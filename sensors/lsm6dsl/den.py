@@ -42,7 +42,6 @@ from sensors.sampling import NEVER_PS, SampleStream, Times
 
 # -- settings (datasheet 9.16 to 9.21) ----------------------------------------------------------------------
 
-
 _MODE_LSB = CTRL6_C.LVL2_EN.lsb
 
 
@@ -152,7 +151,6 @@ class Gate:
 
 
 # -- data enable --------------------------------------------------------------------------------------------
-
 
 _NONE = -1  # no sample
 

@@ -67,7 +67,6 @@ from sensors.sampling import NEVER_PS, PS_PER_S
 
 # -- pedometer ----------------------------------------------------------------------------------------------
 
-
 _LSB_MG = (32.0, 62.5)  # CONFIG_PEDO_THS_MIN.PEDO_FS (datasheet 11.16)
 _FULL_SCALE_MG = (2000.0, 4000.0)
 _DEBOUNCE_LSB_PS = 80 * PS_PER_S // 1000  # datasheet 11.18
@@ -185,7 +184,6 @@ class SignificantMotion:
 
 # -- tilt ---------------------------------------------------------------------------------------------------
 
-
 _COS_THRESHOLD = math.cos(math.radians(35.0))
 _FIRST_TIME_PS = 2 * PS_PER_S
 
@@ -224,7 +222,6 @@ class Tilt:
 
 
 # -- absolute wrist tilt ------------------------------------------------------------------------------------
-
 
 _LATENCY_LSB_PS = 40 * PS_PER_S // 1000
 _THRESHOLD_LSB_MG = 15.625
@@ -289,7 +286,6 @@ def _over(acceleration_mg: Vec3, threshold_mg: float) -> int:
 
 
 # -- all of them, as one feature ----------------------------------------------------------------------------
-
 
 _RATE_HZ = 26
 _TICKS_AT_ONCE = 256

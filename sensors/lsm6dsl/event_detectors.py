@@ -4,7 +4,7 @@ Durations are counted in samples. Decision: a duration of N/ODR is over at the s
 after the first at which the condition was true, so N = 0 acts on the first sample. The road not taken, N
 samples in a row, would make 0 and 1 the same.
 
-Filter in front of wake-up, inactivity and tap (3.7, 5.3): it takes gravity away. The slope is
+Filter before wake-up, inactivity and tap (3.7, 5.3): it takes gravity away. The slope is
 (a[n] - a[n-1]) / 2. After the accelerometer has been switched on a[-1] is 0, so the first slope is half of
 gravity: one spurious wake-up, as on silicon. Switched on while the accelerometer runs already, the filter
 takes its first sample to have been there before. The high-pass that SLOPE_FDS selects for wake-up and
@@ -49,7 +49,7 @@ from sensors.lsm6dsl.registers import (
 )
 
 
-class Held:
+class DurationCounter:
     """Counts the samples in a row at which a condition was true."""
 
     __slots__ = ("_run", "periods")
@@ -92,7 +92,7 @@ class MotionFilter:
         self._decay = 1 / (1 + 2 * math.pi / _DIVISOR[code]) if high_pass else 0.0
 
     def start(self, *, from_zero: bool) -> None:
-        """Begin anew: behind a sample of zero, or behind one like the next."""
+        """Begin anew: after a sample of zero, or after one like the next."""
         self._previous = ZERO if from_zero else None
         self.motion = ZERO
 
@@ -115,7 +115,6 @@ class MotionFilter:
 
 # -- free fall: all three axes near zero for long enough (AN5040 5.1; datasheet Tables 199 and 200) ---------
 
-
 _FREE_FALL_MG = (156, 219, 250, 312, 344, 406, 469, 500)  # FF_THS, whatever the full scale
 
 
@@ -123,7 +122,7 @@ class FreeFall:
     """FF_IA while every axis has stayed within FF_THS for FF_DUR/ODR."""
 
     def __init__(self) -> None:
-        self._held = Held()
+        self._duration = DurationCounter()
         self._threshold_mg = _FREE_FALL_MG[0]
 
     def configure(self, mem: bytearray) -> None:
@@ -131,18 +130,18 @@ class FreeFall:
         control = mem[FREE_FALL.addr]
         self._threshold_mg = _FREE_FALL_MG[FREE_FALL.FF_THS.get(control)]
         upper = WAKE_UP_DUR.FF_DUR5.get(mem[WAKE_UP_DUR.addr])
-        self._held.periods = upper << 5 | FREE_FALL.FF_DUR_4_0.get(control)
+        self._duration.periods = upper << 5 | FREE_FALL.FF_DUR_4_0.get(control)
 
     def reset(self) -> None:
         """Begin anew."""
-        self._held.reset()
+        self._duration.reset()
 
     def step(self, sample: Axes) -> int:
         """The next sample in mg; bits of WAKE_UP_SRC."""
         x, y, z = sample
         limit = self._threshold_mg
         falling = -limit < x < limit and -limit < y < limit and -limit < z < limit
-        return WAKE_UP_SRC.FF_IA.mask if self._held.step(falling) else 0
+        return WAKE_UP_SRC.FF_IA.mask if self._duration.step(falling) else 0
 
 
 # -- wake-up: the filtered acceleration exceeds a threshold on any axis (AN5040 5.3) ------------------------
@@ -157,17 +156,17 @@ class WakeUp:
     """WU_IA and the axes while any axis has exceeded WK_THS for WAKE_DUR/ODR."""
 
     def __init__(self) -> None:
-        self._held = Held()
+        self._duration = DurationCounter()
         self._threshold_mg = 0.0
 
     def configure(self, mem: bytearray, full_scale_mg: int) -> None:
         """Read threshold and duration."""
         self._threshold_mg = _wake_up_mg(mem, full_scale_mg)
-        self._held.periods = WAKE_UP_DUR.WAKE_DUR.get(mem[WAKE_UP_DUR.addr])
+        self._duration.periods = WAKE_UP_DUR.WAKE_DUR.get(mem[WAKE_UP_DUR.addr])
 
     def reset(self) -> None:
         """Begin anew."""
-        self._held.reset()
+        self._duration.reset()
 
     def step(self, motion: Axes) -> int:
         """The next filtered sample in mg; bits of WAKE_UP_SRC."""
@@ -180,11 +179,10 @@ class WakeUp:
             axes |= WAKE_UP_SRC.Y_WU.mask
         if not -limit <= z <= limit:
             axes |= WAKE_UP_SRC.Z_WU.mask
-        return WAKE_UP_SRC.WU_IA.mask | axes if self._held.step(axes != 0) else 0
+        return WAKE_UP_SRC.WU_IA.mask | axes if self._duration.step(axes != 0) else 0
 
 
 # -- 6D and 4D orientation: which axis points up or down (AN5040 5.4) ---------------------------------------
-
 
 _ANGLE_DEG = (80, 70, 60, 50)  # SIXD_THS
 _HIGH = (D6D_SRC.XH.mask, D6D_SRC.YH.mask, D6D_SRC.ZH.mask)
@@ -234,7 +232,6 @@ class Orientation:
 
 
 # -- single and double tap (AN5040 5.5) ---------------------------------------------------------------------
-
 
 _State: TypeAlias = Literal["idle", "shock", "quiet", "second"]
 _AXES = (TAP_SRC.X_TAP.mask, TAP_SRC.Y_TAP.mask, TAP_SRC.Z_TAP.mask)
@@ -323,7 +320,6 @@ class Tap:
 
 # -- inactivity: a part that lies still goes to sleep, and wakes at the first motion (AN5040 5.6) -----------
 
-
 _ODR_12_5_HZ = 1
 _GYROSCOPE_SLEEPS, _GYROSCOPE_OFF = 2, 3  # INACT_EN
 
@@ -334,7 +330,7 @@ class Activity:
     def __init__(self) -> None:
         self.inactive = False
         self.enabled = False
-        self._still = Held()
+        self._still = DurationCounter()
         self._threshold_mg = 0.0
 
     def configure(self, mem: bytearray, full_scale_mg: int) -> None:

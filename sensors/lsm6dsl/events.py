@@ -39,7 +39,7 @@ from sensors.register import Register
 from sensors.sampling import NEVER_PS
 
 
-class Line:
+class EventOutput:
     """``bits``: what the source register shows. ``latched``: held until the source register is read.
 
     A latched event whose condition still holds when it is read comes back with the next sample.
@@ -72,7 +72,7 @@ class Line:
 
 
 _FULL_SCALE_MG = (2000, 16000, 4000, 8000)  # FS_XL, in the datasheet's order
-_BLOCK = 1024  # samples looked at in one go
+_BLOCK = 1024  # samples processed at once
 
 
 class Events:
@@ -103,12 +103,12 @@ class Events:
         self._free_fall, self._wake_up = FreeFall(), WakeUp()
         self._orientation, self._tap = Orientation(), Tap()
         signals = chip.signals
-        self._ff, self._wu = Line(signals, "FF"), Line(signals, "WU")
-        self._sleep, self._six_d = Line(signals, "INACT_STATE"), Line(signals, "6D")
-        self._single, self._double = Line(signals, "SINGLE_TAP"), Line(signals, "DOUBLE_TAP")
-        self._lines = (self._ff, self._wu, self._sleep, self._six_d, self._single, self._double)
+        self._ff, self._wu = EventOutput(signals, "FF"), EventOutput(signals, "WU")
+        self._sleep, self._six_d = EventOutput(signals, "INACT_STATE"), EventOutput(signals, "6D")
+        self._single, self._double = EventOutput(signals, "SINGLE_TAP"), EventOutput(signals, "DOUBLE_TAP")
+        self._outputs = (self._ff, self._wu, self._sleep, self._six_d, self._single, self._double)
         self._mg_per_lsb = MG_PER_LSB[0]
-        self._next = 0  # the first sample not looked at yet
+        self._next = 0  # the first sample not processed yet
         self._running = self._routed = False
         self._wire()
 
@@ -150,15 +150,15 @@ class Events:
     def reset(self, now_ps: int) -> None:
         """Forget everything, latched events too."""
         self._restart()
-        for line in self._lines:
-            line.drop(now_ps)
+        for output in self._outputs:
+            output.drop(now_ps)
 
     def _stop(self, now_ps: int) -> None:
         """The accelerometer is off: only what is latched stays."""
         self._restart()
-        for line in self._lines:
-            if not line.latched:
-                line.drop(now_ps)
+        for output in self._outputs:
+            if not output.latched:
+                output.drop(now_ps)
 
     def _restart(self) -> None:
         self._running = False
@@ -195,7 +195,7 @@ class Events:
             latest = stream.latest(now_ps)  # of another run of the stream when the rate has changed meanwhile
             if self._next > latest:
                 return
-            self._look_at(self._next, min(latest + 1, self._next + _BLOCK))
+            self._process(self._next, min(latest + 1, self._next + _BLOCK))
 
     def next_event_ps(self) -> int:
         """The next sample, if an event it brings can be seen on a pin or changes the rate."""
@@ -203,12 +203,12 @@ class Events:
             return self._chip.xl.time_ps(self._next)
         return NEVER_PS
 
-    def _look_at(self, first: int, end: int) -> None:
+    def _process(self, first: int, end: int) -> None:
         stream = self._chip.xl
         number, count = stream.number(first), end - first
         samples = tilted = self._counted(self._samples.before_lpf2(number, count))
         if self._low_pass_on_6d:
-            tilted = self._counted(self._samples.behind_lpf2(number, count))
+            tilted = self._counted(self._samples.after_lpf2(number, count))
         for index, sample, tilt in zip(range(first, end), samples, tilted, strict=True):
             self._next = index + 1
             at_ps = stream.time_ps(index)
@@ -256,8 +256,8 @@ class Events:
 
     def _after_wake_up_src(self, first: int, end: int, now_ps: int) -> None:
         del first, end
-        for line in (self._ff, self._wu, self._sleep):
-            line.acknowledge(now_ps)
+        for output in (self._ff, self._wu, self._sleep):
+            output.acknowledge(now_ps)
         self._chip.catch_up(now_ps)
 
     def _after_tap_src(self, first: int, end: int, now_ps: int) -> None:
@@ -273,7 +273,6 @@ class Events:
 
 
 # -- settings that cannot work ------------------------------------------------------------------------------
-
 
 _FASTEST_ODR = 10  # 6664 Hz: too fast for activity recognition
 

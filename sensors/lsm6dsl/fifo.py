@@ -10,8 +10,8 @@ Decisions where the documents are silent or disagree:
   words with one set (AN5040 figures 28 and 29; its Table 64 goes on to 2047 and an overrun). It stays stopped
   until bypass, also when words are read meanwhile.
 * The sample that raises the event is the first of the new mode.
-* A configuration changed outside bypass is noted; the words stay and the pattern begins anew behind them.
-* What this feature hears of is raised by features before it in the model's list, not behind it.
+* A configuration changed outside bypass is noted; the words stay and the pattern begins anew after them.
+* What this feature hears of is raised by features before it in the model's list, not after it.
 * An empty FIFO shows the word read last, which is what an output buffer would do. The road not taken is 0;
   the documents forbid reading it and do not say.
 """
@@ -113,7 +113,6 @@ class FifoBuffer:
 
 # -- flags of FIFO_STATUS2 and their signals FTH, FULL_FLAG and FIFO_OVR (AN5040 8.2.2) ---------------------
 
-
 _WATERMARK, _OVERRUN = FIFO_STATUS2.WaterM.mask, FIFO_STATUS2.OVER_RUN.mask
 _FULL, _EMPTY = FIFO_STATUS2.FIFO_FULL_SMART.mask, FIFO_STATUS2.FIFO_EMPTY.mask
 
@@ -164,7 +163,6 @@ class FifoFlags:
 
 
 # -- the FIFO -----------------------------------------------------------------------------------------------
-
 
 _TRIGGERS_AT_ONCE = 512
 _HEARD: tuple[SignalName, ...] = (*TRIGGERS, "SENSORHUB")
@@ -340,13 +338,13 @@ class Fifo:
         self._flags.update(ahead, at_ps)
         self._stopped = self._stopped or (self._flags.full and self._stops_when_full())
 
-    def _look(self, now_ps: int) -> None:
+    def _catch_up(self, now_ps: int) -> None:
         if now_ps > self._done_ps or self._events:  # a long burst asks once for each word
             self._chip.catch_up(now_ps)
 
     def _show_status(self, first: int, end: int, now_ps: int) -> None:
         del first, end
-        self._look(now_ps)
+        self._catch_up(now_ps)
         buffer, mem = self._buffer, self._mem
         place = (buffer.gone - self._pattern_first) % self._pattern.length if self._pattern.length else 0
         mem[FIFO_STATUS1.addr] = buffer.fill & 0xFF
@@ -355,7 +353,7 @@ class Fifo:
         mem[FIFO_STATUS4.addr] = place >> 8
 
     def _read(self, first: int, end: int, now_ps: int) -> bytes:
-        self._look(now_ps)
+        self._catch_up(now_ps)
         buffer = self._buffer
         data = bytearray()
         for address in range(first, end):

@@ -51,7 +51,6 @@ from sensors.sampling import NEVER_PS, SampleStream
 
 # -- settings -----------------------------------------------------------------------------------------------
 
-
 CONFIGURATION: tuple[type[Register], ...] = (
     CTRL1_XL,
     CTRL2_G,
@@ -242,7 +241,6 @@ def _writer(mem: bytearray) -> Writer:
 
 
 # -- data sets: what their three words hold at a trigger ----------------------------------------------------
-
 
 Rows: TypeAlias = list[list[int]]
 """Three words for each trigger."""

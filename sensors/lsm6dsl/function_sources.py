@@ -86,7 +86,7 @@ WRIST_TILT = Source(
 )
 _HUB_ROUTES = ((MASTER_CONFIG, MASTER_CONFIG.DRDY_ON_INT1.mask),)
 HUB_IDLE = Source(FUNC_SRC1, FUNC_SRC1.SENSORHUB_END_OP.mask, "SENSORHUB", _HUB_ROUTES, None)
-HUB_IRONED = Source(FUNC_SRC1, FUNC_SRC1.SENSORHUB_END_OP.mask, "SENSORHUB", _HUB_ROUTES, _IRON_PERIOD_PS)
+HUB_CORRECTED = Source(FUNC_SRC1, FUNC_SRC1.SENSORHUB_END_OP.mask, "SENSORHUB", _HUB_ROUTES, _IRON_PERIOD_PS)
 IRON = Source(
     FUNC_SRC1,
     FUNC_SRC1.SI_END_OP.mask,
@@ -102,7 +102,7 @@ _SOURCES = (
     TILT,
     WRIST_TILT,
     HUB_IDLE,
-    HUB_IRONED,
+    HUB_CORRECTED,
     IRON,
 )
 
@@ -154,7 +154,7 @@ class FunctionSources:
     def show(self, source: Source, *, on: bool) -> None:
         """Set or take back the bit of a source that is a level; one that latches is left alone."""
         if source not in self._latching:
-            self._put(source, on=on)
+            self._set_bit(source, on=on)
 
     def fall(self, sources: Iterable[Source], at_ps: int) -> None:
         """The function behind ``sources`` is off: its bits and signals fall."""
@@ -163,7 +163,7 @@ class FunctionSources:
             self._held.discard(source)
             self._pin_ends.pop(source, None)
             self._bit_ends.pop(source, None)
-            self._put(source, on=False)
+            self._set_bit(source, on=False)
             self._chip.signals.set(source.signal, on=False, at_ps=at_ps)
         self.active = bool(self._pin_ends or self._bit_ends)
 
@@ -182,7 +182,7 @@ class FunctionSources:
             },
         )
         if HUB_IDLE in self._latching - was:
-            self._put(HUB_IDLE, on=False)  # no level any more: it waits for the next event
+            self._set_bit(HUB_IDLE, on=False)  # no level any more: it waits for the next event
         self.fall([source for source in self._held_in_order() if source not in self._latching], now_ps)
 
     def catch_up(self, now_ps: int) -> None:
@@ -195,7 +195,7 @@ class FunctionSources:
             self._chip.signals.set(source.signal, on=False, at_ps=end)
         for source in [source for source, end in self._bit_ends.items() if end <= now_ps]:
             del self._bit_ends[source]
-            self._put(source, on=False)
+            self._set_bit(source, on=False)
         self.active = bool(self._pin_ends or self._bit_ends)
 
     def reset(self, now_ps: int) -> None:
@@ -224,7 +224,7 @@ class FunctionSources:
         """A set has no order of its own, and edges at the same time must come in the same one every run."""
         return [source for source in _SOURCES if source in self._held]
 
-    def _put(self, source: Source, *, on: bool) -> None:
+    def _set_bit(self, source: Source, *, on: bool) -> None:
         address = source.register.addr
         if on:
             self._mem[address] |= source.mask

@@ -49,7 +49,6 @@ from sensors.sampling import PS_PER_S, SampleStream, Times, words
 
 # -- samples to discard (AN5040 3.9, Tables 14 to 16) -------------------------------------------------------
 
-
 # Gyroscope in high performance by rate in Hz (Table 16): LPF1 off, LPF1 on.
 _G_TURN_ON = {
     12.5: (2, 2),
@@ -76,7 +75,6 @@ def gyroscope_discards(old: Mode, new: Mode) -> int:
 
 
 # -- filters (AN5040 3.8) -----------------------------------------------------------------------------------
-
 
 _HIGH_PASS_HZ = (0.016, 0.065, 0.260, 1.04)  # CTRL7_G.HPM_G
 
@@ -154,7 +152,6 @@ def _delay_s(low: tuple[Section, ...], code: int, column: int, odr_hz: float) ->
 
 
 # -- the sensor ---------------------------------------------------------------------------------------------
-
 
 # CTRL2_G.FS_G: 250, 500, 1000, 2000 dps; the last entry is FS_125 (Table 3).
 MDPS_PER_LSB = (8.75, 17.5, 35.0, 70.0, 4.375)

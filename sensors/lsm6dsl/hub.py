@@ -6,8 +6,8 @@ before. A trigger during a round is lost.
 
 Decisions where the documents are silent: a slave that does not answer keeps its bytes, and its NACK flag
 shows its latest turn; a trigger at which no slave has a turn is no round; switching off drops the round under
-way. SENSORHUB_END_OP is a level, 1 while idle, and a pulse of 1/100 s while ironing is on (AN5040 7.2.3 and
-7.5.3 say one each); its pin pulses either way.
+way. SENSORHUB_END_OP is a level, 1 while idle, and a pulse of 1/100 s while the correction is on (AN5040
+7.2.3 and 7.5.3 say one each); its pin pulses either way.
 
 Auxiliary bus (SDx, SCx): 116.3 kHz (datasheet Table 8). A byte is nine clocks; start, repeated start and stop
 count as one each. The sub-address goes out as it is, and the attached part's own increment decides what a
@@ -34,7 +34,7 @@ from numpy.typing import NDArray
 
 from sensors.lsm6dsl.banks import BANK_A, BankA, on_bank_write
 from sensors.lsm6dsl.feature import Chip, Violations
-from sensors.lsm6dsl.function_sources import HUB_IDLE, HUB_IRONED, IRON, FunctionSources
+from sensors.lsm6dsl.function_sources import HUB_CORRECTED, HUB_IDLE, IRON, FunctionSources
 from sensors.lsm6dsl.registers import (
     CTRL1_XL,
     CTRL2_G,
@@ -53,7 +53,6 @@ from sensors.sampling import NEVER_PS, PS_PER_S, to_int16
 from sensors.subaddress import AddressedDevice, SubaddressTarget
 
 # -- the auxiliary bus, and how long a transfer takes -------------------------------------------------------
-
 
 _CLOCK_HZ = 116_300
 
@@ -115,13 +114,12 @@ class AuxiliaryBus:
 
 # -- hard- and soft-iron correction -------------------------------------------------------------------------
 
-
 RAW_BYTES = 6
 _SIGN, _PER_UNIT = 0x80, 8  # sign and magnitude, 1/8 per LSB
 
 
 @dataclass(frozen=True)
-class Ironed:
+class Corrected:
     """Register bytes of both results, X, Y, Z as little-endian int16."""
 
     calibrated: bytes
@@ -130,26 +128,26 @@ class Ironed:
 
 
 @dataclass(frozen=True)
-class Ironing:
+class IronCorrection:
     """``soft``: matrix, (3, 3); ``hard``: offsets in LSB of the magnetometer, (3,)."""
 
     soft: NDArray[np.float64]
     hard: NDArray[np.float64]
 
     @classmethod
-    def decode(cls, mem: bytearray, *, soft: bool) -> Ironing:
+    def decode(cls, mem: bytearray, *, soft: bool) -> IronCorrection:
         """Read the correction out of bank A."""
         hard = np.frombuffer(bytes(mem[BankA.MAG_OFFX_L.addr : BankA.MAG_OFFX_L.addr + 6]), dtype="<i2")
         elements = [_element(value) for value in mem[BankA.MAG_SI_XX.addr : BankA.MAG_SI_XX.addr + 9]]
         matrix = np.array(elements).reshape(3, 3) if soft else np.eye(3)
         return cls(soft=matrix, hard=hard.astype(np.float64))
 
-    def apply(self, raw: bytes) -> Ironed:
+    def apply(self, raw: bytes) -> Corrected:
         """Correct one sample, X, Y, Z as little-endian int16."""
         calibrated = np.rint(self.soft @ (np.frombuffer(raw, dtype="<i2") - self.hard))
         uncalibrated = calibrated + self.hard
         both = np.concatenate((calibrated, uncalibrated))
-        return Ironed(
+        return Corrected(
             calibrated=to_int16(calibrated).tobytes(),
             uncalibrated=to_int16(uncalibrated).tobytes(),
             failed=bool(np.any(both != to_int16(both))),
@@ -162,7 +160,6 @@ def _element(value: int) -> float:
 
 
 # -- what bank A says about the four slaves (datasheet 11.2 to 11.15; AN5040 7.2) ---------------------------
-
 
 OUTPUT_BYTES = 18  # SENSORHUB1 to SENSORHUB18
 _BYTES_PER_SLAVE = 3  # address, sub-address, configuration: the same layout four times
@@ -237,7 +234,6 @@ def _slave(mem: bytearray, number: int, place: int) -> Slave | None:
 
 # -- the trigger --------------------------------------------------------------------------------------------
 
-
 _FASTEST_HZ = 104
 
 
@@ -294,7 +290,6 @@ def violations(mem: bytearray, plan: Plan, *, enabled: bool, active: bool) -> di
 
 # -- the master ---------------------------------------------------------------------------------------------
 
-
 _NACK = (
     FUNC_SRC2.SLAVE0_NACK.mask,
     FUNC_SRC2.SLAVE1_NACK.mask,
@@ -302,7 +297,7 @@ _NACK = (
     FUNC_SRC2.SLAVE3_NACK.mask,
 )
 _FIRST_SLAVE, _LAST_SLAVE = BankA.SLV0_ADD.addr, BankA.DATAWRITE_SRC_MODE_SUB_SLV0.addr
-_FIRST_IRON, _LAST_IRON = BankA.MAG_SI_XX.addr, BankA.MAG_OFFZ_H.addr
+_FIRST_CORRECTION, _LAST_CORRECTION = BankA.MAG_SI_XX.addr, BankA.MAG_OFFZ_H.addr
 
 
 def _set_up_by(bank: RegisterMap) -> list[type[Register]]:
@@ -310,7 +305,8 @@ def _set_up_by(bank: RegisterMap) -> list[type[Register]]:
     return [
         register
         for register in bank.registers
-        if _FIRST_SLAVE <= register.addr <= _LAST_SLAVE or _FIRST_IRON <= register.addr <= _LAST_IRON
+        if _FIRST_SLAVE <= register.addr <= _LAST_SLAVE
+        or _FIRST_CORRECTION <= register.addr <= _LAST_CORRECTION
     ]
 
 
@@ -341,10 +337,10 @@ class SensorHub:
         self._round: Iterator[int] | None = None
         self._step_ps = NEVER_PS  # when the round's present transfer ends
         self._outputs = bytearray(OUTPUT_BYTES)
-        self._magnetometer: bytes | None = None  # slave 0's bytes in this round, to be ironed
+        self._magnetometer: bytes | None = None  # slave 0's bytes in this round, to be corrected
         self._nacks = 0
         self._plan = Plan.decode(self._bank)
-        self._ironing: Ironing | None = None
+        self._correction: IronCorrection | None = None
         for register in (SENSORHUB, SENSORHUB_EXT, OUT_MAG_RAW):
             chip.registers.before_read(register, self._before_read)
         on_bank_write(chip, BANK_A, _set_up_by(chip.banks[BANK_A].map), self.configure)
@@ -359,9 +355,9 @@ class SensorHub:
         self._plan = Plan.decode(self._bank)
         soft = bool(self._mem[CTRL9_XL.addr] & CTRL9_XL.SOFT_EN.mask)
         iron = bool(control & MASTER_CONFIG.IRON_EN.mask) and self._plan.reads_magnetometer
-        was_ironing = self._ironing is not None
-        self._ironing = Ironing.decode(self._bank, soft=soft) if iron else None
-        if self._enabled and was_ironing != iron:
+        was_correcting = self._correction is not None
+        self._correction = IronCorrection.decode(self._bank, soft=soft) if iron else None
+        if self._enabled and was_correcting != iron:
             self._sources.show(HUB_IDLE, on=not iron and self._round is None)
         self._enable(master and bool(self._mem[CTRL10_C.addr] & CTRL10_C.FUNC_EN.mask), now_ps)
         was_ready = self.active and self._trigger.by_pin
@@ -408,7 +404,7 @@ class SensorHub:
             self._show_idle(on=True)
         elif self._enabled and not enabled:
             self._round, self._step_ps = None, NEVER_PS
-            self._sources.fall((HUB_IDLE, HUB_IRONED, IRON), now_ps)
+            self._sources.fall((HUB_IDLE, HUB_CORRECTED, IRON), now_ps)
         self._enabled = enabled
 
     # -- a round ----------------------------------------------------------------------------------------
@@ -471,31 +467,31 @@ class SensorHub:
 
     def _show_results(self, at_ps: int) -> None:
         self._chip.catch_up(at_ps - 1)  # the FIFO copies the outputs: first with their values until now
-        ironed = self._iron()
+        corrected = self._correct()
         mem = self._mem
         mem[SENSORHUB.addr : SENSORHUB.addr + SENSORHUB.size] = self._outputs[: SENSORHUB.size]
         mem[SENSORHUB_EXT.addr : SENSORHUB_EXT.addr + SENSORHUB_EXT.size] = self._outputs[SENSORHUB.size :]
         mem[FUNC_SRC2.addr] = mem[FUNC_SRC2.addr] & ~sum(_NACK) | self._nacks
-        self._sources.happened(HUB_IDLE if self._ironing is None else HUB_IRONED, at_ps)
-        if ironed:
+        self._sources.happened(HUB_IDLE if self._correction is None else HUB_CORRECTED, at_ps)
+        if corrected:
             self._sources.happened(IRON, at_ps)
 
-    def _iron(self) -> bool:
+    def _correct(self) -> bool:
         """Put slave 0's bytes through the correction; whether there was something to correct."""
         raw, self._magnetometer = self._magnetometer, None
-        if self._ironing is None or raw is None:
+        if self._correction is None or raw is None:
             return False
-        ironed = self._ironing.apply(raw)
+        corrected = self._correction.apply(raw)
         self._mem[OUT_MAG_RAW.addr : OUT_MAG_RAW.addr + RAW_BYTES] = raw
-        self._outputs[:RAW_BYTES] = ironed.calibrated
-        self._outputs[SENSORHUB.size :] = ironed.uncalibrated
+        self._outputs[:RAW_BYTES] = corrected.calibrated
+        self._outputs[SENSORHUB.size :] = corrected.uncalibrated
         self._mem[FUNC_SRC1.addr] &= ~FUNC_SRC1.HI_FAIL.mask
-        if ironed.failed:
+        if corrected.failed:
             self._mem[FUNC_SRC1.addr] |= FUNC_SRC1.HI_FAIL.mask
         return True
 
     def _show_idle(self, *, on: bool) -> None:
-        if self._ironing is None:
+        if self._correction is None:
             self._sources.show(HUB_IDLE, on=on)
 
     def _before_read(self, first: int, end: int, now_ps: int) -> None:

@@ -88,7 +88,7 @@ class Measuring:
             for register, stream, flag in zip(_REGISTERS, self.streams, _FLAGS, strict=True)
         )
         self._temperature_rate = Fraction(0)
-        self._looks_before_reading = False
+        self._catches_up_before_reading = False
         registers.before_read(STATUS_REG, self.refresh)
 
     def refresh(self, first: int, end: int, now_ps: int) -> None:
@@ -150,14 +150,14 @@ class Measuring:
         self._gyroscope.world_changed(now_ps)
         self.streams[2].invalidate()
 
-    def look_before_reading(self, catch_up: Callable[[int], None]) -> None:
+    def catch_up_before_reading(self, catch_up: Callable[[int], None]) -> None:
         """From now on ``catch_up(now_ps)`` comes before a sample or its flag is read.
 
         Inactivity changes the rates unseen; without it reading need not ask.
         """
-        if self._looks_before_reading:
+        if self._catches_up_before_reading:
             return
-        self._looks_before_reading = True
+        self._catches_up_before_reading = True
         for register, output in zip(_REGISTERS, self._outputs, strict=True):
             self._registers.before_read(register, _caught_up(catch_up, output.before_read))
         self._registers.before_read(STATUS_REG, _caught_up(catch_up, self.refresh))
@@ -198,7 +198,6 @@ def _caught_up(catch_up: Callable[[int], None], hook: ReadHook) -> ReadHook:
 
 # -- settings that cannot work ------------------------------------------------------------------------------
 
-
 _NOT_A_USER_OFFSET = 0x80  # -128; datasheet 9.91 to 9.93 give -127 to 127
 
 
@@ -217,7 +216,6 @@ def of_measuring(mem: bytearray) -> dict[str, bool]:
 
 
 # -- what the sensors draw, for estimates of battery life ---------------------------------------------------
-
 
 _POWER_DOWN_UA = 3.0
 _XL_LOW_POWER_UA = {1: 9.0, 2: 14.0, 3: 25.0, 4: 44.0, 5: 85.0, 11: 4.5}  # ODR code, XL_HM_MODE = 1

@@ -292,7 +292,7 @@ class LSM6DSL(Part):
         self._measuring.apply(activity.effective(self.registers.mem), now_ps)
         self._features.configure(now_ps)
         if activity.enabled:
-            self._measuring.look_before_reading(self.catch_up)
+            self._measuring.catch_up_before_reading(self.catch_up)
 
     def _int2_applied(self, at_ps: int, level: int) -> None:
         """The board changes the level of INT2: like a change of a register, if the pin is an input."""

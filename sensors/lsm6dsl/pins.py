@@ -44,7 +44,6 @@ from sensors.sampling import NEVER_PS, PS_PER_S, SampleStream
 
 # -- routing ------------------------------------------------------------------------------------------------
 
-
 _Source: TypeAlias = tuple[type[Register], Bits, SignalName]
 _Levels: TypeAlias = tuple[int | None, int | None]
 """Of a pin that is inactive, and active; None: not driven."""
@@ -197,7 +196,6 @@ def _levels(control: int) -> _Levels:
 
 # -- data-ready ---------------------------------------------------------------------------------------------
 
-
 PULSE_PS = 75 * PS_PER_S // 10**6
 
 
@@ -321,7 +319,6 @@ class DataReadySignals:
 
 
 # -- boot ---------------------------------------------------------------------------------------------------
-
 
 BOOT_PS = 15 * PS_PER_S // 10**3
 

@@ -62,7 +62,7 @@ def test_the_user_offset_is_for_outputs_only() -> None:
 
 
 @pytest.mark.parametrize(("hpcf", "divisor"), [(0x00, 50), (0x20, 100), (0x40, 9), (0x60, 400)])
-def test_6d_can_look_behind_lpf2(hpcf: int, divisor: int) -> None:
+def test_6d_can_use_the_output_of_lpf2(hpcf: int, divisor: int) -> None:
     """LOW_PASS_ON_6D: from flat onto the side, over 50 degrees as LPF2 lets it come."""
     samples = [FLAT] * 10 + [ON_X] * 300
     tilted = low_passed(samples, 1 / divisor)

@@ -470,7 +470,9 @@ UNIT = (8, 0, 0, 0, 8, 0, 0, 0, 8)
         ((16, 0x84, 0, 1, 8, 0, 0x88, 0, 12), False, (90, 220, -330)),
     ],
 )
-def test_ironing(soft: tuple[int, ...], soft_on: bool, calibrated: tuple[int, int, int]) -> None:
+def test_hard_and_soft_iron_correction(
+    soft: tuple[int, ...], soft_on: bool, calibrated: tuple[int, int, int]
+) -> None:
     """AN5040 7.5.3: raw M, calibrated SI (M - HI), uncalibrated SI (M - HI) + HI."""
     raw, hard = (100, 200, -300), (10, -20, 30)
     chip = measuring(*(1.5 * value for value in raw))
@@ -485,7 +487,7 @@ def test_ironing(soft: tuple[int, ...], soft_on: bool, calibrated: tuple[int, in
     assert not chip.byte(FUNC_SRC1) & HI_FAIL
 
 
-def test_the_end_of_ironing_is_a_pulse_of_a_hundredth_of_a_second() -> None:
+def test_the_end_of_the_correction_is_a_pulse_of_a_hundredth_of_a_second() -> None:
     """AN5040 7.5.3, LIR = 0; at 104 Hz the next round would come first, so 12.5 Hz."""
     chip = measuring(15.0, 0.0, 0.0)
     ironing(chip, UNIT, (0, 0, 0))
@@ -537,7 +539,7 @@ def test_a_result_out_of_range_fails() -> None:
         ),
     ],
 )
-def test_impossible_ironing_is_noted(writes: Writes, master: int, text: str) -> None:
+def test_an_impossible_correction_is_noted(writes: Writes, master: int, text: str) -> None:
     chip = Chip("LSM6DSL")
     lsm6dsl(chip).attach_auxiliary(0x1E, Recorder())
     chip.write(CTRL9_XL, 0x04)
