@@ -14,7 +14,7 @@ from __future__ import annotations
 from array import array
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Protocol, TypeAlias
+from typing import Final, Protocol, TypeAlias
 
 from sensors.register import ADDRESSES, Register, RegisterMap
 from sensors.sampling import NEVER_PS
@@ -50,6 +50,9 @@ Foreseen: TypeAlias = tuple[bytes, int, int]
 """Bytes, until when (ps) they are these, and which reads of them are quiet; see ``RegisterFile.ahead``."""
 
 UNFORESEEN: Foreseen = (b"", 0, 0)
+EACH_ALONE: Final = 1
+"""Among the quiet reads, as the one of no bytes: the sub-address does not move on, so each byte is of a read
+of its own, which names its register. The second byte of a read is of the same register as its first."""
 
 
 class Ahead(Protocol):
@@ -249,7 +252,8 @@ class RegisterFile:
 
         The bytes, about ``count`` of them, or none if they are not sure; until when (ps) they are these, as
         long as ``version`` stays what it is now; and which reads are quiet, that is, change nothing anybody
-        could see: bit n for the first n bytes. ``taken`` makes up for reads that are not.
+        could see: bit n for the first n bytes. ``taken`` makes up for reads that are not. They are of one
+        register after the other also where the sub-address does not move on, which ``EACH_ALONE`` tells.
         """
         region = self._regions[address] if address in self._regions else self._region(address)
         if region is None:
@@ -257,6 +261,8 @@ class RegisterFile:
         source, end = region
         data, until_ps, quiet = source.ahead(address, end, now_ps)
         length = len(data)
+        if length and not self._increment:
+            return data, until_ps, quiet | EACH_ALONE
         if 0 < length < count and self._next[end - 1] == end:
             more, more_until_ps, more_quiet = self.ahead(end, count - length, now_ps)
             if more:
@@ -327,11 +333,15 @@ class RegisterFile:
         region = None
         if knowledge is not None:
             last = min(address + _FORESEEN, ADDRESSES)
-            while end < last and self._next[end - 1] == end and self._knowledge(end) is knowledge:
+            while end < last and self._leads_to(end) and self._knowledge(end) is knowledge:
                 end += 1
             region = knowledge[0], end
         self._regions[address] = region
         return region
+
+    def _leads_to(self, address: int) -> bool:
+        """Whether it comes after the one before it; where addresses do not move on, whoever reads says so."""
+        return not self._increment or self._next[address - 1] == address
 
     def _knowledge(self, address: int) -> _Knowledge | None:
         """Of the byte at ``address``; None if other hooks take part in reading it."""

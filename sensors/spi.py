@@ -136,7 +136,10 @@ class SpiTarget:
 
     def taken(self, address: int, count: int) -> None:
         """So many of these bytes have been read."""
-        self.device.taken(address & ~READ, count)
+        address &= ~READ
+        self.device.taken(address, count)
+        if self.device.advance(address, 1) == address:  # each in a message of its own
+            address, count = address + count - 1, 1
         self.served(address, count)
 
     def served(self, address: int, count: int) -> None:

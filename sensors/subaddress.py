@@ -115,7 +115,7 @@ class IncrementBit:
         data, until_ps, quiet = self._device.ahead(address & ~self._bit, count, now_ps)
         if address & self._bit:
             return data, until_ps, quiet
-        return data[:1], until_ps, quiet & 0b11
+        return data[:1], until_ps, quiet & 0b10
 
     def taken(self, address: int, count: int) -> None:
         """So many of these bytes have been read."""
@@ -186,8 +186,11 @@ class SubaddressTarget:
 
     def taken(self, subaddress: int, count: int) -> None:
         """So many of these bytes have been read."""
-        self.device.taken(subaddress & self.address_mask, count)
-        self.served(subaddress, count)
+        address = subaddress & self.address_mask
+        self.device.taken(address, count)
+        if self.device.advance(address, 1) == address:  # each in a read of its own
+            address, count = address + count - 1, 1
+        self.served(address, count)
 
     def served(self, subaddress: int, count: int) -> None:
         """Bytes told ahead have been read, which was quiet: all that it leaves is the sub-address."""

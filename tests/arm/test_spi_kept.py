@@ -59,6 +59,7 @@ steps = st.one_of(
     st.tuples(st.just("write"), st.sampled_from([(LSM6DSL, 0x73), (LIS2MDL, 0x45)]), st.integers(0, 255)),
     st.tuples(st.just("round"), st.sampled_from([(LSM6DSL, 0x22), (LIS2MDL, 0x45), (LPS22HB, 0x28)])),
     st.tuples(st.just("bdu"), st.booleans()),
+    st.tuples(st.just("increment"), st.booleans()),
     st.tuples(st.just("turn"), st.integers(-80, 80)),
     st.tuples(st.just("wait"), st.sampled_from([10 * PS_PER_US, PS_PER_MS, 9 * PS_PER_MS])),
     st.tuples(st.just("look")),
@@ -97,6 +98,8 @@ def carry_out(spi: StSpi, step: tuple[object, ...]) -> object:
             spi.write(pin, register, value)
         case "bdu", bool(on):
             spi.write(LSM6DSL, 0x12, 0x4C if on else 0x0C)
+        case "increment", bool(on):
+            spi.write(LPS22HB, 0x11, 0x10 if on else 0x00)
         case "turn", int(degrees):
             bench.board.world.set_attitude(roll_deg=degrees, pitch_deg=5, yaw_deg=30)
         case "round", (tuple(pin), int(register)):
@@ -147,6 +150,25 @@ def test_between_two_samples_nobody_is_asked() -> None:
         with patch.object(Targets, "foresee", side_effect=AssertionError("asked")):
             for _ in range(3):
                 assert read_all() == seen
+
+
+def test_nor_where_each_byte_needs_a_message() -> None:
+    """ST's driver of the LPS22HB clears IF_ADD_INC. The pressure is held from first to last byte."""
+    spi = measuring(keeps=True)
+    spi.write(LPS22HB, 0x11, 0x00)
+    spi.bench.wait(25 * PS_PER_MS)
+
+    def read_pressure() -> list[bytes]:
+        return [spi.read(LPS22HB, 0x28 + n) for n in range(3)]
+
+    with one_run(spi):
+        read_pressure()
+        seen = read_pressure()
+        with patch.object(Targets, "foresee", side_effect=AssertionError("asked")):
+            for _ in range(3):
+                assert read_pressure() == seen
+        assert spi.read(LPS22HB, 0x29, 4) == 4 * seen[1]
+        assert read_pressure() == seen
 
 
 def test_messages_of_both_kinds_are_kept_for_diagnosis_in_their_order() -> None:

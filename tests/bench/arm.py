@@ -32,7 +32,7 @@ def _ticking(board: Board) -> float:
 
 def solution(profile: str) -> float:
     """The shipped solution at its desk."""
-    board = Board("solution", profile=profile, scenario="desk")
+    board = Board(firmware="solution", profile=profile, scenario="desk")
     figure = _ticking(board)
     assert "LAB3 Init..." in board.terminal.text, board.terminal.text[:300]
     assert board.terminal.text.count("Pitch: ") >= 2, board.terminal.text
@@ -41,7 +41,7 @@ def solution(profile: str) -> float:
 
 def solution_traced() -> float:
     """Likewise on I2C2, every event written to a file."""
-    board = Board("solution", profile="lab3", scenario="desk")
+    board = Board(firmware="solution", profile="lab3", scenario="desk")
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "trace.jsonl"
         board.trace.write_to(file)
@@ -55,7 +55,7 @@ def solution_traced() -> float:
 
 def lab3(way: str) -> float:
     """LAB3 in the vendor's calling style on I2C2."""
-    board = Board(vendor.file(f"lab3_i2c_{way}"), profile="lab3", ideal=True)
+    board = Board(firmware=vendor.file(f"lab3_i2c_{way}"), profile="lab3", ideal=True)
     figure = _ticking(board)
     blocks = board.terminal.text.split("*****")
     assert vendor.BLOCK in blocks[2], blocks[2:]
@@ -67,7 +67,7 @@ def lab3(way: str) -> float:
 
 def flight() -> float:
     """Six messages on SPI2, eight PWM channels and a radio that does not answer, each tick."""
-    board = Board(vendor.file("flight"), profile="fcu001v1", ideal=True)
+    board = Board(firmware=vendor.file("flight"), profile="fcu001v1", ideal=True)
     figure = _ticking(board)
     text = board.terminal.text
     assert vendor.STATE in text, text

@@ -35,8 +35,20 @@ static void leave_run(Target *target) {
   target->loud = 0;
 }
 
+/* Whether the next byte is of the same register as the last one. */
+static bool stays(const Target *target) { return target->run.quiet & EACH_ALONE && target->total; }
+
+/* Where the sub-address is: so many bytes after an address. */
+static int64_t position_of(const Target *target) {
+  uint8_t next = target->run.address + target->taken;
+  if (target->run.quiet & EACH_ALONE) {
+    return stays(target) ? (int64_t)(uint8_t)(next - 1) << 8 | 1 : (int64_t)next << 8;
+  }
+  return (int64_t)target->run.address << 8 | target->taken;
+}
+
 static void leave_position(Chip *chip, const Target *target) {
-  chip->targets.positions[index_of(chip, target)] = (int64_t)target->run.address << 8 | target->taken;
+  chip->targets.positions[index_of(chip, target)] = position_of(target);
 }
 
 /* How many bytes are read from a sub-address on, as far as is known. */
@@ -125,7 +137,7 @@ static void leave_told(Target *target) {
   leave_run(target);
   run->count -= target->taken;
   run->address += target->taken;
-  run->quiet = 0;
+  run->quiet &= EACH_ALONE;
   memmove(run->bytes, run->bytes + target->taken, run->count);
   target->taken = 0;
 }
@@ -134,11 +146,12 @@ bool target_read(Chip *chip, Target *target, uint8_t *byte) {
   if (is_told(chip, target) && target->taken < target->run.count) {
     leave_told(target);
   }
-  if (!goes_on(chip, target)) {
+  if (stays(target) || !goes_on(chip, target)) {
     uint8_t wanted = wanted_from(target, target->first);
     uint8_t left = wanted > target->total ? (uint8_t)(wanted - target->total) : 1;
+    int64_t position = position_of(target);
     leave_position(chip, target);
-    if (!ask(chip, target, target->run.address, target->taken, left)) {
+    if (!ask(chip, target, (uint8_t)(position >> 8), (uint8_t)position, left)) {
       want(target);
       return false;
     }

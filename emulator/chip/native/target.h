@@ -19,6 +19,7 @@
 #define TARGETS 8
 #define KEPT_RUNS 32
 #define KEPT_BYTES 32
+#define EACH_ALONE 1u /* of quiet: the sub-address does not move on, so each byte is of a message of its own */
 #define POSITION_KNOWN ((int64_t)-1) /* Python's side knows where the sub-address is */
 
 /* Bytes from a sub-address on. */
