@@ -2,6 +2,23 @@
 
 A part has two faces: its registers, read and written through sub-addresses at a given virtual time, and the
 physical signals it is given at construction. It knows no bus, no clock and no thread; numpy is all it needs.
+
+What all parts share, from the bus inwards:
+
+=================  ====================================================================================
+subaddress, spi    the protocols of I2C and SPI, from message to register
+register_file      memory, hooks, and how a burst is read and written
+register           how registers and their bits are declared
+output             data-ready, overrun, block data update and byte order of output registers
+sampling           which sample is the latest at a given time
+filters            digital filters on samples
+errors             how a real part deviates: offset, scale, drift, noise
+declaration        what a part says about itself: signals, bus, functions
+part, pin          the base of every part, and its interrupt pins
+=================  ====================================================================================
+
+Each part is a folder: ``declaration``, ``registers``, ``model``, and a file for each chapter of its datasheet
+or application note.
 """
 
 from sensors.lis2mdl import LIS2MDL

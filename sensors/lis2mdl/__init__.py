@@ -1,4 +1,14 @@
-"""LIS2MDL: magnetometer."""
+"""LIS2MDL: magnetometer (datasheet DocID030621 Rev 3, application note AN5069 Rev 2).
+
+=============  ========================================================================================
+registers      register map (datasheet 8)
+magnetometer   measurement, set and reset pulses, thermometer (AN5069 3, 8, 9)
+modes          modes, boot, output registers (AN5069 3, 6, 7)
+interrupt      threshold interrupt, INT/DRDY (AN5069 10)
+model          the part itself, reset, what is forbidden, supply current
+declaration    signals, bus, deviations, functions as data
+=============  ========================================================================================
+"""
 
 from sensors.lis2mdl.declaration import LIS2MDLErrors
 from sensors.lis2mdl.model import LIS2MDL

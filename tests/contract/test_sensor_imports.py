@@ -1,11 +1,17 @@
-"""What importing ``sensors`` loads: numpy, and nothing else that is not Python's own."""
+"""What importing ``sensors`` loads, and that each of its packages says which file is about what."""
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
+import sensors
+
+SENSORS = Path(sensors.__path__[0])
 PROGRAM = """
 import sys
 before = set(sys.modules)
@@ -26,3 +32,14 @@ def test_importing_sensors_loads_numpy_at_most() -> None:
     )
     assert set(done.stdout.split()) <= {"sensors", "numpy"}
     assert "sensors" in done.stdout
+
+
+@pytest.mark.parametrize("package", ["sensors", *(f"sensors.{name.lower()}" for name in sensors.PARTS)])
+def test_a_package_says_which_file_is_about_what(package: str) -> None:
+    """Its docstring has a table: names of files, then what they are about."""
+    folder = SENSORS.parent.joinpath(*package.split("."))
+    text = sys.modules[package].__doc__ or ""
+    _, table, _ = re.split(r"^=+  =+$", text, flags=re.MULTILINE)
+    named = [name for line in table.strip().splitlines() for name in line.partition("  ")[0].split(", ")]
+
+    assert sorted(named) == sorted(file.stem for file in folder.glob("*.py") if file.stem != "__init__")
