@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+import pytest
 from hypothesis import settings
 
 # `pytest` and `python -m pytest` must find the same modules; only the second puts the root on the path.
@@ -16,3 +17,10 @@ if ROOT not in sys.path:
 # elsewhere.
 settings.register_profile("reproducible", derandomize=True, deadline=None)
 settings.load_profile("reproducible")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Tests that were measured to be slow have the marker."""
+    from tests.slow import mark  # not before the root is on the path
+
+    mark(items)

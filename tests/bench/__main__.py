@@ -5,6 +5,7 @@
     --quick          without the hour of virtual time
     --only PATTERN   rows whose name matches this regular expression
     --json FILE      the figures as JSON, too
+    --append         the figures to the history, too: python -m tests.bench.history shows it
 
 Each row first asserts what it computed (text, tick count), then gives the best of some measurements in CPU
 time. Ratios against real time are those of this machine; compare two builds only in one sitting.
@@ -18,7 +19,7 @@ import re
 import sys
 from pathlib import Path
 
-from tests.bench import arm, build, lab3, start
+from tests.bench import arm, build, history, lab3, start
 from tests.bench.row import Row
 
 
@@ -54,6 +55,7 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="without the hour of virtual time")
     parser.add_argument("--only", default="", metavar="PATTERN", help="rows whose name matches")
     parser.add_argument("--json", type=Path, metavar="FILE", help="the figures as JSON, too")
+    parser.add_argument("--append", action="store_true", help="the figures to the history, too")
     options = parser.parse_args()
     rows = [*lab3.rows(), *arm.rows(), *start.rows(), *([] if options.quick else lab3.hour_rows())]
     chosen = [row for row in rows if re.search(options.only, row.name)]
@@ -62,7 +64,10 @@ def main() -> None:
     described = build.describe()
     for name, value in described.items():
         say(f"{name}: {value}")
+    busy = history.load()
     figures = table(chosen)
+    if options.append:
+        history.append(described, figures, busy)
     if options.json:
         options.json.write_text(json.dumps({"build": described, "rows": figures}, indent=1) + "\n")
 

@@ -1,4 +1,4 @@
-"""The speed table can be printed: which build, which rows, figures as JSON. How fast they are is no test."""
+"""The speed table can be printed and kept: build, rows, figures as JSON. How fast they are is no test."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+
+from tests.bench import history
 
 ROOT = Path(__file__).parents[2]
 
@@ -40,3 +42,37 @@ def test_a_pattern_without_rows_names_those_there_are() -> None:
 
     assert done.returncode == 2
     assert "no row matches lab4; there are: lab3, every register read, ideal sensors;" in done.stderr
+
+
+BUILD = {"commit": "abc1234", "library": "sources 1", "python": "CPython 3.11", "machine": "a machine"}
+
+
+def kept(file: Path, value: float, busy: float = 0.1, **build: str) -> None:
+    history.append(BUILD | build, [{"name": "burst", "value": value, "unit": "us"}], busy, file)
+
+
+def test_the_history_shows_the_first_and_the_last_figure_and_the_way_between(tmp_path: Path) -> None:
+    file = tmp_path / "history.jsonl"
+    for value in (2.0, 1.0, 1.5):
+        kept(file, value)
+    heading, row = history.lines(history.curves(file))
+
+    assert heading.startswith("a machine, 20")
+    assert row.split() == ["burst", "2", "->", "1.5", "us", "█▁▅"]
+
+
+def test_the_history_leaves_busy_machines_out_and_keeps_machines_apart(tmp_path: Path) -> None:
+    file = tmp_path / "history.jsonl"
+    kept(file, 2.0)
+    kept(file, 9.0, busy=1.7)
+    kept(file, 3.0, machine="another")
+    found = history.curves(file)
+
+    assert {where: [point.value for point in points] for (where, _, _), points in found.items()} == {
+        "a machine": [2.0],
+        "another": [3.0],
+    }
+
+
+def test_the_history_in_the_repository_can_be_read() -> None:
+    assert all(point.value > 0 for points in history.curves().values() for point in points)

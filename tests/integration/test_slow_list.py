@@ -1,0 +1,32 @@
+"""The fast set of tests is what it says: the list of slow ones names what is there and left out."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+from tests.slow import LIST, is_there, listed
+
+A_FILE = next(iter(listed())).partition("::")[0]
+
+
+def collected(marker: str) -> set[str]:
+    """Test functions of one file that has a slow one."""
+    command = [sys.executable, "-m", "pytest", "--collect-only", "-q", "-n", "0", "-m", marker, A_FILE]
+    done = subprocess.run(command, cwd=LIST.parents[1], capture_output=True, text=True, check=False)
+    return {line.partition("[")[0] for line in done.stdout.splitlines() if "::" in line}
+
+
+def test_every_entry_is_a_test_that_is_there() -> None:
+    """When one is not: python -m tests.slow PATH, with any short file, takes it out."""
+    assert [name for name in listed() if not is_there(name)] == []
+
+
+@pytest.mark.parametrize("marker", ["slow", "not slow"])
+def test_the_marker_is_on_what_is_listed_and_on_nothing_else(marker: str) -> None:
+    slow = {name for name in listed() if name.startswith(f"{A_FILE}::")}
+    found = collected(marker)
+
+    assert found == slow if marker == "slow" else not found & slow
