@@ -1,0 +1,32 @@
+"""The documentation as static pages: python -m sphinx -W -b dirhtml docs build/docs
+
+The guides are the Markdown pages of this folder, as GitHub shows them; the pages in api/ are made from docstrings.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT))
+
+project = "fcu-emulator"
+copyright = "the fcu-emulator contributors"  # noqa: A001: Sphinx reads it by this name
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.viewcode"]
+exclude_patterns = ["api/README.md"]
+html_theme = "furo"
+html_title = "fcu-emulator"
+html_show_sphinx = False
+html_copy_source = False
+
+myst_enable_extensions = ["colon_fence"]
+myst_heading_anchors = 3
+suppress_warnings = ["myst.xref_missing"]  # links out of this folder (README, CONTRIBUTING), which tests check
+
+autodoc_typehints = "signature"
+autodoc_member_order = "bysource"
+autodoc_preserve_defaults = True
+autodoc_default_options = {"members": True, "show-inheritance": True}
+python_use_unqualified_type_names = True
+add_module_names = False
