@@ -1,6 +1,6 @@
 """The documentation as static pages: python -m sphinx -W -b dirhtml docs build/docs
 
-The guides are the Markdown pages of this folder, as GitHub shows them; the pages in api/ are made from docstrings.
+The guides are the Markdown pages of this folder, as GitHub shows them; api/ is made from docstrings.
 """
 
 from __future__ import annotations
@@ -12,9 +12,8 @@ ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
 project = "fcu-emulator"
-copyright = "the fcu-emulator contributors"  # noqa: A001: Sphinx reads it by this name
+copyright = "the fcu-emulator contributors"  # noqa: A001  Sphinx reads it by this name
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.viewcode"]
-exclude_patterns = ["api/README.md"]
 html_theme = "furo"
 html_title = "fcu-emulator"
 html_show_sphinx = False
@@ -22,11 +21,15 @@ html_copy_source = False
 
 myst_enable_extensions = ["colon_fence"]
 myst_heading_anchors = 3
-suppress_warnings = ["myst.xref_missing"]  # links out of this folder (README, CONTRIBUTING), which tests check
+suppress_warnings = [
+    "myst.xref_missing"
+]  # links out of this folder (README, CONTRIBUTING), which tests check
 
 autodoc_typehints = "signature"
 autodoc_member_order = "bysource"
 autodoc_preserve_defaults = True
-autodoc_default_options = {"members": True, "show-inheritance": True}
+autodoc_default_options = {"members": True}
+autodoc_type_aliases = {"Signal": "Signal", "Array": "Array", "Matrix": "Matrix"}
+python_maximum_signature_line_length = 88  # else one long line that a telephone breaks anywhere
 python_use_unqualified_type_names = True
 add_module_names = False

@@ -1,0 +1,92 @@
+"""The API pages can be built, without a warning, and the examples in the docstrings they show run."""
+
+from __future__ import annotations
+
+import importlib
+import re
+import shutil
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import pytest
+
+import emulator
+from firmware_model.arm import prebuilt
+
+ROOT = Path(__file__).parents[2]
+PAGES = sorted((ROOT / "docs" / "api").glob("*.md"))
+SHOWN = [
+    pytest.param(kind, name, id=name)
+    for page in PAGES
+    for kind, name in re.findall(
+        r"^\.\. auto(\w+):: ([\w.]+)", page.read_text(encoding="utf-8"), re.MULTILINE
+    )
+]
+LITERAL = re.compile(r"::\n\n((?: {4,}.*\n|\n)+)")
+
+
+def found(name: str) -> object:
+    module, _, attribute = name.rpartition(".")
+    return getattr(importlib.import_module(module), attribute)
+
+
+def examples(text: str) -> str:
+    """The literal blocks that are Python, as one program; those that are pictures are left out."""
+    program = []
+    for block in LITERAL.findall(text + "\n"):
+        source = textwrap.dedent(block)
+        try:
+            compile(source, "example", "exec")
+        except SyntaxError:
+            continue
+        program.append(source)
+    return "\n".join(program)
+
+
+@pytest.mark.parametrize(("kind", "name"), SHOWN)
+def test_what_a_page_shows_says_what_it_is(kind: str, name: str) -> None:
+    shown = importlib.import_module(name) if kind == "module" else found(name)
+
+    assert (shown.__doc__ or "").strip()
+
+
+@pytest.mark.parametrize(("kind", "name"), SHOWN)
+def test_examples_in_docstrings_run(
+    kind: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In a folder with a built firmware; a docstring inside the package need not import ``Board``."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "build").mkdir()
+    for file in ("lab3.elf", "build/lab3.elf", "build/mylab.elf"):
+        shutil.copyfile(prebuilt("solution", "I2C2"), tmp_path / file)
+    shown = importlib.import_module(name) if kind == "module" else found(name)
+    program = examples(shown.__doc__ or "")
+    names = {"__name__": "example", "Board": emulator.Board}
+
+    exec(compile(program, name, "exec"), names)
+
+
+def test_all_that_is_imported_from_the_package_is_on_a_page() -> None:
+    text = "\n".join(page.read_text(encoding="utf-8") for page in PAGES)
+    whole = re.findall(r"automodule:: ([\w.]+)\n(?!   :no-members:)", text)
+
+    assert [
+        name
+        for name in emulator.__all__
+        if f"emulator.{name}\n" not in text and getattr(emulator, name).__module__ not in whole
+    ] == []
+
+
+def test_every_page_is_built_without_a_warning(tmp_path: Path) -> None:
+    """As CONTRIBUTING says: python -m sphinx -W -b dirhtml docs build/docs"""
+    pytest.importorskip("furo", reason="the documentation's tools are not installed: pip install '.[docs]'")
+    pytest.importorskip("myst_parser", reason="the documentation's tools are not installed")
+    command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "dirhtml", "docs"]
+    done = subprocess.run([*command, str(tmp_path)], cwd=ROOT, capture_output=True, text=True, check=False)
+
+    assert done.returncode == 0, done.stderr
+    board = (tmp_path / "api" / "board" / "index.html").read_text(encoding="utf-8")
+    assert "run_for" in board
+    assert "Run for exactly this much virtual time." in board
