@@ -17,7 +17,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from sensors.register import Register
-from sensors.register_file import UNFORESEEN, Foreseen, RegisterFile, Taker, every_length
+from sensors.register_file import NOTHING_PREFETCHED, BurstReader, Prefetched, RegisterFile, every_length
 from sensors.sampling import SampleStream
 
 
@@ -107,7 +107,7 @@ class OutputWords:
         self._version = registers.version
         self._shown = b""
         registers.before_read(register, self.before_read)
-        registers.know_ahead(register, self, self.before_read)
+        registers.set_prefetcher(register, self, self.before_read)
 
     def set_format(self, *, bdu: bool, big_endian: bool) -> None:
         """BDU and BLE as configured; switching BDU off releases every word, BLE turns those not held."""
@@ -156,7 +156,7 @@ class OutputWords:
             first += 1
         return None
 
-    def ahead(self, first: int, end: int, now_ps: int) -> Foreseen:
+    def prefetch(self, first: int, end: int, now_ps: int) -> Prefetched:
         """The bytes as they are until the next sample, words that are held back among them.
 
         Reading them is quiet once data-ready has been cleared, and with BDU as long as whole words are read.
@@ -167,7 +167,7 @@ class OutputWords:
         if self._shown is not stream.data:
             self._show()
             if any((held - self._first) & 1 and first < held < end for held in self._half_read):
-                return UNFORESEEN  # its first byte releases the word: the second is one of the new sample
+                return NOTHING_PREFETCHED  # its first byte releases the word, its second is of the new sample
         quiet = 0
         if not (self._half_read or self._mem[self._status] & self._unread):
             quiet = every_length(end - first)
@@ -175,16 +175,16 @@ class OutputWords:
                 quiet &= 0 if (first - self._first) & 1 else _EVEN
         return bytes(self._mem[first:end]), stream.next_ps, quiet
 
-    def lasts(self, first: int, end: int) -> int:
+    def valid_until_ps(self, first: int, end: int) -> int:
         """Until the next sample: what reading clears has been cleared, and holding words is a new version."""
         del first, end
         return self.stream.next_ps
 
-    def taker(self, first: int, end: int) -> Taker | None:
+    def burst_reader(self, first: int, end: int) -> BurstReader | None:
         """For the usual read, which takes the whole block at once."""
-        return self._take if (first, end) == (self._first, self._end) else None
+        return self._read_burst if (first, end) == (self._first, self._end) else None
 
-    def _take(self, now_ps: int) -> tuple[bytes, int]:
+    def _read_burst(self, now_ps: int) -> tuple[bytes, int]:
         """As ``before_read``, less the flags that a new sample would set and this read clear."""
         if self._half_read or self._big_endian:
             return self._registers.read(self._first, self._end - self._first, now_ps), 0
@@ -196,7 +196,7 @@ class OutputWords:
         self._mem[self._status] &= self._keep_all
         return stream.data, stream.next_ps
 
-    def taken(self, first: int, count: int) -> None:
+    def consumed(self, first: int, count: int) -> None:
         """So many bytes from ``first`` on have been read one by one."""
         offset = first - self._first
         if self._half_read or (offset | count) & 1:

@@ -13,12 +13,12 @@ from sensors.errors import PartErrors
 from sensors.pin import Pin
 from sensors.register import ADDRESSES, Register, RegisterMap
 from sensors.register_file import (
-    UNFORESEEN,
+    NOTHING_PREFETCHED,
     AccessError,
-    Foreseen,
+    BurstReader,
     NoteCallback,
+    Prefetched,
     RegisterFile,
-    Taker,
     WriteLog,
 )
 from sensors.sampling import NEVER_PS, PS_PER_S, Times
@@ -48,10 +48,10 @@ class Write(Protocol):
         ...
 
 
-class ReadAhead(Protocol):
-    """See :meth:`RegisterFile.ahead`."""
+class Prefetch(Protocol):
+    """See :meth:`RegisterFile.prefetch`."""
 
-    def __call__(self, address: int, count: int, now_ps: int) -> Foreseen:
+    def __call__(self, address: int, count: int, now_ps: int) -> Prefetched:
         """About ``count`` bytes from ``address`` on."""
         ...
 
@@ -59,10 +59,10 @@ class ReadAhead(Protocol):
 class Part:
     """One sensor behind its bus.
 
-    ``read``, ``write``, ``advance``, ``ahead``, ``taken`` and ``taker`` are those of its active
+    ``read``, ``write``, ``advance``, ``prefetch``, ``consumed`` and ``burst_reader`` are those of its active
     register file. They are instance attributes, so that the 800 Hz path reaches the registers without a
     detour; a part with register banks replaces them when firmware switches. While a pin is wired, every
-    access has to be seen, and nothing is told ahead.
+    access has to be seen, and nothing is prefetched.
     """
 
     NAME: ClassVar[str]
@@ -111,12 +111,12 @@ class Part:
         self.read: Read = registers.read
         self.write: Write = _checked(self._writer(registers))
         self.advance = registers.advance
-        self.ahead: ReadAhead = registers.ahead
-        self.taken = registers.taken
-        self.taker: Callable[[int, int], Taker] = registers.taker
+        self.prefetch: Prefetch = registers.prefetch
+        self.consumed = registers.consumed
+        self.burst_reader: Callable[[int, int], BurstReader] = registers.burst_reader
         if self._accessed is not None:
             self.read = _read_then(self.read, self._accessed)
-            self.ahead, self.taker = _nothing_ahead, _taker_of(self.read)
+            self.prefetch, self.burst_reader = _nothing_prefetched, _burst_reader_of(self.read)
             self.write = _write_then(self.write, self._accessed)
 
     def _writer(self, registers: RegisterFile) -> Write:
@@ -182,16 +182,16 @@ class Part:
         raise KeyError(channel)
 
 
-def _nothing_ahead(address: int, count: int, now_ps: int) -> Foreseen:
+def _nothing_prefetched(address: int, count: int, now_ps: int) -> Prefetched:
     del address, count, now_ps
-    return UNFORESEEN
+    return NOTHING_PREFETCHED
 
 
-def _taker_of(read: Read) -> Callable[[int, int], Taker]:
-    def taker(address: int, count: int) -> Taker:
+def _burst_reader_of(read: Read) -> Callable[[int, int], BurstReader]:
+    def burst_reader(address: int, count: int) -> BurstReader:
         return lambda now_ps: (read(address, count, now_ps), 0)
 
-    return taker
+    return burst_reader
 
 
 def _checked(write: Write) -> Write:

@@ -43,47 +43,47 @@ _Plan: TypeAlias = tuple[_Piece, tuple[_Piece, ...]]  # the first piece, and tho
 _COUNT_BITS = 22  # of a plan's key, which stays a small integer
 _ONE_BYTE = tuple(bytes((value,)) for value in range(256))  # dearer to make than to look up
 _LONGEST_KEPT = 64  # bytes of a burst whose plan is kept
-_FORESEEN = 32  # bytes of configuration that are told at once
+_PREFETCHED_AT_ONCE = 32  # bytes of configuration that are prefetched at once
 
 
-Foreseen: TypeAlias = tuple[bytes, int, int]
-"""Bytes, until when (ps) they are these, and which reads of them are quiet; see ``RegisterFile.ahead``."""
+Prefetched: TypeAlias = tuple[bytes, int, int]
+"""Bytes, until when (ps) they are these, and which reads of them are quiet; see ``RegisterFile.prefetch``."""
 
-UNFORESEEN: Foreseen = (b"", 0, 0)
+NOTHING_PREFETCHED: Prefetched = (b"", 0, 0)
 EACH_ALONE: Final = 1
 """Among the quiet reads, as the one of no bytes: the sub-address does not move on, so each byte is of a read
 of its own, which names its register. The second byte of a read is of the same register as its first."""
 
 
-class Ahead(Protocol):
+class Prefetcher(Protocol):
     """What knows the bytes of a register before they are read, and all that reading them does."""
 
-    def ahead(self, first: int, end: int, now_ps: int) -> Foreseen:
+    def prefetch(self, first: int, end: int, now_ps: int) -> Prefetched:
         """Bytes ``first`` to ``end - 1`` of the register."""
         ...
 
-    def lasts(self, first: int, end: int) -> int:
+    def valid_until_ps(self, first: int, end: int) -> int:
         """Until when these bytes can be read again if that has just been done at once; 0: not known."""
         ...
 
-    def taken(self, first: int, count: int) -> None:
+    def consumed(self, first: int, count: int) -> None:
         """``count`` bytes from ``first`` on have been read one by one."""
         ...
 
-    def taker(self, first: int, end: int) -> Taker | None:
+    def burst_reader(self, first: int, end: int) -> BurstReader | None:
         """What reads these bytes at once, if there is a short way."""
         ...
 
 
-Taker: TypeAlias = Callable[[int], tuple[bytes, int]]
-"""``take(now_ps)``: reads a burst; its bytes, and until when (ps) they can be read again without any effect.
+BurstReader: TypeAlias = Callable[[int], tuple[bytes, int]]
+"""``read_burst(now_ps)``: reads a burst; its bytes, and until when (ps) reading them again has no effect.
 
 As long as the version stays what it was *before* the burst; 0 if that is not sure.
 """
 
-_Knowledge: TypeAlias = tuple[Ahead, ReadHook | None, AfterHook | None]  # who knows it with these hooks
-_Region: TypeAlias = tuple[Ahead, int]  # who knows the bytes from an address on, and where they end
-_Known: TypeAlias = tuple[tuple[Ahead, int, int], ...]  # who knows each piece of a burst
+_Knowledge: TypeAlias = tuple[Prefetcher, ReadHook | None, AfterHook | None]  # who knows it with these hooks
+_Region: TypeAlias = tuple[Prefetcher, int]  # who knows the bytes from an address on, and where they end
+_Known: TypeAlias = tuple[tuple[Prefetcher, int, int], ...]  # who knows each piece of a burst
 
 
 class AccessError(ValueError):
@@ -116,18 +116,18 @@ class _Plain:
     def __init__(self, mem: bytearray) -> None:
         self._mem = mem
 
-    def ahead(self, first: int, end: int, now_ps: int) -> Foreseen:
+    def prefetch(self, first: int, end: int, now_ps: int) -> Prefetched:
         del now_ps
         return bytes(self._mem[first:end]), NEVER_PS, every_length(end - first)
 
-    def lasts(self, first: int, end: int) -> int:
+    def valid_until_ps(self, first: int, end: int) -> int:
         del first, end
         return NEVER_PS
 
-    def taker(self, first: int, end: int) -> None:
+    def burst_reader(self, first: int, end: int) -> None:
         """There is none."""
 
-    def taken(self, first: int, count: int) -> None:
+    def consumed(self, first: int, count: int) -> None:
         """Nothing happens."""
 
 
@@ -141,7 +141,7 @@ class RegisterFile:
 
     ``wrap`` maps an address to the one a burst goes on with, where that is not the next one.
     ``mem`` is public on purpose: models keep a reference and read single bytes without a call.
-    ``version`` counts what makes bytes told ahead wrong without time passing: each write, and words becoming
+    ``version`` counts what makes prefetched bytes wrong without time passing: each write, and words becoming
     held or released by somebody's read. It is one number, the same object in all banks of a part; C reads it
     at its address, which never changes.
     """
@@ -185,8 +185,8 @@ class RegisterFile:
         self._before[register.addr : register.addr + register.size] = [hook] * register.size
         self._forget_plans()
 
-    def know_ahead(
-        self, register: type[Register], source: Ahead, before: ReadHook, after: AfterHook | None = None
+    def set_prefetcher(
+        self, register: type[Register], source: Prefetcher, before: ReadHook, after: AfterHook | None = None
     ) -> None:
         """``source`` knows what reading ``register`` gives and does, as long as these are its hooks."""
         known = source, before, after
@@ -247,52 +247,52 @@ class RegisterFile:
                 after(first, end, now_ps)
         return bytes(pieces)
 
-    def ahead(self, address: int, count: int, now_ps: int) -> Foreseen:
+    def prefetch(self, address: int, count: int, now_ps: int) -> Prefetched:
         """What reads of one byte each from ``address`` on would give; nothing has been read by this.
 
         The bytes, about ``count`` of them, or none if they are not sure; until when (ps) they are these, as
         long as ``version`` stays what it is now; and which reads are quiet, that is, change nothing anybody
-        could see: bit n for the first n bytes. ``taken`` makes up for reads that are not. They are of one
+        could see: bit n for the first n bytes. ``consumed`` makes up for reads that are not. They are of one
         register after the other also where the sub-address does not move on, which ``EACH_ALONE`` tells.
         """
         region = self._regions[address] if address in self._regions else self._region(address)
         if region is None:
-            return UNFORESEEN
+            return NOTHING_PREFETCHED
         source, end = region
-        data, until_ps, quiet = source.ahead(address, end, now_ps)
+        data, until_ps, quiet = source.prefetch(address, end, now_ps)
         length = len(data)
         if length and not self._increment:
             return data, until_ps, quiet | EACH_ALONE
         if 0 < length < count and self._next[end - 1] == end:
-            more, more_until_ps, more_quiet = self.ahead(end, count - length, now_ps)
+            more, more_until_ps, more_quiet = self.prefetch(end, count - length, now_ps)
             if more:
                 if quiet >> length & 1:
                     quiet |= more_quiet << length
                 return data + more, min(until_ps, more_until_ps), quiet
         return data, until_ps, quiet
 
-    def taken(self, address: int, count: int) -> None:
-        """So many of the bytes that were told ahead have been read one by one."""
+    def consumed(self, address: int, count: int) -> None:
+        """So many of the bytes that were prefetched have been read one by one."""
         while count:
             region = self._regions.get(address) or self._region(address)
-            assert region is not None, "bytes that were never told"
+            assert region is not None, "bytes that were never prefetched"
             source, end = region
             here = min(count, end - address)
-            source.taken(address, here)
+            source.consumed(address, here)
             address, count = end, count - here
 
-    def taker(self, address: int, count: int) -> Taker:
+    def burst_reader(self, address: int, count: int) -> BurstReader:
         """What reads such a burst, as long as ``version`` stays what it is now."""
         known = self._know(address, count)
         if known is not None and len(known) == 1:
             source, first, end = known[0]
-            take = source.taker(first, end)
-            if take is not None:
-                return take
-        return partial(self._take, address, count)
+            read_burst = source.burst_reader(first, end)
+            if read_burst is not None:
+                return read_burst
+        return partial(self._read_burst, address, count)
 
-    def _take(self, address: int, count: int, now_ps: int) -> tuple[bytes, int]:
-        return self.read(address, count, now_ps), self._lasts(address, count)
+    def _read_burst(self, address: int, count: int, now_ps: int) -> tuple[bytes, int]:
+        return self.read(address, count, now_ps), self._valid_until_ps(address, count)
 
     def write(self, address: int, data: bytes, now_ps: int) -> None:
         """Write ``data`` from ``address`` on; only writable bits change."""
@@ -332,7 +332,7 @@ class RegisterFile:
         knowledge, end = self._knowledge(address), address + 1
         region = None
         if knowledge is not None:
-            last = min(address + _FORESEEN, ADDRESSES)
+            last = min(address + _PREFETCHED_AT_ONCE, ADDRESSES)
             while end < last and self._leads_to(end) and self._knowledge(end) is knowledge:
                 end += 1
             region = knowledge[0], end
@@ -351,7 +351,7 @@ class RegisterFile:
         knowledge = self._ahead[address]
         return knowledge if knowledge is not None and knowledge[1:] == (before, after) else None
 
-    def _lasts(self, address: int, count: int) -> int:
+    def _valid_until_ps(self, address: int, count: int) -> int:
         """Until when (ps) a burst just read can be read again, giving the same bytes and changing nothing."""
         key = address << _COUNT_BITS | count
         known = self._known[key] if key in self._known else self._know(address, count)
@@ -359,7 +359,7 @@ class RegisterFile:
             return 0
         until_ps = NEVER_PS
         for source, first, end in known:
-            until_ps = min(until_ps, source.lasts(first, end))
+            until_ps = min(until_ps, source.valid_until_ps(first, end))
         return until_ps
 
     def _know(self, address: int, count: int) -> _Known | None:

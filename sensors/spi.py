@@ -20,7 +20,7 @@ from collections.abc import Callable
 from typing import ClassVar, Final, Protocol, cast
 
 from sensors.declaration import Bus, Mode, Wires
-from sensors.register_file import UNFORESEEN, Foreseen
+from sensors.register_file import NOTHING_PREFETCHED, Prefetched
 from sensors.subaddress import AddressedDevice, IncrementBit
 
 READ: Final = 0x80
@@ -45,13 +45,13 @@ class SpiDevice(Protocol):
         ...
 
     version: array[int]
-    """One number, which changes with everything that makes bytes told ahead wrong."""
+    """One number, which changes with everything that makes prefetched bytes wrong."""
 
-    def ahead(self, address: int, count: int, now_ps: int) -> Foreseen:
+    def prefetch(self, address: int, count: int, now_ps: int) -> Prefetched:
         """What single reads would give, until when (ps), and which of them are quiet."""
         ...
 
-    def taken(self, address: int, count: int) -> None:
+    def consumed(self, address: int, count: int) -> None:
         """So many of these bytes have been read."""
         ...
 
@@ -89,7 +89,7 @@ class SpiTarget:
 
     @property
     def version(self) -> array[int]:
-        """The part's: what was told ahead holds as long as the number does not change."""
+        """The part's: what was prefetched holds as long as the number does not change."""
         return self.device.version
 
     @property
@@ -125,24 +125,24 @@ class SpiTarget:
         self._address = self.device.advance(self._address, count)
         return data if self.device.spi_wires() == wires else bytes([UNDRIVEN]) * count
 
-    def ahead(self, address: int, count: int, mode: Mode, wires: Wires, now_ps: int) -> Foreseen:
+    def prefetch(self, address: int, count: int, mode: Mode, wires: Wires, now_ps: int) -> Prefetched:
         """What a read of ``address`` would give a host, byte by byte; nothing has been read yet.
 
-        See :meth:`sensors.register_file.RegisterFile.ahead`.
+        See :meth:`sensors.register_file.RegisterFile.prefetch`.
         """
         if mode not in self._modes or self._booting or self.device.spi_wires() != wires:
-            return UNFORESEEN
-        return self.device.ahead(address & ~READ, count, now_ps)
+            return NOTHING_PREFETCHED
+        return self.device.prefetch(address & ~READ, count, now_ps)
 
-    def taken(self, address: int, count: int) -> None:
+    def consumed(self, address: int, count: int) -> None:
         """So many of these bytes have been read."""
         address &= ~READ
-        self.device.taken(address, count)
+        self.device.consumed(address, count)
         if self.device.advance(address, 1) == address:  # each in a message of its own
             address, count = address + count - 1, 1
-        self.served(address, count)
+        self.advance_past(address, count)
 
-    def served(self, address: int, count: int) -> None:
-        """Bytes told ahead have been read in the present message, which was quiet."""
+    def advance_past(self, address: int, count: int) -> None:
+        """Prefetched bytes have been read in the present message, which was quiet."""
         self._command = READ | address
         self._address = self.device.advance(address & ~READ, count)

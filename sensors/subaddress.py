@@ -20,7 +20,7 @@ from typing import Any, ClassVar, Protocol, cast
 
 from sensors.declaration import Bus
 from sensors.register import ADDRESSES
-from sensors.register_file import UNFORESEEN, Foreseen, Taker
+from sensors.register_file import NOTHING_PREFETCHED, BurstReader, Prefetched
 
 
 class AddressedDevice(Protocol):
@@ -48,17 +48,17 @@ class AddressedDevice(Protocol):
         ...
 
     version: array[int]
-    """One number, which changes with everything that makes bytes told ahead wrong."""
+    """One number, which changes with everything that makes prefetched bytes wrong."""
 
-    def ahead(self, address: int, count: int, now_ps: int) -> Foreseen:
+    def prefetch(self, address: int, count: int, now_ps: int) -> Prefetched:
         """What single reads would give, until when (ps), and which of them are quiet."""
         ...
 
-    def taken(self, address: int, count: int) -> None:
+    def consumed(self, address: int, count: int) -> None:
         """So many of these bytes have been read."""
         ...
 
-    def taker(self, address: int, count: int) -> Taker:
+    def burst_reader(self, address: int, count: int) -> BurstReader:
         """What reads such a burst, and says how long it lasts, in the present version."""
         ...
 
@@ -110,21 +110,21 @@ class IncrementBit:
         """The datasheet's name of the register at a sub-address."""
         return self._device.register_name(address & ~self._bit)
 
-    def ahead(self, address: int, count: int, now_ps: int) -> Foreseen:
+    def prefetch(self, address: int, count: int, now_ps: int) -> Prefetched:
         """Without the bit one byte at a time: the next one is read after this one."""
-        data, until_ps, quiet = self._device.ahead(address & ~self._bit, count, now_ps)
+        data, until_ps, quiet = self._device.prefetch(address & ~self._bit, count, now_ps)
         if address & self._bit:
             return data, until_ps, quiet
         return data[:1], until_ps, quiet & 0b10
 
-    def taken(self, address: int, count: int) -> None:
+    def consumed(self, address: int, count: int) -> None:
         """So many of these bytes have been read."""
-        self._device.taken(address & ~self._bit, count)
+        self._device.consumed(address & ~self._bit, count)
 
-    def taker(self, address: int, count: int) -> Taker:
+    def burst_reader(self, address: int, count: int) -> BurstReader:
         """What reads such a burst."""
         if address & self._bit:
-            return self._device.taker(address & ~self._bit, count)
+            return self._device.burst_reader(address & ~self._bit, count)
         return lambda now_ps: (self.read(address, count, now_ps), 0)
 
 
@@ -140,7 +140,7 @@ class SubaddressTarget:
         self._now_ps = now_ps
         self.address_mask = ADDRESSES - 1 | bit
         """The bits of a sub-address that mean something to the part."""
-        self.behind = (0, 0)
+        self.last_burst = (0, 0)
         """Sub-address and length of the last burst; the next read without a sub-address goes on after it."""
         self._expects_subaddress = False
         self._booting = not device.accessible(now_ps())  # asked again only while it is so
@@ -159,56 +159,56 @@ class SubaddressTarget:
         """Bytes from the master; the number acknowledged (all of them)."""
         payload = data
         if self._expects_subaddress and data:
-            self.behind = (data[0] & self.address_mask, 0)
+            self.last_burst = (data[0] & self.address_mask, 0)
             self._expects_subaddress = False
             payload = data[1:]
         if payload:
             address = self.position
             self.device.write(address, payload, self._now_ps())
-            self.behind = (address, len(payload))
+            self.last_burst = (address, len(payload))
         return len(data)
 
     def read(self, count: int) -> bytes:
         """Bytes for the master, from the sub-address left behind."""
         address = self.position
         data = self.device.read(address, count, self._now_ps())
-        self.behind = (address, count)
+        self.last_burst = (address, count)
         return data
 
-    def ahead(self, subaddress: int, count: int, now_ps: int) -> Foreseen:
+    def prefetch(self, subaddress: int, count: int, now_ps: int) -> Prefetched:
         """What the next reads of one byte from there on would give; nothing has been read yet.
 
-        See :meth:`sensors.register_file.RegisterFile.ahead`.
+        See :meth:`sensors.register_file.RegisterFile.prefetch`.
         """
         if not self.answers():
-            return UNFORESEEN
-        return self.device.ahead(subaddress & self.address_mask, count, now_ps)
+            return NOTHING_PREFETCHED
+        return self.device.prefetch(subaddress & self.address_mask, count, now_ps)
 
-    def taken(self, subaddress: int, count: int) -> None:
+    def consumed(self, subaddress: int, count: int) -> None:
         """So many of these bytes have been read."""
         address = subaddress & self.address_mask
-        self.device.taken(address, count)
+        self.device.consumed(address, count)
         if self.device.advance(address, 1) == address:  # each in a read of its own
             address, count = address + count - 1, 1
-        self.served(address, count)
+        self.advance_past(address, count)
 
-    def served(self, subaddress: int, count: int) -> None:
-        """Bytes told ahead have been read, which was quiet: all that it leaves is the sub-address."""
-        self.behind = (subaddress & self.address_mask, count)
+    def advance_past(self, subaddress: int, count: int) -> None:
+        """Prefetched bytes have been read, which was quiet: all that it leaves is the sub-address."""
+        self.last_burst = (subaddress & self.address_mask, count)
         self._expects_subaddress = False
 
     @property
     def version(self) -> array[int]:
-        """The part's: what was told ahead holds as long as the number does not change."""
+        """The part's: what was prefetched holds as long as the number does not change."""
         return self.device.version
 
     @property
     def position(self) -> int:
         """The sub-address left behind, where a read goes on."""
-        address, count = self.behind
+        address, count = self.last_burst
         if count:
             address = self.device.advance(address, count)
-            self.behind = (address, 0)
+            self.last_burst = (address, 0)
         return address
 
     def stop(self) -> None:
@@ -220,7 +220,7 @@ class SubaddressTarget:
         if not self.answers():
             return None
         address = subaddress & self.address_mask
-        self.behind = (address, count)
+        self.last_burst = (address, count)
         return self.device.read(address, count, now_ps)
 
     def name(self) -> str:

@@ -1,6 +1,6 @@
-"""Bus masters on one part: two that read it live, and two that keep what it has told ahead.
+"""Bus masters on one part: two that read it live, and two that keep what it has prefetched.
 
-``ByteKeeper`` is what the chip's I2C and SPI blocks do in C, in the plainest form: bytes told ahead serve any
+``ByteKeeper`` is what the chip's I2C and SPI blocks do in C, in the plainest form: prefetched bytes serve any
 number of messages; reads that follow each other without a gap become one run, of which the part need not
 hear when it is quiet as a whole.
 """
@@ -71,12 +71,12 @@ class ByteKeeper:
         """Before anything else happens: the part hears of what was not quiet."""
         count = self._run_end - self._run_first
         if count and not self._quiet_run(count):
-            self.part.taken(self._run_first, count)
+            self.part.consumed(self._run_first, count)
             self._version = -1  # ask again
         self._run_first = self._run_end
 
     def _quiet_run(self, count: int) -> bool:
-        # Bits are told from the base on. A run from there on has its own bit; another one is quiet if what
+        # Bits count from the base on. A run from there on has its own bit; another one is quiet if what
         # lies before it is, and both together.
         before = self._run_first - self._base
         return bool(self._quiet >> before + count & 1 and (not before or self._quiet >> before & 1))
@@ -84,7 +84,7 @@ class ByteKeeper:
     def _byte(self, address: int, wanted: int, now_ps: int) -> bytes:
         if not self._keeps(address, now_ps):
             self.settle()
-            self._data, self._until_ps, self._quiet = self.part.ahead(address, wanted, now_ps)
+            self._data, self._until_ps, self._quiet = self.part.prefetch(address, wanted, now_ps)
             self._base, self._version = address, self.part.version[0]
             self._run_first = self._run_end = address
             if not self._keeps(address, now_ps):
@@ -132,7 +132,7 @@ class BurstKeeper:
             self.served += 1
             return data
         version = self.part.version[0]
-        data, until_ps = self.part.taker(address, count)(now_ps)
+        data, until_ps = self.part.burst_reader(address, count)(now_ps)
         self._kept[address, count] = data, until_ps, version
         return data
 

@@ -20,7 +20,7 @@ from typing import Literal, Protocol, Self, TypeAlias, get_args
 from emulator.errors import I2CBusError, I2CError, I2CNackError, I2CStuckError, InputError
 from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, Clock, to_ps
 from emulator.trace import BusTransfer, Fault, Trace
-from sensors.register_file import Taker
+from sensors.register_file import BurstReader
 from sensors.subaddress import SubaddressTarget
 
 STANDARD_MODE_HZ = 100_000
@@ -116,29 +116,29 @@ class I2CFault:
 class _Kept:
     """What a master has read from a part, for as long as it lasts.
 
-    ``behind``: sub-address and length of the read; ``seen``: the part's version it belongs to; ``take``: what
-    reads it again in that version.
+    ``last_burst``: sub-address and length of the read; ``seen``: the part's version it belongs to;
+    ``read_burst``: what reads it again in that version.
     """
 
     __slots__ = (
-        "behind",
         "data",
         "duration_ps",
+        "last_burst",
         "part",
+        "read_burst",
         "seen",
-        "take",
         "target",
         "until_ps",
         "version",
         "written",
     )
-    take: Taker
+    read_burst: BurstReader
 
     def __init__(self, target: SubaddressTarget, subaddress: int, count: int, duration_ps: int) -> None:
         self.target = target
         self.part = target.device
         self.version = target.version
-        self.behind = subaddress & target.address_mask, count
+        self.last_burst = subaddress & target.address_mask, count
         self.written = bytes((subaddress & 0xFF,))
         self.duration_ps = duration_ps
         self.data = b""
@@ -230,12 +230,12 @@ class I2CBus:
         if version != kept.seen:
             if not kept.target.answers():
                 return self.transfer(address, bytes((subaddress,)), count)  # which fails as it should
-            kept.take = kept.part.taker(kept.behind[0], count)
-            kept.data, kept.until_ps = kept.take(now_ps)
+            kept.read_burst = kept.part.burst_reader(kept.last_burst[0], count)
+            kept.data, kept.until_ps = kept.read_burst(now_ps)
             kept.seen = version
         elif now_ps >= kept.until_ps:
-            kept.data, kept.until_ps = kept.take(now_ps)
-        kept.target.behind = kept.behind
+            kept.data, kept.until_ps = kept.read_burst(now_ps)
+        kept.target.last_burst = kept.last_burst
         self.end_ps = now_ps + kept.duration_ps
         if self._trace.detailed:
             self._trace.add_transfer(

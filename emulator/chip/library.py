@@ -226,7 +226,7 @@ class FcuChip:
         self._error: BaseException | None = None
         self._kept: list[object] = []
         self._noted: set[tuple[int, int, bytes]] = set()
-        self._untold = memoryview(bytes(8)).cast("q")
+        self._unreported = memoryview(bytes(8)).cast("q")
         table = HostTable()
         called: tuple[Callable[..., Any], ...]
         called = (
@@ -256,7 +256,7 @@ class FcuChip:
         self._pc = Registers(self, ("pc",))
         self.targets = Targets(self)
         """Sensors' bytes that C keeps."""
-        self._untold = self.targets.untold
+        self._unreported = self.targets.unreported
         bases = [self.library.fcu_block_base(self.handle, n) for n in range(self.block_count)]
         names = {base: name for name, (base, _) in BLOCKS.items()}
         self.blocks = {names[base]: _block(self, n, names[base], base) for n, base in enumerate(bases)}
@@ -381,7 +381,7 @@ class FcuChip:
 
     def raise_error(self) -> None:
         """C has returned: report reads that parts have not heard of yet; raise what a callback has raised."""
-        if self._untold[0]:
+        if self._unreported[0]:
             self.targets.settle()
         if self._error is not None:
             error, self._error = self._error, None
@@ -404,7 +404,7 @@ class FcuChip:
         def called(now_ps: int, *arguments: Any) -> Any:
             try:
                 clock.now_ps = now_ps
-                if self._untold[0]:
+                if self._unreported[0]:
                     self.targets.settle()
                 return function(*arguments)
             except BaseException as error:

@@ -17,9 +17,9 @@ from emulator.time.clock import Clock
 
 _i32, _i64 = ctypes.c_int32, ctypes.c_int64
 _TARGETS, _BYTES = 8, 32  # TARGETS, KEPT_BYTES
-_UNTOLD, _READS, _POSITIONS, _ANSWERED = 0, 1, 1 + _TARGETS, 1 + 2 * _TARGETS
-_FORESEEN = 8 * (1 + 3 * _TARGETS)
-_PUT: Final = struct.Struct(f"=qQq{_BYTES}s")  # struct Foreseen
+_UNREPORTED, _READS, _POSITIONS, _ANSWERED = 0, 1, 1 + _TARGETS, 1 + 2 * _TARGETS
+_PREFETCHED = 8 * (1 + 3 * _TARGETS)
+_PUT: Final = struct.Struct(f"=qQq{_BYTES}s")  # struct Prefetched
 _LENGTHS: Final = (1 << _BYTES + 1) - 1
 _KNOWN: Final = -1  # POSITION_KNOWN
 
@@ -28,28 +28,28 @@ class TargetTable(ctypes.Structure):
     """struct TargetCalls of target.h."""
 
     _fields_ = (
-        ("ahead", ctypes.CFUNCTYPE(_i32, _i64, _i32, _i32, _i32, _i32)),
+        ("prefetch", ctypes.CFUNCTYPE(_i32, _i64, _i32, _i32, _i32, _i32)),
         ("settle", ctypes.CFUNCTYPE(None, _i64)),
     )
 
 
 class KeepingTarget(Protocol):
-    """A part at a bus that says which bytes come next: :meth:`sensors.register_file.RegisterFile.ahead`."""
+    """A part at a bus that says which bytes come next, as :meth:`RegisterFile.prefetch` does."""
 
     @property
     def version(self) -> array[int]:
         """One number that changes with everything that makes prefetched bytes wrong."""
         ...
 
-    def ahead(self, address: int, count: int, now_ps: int, /) -> tuple[bytes, int, int]:
+    def prefetch(self, address: int, count: int, now_ps: int, /) -> tuple[bytes, int, int]:
         """The bytes, until when (ps) they are these, and how many of them can be read without any effect."""
         ...
 
-    def taken(self, address: int, count: int, /) -> None:
+    def consumed(self, address: int, count: int, /) -> None:
         """So many of these bytes have been read."""
         ...
 
-    def served(self, address: int, count: int, /) -> None:
+    def advance_past(self, address: int, count: int, /) -> None:
         """They have been read without any effect but for the sub-address left behind."""
         ...
 
@@ -77,19 +77,19 @@ class ChipInC(Protocol):
 
 
 class Targets:
-    """All of a chip's. ``untold[0]`` is 0 unless a part has to hear of reads (:meth:`settle`)."""
+    """All of a chip's. ``unreported[0]`` is 0 unless a part has to hear of reads (:meth:`settle`)."""
 
     def __init__(self, chip: ChipInC) -> None:
         self._chip = chip
         self._targets: list[KeepingTarget] = []
-        (_, ahead), (_, settle) = TargetTable._fields_
-        self._ahead = ahead(self._ahead_at)
-        table = TargetTable(self._ahead, chip.callback(settle, lambda: None))
+        (_, prefetch), (_, settle) = TargetTable._fields_
+        self._prefetch = prefetch(self._prefetch_at)
+        table = TargetTable(self._prefetch, chip.callback(settle, lambda: None))
         address = chip.library.fcu_connect_targets(chip.handle, table)
-        shared = (ctypes.c_uint8 * (_FORESEEN + _PUT.size)).from_address(address)
-        self._foreseen = memoryview(shared).cast("B")[_FORESEEN:]
-        self._words = memoryview(shared).cast("B")[:_FORESEEN].cast("q")
-        self.untold = self._words[:1]
+        shared = (ctypes.c_uint8 * (_PREFETCHED + _PUT.size)).from_address(address)
+        self._prefetched = memoryview(shared).cast("B")[_PREFETCHED:]
+        self._words = memoryview(shared).cast("B")[:_PREFETCHED].cast("q")
+        self.unreported = self._words[:1]
 
     def add(self, target: KeepingTarget) -> int:
         """C keeps bytes of this one, too; its index, or -1 if there are too many."""
@@ -104,12 +104,12 @@ class Targets:
     def settle(self) -> None:
         """Report to the parts the reads that they have not heard of yet."""
         words = self._words
-        untold, words[_UNTOLD] = words[_UNTOLD], 0
-        for index in range(untold.bit_length()):
-            if untold >> index & 1:
+        unreported, words[_UNREPORTED] = words[_UNREPORTED], 0
+        for index in range(unreported.bit_length()):
+            if unreported >> index & 1:
                 target, read = self._targets[index], words[_READS + index]
                 before = target.version[0]
-                target.taken(read >> 8, read & 0xFF)
+                target.consumed(read >> 8, read & 0xFF)
                 if words[_ANSWERED + index] == before:
                     words[_ANSWERED + index] = target.version[0]  # reading does not switch a part off
 
@@ -118,31 +118,31 @@ class Targets:
         position = self._words[_POSITIONS + index]
         if position != _KNOWN:
             self._words[_POSITIONS + index] = _KNOWN
-            self._targets[index].served(position >> 8, position & 0xFF)
+            self._targets[index].advance_past(position >> 8, position & 0xFF)
 
-    def foresee(self, index: int, address: int, count: int, now_ps: int) -> int:
+    def prefetch(self, index: int, address: int, count: int, now_ps: int) -> int:
         """Put what comes from ``address`` on where C finds it; the number of bytes, 0 if none is sure."""
-        data, until_ps, quiet = self._targets[index].ahead(address, count, now_ps)
-        _PUT.pack_into(self._foreseen, 0, until_ps, quiet & _LENGTHS, address, data)
+        data, until_ps, quiet = self._targets[index].prefetch(address, count, now_ps)
+        _PUT.pack_into(self._prefetched, 0, until_ps, quiet & _LENGTHS, address, data)
         return min(len(data), _BYTES)
 
-    def foresee_from_here(self, index: int) -> int:
+    def prefetch_from_here(self, index: int) -> int:
         """Likewise from the sub-address left behind."""
-        return self.foresee(index, self._targets[index].position, 1, self._chip.clock.now_ps)
+        return self.prefetch(index, self._targets[index].position, 1, self._chip.clock.now_ps)
 
-    def _ahead_at(self, now_ps: int, index: int, address: int, skip: int, count: int) -> int:
+    def _prefetch_at(self, now_ps: int, index: int, address: int, skip: int, count: int) -> int:
         """What C asks, thousands of times a second: what :meth:`FcuChip.callback` makes, in one piece."""
         chip = self._chip
         clock = chip.clock
         try:
             clock.now_ps = now_ps
-            if self.untold[0]:
+            if self.unreported[0]:
                 self.settle()
             if skip:
                 target = self._targets[index]
-                target.served(address, skip)
+                target.advance_past(address, skip)
                 address = target.position
-            return self.foresee(index, address, count, now_ps)
+            return self.prefetch(index, address, count, now_ps)
         except BaseException as error:
             chip.keep_error(error)
             return 0

@@ -30,7 +30,7 @@ from sensors.lps22hb.barometer import (
 )
 from sensors.lps22hb.declaration import BUS, FUNCTIONS, SIGNALS, LPS22HBErrors
 from sensors.lps22hb.interrupt import COUNTS_PER_SIXTEENTH
-from sensors.lps22hb.output import P_READ, Output, OutputAhead, Pipeline
+from sensors.lps22hb.output import P_READ, Output, OutputPrefetch, Pipeline
 from sensors.lps22hb.registers import (
     CTRL_REG1,
     CTRL_REG2,
@@ -239,9 +239,9 @@ class LPS22HB(Part):
         main.before_read(PRESS_OUT, self._before_output)
         main.before_read(TEMP_OUT, self._before_output)
         main.after_read(TEMP_OUT, self._after_temperature)
-        ahead = OutputAhead(main, self._output, self._stream, self._pipeline, self._refresh)
-        main.know_ahead(PRESS_OUT, ahead, self._before_output)
-        main.know_ahead(TEMP_OUT, ahead, self._before_output, self._after_temperature)
+        prefetch = OutputPrefetch(main, self._output, self._stream, self._pipeline, self._refresh)
+        main.set_prefetcher(PRESS_OUT, prefetch, self._before_output)
+        main.set_prefetcher(TEMP_OUT, prefetch, self._before_output, self._after_temperature)
         main.before_read(LPFP_RES, self._before_lpfp_res)
         for register in (THS_P, CTRL_REG3, REF_P, RPDS):
             main.on_write(register, self._write_plain)

@@ -14,7 +14,7 @@ from collections.abc import Callable
 from sensors.lps22hb.fifo import Fifo
 from sensors.lps22hb.interrupt import IntDrdy, PressureInterrupt, Reference
 from sensors.lps22hb.registers import PRESS_OUT, STATUS, TEMP_OUT
-from sensors.register_file import UNFORESEEN, Foreseen, RegisterFile, Taker, every_length
+from sensors.register_file import NOTHING_PREFETCHED, BurstReader, Prefetched, RegisterFile, every_length
 from sensors.sampling import SampleStream
 
 
@@ -140,11 +140,11 @@ class Output:
             self._version[0] += 1
 
 
-class OutputAhead:
+class OutputPrefetch:
     """What reading the output will give and do, for masters that keep bytes.
 
-    ``refresh(now_ps)`` takes the samples that are due. Nothing is told while the FIFO or the pin takes part;
-    while the output is held, it ends with PRESS_OUT_H, which releases it.
+    ``refresh(now_ps)`` takes the samples that are due. Nothing is prefetched while the FIFO or the pin takes
+    part; while the output is held, it ends with PRESS_OUT_H, which releases it.
     """
 
     def __init__(
@@ -162,13 +162,13 @@ class OutputAhead:
         self._pipeline = pipeline
         self._refresh = refresh
 
-    def ahead(self, first: int, end: int, now_ps: int) -> Foreseen:
+    def prefetch(self, first: int, end: int, now_ps: int) -> Prefetched:
         """Bytes of the pressure or of the temperature, as they are until the next sample."""
         output, stream = self._output, self._stream
         if now_ps >= stream.next_ps or output.stale:
             self._refresh(now_ps)
         if not self._alone() or (output.held and first > _PRESS_OUT_H):
-            return UNFORESEEN
+            return NOTHING_PREFETCHED
         quiet = 0
         if not (output.held or self._unread(first)):
             quiet = every_length(end - first)
@@ -176,16 +176,16 @@ class OutputAhead:
                 quiet &= 1 << _PRESS_OUT_H + 1 - first  # what ends before PRESS_OUT_H holds the output
         return bytes(self._mem[first:end]), stream.next_ps, quiet
 
-    def lasts(self, first: int, end: int) -> int:
+    def valid_until_ps(self, first: int, end: int) -> int:
         """Until the next sample: what reading clears has been cleared, and holding it is a new version."""
         del first, end
         return self._stream.next_ps if self._alone() else 0
 
-    def taker(self, first: int, end: int) -> Taker | None:
+    def burst_reader(self, first: int, end: int) -> BurstReader | None:
         """For the usual read, which takes the pressure as a whole."""
-        return self._take_pressure if (first, end) == (_FIRST, _PRESS_OUT_H + 1) else None
+        return self._read_pressure if (first, end) == (_FIRST, _PRESS_OUT_H + 1) else None
 
-    def _take_pressure(self, now_ps: int) -> tuple[bytes, int]:
+    def _read_pressure(self, now_ps: int) -> tuple[bytes, int]:
         output, stream = self._output, self._stream
         if now_ps >= stream.next_ps or output.stale:
             self._refresh(now_ps)
@@ -194,7 +194,7 @@ class OutputAhead:
         self._mem[STATUS.addr] &= P_READ
         return bytes(self._mem[_FIRST : _PRESS_OUT_H + 1]), stream.next_ps
 
-    def taken(self, first: int, count: int) -> None:
+    def consumed(self, first: int, count: int) -> None:
         """So many bytes from ``first`` on have been read one by one."""
         self._output.account(first, first + count)
 

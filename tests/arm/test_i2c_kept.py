@@ -256,7 +256,7 @@ class Calls:
         self.count = 0
         for target in board.targets.values():
             assert isinstance(target, SubaddressTarget)
-            for name in ("start", "write", "read", "ahead"):
+            for name in ("start", "write", "read", "prefetch"):
                 self._count(target, name)
 
     def _count(self, target: SubaddressTarget, name: str) -> None:

@@ -93,7 +93,8 @@ def test_numbers_are_the_same_on_both_sides() -> None:
         f"offsetof(Targets, reads) == 8 * {targets._READS}",
         f"offsetof(Targets, positions) == 8 * {targets._POSITIONS}",
         f"offsetof(Targets, answered) == 8 * {targets._ANSWERED}",
-        f"offsetof(Targets, foreseen) == {targets._FORESEEN} && sizeof(Foreseen) == {targets._PUT.size}",
+        f"offsetof(Targets, prefetched) == {targets._PREFETCHED}",
+        f"sizeof(Prefetched) == {targets._PUT.size}",
         *(
             f"offsetof(I2cWire, {name}) == {getattr(i2c._Wire, name).offset}"
             for name, _ in i2c._Wire._fields_

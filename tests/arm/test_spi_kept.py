@@ -147,7 +147,7 @@ def test_between_two_samples_nobody_is_asked() -> None:
     with one_run(spi):
         read_all()
         seen = read_all()
-        with patch.object(Targets, "foresee", side_effect=AssertionError("asked")):
+        with patch.object(Targets, "prefetch", side_effect=AssertionError("asked")):
             for _ in range(3):
                 assert read_all() == seen
 
@@ -164,7 +164,7 @@ def test_nor_where_each_byte_needs_a_message() -> None:
     with one_run(spi):
         read_pressure()
         seen = read_pressure()
-        with patch.object(Targets, "foresee", side_effect=AssertionError("asked")):
+        with patch.object(Targets, "prefetch", side_effect=AssertionError("asked")):
             for _ in range(3):
                 assert read_pressure() == seen
         assert spi.read(LPS22HB, 0x29, 4) == 4 * seen[1]

@@ -153,11 +153,11 @@ def test_bytes_given_in_advance_are_those_of_single_reads(start: int, goes_on: b
     target, other = (SubaddressTarget(Asking(), lambda: 0) for _ in range(2))
     subaddress = start | goes_on << 7
 
-    data, _, quiet = target.ahead(subaddress, count, 0)
+    data, _, quiet = target.prefetch(subaddress, count, 0)
     assert data
     one_by_one = i2c_read(other, subaddress, [1] * len(data))
     assert data == one_by_one
     assert quiet >> 1 & 1
 
-    target.taken(subaddress, len(data))
+    target.consumed(subaddress, len(data))
     assert target.position == other.position

@@ -197,10 +197,10 @@ _ALL, _EVEN = 0b111_1110, 0b101_0100
 
 def test_a_new_sample_is_not_quiet_before_it_was_taken() -> None:
     part = measuring()
-    data, until_ps, quiet = part.ahead(0x28, 1, _AT_PS)
+    data, until_ps, quiet = part.prefetch(0x28, 1, _AT_PS)
     assert (len(data), quiet) == (6, 0)
-    part.taken(0x28, 6)
-    assert part.ahead(0x28, 1, _AT_PS) == (data, until_ps, _ALL)
+    part.consumed(0x28, 6)
+    assert part.prefetch(0x28, 1, _AT_PS) == (data, until_ps, _ALL)
     assert part.read(0x1E, 1, until_ps - 1) == b"\0"
     assert part.read(0x1E, 1, until_ps) == b"\1"
 
@@ -209,7 +209,7 @@ def test_a_new_sample_is_not_quiet_before_it_was_taken() -> None:
 def test_with_bdu_whole_words_are_quiet(first: int, quiet: int) -> None:
     part = measuring((0x12, 0x44))
     part.read(0x28, 6, _AT_PS)
-    assert part.ahead(first, 1, _AT_PS)[2] == quiet
+    assert part.prefetch(first, 1, _AT_PS)[2] == quiet
 
 
 def test_a_word_half_read_makes_another_version() -> None:
@@ -221,16 +221,16 @@ def test_a_word_half_read_makes_another_version() -> None:
     assert part.version[0] == version
     part.read(0x28, 1, _AT_PS)
     assert part.version[0] != version
-    assert part.ahead(0x28, 6, _AT_PS)[2] == 0
+    assert part.prefetch(0x28, 6, _AT_PS)[2] == 0
 
 
 def test_bytes_ahead_go_on_over_registers_as_far_as_wanted() -> None:
     part = measuring((0x11, 0x40))
-    assert [len(part.ahead(0x22, count, _AT_PS)[0]) for count in (1, 6, 7, 12)] == [6, 6, 12, 12]
+    assert [len(part.prefetch(0x22, count, _AT_PS)[0]) for count in (1, 6, 7, 12)] == [6, 6, 12, 12]
 
 
 def test_bytes_ahead_end_where_the_address_jumps() -> None:
-    assert len(measuring((0x14, 0x60)).ahead(0x28, 12, _AT_PS)[0]) == 6  # ROUNDING
+    assert len(measuring((0x14, 0x60)).prefetch(0x28, 12, _AT_PS)[0]) == 6  # ROUNDING
 
 
 def test_without_increment_one_register_comes_after_the_other_each_in_a_read_of_its_own() -> None:
@@ -238,7 +238,7 @@ def test_without_increment_one_register_comes_after_the_other_each_in_a_read_of_
     part.write(0x11, b"\x00", 0)
     part.write(0x10, b"\x52", 0)
     part.read(0x2A, 1, 5 * _AT_PS)
-    data, _, quiet = part.ahead(0x28, 1, 5 * _AT_PS)
+    data, _, quiet = part.prefetch(0x28, 1, 5 * _AT_PS)
     assert data == b"".join(part.read(address, 1, 5 * _AT_PS) for address in (0x28, 0x29, 0x2A))
     assert quiet == EACH_ALONE | 1 << 3  # PRESS_OUT_XL holds the output, until PRESS_OUT_H is read
 
@@ -246,22 +246,22 @@ def test_without_increment_one_register_comes_after_the_other_each_in_a_read_of_
 @pytest.mark.parametrize("address", [0x1E, 0x12, 0x3A, 0x3E, 0x40, 0x53, 0x1B, 0x2E], ids=hex)
 def test_what_changes_by_itself_is_not_foreseen(address: int) -> None:
     part = measuring()
-    assert part.ahead(address, 1, _AT_PS) == (b"", 0, 0)
-    assert part.taker(address, 1)(_AT_PS)[1] == 0
+    assert part.prefetch(address, 1, _AT_PS) == (b"", 0, 0)
+    assert part.burst_reader(address, 1)(_AT_PS)[1] == 0
 
 
 def test_nothing_is_foreseen_once_a_pin_is_wired() -> None:
     part = measuring()
-    assert part.ahead(0x10, 1, _AT_PS)[0][:1] == b"\x50"
+    assert part.prefetch(0x10, 1, _AT_PS)[0][:1] == b"\x50"
     version = part.version[0]
     part.watch(lambda: None)
-    assert (part.ahead(0x10, 1, _AT_PS)[0], part.taker(0x28, 6)(_AT_PS)[1]) == (b"", 0)
+    assert (part.prefetch(0x10, 1, _AT_PS)[0], part.burst_reader(0x28, 6)(_AT_PS)[1]) == (b"", 0)
     assert part.version[0] != version
 
 
 def test_every_bank_has_the_version_of_the_part() -> None:
     part = measuring()
-    assert part.ahead(0x02, 1, _AT_PS)[0][:1] == b""
+    assert part.prefetch(0x02, 1, _AT_PS)[0][:1] == b""
     version, address = part.version[0], part.version.buffer_info()[0]
     part.write(0x01, b"\x80", _AT_PS)
     assert part.version[0] != version
@@ -269,4 +269,4 @@ def test_every_bank_has_the_version_of_the_part() -> None:
     part.write(0x02, b"\x3d", _AT_PS)
     assert part.version[0] != version
     assert part.version.buffer_info()[0] == address
-    assert part.ahead(0x02, 1, _AT_PS)[0][:1] == b"\x3d"
+    assert part.prefetch(0x02, 1, _AT_PS)[0][:1] == b"\x3d"

@@ -246,7 +246,7 @@ static uint8_t read_byte(I2c *i2c) {
   }
   int32_t answer = i2c->calls.read(now_ps(i2c));
   if (answer >> 8) {
-    target_foreseen(i2c->block.chip, target_of(i2c), (uint32_t)answer >> 8);
+    target_prefetched(i2c->block.chip, target_of(i2c), (uint32_t)answer >> 8);
     i2c->kept = 1;
   }
   return (uint8_t)answer;

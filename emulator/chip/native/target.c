@@ -14,23 +14,23 @@ static int index_of(const Chip *chip, const Target *target) { return (int)(targe
 static KeptRun *kept_at(Target *target, uint8_t address) { return &target->kept[address % KEPT_RUNS]; }
 
 static bool is_valid(const Chip *chip, const Target *target, const KeptRun *run) {
-  return run->version == *target->version && chip->now_ps < run->until_ps;
+  return run->version == *target->version && chip->now_ps < run->valid_until_ps;
 }
 
 /* The run was not quiet, and Python has heard of it already. */
-static bool is_told(const Chip *chip, const Target *target) {
-  return target->loud && !(chip->targets.untold & bit_of(chip, target));
+static bool is_reported(const Chip *chip, const Target *target) {
+  return target->loud && !(chip->targets.unreported & bit_of(chip, target));
 }
 
 static bool goes_on(const Chip *chip, const Target *target) {
-  return target->taken < target->run.count && is_valid(chip, target, &target->run);
+  return target->consumed < target->run.count && is_valid(chip, target, &target->run);
 }
 
 /* What is kept of the run that has been read is not right any more if that was not quiet. */
 static void leave_run(Target *target) {
   KeptRun *kept = kept_at(target, target->run.address);
   if (target->loud && kept->address == target->run.address) {
-    kept->until_ps = 0;
+    kept->valid_until_ps = 0;
   }
   target->loud = 0;
 }
@@ -40,11 +40,11 @@ static bool stays(const Target *target) { return target->run.quiet & EACH_ALONE 
 
 /* Where the sub-address is: so many bytes after an address. */
 static int64_t position_of(const Target *target) {
-  uint8_t next = target->run.address + target->taken;
+  uint8_t next = target->run.address + target->consumed;
   if (target->run.quiet & EACH_ALONE) {
     return stays(target) ? (int64_t)(uint8_t)(next - 1) << 8 | 1 : (int64_t)next << 8;
   }
-  return (int64_t)target->run.address << 8 | target->taken;
+  return (int64_t)target->run.address << 8 | target->consumed;
 }
 
 static void leave_position(Chip *chip, const Target *target) {
@@ -66,21 +66,21 @@ static void want(Target *target) {
 
 static void enter_run(Target *target, const KeptRun *run) {
   target->run = *run;
-  target->taken = 0;
+  target->consumed = 0;
 }
 
-/* Python has put its answer into chip->targets.foreseen: keep it. */
+/* Python has put its answer into chip->targets.prefetched: keep it. */
 static KeptRun *keep(Chip *chip, Target *target, uint32_t count) {
-  const Foreseen *foreseen = &chip->targets.foreseen;
-  uint8_t address = (uint8_t)foreseen->address;
+  const Prefetched *prefetched = &chip->targets.prefetched;
+  uint8_t address = (uint8_t)prefetched->address;
   KeptRun *run = kept_at(target, address);
   run->wanted = run->address == address ? run->wanted : 0;
   run->address = address;
   run->version = *target->version;
   run->count = (uint8_t)(count < KEPT_BYTES ? count : KEPT_BYTES);
-  run->until_ps = count ? foreseen->until_ps : chip->now_ps + LIVE_PS;
-  run->quiet = foreseen->quiet;
-  memcpy(run->bytes, foreseen->bytes, KEPT_BYTES);
+  run->valid_until_ps = count ? prefetched->valid_until_ps : chip->now_ps + LIVE_PS;
+  run->quiet = prefetched->quiet;
+  memcpy(run->bytes, prefetched->bytes, KEPT_BYTES);
   if (count) {
     target_has_answered(chip, target);
   }
@@ -89,7 +89,7 @@ static KeptRun *keep(Chip *chip, Target *target, uint32_t count) {
 
 static bool ask(Chip *chip, Target *target, uint8_t address, uint8_t skip, uint8_t wanted) {
   leave_run(target);
-  int32_t count = chip->targets.calls.ahead(chip->now_ps, index_of(chip, target), address, skip, wanted);
+  int32_t count = chip->targets.calls.prefetch(chip->now_ps, index_of(chip, target), address, skip, wanted);
   const KeptRun *run = keep(chip, target, (uint32_t)count);
   if (count) {
     enter_run(target, run);
@@ -98,7 +98,7 @@ static bool ask(Chip *chip, Target *target, uint8_t address, uint8_t skip, uint8
 }
 
 static bool begin(Chip *chip, Target *target, uint8_t address, uint8_t skip) {
-  bool follows_on = address == target->run.address + target->taken && target->loud;
+  bool follows_on = address == target->run.address + target->consumed && target->loud;
   if (skip == 0 && follows_on && goes_on(chip, target)) {
     return true;
   }
@@ -111,7 +111,7 @@ static bool begin(Chip *chip, Target *target, uint8_t address, uint8_t skip) {
   if (!run->count) {
     return false;
   }
-  if (is_valid(chip, target, run) && chip->targets.untold & bit_of(chip, target)) {
+  if (is_valid(chip, target, run) && chip->targets.unreported & bit_of(chip, target)) {
     chip->targets.calls.settle(chip->now_ps);
   }
   enter_run(target, run); /* if it is not valid, the first byte asks: which may be another one then */
@@ -124,7 +124,7 @@ bool target_begin(Chip *chip, Target *target, uint8_t address, uint8_t skip) {
   return begin(chip, target, address, skip);
 }
 
-void target_foreseen(Chip *chip, Target *target, uint32_t count) {
+void target_prefetched(Chip *chip, Target *target, uint32_t count) {
   leave_run(target);
   enter_run(target, keep(chip, target, count));
   target->first = target->run.address;
@@ -132,19 +132,19 @@ void target_foreseen(Chip *chip, Target *target, uint32_t count) {
 }
 
 /* Python has heard of what was read: the run is what is left of it. Which reads of that are quiet is not known. */
-static void leave_told(Target *target) {
+static void leave_reported(Target *target) {
   KeptRun *run = &target->run;
   leave_run(target);
-  run->count -= target->taken;
-  run->address += target->taken;
+  run->count -= target->consumed;
+  run->address += target->consumed;
   run->quiet &= EACH_ALONE;
-  memmove(run->bytes, run->bytes + target->taken, run->count);
-  target->taken = 0;
+  memmove(run->bytes, run->bytes + target->consumed, run->count);
+  target->consumed = 0;
 }
 
 bool target_read(Chip *chip, Target *target, uint8_t *byte) {
-  if (is_told(chip, target) && target->taken < target->run.count) {
-    leave_told(target);
+  if (is_reported(chip, target) && target->consumed < target->run.count) {
+    leave_reported(target);
   }
   if (stays(target) || !goes_on(chip, target)) {
     uint8_t wanted = wanted_from(target, target->first);
@@ -156,12 +156,12 @@ bool target_read(Chip *chip, Target *target, uint8_t *byte) {
       return false;
     }
   }
-  *byte = target->run.bytes[target->taken++];
+  *byte = target->run.bytes[target->consumed++];
   target->total += target->total < KEPT_BYTES;
-  target->loud = !(target->run.quiet >> target->taken & 1);
+  target->loud = !(target->run.quiet >> target->consumed & 1);
   uint64_t bit = bit_of(chip, target);
-  chip->targets.untold = target->loud ? chip->targets.untold | bit : chip->targets.untold & ~bit;
-  chip->targets.reads[index_of(chip, target)] = (int64_t)target->run.address << 8 | target->taken;
+  chip->targets.unreported = target->loud ? chip->targets.unreported | bit : chip->targets.unreported & ~bit;
+  chip->targets.reads[index_of(chip, target)] = (int64_t)target->run.address << 8 | target->consumed;
   return true;
 }
 
@@ -179,7 +179,7 @@ void target_has_answered(Chip *chip, const Target *target) {
 }
 
 void target_forget(Chip *chip, Target *target) {
-  if (chip->targets.untold & bit_of(chip, target)) {
+  if (chip->targets.unreported & bit_of(chip, target)) {
     chip->targets.calls.settle(chip->now_ps);
   }
   for (int n = 0; n < KEPT_RUNS; n++) {

@@ -24,18 +24,18 @@
 
 /* Bytes from a sub-address on. */
 typedef struct {
-  int64_t until_ps;
+  int64_t valid_until_ps;
   uint64_t version, quiet; /* bit n: to read the first n of them is quiet */
-  uint8_t address, count;  /* count 0: nothing is known, or (until_ps) the bytes have to be read live */
+  uint8_t address, count;  /* count 0: nothing is known, or (valid_until_ps) the bytes have to be read live */
   uint8_t wanted;          /* how many bytes the last message read from here */
   uint8_t bytes[KEPT_BYTES];
 } KeptRun;
 
 typedef struct {
   const uint64_t *version; /* the part's own; in Python */
-  KeptRun kept[KEPT_RUNS];     /* by the low bits of the sub-address */
-  KeptRun run;                 /* being read, or read last */
-  uint8_t taken;           /* bytes of it that have been read */
+  KeptRun kept[KEPT_RUNS]; /* by the low bits of the sub-address */
+  KeptRun run;             /* being read, or read last */
+  uint8_t consumed;        /* bytes of it that have been read */
   uint8_t first, total;    /* the sub-address at which the reading began, and its bytes so far */
   uint8_t loud;            /* the run was not quiet when it ended: what is kept of it is not right any more */
 } Target;
@@ -43,27 +43,27 @@ typedef struct {
 /* Callbacks into Python. */
 typedef struct {
   /* Which bytes come from address on, or from where `skip` bytes from there lead to; about count of them. The
-   * answer's length, the answer itself in chip->foreseen; 0: they have to be read live. */
-  int32_t (*ahead)(int64_t now_ps, int32_t target, int32_t address, int32_t skip, int32_t count);
-  /* Reads in C that Python has yet to hear of (`untold`) are told, as before every other callback. */
+   * answer's length, the answer itself in chip->prefetched; 0: they have to be read live. */
+  int32_t (*prefetch)(int64_t now_ps, int32_t target, int32_t address, int32_t skip, int32_t count);
+  /* Reads in C that Python has yet to hear of (`unreported`) are reported, as before every other callback. */
   void (*settle)(int64_t now_ps);
 } TargetCalls;
 
 /* What Python answers with. */
 typedef struct {
-  int64_t until_ps;
+  int64_t valid_until_ps;
   uint64_t quiet;
   int64_t address;
   uint8_t bytes[KEPT_BYTES];
-} Foreseen;
+} Prefetched;
 
 /* All targets of a chip; Python sees it (targets.py). */
 typedef struct {
-  uint64_t untold;             /* bit = target: a read in C that Python has yet to hear of, which is: */
+  uint64_t unreported;         /* bit = target: a read in C that Python has yet to hear of, which is: */
   int64_t reads[TARGETS];      /* address << 8 | count */
   int64_t positions[TARGETS];  /* where the sub-address is, likewise; or POSITION_KNOWN */
   uint64_t answered[TARGETS];  /* the version with which the part has acknowledged its address */
-  Foreseen foreseen;
+  Prefetched prefetched;
   TargetCalls calls;
   int32_t count;
   Target target[TARGETS];
@@ -72,8 +72,8 @@ typedef struct {
 void targets_create(Chip *chip);
 /* Whether bytes from `address` on can be taken from C now, or from where `skip` bytes from there lead to. */
 bool target_begin(Chip *chip, Target *target, uint8_t address, uint8_t skip);
-/* Python has foreseen `count` bytes without being asked: the reading goes on with them. */
-void target_foreseen(Chip *chip, Target *target, uint32_t count);
+/* Python has prefetched `count` bytes without being asked: the reading goes on with them. */
+void target_prefetched(Chip *chip, Target *target, uint32_t count);
 /* The next byte, at chip->now_ps; false: it has to be read live, and the reading has ended. */
 bool target_read(Chip *chip, Target *target, uint8_t *byte);
 /* The reading has ended. */

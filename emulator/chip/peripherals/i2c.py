@@ -32,7 +32,7 @@ REGISTER_NAMES["I2C"] = {  # RM0368 section 18.6
 _i32, _i64 = ctypes.c_int32, ctypes.c_int64
 _BYTES, _RECENT = 64, 8  # I2C_BYTES, I2C_RECENT
 _ANSWERS: Final[tuple[Answer, ...]] = ("ack", "nack", "bus_error", "arbitration")  # enum Answer
-_IN_VAIN = 4  # how often in one message a target is asked for bytes ahead that it does not know
+_IN_VAIN = 4  # how often in one message a target is asked for bytes in advance that it does not know
 
 
 class I2cTable(ctypes.Structure):
@@ -166,7 +166,7 @@ class ConnectedI2c:
         target = self._shared.message.target
         if target < 0 or self._bus.has_faults or self._in_vain == _IN_VAIN:
             return value
-        count = self._targets.foresee_from_here(target)
+        count = self._targets.prefetch_from_here(target)
         self._in_vain = 0 if count else self._in_vain + 1
         return value | count << 8
 

@@ -24,7 +24,7 @@ from emulator.chip.library import REGISTER_NAMES, FcuChip
 from emulator.chip.peripherals.gpio import PORTS
 from emulator.trace import DeviceNote
 from sensors.declaration import Mode, Wires
-from sensors.register_file import Foreseen
+from sensors.register_file import Prefetched
 from sensors.spi import SpiTarget
 
 SPI1, SPI2, SPI3 = range(3)
@@ -111,17 +111,17 @@ class _Part:
         self.received = bytearray()
         self._wire = wire
 
-    def ahead(self, address: int, count: int, now_ps: int) -> Foreseen:
+    def prefetch(self, address: int, count: int, now_ps: int) -> Prefetched:
         """What is read from ``address`` on as the chip's SPI is set up."""
-        return self.target.ahead(address, count, self._wire.mode, self._wire.wires, now_ps)
+        return self.target.prefetch(address, count, self._wire.mode, self._wire.wires, now_ps)
 
-    def taken(self, address: int, count: int) -> None:
+    def consumed(self, address: int, count: int) -> None:
         """So many of these bytes have been read."""
-        self.target.taken(address, count)
+        self.target.consumed(address, count)
 
-    def served(self, address: int, count: int) -> None:
+    def advance_past(self, address: int, count: int) -> None:
         """Likewise, which was quiet."""
-        self.target.served(address, count)
+        self.target.advance_past(address, count)
         self.position = self.target.device.advance(address, count)
 
 
