@@ -317,9 +317,10 @@ class RegisterFile:
     # -- inside -----------------------------------------------------------------------------------------
 
     def _link(self) -> None:
-        jumps = {**self._wrap, **self._jumps}
-        following = [jumps.get(address, (address + 1) % ADDRESSES) for address in range(ADDRESSES)]
-        self._next = following if self._increment else list(range(ADDRESSES))
+        self._next = [*range(1, ADDRESSES), 0] if self._increment else list(range(ADDRESSES))
+        if self._increment:
+            for address, following in (*self._wrap.items(), *self._jumps.items()):
+                self._next[address] = following
         self._forget_plans()
 
     def _forget_plans(self) -> None:

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal, Protocol, Self, TypeAlias, get_args
 
@@ -206,6 +206,11 @@ class I2CBus:
     def duration_ps(self, bits: int) -> int:
         """Time of ``bits`` clock periods on the wire."""
         return bits * PS_PER_S // self.speed_hz
+
+    @property
+    def targets(self) -> Mapping[int, I2CTarget]:
+        """The devices by their 7-bit addresses."""
+        return self._targets
 
     def target(self, address: int) -> I2CTarget | None:
         """The device at a 7-bit address."""

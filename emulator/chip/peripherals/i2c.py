@@ -31,6 +31,7 @@ REGISTER_NAMES["I2C"] = {  # RM0368 section 18.6
 
 _i32, _i64 = ctypes.c_int32, ctypes.c_int64
 _BYTES, _RECENT = 64, 8  # I2C_BYTES, I2C_RECENT
+_ADDRESSES = 128
 _ANSWERS: Final[tuple[Answer, ...]] = ("ack", "nack", "bus_error", "arbitration")  # enum Answer
 _IN_VAIN = 4  # how often in one message a target is asked for bytes in advance that it does not know
 
@@ -84,7 +85,7 @@ class _Wire(ctypes.Structure):
         ("ended", _i64),
         ("message", _Message),
         ("recent", _Message * _RECENT),
-        ("target_at", ctypes.c_int8 * 128),
+        ("target_at", ctypes.c_int8 * _ADDRESSES),
     )
 
 
@@ -112,13 +113,13 @@ class ConnectedI2c:
 
     def _look(self) -> None:
         """A fault has been injected, or a device attached."""
-        shared = self._shared
-        shared.injected = self._bus.has_faults
-        for address in range(128):
-            target = self._bus.target(address)
-            shared.target_at[address] = (
-                self._targets.add(target) if isinstance(target, SubaddressTarget) else -1
-            )
+        kept = {
+            address: self._targets.add(target)
+            for address, target in self._bus.targets.items()
+            if isinstance(target, SubaddressTarget)
+        }
+        self._shared.injected = self._bus.has_faults
+        self._shared.target_at[:] = [kept.get(address, -1) for address in range(_ADDRESSES)]
 
     # -- what C has had alone -----------------------------------------------------------------------------
 
