@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from emulator.board.board import Board
-    from emulator.board.firmwares import python_firmware
+    from emulator.board.firmware import python_firmware
     from emulator.buses.i2c import I2CFault
     from emulator.errors import (
         CallError,
@@ -48,7 +48,7 @@ _HOMES = (
     "emulator.errors",
     "emulator.trace",
     "emulator.buses.i2c",
-    "emulator.board.firmwares",
+    "emulator.board.firmware",
     "emulator.board.board",
     "emulator.scenario",
 )

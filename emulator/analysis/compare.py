@@ -23,7 +23,7 @@ from dataclasses import dataclass, field
 from itertools import zip_longest
 from typing import Literal, TypeAlias
 
-from emulator.analysis.observation import END, LEDS, REGISTERS, TERMINAL, Entry, Observation
+from emulator.analysis.observation import END, REGISTERS, TERMINAL, Entry, Observation, is_led
 from emulator.errors import InputError
 from emulator.scenario.printed import FIELDS, FORMATS, deviation, same_banner
 from emulator.time.clock import PS_PER_MS, PS_PER_S
@@ -105,7 +105,7 @@ def compared(first: Observation, second: Observation, rules: Rules) -> list[str]
         for name in first.sequences
         if name in second.sequences
         and not ("registers" in rules.ignore and name.endswith(REGISTERS))
-        and not ("leds" in rules.ignore and name in LEDS)
+        and not ("leds" in rules.ignore and is_led(name))
     ]
 
 

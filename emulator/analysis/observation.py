@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from emulator.board.board import Board
-from emulator.boards.fcu001v1 import LED1_PIN, LED2_PIN
 from emulator.buses.uart import Uart
 from emulator.errors import FirmwareError, InputError
 from emulator.links.runner import Runner
@@ -20,8 +19,6 @@ from emulator.trace import GpioEdge, RegisterWrite, TerminalBytes, Trace
 TERMINAL, END = "terminal", "end of the run"
 REGISTERS = " registers"
 """How the name of a sensor's sequence ends, after the part's name."""
-LEDS = {"LED1": "P{}{}".format(*LED1_PIN), "LED2": "P{}{}".format(*LED2_PIN)}
-"""Names of the LEDs' sequences, and their pins."""
 
 
 @dataclass(frozen=True)
@@ -63,10 +60,20 @@ def observe(board: Board, end_ps: int, exceeded: Callable[[float], str] = lambda
         {
             TERMINAL: lines_of(bytes_sent(board.trace, board.terminal.uart)),
             **{part.NAME + REGISTERS: _writes(board.trace, part.NAME) for part in board.sensors.parts},
-            **{led: edges_of(board.trace, pin) for led, pin in LEDS.items()},
+            **{led: edges_of(board.trace, pin) for led, pin in led_pins(board).items()},
             END: ending,
         },
     )
+
+
+def is_led(name: str) -> bool:
+    """Whether a sequence is a LED's: it is none of the others."""
+    return name not in (TERMINAL, END) and not name.endswith(REGISTERS)
+
+
+def led_pins(board: Board) -> dict[str, str]:
+    """Names of the LEDs' sequences, and their pins."""
+    return {name: led.pin for name, led in board.leds.items()}
 
 
 def bytes_sent(trace: Trace, uart: Uart) -> Iterator[tuple[int, int]]:
@@ -97,7 +104,7 @@ def lines_of(text: Iterable[tuple[int, int]]) -> list[Entry]:
 
 
 def edges_of(trace: Trace, pin: str) -> list[Entry]:
-    """Edges of a LED's pin; the board's LEDs are lit while it is low (board facts, section 2)."""
+    """Edges of a LED's pin; the board's LEDs are lit while it is low."""
     return [
         Entry(event.t_ps, "off" if event.level else "on") for event in trace.of(GpioEdge) if event.pin == pin
     ]

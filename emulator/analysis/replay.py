@@ -28,9 +28,16 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from emulator.analysis.observation import END, LEDS, TERMINAL, Observation, bytes_sent, edges_of, lines_of
+from emulator.analysis.observation import (
+    END,
+    TERMINAL,
+    Observation,
+    bytes_sent,
+    edges_of,
+    led_pins,
+    lines_of,
+)
 from emulator.board.board import Board
-from emulator.boards.fcu001v1 import profile
 from emulator.buses.gpio import Gpio
 from emulator.errors import InputError
 from emulator.python_cpu.hal import HAL_OK, HAL_TIMEOUT, Application
@@ -42,8 +49,6 @@ _LOADED_PS = 2 * PS_PER_US
 to the callback's first transfer (1.6 us), together; in the shipped solution. A callback whose transfer begins
 within it has preempted the loop before it read them.
 """
-
-_DEVICES = {address << 1: name for name, address in profile("lab3").i2c2.items()}  # the HAL's 8-bit form
 
 
 def replay(board: Board, firmware: Callable[[Any], Application]) -> Observation:
@@ -62,7 +67,7 @@ def replay(board: Board, firmware: Callable[[Any], Application]) -> Observation:
         board.clock.now_ps,
         {
             TERMINAL: lines_of(hal.printed()),
-            **{led: edges_of(hal.trace, pin) for led, pin in LEDS.items()},
+            **{led: edges_of(hal.trace, pin) for led, pin in led_pins(board).items()},
             END: [],
         },
     )
@@ -87,19 +92,21 @@ class _Recording:
 
     def __init__(self, board: Board) -> None:
         self.end_ps = board.clock.now_ps
-        self.reads = deque(_reads(board.trace))
+        self.reads = deque(_reads(board))
+        addresses = board.description.addresses
+        self.devices = {address << 1: name for name, address in addresses.items()}  # as the HAL takes them
         self.sent_ps = [at_ps for at_ps, _ in bytes_sent(board.trace, board.terminal.uart)]
         frame_ps = board.terminal.uart.frames_ps(1)
         self.left_ps = [at_ps + frame_ps for at_ps in self.sent_ps]
 
 
-def _reads(trace: Trace) -> Iterator[_Read]:
-    for event in trace.of(BusTransfer):
+def _reads(board: Board) -> Iterator[_Read]:
+    for event in board.trace.of(BusTransfer):
         if event.result != "ok":
             at = f"at {event.t_ps / PS_PER_S:.6f} s"
             raise InputError(f"cannot be replayed: {at} a transfer on the sensor bus failed ({event.result})")
         if event.read:
-            register = event.written[0] & 0x7F if event.bus == "SPI2" else event.written[0]
+            register = event.written[0] & 0x7F if event.bus in board.description.spi else event.written[0]
             yield _Read(event.t_ps, event.device, register, event.read)
 
 
@@ -151,7 +158,7 @@ class _ReplayHal:
 
     def HAL_I2C_Mem_Read(self, dev_address: int, mem_address: int, size: int) -> tuple[int, bytes]:
         """The bytes that were read from these registers next, in one transfer or in several."""
-        device, data = _DEVICES[dev_address], b""
+        device, data = self._recording.devices[dev_address], b""
         while len(data) < size:
             data += self._read(device, mem_address + len(data))
         return HAL_OK, data

@@ -22,19 +22,26 @@ it.
 from __future__ import annotations
 
 import weakref
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
-from emulator.board.boot import Choice, choose
-from emulator.board.firmwares import Backend, FirmwareFactory, NoFirmware, PythonFirmware
+from emulator.board.firmware import (
+    Backend,
+    Choice,
+    FirmwareFactory,
+    NoFirmware,
+    PythonFirmware,
+    choose,
+)
 from emulator.board.sensor_set import SensorSet
 from emulator.board.snapshot import Snapshot
 from emulator.board.terminal import Terminal
-from emulator.boards.description import SensorSettings
-from emulator.boards.fcu001v1 import LED1_PIN, LED2_PIN, UART_CLOCK_HZ
+from emulator.boards.description import BoardDescription, SensorSettings
+from emulator.boards.fcu001v1 import FCU001V1
+from emulator.boards.signals import BoardSignals
 from emulator.buses.gpio import Gpio, Led
 from emulator.buses.i2c import FAST_MODE_HZ, I2CBus
 from emulator.buses.i2c_master import I2CMaster
@@ -43,6 +50,7 @@ from emulator.buses.uart import Uart
 from emulator.errors import InputError
 from emulator.python_cpu.core import Core
 from emulator.python_cpu.hal import Hal
+from emulator.python_cpu.timer import IntervalTimer
 from emulator.time.clock import Clock, to_ps
 from emulator.trace import Trace
 from emulator.world import World
@@ -50,7 +58,6 @@ from emulator.world import World
 if TYPE_CHECKING:
     from emulator.chip.calls import Caller, Scratch
     from emulator.chip.firmware import ArmFirmware
-    from emulator.chip.image import FirmwareImage
     from emulator.scenario import Scenario
 
 
@@ -76,6 +83,9 @@ class Board:
     Raises InputError (ScenarioError) when a name, a file or a value cannot be used.
     """
 
+    description: ClassVar[BoardDescription] = FCU001V1
+    """What kind of board it is; another kind is a subclass with another description."""
+
     def __init__(
         self,
         firmware: str | Path | FirmwareFactory | None = None,
@@ -88,10 +98,11 @@ class Board:
     ) -> None:
         if seed is not None and not isinstance(seed, int):
             raise InputError(f"seed is {seed!r}; give an integer")
-        plan = _load(scenario)
+        board = self.description
+        plan = _load(scenario, board)
         if firmware is None and plan is not None:
-            firmware = plan.firmware
-        self.booted = choice = choose(firmware, profile, plan.firmware_settings() if plan else None)
+            firmware = plan.firmware or None
+        self.booted = choice = choose(board, firmware, profile, plan.firmware_settings() if plan else None)
         self.scenario = plan
         self.seed = seed if seed is not None else plan.seed if plan else 0
         self.clock = clock = Clock()
@@ -100,23 +111,31 @@ class Board:
         settings = plan.sensor_settings() if plan else SensorSettings()
         if ideal:
             settings = replace(settings, grade="ideal")
-        self.sensors = SensorSet(self.world, clock, settings, self.seed, 0 if cold_start else None)
-        bus = I2CBus("I2C2", clock, self.trace, plan.i2c_speed_hz if plan else FAST_MODE_HZ)
-        spi = SpiBus("SPI2", clock, self.trace)
-        self.sensors.attach(bus, spi, choice.profile)
+        self.sensors = SensorSet(board, self.world, clock, settings, self.seed, 0 if cold_start else None)
+        speed_hz = plan.i2c_speed_hz if plan else FAST_MODE_HZ
+        i2c = {name: I2CBus(name, clock, self.trace, speed_hz) for name in board.i2c}
+        spi = {name: SpiBus(name, clock, self.trace) for name in board.spi}
+        self.sensors.attach(i2c, spi, choice.profile)
         self.sensors.observe(self.trace)
-        uart = Uart("USART1", clock, self.trace, UART_CLOCK_HZ)
+        uart = Uart(board.serial.block, clock, self.trace, board.serial.clock_hz)
         self.gpio = Gpio(clock, self.trace)
-        self.led1 = Led("LED1", self.gpio, *LED1_PIN)
-        self.led2 = Led("LED2", self.gpio, *LED2_PIN)
+        self.leds = {name: Led(name, self.gpio, *pin) for name, pin in board.leds.items()}
+        """By name, in the order of the board's file."""
+        self.signals = BoardSignals(
+            board, choice.profile, clock, self.trace, self.gpio, uart, i2c, spi, self.seed
+        )
+        """What its chip's pins lead to."""
         self._caller: Caller | None = None
         self.arm: ArmFirmware | None = None
         """The chip that executes built firmware; None for firmware in Python."""
-        self._run = run = _Run(self._boot(choice, bus, spi, uart))
-        self.tim9 = run.backend.tim9
-        self.i2c2 = I2CMaster(bus, run.until_ps)
-        self.spi2 = SpiMaster(spi, run.until_ps)
+        self._run = run = _Run(self._boot(choice))
+        self.timer = run.backend.timer
+        """The timer of the firmware's callback."""
+        self._i2c = {name: I2CMaster(bus, run.until_ps) for name, bus in i2c.items()}
+        self._spi = {name: SpiMaster(bus, run.until_ps) for name, bus in spi.items()}
         self.terminal = Terminal(uart, clock, run.until_ps)
+        self._named = {**self.leds, **self._i2c, **self._spi, board.timer.block: self.timer}
+        vars(self).update((name.lower(), one) for name, one in self._named.items())
         if plan:
             plan.play(weakref.proxy(self))  # what it schedules must not keep the board alive
 
@@ -125,6 +144,11 @@ class Board:
         state = "closed" if self._run.closed else f"at {self.now_s:g} s"
         firmware = f"firmware {self.booted.name!r}" if self.booted.name else "no firmware"
         return f"<Board: {firmware}{plays}, profile {self.booted.profile.name!r}, seed {self.seed}, {state}>"
+
+    def __getattr__(self, name: str) -> Any:
+        """What the board's file names, in lower case: ``board.led1``, ``board.i2c2``, ``board.tim9``."""
+        known = ", ".join(one.lower() for one in self.__dict__.get("_named", ()))
+        raise AttributeError(f"a board has no {name!r}; the {self.description.name} has {known}")
 
     def __enter__(self) -> Self:
         return self
@@ -169,6 +193,18 @@ class Board:
     def run_until_ps(self, at_ps: int) -> None:
         """Like ``run_until``, to the picosecond; for the other parts of this package."""
         self._run.until_ps(at_ps)
+
+    def led(self, name: str) -> Led:
+        """A LED by its name in the board's file ("LED1"). Raises InputError naming the known ones."""
+        return _named(self.leds, name, "LED")
+
+    def i2c(self, name: str | None = None) -> I2CMaster:
+        """The master of an I2C bus by its name ("I2C2"); without a name of the board's first one."""
+        return _named(self._i2c, name, "I2C bus")
+
+    def spi(self, name: str | None = None) -> SpiMaster:
+        """The master of an SPI bus, likewise."""
+        return _named(self._spi, name, "SPI bus")
 
     def snapshot(self) -> Snapshot:
         """The state of everything on the board, for :meth:`restore`. Raises InputError with Python firmware.
@@ -244,24 +280,23 @@ class Board:
         finally:
             self.restore(saved)
 
-    def _boot(self, choice: Choice, bus: I2CBus, spi: SpiBus, uart: Uart) -> Backend:
+    def _boot(self, choice: Choice) -> Backend:
+        signals = self.signals
         self._end_firmware: Callable[[], object] = bool  # which does nothing
         if choice.image is not None:
-            self.arm = self._power_chip(choice.image, bus, spi, uart)
+            from emulator.chip.firmware import ArmFirmware
+
+            self.arm = ArmFirmware(signals, choice.image)
             return self.arm
-        core = Core(self.clock)
-        hal = Hal(self.clock, self.trace, core, bus, uart, self.gpio)
+        timer = self.description.timer
         if choice.factory is None:
-            return NoFirmware(self.clock, hal)
+            idle = IntervalTimer(timer.block, self.clock, self.trace, timer.input_hz, lambda: None)
+            return NoFirmware(self.clock, idle)
+        core = Core(self.clock)
+        i2c = signals.i2c[choice.profile.bus]
+        hal = Hal(self.clock, self.trace, core, i2c, signals.uart, self.gpio, timer)
         self._end_firmware = weakref.finalize(self, core.close)
         return PythonFirmware(choice.factory(hal), core, hal)
-
-    def _power_chip(self, image: FirmwareImage, bus: I2CBus, spi: SpiBus, uart: Uart) -> ArmFirmware:
-        from emulator.chip.chip import Surroundings
-        from emulator.chip.firmware import ArmFirmware
-
-        around = Surroundings(self.clock, self.trace, self.gpio, uart, bus, spi, self.seed)
-        return ArmFirmware(around, image)
 
 
 class _Run:
@@ -278,9 +313,22 @@ class _Run:
         self.backend.run_until_ps(at_ps)
 
 
-def _load(scenario: str | Path | Scenario | None) -> Scenario | None:
+_One = TypeVar("_One")
+
+
+def _named(ones: Mapping[str, _One], name: str | None, what: str) -> _One:
+    """One of what the board has, the first without a name."""
+    if not ones:
+        raise InputError(f"this board has no {what}")
+    wanted = next(iter(ones)) if name is None else name
+    if wanted not in ones:
+        raise InputError(f"unknown {what} {wanted!r}; known: {', '.join(ones)}")
+    return ones[wanted]
+
+
+def _load(scenario: str | Path | Scenario | None, board: BoardDescription) -> Scenario | None:
     if scenario is None:
         return None
     from emulator.scenario import Scenario, load_scenario  # pydantic, which plain boards do without
 
-    return scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
+    return scenario if isinstance(scenario, Scenario) else load_scenario(scenario, board)

@@ -1,81 +1,86 @@
-"""The board's three sensors: built from the world, deviating as asked, attached to their bus."""
+"""A board's sensors: built from the world, deviating as asked, attached to their bus, their pins in time.
+
+Parts work when somebody looks at them. A pin somebody listens to is such a look: from the first listener on,
+the part is caught up at every time at which a pin of it may change, and asked again after every access by the
+bus. A pin that hangs in the air costs nothing.
+"""
 
 from __future__ import annotations
 
 import dataclasses
-from typing import TypeVar
+from collections.abc import Iterator, Mapping
+from functools import partial
+from typing import Any
 
-from emulator.board.pin_watch import PinWatch
-from emulator.boards.description import Numbers, Profile, SensorSettings
-from emulator.boards.fcu001v1 import MAGNETOMETER_MOUNTING, MOUNTING, Matrix
+from emulator.boards.description import (
+    BoardDescription,
+    Matrix,
+    MountedPart,
+    Numbers,
+    Profile,
+    SensorSettings,
+)
 from emulator.buses.i2c import I2CBus
 from emulator.buses.spi import SpiBus
 from emulator.errors import InputError
-from emulator.time.clock import Clock
-from emulator.trace import DeviceNote, RegisterWrite, Trace
+from emulator.time.clock import NEVER_PS, Clock, Event
+from emulator.trace import DeviceNote, GpioEdge, RegisterWrite, Trace
 from emulator.world import World
-from sensors.lis2mdl import LIS2MDL, LIS2MDLErrors
-from sensors.lps22hb import LPS22HB, LPS22HBErrors
-from sensors.lsm6dsl import LSM6DSL, LSM6DSLErrors
+from sensors.errors import PartErrors
 from sensors.part import Part, Signal
+from sensors.pin import Pin
 from sensors.register_file import NoteCallback, WriteLog
 from sensors.subaddress import SubaddressTarget
 
-ErrorsT = TypeVar("ErrorsT", LSM6DSLErrors, LIS2MDLErrors, LPS22HBErrors)
-
 
 class SensorSet:
-    """The three parts of one board.
+    """The parts of one board, by their names: ``sensors["LSM6DSL"]``, or ``sensors.lsm6dsl``.
 
-    ``powered_on_ps``: when they got their supply, None for long before the clock started.
+    ``powered_on_ps``: when they got their supply, None for long before the clock started. Raises InputError
+    for settings of parts that are not there.
     """
 
     def __init__(
         self,
+        board: BoardDescription,
         world: World,
         clock: Clock,
         settings: SensorSettings,
         seed: int,
         powered_on_ps: int | None = None,
     ) -> None:
-        def turned(signal: Signal, mounting: Matrix) -> Signal:
-            return lambda t_s: signal(t_s) @ mounting.T
-
-        grade = settings.grade
-        self.lsm6dsl = LSM6DSL(
-            turned(world.sensed("acc"), MOUNTING),
-            turned(world.sensed("gyro"), MOUNTING),
-            world.sensed("temperature"),
-            _replace(LSM6DSLErrors.of_grade(grade, seed), settings.lsm6dsl),
-            seed,
-            powered_on_ps=powered_on_ps,
-        )
-        self.lis2mdl = LIS2MDL(
-            turned(world.magnetic_field_mgauss, MAGNETOMETER_MOUNTING[settings.magnetometer_mounting]),
-            world.temperature_degc,
-            _replace(LIS2MDLErrors.of_grade(grade, seed), settings.lis2mdl),
-            seed,
-            powered_on_ps=powered_on_ps,
-        )
-        self.lps22hb = LPS22HB(
-            world.pressure_hpa,
-            world.temperature_degc,
-            _replace(LPS22HBErrors.of_grade(grade, seed), settings.lps22hb),
-            seed,
-            powered_on_ps=powered_on_ps,
-        )
-        self.parts: tuple[Part, ...] = (self.lsm6dsl, self.lis2mdl, self.lps22hb)
-        world.on_change(self._world_changed)
+        _refuse_unknown(settings, board)
         self._clock = clock
+        self.parts: tuple[Part, ...] = tuple(
+            _build(mounted, world, settings, seed, powered_on_ps) for mounted in board.parts
+        )
+        self._by_name = {part.NAME: part for part in self.parts}
+        vars(self).update((part.NAME.lower(), part) for part in self.parts)
+        world.on_change(self._world_changed)
 
-    def attach(self, i2c2: I2CBus, spi2: SpiBus, profile: Profile) -> None:
+    def __getitem__(self, name: str) -> Part:
+        try:
+            return self._by_name[name]
+        except KeyError:
+            raise InputError(f"unknown sensor {name!r}; known: {', '.join(self._by_name)}") from None
+
+    def __iter__(self) -> Iterator[Part]:
+        return iter(self.parts)
+
+    def __getattr__(self, name: str) -> Any:
+        """Parts by their names in lower case are attributes, of whatever class the part is."""
+        known = ", ".join(part.NAME.lower() for part in self.__dict__.get("parts", ()))
+        raise AttributeError(f"this board has no sensor {name!r}; known: {known}")
+
+    def attach(self, i2c: Mapping[str, I2CBus], spi: Mapping[str, SpiBus], profile: Profile) -> None:
         """Solder the parts to their addresses and chip selects."""
         clock = self._clock
         for part in self.parts:
-            if part.NAME in profile.i2c2:
-                i2c2.attach(profile.i2c2[part.NAME], SubaddressTarget(part, lambda: clock.now_ps))
-            if part.NAME in profile.spi2:
-                spi2.attach(profile.spi2[part.NAME], part)
+            place = profile.places.get(part.NAME)
+            if isinstance(place, int):
+                i2c[profile.bus].attach(place, SubaddressTarget(part, lambda: clock.now_ps))
+            elif place is not None:
+                spi[profile.bus].attach(place, part)
 
     def observe(self, trace: Trace) -> None:
         """Report what firmware does to the registers, and the edges of wired pins, to the trace."""
@@ -93,6 +98,39 @@ class SensorSet:
             part.world_changed(self._clock.now_ps)
 
 
+def _build(
+    mounted: MountedPart, world: World, settings: SensorSettings, seed: int, powered_on_ps: int | None
+) -> Part:
+    part = mounted.part
+    signals: dict[str, Signal] = {}
+    for quantity in part.SIGNALS:
+        signal: Signal = world.sensed(quantity.name, one_row=quantity.one_row)
+        turned = quantity.axes == 3
+        signals[quantity.name] = _turned(signal, _mounting(mounted, settings.mountings)) if turned else signal
+    errors = _replace(part.ERRORS.of_grade(settings.grade, seed), settings.figures.get(mounted.key, {}))
+    return part.build(signals, errors, seed, powered_on_ps=powered_on_ps)
+
+
+def _mounting(mounted: MountedPart, chosen: Mapping[str, str]) -> Matrix:
+    usual = next(iter(mounted.mountings))
+    name = chosen.get(mounted.mounting_key, usual)
+    if name not in mounted.mountings:
+        known = ", ".join(mounted.mountings)
+        raise InputError(f"unknown {mounted.mounting_key} {name!r}; known: {known}")
+    return mounted.mountings[name]
+
+
+def _turned(signal: Signal, mounting: Matrix) -> Signal:
+    return lambda t_s: signal(t_s) @ mounting.T
+
+
+def _refuse_unknown(settings: SensorSettings, board: BoardDescription) -> None:
+    parts = [mounted.key for mounted in board.parts]
+    for name in settings.figures:
+        if name not in parts:
+            raise InputError(f"unknown sensor {name!r}; known: {', '.join(parts)}")
+
+
 def _note(trace: Trace, device: str) -> NoteCallback:
     def note(now_ps: int, what: str, text: str) -> None:
         trace.add(DeviceNote(now_ps, device, what, text))
@@ -108,8 +146,8 @@ def _write_log(trace: Trace, device: str) -> WriteLog:
     return log
 
 
-def _replace(errors: ErrorsT, numbers: Numbers) -> ErrorsT:
-    known = [entry.name for entry in dataclasses.fields(errors)]
+def _replace(errors: PartErrors, numbers: Numbers) -> PartErrors:
+    known = errors.figures()
     for name in numbers:
         if name not in known:
             raise InputError(f"unknown sensor figure {name!r}; known: {', '.join(known)}")
@@ -117,3 +155,43 @@ def _replace(errors: ErrorsT, numbers: Numbers) -> ErrorsT:
         return dataclasses.replace(errors, **numbers)
     except ValueError as error:
         raise InputError(str(error)) from None
+
+
+class PinWatch:
+    """Delivers the edges of one part's pins when they happen, and records them in the trace."""
+
+    def __init__(self, part: Part, clock: Clock, trace: Trace) -> None:
+        self._part = part
+        self._clock = clock
+        self._trace = trace
+        self._event: Event | None = None
+        self._at_ps: int = NEVER_PS
+        for pin in part.pins():
+            pin.on_wire = partial(self._wire, pin)
+
+    def _wire(self, pin: Pin) -> None:
+        self._part.catch_up(self._clock.now_ps)  # edges of the past are not news
+        pin.listen(partial(self._record, f"{self._part.NAME}.{pin.name}"))
+        self._part.watch(self._arm)
+        self._arm()
+
+    def _record(self, name: str, at_ps: int, level: int) -> None:
+        self._trace.add(GpioEdge(at_ps, name, level))
+
+    def _arm(self) -> None:
+        at_ps = self._part.next_event_ps()
+        if at_ps == self._at_ps:
+            return
+        if self._event is not None:
+            self._event.cancel()
+            self._event = None
+        self._at_ps = at_ps
+        if at_ps < NEVER_PS:
+            self._event = self._clock.schedule(at_ps, self._due)
+
+    def _due(self) -> None:
+        self._event, self._at_ps = None, NEVER_PS
+        now_ps = self._clock.now_ps
+        self._part.catch_up(now_ps)
+        assert self._part.next_event_ps() > now_ps, f"{self._part.NAME} has not caught up"
+        self._arm()

@@ -1,37 +1,218 @@
-"""What a board is described by, and what of its sensors may be chosen."""
+"""What a board is described by: its chip's pins, its parts and how they are mounted, and its profiles.
+
+A board is one file with one :class:`BoardDescription` in it, such as :mod:`emulator.boards.fcu001v1`. The
+board itself, the chip's pins, the keys of scenario files and the words of diagnoses follow from it; nothing
+else names a bus, a LED or a timer.
+
+Decision: a Python literal, checked when it is made and by mypy, not a file format of its own: it refers to
+the classes of the parts, and nobody but a developer writes one.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal, TypeAlias
+from functools import cached_property
+from typing import Any, TypeAlias
 
+import numpy as np
+from numpy.typing import NDArray
+
+from emulator.errors import InputError
 from sensors.errors import Grade
+from sensors.part import Part
 
+Matrix: TypeAlias = NDArray[np.float64]
 Numbers: TypeAlias = Mapping[str, Any]
-MagnetometerMounting: TypeAlias = Literal["parallel", "left_handed"]
+Pin: TypeAlias = tuple[str, int]
+"""Port and number: ("B", 5) is PB5."""
+PinFunction: TypeAlias = tuple[str, int, int]
+"""Port, number, and the alternate function that leads it to the block (datasheet DocID024738 table 9)."""
+
+
+# -- what is soldered ---------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class MountedPart:
+    """A sensor and how it sits on the board: it measures matrix @ a vector in the board's axes.
+
+    ``mountings``: the matrices that a scenario may choose from, by name, the usual one first; none for a part
+    that measures scalars only. ``mounting_key``: what the choice is called in a scenario file, where there is
+    one.
+    """
+
+    part: type[Part]
+    mountings: Mapping[str, Matrix] = field(default_factory=dict)
+    mounting_key: str = ""
+
+    def __post_init__(self) -> None:
+        measures_vectors = any(quantity.axes == 3 for quantity in self.part.SIGNALS)
+        if measures_vectors and not self.mountings:
+            raise InputError(f"the {self.part.NAME} measures vectors: give its mounting on the board")
+
+    @property
+    def key(self) -> str:
+        """What the part is called in Python and in files: its name in lower case."""
+        return self.part.NAME.lower()
+
+
+@dataclass(frozen=True)
+class I2cPins:
+    """The pins of one of the chip's I2C blocks."""
+
+    scl: PinFunction
+    sda: PinFunction
+
+
+@dataclass(frozen=True)
+class SerialLine:
+    """The USART that the terminal is connected to, its pin, and its clock with the firmware's settings."""
+
+    block: str
+    tx: PinFunction
+    clock_hz: int
+
+
+@dataclass(frozen=True)
+class CallbackTimer:
+    """The timer whose interrupt calls ``HAL_TIM_PeriodElapsedCallback``.
+
+    ``input_hz`` and ``priority`` are as the board's own firmware sets clock and NVIC up; firmware in Python
+    has no other. Built firmware sets them itself.
+    """
+
+    block: str
+    input_hz: int
+    priority: int
+
+
+@dataclass(frozen=True)
+class AbsentPart:
+    """A part that is on the real board and has no model: who selects it on ``spi`` is told so in the trace.
+
+    ``held``: its outputs, and the level at which they stay.
+    """
+
+    name: str
+    spi: str
+    chip_select: Pin
+    note: str
+    held: Mapping[Pin, int] = field(default_factory=dict)
+
+
+# -- how it is connected ------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class Profile:
-    """One way the sensors are connected: 7-bit I2C2 addresses, or SPI2 chip selects, by part name."""
+    """One way the sensors are connected: all to ``bus``, one of the board's.
+
+    ``places``: by part name, its 7-bit address on an I2C bus, or its chip select ("PA8") on an SPI bus.
+    ``symbols``: names in firmware that only firmware for this wiring has.
+    """
 
     name: str
-    i2c2: dict[str, int]
-    spi2: dict[str, str]
+    bus: str
+    places: Mapping[str, int | str]
     description: str
+    symbols: tuple[str, ...] = ()
+
+    @property
+    def addresses(self) -> dict[str, int]:
+        """By part name; none on SPI."""
+        return {name: place for name, place in self.places.items() if isinstance(place, int)}
+
+    @property
+    def chip_selects(self) -> dict[str, str]:
+        """By part name; none on I2C."""
+        return {name: place for name, place in self.places.items() if isinstance(place, str)}
+
+
+@dataclass(frozen=True, eq=False)
+class BoardDescription:
+    """One kind of board.
+
+    ``i2c``: the chip's I2C blocks that lead to a bus, with their pins; ``spi``: likewise its SPI blocks.
+    ``leds``: each is lit while its pin is low. ``profiles``: the usual one first. ``python_firmware`` and
+    ``built_firmware``: what is shipped for it, names with descriptions; the latter also with the program's
+    name in :mod:`firmware_model.arm`.
+    """
+
+    name: str
+    parts: tuple[MountedPart, ...]
+    profiles: tuple[Profile, ...]
+    serial: SerialLine
+    timer: CallbackTimer
+    i2c: Mapping[str, I2cPins] = field(default_factory=dict)
+    spi: tuple[str, ...] = ()
+    leds: Mapping[str, Pin] = field(default_factory=dict)
+    absent: tuple[AbsentPart, ...] = ()
+    python_firmware: Mapping[str, str] = field(default_factory=dict)
+    built_firmware: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    default_firmware: str = ""
+
+    def __post_init__(self) -> None:
+        names = {mounted.part.NAME for mounted in self.parts}
+        for profile in self.profiles:
+            what = f"board {self.name}, profile {profile.name}"
+            if profile.bus not in (*self.i2c, *self.spi):
+                raise InputError(f"{what}: there is no bus {profile.bus}; known: {', '.join(self.buses())}")
+            for part, place in profile.places.items():
+                if part not in names:
+                    raise InputError(f"{what}: there is no part {part}; known: {', '.join(names)}")
+                if isinstance(place, int) is not (profile.bus in self.i2c):
+                    wanted = "a 7-bit address" if profile.bus in self.i2c else 'a chip select such as "PA8"'
+                    raise InputError(f"{what}: {part} is at {place!r} of {profile.bus}; give {wanted}")
+
+    def buses(self) -> Iterator[str]:
+        """Names of all buses."""
+        yield from self.i2c
+        yield from self.spi
+
+    def profile(self, name: str | None = None) -> Profile:
+        """The profile of that name, the usual one without a name. Raises InputError naming the known ones."""
+        if name is None:
+            return self.profiles[0]
+        for profile in self.profiles:
+            if profile.name == name:
+                return profile
+        known = ", ".join(profile.name for profile in self.profiles)
+        raise InputError(f"unknown board profile {name!r}; known: {known}")
+
+    def profile_with(self, bus: str) -> Profile | None:
+        """The first profile that has the sensors on a bus; None if there is none."""
+        return next((profile for profile in self.profiles if profile.bus == bus), None)
+
+    @cached_property
+    def firmware(self) -> dict[str, str]:
+        """All shipped firmware, names with descriptions."""
+        built = {name: text for name, (_, text) in self.built_firmware.items()}
+        return {**self.python_firmware, **built}
+
+    @cached_property
+    def addresses(self) -> dict[str, int]:
+        """The parts' 7-bit addresses by name, where a profile has them on an I2C bus."""
+        return {name: place for profile in self.profiles for name, place in profile.addresses.items()}
+
+    @cached_property
+    def identities(self) -> dict[str, int]:
+        """What WHO_AM_I of each part is, by part name."""
+        return {mounted.part.NAME: mounted.part.WHO_AM_I for mounted in self.parts}
+
+
+# -- what may be chosen about its sensors -------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class SensorSettings:
     """How far the sensors deviate from ideal ones.
 
-    ``grade`` fills every figure; the mappings replace single ones by explicit numbers, under the field names
-    of each part's class of errors (:class:`sensors.lsm6dsl.LSM6DSLErrors` and its like).
+    ``grade`` fills every figure; ``figures`` replaces single ones by explicit numbers, by the part's key and
+    the names of its class of errors: ``{"lps22hb": {"pressure_bias_hpa": 0.5}}``. ``mountings``: by mounting
+    key, where it is not the usual one.
     """
 
     grade: Grade = "typical"
-    lsm6dsl: Numbers = field(default_factory=dict)
-    lis2mdl: Numbers = field(default_factory=dict)
-    lps22hb: Numbers = field(default_factory=dict)
-    magnetometer_mounting: MagnetometerMounting = "parallel"
+    figures: Mapping[str, Numbers] = field(default_factory=dict)
+    mountings: Mapping[str, str] = field(default_factory=dict)

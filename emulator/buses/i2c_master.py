@@ -1,4 +1,4 @@
-"""``board.i2c2``: Python as the master of the sensors' bus, for tests of drivers."""
+"""Python as the master of an I2C bus, for tests of drivers: ``board.i2c("I2C2")``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""SPI2 as the board wires it: three wires, half duplex, one chip select a sensor (board facts 2.1).
+"""SPI with several parts at one bus: three or four wires, one chip select a part.
 
 A transfer is one message between two edges of a chip select; its time is eight clock periods a byte. The
 clock is the one ST's firmware sets: 42 MHz / 16 = 2.625 MHz, mode 3. The chip's own SPI block moves one byte
@@ -19,7 +19,7 @@ from sensors.declaration import Mode, Wires
 from sensors.part import Part
 from sensors.spi import READ, SpiTarget
 
-SPI2_HZ = 2_625_000
+USUAL_HZ = 2_625_000
 _RECENT = 8
 
 Message: TypeAlias = tuple[int, int, str, bytearray, bytearray]
@@ -29,7 +29,7 @@ Message: TypeAlias = tuple[int, int, str, bytearray, bytearray]
 class SpiBus:
     """One SPI bus with its devices by chip select; ``end_ps`` is the end of the latest transfer."""
 
-    def __init__(self, name: str, clock: Clock, trace: Trace, speed_hz: int = SPI2_HZ) -> None:
+    def __init__(self, name: str, clock: Clock, trace: Trace, speed_hz: int = USUAL_HZ) -> None:
         self.name = name
         self.speed_hz = speed_hz
         self.mode: Mode = 3
@@ -92,7 +92,7 @@ class SpiBus:
 
 
 class SpiMaster:
-    """``board.spi2``: Python as the master of the sensors' bus, for tests of drivers."""
+    """Python as the master of an SPI bus, for tests of drivers: ``board.spi("SPI2")``."""
 
     def __init__(self, bus: SpiBus, run_until_ps: Callable[[int], None]) -> None:
         self.bus = bus

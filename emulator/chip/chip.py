@@ -7,41 +7,19 @@ is the board's.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
-from emulator.buses.gpio import Gpio
+from emulator.boards.signals import BoardSignals
 from emulator.buses.i2c import I2CBus
-from emulator.buses.spi import SpiBus
-from emulator.buses.uart import Uart
 from emulator.chip.cpu.core import Core, CoreSettings
 from emulator.chip.peripherals.dbgmcu import SYSTEM_MEMORY, system_memory
 from emulator.chip.peripherals.dma import DmaLines
 from emulator.chip.peripherals.gpio import ConnectedPins
-from emulator.chip.peripherals.i2c import ConnectedI2c
+from emulator.chip.peripherals.i2c import I2C_BLOCKS, ConnectedI2c
 from emulator.chip.peripherals.peripheral import Soc
-from emulator.chip.peripherals.spi import SpiWire, connect_absent_radio
+from emulator.chip.peripherals.spi import SpiWire, connect_absent_part
 from emulator.chip.peripherals.system_blocks import SystemBlocks
 from emulator.chip.peripherals.tim import connect_timers
 from emulator.chip.peripherals.usart import ConnectedUsarts, wire_terminal
-from emulator.time.clock import Clock
-from emulator.trace import Trace
-
-_USART1_TX = ("A", 9, 7)
-_I2C2_PINS = ("B", 10, 4), ("B", 3, 9)
-"""The terminal's line, and SCL and SDA, as the board has them (board facts, section 2)."""
-
-
-@dataclass(frozen=True)
-class Surroundings:
-    """What of the board the chip's pins lead to. ``board`` is the number of this board, for the unique id."""
-
-    clock: Clock
-    trace: Trace
-    gpio: Gpio
-    uart: Uart
-    i2c2: I2CBus
-    spi2: SpiBus
-    board: int = 0
 
 
 class Chip:
@@ -49,26 +27,31 @@ class Chip:
 
     def __init__(
         self,
-        surroundings: Surroundings,
+        signals: BoardSignals,
         segments: Iterable[tuple[int, bytes]],
         settings: CoreSettings,
     ) -> None:
-        around = surroundings
-        memory = [(SYSTEM_MEMORY, system_memory(around.board))]
-        self.core = Core(around.clock, around.trace, segments, settings, memory)
-        ConnectedPins(self.core, around.gpio)
-        self.soc = soc = Soc(around.clock, around.trace, around.gpio, self._reset)
+        board, gpio = signals.board, signals.gpio
+        memory = [(SYSTEM_MEMORY, system_memory(signals.number))]
+        self.core = Core(signals.clock, signals.trace, segments, settings, memory)
+        ConnectedPins(self.core, signals.gpio)
+        self.soc = soc = Soc(signals.clock, signals.trace, signals.gpio, self._reset)
         self.system = SystemBlocks(soc)
         soc.dma = DmaLines(self.core)
         self.timers = connect_timers(self.core)
         """By name, "TIM1" to "TIM11"."""
-        ConnectedUsarts(self.core, {"USART1": around.uart})
-        wire_terminal(self.core, "USART1", _USART1_TX)
-        SpiWire(self.core, around.spi2, around.gpio)
-        connect_absent_radio(self.core, around.gpio)
-        ConnectedI2c(self.core, "I2C2", around.i2c2, _I2C2_PINS)
-        for name in ("I2C1", "I2C3"):  # to which nothing is connected
-            ConnectedI2c(self.core, name, I2CBus(name, around.clock, around.trace))
+        ConnectedUsarts(self.core, {board.serial.block: signals.uart})
+        wire_terminal(self.core, board.serial.block, board.serial.tx)
+        for name, spi in signals.spi.items():
+            SpiWire(self.core, name, spi, gpio)
+        for part in board.absent:
+            connect_absent_part(self.core, part, gpio)
+        for name in I2C_BLOCKS:
+            if name in signals.i2c:
+                pins = board.i2c[name]
+                ConnectedI2c(self.core, name, signals.i2c[name], (pins.scl, pins.sda))
+            else:  # nothing is connected to it
+                ConnectedI2c(self.core, name, I2CBus(name, signals.clock, signals.trace))
         self.core.power_on(soc, self.system, self.system.rcc.reset_because)
         self.system.rcc.control(self.core.all_blocks)
 

@@ -13,7 +13,8 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
-from emulator.chip.chip import Chip, Surroundings
+from emulator.boards.signals import BoardSignals
+from emulator.chip.chip import Chip
 from emulator.chip.cpu.core import CoreSettings
 from emulator.chip.cpu.fault_log import FaultLog
 from emulator.chip.diagnosis import Diagnosis, diagnose
@@ -29,25 +30,25 @@ class ArmFirmware:
     """A firmware image in flash, and the chip that executes it from power-on.
 
     ``chip`` and ``image`` are there for debuggers and diagnoses. One of the back ends of
-    :mod:`emulator.board.firmwares`.
+    :mod:`emulator.board.firmware`.
     """
 
     def __init__(
-        self, surroundings: Surroundings, image: FirmwareImage, settings: CoreSettings | None = None
+        self, signals: BoardSignals, image: FirmwareImage, settings: CoreSettings | None = None
     ) -> None:
         self.image = image
         segments = [(segment.address, segment.data) for segment in image.segments]
-        self.chip = Chip(surroundings, segments, settings or CoreSettings())
-        self.surroundings = surroundings
+        self.chip = Chip(signals, segments, settings or CoreSettings())
+        self.signals = signals
         self.faults = FaultLog(self.chip.core)
         self.limits = Limits()
         """What a run may take; may be set at any time."""
-        self._run = LimitedRun(self.chip.core, surroundings.clock, surroundings.uart)
+        self._run = LimitedRun(self.chip.core, signals.clock, signals.uart)
 
     @property
-    def tim9(self) -> Timer:
-        """The timer of the lab's callback."""
-        return self.chip.timers["TIM9"]
+    def timer(self) -> Timer:
+        """The timer of the callback."""
+        return self.chip.timers[self.signals.board.timer.block]
 
     def run_until_ps(self, at_ps: int) -> None:
         """Run up to and including ``at_ps``. Raises LimitError when the firmware takes too much."""

@@ -20,8 +20,8 @@ from emulator.analysis.compare import (
 from emulator.analysis.observation import TERMINAL, Entry, Observation, observe
 from emulator.analysis.replay import replay
 from emulator.board.board import Board
-from emulator.board.firmwares import python_firmware
-from emulator.boards.fcu001v1 import PYTHON
+from emulator.board.firmware import python_firmware
+from emulator.boards.fcu001v1 import FCU001V1
 from emulator.errors import InputError
 from emulator.scenario import Scenario, load_scenario
 from emulator.scenario.printed import visible
@@ -92,8 +92,8 @@ def _side_by_side(options: DiffOptions, plan: Scenario, end_ps: int) -> tuple[Ob
 
 
 def _replayed(options: DiffOptions, plan: Scenario, end_ps: int) -> tuple[Observation, Observation]:
-    if options.first not in PYTHON:
-        known = " or ".join(PYTHON)
+    if options.first not in FCU001V1.python_firmware:
+        known = " or ".join(FCU001V1.python_firmware)
         raise InputError(f"--replay runs A on the samples of B; A is {options.first!r}, it must be {known}")
     firmware = python_firmware(options.first, plan.firmware_settings())
     board = _board(options.second, plan, options)

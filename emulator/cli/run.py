@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import click
 
 from emulator.board.board import Board
-from emulator.boards.fcu001v1 import DEFAULT_FIRMWARE
+from emulator.boards.fcu001v1 import FCU001V1
 from emulator.cli.run_report import Explainer, ProgressDisplay, summary
 from emulator.errors import InputError
 from emulator.links import ByteLink, open_link
@@ -97,7 +97,7 @@ def run_board(options: RunOptions) -> bool:
 def _create_board(options: RunOptions) -> Board:
     firmware = options.firmware
     if firmware is None and options.scenario is None:
-        firmware = DEFAULT_FIRMWARE
+        firmware = FCU001V1.default_firmware
     return Board(
         firmware,
         scenario=options.scenario,

@@ -80,7 +80,7 @@ def summary(board: Board, links: Sequence[ByteLink], wall_s: float) -> Iterator[
 
 
 def _ticks(board: Board) -> Iterator[str]:
-    timer = board.tim9
+    timer = board.timer
     if not timer.ticks:
         yield f"{timer.name} never ticked"
         return
@@ -105,9 +105,11 @@ def _resets(board: Board) -> Iterator[str]:
 
 
 def _bus_errors(board: Board) -> Iterator[str]:
-    failed = Counter(event.result for event in board.trace.of(BusTransfer) if event.result != "ok")
-    for result, count in failed.most_common():
-        yield f"{board.i2c2.bus.name}: {count} failed transfers: {result}"
+    failed = Counter(
+        (event.bus, event.result) for event in board.trace.of(BusTransfer) if event.result != "ok"
+    )
+    for (bus, result), count in failed.most_common():
+        yield f"{bus}: {count} failed transfers: {result}"
     uart = board.terminal.uart
     lost = sum(1 for event in board.trace.of(Fault) if event.where == uart.name)
     if lost:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
+from emulator.boards.description import CallbackTimer
 from emulator.buses.gpio import Gpio
 from emulator.buses.i2c import I2CBus
 from emulator.buses.uart import Uart
@@ -20,9 +21,6 @@ from emulator.time.clock import PS_PER_MS, Clock
 from emulator.trace import Trace
 
 HAL_OK, HAL_ERROR, HAL_BUSY, HAL_TIMEOUT = range(4)
-
-_TIM9_PRIORITY = 3  # TIM1_BRK_TIM9_IRQn in the board's firmware (board facts, section 3)
-TIMER_INPUT_HZ = 84_000_000  # APB2 timer clock with SYSCLK at 84 MHz (board facts, section 1)
 
 
 class Application(Protocol):
@@ -40,7 +38,16 @@ class Application(Protocol):
 class Hal:
     """The HAL of one board."""
 
-    def __init__(self, clock: Clock, trace: Trace, core: Core, i2c: I2CBus, uart: Uart, gpio: Gpio) -> None:
+    def __init__(
+        self,
+        clock: Clock,
+        trace: Trace,
+        core: Core,
+        i2c: I2CBus,
+        uart: Uart,
+        gpio: Gpio,
+        timer: CallbackTimer,
+    ) -> None:
         self._clock = clock
         self._core = core
         self._i2c = i2c
@@ -49,8 +56,8 @@ class Hal:
         self._sending = False
         self._transferring = False
         self._callback: Callable[[], None] | None = None
-        interrupt = Interrupt(core, _TIM9_PRIORITY, self._tim9_irq_handler)
-        self.tim9 = IntervalTimer("TIM9", clock, trace, TIMER_INPUT_HZ, interrupt.set_pending)
+        interrupt = Interrupt(core, timer.priority, self._timer_irq_handler)
+        self.timer = IntervalTimer(timer.block, clock, trace, timer.input_hz, interrupt.set_pending)
 
     def link(self, application: Application) -> None:
         """Connect the firmware whose callback the timer's interrupt calls (a weak symbol in C)."""
@@ -110,7 +117,7 @@ class Hal:
         self._transfer()
         return HAL_BUSY if isinstance(error, I2CStuckError) else HAL_ERROR
 
-    # -- USART1 -----------------------------------------------------------------------------------------
+    # -- serial line -----------------------------------------------------------------------------------------
 
     def HAL_UART_Transmit(self, data: bytes, timeout_ms: int) -> int:
         """Send bytes and wait until the last has left; a call while another is sending is HAL_BUSY."""
@@ -141,7 +148,7 @@ class Hal:
             received.append(value)
         return HAL_OK, bytes(received)
 
-    # -- GPIO and TIM9 ----------------------------------------------------------------------------------
+    # -- GPIO and timer ----------------------------------------------------------------------------------
 
     def HAL_GPIO_Init(self, port: str, pin: int) -> None:
         """Make a pin a push-pull output."""
@@ -156,20 +163,20 @@ class Hal:
         self._gpio.write(port, pin, 0 if self._gpio.level(port, pin) else 1)
 
     def HAL_TIM_Base_Init(self, prescaler: int, period: int) -> None:
-        """Set up TIM9."""
-        self.tim9.configure(prescaler, period)
+        """Set up the timer of the callback."""
+        self.timer.configure(prescaler, period)
 
     def HAL_TIM_Base_Start_IT(self) -> None:
-        """Enable TIM9's interrupt, then its counter, in the HAL's order.
+        """Enable the timer's interrupt, then its counter, in the HAL's order.
 
         The flag that ``HAL_TIM_Base_Init`` has left calls the callback in between: the first period begins
         when that is over.
         """
-        self.tim9.enable_interrupt()
+        self.timer.enable_interrupt()
         self._core.take_interrupts()
-        self.tim9.start()
+        self.timer.start()
 
-    def _tim9_irq_handler(self) -> None:
-        self.tim9.acknowledge()
+    def _timer_irq_handler(self) -> None:
+        self.timer.acknowledge()
         assert self._callback is not None
         self._callback()

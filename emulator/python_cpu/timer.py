@@ -1,4 +1,4 @@
-"""TIM9 as an interval timer with its update interrupt (reference manual RM0368 section 14).
+"""A timer of the chip as an interval timer with its update interrupt (RM0368 section 14: TIM9 to TIM11).
 
 Update ``k`` happens at ``k`` periods after the start, computed from ``k``, so nothing drifts. While the
 update flag waits for its handler, further updates change nothing but the count of lost ones. They are counted

@@ -43,12 +43,13 @@ class BoardView(Protocol):
     clock: Clock
     world: World
     trace: Trace
-    led1: Led
-    led2: Led
 
-    @property
-    def i2c2(self) -> I2CMaster:
-        """The master of the sensors' bus."""
+    def i2c(self) -> I2CMaster:
+        """The master of the board's first I2C bus, which a scenario may break."""
+        ...
+
+    def led(self, name: str) -> Led:
+        """A LED by its name in the board's file."""
         ...
 
     @property
@@ -57,8 +58,8 @@ class BoardView(Protocol):
         ...
 
     @property
-    def tim9(self) -> TickCounts:
-        """The timer of the lab's callback."""
+    def timer(self) -> TickCounts:
+        """The timer of the callback."""
         ...
 
     def run_until_ps(self, at_ps: int) -> None:

@@ -39,7 +39,7 @@ from emulator.scenario.printed import (
 )
 from emulator.scenario.resources import resources_of
 from emulator.scenario.result import Fault, Miss
-from emulator.scenario.tables import Duration, Table
+from emulator.scenario.tables import LED_NAMES, Duration, Table, board_of
 from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S
 from emulator.time.durations import seconds, shown
 from emulator.trace import GpioEdge
@@ -347,11 +347,18 @@ def _printed(line: Line) -> str:
     return f"+{visible(line.text)}  at {seconds(line.at_ps)}"
 
 
+def _known_led(name: str, info: ValidationInfo) -> str:
+    known = [led.lower() for led in board_of(info).leds]
+    if name not in known:
+        raise ValueError(f"is {shown(name)}; give {' or '.join(map(repr, known))}")
+    return name
+
+
 class ExpectLed(Windowed):
     """A LED is on, or off, throughout the window."""
 
     kind: Literal["led"]
-    led: Literal["led1", "led2"]
+    led: Annotated[str, AfterValidator(_known_led), Field(json_schema_extra={"enum": LED_NAMES})]
     state: Literal["on", "off"]
 
     def judge(self, seen: Seen) -> Miss | None:
@@ -367,7 +374,7 @@ class ExpectLed(Windowed):
 
     def _states(self, seen: Seen) -> Iterator[tuple[int, int, bool]]:
         """(from, until, lit) one after the other."""
-        pin = (seen.board.led1 if self.led == "led1" else seen.board.led2).pin
+        pin = seen.board.led(self.led.upper()).pin
         begin_ps, lit = 0, False
         for edge in seen.board.trace.of(GpioEdge):
             if edge.pin == pin:
@@ -394,12 +401,12 @@ class ExpectTicks(Expectation):
         return self
 
     def judge(self, seen: Seen) -> Miss | None:
-        """Of TIM9 at the end of the run."""
-        timer = seen.board.tim9
+        """Of the callback's timer at the end of the run."""
+        timer = seen.board.timer
         if timer.ticks == 0:
-            return Miss("missing", "ticks of TIM9", "the timer was never started")
+            return Miss("missing", f"ticks of {timer.name}", "the timer was never started")
         if self.rate_hz is not None and abs(timer.rate_hz - self.rate_hz) > self.rate_tolerance_hz:
-            return Miss("wrong value", f"TIM9 at {self.rate_hz:g} Hz", f"{timer.rate_hz:.6g} Hz")
+            return Miss("wrong value", f"{timer.name} at {self.rate_hz:g} Hz", f"{timer.rate_hz:.6g} Hz")
         late = _outside("late", timer.late, self.late_min, self.late_max)
         return late or _outside("lost", timer.lost, self.lost_min, self.lost_max)
 

@@ -16,10 +16,12 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from emulator.boards.description import BoardDescription
+from emulator.boards.fcu001v1 import FCU001V1
 from emulator.errors import InputError, ScenarioError
 from emulator.scenario.resources import Resources, read_bounded
 from emulator.scenario.scenario import Scenario
-from emulator.scenario.schema import ScenarioFile
+from emulator.scenario.schema import scenario_file
 from emulator.time.durations import shown
 
 _MOST_DOTS = 64  # in one line; tomllib takes cubic time for keys of thousands of dotted parts
@@ -27,10 +29,10 @@ _MOST_LINES = 20_000
 _SHOWN = 80  # characters of an unknown name that a message repeats
 
 
-def load_scenario(name: str | os.PathLike[str]) -> Scenario:
+def load_scenario(name: str | os.PathLike[str], board: BoardDescription = FCU001V1) -> Scenario:
     """A shipped scenario by name, or a file by path: what ends in ``.toml`` or has a separator is a path.
 
-    Raises ScenarioError naming file and key path.
+    ``board``: whose parts, LEDs and firmware it may name. Raises ScenarioError naming file and key path.
     """
     path = Path(name) if _is_path(name) else _shipped(str(name))
     file = str(path)
@@ -40,7 +42,8 @@ def load_scenario(name: str | os.PathLike[str]) -> Scenario:
         raise ScenarioError(file, "", str(error).removeprefix(f"{file} ")) from error
     table = _parse(data, file)
     try:
-        contents = ScenarioFile.model_validate(table, context={"resources": Resources(path.parent)})
+        context = {"resources": Resources(path.parent), "board": board}
+        contents = scenario_file(board).model_validate(table, context=context)
     except ValidationError as error:
         raise scenario_error(file, error) from error
     return Scenario(contents, path)

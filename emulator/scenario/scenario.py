@@ -150,10 +150,7 @@ class Scenario:
 
     def sensor_settings(self) -> SensorSettings:
         """How the sensors deviate."""
-        sensors = self._contents.sensors
-        return SensorSettings(
-            sensors.grade, sensors.lsm6dsl, sensors.lis2mdl, sensors.lps22hb, sensors.magnetometer_mounting
-        )
+        return self._contents.sensors.settings()
 
     def create_world(self, now_s: Callable[[], float]) -> World:
         """The world at power-on."""

@@ -8,6 +8,7 @@ timeline entry or an expectation does stands in its own class, under the same ke
 from __future__ import annotations
 
 import datetime as dt
+from functools import cache
 from typing import Annotated, Any, Literal
 
 from pydantic import (
@@ -21,7 +22,8 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema, core_schema
 
-from emulator.boards.fcu001v1 import DEFAULT_FIRMWARE, FIRMWARES
+from emulator.boards.description import BoardDescription, SensorSettings
+from emulator.boards.fcu001v1 import FCU001V1
 from emulator.buses.i2c import FAST_MODE_HZ
 from emulator.scenario.expectations import (
     ExpectField,
@@ -34,15 +36,21 @@ from emulator.scenario.expectations import (
     ExpectTicks,
     FieldName,
 )
-from emulator.scenario.tables import BusSpeed, FieldTable, Length, Table, Vector, within
+from emulator.scenario.tables import (
+    LED_NAMES,
+    PART_NAMES,
+    BusSpeed,
+    FieldTable,
+    Length,
+    Table,
+    Vector,
+    within,
+)
 from emulator.scenario.timeline import AnyEntry
 from emulator.time.clock import PS_PER_S
 from emulator.time.durations import format_duration, shown
 from emulator.world import limits
 from sensors.errors import Figure, Grade, PartErrors
-from sensors.lis2mdl import LIS2MDLErrors
-from sensors.lps22hb import LPS22HBErrors
-from sensors.lsm6dsl import LSM6DSLErrors
 
 # -- Tables about the board at power-on: firmware, bus, world, sensors; and the run's limits ----------------
 
@@ -138,13 +146,33 @@ class WorldTable(Table):
 
 
 class SensorsTable(Table):
-    """[sensors]: the grade fills every figure, the parts' own tables replace single ones."""
+    """[sensors]: the grade fills every figure, the parts' own tables replace single ones.
+
+    The tables of the parts, and the keys of mountings that can be chosen, are the board's:
+    :func:`sensors_table`.
+    """
 
     grade: Grade = "typical"
-    magnetometer_mounting: Literal["parallel", "left_handed"] = "parallel"
-    lsm6dsl: Annotated[dict[str, Any], Figures(LSM6DSLErrors)] = Field(default_factory=dict)
-    lis2mdl: Annotated[dict[str, Any], Figures(LIS2MDLErrors)] = Field(default_factory=dict)
-    lps22hb: Annotated[dict[str, Any], Figures(LPS22HBErrors)] = Field(default_factory=dict)
+
+    def settings(self) -> SensorSettings:
+        """All of it, as a board takes it."""
+        given = {name: getattr(self, name) for name in type(self).model_fields if name != "grade"}
+        figures = {name: value for name, value in given.items() if isinstance(value, dict)}
+        mountings = {name: value for name, value in given.items() if isinstance(value, str)}
+        return SensorSettings(self.grade, figures, mountings)
+
+
+def sensors_table(board: BoardDescription) -> type[SensorsTable]:
+    """[sensors] of a board: a table for each part, a key for each choice of mounting."""
+    keys: dict[str, Any] = {}
+    for mounted in board.parts:
+        if mounted.mounting_key:
+            names = tuple(mounted.mountings)
+            keys[mounted.mounting_key] = Literal[names], names[0]
+    for mounted in board.parts:
+        figures = Annotated[dict[str, Any], Figures(mounted.part.ERRORS)]
+        keys[mounted.key] = figures, Field(default_factory=dict)
+    return create_model("SensorsTable", __base__=SensorsTable, __doc__=SensorsTable.__doc__, **keys)
 
 
 class LimitsTable(Table):
@@ -184,12 +212,6 @@ AnyExpectation = Annotated[
 ]
 
 
-def _known_firmware(name: str) -> str:
-    if name not in FIRMWARES:
-        raise ValueError(f"is {shown(name)}; known: {', '.join(FIRMWARES)}")
-    return name
-
-
 class ReportTable(Table):
     """One ``[[report]]``: tell how a printed field compares with the truth, in a small table."""
 
@@ -202,9 +224,7 @@ class ScenarioFile(Table):
 
     schema_: Literal[1] = Field(alias="schema")
     question: str = Field(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f\x7f-\x9f]+$")  # printed
-    firmware: Annotated[
-        str, AfterValidator(_known_firmware), Field(json_schema_extra={"enum": list(FIRMWARES)})
-    ] = DEFAULT_FIRMWARE
+    firmware: str = ""
     seed: int = Field(0, ge=0, lt=2**63)
     duration: Length = 10 * PS_PER_S
     firmware_settings: FirmwareTable = Field(default_factory=lambda: FirmwareTable.model_validate({}))
@@ -217,22 +237,46 @@ class ScenarioFile(Table):
     limits: LimitsTable = Field(default_factory=lambda: LimitsTable.model_validate({}))
 
 
-def json_schema() -> dict[str, Any]:
+@cache
+def scenario_file(board: BoardDescription) -> type[ScenarioFile]:
+    """The file for a board: with its firmware, its parts and its mountings."""
+
+    def known(name: str) -> str:
+        if name not in board.firmware:
+            raise ValueError(f"is {shown(name)}; known: {', '.join(board.firmware)}")
+        return name
+
+    names = Field(json_schema_extra={"enum": list(board.firmware)})
+    table = sensors_table(board)
+    return create_model(
+        "ScenarioFile",
+        __base__=ScenarioFile,
+        __doc__=ScenarioFile.__doc__,
+        firmware=(Annotated[str, AfterValidator(known), names], board.default_firmware),
+        sensors=(table, table()),
+    )
+
+
+def json_schema(board: BoardDescription = FCU001V1) -> dict[str, Any]:
     """The file's JSON schema (draft 2020-12), for an editor's completion and checks."""
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        **_as_written(ScenarioFile.model_json_schema(by_alias=True)),
+        **_as_written(scenario_file(board).model_json_schema(by_alias=True), board),
         "title": "fcu-emulator scenario, schema 1",
     }
 
 
-def _as_written(schema: Any) -> Any:
-    """The schema with the defaults of durations and speeds as they stand in a file, not in our units."""
+def _as_written(schema: Any, board: BoardDescription) -> Any:
+    """The schema with the board's names; defaults of durations and speeds as they stand in a file."""
     if isinstance(schema, list):
-        return [_as_written(entry) for entry in schema]
+        return [_as_written(entry, board) for entry in schema]
     if not isinstance(schema, dict):
         return schema
-    written = {key: _as_written(value) for key, value in schema.items()}
+    written = {key: _as_written(value, board) for key, value in schema.items()}
+    if written.get("enum") == LED_NAMES:
+        written["enum"] = [name.lower() for name in board.leds]
+    if written.get("enum") == PART_NAMES:
+        written["enum"] = list(board.addresses)
     if written.get("type") == "string" and isinstance(written.get("default"), int):
         of_speed = "Hz" in written.get("pattern", "")
         default = written["default"]

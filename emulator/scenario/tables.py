@@ -14,12 +14,15 @@ from pydantic import (
     PlainSerializer,
     PlainValidator,
     Strict,
+    ValidationInfo,
     WithJsonSchema,
     model_validator,
 )
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
+from emulator.boards.description import BoardDescription
+from emulator.boards.fcu001v1 import FCU001V1
 from emulator.time.clock import PS_PER_US
 from emulator.time.durations import DURATION, NUMBER, format_duration, parse_duration, shown
 from emulator.world import limits
@@ -63,6 +66,16 @@ class FieldTable(Table):
     north_ut: Annotated[float, within(limits.FIELD)]
     east_ut: Annotated[float, within(limits.FIELD)]
     down_ut: Annotated[float, within(limits.FIELD)]
+
+
+LED_NAMES, PART_NAMES = ["a LED of the board"], ["a part of the board"]
+"""Stand for the names of a board's file in the JSON schema, until it is known which board it is for."""
+
+
+def board_of(info: ValidationInfo) -> BoardDescription:
+    """The board that a file is for."""
+    board: BoardDescription = (info.context or {}).get("board", FCU001V1)
+    return board
 
 
 # -- Durations ("50ms") and bus speeds ("400kHz") -----------------------------------------------------------

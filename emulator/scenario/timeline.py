@@ -10,11 +10,10 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, PlainSerializer, PlainValidator, ValidationInfo, WithJsonSchema, model_validator
 
-from emulator.boards.fcu001v1 import profile
 from emulator.buses.i2c import FaultKind, I2CFault
 from emulator.scenario.board_view import BoardView
 from emulator.scenario.resources import resources_of
-from emulator.scenario.tables import Duration, FieldTable, Length, Table, within
+from emulator.scenario.tables import PART_NAMES, Duration, FieldTable, Length, Table, board_of, within
 from emulator.time.clock import NEVER_PS, PS_PER_S, to_ps
 from emulator.time.durations import shown
 from emulator.world import Recording, World, limits
@@ -255,7 +254,6 @@ class Replay(Entry):
 # -- What happens at one moment -----------------------------------------------------------------------------
 
 
-ADDRESSES = profile("lab3").i2c2
 LONGEST_INPUT = 4096  # characters of one send
 
 
@@ -320,12 +318,13 @@ class SetField(Jump):
         world.set_magnetic_field(self.field.north_ut, self.field.east_ut, self.field.down_ut)
 
 
-def _parse_address(value: object) -> int:
-    if isinstance(value, str) and value in ADDRESSES:
-        return ADDRESSES[value]
+def _parse_address(value: object, info: ValidationInfo) -> int:
+    known = board_of(info).addresses
+    if isinstance(value, str) and value in known:
+        return known[value]
     if isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= 0x7F:
         return value
-    names = ", ".join(f'"{name}"' for name in ADDRESSES)
+    names = ", ".join(f'"{name}"' for name in known)
     raise ValueError(f"is {shown(value)}; give {names}, or a 7-bit address such as 0x6B")
 
 
@@ -339,7 +338,7 @@ class Fault(Entry):
         Annotated[
             int,
             PlainValidator(_parse_address),
-            WithJsonSchema({"anyOf": [{"enum": [*ADDRESSES]}, {"type": "integer"}]}),
+            WithJsonSchema({"anyOf": [{"enum": PART_NAMES}, {"type": "integer"}]}),
         ]
         | None
     ) = None
@@ -353,7 +352,7 @@ class Fault(Entry):
     def act(self, board: BoardView, from_ps: int) -> None:
         """Inject the rule."""
         until_ps = from_ps + self.for_ if self.for_ else NEVER_PS
-        board.i2c2.inject(I2CFault.in_ps(self.kind, from_ps, until_ps, self.address, self.byte_index))
+        board.i2c().inject(I2CFault.in_ps(self.kind, from_ps, until_ps, self.address, self.byte_index))
 
 
 def _parse_hex(value: object) -> bytes:

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from emulator.errors import InputError
 from emulator.world import limits
 from emulator.world.attitude import Attitude, Held, matrix_to_euler, to_board
 from emulator.world.line import Line, Rest, Shake
@@ -54,6 +55,14 @@ ROOM_DEGC = 25.0
 UP = np.array([0.0, 0.0, 1.0])
 
 Signal = Callable[[Array], Array]
+QUANTITIES = {
+    "acceleration_g": "acc",
+    "angular_rate_dps": "gyro",
+    "magnetic_field_mgauss": "mag",
+    "pressure_hpa": "pressure",
+    "temperature_degc": "temperature",
+}
+"""What parts measure, as they declare it, and the world's signal that gives it."""
 Disturbance = Constant | Magnet
 
 
@@ -112,13 +121,19 @@ class Truth:
         """Air temperature, (N,), the same at every height."""
         return self._signal("temperature", t_s)
 
-    def sensed(self, name: str) -> Signal:
-        """The signal ``name`` ("acc", "temperature" ...) as a sensor asks for it 6,664 times a second.
+    def sensed(self, quantity: str, *, one_row: bool = False) -> Signal:
+        """What a sensor measures, by the name of the quantity (:data:`QUANTITIES`), in the board's axes.
 
-        Of times (N,), and of one row where it is the same at all of them. The rows are not the caller's own.
+        Of times (N,), with a row for each; with ``one_row``, for who asks 6,664 times a second, a single row
+        where it is the same at all of them, and rows are not the caller's own. Raises InputError for a
+        quantity that the world does not have.
         """
-        track = self._signals[name]
-        return lambda t_s: track.evaluate(t_s, _of_signal)
+        if quantity not in QUANTITIES:
+            raise InputError(f"the world has no {quantity!r}; it has {', '.join(QUANTITIES)}")
+        track = self._signals[QUANTITIES[quantity]]
+        if one_row:
+            return lambda t_s: track.evaluate(t_s, _of_signal)
+        return lambda t_s: _sampled(lambda t: track.evaluate(t, _of_signal), t_s)
 
     def altitude_m(self, t_s: npt.ArrayLike) -> Array:
         """Height above the room's floor, (N,)."""
@@ -153,7 +168,7 @@ class Truth:
         self._disturbances.forget(before_s)
 
     def _signal(self, name: str, t_s: npt.ArrayLike) -> Array:
-        return _sampled(self.sensed(name), t_s)
+        return _sampled(lambda t: self._signals[name].evaluate(t, _of_signal), t_s)
 
     def _rotation(self, t_s: Array) -> Array:
         return self._attitude.evaluate(t_s, lambda piece, t: piece.rotation(t))

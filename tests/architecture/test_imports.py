@@ -27,8 +27,7 @@ LAYERS = {
 }
 ONLY_IN = {
     "firmware_model": (
-        "emulator/board/firmwares.py",
-        "emulator/board/boot.py",
+        "emulator/board/firmware.py",
         "emulator/cli",
         "emulator/testing/",
         "firmware_model/",
@@ -47,9 +46,9 @@ ROOMS = (
     "trace",
     "world",
     "buses",
+    "boards",
     "python_cpu",
     "chip",
-    "boards",
     "links",
     "scenario",
     "board",

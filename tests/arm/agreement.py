@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from emulator import Board
 from emulator.analysis.observation import TERMINAL, Entry, Observation, observe
 from emulator.analysis.replay import replay
-from emulator.board.firmwares import python_firmware
+from emulator.board.firmware import python_firmware
 from emulator.scenario.printed import FORMATS, deviation
 from emulator.time.clock import PS_PER_MS, PS_PER_S
 

@@ -9,17 +9,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 
 from emulator import Board
-from emulator.boards.fcu001v1 import PROFILES
+from emulator.boards.fcu001v1 import FCU001V1
 from emulator.buses.spi import SpiBus
 from emulator.chip.peripherals.i2c import ConnectedI2c
 from emulator.chip.peripherals.peripheral import Peripheral
-from emulator.chip.peripherals.spi import SpiWire, connect_absent_radio
+from emulator.chip.peripherals.spi import SpiWire, connect_absent_part
 from emulator.trace import DeviceNote
 from tests.arm.chip_fakes import FakeClockTree, FakeInterrupts, NativeChip
 
 ACCESS_PS = 100_000  # a few instructions at 84 MHz
 RAM = 0x2000_0000  # of which ``CommBench.ram`` is a view
-SPI2_CHIP_SELECTS = PROFILES["fcu001v1"].spi2
+SPI2_CHIP_SELECTS = FCU001V1.profile("fcu001v1").chip_selects
 PINS = [("B", 10, 4), ("B", 3, 9), ("B", 13, 5), ("B", 15, 5)]
 """What firmware has to switch over: I2C2's SCL and SDA, SPI2's SCK and data (board facts 2)."""
 
@@ -39,8 +39,8 @@ class CommBench:
         self.i2c2, self.spi1, self.spi2 = chip["I2C2"], chip["SPI1"], chip["SPI2"]
         self.dma1 = chip["DMA1"]
         ConnectedI2c(chip.fcu, "I2C2", board.i2c2.bus, (("B", 10, 4), ("B", 3, 9)))
-        SpiWire(chip.fcu, self.spi_bus, chip.gpio)
-        connect_absent_radio(chip.fcu, chip.gpio)
+        SpiWire(chip.fcu, "SPI2", self.spi_bus, chip.gpio)
+        connect_absent_part(chip.fcu, FCU001V1.absent[0], chip.gpio)
         for port, pin, function in PINS:
             chip.fcu.set_alternate(port, pin, function)
         self._delays: Iterator[int] = iter(delays)

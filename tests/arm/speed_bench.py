@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from emulator import Board
-from emulator.chip.chip import Surroundings
 from emulator.chip.cpu.core import CoreSettings
 from emulator.chip.firmware import ArmFirmware
 from emulator.chip.image import load_firmware
@@ -32,9 +31,7 @@ class Chip:
     def __init__(self, file: Path, profile: str = "lab3", *, skip: bool = True) -> None:
         self.board = board = Board(profile=profile)
         board.trace.record_all()
-        buses = board.terminal.uart, board.i2c2.bus, board.spi2.bus
-        around = Surroundings(board.clock, board.trace, board.gpio, *buses)
-        self.firmware = ArmFirmware(around, load_firmware(file), CoreSettings(skip=skip))
+        self.firmware = ArmFirmware(board.signals, load_firmware(file), CoreSettings(skip=skip))
         self.core = self.firmware.chip.core
 
     def run_until_ps(self, at_ps: int) -> None:

@@ -7,7 +7,7 @@ import pytest
 from emulator import Board, InputError
 from emulator.analysis.compare import Ignorable, Rules, compare, compared, largest_deviations, tolerances
 from emulator.analysis.observation import END, TERMINAL, Entry, Observation, observe
-from emulator.board.firmwares import FirmwareFactory, Settings, python_firmware
+from emulator.board.firmware import FirmwareFactory, Settings, python_firmware
 from emulator.python_cpu.hal import Hal
 from emulator.scenario import load_scenario, scenario_names
 from emulator.scenario.printed import FIELDS

@@ -10,7 +10,7 @@ from emulator import Board, InputError
 from emulator.analysis.compare import compare, largest_deviations
 from emulator.analysis.observation import END, TERMINAL, Observation, observe
 from emulator.analysis.replay import replay
-from emulator.board.firmwares import FirmwareFactory, python_firmware
+from emulator.board.firmware import FirmwareFactory, python_firmware
 from emulator.python_cpu.hal import HAL_OK, Hal
 from emulator.scenario import scenario_names
 from emulator.time.clock import PS_PER_MS, PS_PER_S

@@ -13,10 +13,12 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from emulator import Board, InputError, ScenarioError
-from emulator.scenario import ScenarioFile, load_scenario, run
+from emulator.boards.fcu001v1 import FCU001V1
+from emulator.scenario import load_scenario, run
 from emulator.scenario.expectations import SearchPatience
 from emulator.scenario.loader import scenario_error
 from emulator.scenario.resources import Resources
+from emulator.scenario.schema import scenario_file
 from tests.scenario_files import HEAD, SHORT, refusal, write
 
 HOLD = '[[timeline]]\ndo = "hold"\nfor = "1s"\n'
@@ -374,7 +376,7 @@ KEYS = ("duration", "seed", "firmware", "world", "sensors", "timeline", "expect"
 def test_a_table_of_anything_is_taken_or_refused(key: str, value: object) -> None:
     """Past the TOML parser, which would refuse some of it: every error has an explanation of one line."""
     try:
-        ScenarioFile.model_validate({"schema": 1, "question": "?", key: value})
+        scenario_file(FCU001V1).model_validate({"schema": 1, "question": "?", key: value})
     except ValidationError as error:
         message = str(scenario_error("file", error))
         assert message.startswith(f"file: {key}")

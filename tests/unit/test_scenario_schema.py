@@ -13,9 +13,11 @@ import jsonschema
 import pytest
 
 from emulator import InputError
-from emulator.scenario import ScenarioFile, json_schema, load_scenario, scenario_names
+from emulator.boards.fcu001v1 import FCU001V1
+from emulator.scenario import json_schema, load_scenario, scenario_names
 from emulator.scenario.printed import FIELDS, G_MODULUS, TRUTH
-from emulator.scenario.schema import FirmwareTable
+from emulator.scenario.resources import Resources
+from emulator.scenario.schema import FirmwareTable, scenario_file
 from firmware_model import Settings
 from sensors.lis2mdl import LIS2MDLErrors
 from sensors.lps22hb import LPS22HBErrors
@@ -194,12 +196,12 @@ def test_the_json_schema_refuses_what_the_loader_refuses(tmp_path: Path, wrong: 
 def test_a_file_with_everything_round_trips(tmp_path: Path) -> None:
     (tmp_path / "walk.csv").write_text("t_s,roll_deg,pitch_deg,yaw_deg\n0,0,0,0\n2,10,0,0\n")
     (tmp_path / "golden.txt").write_bytes(b"text\n\r")
-    context = {"folder": tmp_path}
-    first = ScenarioFile.model_validate(tomllib.loads(EVERYTHING), context=context)
+    context = {"resources": Resources(tmp_path)}
+    first = scenario_file(FCU001V1).model_validate(tomllib.loads(EVERYTHING), context=context)
     dumped = first.model_dump(by_alias=True, exclude_none=True)
     assert dumped["timeline"][0] == {"do": "hold", "for": "1s"}
     assert dumped["sensors"]["lsm6dsl"] == {"acc_bias_mg": (1, 2, 3), "gyro_noise_mdps_rthz": 4.5}
-    again = ScenarioFile.model_validate(dumped, context=context)
+    again = scenario_file(FCU001V1).model_validate(dumped, context=context)
     assert again.model_dump(by_alias=True, exclude_none=True) == dumped
     load_scenario(write(tmp_path, EVERYTHING))  # and it can be played
 
@@ -221,7 +223,7 @@ def test_every_figure_of_a_sensor_can_be_given(tmp_path: Path, part: str, errors
     lines = "".join(f"{name} = {value}\n" for name, value in values.items())
     settings = load_scenario(write(tmp_path, f"{HEAD}[sensors.{part}]\n{lines}")).sensor_settings()
     given = {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}
-    assert getattr(settings, part) == given
+    assert settings.figures[part] == given
 
 
 def test_every_printed_field_has_a_truth() -> None:

@@ -6,7 +6,8 @@ from collections import Counter
 from functools import partial
 from typing import Protocol
 
-from emulator.chip.chip import Chip, Surroundings
+from emulator.boards.signals import BoardSignals
+from emulator.chip.chip import Chip
 from emulator.chip.cpu.core import Core
 from emulator.chip.cpu.fault_log import CORE, FaultLog, FaultRecord, word_of
 from emulator.chip.diagnosis.backtrace import NOTE, Backtrace, Places
@@ -27,7 +28,7 @@ class RunningFirmware(Protocol):
     image: FirmwareImage
     chip: Chip
     faults: FaultLog
-    surroundings: Surroundings
+    signals: BoardSignals
 
 
 def diagnose(arm: RunningFirmware) -> Diagnosis | None:
@@ -35,10 +36,10 @@ def diagnose(arm: RunningFirmware) -> Diagnosis | None:
 
     Nothing of the board is changed by looking.
     """
-    around, core = arm.surroundings, arm.chip.core
+    signals, core = arm.signals, arm.chip.core
     places = Places(arm.image)
-    transfers = Transfers(around)
-    notes = BlockNotes(arm.chip, around.trace)
+    transfers = Transfers(signals)
+    notes = BlockNotes(arm.chip, signals.trace)
     return (
         fault_report(core, arm.faults, places, transfers.lines())
         or _stack(arm, places)
@@ -52,10 +53,10 @@ def diagnose(arm: RunningFirmware) -> Diagnosis | None:
 
 def _quiet_since_ps(arm: RunningFirmware, transfers: Transfers) -> int:
     """When something last happened on the buses, the terminal or the pins."""
-    around = arm.surroundings
-    edges = [edge.t_ps for edge in around.trace.of(GpioEdge)[-1:]]
-    around.uart.catch_up()
-    terminal_ps = min(around.uart.idle_ps, around.clock.now_ps)
+    signals = arm.signals
+    edges = [edge.t_ps for edge in signals.trace.of(GpioEdge)[-1:]]
+    signals.uart.catch_up()
+    terminal_ps = min(signals.uart.idle_ps, signals.clock.now_ps)
     return max([transfers.last_ps, terminal_ps, *edges])
 
 
@@ -87,16 +88,16 @@ def _without_clock(notes: BlockNotes) -> Diagnosis | None:
 
 def _unanswered(arm: RunningFirmware, transfers: Transfers) -> Diagnosis | None:
     """Transfers to addresses where no device is, in a program that goes on all the same."""
-    bus = arm.surroundings.i2c2
+    signals = arm.signals
     failed = Counter(
-        event.address
-        for event in arm.surroundings.trace.of(BusTransfer)
-        if event.bus == bus.name and event.result != "ok" and not event.device
+        (event.bus, event.address)
+        for event in signals.trace.of(BusTransfer)
+        if event.bus in signals.i2c and event.result != "ok" and not event.device
     )
     if not failed:
         return None
-    address, count = failed.most_common(1)[0]
-    cause = nobody(bus, address, bool(arm.surroundings.spi2.chip_selects))
+    (bus, address), count = failed.most_common(1)[0]
+    cause = nobody(signals, signals.i2c[bus], address)
     details = (
         *cause.sentences,
         f"{count} transfer{'s' * (count > 1)} failed so; the program goes on without them.",

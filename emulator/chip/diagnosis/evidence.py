@@ -4,14 +4,15 @@ blocks of the chip that cannot work, as the trace has noted it.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
+from emulator.boards.signals import BoardSignals
 from emulator.buses.i2c import I2CBus
-from emulator.chip.chip import Chip, Surroundings
+from emulator.buses.spi import SpiBus
+from emulator.chip.chip import Chip
 from emulator.chip.cpu.python_blocks import GATES
 from emulator.chip.diagnosis.report import Cause, at
 from emulator.trace import BusTransfer, DeviceNote, Trace
-from sensors.lis2mdl import LIS2MDL
-from sensors.lps22hb import LPS22HB
-from sensors.lsm6dsl import LSM6DSL
 from sensors.spi import READ
 
 # -- an I2C address at which nobody answers, and which one was probably meant -------------------------------
@@ -19,14 +20,14 @@ from sensors.spi import READ
 _DEVICE_ADDRESSES = range(0x08, 0x78)  # of devices (NXP UM10204 table 4)
 
 
-def nobody(bus: I2CBus, address: int, sensors_on_spi: bool) -> Cause:
+def nobody(signals: BoardSignals, bus: I2CBus, address: int) -> Cause:
     """The cause of transfers to ``address``, where no device is."""
     devices = {
         known: target.name() for known in _DEVICE_ADDRESSES if (target := bus.target(known)) is not None
     }
     short = f"no answer at {bus.name} address 0x{address:02X}"
-    if sensors_on_spi:
-        return Cause(short, [absent(bus.name, "SPI2", "fcu001v1", "lab3")])
+    if bus.name != signals.profile.bus:
+        return Cause(short, [absent(signals, bus.name)])
     for known, name in devices.items():
         if address == known >> 1:
             meant = f"the {name} is at 0x{known:02X}, 0x{known << 1:02X} as HAL address"
@@ -44,12 +45,12 @@ def nobody(bus: I2CBus, address: int, sensors_on_spi: bool) -> Cause:
     return Cause(short, [_answers(name, known) for known, name in devices.items()])
 
 
-def absent(used: str, wired: str, profile: str, other: str) -> str:
+def absent(signals: BoardSignals, used: str) -> str:
     """Firmware uses a bus on which the sensors are not."""
-    return (
-        f"With profile {profile} the sensors are on {wired}, not on {used}: build the firmware for {wired}, "
-        f"or run it with profile {other}."
-    )
+    profile, other = signals.profile, signals.board.profile_with(used)
+    text = f"With profile {profile.name} the sensors are on {profile.bus}, not on {used}: "
+    text += f"build the firmware for {profile.bus}"
+    return f"{text}, or run it with profile {other.name}." if other else f"{text}."
 
 
 def _answers(name: str, address: int) -> str:
@@ -59,96 +60,100 @@ def _answers(name: str, address: int) -> str:
 # -- the latest transfers on the sensors' buses -------------------------------------------------------------
 
 _TRANSFERS_SHOWN = 8
-_IF_WRONG = (
-    "Is another part at this address, or is its register number wrong?",
-    "Is SPI2 set up as the part needs it: mode 3, three wires, one chip select low at a time?",
-)
-_WHO_AM_I = {part.NAME: part.WHO_AM_I for part in (LSM6DSL, LIS2MDL, LPS22HB)}
 
 
 class Transfers:
-    """What happened on I2C2 and SPI2 lately."""
+    """What happened on the board's buses lately."""
 
-    def __init__(self, around: Surroundings) -> None:
-        self._i2c, self._spi = around.i2c2, around.spi2
-        self._now_ps = around.clock.now_ps
-        both = [*self._i2c.recent_transfers(), *self._spi.recent_transfers()]
-        self.latest = sorted(both, key=lambda transfer: transfer.t_ps)[-_TRANSFERS_SHOWN:]
+    def __init__(self, signals: BoardSignals) -> None:
+        self._signals = signals
+        self._i2c, self._spi = list(signals.i2c.values()), list(signals.spi.values())
+        self._now_ps = signals.clock.now_ps
+        every = [transfer for bus in self._i2c for transfer in bus.recent_transfers()]
+        every += [transfer for bus in self._spi for transfer in bus.recent_transfers()]
+        self.latest = sorted(every, key=lambda transfer: transfer.t_ps)[-_TRANSFERS_SHOWN:]
 
     @property
     def last_ps(self) -> int:
         """When the buses were last in use; 0 for never."""
-        unheard_ps = self._spi.unheard[-1][0] if self._spi.unheard else 0
-        return max([unheard_ps, *(transfer.end_ps for transfer in self.latest)])
+        unheard_ps = (bus.unheard[-1][0] for bus in self._spi if bus.unheard)
+        return max([0, *unheard_ps, *(transfer.end_ps for transfer in self.latest)])
 
     def lines(self) -> list[str]:
         """One line each, the latest one last."""
-        lines = [f"{at(transfer.t_ps)}  {_text(transfer, self._i2c)}" for transfer in self.latest]
-        unheard = self._unheard()
-        if unheard:
-            lines.append(f"{at(self._spi.unheard[-1][0])}  SPI2 {unheard}, while no sensor was selected")
+        lines = [f"{at(transfer.t_ps)}  {_text(transfer, self._signals.i2c)}" for transfer in self.latest]
+        lines += [
+            f"{at(bus.unheard[-1][0])}  {bus.name} {unheard}, while no sensor was selected"
+            for bus in self._spi
+            if (unheard := self._unheard(bus))
+        ]
         return lines
 
     def cause(self) -> Cause | None:
         """What went wrong with the latest one."""
-        if any(fault.kind == "stuck" for fault in self._i2c.faults(self._now_ps)):
-            return Cause("a line of I2C2 is held low", ["The bus stays busy: no transfer can start."])
-        if self._unheard():
-            return self._nobody_selected()
+        for bus in self._i2c:
+            if any(fault.kind == "stuck" for fault in bus.faults(self._now_ps)):
+                text = f"a line of {bus.name} is held low"
+                return Cause(text, ["The bus stays busy: no transfer can start."])
+        for spi in self._spi:
+            if unheard := self._unheard(spi):
+                return self._nobody_selected(spi, unheard)
         if not self.latest:
             return None
         last = self.latest[-1]
         if last.result != "ok":
             return self._failed(last)
         if last.register == "WHO_AM_I" and last.read:
-            return _identity(last)
+            return self._identity(last)
         return None
 
     def _failed(self, last: BusTransfer) -> Cause:
+        bus = self._signals.i2c[last.bus]  # on SPI nothing fails
         if not last.device:
-            return nobody(self._i2c, last.address, bool(self._spi.chip_selects))
-        ruled = [fault for fault in self._i2c.faults(last.t_ps) if fault.address in (None, last.address)]
+            return nobody(self._signals, bus, last.address)
+        ruled = [fault for fault in bus.faults(last.t_ps) if fault.address in (None, last.address)]
         why = "The scenario breaks this bus at that time." if ruled else "The device is there."
         return Cause(last.result, [why])
 
-    def _unheard(self) -> str:
-        """Bytes of SPI2 that came after every transfer and reached nobody."""
+    def _unheard(self, bus: SpiBus) -> str:
+        """Bytes of an SPI bus that came after every transfer and reached nobody."""
         since_ps = max((transfer.end_ps for transfer in self.latest), default=0)
-        bytes_ = [value for t_ps, value in self._spi.unheard if t_ps > since_ps]
+        bytes_ = [value for t_ps, value in bus.unheard if t_ps > since_ps]
         sent = " ".join(f"{value:02X}" for value in bytes_ if value is not None)
         read = sum(value is None for value in bytes_)
         what = [f"sent {sent}"] if sent else []
         return " and ".join(what + ([f"read {read} byte{'s' * (read > 1)}, 0xFF"] if read else []))
 
-    def _nobody_selected(self) -> Cause:
-        if not self._spi.chip_selects:
+    def _nobody_selected(self, bus: SpiBus, unheard: str) -> Cause:
+        if not bus.chip_selects:
             return Cause(
-                f"SPI2 {self._unheard()}, and no sensor is on SPI2 with this wiring",
-                [absent("SPI2", "I2C2", "lab3", "fcu001v1")],
+                f"{bus.name} {unheard}, and no sensor is on {bus.name} with this wiring",
+                [absent(self._signals, bus.name)],
             )
-        selects = ", ".join(self._spi.chip_selects)
+        selects = ", ".join(bus.chip_selects)
         return Cause(
-            f"SPI2 {self._unheard()}, while no sensor was selected",
+            f"{bus.name} {unheard}, while no sensor was selected",
             [f"Drive one of the chip selects ({selects}) low around the transfer."],
         )
 
+    def _identity(self, last: BusTransfer) -> Cause:
+        value, expected = last.read[0], self._signals.board.identities[last.device]
+        read = f"WHO_AM_I of {last.device} was read over {last.bus} and gave 0x{value:02X}"
+        if value == expected:
+            return Cause(
+                f"{read}, which is right",
+                [f"The program seems to expect another part: a {last.device} answers 0x{value:02X}."],
+            )
+        if last.bus in self._signals.spi:
+            needs = "mode 3, three wires, one chip select low at a time"
+            hint = f"Is {last.bus} set up as the part needs it: {needs}?"
+        else:
+            hint = "Is another part at this address, or is its register number wrong?"
+        return Cause(f"{read}; expected 0x{expected:02X}", [hint])
 
-def _identity(last: BusTransfer) -> Cause:
-    value, expected = last.read[0], _WHO_AM_I.get(last.device)
-    read = f"WHO_AM_I of {last.device} was read over {last.bus} and gave 0x{value:02X}"
-    if value == expected:
-        return Cause(
-            f"{read}, which is right",
-            [f"The program seems to expect another part: a {last.device} answers 0x{value:02X}."],
-        )
-    return Cause(
-        f"{read}; expected 0x{expected:02X}",
-        [_IF_WRONG[last.bus == "SPI2"]],
-    )
 
-
-def _text(transfer: BusTransfer, i2c: I2CBus) -> str:
-    if transfer.bus == i2c.name:
+def _text(transfer: BusTransfer, i2c: Mapping[str, I2CBus]) -> str:
+    if transfer.bus in i2c:
         who = f"{transfer.bus} 0x{transfer.address:02X} {transfer.device}".rstrip()
         data, first = transfer.written[1:], transfer.written[:1]
     else:

@@ -194,6 +194,13 @@ class Symbols:
         """The source line of the instruction at ``address``; bit 0 (Thumb) is ignored."""
         return self._lines.line_at(address)
 
+    def __contains__(self, name: str) -> bool:
+        try:
+            self.address_of(name)
+        except KeyError:
+            return False
+        return True
+
     def address_of(self, name: str) -> int:
         """Address of a function (even) or variable by its C name. Raises KeyError."""
         return self._symbol(name).address

@@ -89,6 +89,9 @@ class _Wire(ctypes.Structure):
     )
 
 
+I2C_BLOCKS = ("I2C1", "I2C2", "I2C3")
+
+
 class ConnectedI2c:
     """``name`` is "I2C1" to "I2C3"; ``pins`` are SCL and SDA: until they are switched nobody answers."""
 

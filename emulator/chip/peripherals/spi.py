@@ -1,4 +1,4 @@
-"""What the chip's SPI blocks lead to: SPI2 to the sensors, each at a chip select; SPI1 to an absent radio.
+"""What the chip's SPI blocks lead to: buses with parts, each at a chip select; and parts that are absent.
 
 The chip knows its chip selects and answers a message that reads from what it keeps of a part's bytes
 (:mod:`emulator.chip.targets`). It hands a message over, with what has passed so far, where these are not
@@ -18,6 +18,7 @@ from array import array
 from collections.abc import Callable
 from typing import Any, Final, get_args
 
+from emulator.boards.description import AbsentPart
 from emulator.buses.gpio import Gpio
 from emulator.buses.spi import SpiBus
 from emulator.chip.library import REGISTER_NAMES, FcuChip
@@ -27,12 +28,9 @@ from sensors.declaration import Mode, Wires
 from sensors.register_file import Prefetched
 from sensors.spi import SpiTarget
 
-SPI1, SPI2, SPI3 = range(3)
 _FASTEST_HZ = 10_000_000  # SPI clock frequency in the three datasheets
 _MODES: Final[tuple[Mode, ...]] = get_args(Mode)
 _RECEIVED = 256  # SPI_RECEIVED of spi.h
-_RADIO_SELECT = ("B", 0)
-_RADIO_INTERRUPT = ("A", 4)
 
 REGISTER_NAMES["SPI"] = {  # RM0368 section 20.5
     0x00: "CR1",
@@ -126,9 +124,10 @@ class _Part:
 
 
 class SpiWire:
-    """The sensors' bus at the pins of the chip's SPI2; ``gpio`` has the chip selects."""
+    """A bus at the pins of one of the chip's SPI blocks, "SPI1" to "SPI3"; ``gpio`` has the chip selects."""
 
-    def __init__(self, chip: FcuChip, bus: SpiBus, gpio: Gpio) -> None:
+    def __init__(self, chip: FcuChip, name: str, bus: SpiBus, gpio: Gpio) -> None:
+        self._number = number = _number(name)
         self._chip, self._bus = chip, bus
         self._clock, self._trace = chip.clock, chip.trace
         self.mode: Mode = 3
@@ -139,24 +138,24 @@ class SpiWire:
         called: tuple[Callable[..., Any], ...]
         called = self._configure, self._open, self._send, self._receive, self._close, self._ended
         table = _Calls(*(chip.callback(kind, called[n]) for n, (_, kind) in enumerate(_Calls._fields_)))
-        chip.library.fcu_connect_spi(chip.handle, SPI2, ctypes.byref(table))
+        chip.library.fcu_connect_spi(chip.handle, number, ctypes.byref(table))
         self._targets = [chip.targets.add(part) for part in self._parts]
         for part, target in zip(self._parts, self._targets, strict=True):
             port, pin = part.chip_select[1], int(part.chip_select[2:])
             gpio.frequent(port, pin)
             gpio.drive(port, pin, 1, by="pull-up of the part")
-            chip.library.fcu_add_spi_part(chip.handle, SPI2, PORTS.index(port), pin, target)
+            chip.library.fcu_add_spi_part(chip.handle, number, PORTS.index(port), pin, target)
         bus.take_kept = self.take_kept
 
     def take_kept(self) -> None:
         """The messages that the chip has answered by itself, and bytes nobody heard, go to the bus."""
         library, handle, bus = self._chip.library, self._chip.handle, self._bus
         message, unheard = _KeptMessage(), _Unheard()
-        while library.fcu_take_spi_message(handle, SPI2, ctypes.byref(message)):
+        while library.fcu_take_spi_message(handle, self._number, ctypes.byref(message)):
             chip_select = self._parts[message.part].chip_select
             written, received = message.bytes_written(), message.bytes_read()
             bus.recent.append((message.start_ps, message.end_ps, chip_select, written, received))
-        while library.fcu_take_spi_unheard(handle, SPI2, ctypes.byref(unheard)):
+        while library.fcu_take_spi_unheard(handle, self._number, ctypes.byref(unheard)):
             bus.unheard.append((unheard.at_ps, None if unheard.byte < 0 else unheard.byte))
 
     # -- called by the chip -----------------------------------------------------------------------------
@@ -211,15 +210,20 @@ class SpiWire:
         self._bus.record(chip_select, start_ps, bytes(written), bytes(received))
 
 
-def connect_absent_radio(chip: FcuChip, gpio: Gpio) -> None:
-    """At SPI1 nobody answers; the first attempt to talk to the module is noted in the trace."""
+def connect_absent_part(chip: FcuChip, part: AbsentPart, gpio: Gpio) -> None:
+    """Nobody answers there; the first attempt to talk to the part is noted in the trace."""
 
     def tried() -> None:
-        text = "the Bluetooth module is absent on the virtual board; firmware goes on after its time-outs"
-        chip.trace.add(DeviceNote(chip.clock.now_ps, "BlueNRG", "not modelled", text))
+        chip.trace.add(DeviceNote(chip.clock.now_ps, part.name, "not modelled", part.note))
 
-    port, pin = _RADIO_SELECT
+    port, pin = part.chip_select
     gpio.frequent(port, pin)
-    gpio.drive(*_RADIO_INTERRUPT, 0, by="BlueNRG")
+    for (held_port, held_pin), level in part.held.items():
+        gpio.drive(held_port, held_pin, level, by=part.name)
     called = chip.callback(ctypes.CFUNCTYPE(None, _i64), tried)
-    chip.library.fcu_absent_spi(chip.handle, SPI1, PORTS.index(port), pin, called)
+    chip.library.fcu_absent_spi(chip.handle, _number(part.spi), PORTS.index(port), pin, called)
+
+
+def _number(name: str) -> int:
+    """The block's number as C counts."""
+    return int(name[-1]) - 1

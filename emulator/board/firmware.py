@@ -1,0 +1,195 @@
+"""What a board boots, and what executes it.
+
+A firmware is a name of those shipped for the board, a file for the chip (anything with a suffix or a path
+separator in it, and every existing file), or a callable that takes the HAL. Names come first, so that a stray
+file called ``lab3`` changes nothing.
+
+Firmware in Python has ``main()`` and ``HAL_TIM_PeriodElapsedCallback()``; firmware built for the chip is
+executed by :mod:`emulator.chip`. Built firmware also says how the sensors have to be wired, as far as its
+symbols tell: CubeMX names a peripheral's handle after it (``hspi2``, ``hi2c2``), and a linker drops the
+handle of a bus that is not used. A firmware with handles of both buses, or of neither, does not say.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
+
+from emulator.boards.description import BoardDescription, Profile
+from emulator.errors import InputError
+from emulator.python_cpu.core import Core
+from emulator.python_cpu.hal import Application, Hal
+from emulator.time.clock import Clock
+from emulator.time.ticks import TickCounts
+
+if TYPE_CHECKING:
+    from emulator.chip.image import FirmwareImage, Symbols
+
+FirmwareFactory: TypeAlias = Callable[[Hal], Application]
+Settings: TypeAlias = Mapping[str, Any]
+
+_SETTINGS_IGNORED = "the scenario's [firmware_settings] are for firmware in Python and not used here"
+
+
+# -- which firmware, and the wiring for it ------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One of ``factory`` (Python) and ``image`` (ARM), or neither: the processor is held in reset."""
+
+    profile: Profile
+    name: str = ""
+    """The firmware as a user names it."""
+    reason: str = ""
+    """Why this profile, when nobody asked for it and it is not the usual one."""
+    notes: tuple[str, ...] = ()
+    """What a user should know about it though it is no error, one line each."""
+    factory: FirmwareFactory | None = None
+    image: FirmwareImage | None = None
+
+
+def choose(
+    board: BoardDescription,
+    firmware: str | Path | FirmwareFactory | None,
+    profile: str | None,
+    settings: Settings | None = None,
+) -> Choice:
+    """The firmware and the wiring for it. Raises InputError saying what is known, or what is wrong.
+
+    ``profile`` None: the one the firmware was built for where that can be seen, else the board's usual one.
+    ``settings`` are for the Python firmware model; built firmware has none.
+    """
+    wiring = board.profile(profile)
+    if firmware is None:
+        return Choice(wiring)
+    if isinstance(firmware, str) and firmware in board.python_firmware:
+        return _python(board, python_firmware(firmware, settings), firmware, wiring)
+    if isinstance(firmware, str | Path):
+        choice = _built(board, firmware, profile, wiring)
+        return replace(choice, notes=(*choice.notes, _SETTINGS_IGNORED)) if settings else choice
+    if not callable(firmware):
+        raise InputError(f"firmware is {firmware!r}; give a name, a file, or a callable that takes the HAL")
+    return _python(board, firmware, getattr(firmware, "__name__", "own firmware"), wiring)
+
+
+def python_firmware(name: str, settings: Settings | None = None) -> FirmwareFactory:
+    """The firmware in Python of that name. Raises InputError naming the known ones, or the wrong setting."""
+    from firmware_model import FIRMWARES
+    from firmware_model import Settings as FirmwareSettings
+
+    if name not in FIRMWARES:
+        raise InputError(f"unknown firmware {name!r}; known: {', '.join(FIRMWARES)}")
+    try:
+        chosen = FirmwareSettings(**dict(settings or {}))
+    except (TypeError, ValueError) as error:
+        raise InputError(f"firmware settings: {error}") from error
+    return lambda hal: FIRMWARES[name](hal, chosen)
+
+
+def _python(board: BoardDescription, factory: FirmwareFactory, name: str, wiring: Profile) -> Choice:
+    if wiring.bus not in board.i2c:
+        fitting = [profile for profile in board.profiles if profile.bus in board.i2c]
+        use = " or ".join(f'profile "{profile.name}"' for profile in fitting) or "a board with such a bus"
+        buses = ", ".join(profile.bus for profile in fitting) or "an I2C bus"
+        raise InputError(
+            f"firmware in Python talks to the sensors on {buses}, where they are not with profile "
+            f"{wiring.name!r}; use {use}, or no firmware"
+        )
+    return Choice(wiring, name, factory=factory)
+
+
+def _built(board: BoardDescription, firmware: str | Path, profile: str | None, wiring: Profile) -> Choice:
+    from emulator.chip.image import load_firmware
+
+    if isinstance(firmware, str) and firmware in board.built_firmware:
+        from firmware_model.arm import prebuilt
+
+        program, _ = board.built_firmware[firmware]
+        return Choice(wiring, firmware, image=load_firmware(prebuilt(program, wiring.bus)))
+    if not _is_file(firmware):
+        known = f"known: {', '.join(board.firmware)}; or give" if board.firmware else "give"
+        raise InputError(f"unknown firmware {str(firmware)!r}; {known} an ELF, HEX or BIN file")
+    image, reason = load_firmware(firmware), ""
+    if profile is None and image.symbols is not None:
+        wanted, why = _wanted_profile(board, image.symbols)
+        if wanted is not None and wanted is not wiring:
+            wiring, reason = wanted, why
+    return Choice(wiring, str(firmware), reason, image.notes, image=image)
+
+
+def _is_file(firmware: str | Path) -> bool:
+    if isinstance(firmware, Path):
+        return True
+    return any(mark in firmware for mark in "./\\") or Path(firmware).exists()
+
+
+def _wanted_profile(board: BoardDescription, symbols: Symbols) -> tuple[Profile | None, str]:
+    """The profile that the firmware needs, and what in it says so; None where it cannot be told."""
+    found = [(profile, name) for profile in board.profiles for name in profile.symbols if name in symbols]
+    wanted = {profile.name for profile, _ in found}
+    if len(wanted) != 1:
+        return None, ""
+    profile, symbol = found[0]
+    others = " or ".join(other.bus for other in board.profiles if other.symbols and other is not profile)
+    return profile, f"it has {symbol}, a handle of {profile.bus}, and none of {others or 'another bus'}"
+
+
+# -- what executes it ---------------------------------------------------------------------------------------
+
+
+class Backend(Protocol):
+    """What executes the firmware; the seam for other processors."""
+
+    @property
+    def timer(self) -> TickCounts:
+        """The timer of the callback."""
+        ...
+
+    def run_until_ps(self, at_ps: int) -> None:
+        """Run up to and including ``at_ps``."""
+        ...
+
+    def variable(self, name: str) -> Any:
+        """A global variable of the firmware by its C name. Raises KeyError if there is none."""
+        ...
+
+
+class NoFirmware:
+    """The processor is held in reset: time passes, the sensors measure, nobody asks them."""
+
+    def __init__(self, clock: Clock, timer: TickCounts) -> None:
+        self._clock = clock
+        self.timer = timer
+
+    def run_until_ps(self, at_ps: int) -> None:
+        """Let time pass."""
+        self._clock.advance_to(at_ps)
+
+    def variable(self, name: str) -> Any:
+        """There is no firmware, so there are no variables."""
+        raise KeyError(name)
+
+
+class PythonFirmware:
+    """Firmware written in Python, on the HAL."""
+
+    def __init__(self, application: Application, core: Core, hal: Hal) -> None:
+        self._application = application
+        self._core = core
+        self.timer: TickCounts = hal.timer
+        hal.link(application)
+        core.boot(application.main)
+
+    def run_until_ps(self, at_ps: int) -> None:
+        """Run up to and including ``at_ps``."""
+        self._core.run_until_ps(at_ps)
+
+    def variable(self, name: str) -> Any:
+        """An attribute of the application."""
+        try:
+            return getattr(self._application, name)
+        except AttributeError:
+            raise KeyError(name) from None
