@@ -13,7 +13,6 @@ from functools import cache, partial
 from typing import Any, Final
 
 from emulator.chip.cpu.registers import CORE, FLOATING_POINT, MASKS, RegisterCalls, Registers
-from emulator.chip.cpu.system_registers import DWT_NAMES, SCS_NAMES
 from emulator.chip.memory_map import (
     BLOCKS,
     FLASH,
@@ -25,6 +24,7 @@ from emulator.chip.memory_map import (
 )
 from emulator.chip.native import loader
 from emulator.chip.peripherals.peripheral import WORD, ClockTree, Peripheral
+from emulator.chip.registers import names_of
 from emulator.chip.targets import Targets, TargetTable
 from emulator.time.clock import Clock
 from emulator.trace import DeviceNote, Trace
@@ -33,10 +33,8 @@ _i32, _u32, _i64, _pointer = ctypes.c_int32, ctypes.c_uint32, ctypes.c_int64, ct
 
 NOTE_KINDS: Final = ("forbidden", "not modelled", "refused")
 """enum NoteKind of block.h."""
-REGISTER_NAMES: Final[dict[str, dict[int, str]]] = {"SCS": SCS_NAMES, "DWT": DWT_NAMES}
-"""The reference manual's name of each register by offset, by the block's name without its number."""
 BLOCK_CLASSES: Final[dict[str, type[ChipBlock]]] = {}
-"""What stands for a block where it is more than a :class:`ChipBlock`, likewise."""
+"""What stands for a block where it is more than a :class:`ChipBlock`, by its name without the number."""
 
 
 IRQ_CHANGED: Final = ctypes.CFUNCTYPE(None, _i64, _i32, _i32)
@@ -457,7 +455,7 @@ class ChipBlock(Peripheral):
     def __init__(self, chip: FcuChip, index: int, name: str, base: int) -> None:
         self._chip, self.index = chip, index
         self.name, self.base, self.size = name, base, 0x400
-        self.NAMES = REGISTER_NAMES.get(_kind(name), {})  # type: ignore[misc]
+        self.NAMES = names_of(name)  # type: ignore[misc]
         self._clocked = True
 
     @property

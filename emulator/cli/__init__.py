@@ -209,7 +209,7 @@ def schema() -> None:
 @click.argument("part", required=False)
 @click.option("--fidelity", is_flag=True, help="Instead, say what is modelled of each part, and how.")
 def registers(part: str | None, fidelity: bool) -> None:
-    """Print the register map of PART (LSM6DSL, LIS2MDL or LPS22HB) with meanings."""
+    """Print the register map of PART: a sensor (LSM6DSL) or a block of the chip (TIM9), with meanings."""
     from emulator.cli.listings import print_fidelity, print_registers
 
     if fidelity:

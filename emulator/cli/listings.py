@@ -7,12 +7,15 @@ import json
 import click
 
 from emulator.analysis.fidelity import table, without_behaviour
+from emulator.chip import memory_map
+from emulator.chip.registers import BLOCKS, SYSTEM_CONTROL_SPACE
+from emulator.chip.registers.block import BlockRegister, DeclaredBlock, Field
 from emulator.errors import InputError
 from emulator.scenario import json_schema, load_scenario, scenario_names
-from sensors import PARTS
+from sensors import PARTS, Part
 from sensors.register import Bits, Register, RegisterMap
 
-# -- The parts' register maps, as declared in ``sensors`` ---------------------------------------------------
+# -- Register maps of the sensors and of the chip's blocks, as declared -------------------------------------
 
 
 _ACCESS = {"rw": "RW", "r": "R ", "w": " W"}
@@ -24,10 +27,19 @@ def print_fidelity() -> None:
 
 
 def print_registers(name: str | None) -> None:
-    """Print the map of the part called ``name``; raises InputError naming the known parts."""
-    part = PARTS.get(name.upper()) if name else None
-    if part is None:
-        raise InputError(f"unknown part {name or ''!r}; known: {', '.join(PARTS)}")
+    """Print the map of the sensor or block called ``name``; raises InputError naming what is known."""
+    wanted = (name or "").upper()
+    block = next((one for own, one in BLOCKS.items() if own.upper() == wanted), None)
+    if wanted in PARTS:
+        _print_part(PARTS[wanted])
+    elif block is not None:
+        _print_block(block)
+    else:
+        parts, blocks = ", ".join(PARTS), ", ".join(BLOCKS)
+        raise InputError(f"unknown part {name or ''!r}; known: {parts}, and of the chip {blocks}")
+
+
+def _print_part(part: type[Part]) -> None:
     names = without_behaviour(part)
     click.echo(f"{part.NAME} registers: address, access, reset value, name, meaning")
     click.echo(f"not modelled, reported when touched: {', '.join(names) or 'nothing'}\n")
@@ -58,6 +70,34 @@ def _field_line(bits: Bits, register: type[Register]) -> str:
     where = f"{bits.msb}:{bits.lsb}" if bits.msb != bits.lsb else str(bits.msb)
     mark = "" if bits.modelled or not register.modelled else " (not modelled)"
     return f"{'':10}    {where:>5}     {bits.name}: {bits.doc}{mark}"
+
+
+def _print_block(block: DeclaredBlock) -> None:
+    place = "SCS" if block.name in SYSTEM_CONTROL_SPACE else block.name
+    base, _ = memory_map.BLOCKS[place]
+    names = block.without_behaviour()
+    click.echo(f"{block.name}: {block.title}")
+    click.echo("registers: address, access, reset value, name, meaning")
+    click.echo(f"not modelled: {', '.join(names) or 'nothing'}\n")
+    for register in block.registers:
+        click.echo(_word_line(base, register))
+        for field in register.fields():
+            click.echo(_word_field_line(register, field))
+
+
+def _word_line(base: int, register: BlockRegister) -> str:
+    kind = register.declared
+    meaning = (kind.__doc__ or "").strip().splitlines()[0]
+    mark = "" if kind.modelled else " (not modelled)"
+    address = f"0x{base + register.offset:08X}"
+    return f"{address} {kind.access:<5} 0x{register.reset:08X} {register.name}: {meaning}{mark}"
+
+
+def _word_field_line(register: BlockRegister, field: Field) -> str:
+    where = f"{field.msb}:{field.lsb}" if field.msb != field.lsb else str(field.msb)
+    mark = "" if field.bits.modelled or not register.declared.modelled else " (not modelled)"
+    access = field.bits.access or register.declared.access
+    return f"{where:>10} {access:<5}            {field.name}: {field.bits.doc}{mark}"
 
 
 # -- Scenarios ----------------------------------------------------------------------------------------------

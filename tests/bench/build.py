@@ -37,7 +37,7 @@ def _commit(folder: Path) -> str:
         subprocess.run(["git", "-C", str(folder), *command], capture_output=True, text=True, check=False)
         for command in (
             ["rev-parse", "--short", "HEAD"],
-            ["status", "--porcelain", "--", "emulator", "sensors"],
+            ["status", "--porcelain", "--", "emulator", "registers", "sensors"],
         )
     ]
     if told[0].returncode:

@@ -14,6 +14,7 @@ from emulator.chip import memory_map
 from emulator.chip.memory_map import PAGE_SHIFT
 from emulator.chip.peripherals.peripheral import ALREADY_PS, CHIP, WORD, Peripheral, Soc
 from emulator.chip.peripherals.rcc import ENABLE
+from emulator.chip.registers import BLOCKS
 from emulator.time.clock import NEVER_PS
 from emulator.trace import DeviceNote
 
@@ -76,9 +77,8 @@ def named_blocks(soc: Soc) -> list[NamedBlock]:
 # -- all blocks by address ----------------------------------------------------------------------------------
 
 _MASK = {1: 0xFF, 2: 0xFFFF, 4: WORD}
-_ENABLE_REGISTER = {0x30: "AHB1ENR", 0x34: "AHB2ENR", 0x40: "APB1ENR", 0x44: "APB2ENR"}
 GATES = {
-    name: f"{name.replace('_', '')}EN in RCC_{_ENABLE_REGISTER[register]}"
+    name: f"{name.replace('_', '')}EN in RCC_{BLOCKS['RCC'].names[register]}"
     for register, names in ENABLE.items()
     for name in names.values()
 }

@@ -120,7 +120,7 @@ static uint32_t bits_of(const TimVariant *variant, uint32_t offset) {
   bool wide = !variant->up_only, advanced = variant->advanced;
   switch (offset) {
     case CR1: return wide ? 0x3FF : 0x38F;
-    case CR2: return 0x7FF8u | (advanced ? 0x07u : 0);
+    case CR2: return advanced ? 0x7FFD : wide ? 0xF8 : 0x70;
     case SMCR: return 0xFFF7;
     case DIER: return dier_mask(variant);
     case SR: return flags_of(variant) | compare_flags(variant) << 8;

@@ -12,9 +12,11 @@ Not modelled, and noted: injected channels, external triggers, the analog watchd
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import ClassVar, TypeAlias
+from typing import TypeAlias
 
 from emulator.chip.peripherals.peripheral import WORD, IrqLine, Peripheral, Soc
+from emulator.chip.registers import BLOCKS, adc
+from emulator.chip.registers.block import masks, offsets
 from emulator.time.clock import PS_PER_S, Event
 
 # -- battery, inner temperature sensor, reference (RM0368 11.9, 11.10) --------------------------------------
@@ -64,65 +66,22 @@ class AdcInputs:
 
 # -- the converter ------------------------------------------------------------------------------------------
 
-SR, CR1, CR2, SMPR1, SMPR2 = 0x00, 0x04, 0x08, 0x0C, 0x10
-SQR1, SQR2, SQR3, DR, CCR = 0x2C, 0x30, 0x34, 0x4C, 0x304
+SR, CR1, CR2, SMPR1, SMPR2 = offsets(adc.SR, adc.CR1, adc.CR2, adc.SMPR1, adc.SMPR2)
+SQR1, SQR2, SQR3, DR, CCR = offsets(adc.SQR1, adc.SQR2, adc.SQR3, adc.DR, adc.CCR)
 
-_EOC, _STRT, _OVR = 1 << 1, 1 << 4, 1 << 5
-_EOCIE, _AWDIE, _JEOCIE, _SCAN, _DISCEN, _OVRIE = 1 << 5, 1 << 6, 1 << 7, 1 << 8, 1 << 11, 1 << 26
-_ADON, _CONT, _DMA, _DDS, _EOCS, _ALIGN = 1 << 0, 1 << 1, 1 << 8, 1 << 9, 1 << 10, 1 << 11
-_JSWSTART, _SWSTART = 1 << 22, 1 << 30
+_EOC, _STRT, _OVR = masks(adc.SR.EOC, adc.SR.STRT, adc.SR.OVR)
+_EOCIE, _SCAN, _OVRIE = masks(adc.CR1.EOCIE, adc.CR1.SCAN, adc.CR1.OVRIE)
+_CR1_NOT_MODELLED = sum(masks(adc.CR1.AWDIE, adc.CR1.JEOCIE, adc.CR1.DISCEN, adc.CR1.AWDEN, adc.CR1.JAWDEN))
+_ADON, _CONT, _DMA, _DDS = masks(adc.CR2.ADON, adc.CR2.CONT, adc.CR2.DMA, adc.CR2.DDS)
+_EOCS, _ALIGN, _SWSTART = masks(adc.CR2.EOCS, adc.CR2.ALIGN, adc.CR2.SWSTART)
+_TRIGGERS = adc.CR2.EXTEN.mask | adc.CR2.JEXTEN.mask
+_TSVREFE, _VBATE = masks(adc.CCR.TSVREFE, adc.CCR.VBATE)
 _SAMPLING_CYCLES = (3, 15, 28, 56, 84, 112, 144, 480)
 _RESOLUTION_BITS = (12, 10, 8, 6)
 
 
-class Adc(Peripheral):
+class Adc(Peripheral, declared=BLOCKS["ADC1"]):
     """ADC1 and the common registers. ``inputs`` are the voltages."""
-
-    REGISTERS: ClassVar[dict[int, int]] = {
-        SR: 0,
-        CR1: 0,
-        CR2: 0,
-        SMPR1: 0,
-        SMPR2: 0,
-        **dict.fromkeys(range(0x14, 0x24, 4), 0),
-        0x24: 0xFFF,
-        0x28: 0,
-        SQR1: 0,
-        SQR2: 0,
-        SQR3: 0,
-        **dict.fromkeys(range(0x38, 0x50, 4), 0),
-        CCR: 0,
-    }
-    NAMES: ClassVar[dict[int, str]] = {
-        SR: "SR",
-        CR1: "CR1",
-        CR2: "CR2",
-        SMPR1: "SMPR1",
-        SMPR2: "SMPR2",
-        0x14: "JOFR1",
-        0x18: "JOFR2",
-        0x1C: "JOFR3",
-        0x20: "JOFR4",
-        0x24: "HTR",
-        0x28: "LTR",
-        SQR1: "SQR1",
-        SQR2: "SQR2",
-        SQR3: "SQR3",
-        0x38: "JSQR",
-        0x3C: "JDR1",
-        0x40: "JDR2",
-        0x44: "JDR3",
-        0x48: "JDR4",
-        DR: "DR",
-        CCR: "CCR",
-    }
-    WRITABLE: ClassVar[dict[int, int]] = {
-        SR: 0,
-        CR1: 0x07C0_FFFF,
-        CR2: 0x3F3F_0F03,
-        **dict.fromkeys(range(0x3C, 0x50, 4), 0),
-        CCR: 0x00C3_0000,
-    }
 
     def __init__(self, soc: Soc, name: str, base: int, irq: IrqLine, inputs: AdcInputs) -> None:
         super().__init__(soc, name, base)
@@ -169,13 +128,13 @@ class Adc(Peripheral):
                 self._begin()
         elif offset == CR2:
             self._control(value)
-        elif offset == CR1 and value & (_AWDIE | _JEOCIE | _DISCEN | 0x00C0_0000):
+        elif offset == CR1 and value & _CR1_NOT_MODELLED:
             self.note("not modelled", "CR1: analog watchdog, injected channels, discontinuous mode")
         self._signal()
 
     def _control(self, value: int) -> None:
         cr2 = self.registers[CR2]
-        if cr2 & 0x3030_0000 or value & _JSWSTART:
+        if cr2 & _TRIGGERS or value & adc.CR2.JSWSTART.mask:
             self.note("not modelled", "CR2: external triggers and injected conversions")
         if not cr2 & _DMA:
             self._wants_dma = True  # writing 0 and 1 again starts requests anew (11.8.1)
@@ -195,8 +154,8 @@ class Adc(Peripheral):
         channel = self._channel()
         register, shift = (SMPR2, 3 * channel) if channel < 10 else (SMPR1, 3 * (channel - 10))
         sampling = _SAMPLING_CYCLES[self.registers[register] >> shift & 7]
-        cycles = sampling + _RESOLUTION_BITS[self.registers[CR1] >> 24 & 3]
-        divider = 2 * ((self.registers[CCR] >> 16 & 3) + 1)
+        cycles = sampling + _RESOLUTION_BITS[adc.CR1.RES.get(self.registers[CR1])]
+        divider = 2 * (adc.CCR.ADCPRE.get(self.registers[CCR]) + 1)
         at_ps = self.soc.clock.now_ps + cycles * divider * PS_PER_S // self.soc.clocks.pclk2_hz
         self._event = self.soc.clock.schedule(at_ps, self._done)
 
@@ -211,12 +170,12 @@ class Adc(Peripheral):
         return min(self.registers[register] >> 5 * (self._rank % 6) & 0x1F, 18)
 
     def _length(self) -> int:
-        return (self.registers[SQR1] >> 20 & 0xF) + 1 if self.registers[CR1] & _SCAN else 1
+        return adc.SQR1.L.get(self.registers[SQR1]) + 1 if self.registers[CR1] & _SCAN else 1
 
     def _convert(self) -> None:
         ccr = self.registers[CCR]
-        code = self.inputs.sample(self._channel(), sensors=bool(ccr & 1 << 23), vbat=bool(ccr & 1 << 22))
-        resolution = self.registers[CR1] >> 24 & 3
+        code = self.inputs.sample(self._channel(), sensors=bool(ccr & _TSVREFE), vbat=bool(ccr & _VBATE))
+        resolution = adc.CR1.RES.get(self.registers[CR1])
         code >>= 2 * resolution
         if self.registers[CR2] & _ALIGN:
             code <<= 4 + 2 * resolution if resolution < 3 else 2  # 6 bits are aligned to a byte (11.4)

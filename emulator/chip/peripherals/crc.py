@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 from emulator.chip.peripherals.peripheral import WORD, Peripheral
+from emulator.chip.registers import BLOCKS, crc
+from emulator.chip.registers.block import offsets
 
-DR, IDR, CR = 0x00, 0x04, 0x08
+DR, IDR, CR = offsets(crc.DR, crc.IDR, crc.CR)
 
 _POLYNOMIAL = 0x04C1_1DB7
 _TOP = 1 << 31
 
 
-class Crc(Peripheral):
+class Crc(Peripheral, declared=BLOCKS["CRC"]):
     """CRC-32 without reflection or final inversion, one word (most significant bit first) a write."""
-
-    REGISTERS: ClassVar[dict[int, int]] = {DR: WORD, IDR: 0, CR: 0}
-    NAMES: ClassVar[dict[int, str]] = {DR: "DR", IDR: "IDR", CR: "CR"}
-    WRITABLE: ClassVar[dict[int, int]] = {IDR: 0xFF, CR: 0}
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
         """DR takes a word into the sum; CR.RESET starts again; IDR is a byte of storage."""

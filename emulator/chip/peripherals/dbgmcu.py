@@ -10,11 +10,9 @@ reference 1.21 V, measured at 3.3 V); a real chip's differ by a few per cent.
 from __future__ import annotations
 
 import struct
-from typing import ClassVar
 
 from emulator.chip.peripherals.peripheral import Peripheral
-
-IDCODE, CR, APB1_FZ, APB2_FZ = 0x00, 0x04, 0x08, 0x0C
+from emulator.chip.registers import BLOCKS
 
 SYSTEM_MEMORY = 0x1FFF_7A00
 """Where :func:`system_memory` belongs in the address space."""
@@ -22,16 +20,11 @@ SYSTEM_MEMORY = 0x1FFF_7A00
 FLASH_KIB = 256
 
 _UID, _FLASH_SIZE, _VREFINT_CAL = 0x10, 0x22, 0x2A
-_DEVICE, _REVISION = 0x423, 0x1001  # STM32F401xB/C, revision Z
 _FULL_SCALE, _VDDA = 4095, 3.3
 
 
-class Dbgmcu(Peripheral):
+class Dbgmcu(Peripheral, declared=BLOCKS["DBGMCU"]):
     """Identity code and freeze bits; only the code matters."""
-
-    REGISTERS: ClassVar[dict[int, int]] = {IDCODE: _REVISION << 16 | _DEVICE, CR: 0, APB1_FZ: 0, APB2_FZ: 0}
-    NAMES: ClassVar[dict[int, str]] = {IDCODE: "IDCODE", CR: "CR", APB1_FZ: "APB1_FZ", APB2_FZ: "APB2_FZ"}
-    WRITABLE: ClassVar[dict[int, int]] = {IDCODE: 0, CR: 0xE7, APB1_FZ: 0x00E0_1C0F, APB2_FZ: 0x0007_0001}
 
 
 def system_memory(board: int = 0) -> bytes:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from emulator.chip.library import REGISTER_NAMES, FcuChip
+from emulator.chip.library import FcuChip
 
 _STREAMS: Final = 8
 _EN: Final = 1
@@ -13,18 +13,6 @@ _EN: Final = 1
 def _stream_base(stream: int) -> int:
     return 0x10 + 0x18 * stream
 
-
-REGISTER_NAMES["DMA"] = {  # RM0368 section 9.5
-    0x00: "LISR",
-    0x04: "HISR",
-    0x08: "LIFCR",
-    0x0C: "HIFCR",
-    **{
-        _stream_base(stream) + 4 * number: f"S{stream}{register}"
-        for stream in range(_STREAMS)
-        for number, register in enumerate(("CR", "NDTR", "PAR", "M0AR", "M1AR", "FCR"))
-    },
-}
 
 REQUESTS: Final = (
     "",

@@ -10,34 +10,26 @@ noted (RM0368 table 5, 2.7 to 3.6 V).
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 from emulator.chip.peripherals.peripheral import WORD, IrqLine, Peripheral, Soc
+from emulator.chip.registers import BLOCKS, flash
+from emulator.chip.registers.block import masks, offsets
 from emulator.time.clock import PS_PER_MS, Event
 
-ACR, KEYR, OPTKEYR, SR, CR, OPTCR = 0x00, 0x04, 0x08, 0x0C, 0x10, 0x14
+ACR, KEYR, OPTKEYR, SR, CR, OPTCR = offsets(
+    flash.ACR, flash.KEYR, flash.OPTKEYR, flash.SR, flash.CR, flash.OPTCR
+)
 
 _UNLOCK = (0x4567_0123, 0xCDEF_89AB)
-_PG, _SER, _MER, _STRT, _ERRIE, _LOCK = 1 << 0, 1 << 1, 1 << 2, 1 << 16, 1 << 25, 1 << 31
-_OPERR, _WRPERR = 1 << 1, 1 << 4
+_PG, _SER, _STRT = masks(flash.CR.PG, flash.CR.SER, flash.CR.STRT)
+_ERRIE, _LOCK = masks(flash.CR.ERRIE, flash.CR.LOCK)
+_OPERR, _WRPERR = masks(flash.SR.OPERR, flash.SR.WRPERR)
 _HZ_PER_WAIT_STATE = 30_000_000
 _CHECK_AFTER_PS = PS_PER_MS
 """A setting is judged when it has lasted, whichever of latency and clock came first."""
 
 
-class Flash(Peripheral):
+class Flash(Peripheral, declared=BLOCKS["FLASH"]):
     """Flash interface registers; the memory itself is the core's."""
-
-    REGISTERS: ClassVar[dict[int, int]] = {ACR: 0, KEYR: 0, OPTKEYR: 0, SR: 0, CR: _LOCK, OPTCR: 0x0FFF_AAED}
-    NAMES: ClassVar[dict[int, str]] = {
-        ACR: "ACR",
-        KEYR: "KEYR",
-        OPTKEYR: "OPTKEYR",
-        SR: "SR",
-        CR: "CR",
-        OPTCR: "OPTCR",
-    }
-    WRITABLE: ClassVar[dict[int, int]] = {ACR: 0x0000_1F0F, KEYR: 0, OPTKEYR: 0, CR: 0x0300_037F, OPTCR: 0}
 
     def __init__(self, soc: Soc, name: str, base: int, irq: IrqLine) -> None:
         super().__init__(soc, name, base)

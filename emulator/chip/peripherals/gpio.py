@@ -5,43 +5,12 @@ from __future__ import annotations
 from typing import Final, TypeAlias
 
 from emulator.buses.gpio import Gpio
-from emulator.chip.library import PIN_CHANGED, REGISTER_NAMES, FcuChip, PinTable
+from emulator.chip.library import PIN_CHANGED, FcuChip, PinTable
 
 PORTS: Final = "ABCDEH"
 """In the order of their indices (chip.c, ``port_index``)."""
 PinFunction: TypeAlias = tuple[str, int, int]
 """Port letter, pin number, alternate function: ``("B", 10, 4)`` is PB10 as AF4."""
-
-for _port in PORTS:
-    REGISTER_NAMES[f"GPIO{_port}"] = {  # RM0368 section 8.4
-        0x00: "MODER",
-        0x04: "OTYPER",
-        0x08: "OSPEEDR",
-        0x0C: "PUPDR",
-        0x10: "IDR",
-        0x14: "ODR",
-        0x18: "BSRR",
-        0x1C: "LCKR",
-        0x20: "AFRL",
-        0x24: "AFRH",
-    }
-REGISTER_NAMES["EXTI"] = {  # 10.3
-    0x00: "IMR",
-    0x04: "EMR",
-    0x08: "RTSR",
-    0x0C: "FTSR",
-    0x10: "SWIER",
-    0x14: "PR",
-}
-REGISTER_NAMES["SYSCFG"] = {  # 7.2
-    0x00: "MEMRMP",
-    0x04: "PMC",
-    0x08: "EXTICR1",
-    0x0C: "EXTICR2",
-    0x10: "EXTICR3",
-    0x14: "EXTICR4",
-    0x20: "CMPCR",
-}
 
 
 class ConnectedPins:

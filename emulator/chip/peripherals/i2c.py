@@ -12,22 +12,9 @@ from typing import Any, Final
 
 from emulator.buses.i2c import I2CBus, Message
 from emulator.buses.i2c_wire import Answer, I2CWire
-from emulator.chip.library import REGISTER_NAMES, FcuChip
+from emulator.chip.library import FcuChip
 from emulator.chip.peripherals.gpio import PinFunction
 from sensors.subaddress import SubaddressTarget
-
-REGISTER_NAMES["I2C"] = {  # RM0368 section 18.6
-    0x00: "CR1",
-    0x04: "CR2",
-    0x08: "OAR1",
-    0x0C: "OAR2",
-    0x10: "DR",
-    0x14: "SR1",
-    0x18: "SR2",
-    0x1C: "CCR",
-    0x20: "TRISE",
-    0x24: "FLTR",
-}
 
 _i32, _i64 = ctypes.c_int32, ctypes.c_int64
 _BYTES, _RECENT = 64, 8  # I2C_BYTES, I2C_RECENT

@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar, Protocol
 
 from emulator.buses.gpio import Gpio
+from emulator.chip.registers.block import DeclaredBlock
 from emulator.time.clock import NEVER_PS, Clock
 from emulator.trace import DeviceNote, Trace
 
@@ -139,14 +140,19 @@ RegisterWritten = Callable[[int, int], None]
 class Peripheral:
     """One block at ``base``; ``size`` bytes of the address space belong to it.
 
-    ``REGISTERS``: reset value by offset; what is not listed reads as 0 and refuses writes, and the core notes
-    the access by name. ``WRITABLE``: bits that a write can change, by offset (all where not listed).
+    ``declared``: its registers (:mod:`emulator.chip.registers`). Of them are made ``REGISTERS``, the reset
+    value by offset, and ``WRITABLE``, the bits that keep what is written. What is not listed reads as 0 and
+    refuses writes, and the core notes the access by name.
     """
 
     REGISTERS: ClassVar[dict[int, int]] = {}
     NAMES: ClassVar[dict[int, str]] = {}
     """The reference manual's name of each register, by offset: for the trace and for diagnoses."""
     WRITABLE: ClassVar[dict[int, int]] = {}
+
+    def __init_subclass__(cls, declared: DeclaredBlock | None = None) -> None:
+        if declared is not None:
+            cls.REGISTERS, cls.NAMES, cls.WRITABLE = declared.resets, declared.names, declared.stored
 
     def __init__(self, soc: Soc, name: str, base: int, size: int = 0x400) -> None:
         self.soc = soc

@@ -6,22 +6,18 @@ standby are selected here (PDDS, LPDS) and entered by the core; they are noted a
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 from emulator.chip.peripherals.peripheral import WORD, Peripheral
+from emulator.chip.registers import BLOCKS, pwr
+from emulator.chip.registers.block import masks, offsets
 
-CR, CSR = 0x00, 0x04
+CR, CSR = offsets(pwr.CR, pwr.CSR)
 
-_LPDS, _PDDS, _CWUF, _CSBF, _DBP = 1 << 0, 1 << 1, 1 << 2, 1 << 3, 1 << 8
-_WUF, _SBF, _BRR, _BRE, _VOSRDY = 1 << 0, 1 << 1, 1 << 3, 1 << 9, 1 << 14
+_LPDS, _PDDS, _CWUF, _CSBF, _DBP = masks(pwr.CR.LPDS, pwr.CR.PDDS, pwr.CR.CWUF, pwr.CR.CSBF, pwr.CR.DBP)
+_WUF, _SBF, _BRR, _BRE = masks(pwr.CSR.WUF, pwr.CSR.SBF, pwr.CSR.BRR, pwr.CSR.BRE)
 
 
-class Pwr(Peripheral):
+class Pwr(Peripheral, declared=BLOCKS["PWR"]):
     """Power control."""
-
-    REGISTERS: ClassVar[dict[int, int]] = {CR: 0x0000_8000, CSR: _VOSRDY}
-    NAMES: ClassVar[dict[int, str]] = {CR: "CR", CSR: "CSR"}
-    WRITABLE: ClassVar[dict[int, int]] = {CR: 0x0000_DFF3, CSR: 0x0000_0300}
 
     @property
     def backup_writable(self) -> bool:

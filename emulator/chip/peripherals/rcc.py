@@ -16,10 +16,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
-from typing import ClassVar
 
 from emulator.chip.peripherals.peripheral import WORD, IrqLine, Peripheral, Soc
 from emulator.chip.peripherals.pwr import Pwr
+from emulator.chip.registers import BLOCKS, rcc
+from emulator.chip.registers.block import Word, offsets
 from emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US, Event
 
 # -- the clock tree's arithmetic: from registers to frequencies (section 6.2, figure 12) --------------------
@@ -104,56 +105,29 @@ def _timer_hz(hclk_hz: int, shift: int, timpre: bool) -> int:
 
 # -- which bit gates and resets which block (sections 6.3.5 to 6.3.12) --------------------------------------
 
-_AHB1 = {
-    0: "GPIOA",
-    1: "GPIOB",
-    2: "GPIOC",
-    3: "GPIOD",
-    4: "GPIOE",
-    7: "GPIOH",
-    12: "CRC",
-    21: "DMA1",
-    22: "DMA2",
-}
-_AHB2 = {7: "OTG_FS"}
-_APB1 = {
-    0: "TIM2",
-    1: "TIM3",
-    2: "TIM4",
-    3: "TIM5",
-    11: "WWDG",
-    14: "SPI2",
-    15: "SPI3",
-    17: "USART2",
-    21: "I2C1",
-    22: "I2C2",
-    23: "I2C3",
-    28: "PWR",
-}
-_APB2 = {
-    0: "TIM1",
-    4: "USART1",
-    5: "USART6",
-    8: "ADC1",
-    11: "SDIO",
-    12: "SPI1",
-    13: "SPI4",
-    14: "SYSCFG",
-    16: "TIM9",
-    17: "TIM10",
-    18: "TIM11",
-}
+_BLOCKS_BY_FIELD = {"OTGFS": "OTG_FS", "ADC": "ADC1"}
+"""Where a field does not begin with its block's name; the ADCs have one reset for all."""
 
-ENABLE = {0x30: _AHB1, 0x34: _AHB2, 0x40: _APB1, 0x44: _APB2}
-"""By offset of AHB1ENR, AHB2ENR, APB1ENR, APB2ENR: the block's name by bit number."""
 
-RESET = {0x10: _AHB1, 0x14: _AHB2, 0x20: _APB1, 0x24: _APB2}
-"""Likewise AHB1RSTR, AHB2RSTR, APB1RSTR, APB2RSTR; the ADC's reset bit is its enable bit's number too."""
+def _gates(suffix: str, *registers: type[Word]) -> dict[int, dict[int, str]]:
+    """By offset: the block's name by bit number."""
+    names = {
+        register.addr: {bits.lsb: bits.name.removesuffix(suffix) for bits in register.fields}
+        for register in registers
+    }
+    return {
+        offset: {bit: _BLOCKS_BY_FIELD.get(name, name) for bit, name in by_bit.items()}
+        for offset, by_bit in names.items()
+    }
+
+
+ENABLE = _gates("EN", rcc.AHB1ENR, rcc.AHB2ENR, rcc.APB1ENR, rcc.APB2ENR)
+RESET = _gates("RST", rcc.AHB1RSTR, rcc.AHB2RSTR, rcc.APB1RSTR, rcc.APB2RSTR)
 
 # -- the block ----------------------------------------------------------------------------------------------
 
-CR, PLLCFGR, CFGR, CIR = 0x00, 0x04, 0x08, 0x0C
-BDCR, CSR, SSCGR, PLLI2SCFGR, DCKCFGR = 0x70, 0x74, 0x80, 0x84, 0x8C
+CR, PLLCFGR, CFGR, CIR = offsets(rcc.CR, rcc.PLLCFGR, rcc.CFGR, rcc.CIR)
+BDCR, CSR, DCKCFGR = offsets(rcc.BDCR, rcc.CSR, rcc.DCKCFGR)
 
 _RESET_FLAG = {"PIN": 26, "SYSRESETREQ": 28, "IWDG": 29, "WWDG": 30}  # bits of RCC_CSR (6.3.21)
 _PINRSTF, _RMVF = 1 << 26, 1 << 24
@@ -187,56 +161,8 @@ _SOURCES = {
 _SYSCLK_SOURCES = ("HSI", "HSE", "PLL")  # in the order of SW
 
 
-class Rcc(Peripheral):
+class Rcc(Peripheral, declared=BLOCKS["RCC"]):
     """Implements :class:`ClockTree`; :meth:`control` gives it the blocks that it feeds."""
-
-    REGISTERS: ClassVar[dict[int, int]] = {
-        CR: 0x0000_0083,
-        PLLCFGR: 0x2400_3010,
-        CFGR: 0,
-        CIR: 0,
-        **dict.fromkeys(RESET, 0),
-        **dict.fromkeys(ENABLE, 0),
-        0x50: 0x0061_900F,
-        0x54: 0x0000_0080,
-        0x60: 0x10E2_C80F,
-        0x64: 0x0007_7930,
-        BDCR: 0,
-        CSR: _POWER_ON_FLAGS,
-        SSCGR: 0,
-        PLLI2SCFGR: 0x2400_3000,
-        DCKCFGR: 0,
-    }
-    NAMES: ClassVar[dict[int, str]] = {
-        CR: "CR",
-        PLLCFGR: "PLLCFGR",
-        CFGR: "CFGR",
-        CIR: "CIR",
-        0x10: "AHB1RSTR",
-        0x14: "AHB2RSTR",
-        0x20: "APB1RSTR",
-        0x24: "APB2RSTR",
-        0x30: "AHB1ENR",
-        0x34: "AHB2ENR",
-        0x40: "APB1ENR",
-        0x44: "APB2ENR",
-        0x50: "AHB1LPENR",
-        0x54: "AHB2LPENR",
-        0x60: "APB1LPENR",
-        0x64: "APB2LPENR",
-        BDCR: "BDCR",
-        CSR: "CSR",
-        SSCGR: "SSCGR",
-        PLLI2SCFGR: "PLLI2SCFGR",
-        DCKCFGR: "DCKCFGR",
-    }
-    WRITABLE: ClassVar[dict[int, int]] = {
-        CR: 0x050D_00F9,
-        CFGR: 0xFFFF_FCF3,
-        CIR: 0x0000_3F00,
-        BDCR: 0x0001_8305,
-        CSR: 0x0000_0001,
-    }
 
     def __init__(self, soc: Soc, name: str, base: int, pwr: Pwr, irq: IrqLine) -> None:
         super().__init__(soc, name, base)

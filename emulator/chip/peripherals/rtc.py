@@ -10,11 +10,12 @@ Not modelled, and noted: alarms, wake-up timer, tamper, time stamp, calibration,
 from __future__ import annotations
 
 from datetime import UTC, datetime, timedelta
-from typing import ClassVar
 
 from emulator.chip.peripherals.peripheral import WORD, Peripheral, Soc
 from emulator.chip.peripherals.pwr import Pwr
 from emulator.chip.peripherals.rcc import Rcc
+from emulator.chip.registers import BLOCKS, rtc
+from emulator.chip.registers.block import masks, offsets
 from emulator.time.clock import PS_PER_S
 
 # -- the calendar: BCD registers to a point in time and back (17.6.1, 17.6.2) -------------------------------
@@ -62,58 +63,16 @@ def date_register(seconds: int, weekday: int) -> int:
 
 # -- the block ----------------------------------------------------------------------------------------------
 
-TR, DR, CR, ISR, PRER, WPR, SSR = 0x00, 0x04, 0x08, 0x0C, 0x10, 0x24, 0x28
-BKP0R, BKP19R = 0x50, 0x9C
+TR, DR, CR, ISR, PRER, WPR, SSR = offsets(rtc.TR, rtc.DR, rtc.CR, rtc.ISR, rtc.PRER, rtc.WPR, rtc.SSR)
 
-_INITS, _RSF, _INITF, _INIT = 1 << 4, 1 << 5, 1 << 6, 1 << 7
-_CR_MODELLED = 1 << 5 | 1 << 18  # BYPSHAD and BKP do nothing that could be missed
+_INITS, _RSF, _INITF, _INIT = masks(rtc.ISR.INITS, rtc.ISR.RSF, rtc.ISR.INITF, rtc.ISR.INIT)
+_CR_MODELLED = rtc.CR.BYPSHAD.mask | rtc.CR.BKP.mask  # BYPSHAD and BKP do nothing that could be missed
 _KEYS = (0xCA, 0x53)
-_BACKUP = range(BKP0R, BKP19R + 1, 4)
+_BACKUP = range(rtc.BKPxR.addr, rtc.BKPxR.addr + rtc.BKPxR.count * rtc.BKPxR.step, rtc.BKPxR.step)
 
 
-class Rtc(Peripheral):
+class Rtc(Peripheral, declared=BLOCKS["RTC"]):
     """Real-time clock; a system reset does not touch it, a reset of the backup domain does."""
-
-    REGISTERS: ClassVar[dict[int, int]] = {
-        TR: 0,
-        DR: 0x0000_2101,
-        CR: 0,
-        ISR: 0x0000_0007,
-        PRER: 0x007F_00FF,
-        0x14: 0xFFFF,
-        WPR: 0,
-        SSR: 0,
-        **dict.fromkeys((0x18, 0x1C, 0x20, 0x2C, 0x30, 0x34, 0x38, 0x3C, 0x40, 0x44, 0x48), 0),
-        **dict.fromkeys(_BACKUP, 0),
-    }
-    NAMES: ClassVar[dict[int, str]] = {
-        TR: "TR",
-        DR: "DR",
-        CR: "CR",
-        ISR: "ISR",
-        PRER: "PRER",
-        0x14: "WUTR",
-        0x18: "CALIBR",
-        0x1C: "ALRMAR",
-        0x20: "ALRMBR",
-        WPR: "WPR",
-        SSR: "SSR",
-        0x2C: "SHIFTR",
-        0x30: "TSTR",
-        0x34: "TSDR",
-        0x38: "TSSSR",
-        0x3C: "CALR",
-        0x40: "TAFCR",
-        0x44: "ALRMASSR",
-        0x48: "ALRMBSSR",
-        **{offset: f"BKP{(offset - BKP0R) // 4}R" for offset in range(0x50, 0xA0, 4)},
-    }
-    WRITABLE: ClassVar[dict[int, int]] = {
-        TR: 0x007F_7F7F,
-        DR: 0x00FF_FF3F,
-        CR: 0x00E0_FF7F | 1 << 18,
-        PRER: 0x007F_7FFF,
-    }
 
     def __init__(self, soc: Soc, name: str, base: int, pwr: Pwr, rcc: Rcc) -> None:
         super().__init__(soc, name, base)

@@ -21,7 +21,7 @@ from typing import Any, Final, get_args
 from emulator.boards.description import AbsentPart
 from emulator.buses.gpio import Gpio
 from emulator.buses.spi import SpiBus
-from emulator.chip.library import REGISTER_NAMES, FcuChip
+from emulator.chip.library import FcuChip
 from emulator.chip.peripherals.gpio import PORTS
 from emulator.trace import DeviceNote
 from sensors.declaration import Mode, Wires
@@ -31,18 +31,6 @@ from sensors.spi import SpiTarget
 _FASTEST_HZ = 10_000_000  # SPI clock frequency in the three datasheets
 _MODES: Final[tuple[Mode, ...]] = get_args(Mode)
 _RECEIVED = 256  # SPI_RECEIVED of spi.h
-
-REGISTER_NAMES["SPI"] = {  # RM0368 section 20.5
-    0x00: "CR1",
-    0x04: "CR2",
-    0x08: "SR",
-    0x0C: "DR",
-    0x10: "CRCPR",
-    0x14: "RXCRCR",
-    0x18: "TXCRCR",
-    0x1C: "I2SCFGR",
-    0x20: "I2SPR",
-}
 
 _i32, _i64 = ctypes.c_int32, ctypes.c_int64
 

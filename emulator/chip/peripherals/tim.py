@@ -6,7 +6,7 @@ import ctypes
 from dataclasses import dataclass
 from typing import Any
 
-from emulator.chip.library import BLOCK_CLASSES, REGISTER_NAMES, ChipBlock, FcuChip
+from emulator.chip.library import BLOCK_CLASSES, ChipBlock, FcuChip
 from emulator.trace import TickLate, TickLost
 
 
@@ -105,27 +105,4 @@ def connect_timers(chip: FcuChip) -> dict[str, Timer]:
     return {name: block for name, block in chip.blocks.items() if isinstance(block, Timer)}
 
 
-REGISTER_NAMES["TIM"] = {
-    0x00: "CR1",
-    0x04: "CR2",
-    0x08: "SMCR",
-    0x0C: "DIER",
-    0x10: "SR",
-    0x14: "EGR",
-    0x18: "CCMR1",
-    0x1C: "CCMR2",
-    0x20: "CCER",
-    0x24: "CNT",
-    0x28: "PSC",
-    0x2C: "ARR",
-    0x30: "RCR",
-    0x34: "CCR1",
-    0x38: "CCR2",
-    0x3C: "CCR3",
-    0x40: "CCR4",
-    0x44: "BDTR",
-    0x48: "DCR",
-    0x4C: "DMAR",
-    0x50: "OR",
-}
 BLOCK_CLASSES["TIM"] = Timer

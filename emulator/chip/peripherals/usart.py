@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import Any
 
 from emulator.buses.uart import BAUD, Uart
-from emulator.chip.library import BLOCK_CLASSES, REGISTER_NAMES, ChipBlock, FcuChip
+from emulator.chip.library import BLOCK_CLASSES, ChipBlock, FcuChip
 from emulator.chip.peripherals.gpio import PORTS, PinFunction
 
 _i32, _i64 = ctypes.c_int32, ctypes.c_int64
@@ -16,16 +16,6 @@ _SENT = ctypes.CFUNCTYPE(
     None, _i64, _i32, _i64, _i64, _i64, _i32, _i64, ctypes.POINTER(ctypes.c_uint8), _i32, _i32
 )
 _REPLACED = ctypes.CFUNCTYPE(None, _i64, _i32, _i32)
-
-REGISTER_NAMES["USART"] = {  # RM0368 19.6
-    0x00: "SR",
-    0x04: "DR",
-    0x08: "BRR",
-    0x0C: "CR1",
-    0x10: "CR2",
-    0x14: "CR3",
-    0x18: "GTPR",
-}
 
 
 class UsartTable(ctypes.Structure):

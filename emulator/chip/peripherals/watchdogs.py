@@ -11,25 +11,21 @@ first count may come up to one period earlier there. Before WDGA is set the coun
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 from emulator.chip.peripherals.peripheral import WORD, IrqLine, Peripheral, Soc
 from emulator.chip.peripherals.rcc import LSI_HZ
+from emulator.chip.registers import BLOCKS, iwdg, wwdg
+from emulator.chip.registers.block import masks, offsets
 from emulator.time.clock import PS_PER_S, Event
 
 # -- IWDG ---------------------------------------------------------------------------------------------------
 
-IWDG_KR, IWDG_PR, IWDG_RLR, IWDG_SR = 0x00, 0x04, 0x08, 0x0C
+IWDG_KR, IWDG_PR, IWDG_RLR = offsets(iwdg.KR, iwdg.PR, iwdg.RLR)
 
 _UNLOCK, _RELOAD, _START = 0x5555, 0xAAAA, 0xCCCC
 
 
-class Iwdg(Peripheral):
+class Iwdg(Peripheral, declared=BLOCKS["IWDG"]):
     """Once started, resets the chip unless it is reloaded in time; only that reset stops it."""
-
-    REGISTERS: ClassVar[dict[int, int]] = {IWDG_KR: 0, IWDG_PR: 0, IWDG_RLR: 0xFFF, IWDG_SR: 0}
-    NAMES: ClassVar[dict[int, str]] = {IWDG_KR: "KR", IWDG_PR: "PR", IWDG_RLR: "RLR", IWDG_SR: "SR"}
-    WRITABLE: ClassVar[dict[int, int]] = {IWDG_KR: 0, IWDG_PR: 0x7, IWDG_RLR: 0xFFF, IWDG_SR: 0}
 
     def __init__(self, soc: Soc, name: str, base: int) -> None:
         super().__init__(soc, name, base)
@@ -88,17 +84,14 @@ class Iwdg(Peripheral):
 
 # -- WWDG ---------------------------------------------------------------------------------------------------
 
-WWDG_CR, WWDG_CFR, WWDG_SR = 0x00, 0x04, 0x08
+WWDG_CR, WWDG_CFR, WWDG_SR = offsets(wwdg.CR, wwdg.CFR, wwdg.SR)
 
-_WDGA, _T6, _EWI, _EWIF = 1 << 7, 1 << 6, 1 << 9, 1 << 0
+_WDGA, _EWI, _EWIF = masks(wwdg.CR.WDGA, wwdg.CFR.EWI, wwdg.SR.EWIF)
+_T6 = 1 << 6  # of CR.T: below, the chip is reset
 
 
-class Wwdg(Peripheral):
+class Wwdg(Peripheral, declared=BLOCKS["WWDG"]):
     """Resets the chip when the counter passes 0x40, or is written while it is above the window."""
-
-    REGISTERS: ClassVar[dict[int, int]] = {WWDG_CR: 0x7F, WWDG_CFR: 0x7F, WWDG_SR: 0}
-    NAMES: ClassVar[dict[int, str]] = {WWDG_CR: "CR", WWDG_CFR: "CFR", WWDG_SR: "SR"}
-    WRITABLE: ClassVar[dict[int, int]] = {WWDG_CR: 0x7F, WWDG_CFR: 0x3FF, WWDG_SR: 0}
 
     def __init__(self, soc: Soc, name: str, base: int, irq: IrqLine) -> None:
         super().__init__(soc, name, base)

@@ -1,0 +1,56 @@
+"""The registers of the chip's blocks, declared once, one chapter of a manual a module.
+
+From here come the names in traces, diagnoses and debuggers, ``fcu registers TIM9``, the reset values and
+masks of the blocks in Python, the C headers of the blocks in C (``python -m emulator.chip.registers`` writes
+them) and the chip's rows of the fidelity table.
+"""
+
+from __future__ import annotations
+
+from types import ModuleType
+from typing import Final
+
+from emulator.chip.registers import (
+    adc,
+    crc,
+    dbgmcu,
+    dma,
+    dwt,
+    exti,
+    flash,
+    gpio,
+    i2c,
+    iwdg,
+    nvic,
+    pwr,
+    rcc,
+    rtc,
+    scb,
+    spi,
+    syscfg,
+    systick,
+    tim,
+    usart,
+    wwdg,
+)
+from emulator.chip.registers.block import DeclaredBlock, block
+
+KINDS: Final[tuple[ModuleType, ...]] = (
+    *(crc, pwr, rcc, syscfg, gpio, dma, exti, adc, tim, iwdg, wwdg, rtc, i2c, usart, spi, flash, dbgmcu),
+    *(systick, nvic, scb, dwt),
+)
+"""In the order of the reference manual, then the core's."""
+
+BLOCKS: Final[dict[str, DeclaredBlock]] = {
+    name: block(module, name) for module in KINDS for name in module.INSTANCES
+}
+"""Every declared block by the manual's name."""
+
+SYSTEM_CONTROL_SPACE: Final = ("SysTick", "NVIC", "SCB")
+"""Blocks that share one place in the memory map; their offsets are those in it."""
+
+
+def names_of(block_name: str) -> dict[int, str]:
+    """The registers' names by offset of a block in the memory map; none if it is not declared."""
+    parts = SYSTEM_CONTROL_SPACE if block_name == "SCS" else (block_name,)
+    return {offset: name for part in parts if part in BLOCKS for offset, name in BLOCKS[part].names.items()}

@@ -1,0 +1,132 @@
+"""Analog-to-digital converter (RM0368 section 11.12)."""
+
+from __future__ import annotations
+
+from emulator.chip.registers.block import Word
+from registers import Bits
+
+SOURCE = "RM0368 11.12"
+INSTANCES = ("ADC1",)
+
+
+class SR(Word, addr=0x000, access="rc_w0"):
+    """Status."""
+
+    OVR = Bits(5, doc="overrun: a result was lost")
+    STRT = Bits(4, doc="a regular conversion has started")
+    JSTRT = Bits(3, modelled=False, doc="an injected conversion has started")
+    JEOC = Bits(2, modelled=False, doc="injected conversions are complete")
+    EOC = Bits(1, doc="a regular conversion is complete")
+    AWD = Bits(0, modelled=False, doc="analog watchdog")
+
+
+class CR1(Word, addr=0x004):
+    """Control 1."""
+
+    OVRIE = Bits(26, doc="interrupt on OVR")
+    RES = Bits(25, 24, doc="12, 10, 8, 6 bits")
+    AWDEN = Bits(23, modelled=False, doc="analog watchdog on regular channels")
+    JAWDEN = Bits(22, modelled=False, doc="analog watchdog on injected channels")
+    DISCNUM = Bits(15, 13, modelled=False, doc="channels of discontinuous mode")
+    JDISCEN = Bits(12, modelled=False, doc="discontinuous mode, injected")
+    DISCEN = Bits(11, modelled=False, doc="discontinuous mode, regular")
+    JAUTO = Bits(10, modelled=False, doc="injected conversions follow regular ones")
+    AWDSGL = Bits(9, modelled=False, doc="analog watchdog on one channel")
+    SCAN = Bits(8, doc="the whole sequence is converted")
+    JEOCIE = Bits(7, modelled=False, doc="interrupt on JEOC")
+    AWDIE = Bits(6, modelled=False, doc="interrupt on AWD")
+    EOCIE = Bits(5, doc="interrupt on EOC")
+    AWDCH = Bits(4, 0, modelled=False, doc="channel of the analog watchdog")
+
+
+class CR2(Word, addr=0x008):
+    """Control 2."""
+
+    SWSTART = Bits(30, access="rs", doc="starts regular conversions")
+    EXTEN = Bits(29, 28, modelled=False, doc="external trigger, regular")
+    EXTSEL = Bits(27, 24, modelled=False, doc="its source")
+    JSWSTART = Bits(22, access="rs", modelled=False, doc="starts injected conversions")
+    JEXTEN = Bits(21, 20, modelled=False, doc="external trigger, injected")
+    JEXTSEL = Bits(19, 16, modelled=False, doc="its source")
+    ALIGN = Bits(11, doc="results are left-aligned")
+    EOCS = Bits(10, doc="EOC after each conversion")
+    DDS = Bits(9, doc="requests of DMA go on after its last transfer")
+    DMA = Bits(8, doc="results are taken by DMA")
+    CONT = Bits(1, doc="conversions start again")
+    ADON = Bits(0, doc="on")
+
+
+class SMPR1(Word, addr=0x00C):
+    """Sample time, channels 10 to 18."""
+
+    SMPx = Bits(2, 0, count=9, step=3, first=10, doc="3 to 480 cycles")
+
+
+class SMPR2(Word, addr=0x010):
+    """Sample time, channels 0 to 9."""
+
+    SMPx = Bits(2, 0, count=10, step=3, doc="3 to 480 cycles")
+
+
+class JOFRx(Word, addr=0x014, count=4, step=0x04, first=1, modelled=False):
+    """Injected channel data offset."""
+
+    JOFFSET = Bits(11, 0, doc="offset")
+
+
+class HTR(Word, addr=0x024, reset=0xFFF, modelled=False):
+    """Watchdog higher threshold."""
+
+    HT = Bits(11, 0, doc="threshold")
+
+
+class LTR(Word, addr=0x028, modelled=False):
+    """Watchdog lower threshold."""
+
+    LT = Bits(11, 0, doc="threshold")
+
+
+class SQR1(Word, addr=0x02C):
+    """Regular sequence, length and places 13 to 16."""
+
+    L = Bits(23, 20, doc="length, less one")
+    SQx = Bits(4, 0, count=4, step=5, first=13, doc="channel")
+
+
+class SQR2(Word, addr=0x030):
+    """Regular sequence, places 7 to 12."""
+
+    SQx = Bits(4, 0, count=6, step=5, first=7, doc="channel")
+
+
+class SQR3(Word, addr=0x034):
+    """Regular sequence, places 1 to 6."""
+
+    SQx = Bits(4, 0, count=6, step=5, first=1, doc="channel")
+
+
+class JSQR(Word, addr=0x038, modelled=False):
+    """Injected sequence."""
+
+    JL = Bits(21, 20, doc="length, less one")
+    JSQx = Bits(4, 0, count=4, step=5, first=1, doc="channel")
+
+
+class JDRx(Word, addr=0x03C, count=4, step=0x04, first=1, access="r", modelled=False):
+    """Injected data."""
+
+    JDATA = Bits(15, 0, doc="result")
+
+
+class DR(Word, addr=0x04C, access="r"):
+    """Regular data."""
+
+    DATA = Bits(15, 0, doc="result")
+
+
+class CCR(Word, addr=0x304):
+    """Common control."""
+
+    TSVREFE = Bits(23, doc="temperature sensor and reference on")
+    VBATE = Bits(22, doc="channel 18 is a quarter of the backup supply")
+    ADCPRE = Bits(17, 16, doc="PCLK2 divided by 2, 4, 6, 8")

@@ -1,0 +1,140 @@
+"""What is declared of a block of the chip: its registers, words of 32 bits, and which of them one block of a
+kind has where others have more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from types import ModuleType
+
+from registers import Bits, Register
+
+WORD = 0xFFFF_FFFF
+
+
+class Word(Register, size=4):
+    """A register of a block; ``addr`` is its offset."""
+
+    named_bytes = False
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A register of one block, where it is not as in the others of its kind.
+
+    ``bits``: those that exist, none if the register does not.
+    """
+
+    bits: int = WORD
+    reset: int | None = None
+
+
+@dataclass(frozen=True)
+class Field:
+    """A field that a block has; ``msb`` down to ``lsb``."""
+
+    name: str
+    msb: int
+    lsb: int
+    bits: Bits
+
+
+@dataclass(frozen=True)
+class BlockRegister:
+    """A register that a block has, one of several (``S3CR``) by its own name."""
+
+    name: str
+    offset: int
+    reset: int
+    exists: int
+    """The bits that the block has of it."""
+    declared: type[Word]
+
+    @property
+    def stored(self) -> int:
+        """Bits that keep what is written."""
+        return self.declared.stored_mask & self.exists
+
+    def fields(self) -> Iterator[Field]:
+        """As in the manual, the upper ones first."""
+        for bits in self.declared.fields:
+            if bits.mask & self.exists:
+                yield from (
+                    Field(bits.numbered(n), bits.msb + n * bits.step, bits.lsb + n * bits.step, bits)
+                    for n in range(bits.count)
+                )
+
+
+@dataclass(frozen=True)
+class DeclaredBlock:
+    """A block by the manual's name; ``source`` is the chapter. Its address is the memory map's."""
+
+    name: str
+    title: str
+    source: str
+    registers: tuple[BlockRegister, ...]
+
+    @cached_property
+    def names(self) -> dict[int, str]:
+        """The manual's name of each register, by offset."""
+        return {register.offset: register.name for register in self.registers}
+
+    @cached_property
+    def resets(self) -> dict[int, int]:
+        """The value after reset, by offset."""
+        return {register.offset: register.reset for register in self.registers}
+
+    @cached_property
+    def stored(self) -> dict[int, int]:
+        """Bits that keep what is written, by offset."""
+        return {register.offset: register.stored for register in self.registers}
+
+    def without_behaviour(self) -> list[str]:
+        """What is known but not modelled: whole registers, and fields as ``REGISTER.FIELD``."""
+        names: dict[str, None] = {}
+        for register in self.registers:
+            kind = register.declared
+            if not kind.modelled:
+                names[kind.__name__] = None
+                continue
+            fields = (bits for bits in kind.fields if not bits.modelled and bits.mask & register.exists)
+            names |= dict.fromkeys(f"{kind.__name__}.{bits.name}" for bits in fields)
+        return list(names)
+
+
+def offsets(*registers: type[Word]) -> tuple[int, ...]:
+    """Their offsets, to be named."""
+    return tuple(register.addr for register in registers)
+
+
+def masks(*fields: Bits) -> tuple[int, ...]:
+    """Their bits, to be named."""
+    return tuple(bits.mask for bits in fields)
+
+
+def words(module: ModuleType) -> list[type[Word]]:
+    """The registers that a module declares, in its order."""
+    return [
+        value
+        for value in vars(module).values()
+        if isinstance(value, type) and issubclass(value, Word) and value is not Word
+    ]
+
+
+def block(module: ModuleType, name: str) -> DeclaredBlock:
+    """One of the blocks of the kind that ``module`` declares."""
+    variants: Mapping[str, Variant] = getattr(module, "VARIANTS", {}).get(name, {})
+    registers = []
+    for kind in words(module):
+        for number in range(kind.count):
+            own = kind.numbered(number)
+            variant = variants.get(own, Variant())
+            if variant.bits:
+                reset = kind.reset if variant.reset is None else variant.reset
+                offset = kind.addr + number * kind.step
+                registers.append(BlockRegister(own, offset, reset, variant.bits, kind))
+    registers.sort(key=lambda register: register.offset)
+    title = (module.__doc__ or "").partition("\n")[0]
+    return DeclaredBlock(name, title, module.SOURCE, tuple(registers))

@@ -1,0 +1,219 @@
+"""The declared registers of the chip's blocks: against the headers that the firmware is compiled with, which
+were written from the manuals on their own, and against what the blocks do.
+"""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from emulator.chip import memory_map
+from emulator.chip.peripherals.peripheral import Peripheral
+from emulator.chip.peripherals.system_blocks import SystemBlocks
+from emulator.chip.registers import BLOCKS, SYSTEM_CONTROL_SPACE, names_of
+from emulator.chip.registers.block import WORD, BlockRegister
+from tests.arm.chip_fakes import Chip, NativeChip
+
+ROOT = Path(__file__).parents[2]
+SUPPORT = ROOT / "firmware_model" / "arm" / "support"
+HEADERS = SUPPORT / "stm32f401xc.h", SUPPORT / "cortex_m4.h", ROOT / "tests" / "arm" / "vendor" / "vendor.h"
+TEXT = "\n".join(path.read_text(encoding="utf-8") for path in HEADERS)
+FIRST = {"GPIO": "GPIOA", "TIM": "TIM1", "USART": "USART1", "I2C": "I2C1", "SPI": "SPI1", "DMA": "DMA1"}
+PREFIXES = {"DMA": "S0", "DMA_Stream": "S0", "SysTick": "SYST_", "NVIC": "NVIC_"}
+SPELT = {"SysTick": {"CTRL": "CSR", "LOAD": "RVR", "VAL": "CVR"}}
+FIELD_SPELT = {"NE": "NF"}
+"""Where the headers have CMSIS' names and not the manual's."""
+blocks = pytest.mark.parametrize("name", BLOCKS)
+
+
+def find(kind: str, name: str) -> BlockRegister | None:
+    """A register by the header's names."""
+    block = BLOCKS.get(FIRST.get(kind, kind.removesuffix("_Stream") + "1" * (kind == "DMA_Stream")))
+    own = SPELT.get(kind, {}).get(name, name)
+    return (
+        next((one for one in block.registers if one.name in (PREFIXES.get(kind, "") + own, own)), None)
+        if block
+        else None
+    )
+
+
+def masks() -> Iterator[tuple[BlockRegister, str, int]]:
+    """Register, what follows its name, and value, of every such number in the headers."""
+    number = r"(?:BIT\((?P<bit>\d+)\)|\(?(?P<value>0x[0-9A-F]+|\d+)U(?: << (?P<shift>\d+)\))?)"
+    for one in re.finditer(rf"^#define (\w+?)_(\w+?)_(\w+) {number}$", TEXT, re.MULTILINE):
+        kind, name, field = one.groups()[:3]
+        register = find(kind, name)
+        if register is not None:
+            bit, value, shift = one["bit"], one["value"], one["shift"]
+            yield register, field, 1 << int(bit) if bit else int(value, 0) << int(shift or 0)
+
+
+MASKS = list(masks())
+STRUCTURES = re.findall(r"typedef struct \{\n(.*?)\n\} (\w+)_(?:TypeDef|Type);", TEXT, re.DOTALL)
+ADDRESSES = re.findall(r"#define (\w+) \(\(\w+ \*\)(0x[0-9A-F]+)U\)", TEXT)
+
+
+def bits_of(register: BlockRegister) -> int:
+    """Those that exist."""
+    union = 0
+    for field in register.declared.fields:
+        union |= field.mask
+    return (union or WORD) & register.exists
+
+
+# -- the firmware's headers as witness ----------------------------------------------------------------------
+
+
+def test_the_headers_have_much_to_compare_with() -> None:
+    assert len(MASKS) > 100
+    assert len(STRUCTURES) >= 10
+    assert len(ADDRESSES) > 10
+
+
+@pytest.mark.parametrize(
+    ("register", "name", "mask"), MASKS, ids=[f"{one[0].name}_{one[1]}" for one in MASKS]
+)
+def test_a_mask_of_the_firmwares_headers_lies_in_the_field_of_its_name(
+    register: BlockRegister, name: str, mask: int
+) -> None:
+    """``CR2_STOP`` is the field, ``CFGR_SWS_Pos`` its lowest bit, ``PLLCFGR_PLLSRC_HSE`` a value in it."""
+    if name == "RESET":
+        assert register.reset == mask
+        return
+    own = FIELD_SPELT.get(name, name)
+    fields = [
+        one
+        for one in register.fields()
+        if own.startswith(f"{one.name}_") or one.name in (own, *own.split("_"))
+    ]
+    bits = sum((1 << field.msb + 1) - (1 << field.lsb) for field in fields)
+
+    assert fields
+    if name.endswith("_Pos"):
+        assert mask == fields[0].lsb
+    else:
+        assert mask & ~bits == 0
+
+
+@pytest.mark.parametrize(("members", "kind"), STRUCTURES, ids=[kind for _, kind in STRUCTURES])
+def test_registers_are_where_a_structure_of_the_firmwares_headers_has_them(members: str, kind: str) -> None:
+    sizes = {"uint8_t": 1, "uint32_t": 4}
+    offset, seen = 0, 0
+    base = {"DMA_Stream": 0x10, "SysTick": 0x10, "NVIC": 0x100, "SCB": 0xD00}.get(kind, 0)
+    for line in re.sub(r"/\*.*?\*/|volatile|const", "", members).splitlines():
+        size, _, rest = line.strip(" ;").partition(" ")
+        if size not in sizes:
+            break  # DMA's streams have a structure of their own
+        for member in rest.split(","):
+            name, _, count = member.strip(" ;").partition("[")
+            register = find(kind, name) or find(kind, f"{name}0")
+            if register is not None:
+                assert register.offset == base + offset, register.name
+                seen += 1
+            offset += sizes[size] * int(count.rstrip("];") or 1)
+    assert seen >= 3 or kind in {"PWR", "DMA"}
+
+
+@pytest.mark.parametrize(("name", "address"), [one for one in ADDRESSES if one[0] in memory_map.BLOCKS])
+def test_a_block_is_where_the_firmwares_headers_have_it(name: str, address: str) -> None:
+    assert memory_map.BLOCKS[name][0] == int(address, 0)
+
+
+# -- laws ---------------------------------------------------------------------------------------------------
+
+
+@blocks
+def test_registers_are_words_with_names_of_their_own(name: str) -> None:
+    block = BLOCKS[name]
+    offsets = [one.offset for one in block.registers]
+
+    assert len({one.name for one in block.registers}) == len(set(offsets)) == len(offsets) > 0
+    assert all(offset % 4 == 0 for offset in offsets)
+    assert name in memory_map.BLOCKS or name in SYSTEM_CONTROL_SPACE
+
+
+@blocks
+def test_fields_lie_inside_the_word_and_do_not_overlap(name: str) -> None:
+    for one in BLOCKS[name].registers:
+        used = 0
+        for field in one.fields():
+            bits = (1 << field.msb + 1) - (1 << field.lsb)
+            assert 0 <= field.lsb <= field.msb < 32
+            assert field.bits.overlay or not used & bits, f"{one.name}.{field.name}"
+            used |= bits
+
+
+@blocks
+def test_everything_has_a_meaning(name: str) -> None:
+    block = BLOCKS[name]
+
+    assert block.title
+    assert block.source
+    assert all((one.declared.__doc__ or "").strip().endswith(".") for one in block.registers)
+    assert all(field.bits.doc for one in block.registers for field in one.fields())
+
+
+# -- what the blocks do -------------------------------------------------------------------------------------
+
+
+def made(name: str) -> Peripheral:
+    """The block, without a core; the core's own share one."""
+    python = {block.name: block for block in SystemBlocks(Chip().soc)}
+    return python.get(name) or NativeChip()["SCS" if name in SYSTEM_CONTROL_SPACE else name]
+
+
+@blocks
+def test_a_block_has_the_declared_values_after_reset_and_the_declared_names(name: str) -> None:
+    """But for IDR, which shows the pins' levels, and SSR, which runs."""
+    block = made(name)
+    registers = [one for one in BLOCKS[name].registers if one.name not in {"IDR", "SSR"}]
+
+    assert {one.name: hex(block.peek(one.offset)) for one in registers} == {
+        one.name: hex(one.reset) for one in registers
+    }
+    assert {one.offset: one.name for one in registers}.items() <= block.NAMES.items()
+    assert names_of(block.name) == block.NAMES
+
+
+@blocks
+def test_bits_that_are_not_declared_never_stick(name: str) -> None:
+    block = made(name)
+    for one in BLOCKS[name].registers:
+        block.write(one.offset, WORD)
+
+        assert hex(block.peek(one.offset) & ~bits_of(one) & ~one.reset) == "0x0", one.name
+
+
+# -- as a user sees them ------------------------------------------------------------------------------------
+
+
+def fcu(*arguments: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "emulator", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+
+
+def test_fcu_prints_a_blocks_registers_with_addresses_and_fields() -> None:
+    done = fcu("registers", "tim9")
+
+    assert done.returncode == 0
+    assert "\n0x4001400C rw    0x00000000 DIER: " in done.stdout
+    assert "\n         0 rw               UIE: interrupt on update\n" in done.stdout
+    assert "BDTR" not in done.stdout
+
+
+def test_the_cores_blocks_have_their_addresses_too() -> None:
+    assert "\n0xE000ED28 rc_w1 0x00000000 CFSR: " in fcu("registers", "SCB").stdout
+
+
+def test_an_unknown_name_gets_one_line_with_what_there_is() -> None:
+    done = fcu("registers", "TIM6")
+
+    assert done.returncode == 2
+    assert done.stderr.startswith("fcu: unknown part 'TIM6'; known: LSM6DSL, ")
+    assert done.stderr.count("\n") == 1
+    assert all(name in done.stderr for name in BLOCKS)
