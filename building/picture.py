@@ -57,7 +57,8 @@ def draw(lines: list[tuple[str, str]]) -> str:
     console = Console(record=True, width=WIDTH, file=io.StringIO(), force_terminal=True)
     for line, style in lines:
         console.print(Text(line, style=style), soft_wrap=True)
-    return console.export_svg(title="fcu", theme=DEFAULT_TERMINAL_THEME, unique_id="run")
+    drawn: str = console.export_svg(title="fcu", theme=DEFAULT_TERMINAL_THEME, unique_id="run")
+    return drawn
 
 
 if __name__ == "__main__":
