@@ -9,18 +9,21 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
 from emulator.chip import memory_map
 from emulator.chip.peripherals.peripheral import Peripheral
 from emulator.chip.peripherals.system_blocks import SystemBlocks
-from emulator.chip.registers import BLOCKS, SYSTEM_CONTROL_SPACE, names_of
+from emulator.chip.registers import BLOCKS, IN_C, SYSTEM_CONTROL_SPACE, names_of
 from emulator.chip.registers.block import WORD, BlockRegister
+from emulator.chip.registers.c_header import file_name, header
 from tests.arm.chip_fakes import Chip, NativeChip
 
 ROOT = Path(__file__).parents[2]
 SUPPORT = ROOT / "firmware_model" / "arm" / "support"
+NATIVE = ROOT / "emulator" / "chip" / "native"
 HEADERS = SUPPORT / "stm32f401xc.h", SUPPORT / "cortex_m4.h", ROOT / "tests" / "arm" / "vendor" / "vendor.h"
 TEXT = "\n".join(path.read_text(encoding="utf-8") for path in HEADERS)
 FIRST = {"GPIO": "GPIOA", "TIM": "TIM1", "USART": "USART1", "I2C": "I2C1", "SPI": "SPI1", "DMA": "DMA1"}
@@ -56,14 +59,6 @@ def masks() -> Iterator[tuple[BlockRegister, str, int]]:
 MASKS = list(masks())
 STRUCTURES = re.findall(r"typedef struct \{\n(.*?)\n\} (\w+)_(?:TypeDef|Type);", TEXT, re.DOTALL)
 ADDRESSES = re.findall(r"#define (\w+) \(\(\w+ \*\)(0x[0-9A-F]+)U\)", TEXT)
-
-
-def bits_of(register: BlockRegister) -> int:
-    """Those that exist."""
-    union = 0
-    for field in register.declared.fields:
-        union |= field.mask
-    return (union or WORD) & register.exists
 
 
 # -- the firmware's headers as witness ----------------------------------------------------------------------
@@ -186,7 +181,24 @@ def test_bits_that_are_not_declared_never_stick(name: str) -> None:
     for one in BLOCKS[name].registers:
         block.write(one.offset, WORD)
 
-        assert hex(block.peek(one.offset) & ~bits_of(one) & ~one.reset) == "0x0", one.name
+        assert hex(block.peek(one.offset) & ~one.bits & ~one.reset) == "0x0", one.name
+
+
+# -- the C headers ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("module", IN_C, ids=file_name)
+def test_a_c_header_is_up_to_date(module: ModuleType) -> None:
+    """When it is not: python -m emulator.chip.registers"""
+    assert (NATIVE / file_name(module)).read_text(encoding="utf-8") == header(module)
+
+
+def test_every_header_of_registers_is_made_and_included() -> None:
+    made = {file_name(module) for module in IN_C}
+    sources = "".join(path.read_text(encoding="utf-8") for path in NATIVE.glob("*.c"))
+
+    assert {path.name for path in NATIVE.glob("registers_*.h")} == made
+    assert {name for name in made if f'#include "{name}"' not in sources} == set()
 
 
 # -- as a user sees them ------------------------------------------------------------------------------------

@@ -25,6 +25,9 @@
 #define PS_PER_S INT64_C(1000000000000)
 #define WORD 0xFFFFFFFFu
 
+/* The number in a field of several bits, by the names of the chapter's header: FIELD(cr2, CR2_STOP). */
+#define FIELD(value, name) (((value) & (name)) >> name##_SHIFT)
+
 int64_t common_divisor(int64_t a, int64_t b); /* the greatest one */
 
 typedef struct Chip Chip;

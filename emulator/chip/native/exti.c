@@ -19,16 +19,10 @@
 
 #include "chip.h"
 #include "fcu.h"
+#include "registers_exti.h"
+#include "registers_syscfg.h"
 
-enum { IMR = 0x00, EMR = 0x04, RTSR = 0x08, FTSR = 0x0C, SWIER = 0x10, PR = 0x14 };
-enum { MEMRMP = 0x00, PMC = 0x04, EXTICR1 = 0x08, EXTICR2 = 0x0C, EXTICR3 = 0x10, EXTICR4 = 0x14, CMPCR = 0x20 };
-
-#define LINES 0x007FFFFFu
-#define CMP_PD (1u << 0)
-#define READY (1u << 8)
-
-static const int16_t EXTI_OFFSETS[] = {IMR, EMR, RTSR, FTSR, SWIER, PR, -1};
-static const int16_t SYSCFG_OFFSETS[] = {MEMRMP, PMC, EXTICR1, EXTICR2, EXTICR3, EXTICR4, CMPCR, -1};
+#define LINES IMR_STORED
 
 /* Interrupt numbers and the lines that raise them (table 38). */
 static const struct {
@@ -159,7 +153,7 @@ static uint32_t writable(uint32_t offset) {
   switch (offset) {
     case MEMRMP: return 0x3;
     case PMC: return 0x10000;
-    case CMPCR: return CMP_PD;
+    case CMPCR: return CMPCR_CMP_PD;
     default: return 0xFFFF;
   }
 }
@@ -171,7 +165,7 @@ static void syscfg_write(Block *block, uint32_t offset, uint32_t value, uint32_t
   if (offset == MEMRMP && *word) {
     block_note(block, 0, NOTE_NOT_MODELLED, "MEMRMP: address 0 stays the flash");
   } else if (offset == CMPCR) {
-    *word = *word & CMP_PD ? CMP_PD | READY : 0; /* the compensation cell is ready at once (7.2.7) */
+    *word = *word & CMPCR_CMP_PD ? CMPCR_CMP_PD | CMPCR_READY : 0; /* the compensation cell is ready at once (7.2.7) */
   } else if (EXTICR1 <= offset && offset <= EXTICR4) {
     select_pins(block->chip);
   }

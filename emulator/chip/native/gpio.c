@@ -23,19 +23,13 @@
 #include "chip.h"
 #include "exti.h"
 #include "fcu.h"
-
-enum {
-  MODER = 0x00, OTYPER = 0x04, OSPEEDR = 0x08, PUPDR = 0x0C, IDR = 0x10,
-  ODR = 0x14, BSRR = 0x18, LCKR = 0x1C, AFRL = 0x20, AFRH = 0x24
-};
+#include "registers_gpio.h"
 
 enum { INPUT, OUTPUT, ALTERNATE, ANALOG };   /* MODER, 8.4.1 */
 enum { NO_PULL, PULL_UP, PULL_DOWN };        /* PUPDR, 8.4.4 */
 
-#define LCKK (1u << 16)
 #define ALL_PINS 0xFFFFu
 
-static const int16_t OFFSETS[] = {MODER, OTYPER, OSPEEDR, PUPDR, IDR, ODR, BSRR, LCKR, AFRL, AFRH, -1};
 static const uint32_t BASES[PORTS] = {0x40020000, 0x40020400, 0x40020800, 0x40020C00, 0x40021000, 0x40021C00};
 
 static uint32_t *at(GpioPort *port, uint32_t offset) { return &port->registers[offset >> 2]; }
@@ -181,7 +175,7 @@ static void write_lock(GpioPort *port, uint32_t value, uint32_t mask) {
   if (port->locked || mask != WORD) {
     return;
   }
-  bool key = value & LCKK, wanted = port->lock_step != 1;
+  bool key = value & LCKR_LCKK, wanted = port->lock_step != 1;
   uint32_t pins = value & ALL_PINS;
   if (key != wanted || (port->lock_step && pins != port->lock_pins)) {
     port->lock_step = 0;
@@ -194,7 +188,7 @@ static void write_lock(GpioPort *port, uint32_t value, uint32_t mask) {
   *at(port, LCKR) = port->lock_pins;
   if (port->lock_step == 3) {
     port->locked = pins;
-    *at(port, LCKR) = pins | LCKK;
+    *at(port, LCKR) = pins | LCKR_LCKK;
     port->lock_step = 0;
   }
 }
@@ -232,16 +226,7 @@ static bool gpio_changes_nothing(const Block *block, uint32_t offset, uint32_t v
 static void gpio_reset(Block *block) {
   GpioPort *port = (GpioPort *)block;
   for (uint32_t offset = MODER; offset <= AFRH; offset += 4) {
-    *at(port, offset) = 0;
-  }
-  if (index_of(port) == port_index('A')) {
-    *at(port, MODER) = 0xA8000000;
-    *at(port, OSPEEDR) = 0x0C000000;
-    *at(port, PUPDR) = 0x64000000;
-  } else if (index_of(port) == port_index('B')) {
-    *at(port, MODER) = 0x280;
-    *at(port, OSPEEDR) = 0xC0;
-    *at(port, PUPDR) = 0x100;
+    *at(port, offset) = GPIO_RESETS[index_of(port)][offset >> 2];
   }
   port->locked = port->lock_step = port->lock_pins = 0;
   for (int pin = 0; pin < 16; pin++) {
@@ -259,7 +244,7 @@ static const BlockType TYPE = {
 
 void gpio_create(Chip *chip) {
   for (int n = 0; n < PORTS; n++) {
-    block_create(chip, &chip->gpio.ports[n].block, &TYPE, BASES[n], 0x400, OFFSETS);
+    block_create(chip, &chip->gpio.ports[n].block, &TYPE, BASES[n], 0x400, GPIO_OFFSETS);
     chip->gpio.ports[n].block.steady = 1;
     gpio_reset(&chip->gpio.ports[n].block);
   }

@@ -22,46 +22,23 @@
 
 #include <string.h>
 
-enum {
-  CR1 = 0x00, CR2 = 0x04, SMCR = 0x08, DIER = 0x0C, SR = 0x10, EGR = 0x14, CCMR1 = 0x18, CCMR2 = 0x1C,
-  CCER = 0x20, CNT = 0x24, PSC = 0x28, ARR = 0x2C, RCR = 0x30, CCR1 = 0x34, CCR4 = 0x40, BDTR = 0x44,
-  DCR = 0x48, DMAR = 0x4C, OR = 0x50
-};
+#include "registers_tim.h"
+
 #define REGISTER(tim, offset) ((tim)->registers[(offset) >> 2])
 
-/* CR1 */
-#define CEN 0x001u
-#define UDIS 0x002u
-#define URS 0x004u
-#define OPM 0x008u
-#define DIR 0x010u
-#define CMS(cr1) ((cr1) >> 5 & 3)
-#define ARPE 0x080u
-/* SR, DIER and EGR */
-#define UIF 0x01u
-#define UIE 0x01u
-#define UG 0x01u
-#define CC_FLAGS 0x1Eu
-#define COM_TRIGGER 0x60u
-#define BREAK 0x80u
-#define ALL_FLAGS 0xFFu
-#define UDE 0x0100u
-#define CC_DMA 0x1E00u /* CC1DE to CC4DE */
-/* SMCR */
-#define ECE_SMS 0x4007u
-/* CCMRx, the byte of one channel */
-#define CCS(settings) ((settings) & 3)
-#define OCPE 0x08u
-#define ICPSC(settings) ((settings) >> 2 & 3)
-#define OCM(settings) ((settings) >> 4 & 7)
-enum { FORCED_LOW = 4, FORCED_HIGH = 5, PWM1 = 6, PWM2 = 7 };
-/* CCER, the bits of one channel */
-#define CCE 1u
-#define CCP 2u
-#define CCNP 8u
-/* BDTR */
-#define MOE 0x8000u
+_Static_assert(sizeof TIM_RESETS[0] == sizeof((Tim *)0)->registers, "the registers of a timer");
 
+/* Flags of SR; the enable bits of DIER and the events of EGR have the same places. */
+#define CC_FLAGS (SR_CC1IF | SR_CC2IF | SR_CC3IF | SR_CC4IF)
+#define COM_TRIGGER (SR_COMIF | SR_TIF)
+#define ALL_FLAGS 0xFFu
+#define CC_DMA (DIER_CC1DE | DIER_CC2DE | DIER_CC3DE | DIER_CC4DE)
+#define ECE_SMS (SMCR_ECE | SMCR_SMS)
+/* CCMRx: of one channel, in the place of channel 1. */
+#define OCM(settings) FIELD(settings, CCMR1_OC1M)
+#define ICPSC(settings) FIELD(settings, CCMR1_IC1PSC)
+#define CCS(settings) FIELD(settings, CCMR1_CC1S)
+enum { FORCED_LOW = 4, FORCED_HIGH = 5, PWM1 = 6, PWM2 = 7 };
 /* A handler that clears its flag later than this after the tick is late. On ARM it never comes at once: entering
  * it and finding out which flag it was takes ST's HAL about a hundred instructions. */
 #define PROMPT_PS INT64_C(10000000)
@@ -77,25 +54,25 @@ typedef struct {
 typedef struct TimVariant {
   uint32_t base;
   uint8_t apb, bits, channels, alternate;
-  bool up_only, advanced;
+  bool advanced;
   enum Request request; /* of an update */
   TimIrq irqs[4];       /* flags 0 end them */
   const char *pins[TIM_CHANNELS]; /* "A8 E9" */
 } TimVariant;
 
 static const TimVariant VARIANTS[TIMERS] = {
-  {0x40010000, 2, 16, 4, 1, false, true, REQUEST_TIM1_UP,
-   {{UIF, 25}, {CC_FLAGS, 27}, {COM_TRIGGER, 26}, {BREAK, 24}}, {"A8 E9", "A9 E11", "A10 E13", "A11 E14"}},
-  {0x40000000, 1, 32, 4, 1, false, false, REQUEST_TIM2_UP,
+  {0x40010000, 2, 16, 4, 1, true, REQUEST_TIM1_UP,
+   {{SR_UIF, 25}, {CC_FLAGS, 27}, {COM_TRIGGER, 26}, {SR_BIF, 24}}, {"A8 E9", "A9 E11", "A10 E13", "A11 E14"}},
+  {0x40000000, 1, 32, 4, 1, false, REQUEST_TIM2_UP,
    {{ALL_FLAGS, 28}}, {"A0 A5 A15", "A1 B3", "A2 B10", "A3 B11"}},
-  {0x40000400, 1, 16, 4, 2, false, false, REQUEST_TIM3_UP,
+  {0x40000400, 1, 16, 4, 2, false, REQUEST_TIM3_UP,
    {{ALL_FLAGS, 29}}, {"A6 B4 C6", "A7 B5 C7", "B0 C8", "B1 C9"}},
-  {0x40000800, 1, 16, 4, 2, false, false, REQUEST_TIM4_UP,
+  {0x40000800, 1, 16, 4, 2, false, REQUEST_TIM4_UP,
    {{ALL_FLAGS, 30}}, {"B6 D12", "B7 D13", "B8 D14", "B9 D15"}},
-  {0x40000C00, 1, 32, 4, 2, false, false, REQUEST_TIM5_UP, {{ALL_FLAGS, 50}}, {"A0", "A1", "A2", "A3"}},
-  {0x40014000, 2, 16, 2, 3, true, false, REQUEST_NONE, {{ALL_FLAGS, 24}}, {"A2 E5", "A3 E6"}},
-  {0x40014400, 2, 16, 1, 3, true, false, REQUEST_NONE, {{ALL_FLAGS, 25}}, {"B8"}},
-  {0x40014800, 2, 16, 1, 3, true, false, REQUEST_NONE, {{ALL_FLAGS, 26}}, {"B9"}},
+  {0x40000C00, 1, 32, 4, 2, false, REQUEST_TIM5_UP, {{ALL_FLAGS, 50}}, {"A0", "A1", "A2", "A3"}},
+  {0x40014000, 2, 16, 2, 3, false, REQUEST_NONE, {{ALL_FLAGS, 24}}, {"A2 E5", "A3 E6"}},
+  {0x40014400, 2, 16, 1, 3, false, REQUEST_NONE, {{ALL_FLAGS, 25}}, {"B8"}},
+  {0x40014800, 2, 16, 1, 3, false, REQUEST_NONE, {{ALL_FLAGS, 26}}, {"B9"}},
 };
 
 static uint32_t ones(unsigned count) { return count >= 32 ? WORD : (1u << count) - 1; }
@@ -103,40 +80,9 @@ static uint32_t ones(unsigned count) { return count >= 32 ? WORD : (1u << count)
 /* CC1IF to CC4IF, as far as the timer has channels. */
 static uint32_t compare_flags(const TimVariant *variant) { return ones(variant->channels) << 1; }
 
-/* Flags of SR, but for those of overcapture; enable bits of DIER, but for those of DMA; events of EGR. */
-static uint32_t flags_of(const TimVariant *variant) {
-  return 0x41u | compare_flags(variant) | (variant->advanced ? 0xA0u : 0);
-}
-
-static uint32_t dier_mask(const TimVariant *variant) {
-  uint32_t dma = variant->up_only ? 0 : 0x4100u | compare_flags(variant) << 8;
-  return flags_of(variant) | dma | (variant->advanced ? 0x2000u : 0);
-}
-
-/* The bits of a register that exist (sections 12.4, 13.4, 14.4, 14.5); one that a timer does not have is written
- * in vain and reads 0. CR2 is given to TIM9 to TIM11 too: ST's HAL writes its MMS field without looking at the
- * timer. */
+/* The bits of a register that exist; one that a timer does not have is written in vain and reads 0. */
 static uint32_t bits_of(const TimVariant *variant, uint32_t offset) {
-  bool wide = !variant->up_only, advanced = variant->advanced;
-  switch (offset) {
-    case CR1: return wide ? 0x3FF : 0x38F;
-    case CR2: return advanced ? 0x7FFD : wide ? 0xF8 : 0x70;
-    case SMCR: return 0xFFF7;
-    case DIER: return dier_mask(variant);
-    case SR: return flags_of(variant) | compare_flags(variant) << 8;
-    case EGR: return flags_of(variant);
-    case CCMR1: return variant->channels > 1 ? 0xFFFF : 0x00FF;
-    case CCMR2: return variant->channels > 2 ? 0xFFFF : 0;
-    case CCER: return (advanced ? 0xFFFFu : 0xBBBBu) & ones(4u * variant->channels);
-    case PSC: return 0xFFFF;
-    case CNT: case ARR: return ones(variant->bits);
-    case RCR: return advanced ? 0xFF : 0;
-    case BDTR: return advanced ? 0xFFFF : 0;
-    case DCR: return wide ? 0x1F1F : 0;
-    case DMAR: return wide ? 0xFFFF : 0;
-    case OR: return 0x0CC3;
-    default: return offset < CCR1 + 4u * variant->channels ? ones(variant->bits) : 0;
-  }
+  return TIM_EXISTING[variant - VARIANTS][offset >> 2];
 }
 
 /* Which channel of a timer a pin leads to: 0 to 3; -1 if to none. */
@@ -233,7 +179,7 @@ static bool is_input(const TimChannel *channel) { return CCS(channel->settings) 
  * 12.4.5); CMS = 1 raises flags while counting down, 2 while counting up, 3 in both halves (section 12.4.1). */
 static void find_matches(const Tim *tim, TimChannel *channel) {
   int64_t compare = channel->compare, arr = tim->arr, *matches = channel->matches;
-  uint32_t cms = CMS(REGISTER(tim, CR1));
+  uint32_t cms = FIELD(REGISTER(tim, CR1), CR1_CMS);
   int count = 0;
   if (is_input(channel)) {
     count = 0;
@@ -286,7 +232,7 @@ static void capture(Tim *tim, int channel) {
     REGISTER(tim, SR) |= flag_of(channel) << 8; /* CCxOF */
   }
   REGISTER(tim, SR) |= flag_of(channel);
-  REGISTER(tim, CCR1 + 4 * channel) = (uint32_t)cnt_of(tim);
+  REGISTER(tim, CCRx(channel + 1)) = (uint32_t)cnt_of(tim);
 }
 
 /* Whether a channel captures from the pin of channel `source`: its own (CCxS = 1) or its neighbour's (2). */
@@ -297,8 +243,9 @@ static bool listens_to(const TimChannel *channel, int number, int source) {
 
 /* Whether to capture at an edge to a level: polarity (CCxP, CCxNP) and prescaler (ICxPSC). */
 static bool captures(TimChannel *channel, bool level) {
-  bool both = (channel->enable & (CCP | CCNP)) == (CCP | CCNP), rising = !(channel->enable & CCP);
-  if (!(channel->enable & CCE) || (!both && level != rising)) {
+  const uint32_t both_edges = CCER_CC1P | CCER_CC1NP;
+  bool both = (channel->enable & both_edges) == both_edges, rising = !(channel->enable & CCER_CC1P);
+  if (!(channel->enable & CCER_CC1E) || (!both && level != rising)) {
     return false;
   }
   if (++channel->edges < 1u << ICPSC(channel->settings)) {
@@ -363,17 +310,17 @@ static void load(Tim *tim) {
   set_active_arr(tim, REGISTER(tim, ARR));
   for (int n = 0; n < tim->variant->channels; n++) {
     if (!is_input(&tim->channels[n])) {
-      tim->channels[n].compare = REGISTER(tim, CCR1 + 4 * n);
+      tim->channels[n].compare = REGISTER(tim, CCRx(n + 1));
     }
   }
   find_all_matches(tim);
 }
 
 static void raise_update_flag(Tim *tim, int64_t count) {
-  if (!(REGISTER(tim, SR) & UIF)) {
-    REGISTER(tim, SR) |= UIF;
+  if (!(REGISTER(tim, SR) & SR_UIF)) {
+    REGISTER(tim, SR) |= SR_UIF;
     count--;
-    if (REGISTER(tim, DIER) & UIE) {
+    if (REGISTER(tim, DIER) & DIER_UIE) {
       tick_due(tim);
     }
   }
@@ -387,12 +334,12 @@ static void update(Tim *tim, int64_t count) {
   load(tim);
   tim->left = tim->repetition;
   if (tim->one_pulse) {
-    REGISTER(tim, CR1) &= ~CEN;
+    REGISTER(tim, CR1) &= ~CR1_CEN;
     tim->running = false;
     tim->base = 0;
   }
   raise_update_flag(tim, count);
-  if (REGISTER(tim, DIER) & UDE) {
+  if (REGISTER(tim, DIER) & DIER_UDE) {
     dma_request(tim->block.chip, tim->variant->request); /* it may write to this timer */
   }
 }
@@ -522,7 +469,7 @@ static int64_t find_next_ps(const Tim *tim) {
   }
   uint32_t missing = ~REGISTER(tim, SR);
   int64_t steps = steps_to_flags(tim, missing & CC_FLAGS);
-  if (steps < INT64_MAX || missing & UIF || tim->one_pulse || REGISTER(tim, DIER) & UDE) {
+  if (steps < INT64_MAX || missing & SR_UIF || tim->one_pulse || REGISTER(tim, DIER) & DIER_UDE) {
     int64_t first = steps_to_update(tim);
     steps = first < steps ? first : steps;
   }
@@ -541,7 +488,7 @@ static int64_t next_ps(Tim *tim) {
 static void settle(Tim *tim) {
   Chip *chip = tim->block.chip;
   uint32_t status = REGISTER(tim, SR), enabled = REGISTER(tim, DIER), active = status & enabled;
-  bool wanted = enabled & ~status & (UIF | CC_FLAGS) || enabled & UDE;
+  bool wanted = enabled & ~status & (SR_UIF | CC_FLAGS) || enabled & DIER_UDE;
   tim->next_known = false;
   int64_t at_ps = wanted ? next_ps(tim) : NEVER_PS;
   if (at_ps >= NEVER_PS) {
@@ -563,7 +510,7 @@ static void on_event(Block *block) { sync((Tim *)block); }
 
 /* -- registers ------------------------------------------------------------------------------------------- */
 
-static bool is_ccr(uint32_t offset) { return offset >= CCR1 && offset <= CCR4; }
+static bool is_ccr(uint32_t offset) { return offset >= CCRx(1) && offset <= CCRx(4); }
 
 /* A register of a timer that is up to date. */
 static uint32_t value_of(const Tim *tim, uint32_t offset) {
@@ -571,7 +518,7 @@ static uint32_t value_of(const Tim *tim, uint32_t offset) {
     return (uint32_t)cnt_of(tim);
   }
   if (offset == CR1 && tim->mode == TIM_CENTRE) {
-    return (REGISTER(tim, CR1) & ~DIR) | (is_falling(tim) ? DIR : 0);
+    return (REGISTER(tim, CR1) & ~CR1_DIR) | (is_falling(tim) ? CR1_DIR : 0);
   }
   return REGISTER(tim, offset);
 }
@@ -615,7 +562,7 @@ static uint32_t tim_read(Block *block, uint32_t offset, int64_t *until_ps) {
   *until_ps = runs ? ALREADY_PS : flags ? next_ps(tim) : NEVER_PS;
   uint32_t value = value_of(tim, offset);
   if (is_ccr(offset)) {
-    take_capture(tim, (int)(offset - CCR1) / 4);
+    take_capture(tim, (int)(offset - CCRx(1)) / 4);
   }
   return value;
 }
@@ -625,13 +572,13 @@ static void cr1_changed(Tim *tim) {
   uint32_t cr1 = REGISTER(tim, CR1);
   int64_t now_ps = tim->block.chip->now_ps, value = cnt_of(tim);
   bool falling = is_falling(tim);
-  tim->mode = CMS(cr1) ? TIM_CENTRE : cr1 & DIR ? TIM_DOWN : TIM_UP;
-  set_active_arr(tim, cr1 & ARPE ? tim->arr : REGISTER(tim, ARR));
+  tim->mode = FIELD(cr1, CR1_CMS) ? TIM_CENTRE : cr1 & CR1_DIR ? TIM_DOWN : TIM_UP;
+  set_active_arr(tim, cr1 & CR1_ARPE ? tim->arr : REGISTER(tim, ARR));
   place(tim, value, falling);
   find_all_matches(tim);
-  tim->updates = !(cr1 & UDIS);
-  tim->one_pulse = (cr1 & OPM) != 0;
-  if (cr1 & CEN) {
+  tim->updates = !(cr1 & CR1_UDIS);
+  tim->one_pulse = (cr1 & CR1_OPM) != 0;
+  if (cr1 & CR1_CEN) {
     start(tim, now_ps);
   } else {
     stop(tim, now_ps);
@@ -643,9 +590,9 @@ static void dier_changed(Tim *tim) {
   if (dier & CC_DMA) {
     block_note(&tim->block, NOTE_DIER, NOTE_NOT_MODELLED, "DIER: DMA requests on capture and compare");
   }
-  if (!(dier & UIE)) {
+  if (!(dier & DIER_UIE)) {
     forget_tick(tim);
-  } else if (REGISTER(tim, SR) & UIF && !tim->waiting) {
+  } else if (REGISTER(tim, SR) & SR_UIF && !tim->waiting) {
     tick_due(tim);
   }
 }
@@ -653,8 +600,8 @@ static void dier_changed(Tim *tim) {
 /* CCRx of a channel without preload is the active value at once (OCxPE, section 12.4.7). */
 static void compare_changed(Tim *tim, int number) {
   TimChannel *channel = &tim->channels[number];
-  if (is_input(channel) || !(channel->settings & OCPE)) {
-    channel->compare = REGISTER(tim, CCR1 + 4 * number);
+  if (is_input(channel) || !(channel->settings & CCMR1_OC1PE)) {
+    channel->compare = REGISTER(tim, CCRx(number + 1));
     find_matches(tim, channel);
   }
 }
@@ -670,10 +617,10 @@ static void channels_changed(Tim *tim) {
 
 /* EGR: events by software (section 12.4.6). */
 static void generate(Tim *tim, uint32_t events) {
-  if (events & UG) {
-    if (!(REGISTER(tim, CR1) & UDIS)) {
+  if (events & EGR_UG) {
+    if (!(REGISTER(tim, CR1) & CR1_UDIS)) {
       load(tim);
-      if (!(REGISTER(tim, CR1) & URS)) {
+      if (!(REGISTER(tim, CR1) & CR1_URS)) {
         raise_update_flag(tim, 1);
       }
     }
@@ -688,7 +635,7 @@ static void generate(Tim *tim, uint32_t events) {
       REGISTER(tim, SR) |= flag_of(n);
     }
   }
-  REGISTER(tim, SR) |= events & (COM_TRIGGER | BREAK);
+  REGISTER(tim, SR) |= events & (COM_TRIGGER | SR_BIF);
 }
 
 static void register_changed(Tim *tim, uint32_t offset) {
@@ -698,7 +645,7 @@ static void register_changed(Tim *tim, uint32_t offset) {
   } else if (offset == DIER) {
     dier_changed(tim);
   } else if (is_ccr(offset)) {
-    compare_changed(tim, (int)(offset - CCR1) / 4);
+    compare_changed(tim, (int)(offset - CCRx(1)) / 4);
   } else if (offset == CCMR1 || offset == CCMR2 || offset == CCER) {
     channels_changed(tim);
   } else if (offset == SMCR && REGISTER(tim, SMCR) & ECE_SMS) {
@@ -713,7 +660,7 @@ static void register_changed(Tim *tim, uint32_t offset) {
 
 static void clear_flags(Tim *tim, uint32_t kept) {
   REGISTER(tim, SR) &= kept;
-  if (tim->waiting && !(REGISTER(tim, SR) & UIF)) {
+  if (tim->waiting && !(REGISTER(tim, SR) & SR_UIF)) {
     tick_handled(tim);
   }
 }
@@ -760,9 +707,8 @@ static void tim_clocks_changed(Block *block) {
 /* Stopped, nothing enabled. The account of ticks goes on. */
 static void tim_reset(Block *block) {
   Tim *tim = (Tim *)block;
-  memset(tim->registers, 0, sizeof tim->registers);
+  memcpy(tim->registers, TIM_RESETS[tim->variant - VARIANTS], sizeof tim->registers);
   memset(tim->channels, 0, sizeof tim->channels);
-  REGISTER(tim, ARR) = ones(tim->variant->bits);
   tim->mode = TIM_UP;
   tim->index = 0;
   set_active_arr(tim, REGISTER(tim, ARR));
@@ -787,13 +733,10 @@ static const BlockType TIM = {
 };
 
 /* All timers have all addresses: ST's HAL writes to registers that the smaller ones do not have. */
-static const int16_t OFFSETS[] = {CR1,  CR2,      SMCR,     DIER, SR,   EGR, CCMR1, CCMR2, CCER, CNT, PSC, ARR, RCR,
-                                  CCR1, CCR1 + 4, CCR1 + 8, CCR4, BDTR, DCR, DMAR,  OR,    -1};
-
 void timers_create(Chip *chip) {
   for (int n = 0; n < TIMERS; n++) {
     Tim *tim = &chip->timers.timers[n];
-    block_create(chip, &tim->block, &TIM, VARIANTS[n].base, 0x400, OFFSETS);
+    block_create(chip, &tim->block, &TIM, VARIANTS[n].base, 0x400, TIM_OFFSETS);
     tim->variant = &VARIANTS[n];
     tim->event = event_create(&tim->block, on_event);
     tim_reset(&tim->block);
@@ -848,7 +791,7 @@ static double share_below(const Tim *tim, uint32_t compare) {
 static double duty_of(const Tim *tim, const TimChannel *channel) {
   uint32_t mode = OCM(channel->settings);
   double active;
-  if (is_input(channel) || !(channel->enable & CCE)) {
+  if (is_input(channel) || !(channel->enable & CCER_CC1E)) {
     return -1;
   }
   if (mode == FORCED_LOW || mode == FORCED_HIGH) {
@@ -859,7 +802,7 @@ static double duty_of(const Tim *tim, const TimChannel *channel) {
   } else {
     return -1;
   }
-  return channel->enable & CCP ? 1 - active : active;
+  return channel->enable & CCER_CC1P ? 1 - active : active;
 }
 
 int32_t fcu_timer_pwm(const Chip *chip, int32_t index, int32_t channel, double *frequency_hz, double *duty) {
@@ -867,7 +810,7 @@ int32_t fcu_timer_pwm(const Chip *chip, int32_t index, int32_t channel, double *
   if (channel < 1 || channel > now.variant->channels) {
     return -1;
   }
-  bool off = now.variant->advanced && !(REGISTER(&now, BDTR) & MOE);
+  bool off = now.variant->advanced && !(REGISTER(&now, BDTR) & BDTR_MOE);
   int halves = now.mode == TIM_CENTRE ? 2 : 1;
   *duty = duty_of(&now, &now.channels[channel - 1]);
   *frequency_hz = is_blocked(&now) ? 0 : (double)now.hz / (double)(now.prescale * now.spacing * halves);

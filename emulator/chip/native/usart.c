@@ -19,46 +19,14 @@
 #include <math.h>
 #include <string.h>
 
-enum { SR = 0x00, DR = 0x04, BRR = 0x08, CR1 = 0x0C, CR2 = 0x10, CR3 = 0x14, GTPR = 0x18 };
-static const int16_t OFFSETS[] = {SR, DR, BRR, CR1, CR2, CR3, GTPR, -1};
-static const uint32_t WRITABLE[] = {0, 0, 0xFFFF, 0xBFFF, 0x7F6F, 0x0FFF, 0xFFFF};
+#include "registers_usart.h"
+
+static const uint32_t STORED[] = {[BRR >> 2] = BRR_STORED, [CR1 >> 2] = CR1_STORED, [CR2 >> 2] = CR2_STORED,
+                                  [CR3 >> 2] = CR3_STORED, [GTPR >> 2] = GTPR_STORED};
 #define REGISTER(usart, offset) ((usart)->registers[(offset) >> 2])
 
-/* SR */
-#define ORE 0x08u
-#define IDLE 0x10u
-#define RXNE 0x20u
-#define TC 0x40u
-#define TXE 0x80u
-/* CR1 */
-#define SBK 0x0001u
-#define RWU 0x0002u
-#define RE 0x0004u
-#define TE 0x0008u
-#define IDLEIE 0x0010u
-#define RXNEIE 0x0020u
-#define TCIE 0x0040u
-#define TXEIE 0x0080u
-#define PCE 0x0400u
-#define M 0x1000u
-#define UE 0x2000u
-#define OVER8 0x8000u
-#define SENDING (UE | TE)
-#define RECEIVING (UE | RE)
-/* CR2 */
-#define CLKEN 0x0800u
-#define STOP(cr2) ((cr2) >> 12 & 3)
-#define LINEN 0x4000u
-/* CR3 */
-#define EIE 0x001u
-#define IREN 0x002u
-#define HDSEL 0x008u
-#define SCEN 0x020u
-#define DMAR 0x040u
-#define DMAT 0x080u
-#define RTSE 0x100u
-#define CTSE 0x200u
-
+#define SENDING (CR1_UE | CR1_TE)
+#define RECEIVING (CR1_UE | CR1_RE)
 #define FURTHEST_OFF 0.03 /* a receiver that samples the middle of ten bits bears this much (section 19.3.5) */
 
 static const struct {
@@ -75,15 +43,15 @@ static const struct {
   uint32_t offset, bit;
   const char *name;
 } FOREIGN[] = {
-  {CR1, SBK, "SBK (break)"},
-  {CR1, RWU, "RWU (mute mode)"},
-  {CR2, CLKEN, "CLKEN (synchronous mode)"},
-  {CR2, LINEN, "LINEN (LIN mode)"},
-  {CR3, IREN, "IREN (IrDA mode)"},
-  {CR3, HDSEL, "HDSEL (half duplex)"},
-  {CR3, SCEN, "SCEN (smartcard mode)"},
-  {CR3, RTSE, "RTSE (flow control)"},
-  {CR3, CTSE, "CTSE (flow control)"},
+  {CR1, CR1_SBK, "SBK (break)"},
+  {CR1, CR1_RWU, "RWU (mute mode)"},
+  {CR2, CR2_CLKEN, "CLKEN (synchronous mode)"},
+  {CR2, CR2_LINEN, "LINEN (LIN mode)"},
+  {CR3, CR3_IREN, "IREN (IrDA mode)"},
+  {CR3, CR3_HDSEL, "HDSEL (half duplex)"},
+  {CR3, CR3_SCEN, "SCEN (smartcard mode)"},
+  {CR3, CR3_RTSE, "RTSE (flow control)"},
+  {CR3, CR3_CTSE, "CTSE (flow control)"},
 };
 
 static void update(Usart *usart);
@@ -157,11 +125,11 @@ static void replace(Usart *usart, uint8_t value) {
 
 static uint32_t status_of(const Usart *usart) {
   int64_t now_ps = now_of(usart);
-  uint32_t status = now_ps >= usart->tc_ps ? TC : 0;
-  status |= now_ps >= usart->txe_ps && usart->waiting < 0 ? TXE : 0;
-  status |= usart->arrived >= 0 ? RXNE : 0;
-  status |= usart->overrun ? ORE : 0;
-  return status | (usart->idle ? IDLE : 0);
+  uint32_t status = now_ps >= usart->tc_ps ? SR_TC : 0;
+  status |= now_ps >= usart->txe_ps && usart->waiting < 0 ? SR_TXE : 0;
+  status |= usart->arrived >= 0 ? SR_RXNE : 0;
+  status |= usart->overrun ? SR_ORE : 0;
+  return status | (usart->idle ? SR_IDLE : 0);
 }
 
 /* When TXE or TC comes next; the receiver's flags come with events. */
@@ -215,8 +183,8 @@ static void take_data(Usart *usart) {
 
 static uint32_t read_data(Usart *usart) {
   take_data(usart);
-  usart->overrun = usart->overrun && !(usart->seen & ORE);
-  usart->idle = usart->idle && !(usart->seen & IDLE);
+  usart->overrun = usart->overrun && !(usart->seen & SR_ORE);
+  usart->idle = usart->idle && !(usart->seen & SR_IDLE);
   usart->seen = 0;
   if (usart->watched) {
     update(usart);
@@ -226,10 +194,10 @@ static uint32_t read_data(Usart *usart) {
 
 /* TC and RXNE are cleared by writing 0 (rc_w0). */
 static void clear_flags(Usart *usart, uint32_t kept) {
-  if (!(kept & TC) && now_of(usart) >= usart->tc_ps) {
+  if (!(kept & SR_TC) && now_of(usart) >= usart->tc_ps) {
     usart->tc_ps = now_of(usart) < usart->idle_ps ? usart->idle_ps : NEVER_PS;
   }
-  if (!(kept & RXNE)) {
+  if (!(kept & SR_RXNE)) {
     usart->arrived = -1;
   }
 }
@@ -254,7 +222,7 @@ static void check_against_terminal(Usart *usart, double baud, bool plain) {
 /* Ticks of the kernel clock in a bit (section 19.3.4). */
 static int64_t ticks_per_bit(const Usart *usart) {
   uint32_t brr = REGISTER(usart, BRR);
-  return REGISTER(usart, CR1) & OVER8 ? (brr >> 4) * 8 + (brr & 7) : brr;
+  return REGISTER(usart, CR1) & CR1_OVER8 ? (brr >> 4) * 8 + (brr & 7) : brr;
 }
 
 /* The length of a frame from BRR, OVER8, M and STOP (section 19.3.4). */
@@ -264,7 +232,7 @@ static void set_frame(Usart *usart) {
   uint32_t cr1 = REGISTER(usart, CR1);
   int64_t ticks = ticks_per_bit(usart);
   int64_t kernel_hz = VARIANTS[usart->number].apb == 1 ? clocks->pclk1_hz : clocks->pclk2_hz;
-  int half_bits = 2 * (cr1 & M ? 10 : 9) + STOP_HALF_BITS[STOP(REGISTER(usart, CR2))];
+  int half_bits = 2 * (cr1 & CR1_M ? 10 : 9) + STOP_HALF_BITS[FIELD(REGISTER(usart, CR2), CR2_STOP)];
   if (ticks == 0 || kernel_hz == 0) {
     usart->frame = (UsartFrame){NEVER_PS, 1}; /* no bit clock: nothing ever leaves */
     return;
@@ -272,7 +240,7 @@ static void set_frame(Usart *usart) {
   int64_t num = half_bits * ticks * PS_PER_S, den = 2 * kernel_hz, divisor = common_divisor(num, den);
   usart->frame = (UsartFrame){num / divisor, den / divisor};
   if (is_sending(usart)) {
-    check_against_terminal(usart, (double)kernel_hz / (double)ticks, half_bits == 20 && !(cr1 & PCE));
+    check_against_terminal(usart, (double)kernel_hz / (double)ticks, half_bits == 20 && !(cr1 & CR1_PCE));
   }
 }
 
@@ -282,8 +250,8 @@ static void configured(Usart *usart, uint32_t offset) {
       block_note(&usart->block, -1, NOTE_NOT_MODELLED, "%s", FOREIGN[n].name);
     }
   }
-  usart->watched = REGISTER(usart, CR1) & (IDLEIE | RXNEIE | TCIE | TXEIE) ||
-                   REGISTER(usart, CR3) & (EIE | DMAR | DMAT);
+  usart->watched = REGISTER(usart, CR1) & (CR1_IDLEIE | CR1_RXNEIE | CR1_TCIE | CR1_TXEIE) ||
+                   REGISTER(usart, CR3) & (CR3_EIE | CR3_DMAR | CR3_DMAT);
   set_frame(usart);
   if (usart->waiting >= 0 && is_sending(usart)) {
     uint8_t value = (uint8_t)usart->waiting;
@@ -299,12 +267,12 @@ static void configured(Usart *usart, uint32_t offset) {
 static void serve_dma(Usart *usart) {
   Chip *chip = usart->block.chip;
   uint32_t cr3 = REGISTER(usart, CR3);
-  if (cr3 & DMAR && usart->arrived >= 0) {
+  if (cr3 & CR3_DMAR && usart->arrived >= 0) {
     dma_request(chip, VARIANTS[usart->number].rx);
   }
-  if (cr3 & DMAT && is_sending(usart)) {
+  if (cr3 & CR3_DMAT && is_sending(usart)) {
     for (int stage = 0; stage < 2; stage++) { /* the shift register and DR */
-      if (status_of(usart) & TXE) {
+      if (status_of(usart) & SR_TXE) {
         dma_request(chip, VARIANTS[usart->number].tx);
       }
     }
@@ -314,18 +282,18 @@ static void serve_dma(Usart *usart) {
 /* Section 19.4: flags and their enable bits have the same places, except the receiver's errors. */
 static bool interrupts(const Usart *usart) {
   uint32_t cr1 = REGISTER(usart, CR1), status = status_of(usart);
-  bool errors = cr1 & RXNEIE || (REGISTER(usart, CR3) & (EIE | DMAR)) == (EIE | DMAR);
-  return status & cr1 & (TXE | TC | RXNE | IDLE) || (status & ORE && errors);
+  bool errors = cr1 & CR1_RXNEIE || (REGISTER(usart, CR3) & (CR3_EIE | CR3_DMAR)) == (CR3_EIE | CR3_DMAR);
+  return status & cr1 & (SR_TXE | SR_TC | SR_RXNE | SR_IDLE) || (status & SR_ORE && errors);
 }
 
 /* When to look again: when a flag rises that somebody waits for. */
 static void plan(Usart *usart) {
   Chip *chip = usart->block.chip;
   int64_t at_ps = NEVER_PS;
-  if ((REGISTER(usart, CR1) & TXEIE || REGISTER(usart, CR3) & DMAT) && usart->txe_ps > chip->now_ps) {
+  if ((REGISTER(usart, CR1) & CR1_TXEIE || REGISTER(usart, CR3) & CR3_DMAT) && usart->txe_ps > chip->now_ps) {
     at_ps = usart->txe_ps;
   }
-  if (REGISTER(usart, CR1) & TCIE && usart->tc_ps > chip->now_ps && usart->tc_ps < at_ps) {
+  if (REGISTER(usart, CR1) & CR1_TCIE && usart->tc_ps > chip->now_ps && usart->tc_ps < at_ps) {
     at_ps = usart->tc_ps;
   }
   if (at_ps >= NEVER_PS) {
@@ -385,7 +353,7 @@ static void usart_write(Block *block, uint32_t offset, uint32_t value, uint32_t 
   } else if (offset == SR) {
     clear_flags(usart, value | ~mask);
   } else {
-    mask &= WRITABLE[offset >> 2];
+    mask &= STORED[offset >> 2];
     REGISTER(usart, offset) = (REGISTER(usart, offset) & ~mask) | (value & mask);
     configured(usart, offset);
   }
@@ -422,7 +390,7 @@ static const BlockType USART = {
 void usarts_create(Chip *chip) {
   for (int n = 0; n < USARTS; n++) {
     Usart *usart = &chip->usarts.usarts[n];
-    block_create(chip, &usart->block, &USART, VARIANTS[n].base, 0x400, OFFSETS);
+    block_create(chip, &usart->block, &USART, VARIANTS[n].base, 0x400, USART_OFFSETS);
     usart->number = n;
     usart->event = event_create(&usart->block, on_event);
     usart->pins[0].function = 255;

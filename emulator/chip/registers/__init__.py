@@ -41,6 +41,9 @@ KINDS: Final[tuple[ModuleType, ...]] = (
 )
 """In the order of the reference manual, then the core's."""
 
+IN_C: Final[tuple[ModuleType, ...]] = (syscfg, gpio, exti, tim, usart)
+"""Of these the blocks in C have headers."""
+
 BLOCKS: Final[dict[str, DeclaredBlock]] = {
     name: block(module, name) for module in KINDS for name in module.INSTANCES
 }

@@ -53,6 +53,14 @@ class BlockRegister:
     declared: type[Word]
 
     @property
+    def bits(self) -> int:
+        """Those of them that are not reserved."""
+        used = 0
+        for field in self.declared.fields:
+            used |= field.mask
+        return (used or WORD) & self.exists
+
+    @property
     def stored(self) -> int:
         """Bits that keep what is written."""
         return self.declared.stored_mask & self.exists
