@@ -1,0 +1,225 @@
+"""The pytest plugin: a board for each test, expectations in virtual time, and what is needed to see why.
+
+Installed with the package (entry point ``pytest11``)::
+
+    @pytest.mark.board("build/mylab.elf", scenario="flat")
+    def test_pitch_follows_the_board(board, dut):
+        board.world.set_attitude(roll_deg=0, pitch_deg=30, yaw_deg=0)
+        dut.expect(r"Pitch: (29|30)[.]")
+        dut.not_matching(r"nan", timeout=3)
+
+``firmware`` is what ``--firmware FILE`` says, else the marker's first argument, else ``lab3``; parametrise
+the fixture of that name to run one test over several. All times are virtual seconds: nothing waits, and a
+test does not depend on how fast the machine is. A failed test shows the end of the terminal, the latest
+transfers, the diagnosis, and the command that runs the same board by hand, in the JUnit file too where
+``junit_logging = "system-out"``. Boards share nothing, so tests run in any number of processes.
+"""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import pytest
+
+if TYPE_CHECKING:
+    from emulator.board.board import Board
+
+Pattern: TypeAlias = str | re.Pattern[str]
+
+DEFAULT_FIRMWARE = "lab3"
+TIMEOUT_S = 5.0
+_STEP_S = 0.01
+_TERMINAL_LINES = 40
+_TRANSFERS = 12
+
+
+class Dut:
+    """The device under test, as its serial line shows it.
+
+    Each expectation looks at what is printed after the match before it; the first one at everything.
+    """
+
+    def __init__(self, board: Board) -> None:
+        self.board = board
+        self._position = 0
+
+    def write(self, data: bytes | str) -> None:
+        """Type on the terminal."""
+        self.board.terminal.write(data)
+
+    def expect(
+        self,
+        pattern: Pattern | Sequence[Pattern],
+        timeout: float = TIMEOUT_S,
+        *,
+        expect_all: bool = False,
+        not_matching: Pattern | None = None,
+    ) -> Any:
+        """Run until the pattern, or one of several, is printed; its match.
+
+        ``expect_all``: until each of them is, in any order; a list of matches. ``not_matching`` must not be
+        printed before. Fails after ``timeout`` virtual seconds.
+        """
+        __tracebackhide__ = True
+        many = [pattern] if isinstance(pattern, str | re.Pattern) else list(pattern)
+        compiled = [re.compile(one) for one in many]
+        matches = self._search(compiled, timeout, expect_all, not_matching)
+        return matches if expect_all else matches[0]
+
+    def expect_exact(self, text: str | Sequence[str], timeout: float = TIMEOUT_S) -> Any:
+        """Likewise for a text, or one of several, that is no pattern."""
+        __tracebackhide__ = True
+        many = [text] if isinstance(text, str) else text
+        return self.expect([re.escape(one) for one in many], timeout)
+
+    def expect_all(self, patterns: Sequence[Pattern], timeout: float = TIMEOUT_S) -> list[re.Match[str]]:
+        """Run until each pattern has been printed, in any order; their matches."""
+        __tracebackhide__ = True
+        matches: list[re.Match[str]] = self.expect(patterns, timeout, expect_all=True)
+        return matches
+
+    def not_matching(self, pattern: Pattern, timeout: float = TIMEOUT_S) -> None:
+        """Run for ``timeout`` virtual seconds, in which the pattern must not be printed."""
+        __tracebackhide__ = True
+        end_s = self.board.now_s + timeout
+        while True:
+            text, _ = self._since()
+            match = re.search(pattern, text)
+            if match:
+                pytest.fail(f"{match.group()!r} was printed, which {_shown(pattern)} must not match")
+            if self.board.now_s >= end_s:
+                return
+            self.board.run_for(min(_STEP_S, max(end_s - self.board.now_s, 1e-12)))
+
+    def _since(self) -> tuple[str, int]:
+        data, end = self.board.terminal.since(self._position)
+        return data.decode("latin-1"), end
+
+    def _search(
+        self, wanted: list[re.Pattern[str]], timeout: float, everyone: bool, never: Pattern | None
+    ) -> list[re.Match[str]]:
+        __tracebackhide__ = True
+        end_s = self.board.now_s + timeout
+        while True:
+            text, end = self._since()
+            found = [match for match in (one.search(text) for one in wanted) if match]
+            limit = max((match.end() for match in found), default=len(text))
+            unwanted = re.search(never, text[:limit]) if never is not None else None
+            if unwanted:
+                pytest.fail(f"{unwanted.group()!r} was printed, which {_shown(never)} must not match")
+            if found and (not everyone or len(found) == len(wanted)):
+                if not everyone:
+                    found = [min(found, key=lambda match: match.end())]
+                self._position = end - len(text) + max(match.end() for match in found)
+                return found
+            if self.board.now_s >= end_s:
+                missing = [one for one in wanted if not one.search(text)]
+                joined = (" and " if everyone else " or ").join(map(_shown, missing))
+                pytest.fail(
+                    f"{joined} was not printed within {timeout:g} s of virtual time "
+                    f"(now {self.board.now_s:.3f} s)"
+                )
+            self.board.run_for(min(_STEP_S, max(end_s - self.board.now_s, 1e-12)))
+
+
+# -- fixtures -----------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def firmware(request: pytest.FixtureRequest) -> str | Path | None:
+    """What the board runs: ``--firmware``, the marker's, or ``lab3``."""
+    given: str | None = request.config.getoption("--firmware")
+    if given is not None:
+        return given
+    marker = request.node.get_closest_marker("board")
+    if marker is not None and marker.args:
+        chosen: str | Path | None = marker.args[0]
+        return chosen
+    return None if marker is not None and marker.kwargs.get("scenario") else DEFAULT_FIRMWARE
+
+
+@pytest.fixture
+def board(request: pytest.FixtureRequest, firmware: str | Path | None) -> Iterator[Board]:
+    """A board with ``firmware``; the marker ``board`` may say scenario, profile, seed, ideal, cold_start."""
+    from emulator.board.board import Board  # a run of pytest that needs no board does not load one
+
+    marker = request.node.get_closest_marker("board")
+    with Board(firmware, **(marker.kwargs if marker is not None else {})) as made:
+        yield made
+
+
+@pytest.fixture
+def dut(board: Board) -> Dut:
+    """The board's serial line, with expectations."""
+    return Dut(board)
+
+
+# -- hooks --------------------------------------------------------------------------------------------------
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """--firmware FILE."""
+    what = "what the fixture 'board' runs: an ELF, HEX or BIN file, or a name"
+    parser.getgroup("fcu", "virtual boards").addoption("--firmware", metavar="FILE", help=what)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """The marker is known."""
+    arguments = "firmware=None, *, scenario, profile, seed, ideal, cold_start"
+    config.addinivalue_line("markers", f"board({arguments}): what the fixture 'board' is made of")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> None:
+    """A failed test on a board says what the board did."""
+    if call.when != "call" or call.excinfo is None or call.excinfo.errisinstance(pytest.skip.Exception):
+        return
+    board: Any = getattr(item, "funcargs", {}).get("board")
+    if type(board).__name__ == "Board":
+        for title, text in evidence(board):
+            item.add_report_section("call", f"stdout: {title},", text)
+
+
+def evidence(board: Board) -> Iterator[tuple[str, str]]:
+    """What a reader needs after a failure, by title."""
+    lines = board.terminal.text.splitlines() or ["(nothing was printed)"]
+    dropped = [f"... {len(lines) - _TERMINAL_LINES} lines before"] if len(lines) > _TERMINAL_LINES else []
+    shown = [*dropped, *(_visible(line) for line in lines[-_TERMINAL_LINES:])]
+    yield f"terminal at {board.now_s:.3f} s", "\n".join(shown)
+    both = [*board.i2c2.bus.recent_transfers(), *board.spi2.bus.recent_transfers()]
+    if both:
+        latest = sorted(both, key=lambda transfer: transfer.t_ps)[-_TRANSFERS:]
+        yield (
+            "latest transfers",
+            "\n".join(
+                f"{one.t_ps / 1e12:.6f} s  {one.bus} {one.device or hex(one.address)} {one.register} "
+                f"written {one.written.hex(' ') or '-'} read {one.read.hex(' ') or '-'} {one.result}"
+                for one in latest
+            ),
+        )
+    diagnosis = board.arm.diagnosis() if board.arm else None
+    if diagnosis is not None:
+        yield "diagnosis", str(diagnosis)
+    yield "the same board by hand", command(board)
+
+
+def command(board: Board) -> str:
+    """The command line that runs this board; what the test did to it is not part of it."""
+    words = ["fcu", "run"]
+    words += [str(board.booted.name)] if board.booted.name else []
+    words += ["--scenario", str(board.scenario.file)] if board.scenario else []
+    words += ["--profile", board.booted.profile.name, "--seed", str(board.seed)]
+    words += ["--duration", f"{max(board.now_s, 0.001):.3f}s", "--speed", "max"]
+    return shlex.join(words)
+
+
+def _visible(line: str) -> str:
+    return "".join(char if char.isprintable() else f"\\x{ord(char):02x}" for char in line)
+
+
+def _shown(pattern: Pattern | None) -> str:
+    return repr(pattern.pattern if isinstance(pattern, re.Pattern) else pattern)

@@ -1,0 +1,144 @@
+"""The pytest plugin as its users see it: tests written into a folder, and pytest run there."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+
+import pytest
+
+import emulator.board.board  # noqa: F401  # numpy can be loaded once, and pytester forgets what its runs load
+from tests.arm.broken_programs import FOLDER
+
+pytest_plugins = ["pytester"]
+
+ARGUMENTS = ("-p", "no:cacheprovider", "-p", "no:xdist", "-q")
+
+
+@pytest.fixture(autouse=True)
+def plain(pytester: pytest.Pytester) -> None:
+    pytester.makeini("[pytest]\nfilterwarnings = error\n")
+
+
+def test_a_board_and_its_serial_line(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(
+        """
+        import pytest
+
+        def test_default(board, dut):
+            assert board.booted.name == "lab3"
+            dut.expect_exact("LAB3 Init...")
+            match = dut.expect(r"ACC.x,y,z. (-?\\d+) mg")
+            assert abs(int(match[1])) < 100
+            assert board.now_s < 3
+
+        @pytest.mark.board("solution", ideal=True, seed=3)
+        def test_marker(board, dut):
+            assert (board.booted.name, board.seed) == ("solution", 3)
+            dut.expect_all([r"Altitude: ", r"Pitch: "])
+            dut.not_matching("nan", timeout=2)
+
+        @pytest.mark.board(scenario="flat")
+        def test_scenario(board):
+            assert board.scenario.name == "flat"
+
+        @pytest.mark.parametrize("firmware", ["lab3", "template"])
+        def test_each(board, dut, firmware):
+            dut.expect(["nothing like it", "Pre: "])
+            assert board.booted.name == firmware
+
+        @pytest.mark.board(None)
+        def test_none(board):
+            assert board.i2c2.write_read(0x6B, b"\\x0f", 1) == b"\\x6a"
+        """
+    )
+    pytester.runpytest_inprocess(*ARGUMENTS).assert_outcomes(passed=6)
+
+
+def test_a_file_on_the_command_line_wins(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(
+        """
+        import pytest
+
+        @pytest.mark.board("lab3")
+        def test_it(board, firmware):
+            assert firmware == board.booted.name == "template"
+        """
+    )
+    pytester.runpytest_inprocess(*ARGUMENTS, "--firmware", "template").assert_outcomes(passed=1)
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        ('dut.expect("never so", timeout=0.5)', "'never so' was not printed within 0.5 s of virtual time"),
+        ('dut.expect_exact("a.b", timeout=0.1)', r"'a\\.b' was not printed"),
+        ('dut.expect_all(["LAB3", "not this"], timeout=2)', "'not this' was not printed within 2 s"),
+        ('dut.expect(["one", "two"], timeout=0.1)', "'one' or 'two' was not printed"),
+        ('dut.not_matching("LAB.", timeout=2)', "'LAB3' was printed, which 'LAB.' must not match"),
+        ('dut.expect("Pre:", 4, not_matching="ACC")', "'ACC' was printed, which 'ACC' must not match"),
+    ],
+)
+def test_a_failure_says_what_was_expected_and_hides_our_frames(
+    call: str, words: str, pytester: pytest.Pytester
+) -> None:
+    pytester.makepyfile(f"def test_it(dut):\n    {call}\n")
+    result = pytester.runpytest_inprocess(*ARGUMENTS)
+    result.assert_outcomes(failed=1)
+    printed = result.stdout.str()
+
+    assert words in printed
+    assert "plugin.py" not in printed.partition("Captured stdout")[0]
+
+
+def test_a_failure_shows_what_the_board_did(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(
+        """
+        import pytest
+
+        @pytest.mark.board("solution", seed=2)
+        def test_it(board, dut):
+            dut.expect("Pre: ")
+            dut.write("\\x1b[31m")
+            assert board.now_s == 0
+        """
+    )
+    result = pytester.runpytest_inprocess(*ARGUMENTS, "--junit-xml=out.xml", "-o", "junit_logging=system-out")
+    printed = result.stdout.str()
+
+    assert "Captured stdout: terminal at " in printed
+    assert "LAB3 Init..." in printed
+    assert "Captured stdout: latest transfers" in printed
+    assert "I2C2 LPS22HB " in printed
+    assert "fcu run solution --profile lab3 --seed 2 --duration " in printed
+    system_out = ET.parse(pytester.path / "out.xml").find(".//system-out")
+    assert system_out is not None
+    assert "LAB3 Init..." in (system_out.text or "")
+
+
+def test_a_hang_is_diagnosed(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile("def test_it(dut):\n    dut.expect('Pitch', timeout=1)\n")
+    result = pytester.runpytest_inprocess(*ARGUMENTS, "--firmware", str(FOLDER / "null_pointer.elf"))
+
+    assert "Captured stdout: diagnosis" in result.stdout.str()
+    assert "null_pointer.c" in result.stdout.str()
+
+
+def test_several_processes(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(
+        """
+        import pytest
+
+        @pytest.mark.parametrize("number", range(4))
+        def test_it(board, dut, number):
+            dut.expect("LAB3")
+        """
+    )
+    pytester.runpytest_subprocess("-p", "no:cacheprovider", "-q", "-n", "2").assert_outcomes(passed=4)
+
+
+def test_wrong_use_is_one_line(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile("def test_it(board):\n    pass\n")
+    result = pytester.runpytest_inprocess(*ARGUMENTS, "--firmware", "nowhere.elf")
+
+    result.assert_outcomes(errors=1)
+    result.stdout.fnmatch_lines(["*nowhere.elf: does not exist*"])
