@@ -11,7 +11,6 @@
 #define PRIVATE_SIZE 0x100000u
 #define RAM_BITS 0x22000000u
 #define PERIPHERAL_BITS 0x42000000u
-#define STEADY_AFTER 1000 /* reads of a steady block without a write after which it is read like memory */
 
 static bool is_registers(uint32_t address) {
   return address - PERIPHERALS < PERIPHERALS_SIZE || address - PRIVATE < PRIVATE_SIZE || address - OTG < OTG_SIZE;
@@ -158,13 +157,7 @@ static bool read_register(Chip *chip, Block *block, uint32_t address, unsigned s
 }
 
 bool bus_read(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
-  Block *block = chip_block_at(chip, address);
-  if (block && block->steady && ++block->looks > STEADY_AFTER && block->clocked && block_knows(block, address)) {
-    *value = block->type->peek(block, (address - block->base) & ~3u) >> 8 * (address & 3);
-    *value &= size == 4 ? WORD : (1u << 8 * size) - 1;
-    return true;
-  }
-  return is_registers(address) ? read_register(chip, block, address, size, value)
+  return is_registers(address) ? read_register(chip, chip_block_at(chip, address), address, size, value)
                                : read_bit(chip, address, value);
 }
 
