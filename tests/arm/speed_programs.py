@@ -242,3 +242,17 @@ loop:  ldr r4, [r2, #16]
        b .
 """
 """R4, R5, R6: the pins of port A with its clock, without, and with it again."""
+
+READS_PARTS = f"""
+reset: {put("RCC_AHB1ENR", 1)}
+       mov32 r2, GPIOA
+       movw r3, #5000
+loop:  ldr r4, [r2]          ; MODER
+       subs r3, #1
+       bne loop
+       ldrb r5, [r2, #3]
+       ldrh r6, [r2, #2]
+       ldr r7, [r2, #9]      ; three bytes of OSPEEDR and one of PUPDR
+       b .
+"""
+"""R4 to R7: registers of port A read as a word, a byte, a half-word and unaligned, when they have been polled."""

@@ -16,6 +16,7 @@ from tests.arm.speed_programs import (
     I2C_BY_INTERRUPT,
     LOSES_THE_CLOCK,
     POLLS_A_PIN,
+    READS_PARTS,
     SHOWS_A_PIN,
     program,
 )
@@ -127,3 +128,13 @@ def test_a_polled_port_that_loses_its_clock_reads_as_zero(tmp_path: Path, *, ski
     assert register(result, 4) & 1 == 1
     assert register(result, 5) == 0
     assert register(result, 6) == register(result, 4)
+
+
+@pytest.mark.parametrize("skip", [True, False])
+def test_parts_of_registers_that_are_polled_are_read_as_at_first(tmp_path: Path, *, skip: bool) -> None:
+    """Reset values of MODER and OSPEEDR, RM0368 8.4.1 and 8.4.3."""
+    chip = Chip(file(tmp_path, READS_PARTS), skip=skip)
+    chip.run_until_ps(10 * PS_PER_MS)
+
+    values = [register(chip.result(), number) for number in (4, 5, 6, 7)]
+    assert values == [0xA800_0000, 0xA8, 0xA800, 0x000C_0000]
