@@ -255,4 +255,4 @@ loop:  ldr r4, [r2]          ; MODER
        ldr r7, [r2, #9]      ; three bytes of OSPEEDR and one of PUPDR
        b .
 """
-"""R4 to R7: registers of port A read as a word, a byte, a half-word and unaligned, when they have been polled."""
+"""R4 to R7: polled registers of port A, read as a word, a byte, a half-word and unaligned."""

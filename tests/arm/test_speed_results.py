@@ -99,7 +99,7 @@ def test_a_long_wait_for_a_pin_is_skipped_though_each_lap_writes_to_a_port(tmp_p
         for number, at_ms in enumerate((3, 500, 501, 1_400)):
             change = partial(chip.board.gpio.drive, "A", 0, number % 2 ^ 1)
             chip.board.clock.schedule(at_ms * PS_PER_MS + 123_457, change)
-        chip.run_until(2_000 * PS_PER_MS)
+        chip.run_until_ps(2_000 * PS_PER_MS)
         results.append(chip.result())
         skipped.append(chip.core.skipped / chip.core.retired)
 
