@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import html
 import re
+import runpy
 import shlex
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -16,10 +18,12 @@ from emulator.scenario import run, scenario_names
 from firmware_model.arm import prebuilt
 
 ROOT = Path(__file__).parents[2]
-PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [path for folder in (".", "docs", "changes") for path in sorted((ROOT / folder).glob("*.md"))]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 LONGEST_README = 700  # words; what is longer has a page of its own
-NAMED = re.compile(r"`((?:emulator|sensors|firmware_model|scenarios|building|tests|docs)/[\w./-]+)`")
+NAMED = re.compile(
+    r"`((?:emulator|sensors|registers|firmware_model|scenarios|building|tests|docs)/[\w./-]+)`"
+)
 
 
 def text_of(page: Path) -> str:
@@ -101,6 +105,15 @@ def test_links_lead_somewhere(page: Path) -> None:
         assert not heading or heading in anchors(file), f"{target}#{heading}"
 
 
+def test_the_index_of_decisions_is_up_to_date() -> None:
+    """When it is not: python building/decisions.py"""
+    script = runpy.run_path(str(ROOT / "building" / "decisions.py"))
+    page = text_of(ROOT / "docs" / "decisions.md")
+
+    assert script["rewrite"](page) == page
+    assert page.count("\n- ") > 100
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_files_that_are_named_are_there(page: Path) -> None:
     if page.name == "CHANGELOG.md":
@@ -117,11 +130,19 @@ def test_every_page_can_be_reached_from_the_readme() -> None:
             targets = re.findall(r"\]\((?!https?:)([^)#]+\.md)", text_of(page))
             waiting.extend((page.parent / target).resolve() for target in targets)
 
-    assert {page for page in PAGES if page not in linked} == set()
+    assert {page for page in PAGES if page not in linked and not page.name.startswith("+")} == set()
 
 
 def test_the_readme_is_read_in_three_minutes() -> None:
     assert len(text_of(ROOT / "README.md").split()) <= LONGEST_README
+
+
+def test_fragments_of_the_changelog_have_a_kind() -> None:
+    files = [path.name for path in (ROOT / "changes").iterdir() if path.name != "README.md"]
+    kinds = tomllib.loads(text_of(ROOT / "pyproject.toml"))["tool"]["towncrier"]["type"]
+    suffixes = tuple(f".{kind['directory']}.md" for kind in kinds)
+
+    assert [name for name in files if not (name.startswith("+") and name.endswith(suffixes))] == []
 
 
 def test_ci_runs_the_readmes_test_command() -> None:
