@@ -59,6 +59,15 @@ class Figure:
     allowed: tuple[float, float] | None = None
 
     @property
+    def size(self) -> str:
+        """In a real part: ``+-40``, ``typically 80``, or ``0 to 1000`` where one may choose."""
+        if self.limit:
+            return f"+-{self.limit:g}"
+        if self.is_noise:
+            return f"typically {self.typical_noise:g}"
+        return "{:g} to {:g}".format(*self.allowed) if self.allowed else "any"
+
+    @property
     def is_noise(self) -> bool:
         """Whether the number is the strength of a noise, which cannot be negative."""
         return self.typical_noise > 0

@@ -13,6 +13,8 @@ from emulator.chip.registers.block import BlockRegister, DeclaredBlock, Field
 from emulator.errors import InputError
 from emulator.scenario import json_schema, load_scenario, scenario_names
 from sensors import PARTS, Part
+from sensors.declaration import Bus
+from sensors.errors import Figure
 from sensors.register import Bits, Register, RegisterMap
 
 # -- Register maps of the sensors and of the chip's blocks, as declared -------------------------------------
@@ -41,12 +43,35 @@ def print_registers(name: str | None) -> None:
 
 def _print_part(part: type[Part]) -> None:
     names = without_behaviour(part)
-    click.echo(f"{part.NAME} registers: address, access, reset value, name, meaning")
+    measured = (f"{quantity.doc} ({quantity.unit})" for quantity in part.SIGNALS)
+    click.echo(f"{part.NAME} measures {', '.join(measured)}")
+    click.echo("; ".join(_reached(part.BUS)))
+    click.echo("\nregisters: address, access, reset value, name, meaning")
     click.echo(f"not modelled, reported when touched: {', '.join(names) or 'nothing'}\n")
     for title, bank in part.maps().items():
         if title:
             click.echo(f"\n{title}\n")
         click.echo("\n".join(_lines(bank)))
+    click.echo(f"\ndeviations of a real part, keys of [sensors.{part.NAME.lower()}] in a scenario:\n")
+    click.echo("\n".join(_figure_line(name, figure) for name, figure in part.ERRORS.figures().items()))
+
+
+def _reached(bus: Bus) -> list[str]:
+    """How a part is reached, a sentence for each bus."""
+    ways = []
+    if bus.i2c_addresses:
+        addresses = " or ".join(f"0x{address:02X}" for address in bus.i2c_addresses)
+        ways.append(f"I2C at {addresses}, up to {bus.i2c_highest_hz // 1000} kHz")
+    if bus.spi_wires:
+        modes = " or ".join(map(str, bus.spi_modes))
+        speed = bus.spi_highest_hz // 10**6
+        ways.append(f"SPI in mode {modes}, {bus.spi_wires} wires after reset, up to {speed} MHz")
+    return ways
+
+
+def _figure_line(name: str, figure: Figure) -> str:
+    axes = ", X, Y, Z" if figure.axes == 3 else ""
+    return f"{name:<35}{figure.unit + axes:<24}{figure.size:<16}{figure.doc} ({figure.source})"
 
 
 def _lines(bank: RegisterMap) -> list[str]:

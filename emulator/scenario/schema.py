@@ -71,7 +71,8 @@ class Figures:
     def __init__(self, errors: type[PartErrors]) -> None:
         ideal = errors()
         fields: dict[str, Any] = {
-            name: (_number(figure), getattr(ideal, name)) for name, figure in errors.figures().items()
+            name: (_number(figure), Field(getattr(ideal, name), description=_meaning(figure)))
+            for name, figure in errors.figures().items()
         }
         self._model: type[BaseModel] = create_model(errors.__name__, __base__=Table, **fields)
 
@@ -84,6 +85,11 @@ class Figures:
 
 def _as_given(table: BaseModel) -> dict[str, Any]:
     return table.model_dump(exclude_unset=True)
+
+
+def _meaning(figure: Figure) -> str:
+    """What an editor shows of a key."""
+    return f"{figure.doc}, {figure.unit}; {figure.size} ({figure.source})"
 
 
 def _number(figure: Figure) -> Any:

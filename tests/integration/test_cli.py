@@ -120,6 +120,23 @@ def test_registers_prints_the_map_with_meanings() -> None:
     assert "known: LSM6DSL, LIS2MDL, LPS22HB" in one_line_error("registers", "bme280")
 
 
+def test_registers_begins_with_how_the_part_is_reached_and_ends_with_how_it_deviates() -> None:
+    text = fcu("registers", "lps22hb").stdout.decode()
+    assert text.startswith(
+        "LPS22HB measures air pressure (hPa), temperature of the part (degC)\n"
+        "I2C at 0x5C or 0x5D, up to 400 kHz; SPI in mode 0 or 3, 4 wires after reset, up to 10 MHz\n"
+    )
+    assert "keys of [sensors.lps22hb] in a scenario:" in text
+    assert text.rstrip().splitlines()[-1].split()[:3] == [
+        "pressure_drift_hpa_per_degc",
+        "hPa/degC",
+        "+-0.0025",
+    ]
+    deviations = fcu("registers", "lsm6dsl").stdout.decode().partition("deviations of")[2]
+    assert "zero-g offset (datasheet Table 3)" in deviations
+    assert "0 to 1000" in deviations
+
+
 def test_doctor_says_what_works() -> None:
     text = fcu("doctor").stdout.decode()
     assert "the firmware lab3 boots and runs at" in text
