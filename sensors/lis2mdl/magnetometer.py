@@ -4,12 +4,12 @@ A measurement is the field, plus or minus Hoff by the polarity of the last pulse
 mode OFF_CANC gives the mean of the last two, one of each polarity, so Hoff cancels. LPF is the same mean
 without a change of polarity.
 
-Decisions: the shape of LPF is not documented; the mean of two has its -3 dB point at exactly ODR/4 and
-lowers white noise by the square root of two, which is what Table 3 says of both LPF and OFF_CANC, so both
-together are no more than one of them. A single measurement has no neighbour to be averaged with: LPF does
-nothing there, and with OFF_CANC and OFF_CANC_ONE_SHOT the polarity alternates and the host averages. OFF_CANC
-alone makes a single measurement longer (AN5069 Table 8) but leaves Hoff in it. Averaging takes both
-measurements under the settings of the later one.
+Decisions: LPF is the mean of two measurements. Its shape is not documented; the mean of two has its -3 dB
+point at exactly ODR/4 and lowers white noise by the square root of two, which is what Table 3 says of both
+LPF and OFF_CANC, so both together are no more than one of them. A single measurement has no neighbour to be
+averaged with: LPF does nothing there, and with OFF_CANC and OFF_CANC_ONE_SHOT the polarity alternates and the
+host averages. OFF_CANC alone makes a single measurement longer (AN5069 Table 8) but leaves Hoff in it.
+Averaging takes both measurements under the settings of the later one.
 
 Pulses (AN5069 section 8). A set pulse leaves the bridge with the offset +Hoff, a reset pulse with -Hoff,
 and it stays so until the next pulse. With offset cancellation pulses alternate, one a measurement. Without

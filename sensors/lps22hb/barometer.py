@@ -1,8 +1,9 @@
 """The LPS22HB's measurement: from pressure and temperature to counts (datasheet Tables 3, 4, 17 and 18).
 
 Filter. EN_LPFP is a low-pass on the sampled pressure, -3 dB at ODR/9 or ODR/20 (its order and shape: see
-``sensors.filters``). Decision: it starts settled, with the first sample after the rate or the filter has been
-set or LPFP_RES has been read; one-shot measurements do not pass through it, nor does the temperature.
+``sensors.filters``). Decision: the pressure's low-pass starts settled, with the first sample after the rate
+or the filter has been set or LPFP_RES has been read; one-shot measurements do not pass through it, nor does
+the temperature.
 
 Noise. The datasheet gives one figure: 0.0075 hPa RMS at 75 Hz, in low noise, with the filter at ODR/20. The
 noise of the conversion itself is taken to be white and the same at every rate (the supply current grows with
@@ -12,9 +13,8 @@ the filter's noise gain. The other settings are this noise through their filter,
 Inference: low current draws 3 uA against 12 uA at 1 Hz. That is taken for a quarter of the internal samples
 averaged in a conversion, hence twice the noise.
 
-Decision: a conversion takes 13 ms in low noise and 5 ms in low current, figures of the sister part LPS22HH;
-the LPS22HB's datasheet gives none. They count in one-shot only; at a rate the first sample comes after one
-period.
+Decision: a one-shot conversion takes 13 ms in low noise and 5 ms in low current, figures of the sister part
+LPS22HH; the LPS22HB's datasheet gives none. At a rate the first sample comes after one period.
 
 Supply (Table 3). Approximation: the datasheet gives 1 uA in power-down and the figures at 1 Hz, 12 uA in low
 noise and 3 uA in low current. What a measurement adds is taken to be the same at every rate, so that 25 Hz

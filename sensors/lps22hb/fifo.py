@@ -10,10 +10,10 @@ stream   when full, a new sample overwrites the oldest. The last level read stay
          been emptied, the next sample makes the fill jump from 0 to 2, and the old level is read again
 dynamic  stream without this repetition: the fill counts new samples only
 
-Decisions where the datasheet is silent or contradicts itself: section 5.2 says of FIFO mode both that it
-stops and that the first data has been overwritten: it stops. STOP_ON_FTH limits every behaviour to WTM + 1
-levels. OVR ends when a level has been read. F_FSS5 is bit 5 of the fill, so 32 levels. The reserved mode 101b
-and FIFO_EN = 0 are bypass. A level is consumed when its TEMP_OUT_H has been read.
+Decisions where the datasheet is silent or contradicts itself: FIFO mode stops when it is full, though section
+5.2 also says that the first data has been overwritten; STOP_ON_FTH limits every behaviour to WTM + 1 levels.
+OVR ends when a level has been read. F_FSS5 is bit 5 of the fill, so 32 levels. The reserved mode 101b and
+FIFO_EN = 0 are bypass. A level is consumed when its TEMP_OUT_H has been read.
 """
 
 from __future__ import annotations

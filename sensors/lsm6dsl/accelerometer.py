@@ -6,20 +6,20 @@ performance it has the datasheet's density; in low-power and normal mode its RMS
 and at ODR/9, is the datasheet's.
 
 Filters (datasheet figures 5, 7 and 8; AN5040 3.7). Order and shape are not documented: see
-``sensors.filters``. Further decisions: they run at the output data rate, so that a cut-off of ODR/2 is what
-sampling leaves, no filter at all; low-pass filters begin settled on their first sample; slope and high-pass
-filters begin with zero, as AN5040 3.7 says of the slope filter.
+``sensors.filters``. Decisions: the output's filters run at the output data rate, so that a cut-off of ODR/2
+is what sampling leaves, no filter at all; low-pass filters begin settled on their first sample; slope and
+high-pass filters begin with zero, as AN5040 3.7 says of the slope filter.
 
-The event functions look at the same samples with other filters: analog chain and LPF1 only, and LPF2 after
-it for LOW_PASS_ON_6D; no composite filter, no user offset. They are computed while an event function is on,
-and only then. Decision where the documents are silent: switched on while the accelerometer runs, these
-filters begin settled on the next sample; the road not taken, running them all along, would make every
-measurement pay.
+The event functions look at the same samples with other filters: analog chain and LPF1 only, and LPF2 after it
+for LOW_PASS_ON_6D; no composite filter, no user offset. They are computed while an event function is on, and
+only then. Decision where the documents are silent: the event functions' filters, switched on while the
+accelerometer runs, begin settled on the next sample; the road not taken, running them all along, would make
+every measurement pay.
 
 After a change of mode or rate some samples are to be discarded (AN5040 3.9, Tables 12 and 13). Drivers
-discard them, and CTRL4_C.DRDY_MASK hides their data-ready. Where a table gives a range, the larger number
-is taken. Decision where the tables are silent: a change of rate within low power, or of bandwidth, is taken
-as a turn-on.
+discard them, and CTRL4_C.DRDY_MASK hides their data-ready. Where a table gives a range, the larger number is
+taken. Decision where the tables are silent: after a change of rate within low power, or of bandwidth, as many
+samples are to be discarded as after a turn-on.
 """
 
 from __future__ import annotations

@@ -2,10 +2,10 @@
 
 FUNC_CFG_ACCESS is declared in each bank, with the value that selects it: it is the only way out.
 
-Rounding (AN5040 4.7: ROUNDING and ROUNDING_STATUS). Decision: the last address of a pattern leads to its
-first wherever the burst began. The road not taken, only for bursts that begin inside the pattern, cannot be
-told from the note's text, and drivers begin at its first address. FIFO_DATA_OUT goes round whatever these
-bits say; that jump is the register file's own.
+Rounding (AN5040 4.7: ROUNDING and ROUNDING_STATUS). Decision: with ROUNDING the last address of a pattern
+leads to its first wherever the burst began. The road not taken, only for bursts that begin inside the
+pattern, cannot be told from the note's text, and drivers begin at its first address. FIFO_DATA_OUT goes round
+whatever these bits say; that jump is the register file's own.
 """
 
 from __future__ import annotations

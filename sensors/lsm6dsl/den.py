@@ -12,9 +12,10 @@ edge       gyroscope, and accelerometer if DEN_XL_EN, show and store only the fi
 A change of the level is treated as a change of a register is: everything before it is worked through first,
 so that what a sample shows depends on the level at its time and not on who reads it when.
 
-Decisions where the documents are silent: the stamp is also in the output registers; DEN_DRDY rises with a
-sample of the stamped sensor that was taken with DEN active (latched and edge: the sample let through), falls
-with one that was not, and when a high byte of that sensor is read; a mode that is not one of the four is off.
+Decisions where the documents are silent: data enable's stamp is also in the output registers, not only in the
+FIFO; DEN_DRDY rises with a sample of the stamped sensor that was taken with DEN active (latched and edge: the
+sample let through), falls with one that was not, and when a high byte of that sensor is read; a mode that is
+not one of the four is off.
 """
 
 from __future__ import annotations

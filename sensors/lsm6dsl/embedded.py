@@ -4,18 +4,19 @@ They need CTRL10_C.FUNC_EN and an accelerometer at 26 Hz or more: 26 times a sec
 second, fourth, ... sample is taken at the higher rates, which is 26 Hz or, from 833 Hz up, a tenth of a
 percent more.
 
-Decision: one feature for all four, not four, so that their events come in the order of time whoever looks
-when. The road not taken is a feature each; a pin that two of them share would then hear edges out of order.
+Decision: the four embedded functions are one feature, so that their events come in the order of time whoever
+looks when. The road not taken is a feature each; a pin that two of them share would then hear edges out of
+order.
 
 Where the documents are silent: the functions see the samples as they are put out (user offset, filters); a
 function that was off or without its rate begins anew; step counter and step time are kept.
 
-Pedometer (6.1; bank A registers, datasheet 11.16 to 11.19). Decision: ST does not publish the algorithm. Ours
-is the plainest that meets what is published: a step is a peak of the acceleration's magnitude, found when the
-magnitude has fallen from it by the threshold; the next peak is looked for once it has risen by the threshold
-again. So the threshold is a swing from peak to valley and works against small ripples without a filter. The
-road not taken, a threshold above the mean, needs a high-pass filter whose corner would be one more thing
-nobody knows.
+Pedometer (6.1; bank A registers, datasheet 11.16 to 11.19). Decision: the pedometer's step is a peak of the
+acceleration's magnitude. ST does not publish the algorithm; this is the plainest that meets what is
+published. A peak is found when the magnitude has fallen from it by the threshold; the next peak is looked for
+once it has risen by the threshold again. So the threshold is a swing from peak to valley and works against
+small ripples without a filter. The road not taken, a threshold above the mean, needs a high-pass filter whose
+corner would be one more thing nobody knows.
 
 Significant motion (6.2): the user walks somewhere. It fires when more than SM_THS steps have been counted
 since it was switched on or last fired. Steps arrive debounced, so nothing fires before DEB_STEP are

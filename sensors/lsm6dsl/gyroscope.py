@@ -17,7 +17,7 @@ has on top of that filter's own is a plain delay. LPF1 switched off has no phase
 FTYPE = 3.
 
 Samples to be discarded (AN5040 3.9, Tables 14 to 16). Decision where the tables are silent: out of sleep into
-low power is taken as out of power-down.
+low power, as many samples are to be discarded as out of power-down.
 """
 
 from __future__ import annotations
