@@ -17,7 +17,7 @@ from emulator.boards.signals import BoardSignals
 from emulator.chip.chip import Chip
 from emulator.chip.cpu.core import CoreSettings
 from emulator.chip.cpu.fault_log import FaultLog
-from emulator.chip.diagnosis import Diagnosis, diagnose
+from emulator.chip.diagnosis import Diagnosis, diagnose, findings
 from emulator.chip.image import FirmwareImage
 from emulator.chip.limits import LimitedRun, Limits
 from emulator.chip.peripherals.tim import Timer
@@ -57,6 +57,13 @@ class ArmFirmware:
     def diagnosis(self) -> Diagnosis | None:
         """What keeps the firmware from working, as far as can be told now; None if it does work."""
         return diagnose(self)
+
+    def findings(self) -> list[Diagnosis]:
+        """Everything that can be seen to be wrong with the firmware now, the worst first.
+
+        What the world and the sensors say besides: :func:`emulator.analysis.mistakes.explain`.
+        """
+        return list(findings(self))
 
     def variable(self, name: str) -> Any:
         """A global variable by its C name, as :meth:`Symbols.read_variable` gives it. Raises KeyError."""

@@ -15,6 +15,8 @@ from typing import TextIO
 
 import click
 
+from emulator.analysis.mistakes import explain
+from emulator.analysis.witness import Witness
 from emulator.board.board import Board
 from emulator.chip.peripherals.peripheral import CHIP
 from emulator.errors import FirmwareError
@@ -135,6 +137,7 @@ class Explainer:
     def __init__(self, board: Board, say: Callable[[str], None]) -> None:
         self._board = board
         self._say = say
+        self._witness = Witness(board)
         self._told = ""
         self._printed = 0
         self._silent_since_s = 0.0
@@ -156,21 +159,20 @@ class Explainer:
                 self._tell(str(diagnosis))
 
     def conclude(self) -> None:
-        """At the end of the run. Raises FirmwareError when the firmware has failed for good."""
-        if self._board.arm is None:
-            return
-        diagnosis = self._board.arm.diagnosis()
-        if diagnosis is None:
-            return
-        if not diagnosis.fatal:
-            self._tell(str(diagnosis))
-        elif self._told:
-            raise FirmwareError(diagnosis.summary)
-        else:
-            raise FirmwareError(str(diagnosis))
+        """At the end of the run: every mistake it has shown.
+
+        Raises FirmwareError when the firmware has failed for good.
+        """
+        for diagnosis in explain(self._board, self._witness):
+            if not diagnosis.fatal:
+                self._tell(str(diagnosis))
+            elif self._told:
+                raise FirmwareError(diagnosis.summary)
+            else:
+                raise FirmwareError(str(diagnosis))
 
     def _tell(self, text: str) -> None:
-        if not self._told:
+        if text != self._told:
             for line in text.splitlines():
                 self._say(line)
         self._told = text

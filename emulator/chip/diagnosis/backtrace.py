@@ -11,13 +11,19 @@ saved when it interrupted something.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections import deque
+from collections.abc import Callable, Container, Iterator
 from typing import NamedTuple
 
 from emulator.chip.cpu.thumb import Flow, decode
 from emulator.chip.image import FirmwareImage
 from emulator.chip.image.symbols import FunctionAt
 from emulator.chip.memory_map import FLASH_MEMORY, RAM_MEMORY
+
+ReadWord = Callable[[int], int | None]
+ReadCode = Callable[[int, int], "memoryview[int] | None"]
+
+_MOST_FUNCTIONS = 500
 
 # -- addresses as function and source line, as far as the file tells ----------------------------------------
 
@@ -66,6 +72,38 @@ class Places:
         """Where ``.bss`` ends and heap and stack may begin, by the linker script's usual symbols."""
         return self.address_of("_end", "end", "_ebss", "__bss_end__")
 
+    def call_of(self, names: Container[str], start: int, code: ReadCode) -> tuple[int, str] | None:
+        """Whether the function at ``start`` calls one of ``names``, itself or through others.
+
+        The address of the call in ``start`` that leads there, and the name. Calls by pointer are not seen.
+        """
+        waiting, seen = deque([(start, 0)]), {start}
+        while waiting and len(seen) < _MOST_FUNCTIONS:
+            address, first_site = waiting.popleft()
+            function = self.function(address)
+            if function is None:
+                continue
+            for site, target in _calls_of(function, code):
+                callee = self.function(target)
+                if callee is None or callee.start in seen or callee.start != target & ~1:
+                    continue
+                if callee.name in names:
+                    return first_site or site, callee.name
+                seen.add(callee.start)
+                waiting.append((callee.start, first_site or site))
+        return None
+
+    def file(self, address: int) -> str:
+        """The source file of an instruction, without its folder; empty where it is unknown."""
+        line = self._symbols.line_at(address) if self._symbols else None
+        return line.file if line else ""
+
+    def largest_variables(self, count: int) -> list[tuple[str, int]]:
+        """Names and sizes in bytes."""
+        objects = self._symbols.variables() if self._symbols else []
+        largest = sorted(objects, key=lambda one: (-one.size, one.name))
+        return [(one.name, one.size) for one in largest[:count]]
+
     def help(self) -> list[str]:
         """What to do for better names."""
         if self._symbols is None:
@@ -73,10 +111,21 @@ class Places:
         return []
 
 
-# -- callers ------------------------------------------------------------------------------------------------
+def _calls_of(function: FunctionAt, code: ReadCode) -> Iterator[tuple[int, int]]:
+    """(address, target) of the calls in a function, and of jumps out of it."""
+    address, end = function.start, function.start + function.size
+    while address < end:
+        content = code(address, 4)
+        if content is None:
+            return
+        one = decode(address, content[0] | content[1] << 8, content[2] | content[3] << 8)
+        leaves = one.flow in (Flow.JUMP, Flow.BRANCH) and not function.start <= one.target < end
+        if one.flow is Flow.CALL or leaves:
+            yield address, one.target
+        address += one.size
 
-ReadWord = Callable[[int], int | None]
-ReadCode = Callable[[int, int], "memoryview[int] | None"]
+
+# -- callers ------------------------------------------------------------------------------------------------
 
 NOTE = "found by looking through the stack; entries may be left over from earlier calls"
 

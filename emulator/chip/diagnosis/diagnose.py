@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from functools import partial
 from typing import Protocol
 
@@ -14,7 +15,18 @@ from emulator.chip.diagnosis.backtrace import NOTE, Backtrace, Places
 from emulator.chip.diagnosis.evidence import BlockNotes, Transfers, nobody
 from emulator.chip.diagnosis.faults import fault_report
 from emulator.chip.diagnosis.hang import Hang
-from emulator.chip.diagnosis.report import Diagnosis, at, milliseconds, section
+from emulator.chip.diagnosis.printing import LATEST_TEXT, PrintedLines, misprinted
+from emulator.chip.diagnosis.report import Cause, Diagnosis, at, milliseconds, section
+from emulator.chip.diagnosis.room import flash_nearly_full, ram_nearly_full
+from emulator.chip.diagnosis.setup import (
+    bus_never_on,
+    byte_left,
+    never_ticked,
+    not_enabled,
+    silent_terminal,
+    wrong_baud,
+    wrong_rate,
+)
 from emulator.chip.image import FirmwareImage
 from emulator.chip.memory_map import RAM_MEMORY
 from emulator.chip.peripherals.tim import Timer
@@ -31,24 +43,55 @@ class RunningFirmware(Protocol):
     signals: BoardSignals
 
 
+_SET_UP_PS = PS_PER_S // 2
+
+
 def diagnose(arm: RunningFirmware) -> Diagnosis | None:
-    """What is wrong with the firmware as it is now; None if nothing is seen to be wrong.
+    """What is wrong with the firmware as it is now, the worst first; None if nothing is seen to be wrong.
 
     Nothing of the board is changed by looking.
     """
-    signals, core = arm.signals, arm.chip.core
+    return next(findings(arm), None)
+
+
+def findings(arm: RunningFirmware) -> Iterator[Diagnosis]:
+    """Everything that is wrong with the firmware as it is now, the worst first.
+
+    What makes the firmware fail hides the rest: a program that is stuck has not come to its other mistakes.
+    """
+    signals, chip = arm.signals, arm.chip
     places = Places(arm.image)
     transfers = Transfers(signals)
-    notes = BlockNotes(arm.chip, signals.trace)
-    return (
-        fault_report(core, arm.faults, places, transfers.lines())
+    notes = BlockNotes(chip, signals.trace)
+    quiet_since_ps = _quiet_since_ps(arm, transfers)
+    bus = bus_never_on(chip, signals, places) or byte_left(chip, signals)
+    failed = (
+        fault_report(chip.core, arm.faults, places, transfers.lines())
         or _stack(arm, places)
-        or Hang(arm.chip, places, transfers, notes, _quiet_since_ps(arm, transfers)).diagnosis()
-        or reset_report(core, places, arm.faults.origin)
-        or slow_callback(arm.chip, places)
-        or _without_clock(notes)
-        or _unanswered(arm, transfers)
+        or Hang(chip, places, transfers, notes, quiet_since_ps, bus).diagnosis()
     )
+    if failed is not None:
+        yield failed
+        if failed.fatal:
+            return
+    text = bytes(signals.uart.received()[-LATEST_TEXT:])
+    seen = (
+        reset_report(chip.core, places, arm.faults.origin),
+        slow_callback(chip, places),
+        _without_clock(notes),
+        _unanswered(arm, transfers),
+        _unselected(transfers),
+        bus and _bus(bus, signals.clock.now_ps),
+        silent_terminal(chip, signals, places),
+        wrong_baud(chip, signals),
+        not_enabled(chip),
+        never_ticked(chip, places, signals.clock.now_ps),
+        wrong_rate(chip, signals),
+        flash_nearly_full(arm.image),
+        ram_nearly_full(chip.core, places),
+        misprinted(PrintedLines(arm.image, places, text), places) if text else None,
+    )
+    yield from (one for one in seen if one)
 
 
 def _quiet_since_ps(arm: RunningFirmware, transfers: Transfers) -> int:
@@ -106,11 +149,29 @@ def _unanswered(arm: RunningFirmware, transfers: Transfers) -> Diagnosis | None:
     return Diagnosis("bus", cause.short, details, fatal=False)
 
 
+def _bus(cause: Cause, now_ps: int) -> Diagnosis | None:
+    """A bus that is not as it should be, in a program that had the time to set it up."""
+    if now_ps < _SET_UP_PS:
+        return None
+    return Diagnosis("bus", cause.short, tuple(cause.sentences), fatal=False)
+
+
+def _unselected(transfers: Transfers) -> Diagnosis | None:
+    """A program that talks to SPI2 where no sensor is, and goes on all the same."""
+    cause = transfers.nobody_on_spi()
+    return cause and Diagnosis("bus", cause.short, tuple(cause.sentences), fatal=False)
+
+
 # -- a timer's callback that takes longer than the timer's period -------------------------------------------
 
 _CALLBACK = "HAL_TIM_PeriodElapsedCallback"
 _FEWEST_TICKS = 20  # a shorter account says nothing
 _STARVED_PS = 100 * PS_PER_MS
+_WAITING = {
+    "HAL_Delay": "Do not wait in an interrupt: let the callback count its calls, or wait in main().",
+    "PRINTF": "Do not print in an interrupt, text takes 87 us a character: set a flag, and print in main().",
+    "HAL_UART_Transmit": "Do not print in an interrupt: a character takes 87 us.",
+}
 
 
 def slow_callback(chip: Chip, places: Places) -> Diagnosis | None:
@@ -141,6 +202,12 @@ def _slow(chip: Chip, places: Places, timer: Timer) -> Diagnosis:
         ),
         "Fewer or shorter transfers, a faster bus, a lower rate, or less arithmetic in the callback help.",
     ]
+    callback = places.address_of(_CALLBACK)
+    waits = callback and places.call_of(_WAITING, callback, core.memory)
+    if waits:
+        site, name = waits
+        details.insert(0, f"It calls {name}(), from {places.place(site)}.")
+        details[-1] = _WAITING[name]
     starved = core.active and core.now_ps - core.thread_ps > _STARVED_PS
     if starved:
         since = f"main() has not run since {at(core.thread_ps)}"

@@ -107,6 +107,19 @@ class Transfers:
             return self._identity(last)
         return None
 
+    def nobody_on_spi(self) -> Cause | None:
+        """Bytes on an SPI bus that has no sensor, whatever else there is."""
+        for bus in self._spi:
+            if not bus.chip_selects and self._unheard(bus):
+                return Cause(
+                    f"{bus.name} is used, and no sensor is on {bus.name} with this wiring",
+                    [
+                        "Nobody drives the data line: each byte read is 0xFF, that of WHO_AM_I, too.",
+                        absent(self._signals, bus.name),
+                    ],
+                )
+        return None
+
     def _failed(self, last: BusTransfer) -> Cause:
         bus = self._signals.i2c[last.bus]  # on SPI nothing fails
         if not last.device:

@@ -18,6 +18,7 @@ from emulator.chip.cpu.thumb import Flow, decode
 from emulator.chip.diagnosis.backtrace import NOTE, Backtrace, Places
 from emulator.chip.diagnosis.evidence import BlockNotes, Transfers
 from emulator.chip.diagnosis.probe import Loop, Probe
+from emulator.chip.diagnosis.read_once import read_once
 from emulator.chip.diagnosis.report import Cause, Diagnosis, at, section
 from emulator.chip.peripherals.dma import is_any_stream_on
 from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S
@@ -181,15 +182,25 @@ class Waits:
 _HANDLER_AT_WORK_PS = 200 * PS_PER_MS  # no handler that works takes so long
 _WRONG_ENDS = {"Error_Handler", "_Error_Handler", "__assert_func", "assert_failed", "abort", "_exit"}
 _SP, _LR = 13, 14
+_FRAME_BYTES, _FRAME_PC = 0x20, 0x18
 _SPSEL = 1 << 1  # CONTROL: Thread mode uses the process stack
 
 
 class Hang:
-    """The chip as it is now; ``quiet_since_ps``: when something last happened outside of it."""
+    """The chip as it is now; ``quiet_since_ps``: when something last happened outside of it; ``bus``: what
+    is wrong with the sensors' bus.
+    """
 
     def __init__(
-        self, chip: Chip, places: Places, transfers: Transfers, notes: BlockNotes, quiet_since_ps: int
+        self,
+        chip: Chip,
+        places: Places,
+        transfers: Transfers,
+        notes: BlockNotes,
+        quiet_since_ps: int,
+        bus: Cause | None = None,
     ) -> None:
+        self._bus = bus
         self._core = core = chip.core
         self._places = places
         self._transfers = transfers
@@ -246,7 +257,7 @@ class Hang:
                 cause = self._notes.cause() or cause
             cause.sentences.append(self._quiet())
             return self._report(self._outermost(loop), cause)
-        return self._endless(self._outermost(loop), cause)
+        return self._read_once(loop) or self._endless(self._outermost(loop), cause)
 
     def _interrupted_thread(self) -> Diagnosis | None:
         """An interrupt is being handled as it should; what did it interrupt?"""
@@ -254,11 +265,33 @@ class Hang:
         code = self._core.memory(below[-1], 4) if below else None
         if code is None:
             return None
+        once = self._read_once_below(below[-1])
+        if once is not None:
+            return once
         one = decode(below[-1], code[0] | code[1] << 8, code[2] | code[3] << 8)
         if one.flow is not Flow.JUMP or one.target != below[-1]:
             return None
         self._callers = self._callers[[call.interrupted for call in self._callers].index(True) + 1 :]
         return self._endless(below[-1], Cause("an endless loop", []))
+
+    def _read_once(self, loop: Loop) -> Diagnosis | None:
+        once = read_once(self._core, self._places, loop.code)
+        return once and self._report(self._outermost(loop), once)
+
+    def _read_once_below(self, address: int) -> Diagnosis | None:
+        """Likewise of the loop at ``address`` that was interrupted in Thread mode."""
+        core = self._core
+        words = range(core.register(_SP) & ~3, self._places.stack_top - _FRAME_BYTES + 1, 4)
+        frames = [at for at in words if core.peek(at + _FRAME_PC) == address]
+        probe = Probe(core)
+        if not frames:
+            return None
+        probe.resume(frames[-1])
+        loop = probe.loop()
+        if loop is None or loop.variables or loop.registers:
+            return None
+        once = read_once(core, self._places, loop.code)
+        return once and self._report(address, once)
 
     # -- loops that look at nothing ---------------------------------------------------------------------
 
@@ -290,7 +323,7 @@ class Hang:
 
     def _from_outside(self) -> Cause | None:
         """Why a program may have gone into its own ``while (1)``."""
-        return self._notes.cause() or self._transfers.cause()
+        return self._notes.cause() or self._bus or self._transfers.cause()
 
     def _unhandled(self, number: int) -> Cause | None:
         """Whether an interrupt has only the start-up file's common handler."""

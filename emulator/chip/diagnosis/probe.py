@@ -54,6 +54,15 @@ class Probe:
         copy.on_access = self._memory
         copy.watch_memory(RAM, RAM + RAM_SIZE - 1)
 
+    def resume(self, frame: int) -> None:
+        """Go on with what was interrupted: its registers as saved at ``frame`` (ARMv7-M ARM B1.5.6).
+
+        R4 to R11 are those of the handler, which may have changed them.
+        """
+        saved = [self._core.peek(frame + 4 * n) or 0 for n in range(8)]
+        names = ("r0", "r1", "r2", "r3", "r12", "lr", "pc", "xpsr")
+        Registers(self._copy, names).write(*saved)
+
     # -- what the copy does -----------------------------------------------------------------------------
 
     def loop(self) -> Loop | None:

@@ -114,6 +114,15 @@ class SymbolTable:
                     return symbol
         return None
 
+    def variables(self) -> list[Symbol]:
+        """All variables in RAM."""
+        every = (symbol for symbols in self._by_name.values() for symbol in symbols)
+        return [
+            one
+            for one in every
+            if not one.is_function and RAM_MEMORY.holds(one.address, one.address + one.size)
+        ]
+
     def _read(self, table: bytes, strings: bytes) -> list[_Function]:
         functions = []
         file = ""
@@ -208,6 +217,10 @@ class Symbols:
     def object_at(self, address: int) -> Symbol | None:
         """The variable that ``address`` lies in."""
         return self._table.object_at(address) if self._table else None
+
+    def variables(self) -> list[Symbol]:
+        """All variables in RAM."""
+        return self._table.variables() if self._table else []
 
     def read_variable(self, name: str, read_memory: ReadMemory) -> CValue:
         """The value of a global or static variable by its C name, by the type it was compiled with.

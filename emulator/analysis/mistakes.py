@@ -1,0 +1,334 @@
+"""Every mistake that a run has shown: the chip's own findings, and what world and sensors say besides.
+
+::
+
+    board = Board(firmware="lab3.elf", scenario="tilt_sweep")
+    witness = Witness(board)
+    board.run_for(10)
+    for diagnosis in explain(board, witness):
+        print(diagnosis)
+
+What is proven comes first: the chip's registers and instructions, then the sensors' registers and the bus,
+then what only the numbers suggest. A program that cannot go on is explained by that alone.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+
+from emulator.analysis.numbers import ACC, ALTITUDE, GYR, PRESSURE, TILT, YAW, Group, hint
+from emulator.analysis.witness import LABELS, Lights, Seen, Witness
+from emulator.board.board import Board
+from emulator.chip.diagnosis.backtrace import Places
+from emulator.chip.diagnosis.printing import PrintedLines
+from emulator.chip.diagnosis.report import Diagnosis
+from emulator.chip.firmware import ArmFirmware
+from emulator.trace import BusTransfer
+from sensors.lis2mdl import LIS2MDL
+from sensors.lsm6dsl import LSM6DSL
+
+_GROUPS = (ACC, GYR, TILT, YAW, PRESSURE, ALTITUDE)
+_SHOWN = 90
+
+
+def explain(board: Board, witness: Witness) -> list[Diagnosis]:
+    """What is wrong with the board's firmware as far as this run shows; empty if nothing is seen to be wrong.
+
+    Nothing of the board is changed by looking.
+    """
+    found = board.arm.findings() if board.arm is not None else []
+    if found and found[0].fatal:
+        return found[:1]
+    lines = list(witness.lines)
+    without_samples = any(one.kind in ("callback", "timer", "bus", "clock") for one in found)
+    if not lines or without_samples:
+        return found
+    where = _Where(board.arm)
+    judged = [*_misread(board), *_switched_off(board, lines), *_blocks(board, lines)]
+    not_numbers = list(_not_a_number(board, lines, where))
+    if not (judged or not_numbers or any(one.kind == "printing" for one in found)):
+        not_numbers += _misprinted_ints(lines, where)
+        judged += _numbers(board, lines, where)
+    return [*found, *judged, *not_numbers, *_leds(board, witness.lights)]
+
+
+class _Where:
+    """Which line of the program has printed something."""
+
+    def __init__(self, arm: ArmFirmware | None) -> None:
+        self._arm = arm
+
+    def printed(self, line: Seen) -> str:
+        """``main(), main.c:93: `` or nothing."""
+        if self._arm is None:
+            return ""
+        places = Places(self._arm.image)
+        found = PrintedLines(self._arm.image, places, line.text.encode("latin-1"))
+        place = found.place(found.lines[0].made_by) if found.lines else ""
+        return f"{place}: " if place else ""
+
+
+def _shown(line: Seen) -> str:
+    return f'At {line.at_s:.2f} s the terminal shows "{line.text[:_SHOWN]}".'
+
+
+# -- numbers ------------------------------------------------------------------------------------------------
+
+
+def _numbers(board: Board, lines: Sequence[Seen], where: _Where) -> Iterator[Diagnosis]:
+    """What has become of the truth. Angles follow from ACC: they are looked at only where that is right."""
+    wrong: set[str] = set()
+    for group in _GROUPS:
+        if _rests_on(group) & wrong:
+            continue
+        found = hint(lines, group)
+        if found is None:
+            continue
+        wrong.add(group.label if group not in (TILT, YAW) else group.fields[0])
+        truth = ", ".join(f"{name} {_number(found.line.truth[name].middle)}" for name in group.fields)
+        sentences = _full_scale(board, group, found.factor) or found.sentences
+        details = _shown(found.line), f"The truth is {truth} {group.unit}.", *sentences
+        summary = f"{where.printed(found.line)}{found.summary}"
+        yield Diagnosis("numbers", summary, details, fatal=False)
+
+
+def _number(value: float) -> str:
+    return f"{value:.0f}" if abs(value) >= 100 else f"{value:.3g}"
+
+
+_ACC_MG = {0: (2, 0.061), 1: (16, 0.488), 2: (4, 0.122), 3: (8, 0.244)}  # by FS_XL (LSM6DSL datasheet 9.13)
+_GYR_MDPS = {0: (250, 8.75), 1: (500, 17.5), 2: (1000, 35.0), 3: (2000, 70.0)}  # by FS_G (9.14)
+
+
+def _full_scale(board: Board, group: Group, factor: float) -> tuple[str, ...]:
+    """Where a factor is one between two sensitivities: which one the sensor is set to, and which was used."""
+    if group not in (ACC, GYR) or not factor:
+        return ()
+    address, unit, known = (0x10, "g", _ACC_MG) if group is ACC else (0x11, "dps", _GYR_MDPS)
+    register = board.sensors.lsm6dsl.registers.mem[address]
+    scale, right = known[register >> 2 & 3]
+    for other, used in known.values():
+        if abs(used / right / factor - 1) < 0.1:
+            name = "CTRL1_XL" if group is ACC else "CTRL2_G"
+            return (
+                f"{name} is 0x{register:02X}: full scale +-{scale} {unit}, {right:g} {group.unit}/LSB.",
+                f"The numbers are as with {used:g} {group.unit}/LSB, which belongs to +-{other} {unit}.",
+            )
+    return ()
+
+
+def _rests_on(group: Group) -> set[str]:
+    if group is TILT:
+        return {ACC.label}
+    if group is YAW:
+        return {ACC.label, "Pitch"}
+    return {PRESSURE.label} if group is ALTITUDE else set()
+
+
+_INVERSE = ("asin", "asinf", "acos", "acosf", "sqrt", "sqrtf", "pow", "powf", "log", "logf")
+
+
+def _not_a_number(board: Board, lines: Sequence[Seen], where: _Where) -> Iterator[Diagnosis]:
+    for label in LABELS:
+        bad = [line for line in lines if line.label == label and re.search(r"\b(nan|inf)\b", line.text)]
+        if len(bad) < 2:
+            continue
+        places = Places(board.arm.image) if board.arm is not None else None
+        called = [f"{name}()" for name in _INVERSE if places and places.address_of(name) is not None]
+        sentences = [_shown(bad[-1])]
+        if any(name[:4] in ("asin", "acos") for name in called):
+            sentences.append(
+                "asin and acos take -1 to 1: an acceleration in mg, or one that noise makes a little larger "
+                "than 1 g, is outside. The slides' atan2 has no such limit."
+            )
+        if called:
+            sentences.append(f"Of the functions that can give it the program has {', '.join(called)}.")
+        sentences.append("A root or a logarithm of a negative number and 0 / 0 give nan, x / 0 gives inf.")
+        what = "nan" if "nan" in bad[-1].text else "inf"
+        summary = f"{where.printed(bad[-1])}{what} is printed, which is not a number"
+        yield Diagnosis("numbers", summary, tuple(sentences), fatal=False)
+
+
+def _misprinted_ints(lines: Sequence[Seen], where: _Where) -> Iterator[Diagnosis]:
+    """Vectors printed with a point that are not the truth: an int that is taken for a double."""
+    for group in (ACC, GYR):
+        printed = [line for line in lines if line.label == group.label and line.values is None]
+        wrong = []
+        for line in printed:
+            numbers = re.findall(r"-?\d+\.\d+", line.text)
+            truth = list(line.truth.values())
+            if len(numbers) == len(truth) and any(
+                one.distance(float(number)) > group.far for number, one in zip(numbers, truth, strict=True)
+            ):
+                wrong.append(line)
+        if len(wrong) >= 2 and len(wrong) == len(printed):
+            name = group.label[:3]
+            yield Diagnosis(
+                "printing",
+                f"{where.printed(wrong[-1])}likely %f for an int: {name} is printed with a point, and wrong",
+                (
+                    _shown(wrong[-1]),
+                    "%f takes the bits of two ints for a double; print int32_t with %d.",
+                    "The compiler warns about it (-Wall, -Wformat).",
+                ),
+                fatal=False,
+            )
+
+
+# -- the sensors' registers and the bus ---------------------------------------------------------------------
+
+_PAIRS = {
+    LSM6DSL.NAME: (*range(0x20, 0x2E),),  # OUT_TEMP, OUT_G, OUT_XL
+    LIS2MDL.NAME: (*range(0x68, 0x70),),
+}
+
+
+def _misread(board: Board) -> Iterator[Diagnosis]:
+    """Reads of output registers that begin with a high byte, or that are never made."""
+    latest = [*board.i2c2.bus.recent_transfers(), *board.spi2.bus.recent_transfers()]
+    reads = [one for one in latest if one.read and one.written]
+    for one in reads:
+        first = one.written[0] & 0x7F
+        if first % 2 and len(one.read) > 1 and first in _PAIRS.get(one.device, ()):
+            yield Diagnosis(
+                "bus",
+                f"{one.device} is read from {one.register} (0x{first:02X}) on, the high byte of a value",
+                (
+                    "So each number is made of the high byte of one value and the low byte of the next.",
+                    f"The low byte comes first, at 0x{first - 1:02X}.",
+                ),
+                fatal=False,
+            )
+            return
+    yield from _same_twice(reads)
+
+
+def _same_twice(reads: Sequence[BusTransfer]) -> Iterator[Diagnosis]:
+    """Over I2C, a firmware that reads the gyroscope twice a tick and the accelerometer never."""
+    bursts = [one.written[0] for one in reads if one.device == LSM6DSL.NAME and len(one.read) == 6]
+    for twice, never, what in ((0x22, 0x28, "accelerometer"), (0x28, 0x22, "gyroscope")):
+        if bursts.count(twice) >= 3 and never not in bursts and len(bursts) == len(reads) - _others(reads):
+            yield Diagnosis(
+                "bus",
+                f"the {what}'s registers (0x{never:02X}) are not read; those from 0x{twice:02X} are, twice",
+                ("The gyroscope's begin at OUTX_L_G (0x22), the accelerometer's at OUTX_L_XL (0x28).",),
+                fatal=False,
+            )
+
+
+def _others(reads: Sequence[BusTransfer]) -> int:
+    return sum(1 for one in reads if one.device != LSM6DSL.NAME)
+
+
+def _switched_off(board: Board, lines: Sequence[Seen]) -> Iterator[Diagnosis]:
+    """Sensors that measure nothing, in a program that prints them."""
+    labels = {line.label for line in lines}
+    lsm6dsl, lis2mdl = board.sensors.lsm6dsl.registers.mem, board.sensors.lis2mdl.registers.mem
+    off = (
+        (ACC.label, lsm6dsl[0x10] >> 4 == 0, "accelerometer", "ODR_XL in the LSM6DSL's CTRL1_XL (10h)"),
+        (GYR.label, lsm6dsl[0x11] >> 4 == 0, "gyroscope", "ODR_G in the LSM6DSL's CTRL2_G (11h)"),
+        ("MAG[x,y,z]", lis2mdl[0x60] & 2, "magnetometer", "MD in the LIS2MDL's CFG_REG_A (60h)"),
+    )
+    for label, is_off, what, field in off:
+        if label in labels and is_off:
+            wanted = "2 or 3, idle" if what == "magnetometer" else "0, power-down"
+            yield Diagnosis(
+                "sensor",
+                f"the {what} is not switched on, and {label[:3]} is printed",
+                (
+                    f"{field} is {wanted}: its output registers keep what they have.",
+                    "Is enableAllSensors() called, after initializeAllSensors()?",
+                ),
+                fatal=False,
+            )
+
+
+def _blocks(board: Board, lines: Sequence[Seen]) -> Iterator[Diagnosis]:
+    """Values of two bytes that may be of two samples."""
+    labels = {line.label for line in lines}
+    lsm6dsl, lis2mdl = board.sensors.lsm6dsl.registers.mem, board.sensors.lis2mdl.registers.mem
+    without = [
+        name
+        for name, label, bit in (
+            ("LSM6DSL (BDU in CTRL3_C, 12h)", ACC.label, lsm6dsl[0x12] & 0x40),
+            ("LIS2MDL (BDU in CFG_REG_C, 62h)", "MAG[x,y,z]", lis2mdl[0x62] & 0x10),
+        )
+        if label in labels and not bit
+    ]
+    if without:
+        yield Diagnosis(
+            "sensor",
+            f"block data update is off in the {' and the '.join(without)}",
+            (
+                "A sample may come between low and high byte: now and then a value is wrong by 256 steps.",
+                "With BDU = 1 the sensor keeps a value until both bytes have been read.",
+            ),
+            fatal=False,
+        )
+
+
+# -- LEDs ---------------------------------------------------------------------------------------------------
+
+_STEEP, _FLAT = 85.0, 75.0
+_STEADY = 4  # looks at the LEDs in a row: 0.2 s
+
+
+def _leds(board: Board, lights: Sequence[Lights]) -> Iterator[Diagnosis]:
+    leds = board.arm.signals.board.leds if board.arm is not None else {}
+    for name, pin in leds.items():
+        if board.arm is not None and _is_no_output(board.arm, pin):
+            yield Diagnosis(
+                "led",
+                f"{name} is switched and its pin P{pin[0]}{pin[1]} is no output",
+                (
+                    f"The bit in GPIO{pin[0]}_ODR is set, and MODER has the pin as an input, as after reset.",
+                    f"BSP_LED_Init({name}) is missing; it belongs before the first BSP_LED_Off().",
+                ),
+                fatal=False,
+            )
+    yield from _led("LED1", "pitch", [(one.at_s, one.pitch, one.led1) for one in lights])
+    yield from _led("LED2", "roll", [(one.at_s, one.roll, one.led2) for one in lights])
+
+
+def _led(name: str, angle: str, seen: Sequence[tuple[float, float, bool]]) -> Iterator[Diagnosis]:
+    """How a LED follows an angle: lit beyond 80 degrees to one side only, or the other way round."""
+    on = {-1: 0, 0: 0, 1: 0}
+    off = dict(on)
+    for index in range(_STEADY, len(seen)):
+        sides = {_side(one) for _, one, _ in seen[index - _STEADY : index + 1]}
+        if len(sides) == 1 and (side := sides.pop()) is not None:
+            (on if seen[index][2] else off)[side] += 1
+    few = 3 * _STEADY
+    for side, dark in ((1, -1), (-1, 1)):
+        if on[side] > few and off[dark] > few and not off[side] and not on[dark] and not on[0]:
+            beyond = "-80" if dark < 0 else "80"
+            yield Diagnosis(
+                "led",
+                f"{name} is lit when {angle} is beyond {80 * side:+d} degrees, and dark beyond {beyond}",
+                (f"Likely fabsf() is missing: if (fabsf({angle}) > 80) means both sides.",),
+                fatal=False,
+            )
+    steep_off, steep_on = off[1] + off[-1], on[1] + on[-1]
+    if on[0] > few and not off[0] and steep_off > few and not steep_on:
+        yield Diagnosis(
+            "led",
+            f"{name} is dark when {angle} is beyond 80 degrees, and lit otherwise",
+            (
+                "Are BSP_LED_On() and BSP_LED_Off() exchanged?",
+                "The LEDs are lit while their pins are low: GPIO_PIN_RESET lights them.",
+            ),
+            fatal=False,
+        )
+
+
+def _side(angle: float) -> int | None:
+    if abs(angle) < _FLAT:
+        return 0
+    return None if abs(angle) < _STEEP else (1 if angle > 0 else -1)
+
+
+def _is_no_output(arm: ArmFirmware, pin: tuple[str, int]) -> bool:
+    port, number = pin
+    block = arm.chip.core.blocks[f"GPIO{port}"]
+    return block.peek(0x14) >> number & 1 == 1 and block.peek(0x00) >> 2 * number & 3 == 0

@@ -1,0 +1,324 @@
+"""Numbers that are not the truth, and what turns one into the other: a factor, a sign, axes, radians, a wrap.
+
+A hint is given when the printed numbers are far from the truth in several lines, and one simple change of the
+truth fits nearly all of them. What fits nothing is not guessed at. Sensors have offsets and noise, so "far"
+is several times what a poor board of the class shows.
+
+Decision: held against the world, not against the sensors' registers: a student looks at the board in hand.
+A hint says "likely", for the world cannot prove what the source says.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple
+
+from emulator.analysis.witness import Range, Seen
+
+_FEWEST = 2  # lines that must be wrong
+_SHARE = 0.9  # of the lines that a change must fit
+_NARROW = 3  # a wrap is told from nonsense by how close it is
+AXES = ("x", "y", "z")
+
+
+class Hint(NamedTuple):
+    """``summary`` says what, ``sentences`` what to look at, ``line`` is where it was seen."""
+
+    summary: str
+    sentences: tuple[str, ...]
+    line: Seen
+    factor: float = 0.0
+    """Print over truth, where that is all."""
+
+
+class Change(NamedTuple):
+    """What may have become of the truth: a distance of printed values from it, and words for it."""
+
+    distance: Callable[[Sequence[float], Sequence[Range]], float]
+    summary: str
+    sentences: tuple[str, ...]
+    factor: float = 0.0
+
+
+class Group(NamedTuple):
+    """Fields that are judged together. ``far``: what no correct firmware on a poor board deviates."""
+
+    label: str
+    fields: tuple[str, ...]
+    far: float
+    unit: str
+    per_lsb: float = 0.0
+
+
+ACC = Group("ACC[x,y,z]", tuple(f"ACC.{axis}" for axis in AXES), 250.0, "mg", 0.122)
+GYR = Group("GYR[x,y,z]", tuple(f"GYR.{axis}" for axis in AXES), 40_000.0, "mdps", 70.0)
+TILT = Group("Pitch:", ("Pitch", "Roll"), 14.0, "deg")
+YAW = Group("Pitch:", ("Yaw",), 25.0, "deg")
+PRESSURE = Group("Pre:", ("Pre",), 20.0, "hPa")
+ALTITUDE = Group("Altitude:", ("Altitude",), 1.5, "m")
+
+
+def hint(lines: Sequence[Seen], group: Group) -> Hint | None:
+    """What has become of the truth of one group of fields; None if it is right, or nothing simple fits."""
+    rows = [_Row(seen, group) for seen in lines if seen.label == group.label and seen.values is not None]
+    rows = [row for row in rows if all(map(math.isfinite, row.values))]
+    if not rows or (group is YAW and not _turns(rows)):
+        return None
+    wrong = [row for row in rows if _plain(row.values, row.truth) > group.far]
+    if len(wrong) < _FEWEST or len(wrong) < (1 - _SHARE) * len(rows):
+        return None
+    for change in _changes(group, rows):
+        fitting = sum(change.distance(row.values, row.truth) <= group.far / 2 for row in rows)
+        if fitting >= _SHARE * len(rows):
+            return Hint(change.summary, change.sentences, wrong[-1].seen, change.factor)
+    return None
+
+
+class _Row:
+    """A line's values and truth of one group."""
+
+    def __init__(self, seen: Seen, group: Group) -> None:
+        self.seen = seen
+        values = seen.values or {}
+        self.values = [values[name] for name in group.fields]
+        self.truth = [seen.truth[name] for name in group.fields]
+
+
+def _turns(rows: Sequence[_Row]) -> bool:
+    """Whether the board is turned far enough for a yaw to be judged: MagCalibration has seen something."""
+    angles = [row.truth[0].middle for row in rows]
+    return max(angles) - min(angles) > 90
+
+
+def _plain(values: Sequence[float], truth: Sequence[Range]) -> float:
+    return max(one.distance(value) for value, one in zip(values, truth, strict=True))
+
+
+def _changes(group: Group, rows: Sequence[_Row]) -> Iterator[Change]:
+    if group in (ACC, GYR):
+        yield from _of_vector(group, rows)
+    elif group is TILT:
+        yield from _of_tilt()
+    elif group is YAW:
+        yield from _of_yaw()
+    elif group is PRESSURE:
+        yield from _of_pressure(rows)
+    else:
+        yield from _of_altitude(rows)
+
+
+# -- vectors ------------------------------------------------------------------------------------------------
+
+
+def _of_vector(group: Group, rows: Sequence[_Row]) -> Iterator[Change]:
+    name = group.label[:3]
+    sensor = "accelerometer" if group is ACC else "gyroscope"
+    if all(value == 0 for row in rows for value in row.values):
+        yield Change(
+            lambda _values, _truth: 0.0,
+            f"{name} is always 0",
+            (
+                f"The {sensor} measures something else: is it switched on, and is it read?",
+                "Is the variable that is printed the one that is written?",
+            ),
+        )
+        return
+    yield from _signed_axes(name)
+    factor = _factor(rows, group.far)
+    if factor is not None:
+        yield Change(
+            lambda values, truth: _plain(values, [one.scaled(factor) for one in truth]) / max(factor, 1.0),
+            f"{name} is {factor:.3g} times the truth",
+            ("Look at the factor between the raw value and the unit.",),
+            factor,
+        )
+    raw_wrap = 65_536 * group.per_lsb
+    yield Change(
+        lambda values, truth: max(
+            min(one.distance(value), one.distance(value - raw_wrap))
+            for value, one in zip(values, truth, strict=True)
+        ),
+        f"{name} is {raw_wrap:.0f} {group.unit} too large where it is negative",
+        (
+            "The sensor's values are signed 16 bits: (int16_t)(low | high << 8).",
+            "As uint16_t, or as int without the cast, -1 becomes 65535.",
+        ),
+    )
+    if group is GYR:
+        yield Change(
+            lambda values, truth: (
+                _NARROW
+                * max(
+                    one.distance(value + 65_536 * round((one.middle - value) / 65_536))
+                    for value, one in zip(values, truth, strict=True)
+                )
+            ),
+            f"{name} is off by multiples of 65536: a value does not fit into 16 bits",
+            (
+                "An int16_t holds -32768 to 32767, and 33 dps are 33000 mdps.",
+                "Take int32_t wherever the number is computed or kept; AxesRaw_TypeDef has int32_t.",
+            ),
+        )
+    yield Change(
+        lambda values, truth: max(
+            _of_swapped(value, one, group) for value, one in zip(values, truth, strict=True)
+        ),
+        f"{name} has the true high byte as its low byte",
+        (
+            "The sensors give the low byte first: (int16_t)(bytes[0] | bytes[1] << 8).",
+            (
+                "Or bytes are taken one place too far: from an odd register on, or out of a struct in which "
+                "the compiler leaves a hole before an int16_t."
+            ),
+        ),
+    )
+
+
+def _signed_axes(name: str) -> Iterator[Change]:
+    """All ways in which axes may be exchanged and negated, the simplest first."""
+    ways = [
+        (order, signs)
+        for order in itertools.permutations(range(3))
+        for signs in itertools.product((1, -1), repeat=3)
+    ]
+    ways.sort(key=lambda way: sum(n != m for n, m in enumerate(way[0])) + way[1].count(-1))
+    for order, signs in ways[1:]:
+        exchanged = [AXES[n] for n in range(3) if order[n] != n]
+        negated = [AXES[n] for n in range(3) if signs[n] < 0]
+        what = [f"{' and '.join(exchanged)} exchanged"] if exchanged else []
+        what += [f"{' and '.join(negated)} negated"] if negated else []
+        yield Change(
+            lambda values, truth, order=order, signs=signs: max(  # type: ignore[misc]
+                truth[order[n]].scaled(signs[n]).distance(values[n]) for n in range(3)
+            ),
+            f"{name} has {', '.join(what)}",
+            ("The board has X right, Y forward, Z up: X = -raw.Y, Y = raw.X, Z = raw.Z of the sensors.",),
+        )
+
+
+def _factor(rows: Sequence[_Row], far: float) -> float | None:
+    """The factor between truth and print, where it is the same in nearly all rows and not 1."""
+    ratios = sorted(
+        value / one.middle
+        for row in rows
+        for value, one in zip(row.values, row.truth, strict=True)
+        if abs(one.middle) > 2 * far
+    )
+    if not ratios:
+        return None
+    middle = ratios[len(ratios) // 2]
+    return middle if middle > 0 and abs(math.log(middle)) > math.log(1.15) else None
+
+
+def _swapped(raw: int) -> int:
+    value = (raw & 0xFF) << 8 | raw >> 8 & 0xFF
+    return value - 0x1_0000 if value & 0x8000 else value
+
+
+def _around(value: float, group: Group) -> range:
+    """The raw values that may have given a printed one, which was cut to a whole number of the unit."""
+    slack = math.ceil(1 / group.per_lsb) if group.per_lsb < 1 else 0
+    raw = round(value / group.per_lsb)
+    return range(raw - slack, raw + slack + 1)
+
+
+def _of_swapped(value: float, truth: Range, group: Group) -> float:
+    return min(truth.distance(_swapped(raw) * group.per_lsb) for raw in _around(value, group))
+
+
+# -- angles -------------------------------------------------------------------------------------------------
+
+_LOOK_TILT = "pitch = atan2(-Gx, sqrt(Gy^2 + Gz^2)), roll = atan2(Gy, sqrt(mu Gx^2 + Gz^2))."
+
+
+def _of_tilt() -> Iterator[Change]:
+    for pitch, roll, what in ((-1, 1, "Pitch is"), (1, -1, "Roll is"), (-1, -1, "Pitch and Roll are")):
+        yield Change(
+            lambda values, truth, signs=(pitch, roll): _plain(  # type: ignore[misc]
+                values, [one.scaled(sign) for one, sign in zip(truth, signs, strict=True)]
+            ),
+            f"{what} negated",
+            (f"Look at the signs: {_LOOK_TILT}", "Or are axes of ACC negated?"),
+        )
+    yield Change(
+        lambda values, truth: _plain((values[1], values[0]), truth),
+        "Pitch and Roll are exchanged",
+        ("Look at the order of PRINTF's arguments, and at which axis each formula takes.", _LOOK_TILT),
+    )
+    for factor, what in ((math.pi / 180, "in radians, not degrees"), (180 / math.pi, "57.3 times too large")):
+        yield Change(
+            lambda values, truth, factor=factor: _plain(  # type: ignore[misc]
+                [value / factor for value in values], truth
+            ),
+            f"Pitch and Roll are {what}",
+            ("atan2 gives radians; for printing times 180 / pi, once, after the sines and cosines.",),
+        )
+
+
+def _of_yaw() -> Iterator[Change]:
+    ways = (
+        (-1, 0, "negated"),
+        (1, 90, "90 degrees too large"),
+        (1, -90, "90 degrees too small"),
+        (1, 180, "turned by 180 degrees"),
+        (-1, 90, "90 degrees minus the truth: atan2's arguments are exchanged"),
+    )
+    for sign, offset, what in ways:
+        yield Change(
+            lambda values, truth, sign=sign, offset=offset: abs(  # type: ignore[misc]
+                (values[0] - sign * truth[0].middle - offset + 180) % 360 - 180
+            ),
+            f"Yaw is {what}",
+            ("yaw = atan2(By2, Bx3); By2 = Bz sin(roll) - By cos(roll). Is MAG right?",),
+        )
+
+
+# -- pressure and altitude ----------------------------------------------------------------------------------
+
+
+def _of_pressure(rows: Sequence[_Row]) -> Iterator[Change]:
+    factor = _factor(rows, 20.0)
+    if factor is not None:
+        yield Change(
+            lambda values, truth: _plain([value / factor for value in values], truth),
+            f"Pre is {factor:.4g} times the truth",
+            ("The raw value is 4096 to a hPa, and a hPa is 100 Pa.",),
+        )
+
+
+def _of_altitude(rows: Sequence[_Row]) -> Iterator[Change]:
+    first = rows[0].values[0]
+    if all(row.values[0] == 0 for row in rows):
+        yield Change(
+            lambda _values, _truth: 0.0,
+            "Altitude is always 0",
+            (
+                "Likely an integer division: 1 / 5 is 0 in C, and pow(x, 0) is 1. Write 1 / 5.257.",
+                "Or the pressure of the floor is taken anew in each sample.",
+            ),
+        )
+    elif first < -20_000:
+        yield Change(
+            lambda values, _truth: 0.0 if values[0] < -20_000 else math.inf,
+            "Altitude is that of a floor without air",
+            (
+                "The pressure at the floor is 0: the LPS22HB was read before its first sample.",
+                "Wait for P_DA in its STATUS register (27h), as LPS22HB_WaitForData() does, then read it.",
+            ),
+        )
+    kelvin = (25.0 / 298.15, "Altitude is 0.084 times the truth: the temperature is in degC, not in kelvin")
+    ways = (
+        (-1.0, "Altitude is negated", "The ratio is P0 / P: the floor's pressure over the one up here."),
+        (*kelvin, "(P0 / P)^(1 / 5.257) - 1 is multiplied with T + 273.15."),
+    )
+    for factor, summary, look in ways:
+        yield Change(
+            lambda values, truth, factor=factor: (
+                truth[0].scaled(factor).distance(values[0])  # type: ignore[misc]
+                / min(abs(factor) * 4, 1.0)
+            ),
+            summary,
+            (look,),
+        )

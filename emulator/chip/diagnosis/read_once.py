@@ -1,0 +1,129 @@
+"""A variable that is read once before a loop that never looks at it again: ``volatile`` is missing.
+
+``while (!ready) {}`` with a plain ``ready`` becomes, once the compiler optimises, a load and a loop that
+looks at nothing. The instructions prove it: a copy of the core executes those before the loop with the RAM
+as it is now, and leaves the loop; with another value of the one variable that they read it stays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from emulator.chip.cpu.bare_core import BareCore, Stop
+from emulator.chip.cpu.core import Core
+from emulator.chip.cpu.registers import EVERYTHING, Registers
+from emulator.chip.cpu.thumb import decode
+from emulator.chip.diagnosis.backtrace import Places
+from emulator.chip.diagnosis.report import Cause
+from emulator.chip.memory_map import RAM, RAM_SIZE
+
+_FARTHEST = 32  # bytes before the loop that may belong to its condition
+_STEPS = 24
+_OTHER_VALUES = (0, 1, 0xFFFF_FFFF, 0x7FFF_FFFF, 0x8000_0000)
+
+
+def read_once(core: Core, places: Places, loop: frozenset[int]) -> Cause | None:
+    """Why the loop at these addresses was entered, if a variable that has changed since is why."""
+    condition = _Condition(core, max(loop))
+    starts = _instructions(core, places, min(loop))
+    seen = (condition.decided_by(start) for start in starts)
+    variable = next(filter(None, seen), None)  # from the farthest one: all of the address is loaded then
+    if variable is None:
+        return None
+    name = places.variable(variable.address)
+    return Cause(
+        f"{name} is read once, before the loop, and never again: it is not volatile",
+        [
+            f"{name} was read in {places.place(variable.load)}; the loop itself looks at nothing.",
+            f"By now {name} is {variable.value}, with which the loop would end.",
+            "The compiler may keep in a register what nothing in this function changes.",
+            f"Declare volatile what an interrupt changes: volatile ... {name};",
+            "Without optimisation (-O0) the same program happens to work.",
+        ],
+    )
+
+
+def _instructions(core: Core, places: Places, begin: int) -> Iterator[int]:
+    """Addresses of the instructions of the same function shortly before ``begin``, the farthest first."""
+    function = places.function(begin)
+    address = function.start if function is not None else begin - _FARTHEST
+    while address < begin:
+        code = core.memory(address, 4)
+        if code is None:
+            return
+        if address >= begin - _FARTHEST:
+            yield address
+        address += decode(address, code[0] | code[1] << 8, code[2] | code[3] << 8).size
+
+
+class _Variable(NamedTuple):
+    """``load`` is the address of the instruction that reads it."""
+
+    address: int
+    load: int
+    value: int
+
+
+class _Load(NamedTuple):
+    address: int
+    size: int
+    at: int
+
+
+class _Condition:
+    """The instructions before a loop and in it, up to ``last``, executed by a copy of the core."""
+
+    def __init__(self, core: Core, last: int) -> None:
+        self._last = last
+        self._ram = bytes(core.ram)
+        self._registers = tuple(Registers(core, EVERYTHING).read())
+        self._copy = copy = BareCore()
+        copy.flash[:] = core.flash
+        copy.read_python, copy.write_python = self._block_read, self._block_written
+        copy.on_access = self._accessed
+        copy.watch_memory(RAM, RAM + RAM_SIZE - 1)
+        self._acts = False
+        self._loads: list[_Load] = []
+        self._at = 0
+
+    def decided_by(self, start: int) -> _Variable | None:
+        """The variable that decides, from ``start`` on, whether the loop is left; now it is."""
+        if self._stays(start) is not False:
+            return None
+        address, size, load = self._loads[0]
+        for value in _OTHER_VALUES:
+            if self._stays(start, (address, (value & (1 << 8 * size) - 1).to_bytes(size, "little"))):
+                now = self._ram[address - RAM : address - RAM + size]
+                return _Variable(address, load, int.from_bytes(now, "little"))
+        return None
+
+    def _stays(self, start: int, other: tuple[int, bytes] | None = None) -> bool | None:
+        """Whether execution from ``start`` stays in the loop; None if it does more than to decide that."""
+        copy = self._copy
+        copy.ram[:] = self._ram
+        if other is not None:
+            address, data = other
+            copy.ram[address - RAM : address - RAM + len(data)] = data
+        Registers(copy, EVERYTHING).write(*self._registers)
+        copy.pc, copy.thumb = start, True
+        self._acts = False
+        self._loads.clear()
+        for _ in range(_STEPS):
+            self._at = copy.pc
+            if not start <= self._at <= self._last:
+                return False if self._loads else None
+            if copy.run(1) is not Stop.SLICE or self._acts or len(self._loads) > 1:
+                return None
+        return True if self._loads else None
+
+    def _accessed(self, address: int, size: int, written: bool) -> None:
+        self._acts |= written
+        self._loads.append(_Load(address, size, self._at))
+
+    def _block_read(self, _address: int, _size: int) -> int:
+        self._acts = True
+        return 0
+
+    def _block_written(self, _address: int, _size: int, _value: int) -> None:
+        self._acts = True

@@ -1,0 +1,51 @@
+"""Flash and RAM that are nearly full, and a heap that is exhausted."""
+
+from __future__ import annotations
+
+from emulator.chip.cpu.core import Core
+from emulator.chip.diagnosis.backtrace import Places
+from emulator.chip.diagnosis.report import Diagnosis
+from emulator.chip.image import FirmwareImage
+from emulator.chip.memory_map import FLASH_MEMORY, FLASH_SIZE, RAM_MEMORY, RAM_SIZE
+
+_FULL = 0.9  # of the flash
+_LEFT = 10 * 1024  # bytes for heap and stack: printf of floats needs some of each
+
+
+def flash_nearly_full(image: FirmwareImage) -> Diagnosis | None:
+    """More than nine tenths of the flash are in use."""
+    used = sum(len(one.data) for one in image.segments if FLASH_MEMORY.holds(one.address, one.address))
+    if used < _FULL * FLASH_SIZE:
+        return None
+    return Diagnosis(
+        "memory",
+        f"the flash is {100 * used / FLASH_SIZE:.0f} % full: {used} of {FLASH_SIZE} bytes",
+        (
+            'What is written next may not fit any more: the linker says "region FLASH overflowed" then.',
+            "Large const tables, printf of floats and -O0 take most; arm-none-eabi-size tells.",
+        ),
+        fatal=False,
+    )
+
+
+def ram_nearly_full(core: Core, places: Places) -> Diagnosis | None:
+    """Variables that leave little for heap and stack."""
+    end = places.end_of_variables()
+    if end is None or not RAM_MEMORY.start < end < places.stack_top or places.stack_top - end >= _LEFT:
+        return None
+    left = places.stack_top - end
+    deepest = (
+        places.stack_top - core.lowest_stack if RAM_MEMORY.holds(core.lowest_stack, core.lowest_stack) else 0
+    )
+    details = [f"The stack has taken {deepest} of them so far, as seen at interrupts."] if deepest else []
+    largest = places.largest_variables(3)
+    if largest:
+        named = ", ".join(f"{name} ({size})" for name, size in largest)
+        details.append(f"The largest, in bytes: {named}.")
+    details.append("A stack that grows into the variables overwrites them without a word.")
+    return Diagnosis(
+        "memory",
+        f"the RAM is {100 * (end - RAM_MEMORY.start) / RAM_SIZE:.0f} % full: {left} bytes for heap and stack",
+        tuple(details),
+        fatal=False,
+    )

@@ -1,0 +1,219 @@
+"""Blocks that were never set up, never started, or set up otherwise than the board needs it.
+
+Each is read from the registers as they are; what the program meant to do is read from the functions that the
+linker kept: without a call of it no ``HAL_UART_Transmit`` is in the file.
+"""
+
+from __future__ import annotations
+
+from emulator.boards.signals import BoardSignals
+from emulator.buses.uart import BAUD
+from emulator.chip.chip import Chip
+from emulator.chip.cpu.exceptions import FIRST_INTERRUPT, bits
+from emulator.chip.diagnosis.backtrace import Places
+from emulator.chip.diagnosis.hang import exception_name
+from emulator.chip.diagnosis.report import Cause, Diagnosis
+from emulator.chip.peripherals.tim import Timer
+from emulator.time.clock import PS_PER_S
+
+_SPEAKS = ("HAL_UART_Transmit", "HAL_UART_Transmit_IT", "HAL_UART_Transmit_DMA")
+_TALKS_TO_SENSORS = (
+    "HAL_I2C_Mem_Read",
+    "HAL_SPI_Receive",
+    "HAL_SPI_TransmitReceive",
+    "HAL_I2C_Master_Receive",
+)
+_CALLBACK = "HAL_TIM_PeriodElapsedCallback"
+_HAL_TIM = "stm32f4xx_hal_tim.c"  # has the callback that does nothing
+_LAB = (b"ACC[x,y,z]", b"Pitch:")
+
+_SILENT_PS = PS_PER_S // 2  # a program that prints has begun by then
+_CR1, _DIER, _PSC, _ARR, _USART_CR1, _BRR = 0x00, 0x0C, 0x28, 0x2C, 0x0C, 0x08
+_PE, _CEN, _UIE, _SPE, _UE, _TE = 1, 1, 1, 1 << 6, 1 << 13, 1 << 3
+_FURTHEST_OFF = 0.03  # of a baud rate, beyond which bytes are misread (AN3155 and others allow 2 to 3 %)
+_LAB_RATES_HZ = (800.0, 84e6 / 52 / 2000)  # the lab's, and that of the maker's firmware
+_NEAR = 0.005
+_TICK_HZ = 1000.0  # a timer at this rate is the HAL's time base
+
+
+# -- the terminal -------------------------------------------------------------------------------------------
+
+
+def silent_terminal(chip: Chip, signals: BoardSignals, places: Places) -> Diagnosis | None:
+    """A program that prints, and nothing arrives at the terminal."""
+    prints = places.address_of(*_SPEAKS)
+    if prints is None or signals.clock.now_ps < _SILENT_PS or signals.uart.received_count():
+        return None
+    usart, number = chip.core.blocks["USART1"], "USART1"
+    control = usart.peek(_USART_CR1)
+    main = places.place(places.address_of("main") or 0)
+    if not control & _UE:
+        short = f"{number} is not set up: MX_USART1_UART_Init() is not called"
+        why = f"UE in {number}_CR1 is 0, so HAL_UART_Transmit() gives up at once and PRINTF prints nothing."
+        look = f"It belongs into {main}, after the clocks and before the first PRINTF."
+    elif not control & _TE:
+        short = f"{number}'s transmitter is off"
+        why = f"TE in {number}_CR1 is 0: Init.Mode must be UART_MODE_TX_RX."
+        look = "Look at MX_USART1_UART_Init()."
+    elif signals.gpio.alternate("A", 9) != 7:
+        short = "PA9 is not switched to USART1"
+        why = "What USART1 sends does not reach the pin: GPIO_MODE_AF_PP with Alternate = GPIO_AF7_USART1."
+        look = "Look at the pins in MX_USART1_UART_Init() or HAL_UART_MspInit()."
+    else:
+        return None
+    return Diagnosis("terminal", f"nothing was printed: {short}", (why, look), fatal=False)
+
+
+def wrong_baud(chip: Chip, signals: BoardSignals) -> Diagnosis | None:
+    """The terminal here shows what a real one would not."""
+    divider = chip.core.blocks["USART1"].peek(_BRR)
+    if not divider or not signals.uart.received_count():
+        return None
+    eights = chip.core.blocks["USART1"].peek(_USART_CR1) >> 15 & 1
+    counted = 2 * (divider & 0xFFF0 | (divider & 7) << 1) // 2 if eights else divider
+    baud = chip.soc.clocks.pclk2_hz * (1 + eights) / counted if counted else 0.0
+    if abs(baud / BAUD - 1) <= _FURTHEST_OFF:
+        return None
+    return Diagnosis(
+        "terminal",
+        f"USART1 sends at {baud:.0f} baud; the terminal on your laptop listens at {BAUD}",
+        (
+            f"BRR is {divider} and the block's clock {chip.soc.clocks.pclk2_hz / 1e6:g} MHz.",
+            "Here the text is readable all the same; with the real board you would see garbage.",
+            "Look at Init.BaudRate in MX_USART1_UART_Init(); SystemClock_Config() comes before it.",
+        ),
+        fatal=False,
+    )
+
+
+# -- the sensors' bus ---------------------------------------------------------------------------------------
+
+
+def bus_never_on(chip: Chip, signals: BoardSignals, places: Places) -> Cause | None:
+    """Neither I2C2 nor SPI2 was ever switched on in a program that has calls for them."""
+    blocks = chip.core.blocks
+    talks = places.address_of(*_TALKS_TO_SENSORS) is not None
+    used = any(bus.recent_transfers() for bus in signals.i2c.values()) or any(
+        bus.recent_transfers() or bus.unheard for bus in signals.spi.values()
+    )
+    on = any(blocks[name].peek(_CR1) & _PE for name in signals.i2c) or any(
+        blocks[name].peek(_CR1) & _SPE for name in signals.spi
+    )
+    if not talks or used or on:
+        return None
+    return Cause(
+        "the sensors' bus was never set up",
+        [
+            "PE in I2C2_CR1 and SPE in SPI2_CR1 are 0, and no transfer was ever made.",
+            (
+                "Is MX_SensorBus_Init() (in CubeMX's projects MX_I2C2_Init() or MX_SPI2_Init()) called in "
+                f"{places.place(places.address_of('main') or 0)}, before the sensors are?"
+            ),
+        ],
+    )
+
+
+_RXNE, _BSY = 1 << 0, 1 << 7
+_SR = 0x08
+
+
+def byte_left(chip: Chip, signals: BoardSignals) -> Cause | None:
+    """A received byte lies in SPI2_DR while no sensor is selected: the next read gets it."""
+    status = chip.core.blocks["SPI2"].peek(_SR)
+    selects = signals.spi["SPI2"].chip_selects if "SPI2" in signals.spi else ()
+    idle = all(signals.gpio.level(select[1], int(select[2:])) for select in selects)
+    if not selects or not idle or status & (_RXNE | _BSY) != _RXNE:
+        return None
+    return Cause(
+        "a received byte was left in SPI2_DR, so each read gets the byte of the one before",
+        [
+            "RXNE in SPI2_SR is 1 while no chip select is low and no byte is under way.",
+            (
+                "With one data line, receiving (BIDIOE = 0), the clock runs until SPE is cleared: "
+                "clear it before the last byte has come, or read DR once more (RM0368 20.3.5)."
+            ),
+        ],
+    )
+
+
+# -- timers and interrupts ----------------------------------------------------------------------------------
+
+
+def not_enabled(chip: Chip) -> Diagnosis | None:
+    """A timer, bus or stream asks for its interrupt, and the NVIC does not let it through."""
+    core = chip.core
+    waiting = core.pending & ~core.enabled & ~core.active
+    for number in bits(waiting >> FIRST_INTERRUPT << FIRST_INTERRUPT):
+        name = exception_name(number)
+        if not name.startswith(("TIM", "DMA", "I2C", "SPI", "USART")):
+            continue
+        return Diagnosis(
+            "timer" if name.startswith("TIM") else "bus",
+            f"the interrupt {name} is wanted and is not enabled in the NVIC",
+            (
+                "The block has set its flag and its interrupt enable, and waits; the bit in NVIC_ISER is 0.",
+                f"HAL_NVIC_EnableIRQ({name}_IRQn) is missing; it belongs to the block's set-up.",
+            ),
+            fatal=False,
+        )
+    return None
+
+
+def never_ticked(chip: Chip, places: Places, now_ps: int) -> Diagnosis | None:
+    """The program has a callback for a timer, and no timer that calls it."""
+    callback = places.address_of(_CALLBACK)
+    if callback is None or places.file(callback) in (_HAL_TIM, "") or now_ps < 2 * PS_PER_S:
+        return None
+    if any(timer.ticks for timer in chip.timers.values()):
+        return None
+    what, why = _why_no_ticks(chip)
+    where = places.place(callback)
+    return Diagnosis(
+        "timer", f"{_CALLBACK}() was never called: {what}", (why, f"The callback is {where}."), False
+    )
+
+
+def _why_no_ticks(chip: Chip) -> tuple[str, str]:
+    for timer in chip.timers.values():
+        control, enable = timer.peek(_CR1), timer.peek(_DIER)
+        if control & _CEN and not enable & _UIE:
+            return (
+                f"{timer.name} counts without its interrupt",
+                f"UIE in {timer.name}_DIER is 0: use HAL_TIM_Base_Start_IT(), not HAL_TIM_Base_Start().",
+            )
+        if timer.clocked and timer.peek(_PSC) and not control & _CEN:
+            return (
+                f"{timer.name} is set up and was not started",
+                f"CEN in {timer.name}_CR1 is 0: HAL_TIM_Base_Start_IT() is missing.",
+            )
+    return "no timer is set up", "MX_TIM9_Init() and HAL_TIM_Base_Start_IT() are missing."
+
+
+def wrong_rate(chip: Chip, signals: BoardSignals) -> Diagnosis | None:
+    """The lab's program with a timer that is not at 800 Hz."""
+    if not any(word in signals.uart.received() for word in _LAB):
+        return None
+    timers = [timer for timer in chip.timers.values() if timer.ticks > 1 and timer.rate_hz]
+    timers = [timer for timer in timers if abs(timer.rate_hz / _TICK_HZ - 1) > _NEAR]
+    if not timers or any(_is_lab_rate(timer) for timer in timers):
+        return None
+    timer = timers[0]
+    prescaler, period = timer.peek(_PSC), timer.peek(_ARR)
+    clock_hz = round(timer.rate_hz * (prescaler + 1) * (period + 1))
+    details = [
+        (
+            f"{clock_hz / 1e6:g} MHz / ({prescaler} + 1) / ({period} + 1): registers hold one less. "
+            f"For 800 Hz (PSC + 1) x (ARR + 1) is {clock_hz / 800:.0f}, such as 84 x 1250."
+        ),
+        "Look at Init.Prescaler and Init.Period in MX_TIM9_Init().",
+    ]
+    return Diagnosis(
+        "timer",
+        f"{timer.name} ticks at {timer.rate_hz:.6g} Hz; the lab's rate is 800 Hz",
+        tuple(details),
+        False,
+    )
+
+
+def _is_lab_rate(timer: Timer) -> bool:
+    return any(abs(timer.rate_hz / rate - 1) <= _NEAR for rate in _LAB_RATES_HZ)

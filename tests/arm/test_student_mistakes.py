@@ -1,0 +1,100 @@
+"""Each mistake of a student is explained in the words of docs/mistakes.md, and only a mistake.
+
+All are built as a student builds, without and with optimisation: with FCU_ALL_STUDENTS=1 each in both
+ways, and the right ones through all scenarios, which takes a quarter of an hour; else half of it.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import pytest
+
+from emulator import Board
+from emulator.analysis.mistakes import explain
+from emulator.analysis.witness import Witness
+from tests.arm import student_programs
+from tests.arm.student_programs import OPTIMISATIONS, Program, build, said, without_numbers
+from tests.arm.vendor_programs import file
+
+MISTAKES = student_programs.programs("mistakes.toml")
+VARIANTS = student_programs.programs("variants.toml")
+SCENARIOS = sorted(path.stem for path in (Path(__file__).parents[2] / "scenarios").glob("*.toml"))
+SLOW = {"slow_bus"}  # where the callback is too slow on purpose, and said to be
+QUIET_SCENARIOS = [name for name in SCENARIOS if name not in SLOW]
+ALL = bool(os.environ.get("FCU_ALL_STUDENTS"))
+LONGEST_S = 14.0 if ALL else 5.0
+VENDOR = ["lab3_i2c_polled", "lab3_i2c_it", "lab3_i2c_dma", "threads", "flight"]
+
+needs_compiler = pytest.mark.skipif(
+    not student_programs.is_buildable(), reason="arm-none-eabi-gcc or make is not installed"
+)
+
+
+def scenarios_for(names: Sequence[str]) -> list[tuple[str, str]]:
+    """Pairs of program and scenario: all of them, or each program with another one."""
+    if ALL:
+        return [(name, scenario) for name in names for scenario in QUIET_SCENARIOS]
+    return [(name, QUIET_SCENARIOS[n % len(QUIET_SCENARIOS)]) for n, name in enumerate(names)]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("programs")
+
+
+def expected(program: Program, optimisation: str) -> str:
+    if program.silent == optimisation:
+        return ""
+    examples = student_programs.examples()
+    return examples.get(f"{program.name}_{optimisation}") or examples[program.name]
+
+
+def both_ways(names: Iterable[str]) -> list[tuple[str, str]]:
+    """Pairs of program and optimisation: all of them, or each program with one of the two."""
+    pairs = [(name, one) for name in names for one in OPTIMISATIONS]
+    return pairs if ALL else pairs[0::4] + pairs[3::4]
+
+
+@needs_compiler
+@pytest.mark.parametrize(("name", "optimisation"), both_ways(MISTAKES))
+def test_a_mistake_is_explained_in_the_words_of_the_page(name: str, optimisation: str, folder: Path) -> None:
+    program = MISTAKES[name]
+    words = "\n".join(said(program, build(program, optimisation, folder)))
+
+    assert without_numbers(words) == without_numbers(expected(program, optimisation))
+
+
+@needs_compiler
+@pytest.mark.parametrize(("name", "scenario"), scenarios_for(list(VARIANTS)))
+@pytest.mark.parametrize("optimisation", OPTIMISATIONS if ALL else OPTIMISATIONS[1:])
+def test_nothing_is_said_about_another_way_to_do_the_lab_rightly(
+    name: str, optimisation: str, scenario: str, folder: Path
+) -> None:
+    program = VARIANTS[name]
+
+    assert said(program, build(program, optimisation, folder), LONGEST_S, scenario) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "scenario"), scenarios_for(["solution", "template-arm", "lab3", "template", *VENDOR])
+)
+def test_nothing_is_said_about_the_shipped_programs_and_those_in_the_makers_style(
+    name: str, scenario: str
+) -> None:
+    firmware = file(name) if name in VENDOR else name
+    board = Board(firmware, profile="fcu001v1" if name == "flight" else None, scenario=scenario)
+    witness = Witness(board)
+    board.run_for(LONGEST_S)
+
+    assert [str(one) for one in explain(board, witness)] == []
+
+
+def test_the_page_shows_at_least_thirty_mistakes_and_no_other() -> None:
+    shown = {name.removesuffix("_O0") for name in student_programs.examples()}
+
+    assert shown == set(MISTAKES)
+    assert len(shown) >= 30
+    assert len(VARIANTS) >= 12
