@@ -14,7 +14,7 @@ from tests.journeys import C_FILES, NATIVE
 
 ROOT = Path(__file__).parents[2]
 AT_MOST = {
-    "TOML -> verdict": (10, 10),
+    "TOML -> verdict": (11, 9),
     "attitude set -> register byte": (28, 0),
     "printf byte -> terminal": (10, 0),
     "I2C read -> sensor": (13, 0),
@@ -46,3 +46,30 @@ def test_a_journey_leads_through_no_more_files_than_it_did(name: str) -> None:
 @pytest.mark.parametrize(("file", "function"), [item for files in C_FILES.values() for item in files.items()])
 def test_what_c_does_on_the_way_is_where_it_is_said_to_be(file: str, function: str) -> None:
     assert re.search(rf"\b{function}\b", (NATIVE / file).read_text(encoding="utf-8"))
+
+
+def test_the_architecture_page_leads_where_the_journeys_lead() -> None:
+    """Each section's files are among those that were entered on that journey."""
+    names = [
+        "attitude set -> register byte",
+        "printf byte -> terminal",
+        "I2C read -> sensor",
+        "TOML -> verdict",
+    ]
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    sections = re.findall(r"^## Journey \d: .*?\n(.*?)(?=^## |^`python)", page, re.DOTALL | re.MULTILINE)
+    done = subprocess.run(
+        [sys.executable, "-m", "tests.journeys", "--files"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    entered = dict(re.findall(r"^(\S.*?) +\d.*\n((?: {4}.*\n)+)", done.stdout, re.MULTILINE))
+
+    for name, section in zip(names, sections, strict=True):
+        files = re.findall(r"`((?:emulator|sensors)/[\w/.]+\.[pyc]+)`", section)
+        assert len(files) > 5
+        for file in files:
+            shown = Path(file).name if file.startswith("emulator/chip/native/") else file
+            assert f"    {shown} " in entered[name], (name, file)
