@@ -14,8 +14,12 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+import sensors
 from sensors import LIS2MDL, LPS22HB, LSM6DSL, Part
+from tests.recipe import HTX221
 
+PARTS: dict[str, type[Part]] = {**sensors.PARTS, HTX221.NAME: HTX221}
+"""Those of the product, and the one of docs/new-sensor-and-board.md, for which all of this holds, too."""
 PS_PER_US, PS_PER_MS, PS_PER_S = 10**6, 10**9, 10**12
 
 Array: TypeAlias = NDArray[np.float64]
@@ -60,6 +64,7 @@ class FakeWorld:
             "magnetic_field_mgauss": constant(200.0, 0.0, -400.0),
             "pressure_hpa": constant(1013.25),
             "temperature_degc": constant(25.0),
+            "relative_humidity_percent": constant(45.0),
         }
 
     def __getitem__(self, channel: str) -> Signal:
@@ -202,6 +207,24 @@ LPS22HB_TEMPERATURE = replace(
     bits=16,
     bdu=None,  # datasheet 9.5: PRESS_OUT_H releases both, the temperature has no hold of its own
 )
+HUMIDITY = Channel(
+    "HTX221",
+    "relative_humidity_percent",
+    0x28,
+    scales=((((0x20, 0x83),), 1 / 256),),
+    off=((0x20, 0x00),),
+    rate_hz=Fraction("12.5"),
+    ready=(0x27, 0x02),
+    axes=1,
+    bdu=((0x20, 0x87),),
+)
+HTX221_TEMPERATURE = replace(
+    HUMIDITY,
+    name="temperature_degc",
+    address=0x2A,
+    scales=((((0x20, 0x83),), 1 / 64),),
+    ready=(0x27, 0x01),
+)
 CHANNELS = (
     ACCELEROMETER,
     GYROSCOPE,
@@ -210,6 +233,8 @@ CHANNELS = (
     LIS2MDL_TEMPERATURE,
     PRESSURE,
     LPS22HB_TEMPERATURE,
+    HUMIDITY,
+    HTX221_TEMPERATURE,
 )
 
 
@@ -226,6 +251,8 @@ class PartFacts:
     self_clearing: int  # a register that changes by itself after a write
     unmodelled: tuple[int, int, str] | None  # a write asking for something not modelled, the name in the note
     build: Callable[[FakeWorld, Any, int], Part]
+    plain: tuple[int, str]  # a register without effect on others: its address and name
+    usual: Writes  # a usual set-up, which nothing in the documents speaks against
     shows_settings: dict[int, int] = field(default_factory=dict)  # bits nobody can write that follow others
 
 
@@ -243,6 +270,8 @@ FACTS = {
             0x3B: 0x20,  # FIFO_FULL_SMART: a depth of less than one data set
             0x53: 0x01,  # SENSORHUB_END_OP: the sensor hub is on, and idle
         },
+        plain=(0x10, "CTRL1_XL"),
+        usual=((0x12, 0x44), (0x10, 0xA8), (0x17, 0xE0), (0x11, 0x6C)),
         build=lambda world, errors, seed: LSM6DSL(
             world["acceleration_g"], world["angular_rate_dps"], world["temperature_degc"], errors, seed
         ),
@@ -256,6 +285,8 @@ FACTS = {
         increment_off=None,
         self_clearing=0x60,
         unmodelled=None,
+        plain=(0x61, "CFG_REG_B"),
+        usual=((0x60, 0x8C), (0x61, 0x02), (0x62, 0x10)),
         build=lambda world, errors, seed: LIS2MDL(
             world["magnetic_field_mgauss"], world["temperature_degc"], errors, seed
         ),
@@ -270,8 +301,25 @@ FACTS = {
         increment_off=(0x11, 0x00),
         self_clearing=0x11,
         unmodelled=(0x43, 0x00, "CLOCK_TREE_CONFIGURATION.CTE"),
+        plain=(0x1A, "RES_CONF"),
+        usual=((0x11, 0x10), (0x10, 0x32)),
         build=lambda world, errors, seed: LPS22HB(
             world["pressure_hpa"], world["temperature_degc"], errors, seed
+        ),
+    ),
+    "HTX221": PartFacts(
+        who_am_i=(0x0F, 0xBD),
+        soft_reset=(0x21, 0x80),
+        reset_ps=10 * PS_PER_US,
+        kept_by_reset=frozenset(),
+        next_address={},
+        increment_off=None,  # bursts are the sub-address protocol's affair, not the registers'
+        self_clearing=0x21,
+        unmodelled=(0x10, 0x00, "AV_CONF.AVG"),
+        plain=(0x20, "CTRL_REG1"),
+        usual=((0x20, 0x87),),
+        build=lambda world, errors, seed: HTX221(
+            world["relative_humidity_percent"], world["temperature_degc"], errors, seed
         ),
     ),
 }

@@ -5,7 +5,7 @@ noted what each list, dictionary and object holds, and putting that back makes e
 what nobody thought of when it was added to a class. The road not taken, a pair of methods in each of a
 hundred classes, forgets the newest attribute. The rules of the walk:
 
-* objects of this package and of ``sensors``: their attributes;
+* objects of this package and of ``sensors``, and of classes made from theirs: their attributes;
 * lists, dictionaries, sets, deques and byte arrays: what is in them, put back in place, since others share
   them;
 * functions of these packages: what they enclose, which none of them replaces by something else;
@@ -97,7 +97,7 @@ class Snapshot:
             note = _NOTES.get(kind)
             if note is not None:
                 return note(self, one)
-        return self._note_object(one) if type(one).__module__.startswith(_PACKAGES) else ()
+        return self._note_object(one) if _is_ours(type(one)) else ()
 
     def _note_object(self, one: object) -> Iterable[object]:
         if hasattr(type(one), "snapshot") and hasattr(type(one), "restore"):
@@ -150,6 +150,11 @@ class Snapshot:
                     continue
                 self._slots.append((descriptor.__set__, one, value))
                 yield value
+
+
+def _is_ours(kind: type) -> bool:
+    """Whether a class, or one that it is made from, is of these packages."""
+    return any(base.__module__.startswith(_PACKAGES) for base in kind.__mro__)
 
 
 def _slots(kind: type) -> tuple[str, ...]:

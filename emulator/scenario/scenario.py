@@ -167,6 +167,8 @@ class Scenario:
                 world.set_gravity(table.gravity)
             if table.temperature_degc is not None:
                 world.set_temperature(table.temperature_degc)
+            if table.humidity_percent is not None:
+                world.set_humidity(table.humidity_percent)
             if table.pressure_hpa is not None:  # after the temperature, on which the air's density depends
                 world.set_pressure(table.pressure_hpa)
         except InputError as error:

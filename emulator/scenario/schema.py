@@ -135,6 +135,7 @@ class WorldTable(Table):
     yaw_deg: Annotated[float, within(limits.ANGLE)] = 0.0
     temperature_degc: Annotated[float, within(limits.TEMPERATURE)] | None = None
     pressure_hpa: Annotated[float, within(limits.PRESSURE)] | None = None
+    humidity_percent: Annotated[float, within(limits.HUMIDITY)] | None = None
     floor_altitude_m: Annotated[float, within(limits.ALTITUDE)] | None = None
     field: FieldTable | None = None
     place: PlaceTable | None = None

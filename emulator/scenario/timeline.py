@@ -306,6 +306,18 @@ class SetTemperature(Jump):
         world.set_temperature(self.temperature_degc)
 
 
+class SetHumidity(Jump):
+    """The air's relative humidity."""
+
+    do: Literal["set_humidity"]
+    humidity_percent: Annotated[float, within(limits.HUMIDITY)]
+
+    def plan(self, world: World, start_s: float) -> None:
+        """World.set_humidity."""
+        del start_s
+        world.set_humidity(self.humidity_percent)
+
+
 class SetField(Jump):
     """Another field of the Earth."""
 
@@ -407,6 +419,7 @@ AnyEntry = Annotated[
     | SetAttitude
     | SetPressure
     | SetTemperature
+    | SetHumidity
     | SetField
     | Fault
     | Send,

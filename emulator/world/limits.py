@@ -42,6 +42,7 @@ ANGLE = Range(-36_000, 36_000, "deg")  # a hundred turns
 ALTITUDE = Range(-1_000, 10_000, "m")
 PRESSURE = Range(10, 2_000, "hPa")
 TEMPERATURE = Range(-90, 200, "degC")
+HUMIDITY = Range(0, 100, "%")
 FIELD = Range(-100_000, 100_000, "uT")
 IRON = Range(-1_000_000, 1_000_000, "mgauss")
 SOFT_IRON = Range(-100, 100, "")

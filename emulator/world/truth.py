@@ -52,6 +52,7 @@ def pressure_ratio(height_m: Array, temperature_degc: Array) -> Array:
 STANDARD_GRAVITY = 9.80665  # m/s2 in one g
 ZURICH_FIELD_UT = (21.5, 0.0, 43.0)  # the World Magnetic Model at Zurich, rounded, turned to north
 ROOM_DEGC = 25.0
+ROOM_PERCENT = 45.0
 UP = np.array([0.0, 0.0, 1.0])
 
 Signal = Callable[[Array], Array]
@@ -61,6 +62,7 @@ QUANTITIES = {
     "magnetic_field_mgauss": "mag",
     "pressure_hpa": "pressure",
     "temperature_degc": "temperature",
+    "relative_humidity_percent": "humidity",
 }
 """What parts measure, as they declare it, and the world's signal that gives it."""
 Disturbance = Constant | Magnet
@@ -84,12 +86,14 @@ class Truth:
         self._soft_iron = Track(Constant(np.eye(3)))
         self._floor_pressure = Track(Constant(floor_hpa))
         self._temperature = Track(Constant(ROOM_DEGC))
+        self._humidity = Track(Constant(ROOM_PERCENT))
         self._laws: dict[str, Signal] = {
             "acc": self._force_g,
             "gyro": self._rate_dps,
             "mag": self._field_mgauss,
             "pressure": self._pressure_hpa,
             "temperature": self._temperature_degc,
+            "humidity": self._humidity_percent,
         }
         self._signals = {name: Track(law) for name, law in self._laws.items()}
 
@@ -120,6 +124,10 @@ class Truth:
     def temperature_degc(self, t_s: npt.ArrayLike) -> Array:
         """Air temperature, (N,), the same at every height."""
         return self._signal("temperature", t_s)
+
+    def relative_humidity_percent(self, t_s: npt.ArrayLike) -> Array:
+        """Relative humidity of the air, (N,); nothing else depends on it."""
+        return self._signal("humidity", t_s)
 
     def sensed(self, quantity: str, *, one_row: bool = False) -> Signal:
         """What a sensor measures, by the name of the quantity (:data:`QUANTITIES`), in the board's axes.
@@ -160,6 +168,7 @@ class Truth:
             self._soft_iron,
             self._floor_pressure,
             self._temperature,
+            self._humidity,
             *self._signals.values(),
         )
         for track in tracks:
@@ -198,6 +207,9 @@ class Truth:
 
     def _temperature_degc(self, t_s: Array) -> Array:
         return self._temperature.evaluate(t_s, Constant.value)
+
+    def _humidity_percent(self, t_s: Array) -> Array:
+        return self._humidity.evaluate(t_s, Constant.value)
 
 
 def _of_signal(signal: Signal, t_s: Array) -> Array:

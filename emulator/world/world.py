@@ -71,6 +71,10 @@ class World(Truth):
         """Another temperature of the air; the pressure at the floor stays."""
         self._set(self._temperature, limits.TEMPERATURE.check("degc", degc), "temperature")
 
+    def set_humidity(self, percent: float) -> None:
+        """Another relative humidity of the air."""
+        self._set(self._humidity, limits.HUMIDITY.check("percent", percent), "humidity")
+
     def set_magnetic_field(self, north_ut: float, east_ut: float, down_ut: float) -> None:
         """Another field of the Earth, NED; disturbances stay on top of it."""
         self._set(self._earth, ned_to_nwu_mgauss(north_ut, east_ut, down_ut), "mag")

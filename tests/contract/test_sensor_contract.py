@@ -6,8 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sensors import PARTS
-from tests.sensor_fakes import CHANNELS, FACTS, PS_PER_MS, PS_PER_S, Channel, Chip, PartFacts, ramp
+from tests.sensor_fakes import CHANNELS, FACTS, PARTS, PS_PER_MS, PS_PER_S, Channel, Chip, PartFacts, ramp
 
 ADDRESSES = st.integers(0, 0x7F)
 BYTES = st.integers(0, 0xFF)
@@ -243,8 +242,7 @@ def test_no_unmodelled_bit_can_be_set_in_silence(name: str) -> None:
 @parts
 def test_the_write_log_names_register_old_and_new_value(name: str) -> None:
     chip = Chip(name)
-    address = {"LSM6DSL": 0x10, "LIS2MDL": 0x61, "LPS22HB": 0x1A}[name]
-    register = {"LSM6DSL": "CTRL1_XL", "LIS2MDL": "CFG_REG_B", "LPS22HB": "RES_CONF"}[name]
+    address, register = FACTS[name].plain
 
     chip.write(address, 0x01)
     chip.write(address, 0x00)
@@ -253,16 +251,10 @@ def test_the_write_log_names_register_old_and_new_value(name: str) -> None:
 
 
 @parts
-def test_what_the_lab_sets_up_raises_no_note(name: str) -> None:
-    """The registers as the lab's firmware leaves them on I2C."""
+def test_a_usual_set_up_raises_no_note(name: str) -> None:
+    """Of the lab's parts as its firmware leaves them on I2C."""
     chip = Chip(name)
-    chip.configure(
-        {
-            "LSM6DSL": ((0x12, 0x44), (0x10, 0xA8), (0x17, 0xE0), (0x11, 0x6C)),
-            "LIS2MDL": ((0x60, 0x8C), (0x61, 0x02), (0x62, 0x10)),
-            "LPS22HB": ((0x11, 0x10), (0x10, 0x32)),
-        }[name]
-    )
+    chip.configure(FACTS[name].usual)
 
     assert chip.notes == []
 
@@ -270,4 +262,4 @@ def test_what_the_lab_sets_up_raises_no_note(name: str) -> None:
 @parts
 def test_an_unknown_channel_has_no_range(name: str) -> None:
     with pytest.raises(KeyError):
-        Chip(name).part.sample_range("humidity_percent")
+        Chip(name).part.sample_range("wind_m_s")

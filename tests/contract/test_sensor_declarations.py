@@ -9,12 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sensors import LIS2MDL, LPS22HB, LSM6DSL, PARTS
+from sensors import LIS2MDL, LPS22HB, LSM6DSL
 from sensors.declaration import Bus
 from sensors.part import Part
 from sensors.register import ADDRESSES, Register, RegisterMap
 from sensors.spi import READ, SpiTarget
 from sensors.subaddress import SubaddressTarget
+from tests.sensor_fakes import PARTS
 
 parts = pytest.mark.parametrize("part", PARTS.values(), ids=list(PARTS))
 WORLD = {
@@ -23,6 +24,7 @@ WORLD = {
     "magnetic_field_mgauss": lambda t_s: np.tile((200.0, 0.0, 400.0), (len(t_s), 1)),
     "pressure_hpa": lambda t_s: np.full(len(t_s), 1000.0),
     "temperature_degc": lambda t_s: np.full(len(t_s), 25.0),
+    "relative_humidity_percent": lambda t_s: np.full(len(t_s), 45.0),
 }
 
 
@@ -65,7 +67,7 @@ def test_the_addresses_are_the_datasheets() -> None:
 def test_after_reset_a_part_talks_over_the_wires_it_declares(part: type[Part]) -> None:
     chip = part.build(WORLD)
 
-    assert chip.spi_wires() == part.BUS.spi_wires
+    assert part.BUS.spi_wires in (None, chip.spi_wires())
 
 
 # -- bursts that go on only if the sub-address says so ----------------------------------------------------

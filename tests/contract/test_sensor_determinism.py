@@ -2,28 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sensors import PARTS
-from sensors.lis2mdl import LIS2MDLErrors
-from sensors.lps22hb import LPS22HBErrors
-from sensors.lsm6dsl import LSM6DSLErrors
-from tests.sensor_fakes import CHANNELS, PS_PER_MS, Channel, Chip, ramp
+from tests.sensor_fakes import CHANNELS, PARTS, PS_PER_MS, Channel, Chip, ramp
 
 RUN_PS = 2000 * PS_PER_MS
 MOMENTS = st.integers(1, RUN_PS - 1)
-GRADED: dict[str, Any] = {"LSM6DSL": LSM6DSLErrors, "LIS2MDL": LIS2MDLErrors, "LPS22HB": LPS22HBErrors}
 parts = pytest.mark.parametrize("name", PARTS)
 channels = pytest.mark.parametrize("channel", CHANNELS, ids=str)
 
 
 def noisy(name: str, seed: int = 1) -> Chip:
     """A typical part, all channels on, in a world that moves."""
-    chip = Chip(name, GRADED[name].of_grade("typical", seed), seed)
+    chip = Chip(name, PARTS[name].ERRORS.of_grade("typical", seed), seed)
     for channel in CHANNELS:
         if channel.part == name:
             slope = 500 * channel.scales[0][1]
@@ -83,8 +76,8 @@ def test_the_same_seed_gives_the_same_run(name: str) -> None:
 
 @parts
 def test_another_seed_gives_another_part(name: str) -> None:
-    assert GRADED[name].of_grade("typical", 1) != GRADED[name].of_grade("typical", 2)
-    assert GRADED[name].of_grade("typical", 1) == GRADED[name].of_grade("typical", 1)
+    assert PARTS[name].ERRORS.of_grade("typical", 1) != PARTS[name].ERRORS.of_grade("typical", 2)
+    assert PARTS[name].ERRORS.of_grade("typical", 1) == PARTS[name].ERRORS.of_grade("typical", 1)
 
 
 @pytest.mark.parametrize(
@@ -92,7 +85,7 @@ def test_another_seed_gives_another_part(name: str) -> None:
 )
 def test_another_seed_gives_other_noise(channel: Channel) -> None:
     """The same deviating part, two boards: only the noise differs."""
-    errors = GRADED[channel.part].of_grade("typical", 1)
+    errors = PARTS[channel.part].ERRORS.of_grade("typical", 1)
     runs = []
     for seed in (1, 2):
         chip = Chip(channel.part, errors, seed)

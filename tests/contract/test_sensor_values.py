@@ -12,6 +12,7 @@ from tests.sensor_fakes import (
     ACCELEROMETER,
     CHANNELS,
     GYROSCOPE,
+    HUMIDITY,
     MAGNETOMETER,
     PRESSURE,
     PS_PER_S,
@@ -46,6 +47,7 @@ RATES = [
         (PRESSURE, (0x10, code << 4), Fraction(rate))
         for code, rate in enumerate((1, 10, 25, 50, 75), start=1)
     ),
+    *((HUMIDITY, (0x20, 0x80 | code), Fraction(rate)) for code, rate in enumerate((1, 7, 12.5), start=1)),
 ]
 rates = pytest.mark.parametrize(("channel", "write", "rate_hz"), RATES, ids=str)
 

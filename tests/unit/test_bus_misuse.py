@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from emulator import Board, InputError
-from sensors import PARTS, AccessError
-from tests.sensor_fakes import Chip
+from sensors import AccessError
+from tests.sensor_fakes import PARTS, Chip
 
 parts = pytest.mark.parametrize("part", PARTS)
 

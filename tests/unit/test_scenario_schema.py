@@ -98,6 +98,9 @@ roll_deg = 3
 do = "set_pressure"
 pressure_hpa = 950
 [[timeline]]
+do = "set_humidity"
+humidity_percent = 80
+[[timeline]]
 do = "set_temperature"
 temperature_degc = 30
 [[timeline]]
