@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import get_args
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from emulator import Board
+from emulator.buses.i2c import FaultKind, I2CFault
 from emulator.errors import FirmwareError
-from emulator.time.clock import to_ps
+from emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US, to_ps
 from tests.arm.recorded_cases import CASES
 from tests.arm.recording import Case, board_of, chip_state
 
@@ -53,3 +57,66 @@ def test_a_program_goes_on_from_where_it_was(name: str, part: float) -> None:
     put_back.restore(snapshot)
 
     assert run_until_ps(put_back, case.seconds) == run_until_ps(plain, case.seconds)
+
+
+# -- faults of the bus --------------------------------------------------------------------------------------
+
+LSM6DSL, LIS2MDL = 0x6B, 0x1E
+MASTERS = ("assembly-i2c-by-interrupt", "assembly-i2c-by-dma", "vendor-lab3-i2c-polled")
+faults = st.none() | st.builds(
+    lambda kind, begin_us, length_us, address, index: (kind, begin_us, length_us, address, index),
+    st.sampled_from(get_args(FaultKind)),
+    st.integers(-500, 500),
+    st.integers(1, 900),
+    st.sampled_from([None, LSM6DSL, LIS2MDL]),
+    st.integers(0, 2),
+)
+"""Kind, begin from now on, length, address, byte."""
+times_us = st.integers(0, 900)
+Broken = tuple[FaultKind, int, int, int | None, int] | None
+
+
+def inject(board: Board, fault: Broken) -> None:
+    """As of now; what has been said already stays said."""
+    if fault is not None:
+        kind, begin_us, length_us, address, index = fault
+        from_s = max(0.0, board.clock.now_ps / PS_PER_S + begin_us / 1e6)
+        board.i2c2.inject(I2CFault(kind, from_s, from_s + length_us / 1e6, address, index))
+
+
+def seen_after(board: Board, run_us: int) -> list[object]:
+    """What can be seen ``run_us`` later."""
+    board.run_until_ps(board.clock.now_ps + run_us * PS_PER_US)
+    return [*board.trace, board.terminal.text, board.clock.now_ps, chip_state(board)]
+
+
+@pytest.mark.parametrize("detailed", [False, True], ids=["plain", "traced"])
+@pytest.mark.parametrize("name", MASTERS)
+def test_a_fault_of_the_bus_is_put_back_with_the_board(name: str, detailed: bool) -> None:
+    """Injected before the snapshot it is there again, injected afterwards it is gone, in any byte."""
+    boards = [board_of(CASES[name]) for _ in range(2)]
+    for board in boards:
+        if detailed:
+            board.trace.record_all()
+        board.run_until_ps((1_050 if name.startswith("vendor") else 0) * PS_PER_MS)
+    starts = [board.snapshot() for board in boards]
+
+    @settings(max_examples=20, deadline=None)
+    @given(faults, times_us, faults, times_us, faults, times_us)
+    def check(
+        before: Broken, before_us: int, away: Broken, away_us: int, after: Broken, after_us: int
+    ) -> None:
+        for board, start in zip(boards, starts, strict=True):
+            board.restore(start)
+            inject(board, before)
+            seen_after(board, before_us)
+        plain, put_back = boards
+        middle = put_back.snapshot()
+        inject(put_back, away)
+        seen_after(put_back, away_us)
+        put_back.restore(middle)
+        for board in boards:
+            inject(board, after)
+        assert seen_after(put_back, after_us) == seen_after(plain, after_us)
+
+    check()

@@ -1,0 +1,123 @@
+"""A hundred thousand random instruction streams on the C library, under sanitizers, without Python.
+
+tests/arm/hostile makes them: random half-words, encodings of 32 bits, mutations of real programs, blocks set
+up well and badly with any clock down to none, branches and accesses to where memories end. Streams have
+numbers; ``hostile NUMBER COUNT PROGRAM ...`` runs some of them again.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from emulator.chip import native
+from emulator.chip.image import load_firmware
+from emulator.chip.memory_map import FLASH
+from firmware_model.arm import prebuilt
+from tests.arm import speed_programs
+from tests.arm.vendor_programs import file
+
+STREAMS = 100_000
+FOLDER = Path(__file__).with_name("hostile")
+SOURCES = Path(native.__file__).parent
+CC = next((name for name in ("gcc", "clang") if shutil.which(name)), "")
+FLAGS = (
+    *("-std=gnu11", "-O1", "-g1", "-fwrapv", "-ffp-contract=off", '-DSOURCES="tests"', '-DCOMPILER="tests"'),
+    *("-fsanitize=address,undefined", "-fno-sanitize-recover=all"),
+)
+FIRMWARE = (prebuilt("solution", "I2C2"), *map(file, ("all_blocks", "uart_dma", "events", "threads")))
+ASSEMBLY = (speed_programs.I2C_BY_INTERRUPT, speed_programs.I2C_BY_DMA)
+LEAST = {
+    "instructions": 1000 * STREAMS,
+    "accesses": 10 * STREAMS,
+    "faults": STREAMS,
+    "lock-ups": STREAMS // 10,
+    "resets": STREAMS,
+    "notes": STREAMS // 10,
+    "bytes on buses": STREAMS // 40,
+    "bytes sent": STREAMS // 20,
+}
+"""What the streams come to; less would mean that most of them end before they do any harm."""
+
+pytestmark = [
+    pytest.mark.skipif(not CC, reason="needs gcc or clang: neither is installed"),
+    pytest.mark.skipif(sys.platform != "linux", reason="needs Linux and its sanitizers"),
+]
+
+
+@pytest.fixture(scope="module")
+def driver(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The driver, with the library's sources."""
+    made = tmp_path_factory.mktemp("hostile") / "hostile"
+    sources = *FOLDER.glob("*.c"), *SOURCES.glob("*.c")
+    subprocess.run([CC, *FLAGS, f"-I{SOURCES}", *sources, "-lm", "-o", made], check=True)
+    return made
+
+
+@pytest.fixture(scope="module")
+def programs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """Contents of flash."""
+    contents = [flash_of(firmware) for firmware in FIRMWARE] + list(map(speed_programs.program, ASSEMBLY))
+    folder = tmp_path_factory.mktemp("programs")
+    files = [folder / f"{number}.bin" for number in range(len(contents))]
+    for path, content in zip(files, contents, strict=True):
+        path.write_bytes(content)
+    return files
+
+
+def flash_of(firmware: Path) -> bytes:
+    """What a programmer would write, from the beginning of flash on."""
+    content = bytearray()
+    for address, data in load_firmware(firmware).segments:
+        end = address - FLASH + len(data)
+        content += bytes(max(0, end - len(content)))
+        content[address - FLASH : end] = data
+    return bytes(content)
+
+
+def run(driver: Path, first: int, count: int, programs: list[Path]) -> dict[str, str]:
+    """What was seen, by name; what is wrong fails the test with the sanitizers' words."""
+    options = {"ASAN_OPTIONS": "quarantine_size_mb=16", "UBSAN_OPTIONS": "print_stacktrace=1"}
+    done = subprocess.run(
+        [driver, str(first), str(count), *programs],
+        env=os.environ | options,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr[-6000:]
+    return dict(line.rsplit(" ", maxsplit=1) for line in done.stdout.splitlines())
+
+
+def test_hostile_streams_do_nothing_wrong_in_c(driver: Path, programs: list[Path]) -> None:
+    seen = run(driver, 0, STREAMS, programs)
+
+    assert int(seen["streams"]) == STREAMS
+    assert {name for name, least in LEAST.items() if int(seen[name]) < least} == set(), seen
+
+
+def test_a_stream_is_what_its_number_says(driver: Path, programs: list[Path]) -> None:
+    """What was seen once can be seen again."""
+    assert run(driver, 640, 640, programs) == run(driver, 640, 640, programs)
+
+
+def test_what_the_sanitizers_find_ends_the_run_with_the_number_of_the_stream(
+    driver: Path, programs: list[Path]
+) -> None:
+    """An option of the driver makes a mistake of its own: one byte after the chip's memory."""
+    done = subprocess.run(
+        [driver, "70", "1", *programs],
+        env=os.environ | {"HOSTILE_MISTAKE": "1"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+    assert done.returncode != 0
+    assert "heap-buffer-overflow" in done.stderr
+    assert "in stream 70, of the group that begins with 64" in done.stderr
