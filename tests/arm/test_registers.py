@@ -195,7 +195,7 @@ def test_a_c_header_is_up_to_date(module: ModuleType) -> None:
 
 def test_every_header_of_registers_is_made_and_included() -> None:
     made = {file_name(module) for module in IN_C}
-    sources = "".join(path.read_text(encoding="utf-8") for path in NATIVE.glob("*.c"))
+    sources = "".join(path.read_text(encoding="utf-8") for path in NATIVE.glob("*.[ch]"))
 
     assert {path.name for path in NATIVE.glob("registers_*.h")} == made
     assert {name for name in made if f'#include "{name}"' not in sources} == set()

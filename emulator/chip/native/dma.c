@@ -19,38 +19,17 @@
  */
 #include "fcu.h"
 
-enum { LISR = 0x00, HISR = 0x04, LIFCR = 0x08, HIFCR = 0x0C };
-enum { CR, NDTR, PAR, M0AR, M1AR, FCR }; /* of a stream, by word */
-#define FIRST_STREAM 0x10u
-#define STREAM_SIZE 0x18u
+#include "registers_dma.h"
 
-/* SxCR */
-#define EN 0x00000001u
-#define DMEIE 0x00000002u
-#define TEIE 0x00000004u
-#define HTIE 0x00000008u
-#define TCIE 0x00000010u
-#define PFCTRL 0x00000020u
-#define DIRECTION(control) ((control) >> 6 & 3)
+#define FIRST_STREAM SxCR(0)
+#define STREAM_SIZE (SxCR(1) - SxCR(0))
+enum { CR, NDTR, PAR, M0AR, M1AR, FCR }; /* of a stream, by word */
+_Static_assert(SxFCR(0) == FIRST_STREAM + 4 * FCR, "the words of a stream");
+
 enum { PERIPHERAL_TO_MEMORY, MEMORY_TO_PERIPHERAL, MEMORY_TO_MEMORY };
-#define CIRC 0x00000100u
-#define PINC 0x00000200u
-#define MINC 0x00000400u
-#define PSIZE(control) ((control) >> 11 & 3)
-#define DBM 0x00040000u
-#define CT 0x00080000u
-#define CHSEL(control) ((control) >> 25 & 7)
-#define CR_BITS 0x0FEFFFFFu
-#define CHANGEABLE_WHILE_ON (EN | DMEIE | TEIE | HTIE | TCIE)
-/* SxFCR */
-#define FCR_RESET 0x21u
-#define FCR_WRITABLE 0x87u
-#define FCR_STATUS 0x38u
-/* a stream's bits of LISR, HISR */
-#define TEIF 0x08u
-#define HTIF 0x10u
-#define TCIF 0x20u
-#define FLAGS 0x3Du
+#define CHANGEABLE_WHILE_ON (SxCR_EN | SxCR_DMEIE | SxCR_TEIE | SxCR_HTIE | SxCR_TCIE)
+/* A stream's flags, in the places of stream 0. */
+#define FLAGS (LISR_FEIF0 | LISR_DMEIF0 | LISR_TEIF0 | LISR_HTIF0 | LISR_TCIF0)
 static const uint8_t FLAG_SHIFT[4] = {0, 6, 16, 22}; /* of streams 0 to 3 in LISR, 4 to 7 in HISR */
 
 #define CYCLES_PER_ITEM 4
@@ -138,8 +117,8 @@ static bool store_item(Chip *chip, uint32_t address, unsigned size, uint32_t val
 
 static void update_interrupt(DmaController *dma, int stream) {
   const DmaStream *one = &dma->streams[stream];
-  uint32_t enabled = (one->control & TCIE ? TCIF : 0) | (one->control & HTIE ? HTIF : 0) |
-                     (one->control & TEIE ? TEIF : 0);
+  uint32_t enabled = (one->control & SxCR_TCIE ? LISR_TCIF0 : 0) | (one->control & SxCR_HTIE ? LISR_HTIF0 : 0) |
+                     (one->control & SxCR_TEIE ? LISR_TEIF0 : 0);
   block_set_irq(&dma->block, INTERRUPTS_OF[controller_of(dma)][stream], (one->flags & enabled) != 0);
 }
 
@@ -163,7 +142,7 @@ static void plan(DmaController *dma) {
 
 static void stop(DmaController *dma, int stream) {
   DmaStream *one = &dma->streams[stream];
-  one->control &= ~EN;
+  one->control &= ~SxCR_EN;
   leave(dma, stream);
   if (one->copy_ps < NEVER_PS) {
     one->copy_ps = NEVER_PS;
@@ -175,20 +154,20 @@ static void begin(DmaStream *one) {
   static const uint8_t SIZES[] = {1, 2, 4, 4}; /* PSIZE: byte, half-word, word, reserved */
   one->length = one->items;
   one->moved = 0;
-  one->size = SIZES[PSIZE(one->control)];
-  one->peripheral_step = one->control & PINC ? one->size : 0;
-  one->memory_step = one->control & MINC ? one->size : 0;
+  one->size = SIZES[FIELD(one->control, SxCR_PSIZE)];
+  one->peripheral_step = one->control & SxCR_PINC ? one->size : 0;
+  one->memory_step = one->control & SxCR_MINC ? one->size : 0;
 }
 
 static void start(DmaController *dma, int stream, enum Request line) {
   DmaStream *one = &dma->streams[stream];
   Chip *chip = dma->block.chip;
   if (one->items == 0) { /* section 9.3.14: nothing to transfer, the stream does not start */
-    one->control &= ~EN;
+    one->control &= ~SxCR_EN;
     return;
   }
   begin(one);
-  if (DIRECTION(one->control) != MEMORY_TO_MEMORY) {
+  if (FIELD(one->control, SxCR_DIR) != MEMORY_TO_MEMORY) {
     serve(dma, stream, line);
   } else if (chip->clocks.hclk_hz) {
     one->copy_ps = chip->now_ps + (int64_t)one->items * CYCLES_PER_ITEM * PS_PER_S / chip->clocks.hclk_hz;
@@ -199,8 +178,8 @@ static void start(DmaController *dma, int stream, enum Request line) {
 /* One item; false is a bus error. */
 static bool move(Chip *chip, DmaStream *one) {
   uint32_t outside = one->peripheral + one->moved * one->peripheral_step, value;
-  uint32_t inside = one->memory[one->control & CT ? 1 : 0] + one->moved * one->memory_step;
-  bool out = DIRECTION(one->control) == MEMORY_TO_PERIPHERAL;
+  uint32_t inside = one->memory[one->control & SxCR_CT ? 1 : 0] + one->moved * one->memory_step;
+  bool out = FIELD(one->control, SxCR_DIR) == MEMORY_TO_PERIPHERAL;
   one->moved++;
   return load_item(chip, out ? inside : outside, one->size, &value) &&
          store_item(chip, out ? outside : inside, one->size, value);
@@ -209,14 +188,14 @@ static bool move(Chip *chip, DmaStream *one) {
 /* All items are done. */
 static void complete(DmaController *dma, int stream) {
   DmaStream *one = &dma->streams[stream];
-  if (one->control & (CIRC | DBM)) {
+  if (one->control & (SxCR_CIRC | SxCR_DBM)) {
     one->items = one->length;
     one->moved = 0;
-    one->control ^= one->control & DBM ? CT : 0;
+    one->control ^= one->control & SxCR_DBM ? SxCR_CT : 0;
   } else {
     stop(dma, stream);
   }
-  raise_flags(dma, stream, TCIF);
+  raise_flags(dma, stream, LISR_TCIF0);
 }
 
 /* One item between peripheral and memory. */
@@ -224,14 +203,14 @@ static void transfer(DmaController *dma, int stream) {
   DmaStream *one = &dma->streams[stream];
   if (!move(dma->block.chip, one)) {
     stop(dma, stream);
-    raise_flags(dma, stream, TEIF);
+    raise_flags(dma, stream, LISR_TEIF0);
     return;
   }
   one->items--;
   if (one->items == 0) {
     complete(dma, stream);
   } else if (one->items == one->length / 2) {
-    raise_flags(dma, stream, HTIF);
+    raise_flags(dma, stream, LISR_HTIF0);
   }
 }
 
@@ -244,7 +223,7 @@ static void copy(DmaController *dma, int stream) {
     one->items -= good;
   }
   stop(dma, stream);
-  raise_flags(dma, stream, good ? HTIF | TCIF : TEIF);
+  raise_flags(dma, stream, good ? LISR_HTIF0 | LISR_TCIF0 : LISR_TEIF0);
 }
 
 static void on_event(Block *block) {
@@ -301,22 +280,22 @@ static void clear_flags(DmaController *dma, int first, uint32_t bits) {
 
 /* What firmware gets wrong when it enables a stream. */
 static void check(DmaController *dma, int stream, uint32_t value, enum Request line) {
-  bool to_memory = DIRECTION(value) == MEMORY_TO_MEMORY;
+  bool to_memory = FIELD(value, SxCR_DIR) == MEMORY_TO_MEMORY;
   if (to_memory && controller_of(dma) == 0) {
     block_note(&dma->block, -1, NOTE_FORBIDDEN, "memory to memory is for DMA2 only (RM0368 9.3.2)");
   }
   if (!to_memory && line == NONE) {
     block_note(&dma->block, -1, NOTE_FORBIDDEN,
-               "stream %d channel %u is enabled, but no request line is there", stream, CHSEL(value));
+               "stream %d channel %u is enabled, but no request line is there", stream, FIELD(value, SxCR_CHSEL));
   }
 }
 
 static void control_written(DmaController *dma, int stream, uint32_t value) {
   DmaStream *one = &dma->streams[stream];
-  enum Request line = LINES[controller_of(dma)][CHSEL(value)][stream];
-  bool was_on = one->control & EN;
+  enum Request line = LINES[controller_of(dma)][FIELD(value, SxCR_CHSEL)][stream];
+  bool was_on = one->control & SxCR_EN;
   uint32_t kept = was_on ? one->control & ~CHANGEABLE_WHILE_ON : value & ~CHANGEABLE_WHILE_ON;
-  if (value & PFCTRL) {
+  if (value & SxCR_PFCTRL) {
     block_note(&dma->block, -1, NOTE_NOT_MODELLED, "S%dCR.PFCTRL", stream);
   }
   if (was_on && (value ^ one->control) & ~CHANGEABLE_WHILE_ON) {
@@ -324,12 +303,12 @@ static void control_written(DmaController *dma, int stream, uint32_t value) {
                stream);
   }
   one->control = kept | (value & CHANGEABLE_WHILE_ON);
-  if (value & EN && !was_on) {
+  if (value & SxCR_EN && !was_on) {
     check(dma, stream, value, line);
     start(dma, stream, line);
-  } else if (was_on && !(value & EN)) { /* section 9.3.15: the transfer ends, and TCIF says so */
+  } else if (was_on && !(value & SxCR_EN)) { /* section 9.3.15: the transfer ends, and TCIF says so */
     stop(dma, stream);
-    raise_flags(dma, stream, TCIF);
+    raise_flags(dma, stream, LISR_TCIF0);
   }
   update_interrupt(dma, stream);
 }
@@ -337,8 +316,8 @@ static void control_written(DmaController *dma, int stream, uint32_t value) {
 static void write_stream(DmaController *dma, int stream, uint32_t word, uint32_t value) {
   DmaStream *one = &dma->streams[stream];
   if (word == CR) {
-    control_written(dma, stream, value & CR_BITS);
-  } else if (one->control & EN && (word == NDTR || word == PAR)) {
+    control_written(dma, stream, value & SxCR_STORED);
+  } else if (one->control & SxCR_EN && (word == NDTR || word == PAR)) {
     block_note(&dma->block, -1, NOTE_FORBIDDEN, "S%d%s written while the stream is enabled: no effect", stream,
                word == NDTR ? "NDTR" : "PAR");
   } else if (word == NDTR) {
@@ -348,7 +327,7 @@ static void write_stream(DmaController *dma, int stream, uint32_t word, uint32_t
   } else if (word == M0AR || word == M1AR) {
     one->memory[word - M0AR] = value;
   } else {
-    one->fifo_control = (one->fifo_control & FCR_STATUS) | (value & FCR_WRITABLE);
+    one->fifo_control = (one->fifo_control & SxFCR_FS) | (value & SxFCR_STORED);
   }
 }
 
@@ -367,7 +346,7 @@ static void dma_reset(Block *block) {
   DmaController *dma = (DmaController *)block;
   for (int n = 0; n < DMA_STREAMS; n++) {
     stop(dma, n);
-    dma->streams[n] = (DmaStream){.fifo_control = FCR_RESET, .copy_ps = NEVER_PS};
+    dma->streams[n] = (DmaStream){.fifo_control = SxFCR_RESET, .copy_ps = NEVER_PS};
     update_interrupt(dma, n);
   }
 }
@@ -375,15 +354,9 @@ static void dma_reset(Block *block) {
 static const BlockType DMA = {.read = dma_read, .peek = dma_peek, .write = dma_write, .reset = dma_reset};
 
 void dma_create(Chip *chip) {
-  int16_t offsets[(FIRST_STREAM + STREAM_SIZE * DMA_STREAMS) / 4 + 1], count = 0;
-  while (count < (int16_t)(sizeof offsets / sizeof *offsets) - 1) {
-    offsets[count] = (int16_t)(4 * count);
-    count++;
-  }
-  offsets[count] = -1;
   for (int n = 0; n < DMA_CONTROLLERS; n++) {
     DmaController *dma = &chip->dma.controllers[n];
-    block_create(chip, &dma->block, &DMA, BASES[n], 0x400, offsets);
+    block_create(chip, &dma->block, &DMA, BASES[n], 0x400, DMA_OFFSETS);
     dma->event = event_create(&dma->block, on_event);
     dma_reset(&dma->block);
   }

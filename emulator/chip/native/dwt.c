@@ -6,17 +6,14 @@
 #include "dwt.h"
 
 #include "chip.h"
-
-enum { DWT_CTRL = 0x000, DWT_CYCCNT = 0x004, DWT_LAR = 0xFB0, DWT_LSR = 0xFB4 };
+#include "registers_dwt.h"
 
 #define BASE 0xE0001000u
-#define CYCCNTENA 1u
-#define FOUR_COMPARATORS 0x40000000u
 
 typedef __int128 Wide;
 
 static uint32_t counted(const Dwt *dwt) {
-  if (!dwt->trace_enabled || !(dwt->registers[0] & CYCCNTENA)) {
+  if (!dwt->trace_enabled || !(dwt->registers[0] & DWT_CTRL_CYCCNTENA)) {
     return 0;
   }
   /* Times are rounded down by less than 1 ps, which is given back here. */
@@ -50,7 +47,7 @@ static void write(Block *block, uint32_t offset, uint32_t value, uint32_t mask) 
   settle(dwt);
   if (offset / 4 < DWT_STORED) {
     uint32_t *word = &dwt->registers[offset / 4];
-    mask &= offset == DWT_CTRL ? 0x007F1FFF : WORD;
+    mask &= offset == DWT_CTRL ? DWT_CTRL_STORED : WORD;
     *word = (*word & ~mask) | (value & mask);
   }
 }
@@ -61,7 +58,7 @@ void dwt_enable(Dwt *dwt, bool on) {
 }
 
 void dwt_reset(Dwt *dwt) {
-  dwt->registers[0] = FOUR_COMPARATORS;
+  dwt->registers[0] = DWT_CTRL_RESET;
   for (int n = 1; n < DWT_STORED; n++) {
     dwt->registers[n] = 0;
   }
@@ -81,9 +78,6 @@ static void clocks_changed(Block *block) { settle((Dwt *)block); }
 void dwt_create(Chip *chip) {
   static const BlockType type = {.read = read, .peek = peek, .write = write, .reset = reset, .is_pure = is_pure,
                                  .clocks_changed = clocks_changed};
-  static const int16_t offsets[] = {0x00, 0x04, 0x08, 0x0C, 0x10, 0x14, 0x18, 0x1C, 0x20, 0x24, 0x28, 0x2C, 0x30,
-                                    0x34, 0x38, 0x3C, 0x40, 0x44, 0x48, 0x4C, 0x50, 0x54, 0x58, 0x5C,
-                                    DWT_LAR, DWT_LSR, -1};
-  block_create(chip, &chip->dwt.block, &type, BASE, 0x1000, offsets);
+  block_create(chip, &chip->dwt.block, &type, BASE, 0x1000, DWT_OFFSETS);
   dwt_reset(&chip->dwt);
 }

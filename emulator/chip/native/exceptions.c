@@ -22,6 +22,7 @@
 #include <string.h>
 
 #include "chip.h"
+#include "registers_scb.h"
 
 enum { ENTRY_CYCLES = 12, RETURN_CYCLES = 10, CHAIN_CYCLES = 6 }; /* Cortex-M4 technical reference manual, 3.9 */
 enum { NPRIV = 1, SPSEL = 2, FPCA = 4, FLOATING_CONTEXT = 12 };   /* CONTROL */
@@ -35,23 +36,8 @@ enum { FRAME = 0x20, FLOATING_FRAME = 0x68, FLOATING_AREA = 0x20 };
 #define IPSR 0x1FFu
 #define STORED_XPSR 0xFF0FFDFFu /* all but the padding bit */
 
-/* CFSR. */
-#define IACCVIOL (1u << 0)
-#define IBUSERR (1u << 8)
-#define PRECISERR (1u << 9)
-#define UNSTKERR (1u << 11)
-#define STKERR (1u << 12)
-#define BFARVALID (1u << 15)
-#define UNDEFINSTR (1u << 16)
-#define INVSTATE (1u << 17)
-#define INVPC (1u << 18)
-#define NOCP (1u << 19)
-#define UNALIGNED_ACCESS (1u << 24)
-#define DIVBYZERO (1u << 25)
-#define BREAKPOINT_SEEN (1u << 1) /* DFSR.BKPT */
-
-static const Fault STACKING = {BUS_FAULT, STKERR, 0, 0}, UNSTACKING = {BUS_FAULT, UNSTKERR, 0, 0},
-                   INVALID_RETURN = {USAGE_FAULT, INVPC, 0, 0}, NO_VECTOR = {HARD_FAULT, 0, HFSR_VECTTBL, 0};
+static const Fault STACKING = {BUS_FAULT, CFSR_STKERR, 0, 0}, UNSTACKING = {BUS_FAULT, CFSR_UNSTKERR, 0, 0},
+                   INVALID_RETURN = {USAGE_FAULT, CFSR_INVPC, 0, 0}, NO_VECTOR = {HARD_FAULT, 0, HFSR_VECTTBL, 0};
 
 static bool pend_fault(Chip *chip, Fault fault);
 
@@ -216,11 +202,11 @@ static bool escalate(Chip *chip, Fault fault) {
   int now = level(chip), number = fault.exception;
   scb->cfsr |= fault.status;
   scb->hfsr |= fault.hard;
-  if (fault.status & BFARVALID) {
+  if (fault.status & CFSR_BFARVALID) {
     scb->bfar = fault.address;
   }
   if (fault.hard & HFSR_DEBUGEVT) {
-    scb->dfsr |= BREAKPOINT_SEEN;
+    scb->dfsr |= DFSR_BKPT;
   }
   if (number != HARD_FAULT && !(scb_fault_enabled(scb, number) && group_of(chip, number) < now)) {
     number = HARD_FAULT;
@@ -253,17 +239,17 @@ static bool is_execute_never(uint32_t address) { return 0xE4u >> (address >> 29)
 
 Fault exceptions_fault_of(const Chip *chip, enum Stop stop) {
   switch (stop) {
-  case STOP_UNDEFINED: return (Fault){USAGE_FAULT, UNDEFINSTR, 0, 0};
-  case STOP_INVALID_STATE: return (Fault){USAGE_FAULT, INVSTATE, 0, 0};
-  case STOP_NO_COPROCESSOR: return (Fault){USAGE_FAULT, NOCP, 0, 0};
-  case STOP_UNALIGNED: return (Fault){USAGE_FAULT, UNALIGNED_ACCESS, 0, 0};
-  case STOP_DIVIDE_BY_ZERO: return (Fault){USAGE_FAULT, DIVBYZERO, 0, 0};
+  case STOP_UNDEFINED: return (Fault){USAGE_FAULT, CFSR_UNDEFINSTR, 0, 0};
+  case STOP_INVALID_STATE: return (Fault){USAGE_FAULT, CFSR_INVSTATE, 0, 0};
+  case STOP_NO_COPROCESSOR: return (Fault){USAGE_FAULT, CFSR_NOCP, 0, 0};
+  case STOP_UNALIGNED: return (Fault){USAGE_FAULT, CFSR_UNALIGNED, 0, 0};
+  case STOP_DIVIDE_BY_ZERO: return (Fault){USAGE_FAULT, CFSR_DIVBYZERO, 0, 0};
   case STOP_READ:
-  case STOP_WRITE: return (Fault){BUS_FAULT, PRECISERR | BFARVALID, 0, chip->core.fault_address};
+  case STOP_WRITE: return (Fault){BUS_FAULT, CFSR_PRECISERR | CFSR_BFARVALID, 0, chip->core.fault_address};
   case STOP_BKPT: return (Fault){HARD_FAULT, 0, HFSR_DEBUGEVT, 0};
   case STOP_FETCH:
-    return is_execute_never(chip->core.r[15]) ? (Fault){MEM_MANAGE, IACCVIOL, 0, 0}
-                                              : (Fault){BUS_FAULT, IBUSERR, 0, 0};
+    return is_execute_never(chip->core.r[15]) ? (Fault){MEM_MANAGE, CFSR_IACCVIOL, 0, 0}
+                                              : (Fault){BUS_FAULT, CFSR_IBUSERR, 0, 0};
   default: return (Fault){0, 0, 0, 0};
   }
 }
@@ -319,7 +305,7 @@ bool exceptions_leave(Chip *chip) {
   uint32_t exc_return = core->r[15] | 1;
   int number = (int)core->ipsr;
   if (!number) {
-    exceptions_fault(chip, (Fault){MEM_MANAGE, IACCVIOL, 0, 0}); /* nothing special about it in Thread mode */
+    exceptions_fault(chip, (Fault){MEM_MANAGE, CFSR_IACCVIOL, 0, 0}); /* nothing special about it in Thread mode */
     return false;
   }
   bool valid = is_valid(chip, exc_return, number);

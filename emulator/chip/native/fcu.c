@@ -3,6 +3,8 @@
 
 #include <string.h>
 
+#include "registers_scb.h"
+
 #define HOST_SOURCE 63
 
 Chip *fcu_create(const Host *host) { return chip_create(host); }

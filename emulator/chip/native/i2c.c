@@ -27,47 +27,11 @@
  */
 #include "fcu.h"
 
-enum { CR1 = 0x00, CR2 = 0x04, OAR1 = 0x08, OAR2 = 0x0C, DR = 0x10 };
-enum { SR1 = 0x14, SR2 = 0x18, CCR = 0x1C, TRISE = 0x20, FLTR = 0x24 };
+#include "registers_i2c.h"
 
-enum {
-  CR1_PE = 1 << 0,
-  CR1_SMBUS = 1 << 1,
-  CR1_ENARP = 1 << 4,
-  CR1_ENPEC = 1 << 5,
-  CR1_START = 1 << 8,
-  CR1_STOP = 1 << 9,
-  CR1_ACK = 1 << 10,
-  CR1_POS = 1 << 11,
-  CR1_PEC = 1 << 12,
-  CR1_SWRST = 1 << 15,
-  CR1_WRITABLE = 0xBFFB,
-
-  CR2_FREQ = 0x3F,
-  CR2_ITERREN = 1 << 8,
-  CR2_ITEVTEN = 1 << 9,
-  CR2_ITBUFEN = 1 << 10,
-  CR2_DMAEN = 1 << 11,
-  CR2_LAST = 1 << 12,
-
-  SR1_SB = 1 << 0,
-  SR1_ADDR = 1 << 1,
-  SR1_BTF = 1 << 2,
-  SR1_RXNE = 1 << 6,
-  SR1_TXE = 1 << 7,
-  SR1_BERR = 1 << 8,
-  SR1_ARLO = 1 << 9,
-  SR1_AF = 1 << 10,
-  SR1_ERRORS = 0xDF00, /* flags that software clears by writing 0 */
-
-  SR2_MSL = 1 << 0,
-  SR2_BUSY = 1 << 1,
-  SR2_TRA = 1 << 2,
-
-  CCR_CCR = 0xFFF,
-  CCR_DUTY = 1 << 14,
-  CCR_FS = 1 << 15,
-};
+/* Flags that software clears by writing 0. */
+#define SR1_ERRORS \
+  (SR1_BERR | SR1_ARLO | SR1_AF | SR1_OVR | SR1_PECERR | SR1_TIMEOUT | SR1_SMBALERT)
 
 enum { FAST_MODE_HZ = 400000 }; /* the sensors' limit */
 enum { NO_FUNCTION = 255 };
@@ -742,30 +706,30 @@ static void while_enabled(I2c *i2c, enum Noted id, const char *name) {
 static void configure(I2c *i2c, uint32_t offset, uint32_t value, uint32_t mask) {
   switch (offset) {
   case CR2:
-    i2c->cr2 = merged(i2c->cr2, value, mask, 0x1F3F);
+    i2c->cr2 = merged(i2c->cr2, value, mask, CR2_STORED);
     write_cr2(i2c);
     break;
   case OAR1:
-    i2c->oar1 = merged(i2c->oar1, value, mask, 0xC3FF);
-    not_modelled(i2c, i2c->oar1 & 0x3FF, NOTED_OAR1,
+    i2c->oar1 = merged(i2c->oar1, value, mask, OAR1_STORED);
+    not_modelled(i2c, i2c->oar1 & OAR1_ADD, NOTED_OAR1,
                  "slave mode: an own address is set, but nobody on this board will address it");
     break;
   case OAR2:
-    i2c->oar2 = merged(i2c->oar2, value, mask, 0xFF);
+    i2c->oar2 = merged(i2c->oar2, value, mask, OAR2_STORED);
     not_modelled(i2c, i2c->oar2 & 1, NOTED_OAR2,
                  "slave mode: a second own address is set, but nobody on this board will address it");
     break;
   case CCR:
-    i2c->ccr = merged(i2c->ccr, value, mask, 0xCFFF);
+    i2c->ccr = merged(i2c->ccr, value, mask, CCR_STORED);
     while_enabled(i2c, NOTED_CCR, "CCR");
     set_rate(i2c);
     break;
   case TRISE:
-    i2c->trise = merged(i2c->trise, value, mask, 0x3F);
+    i2c->trise = merged(i2c->trise, value, mask, TRISE_STORED);
     while_enabled(i2c, NOTED_TRISE, "TRISE");
     break;
   case FLTR:
-    i2c->fltr = merged(i2c->fltr, value, mask, 0x1F);
+    i2c->fltr = merged(i2c->fltr, value, mask, FLTR_STORED);
     break;
   }
   i2c->checked = 0;
@@ -781,7 +745,7 @@ static void i2c_write(Block *block, uint32_t offset, uint32_t value, uint32_t ma
     i2c->sr1 &= value | ~(mask & SR1_ERRORS);
     break;
   case CR1:
-    write_cr1(i2c, merged(i2c->cr1, value, mask, CR1_WRITABLE));
+    write_cr1(i2c, merged(i2c->cr1, value, mask, CR1_STORED));
     break;
   default:
     configure(i2c, offset, value, mask);
@@ -801,8 +765,7 @@ static const BlockType i2c_type = {
 };
 
 static void create(Chip *chip, I2c *i2c, uint32_t base) {
-  static const int16_t offsets[] = {CR1, CR2, OAR1, OAR2, DR, SR1, SR2, CCR, TRISE, FLTR, -1};
-  block_create(chip, &i2c->block, &i2c_type, base, 0x400, offsets);
+  block_create(chip, &i2c->block, &i2c_type, base, 0x400, I2C_OFFSETS);
   i2c->event = event_create(&i2c->block, i2c_fire);
   i2c->pins[0].function = NO_FUNCTION;
   for (int address = 0; address < 128; address++) {

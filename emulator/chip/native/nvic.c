@@ -3,11 +3,11 @@
 
 #include <string.h>
 
+#include "registers_nvic.h"
+
 #define SYSTEM ((uint64_t)0xFFFF)
 #define WORDS 3               /* of registers with a bit for each interrupt */
 #define IMPLEMENTED 0xF0F0F0F0u /* four bits of priority, 16 levels */
-
-enum { ICTR = 0x004, ISER = 0x100, ICER = 0x180, ISPR = 0x200, ICPR = 0x280, IABR = 0x300, IPR = 0x400, STIR = 0xF00 };
 
 void nvic_reset(Nvic *nvic) {
   memset(nvic, 0, sizeof *nvic);
@@ -117,8 +117,8 @@ static void as_set(uint32_t value, unsigned word, uint64_t set[2]) {
 }
 
 bool nvic_has(uint32_t offset) {
-  bool is_bits = offset >= ISER && offset < IABR + 4 * WORDS && (offset & 0x7F) < 4 * WORDS;
-  return offset == ICTR || is_bits || (offset >= IPR && offset < IPR + 88) || offset == STIR;
+  bool is_bits = offset >= NVIC_ISERx(0) && offset < NVIC_IABRx(0) + 4 * WORDS && (offset & 0x7F) < 4 * WORDS;
+  return offset == ICTR || is_bits || (offset >= NVIC_IPRx(0) && offset < NVIC_IPRx(0) + 88) || offset == STIR;
 }
 
 uint32_t nvic_read(const Nvic *nvic, uint32_t offset) {
@@ -129,17 +129,17 @@ uint32_t nvic_read(const Nvic *nvic, uint32_t offset) {
   if (offset == ICTR) {
     return WORDS - 1;
   }
-  if (offset >= IPR) {
-    uint32_t value = 0, first = FIRST_INTERRUPT + offset - IPR;
+  if (offset >= NVIC_IPRx(0)) {
+    uint32_t value = 0, first = FIRST_INTERRUPT + offset - NVIC_IPRx(0);
     for (uint32_t n = 0; n < 4 && first + n < EXCEPTIONS; n++) {
       value |= (uint32_t)nvic->priority[first + n] << 8 * n;
     }
     return value;
   }
-  if (offset >= IABR) {
+  if (offset >= NVIC_IABRx(0)) {
     return interrupts(nvic->active, word);
   }
-  return interrupts(offset >= ISPR ? nvic->pending : nvic->enabled, word);
+  return interrupts(offset >= NVIC_ISPRx(0) ? nvic->pending : nvic->enabled, word);
 }
 
 static void set_priorities(Nvic *nvic, uint32_t first, uint32_t value, uint32_t mask) {
@@ -156,10 +156,10 @@ static void set_bits(Nvic *nvic, uint32_t base, unsigned word, uint32_t value) {
   as_set(value, word, chosen);
   for (int n = 0; n < 2; n++) {
     switch (base) {
-    case ISER: nvic->enabled[n] |= chosen[n]; break;
-    case ICER: nvic->enabled[n] &= ~chosen[n]; break;
-    case ISPR: pend(nvic, n, chosen[n]); break;
-    case ICPR: nvic->pending[n] &= ~chosen[n] | (nvic->lines[n] & ~nvic->active[n]); break;
+    case NVIC_ISERx(0): nvic->enabled[n] |= chosen[n]; break;
+    case NVIC_ICERx(0): nvic->enabled[n] &= ~chosen[n]; break;
+    case NVIC_ISPRx(0): pend(nvic, n, chosen[n]); break;
+    case NVIC_ICPRx(0): nvic->pending[n] &= ~chosen[n] | (nvic->lines[n] & ~nvic->active[n]); break;
     }
   }
 }
@@ -171,8 +171,8 @@ void nvic_write(Nvic *nvic, uint32_t offset, uint32_t value, uint32_t mask) {
     if (number < EXCEPTIONS - FIRST_INTERRUPT) {
       nvic_pend(nvic, FIRST_INTERRUPT + (int)number);
     }
-  } else if (offset >= IPR) {
-    set_priorities(nvic, offset - IPR, value, mask);
+  } else if (offset >= NVIC_IPRx(0)) {
+    set_priorities(nvic, offset - NVIC_IPRx(0), value, mask);
   } else if (offset != ICTR) {
     set_bits(nvic, offset & ~0x7Fu, (offset & 0x7F) / 4, value);
   }

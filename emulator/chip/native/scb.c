@@ -8,6 +8,7 @@
 #include "scb.h"
 
 #include "chip.h"
+#include "registers_scb.h"
 
 #define BASE 0xE000E000u
 #define MPU_TYPE 0xD90u
@@ -15,13 +16,9 @@
 #define EIGHT_REGIONS 0x800u
 
 #define AIRCR_KEY 0x05FAu
-#define AIRCR_PRIGROUP 0x700u
-#define AIRCR_SYSRESETREQ (1u << 2)
-#define AIRCR_VECTCLRACTIVE (1u << 1)
-#define ICSR_RETTOBASE (1u << 11)
-#define ICSR_ISRPENDING (1u << 22)
-#define DEMCR_TRCENA (1u << 24)
-#define CPACR_FULL 0x00F00000u
+#define CPACR_FULL (CPACR_CP10 | CPACR_CP11)
+#define SHCSR_ENABLED (SHCSR_MEMFAULTENA | SHCSR_BUSFAULTENA | SHCSR_USGFAULTENA)
+#define IMPLEMENTED 0xF0F0F0F0u /* of four priorities */
 
 /* ID_PFR0 to ID_ISAR4 (Cortex-M4 technical reference manual, table 4-1). */
 static const uint32_t identification[13] = {0x30,       0x200,      0x100000,   0,          0x30, 0, 0x01000000, 0,
@@ -70,29 +67,29 @@ static uint32_t look(const Scb *scb, uint32_t offset) {
     return identification[(offset - 0xD40) / 4];
   }
   switch (offset) {
-  case SCB_ACTLR: return scb->actlr;
-  case SCB_CPUID: return 0x410FC241; /* Cortex-M4 r0p1 (PM0214 4.4.2) */
-  case SCB_ICSR: return interrupt_state(scb->block.chip);
-  case SCB_VTOR: return scb->vtor;
-  case SCB_AIRCR: return 0xFA050000u | scb->aircr;
-  case SCB_SCR: return scb->scr;
-  case SCB_CCR: return scb->ccr;
-  case SCB_SHPR1:
-  case SCB_SHPR2:
-  case SCB_SHPR3: return scb->shpr[(offset - SCB_SHPR1) / 4];
-  case SCB_SHCSR: return handlers(scb);
-  case SCB_CFSR: return scb->cfsr;
-  case SCB_HFSR: return scb->hfsr;
-  case SCB_DFSR: return scb->dfsr;
-  case SCB_MMFAR: return scb->mmfar;
-  case SCB_BFAR: return scb->bfar;
-  case SCB_CPACR: return scb->cpacr;
-  case SCB_DEMCR: return scb->demcr;
-  case SCB_FPCCR: return scb->fpccr;
-  case SCB_FPCAR: return scb->fpcar;
-  case SCB_FPDSCR: return scb->fpdscr;
-  case SCB_MVFR0: return 0x10110021;
-  case SCB_MVFR1: return 0x11000011;
+  case ACTLR: return scb->actlr;
+  case CPUID: return CPUID_RESET;
+  case ICSR: return interrupt_state(scb->block.chip);
+  case VTOR: return scb->vtor;
+  case AIRCR: return AIRCR_RESET | scb->aircr;
+  case SCR: return scb->scr;
+  case CCR: return scb->ccr;
+  case SHPR1:
+  case SHPR2:
+  case SHPR3: return scb->shpr[(offset - SHPR1) / 4];
+  case SHCSR: return handlers(scb);
+  case CFSR: return scb->cfsr;
+  case HFSR: return scb->hfsr;
+  case DFSR: return scb->dfsr;
+  case MMFAR: return scb->mmfar;
+  case BFAR: return scb->bfar;
+  case CPACR: return scb->cpacr;
+  case DEMCR: return scb->demcr;
+  case FPCCR: return scb->fpccr;
+  case FPCAR: return scb->fpcar;
+  case FPDSCR: return scb->fpdscr;
+  case MVFR0: return MVFR0_RESET;
+  case MVFR1: return MVFR1_RESET;
   case MPU_TYPE: return EIGHT_REGIONS;
   default: return 0;
   }
@@ -139,7 +136,7 @@ static void set_bit(uint64_t *word, int bit, uint32_t level) {
 
 static void set_handlers(Scb *scb, uint32_t value) {
   Nvic *nvic = &scb->block.chip->nvic;
-  scb->shcsr = value & 0x70000;
+  scb->shcsr = value & SHCSR_ENABLED;
   FOR_EACH(n, active_in_shcsr) {
     set_bit(&nvic->active[0], active_in_shcsr[n].exception, value >> active_in_shcsr[n].bit);
   }
@@ -177,35 +174,36 @@ static void store(uint32_t *word, uint32_t value, uint32_t mask, uint32_t writab
 }
 
 static void put(Scb *scb, uint32_t offset, uint32_t value, uint32_t mask) {
-  static const uint32_t writable_shpr[3] = {0x00F0F0F0, 0xF0000000, 0xF0F000F0};
-  unsigned word = (offset - SCB_SHPR1) / 4;
+  static const uint32_t writable_shpr[3] = {
+    SHPR1_STORED & IMPLEMENTED, SHPR2_STORED & IMPLEMENTED, SHPR3_STORED & IMPLEMENTED};
+  unsigned word = (offset - SHPR1) / 4;
   switch (offset) {
-  case SCB_ACTLR: store(&scb->actlr, value, mask, 0x307); break;
-  case SCB_ICSR: pend(&scb->block.chip->nvic, value); break;
-  case SCB_VTOR: store(&scb->vtor, value, mask, 0x3FFFFF80); break;
-  case SCB_AIRCR: control(scb, value); break;
-  case SCB_SCR: store(&scb->scr, value, mask, 0x16); break;
-  case SCB_CCR: store(&scb->ccr, value, mask, 0x31B); break;
-  case SCB_SHPR1:
-  case SCB_SHPR2:
-  case SCB_SHPR3:
+  case ACTLR: store(&scb->actlr, value, mask, ACTLR_STORED); break;
+  case ICSR: pend(&scb->block.chip->nvic, value); break;
+  case VTOR: store(&scb->vtor, value, mask, VTOR_STORED); break;
+  case AIRCR: control(scb, value); break;
+  case SCR: store(&scb->scr, value, mask, SCR_STORED); break;
+  case CCR: store(&scb->ccr, value, mask, CCR_STORED); break;
+  case SHPR1:
+  case SHPR2:
+  case SHPR3:
     store(&scb->shpr[word], value, mask, writable_shpr[word]);
     set_priorities(scb, word);
     break;
-  case SCB_SHCSR: set_handlers(scb, (handlers(scb) & ~mask) | value); break;
-  case SCB_CFSR: scb->cfsr &= ~value; break;
-  case SCB_HFSR: scb->hfsr &= ~value; break;
-  case SCB_DFSR: scb->dfsr &= ~value; break;
-  case SCB_MMFAR: store(&scb->mmfar, value, mask, WORD); break;
-  case SCB_BFAR: store(&scb->bfar, value, mask, WORD); break;
-  case SCB_CPACR: store(&scb->cpacr, value, mask, CPACR_FULL); break;
-  case SCB_DEMCR: store(&scb->demcr, value, mask, 0x010F07F1); break;
-  case SCB_FPCCR: store(&scb->fpccr, value, mask, 0xC0000000); break;
-  case SCB_FPCAR: store(&scb->fpcar, value, mask, 0xFFFFFFF8); break;
-  case SCB_FPDSCR: store(&scb->fpdscr, value, mask, 0x07C00000); break;
+  case SHCSR: set_handlers(scb, (handlers(scb) & ~mask) | value); break;
+  case CFSR: scb->cfsr &= ~value; break;
+  case HFSR: scb->hfsr &= ~value; break;
+  case DFSR: scb->dfsr &= ~value; break;
+  case MMFAR: store(&scb->mmfar, value, mask, WORD); break;
+  case BFAR: store(&scb->bfar, value, mask, WORD); break;
+  case CPACR: store(&scb->cpacr, value, mask, CPACR_FULL); break;
+  case DEMCR: store(&scb->demcr, value, mask, DEMCR_STORED); break;
+  case FPCCR: store(&scb->fpccr, value, mask, FPCCR_STORED); break;
+  case FPCAR: store(&scb->fpcar, value, mask, FPCAR_STORED); break;
+  case FPDSCR: store(&scb->fpdscr, value, mask, FPDSCR_STORED); break;
   default: break;
   }
-  if (offset == SCB_SCR || offset == SCB_CCR || offset == SCB_CPACR || offset == SCB_DEMCR) {
+  if (offset == SCR || offset == CCR || offset == CPACR || offset == DEMCR) {
     apply(scb);
   }
 }
@@ -215,8 +213,8 @@ static void put(Scb *scb, uint32_t offset, uint32_t value, uint32_t mask) {
 static bool is_systick(uint32_t offset) { return offset >= SYST_CSR && offset <= SYST_CALIB; }
 
 static bool is_known(uint32_t offset) {
-  return offset == SCB_ACTLR || (offset >= SCB_CPUID && offset < 0xD74) || offset == SCB_CPACR ||
-         (offset >= SCB_DHCSR && offset <= SCB_DEMCR) || (offset >= SCB_FPCCR && offset <= SCB_MVFR1);
+  return offset == ACTLR || (offset >= CPUID && offset < 0xD74) || offset == CPACR ||
+         (offset >= DHCSR && offset <= DEMCR) || (offset >= FPCCR && offset <= MVFR1);
 }
 
 /* Another one's, or nobody's: MPU, or no register at all. */
@@ -269,7 +267,7 @@ static bool is_pure(const Block *block, uint32_t offset) {
 
 void scb_reset(Scb *scb) {
   Block block = scb->block;
-  *scb = (Scb){.block = block, .ccr = CCR_STKALIGN, .fpccr = 0xC0000000};
+  *scb = (Scb){.block = block, .ccr = CCR_RESET, .fpccr = FPCCR_RESET};
   apply(scb);
 }
 

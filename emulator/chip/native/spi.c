@@ -24,31 +24,14 @@
 #include "spi.h"
 
 #include "chip.h"
+#include "registers_spi.h"
 
-enum {
-  CR1 = 0x00, CR2 = 0x04, SR = 0x08, DR = 0x0C, CRCPR = 0x10, RXCRCR = 0x14, TXCRCR = 0x18,
-  I2SCFGR = 0x1C, I2SPR = 0x20
-};
-/* CR1, 20.5.1 */
-enum {
-  CPHA = 1 << 0, CPOL = 1 << 1, MSTR = 1 << 2, BR = 7 << 3, SPE = 1 << 6, LSBFIRST = 1 << 7, SSI = 1 << 8,
-  SSM = 1 << 9, RXONLY = 1 << 10, DFF = 1 << 11, CRCEN = 1 << 13, BIDIOE = 1 << 14, BIDIMODE = 1 << 15
-};
-/* CR2, 20.5.2 */
-enum {
-  RXDMAEN = 1 << 0, TXDMAEN = 1 << 1, SSOE = 1 << 2, FRF = 1 << 4, ERRIE = 1 << 5, RXNEIE = 1 << 6, TXEIE = 1 << 7
-};
-/* SR, 20.5.3 */
-enum { RXNE = 1 << 0, TXE = 1 << 1, MODF = 1 << 5, OVR = 1 << 6, BSY = 1 << 7 };
-enum { I2SMOD = 1 << 11 };
-
-#define CLOCKING (BR | CPOL | CPHA)
-#define WATCHED (RXDMAEN | TXDMAEN | ERRIE | RXNEIE | TXEIE)
-#define ON (SPE | MSTR)
+#define CLOCKING (CR1_BR | CR1_CPOL | CR1_CPHA)
+#define WATCHED (CR2_RXDMAEN | CR2_TXDMAEN | CR2_ERRIE | CR2_RXNEIE | CR2_TXEIE)
+#define ON (CR1_SPE | CR1_MSTR)
 
 enum Note { NOTE_CRC, NOTE_TI, NOTE_I2S, NOTE_MODF, NOTE_SLAVE, NOTE_NSS, NOTE_LOST, NOTE_PINS };
 
-static const int16_t OFFSETS[] = {CR1, CR2, SR, DR, CRCPR, RXCRCR, TXCRCR, I2SCFGR, I2SPR, -1};
 /* Base address, interrupt (table 38), request lines; the pins without which nobody hears it: SPI2's are the
  * board's (its SCK and data line), alternate functions the STM32F401xB/C datasheet's (table 9). */
 static const struct {
@@ -66,11 +49,11 @@ static const struct {
 
 static void serve_dma(Spi *spi) {
   Chip *chip = spi->block.chip;
-  if (spi->cr2 & RXDMAEN && spi->sr & RXNE) {
+  if (spi->cr2 & CR2_RXDMAEN && spi->sr & SR_RXNE) {
     dma_request(chip, SPI[spi->number].rx);
   }
   for (int n = 0; n < 2; n++) { /* the shift register and DR */
-    if (spi->cr2 & TXDMAEN && spi->sr & TXE) {
+    if (spi->cr2 & CR2_TXDMAEN && spi->sr & SR_TXE) {
       dma_request(chip, SPI[spi->number].tx);
     }
   }
@@ -84,8 +67,8 @@ static void update(Spi *spi) {
   spi->is_serving = true;
   serve_dma(spi);
   spi->is_serving = false;
-  uint32_t causes = (spi->cr2 & TXEIE ? TXE : 0) | (spi->cr2 & RXNEIE ? RXNE : 0);
-  causes |= spi->cr2 & ERRIE ? OVR | MODF : 0;
+  uint32_t causes = (spi->cr2 & CR2_TXEIE ? SR_TXE : 0) | (spi->cr2 & CR2_RXNEIE ? SR_RXNE : 0);
+  causes |= spi->cr2 & CR2_ERRIE ? SR_OVR | SR_MODF : 0;
   block_set_irq(&spi->block, SPI[spi->number].number, spi->sr & causes);
 }
 
@@ -98,7 +81,7 @@ static void update_if_watched(Spi *spi) {
 /* -- frames --------------------------------------------------------------------------------------------- */
 
 /* Whether the clock is started by SPE instead of DR. */
-static bool is_receiving(uint32_t cr1) { return cr1 & BIDIMODE ? !(cr1 & BIDIOE) : cr1 & RXONLY; }
+static bool is_receiving(uint32_t cr1) { return cr1 & CR1_BIDIMODE ? !(cr1 & CR1_BIDIOE) : cr1 & CR1_RXONLY; }
 
 static void plan_end(Spi *spi, int64_t at_ps) {
   (spi->is_watched ? event_schedule : event_defer)(spi->block.chip, spi->event, at_ps);
@@ -107,11 +90,11 @@ static void plan_end(Spi *spi, int64_t at_ps) {
 static void start(Spi *spi, int32_t value) {
   spi->shift = value;
   spi->is_busy = true;
-  if (value != SPI_NOTHING || !(spi->cr1 & BIDIMODE)) {
-    spi->sr |= BSY;
+  if (value != SPI_NOTHING || !(spi->cr1 & CR1_BIDIMODE)) {
+    spi->sr |= SR_BSY;
   }
   if (spi->byte_ps < NEVER_PS) {
-    plan_end(spi, spi->block.chip->now_ps + spi->byte_ps * (spi->cr1 & DFF ? 2 : 1));
+    plan_end(spi, spi->block.chip->now_ps + spi->byte_ps * (spi->cr1 & CR1_DFF ? 2 : 1));
   }
 }
 
@@ -124,8 +107,8 @@ static void start_next(Spi *spi, bool began) {
     if (began) {
       start(spi, SPI_NOTHING);
     }
-  } else if (!(spi->sr & TXE)) {
-    spi->sr |= TXE;
+  } else if (!(spi->sr & SR_TXE)) {
+    spi->sr |= SR_TXE;
     start(spi, (int32_t)spi->to_send);
   }
 }
@@ -144,10 +127,10 @@ static uint8_t transfer_byte(Spi *spi, int32_t out) {
     return SPI_UNDRIVEN;
   }
   uint8_t sent = out == SPI_NOTHING ? SPI_UNDRIVEN : (uint8_t)out, answer;
-  if (out != SPI_NOTHING && spi->cr1 & LSBFIRST) {
+  if (out != SPI_NOTHING && spi->cr1 & CR1_LSBFIRST) {
     sent = reversed(sent);
   }
-  if (!(spi->cr1 & BIDIMODE)) {
+  if (!(spi->cr1 & CR1_BIDIMODE)) {
     answer = spi_line_exchange(spi, sent);
   } else if (out == SPI_NOTHING) {
     answer = spi_line_receive(spi);
@@ -155,13 +138,13 @@ static uint8_t transfer_byte(Spi *spi, int32_t out) {
     spi_line_send(spi, sent);
     return SPI_UNDRIVEN;
   }
-  return spi->cr1 & LSBFIRST ? reversed(answer) : answer;
+  return spi->cr1 & CR1_LSBFIRST ? reversed(answer) : answer;
 }
 
 /* The frame on the line, most significant byte first. */
 static uint32_t transfer_frame(Spi *spi) {
   uint32_t frame = 0;
-  for (int shift = spi->cr1 & DFF ? 8 : 0; shift >= 0; shift -= 8) {
+  for (int shift = spi->cr1 & CR1_DFF ? 8 : 0; shift >= 0; shift -= 8) {
     int32_t out = spi->shift == SPI_NOTHING ? SPI_NOTHING : spi->shift >> shift & 0xFF;
     frame = frame << 8 | transfer_byte(spi, out);
   }
@@ -169,21 +152,21 @@ static uint32_t transfer_frame(Spi *spi) {
 }
 
 static void store(Spi *spi, uint32_t frame) {
-  if (spi->sr & RXNE) {
-    spi->sr |= OVR;
+  if (spi->sr & SR_RXNE) {
+    spi->sr |= SR_OVR;
     spi->data_read = false;
   } else {
     spi->received = frame;
-    spi->sr |= RXNE;
+    spi->sr |= SR_RXNE;
   }
 }
 
 static void end_frame(Block *block) {
   Spi *spi = (Spi *)block;
   spi->is_busy = false;
-  bool listens = spi->shift == SPI_NOTHING || !(spi->cr1 & BIDIMODE);
+  bool listens = spi->shift == SPI_NOTHING || !(spi->cr1 & CR1_BIDIMODE);
   uint32_t frame = transfer_frame(spi);
-  spi->sr &= ~(uint32_t)BSY;
+  spi->sr &= ~(uint32_t)SR_BSY;
   if (listens) {
     store(spi, frame);
   }
@@ -192,12 +175,12 @@ static void end_frame(Block *block) {
 }
 
 static void write_data(Spi *spi, uint32_t value) {
-  if (!(spi->sr & TXE)) {
+  if (!(spi->sr & SR_TXE)) {
     block_note(&spi->block, NOTE_LOST, NOTE_FORBIDDEN,
                "DR written while TXE was 0: the frame that waited there is lost");
   }
   spi->to_send = value;
-  spi->sr &= ~(uint32_t)TXE;
+  spi->sr &= ~(uint32_t)SR_TXE;
   if (!spi->is_busy) {
     start_next(spi, false);
   }
@@ -205,7 +188,7 @@ static void write_data(Spi *spi, uint32_t value) {
 
 static uint32_t read_data(Spi *spi) {
   uint32_t frame = spi->received; /* what comes next arrives later */
-  spi->sr &= ~(uint32_t)RXNE;
+  spi->sr &= ~(uint32_t)SR_RXNE;
   spi->data_read = true;
   if (!spi->is_busy && is_receiving(spi->cr1)) {
     start_next(spi, true);
@@ -221,10 +204,10 @@ static void set_clock(Spi *spi) {
   const Clocks *clocks = &spi->block.chip->clocks;
   int64_t kernel_hz = spi->number == 0 ? clocks->pclk2_hz : clocks->pclk1_hz;
   int64_t divider = INT64_C(2) << (spi->cr1 >> 3 & 7);
-  spi->clocked_as = spi->cr1 & SPE ? (int32_t)(spi->cr1 & CLOCKING) : SPI_NOTHING;
+  spi->clocked_as = spi->cr1 & CR1_SPE ? (int32_t)(spi->cr1 & CLOCKING) : SPI_NOTHING;
   spi->byte_ps = kernel_hz > 0 ? 8 * divider * PS_PER_S / kernel_hz : NEVER_PS;
-  if (spi->cr1 & SPE) {
-    spi_line_configure(spi, (int32_t)(kernel_hz / divider), spi->cr1 & (CPOL | CPHA));
+  if (spi->cr1 & CR1_SPE) {
+    spi_line_configure(spi, (int32_t)(kernel_hz / divider), spi->cr1 & (CR1_CPOL | CR1_CPHA));
   }
 }
 
@@ -238,10 +221,10 @@ static void check_pins(Spi *spi) {
 }
 
 static void switch_on(Spi *spi) {
-  if (!(spi->cr1 & MSTR)) {
+  if (!(spi->cr1 & CR1_MSTR)) {
     block_note(&spi->block, NOTE_SLAVE, NOTE_NOT_MODELLED,
                "slave mode: SPE set with MSTR = 0, and no other master on this board");
-  } else if (!(spi->cr1 & SSM) && !(spi->cr2 & SSOE)) {
+  } else if (!(spi->cr1 & CR1_SSM) && !(spi->cr2 & CR2_SSOE)) {
     block_note(&spi->block, NOTE_NSS, NOTE_NOT_MODELLED,
                "NSS as input (SSM = 0, SSOE = 0); it is taken as high");
   }
@@ -249,35 +232,35 @@ static void switch_on(Spi *spi) {
 }
 
 static void control(Spi *spi, uint32_t old) {
-  if (spi->cr1 & CRCEN) {
+  if (spi->cr1 & CR1_CRCEN) {
     block_note(&spi->block, NOTE_CRC, NOTE_NOT_MODELLED, "CRCEN (CRC calculation)");
   }
   if (spi->modf_seen) {
-    spi->sr &= ~(uint32_t)MODF;
+    spi->sr &= ~(uint32_t)SR_MODF;
     spi->modf_seen = false;
   }
-  if (spi->cr1 & MSTR && spi->cr1 & SSM && !(spi->cr1 & SSI)) {
-    spi->sr |= MODF;
+  if (spi->cr1 & CR1_MSTR && spi->cr1 & CR1_SSM && !(spi->cr1 & CR1_SSI)) {
+    spi->sr |= SR_MODF;
     spi->cr1 &= ~(uint32_t)ON;
     block_note(&spi->block, NOTE_MODF, NOTE_FORBIDDEN,
                "master with SSM = 1 and SSI = 0: mode fault (MODF), SPE and MSTR cleared");
   }
-  if (!(spi->cr1 & SPE)) {
+  if (!(spi->cr1 & CR1_SPE)) {
     return;
   }
   if ((int32_t)(spi->cr1 & CLOCKING) != spi->clocked_as) {
     set_clock(spi);
   }
-  if (!(old & SPE)) {
+  if (!(old & CR1_SPE)) {
     switch_on(spi);
   }
   if (!spi->is_busy) {
-    start_next(spi, !(old & SPE) || !is_receiving(old));
+    start_next(spi, !(old & CR1_SPE) || !is_receiving(old));
   }
 }
 
 static void control_requests(Spi *spi) {
-  if (spi->cr2 & FRF) {
+  if (spi->cr2 & CR2_FRF) {
     block_note(&spi->block, NOTE_TI, NOTE_NOT_MODELLED, "FRF (TI mode)");
   }
   spi->is_watched = (spi->cr2 & WATCHED) != 0;
@@ -308,12 +291,12 @@ static uint32_t spi_peek(const Block *block, uint32_t offset) {
 static uint32_t read_status(Spi *spi, int64_t *until_ps) {
   uint32_t status = spi->sr;
   *until_ps = event_at(spi->block.chip, spi->event);
-  if (status & (OVR | MODF)) {
+  if (status & (SR_OVR | SR_MODF)) {
     *until_ps = ALREADY_PS;
     if (spi->data_read) {
-      spi->sr &= ~(uint32_t)OVR;
+      spi->sr &= ~(uint32_t)SR_OVR;
     }
-    spi->modf_seen = (status & MODF) != 0;
+    spi->modf_seen = (status & SR_MODF) != 0;
     update_if_watched(spi);
   }
   return status;
@@ -339,22 +322,22 @@ static void spi_write(Block *block, uint32_t offset, uint32_t value, uint32_t ma
   uint32_t old = spi->cr1;
   switch (offset) {
     case CR1:
-      merge(&spi->cr1, value, mask, 0xFFFF);
+      merge(&spi->cr1, value, mask, CR1_STORED);
       control(spi, old);
       break;
     case CR2:
-      merge(&spi->cr2, value, mask, 0xF7);
+      merge(&spi->cr2, value, mask, CR2_STORED);
       control_requests(spi);
       break;
-    case DR: write_data(spi, value & (spi->cr1 & DFF ? 0xFFFF : 0xFF)); break;
-    case CRCPR: merge(&spi->crcpr, value, mask, 0xFFFF); break;
+    case DR: write_data(spi, value & (spi->cr1 & CR1_DFF ? 0xFFFF : 0xFF)); break;
+    case CRCPR: merge(&spi->crcpr, value, mask, CRCPR_STORED); break;
     case I2SCFGR:
-      merge(&spi->i2scfgr, value, mask, 0xFBF);
-      if (spi->i2scfgr & I2SMOD) {
+      merge(&spi->i2scfgr, value, mask, I2SCFGR_STORED);
+      if (spi->i2scfgr & I2SCFGR_I2SMOD) {
         block_note(block, NOTE_I2S, NOTE_NOT_MODELLED, "I2SMOD (I2S mode)");
       }
       break;
-    case I2SPR: merge(&spi->i2spr, value, mask, 0x3FF); break;
+    case I2SPR: merge(&spi->i2spr, value, mask, I2SPR_STORED); break;
     default: break;
   }
   update_if_watched(spi);
@@ -365,9 +348,9 @@ static void spi_reset(Block *block) {
   Spi *spi = (Spi *)block;
   event_cancel(block->chip, spi->event);
   spi->cr1 = spi->cr2 = spi->i2scfgr = spi->to_send = spi->received = 0;
-  spi->sr = TXE;
-  spi->crcpr = 7;
-  spi->i2spr = 2;
+  spi->sr = SR_RESET;
+  spi->crcpr = CRCPR_RESET;
+  spi->i2spr = I2SPR_RESET;
   spi->shift = 0;
   spi->is_busy = spi->data_read = spi->modf_seen = spi->is_serving = spi->is_watched = false;
   spi->is_connected = true;
@@ -392,7 +375,7 @@ static const BlockType TYPE = {
 void spi_create(Chip *chip) {
   for (uint32_t n = 0; n < SPIS; n++) {
     Spi *spi = &chip->spi[n];
-    block_create(chip, &spi->block, &TYPE, SPI[n].base, 0x400, OFFSETS);
+    block_create(chip, &spi->block, &TYPE, SPI[n].base, 0x400, SPI_OFFSETS);
     spi->number = n;
     spi->event = event_create(&spi->block, end_frame);
     dma_connect(&spi->block, SPI[n].rx);

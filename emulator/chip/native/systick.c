@@ -9,13 +9,6 @@
 
 #include "chip.h"
 
-#define ENABLE (1u << 0)
-#define TICKINT (1u << 1)
-#define CLKSOURCE (1u << 2)
-#define COUNTFLAG (1u << 16)
-#define CALIBRATION 0x40002904u /* 10500: 1 ms of 84 MHz / 8, not exact (SKEW); PM0214 4.5.4 */
-#define MAXIMUM 0xFFFFFFu
-
 typedef __int128 Wide;
 
 static bool is_counting(const SysTick *tick) { return event_at(tick->chip, tick->event) < NEVER_PS; }
@@ -47,11 +40,11 @@ static void start(SysTick *tick, int64_t value) {
   int64_t hclk_hz = tick->chip->clocks.hclk_hz;
   event_cancel(tick->chip, tick->event);
   tick->value = value;
-  if (!(tick->control & ENABLE) || (value == 0 && tick->reload == 0)) {
+  if (!(tick->control & SYST_CSR_ENABLE) || (value == 0 && tick->reload == 0)) {
     return;
   }
   tick->origin_ps = tick->chip->now_ps;
-  tick->hz = hclk_hz / (tick->control & CLKSOURCE ? 1 : 8);
+  tick->hz = hclk_hz / (tick->control & SYST_CSR_CLKSOURCE ? 1 : 8);
   tick->hz = tick->hz > 0 ? tick->hz : 1;
   tick->wraps = 0;
   tick->period = (int64_t)tick->reload + 1;
@@ -61,8 +54,8 @@ static void start(SysTick *tick, int64_t value) {
 
 static void wrap(Block *space) {
   SysTick *tick = &space->chip->systick;
-  tick->control |= COUNTFLAG;
-  if (tick->control & TICKINT) {
+  tick->control |= SYST_CSR_COUNTFLAG;
+  if (tick->control & SYST_CSR_TICKINT) {
     nvic_pend(&tick->chip->nvic, SYS_TICK);
   }
   if (tick->reload && (int64_t)tick->reload + 1 == tick->period) {
@@ -84,25 +77,26 @@ uint32_t systick_peek(const SysTick *tick, uint32_t offset) {
   case SYST_CSR: return tick->control;
   case SYST_RVR: return tick->reload;
   case SYST_CVR: return (uint32_t)counter(tick);
-  default: return CALIBRATION;
+  default: return SYST_CALIB_RESET;
   }
 }
 
 uint32_t systick_read(SysTick *tick, uint32_t offset, int64_t *until_ps) {
   uint32_t value = systick_peek(tick, offset);
-  if (offset == SYST_CVR || (offset == SYST_CSR && tick->control & COUNTFLAG)) {
+  if (offset == SYST_CVR || (offset == SYST_CSR && tick->control & SYST_CSR_COUNTFLAG)) {
     *until_ps = ALREADY_PS;
   }
   if (offset == SYST_CSR) {
-    tick->control &= ~COUNTFLAG;
+    tick->control &= ~SYST_CSR_COUNTFLAG;
   }
   return value;
 }
 
 static void switch_to(SysTick *tick, uint32_t control) {
-  bool changed = (tick->control ^ control) & (ENABLE | CLKSOURCE); /* all else leaves the count alone */
+  /* All else leaves the count alone. */
+  bool changed = (tick->control ^ control) & (SYST_CSR_ENABLE | SYST_CSR_CLKSOURCE);
   int64_t value = changed ? counter(tick) : 0;
-  tick->control = (tick->control & COUNTFLAG) | (control & (ENABLE | TICKINT | CLKSOURCE));
+  tick->control = (tick->control & SYST_CSR_COUNTFLAG) | (control & SYST_CSR_STORED);
   if (changed) {
     start(tick, value);
   }
@@ -112,12 +106,12 @@ void systick_write(SysTick *tick, uint32_t offset, uint32_t value, uint32_t mask
   if (offset == SYST_CSR) {
     switch_to(tick, (tick->control & ~mask) | value);
   } else if (offset == SYST_RVR) {
-    tick->reload = ((tick->reload & ~mask) | value) & MAXIMUM;
-    if (tick->control & ENABLE && !is_counting(tick)) {
+    tick->reload = ((tick->reload & ~mask) | value) & SYST_RVR_RELOAD;
+    if (tick->control & SYST_CSR_ENABLE && !is_counting(tick)) {
       start(tick, tick->value); /* it stood still at 0 with nothing to reload */
     }
   } else if (offset == SYST_CVR) {
-    tick->control &= ~COUNTFLAG;
+    tick->control &= ~SYST_CSR_COUNTFLAG;
     start(tick, 0);
   }
 }

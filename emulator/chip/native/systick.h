@@ -3,8 +3,7 @@
 #define FCU_SYSTICK_H
 
 #include "block.h"
-
-enum { SYST_CSR = 0x010, SYST_RVR = 0x014, SYST_CVR = 0x018, SYST_CALIB = 0x01C };
+#include "registers_systick.h"
 
 typedef struct {
   Chip *chip;

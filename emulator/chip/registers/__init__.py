@@ -41,7 +41,10 @@ KINDS: Final[tuple[ModuleType, ...]] = (
 )
 """In the order of the reference manual, then the core's."""
 
-IN_C: Final[tuple[ModuleType, ...]] = (syscfg, gpio, exti, tim, usart)
+IN_C: Final[tuple[ModuleType, ...]] = (
+    *(syscfg, gpio, dma, exti, tim, i2c, usart, spi),
+    *(systick, nvic, scb, dwt),
+)
 """Of these the blocks in C have headers."""
 
 BLOCKS: Final[dict[str, DeclaredBlock]] = {

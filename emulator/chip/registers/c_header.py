@@ -3,6 +3,7 @@
 Names are the manual's without the block's, as its chapter has them: ``CR1`` is an offset, ``CR1_UE`` the bits
 of a field, ``CR2_STOP_SHIFT`` where one of several bits begins, ``CR1_RESET`` and ``CR1_STORED`` the value
 after reset and the bits that keep what is written. So a C file includes the header of its own chapter only.
+``C_PREFIX`` of a module goes before all of them, where C has a name already.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ def header(module: ModuleType) -> str:
     """The whole text of the header of a kind of block."""
     kind = _kind(module)
     title = (module.__doc__ or "").partition("\n")[0]
+    prefix: str = getattr(module, "C_PREFIX", "")
     guard = f"FCU_REGISTERS_{kind.upper()}_H"
     return "\n".join(
         [
@@ -35,7 +37,7 @@ def header(module: ModuleType) -> str:
             "",
             "#include <stdint.h>",
             "",
-            *(line for register in words(module) for line in (*_register(register), "")),
+            *(line for register in words(module) for line in (*_register(register, prefix), "")),
             *_tables(module, kind.upper()),
             "#endif",
             "",
@@ -47,8 +49,8 @@ def _kind(module: ModuleType) -> str:
     return module.__name__.rpartition(".")[2]
 
 
-def _register(register: type[Word]) -> Iterator[str]:
-    name = register.__name__
+def _register(register: type[Word], prefix: str) -> Iterator[str]:
+    name = prefix + register.__name__
     yield f"/* {(register.__doc__ or '').strip()} */"
     if register.count == 1:
         yield f"enum {{ {name} = 0x{register.addr:02X} }};"
