@@ -29,6 +29,7 @@ class CR(Word, addr=0x00, reset=0x83):
 class PLLCFGR(Word, addr=0x04, reset=0x2400_3010):
     """PLL configuration."""
 
+    BIT29 = Bits(29, modelled=False, doc="has no name; 1 after reset, then as written")
     PLLQ = Bits(27, 24, doc="divider for USB and SDIO")
     PLLSRC = Bits(22, doc="HSE instead of HSI")
     PLLP = Bits(17, 16, doc="divider for SYSCLK: 2, 4, 6, 8")
@@ -277,6 +278,7 @@ class PLLI2SCFGR(Word, addr=0x84, reset=0x2400_3000):
     """I2S PLL configuration."""
 
     PLLI2SR = Bits(30, 28, modelled=False, doc="divider for I2S")
+    BIT26 = Bits(26, modelled=False, doc="has no name; 1 after reset, then as written")
     PLLI2SN = Bits(14, 6, modelled=False, doc="factor")
 
 
