@@ -67,7 +67,21 @@ class LinkError(InputError):
 
 
 class ExpectationError(FcuError):
-    """Something expected of the firmware did not happen."""
+    """Something expected of the firmware did not happen.
+
+    ``lines``: the last lines of the terminal; ``diagnosis``: what is seen to be wrong with the firmware, ""
+    if nothing is. Both are part of the message.
+    """
+
+    def __init__(self, problem: str, lines: tuple[str, ...] = (), diagnosis: str = "") -> None:
+        self.lines = lines
+        self.diagnosis = diagnosis
+        shown = "".join(f"\n  {line}" for line in lines)
+        told = "".join(f"\n  {line}" for line in diagnosis.splitlines())
+        terminal = f"\nthe terminal's last lines:{shown}" if lines else ""
+        super().__init__(
+            f"{problem}{terminal}" + (f"\nwhat is wrong with the firmware:{told}" if told else "")
+        )
 
 
 class FirmwareError(FcuError):

@@ -134,6 +134,7 @@ class Board:
         self._i2c = {name: I2CMaster(bus, run.until_ps) for name, bus in i2c.items()}
         self._spi = {name: SpiMaster(bus, run.until_ps) for name, bus in spi.items()}
         self.terminal = Terminal(uart, clock, run.until_ps)
+        self.terminal.diagnosis = _diagnosis_of(self.arm)
         self._named = {**self.leds, **self._i2c, **self._spi, board.timer.block: self.timer}
         vars(self).update((name.lower(), one) for name, one in self._named.items())
         if plan:
@@ -324,6 +325,11 @@ def _named(ones: Mapping[str, _One], name: str | None, what: str) -> _One:
     if wanted not in ones:
         raise InputError(f"unknown {what} {wanted!r}; known: {', '.join(ones)}")
     return ones[wanted]
+
+
+def _diagnosis_of(arm: ArmFirmware | None) -> Callable[[], str]:
+    """What says what is wrong with the firmware, without a way back to the board."""
+    return arm.diagnosis_text if arm is not None else lambda: ""
 
 
 def _load(scenario: str | Path | Scenario | None, board: BoardDescription) -> Scenario | None:

@@ -14,6 +14,7 @@ from emulator.errors import ExpectationError, InputError
 from emulator.time.clock import PS_PER_S, Clock, to_ps
 
 _LOOK_EVERY_PS = PS_PER_S // 100  # how far expect() runs between two looks
+_TAIL, _LINES = 2_000, 8  # of the output that an error has
 
 
 class Terminal:
@@ -28,7 +29,9 @@ class Terminal:
         self._clock = clock
         self._run_until = run_until_ps
         self._read = 0  # bytes handed out by read(), counted from power-on
-        self._expected = 0  # bytes already matched by expect()
+        self._matched = -1, 0  # when expect() has found something, and where it ended
+        self.diagnosis: Callable[[], str] = lambda: ""
+        """What is wrong with the firmware, for errors; "" if nothing is seen to be wrong."""
 
     @property
     def text(self) -> str:
@@ -55,27 +58,49 @@ class Terminal:
                 f"{error.object[error.start]!r} is no Latin-1 character; give bytes, as a serial line does"
             ) from error
 
-    def expect(self, pattern: str | re.Pattern[str], timeout_s: float = 10.0) -> re.Match[str]:
-        """Run the board until ``pattern`` (a regular expression) appears after the last match.
+    @property
+    def position(self) -> int:
+        """How many bytes have been printed since power-on: a place for ``since``."""
+        return self.uart.received_count()
 
-        Returns the match. Raises ExpectationError when it has not appeared after ``timeout_s`` of virtual
-        time.
+    def expect(
+        self, pattern: str | re.Pattern[str], timeout_s: float = 10.0, *, since: int | None = None
+    ) -> re.Match[str]:
+        """Run the board until ``pattern`` (a regular expression) is printed.
+
+        What counts is printed from this call on; right after another ``expect`` with a match, from that match
+        on, for the board has run a little beyond it. ``since``: from that position on instead, 0 for
+        everything since power-on. So an answer that was there before the question is none.
+
+        Returns the match. Raises ExpectationError, which has the last lines and the firmware's diagnosis,
+        when it has not appeared after ``timeout_s`` of virtual time.
         """
         try:
             compiled = re.compile(pattern)
         except re.error as error:
             raise InputError(f"{pattern!r} is no regular expression: {error}") from error
         deadline_ps = self._clock.now_ps + to_ps(timeout_s)
+        start = self._start() if since is None else since
         while True:
-            data, end = self.since(self._expected)
+            data, end = self.since(start)
             match = compiled.search(data.decode("latin-1"))
             if match:
-                self._expected = end - len(data) + match.end()
+                self._matched = self._clock.now_ps, end - len(data) + match.end()
                 return match
             if self._clock.now_ps >= deadline_ps:
-                tail = data[-200:].decode("latin-1")
-                raise ExpectationError(
-                    f"{compiled.pattern!r} was not printed within {timeout_s:g} s (virtual time, now "
-                    f"{self._clock.now_s:.3f} s); the last output is {tail!r}"
-                )
+                raise self._missing(compiled.pattern, timeout_s, data)
             self._run_until(min(deadline_ps, self._clock.now_ps + _LOOK_EVERY_PS))
+
+    def _start(self) -> int:
+        """Where an ``expect`` that begins now starts to look."""
+        at_ps, position = self._matched
+        return position if at_ps == self._clock.now_ps else self.position
+
+    def _missing(self, pattern: str, timeout_s: float, data: bytes) -> ExpectationError:
+        text = self.uart.received()[-_TAIL:].decode("latin-1")
+        lines = [line for line in (one.strip("\r ") for one in text.split("\n")) if line][-_LINES:]
+        problem = (
+            f"{pattern!r} was not printed within {timeout_s:g} s (virtual time, now "
+            f"{self._clock.now_s:.3f} s); the last output is {data[-200:].decode('latin-1')!r}"
+        )
+        return ExpectationError(problem, tuple(lines), self.diagnosis())

@@ -58,6 +58,10 @@ class ArmFirmware:
         """What keeps the firmware from working, as far as can be told now; None if it does work."""
         return diagnose(self)
 
+    def diagnosis_text(self) -> str:
+        """The same as text; "" if nothing is seen to be wrong."""
+        return str(self.diagnosis() or "")
+
     def findings(self) -> list[Diagnosis]:
         """Everything that can be seen to be wrong with the firmware now, the worst first.
 

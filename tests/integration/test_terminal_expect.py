@@ -1,0 +1,68 @@
+"""What ``terminal.expect`` looks at, and what its error carries."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from emulator import Board, ExpectationError
+
+BROKEN = Path(__file__).parents[1] / "arm" / "broken"
+
+
+def test_what_was_printed_before_the_call_is_no_answer() -> None:
+    board = Board("lab3", ideal=True)
+    board.run_for(1.5)
+    assert "Pitch: 0.000000 deg" in board.terminal.text
+
+    board.world.set_attitude(roll_deg=0, pitch_deg=40, yaw_deg=0)
+    with pytest.raises(ExpectationError):
+        board.terminal.expect(r"Pitch: 0\.000000 deg", timeout_s=2.5)
+
+
+def test_all_that_was_printed_counts_when_asked_for() -> None:
+    board = Board("lab3")
+    board.run_for(1.5)
+
+    assert board.terminal.expect("STEVAL", since=0).start() == 0
+    assert board.now_s == 1.5
+
+
+def test_since_takes_a_position_noted_before() -> None:
+    board = Board("lab3")
+    board.run_for(1.04)
+    noted = board.terminal.position
+    board.run_for(0.3)
+
+    assert board.terminal.expect(r"Altitude: \S+ m", since=noted)
+    assert board.now_s == pytest.approx(1.34)
+
+
+def test_two_in_a_row_find_what_is_printed_in_one_go() -> None:
+    board = Board("lab3")
+    first = board.terminal.expect("STEVAL-")
+    second = board.terminal.expect("FCU001V1")
+
+    assert (first[0], second[0]) == ("STEVAL-", "FCU001V1")
+    assert board.now_s < 0.05
+
+
+def test_the_error_has_the_last_lines_and_the_diagnosis() -> None:
+    board = Board(BROKEN / "flag_never_set.elf")
+    with pytest.raises(ExpectationError) as error:
+        board.terminal.expect("Pitch", timeout_s=0.2)
+
+    assert error.value.lines == ()
+    assert error.value.diagnosis.startswith("stuck in waitForData(), flag_never_set.c:8")
+    assert "what is wrong with the firmware:\n  stuck in waitForData()" in str(error.value)
+
+
+def test_the_error_of_a_firmware_that_works_has_its_last_lines_only() -> None:
+    board = Board("lab3", ideal=True)
+    with pytest.raises(ExpectationError) as error:
+        board.terminal.expect("never", timeout_s=1.5)
+
+    assert error.value.lines[-1] == "*****"
+    assert error.value.lines[-2] == "Altitude: 0.000000 m"
+    assert error.value.diagnosis == ""
