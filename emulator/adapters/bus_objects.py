@@ -1,4 +1,4 @@
-"""The bus objects that four families of I2C drivers expect, on the virtual board's I2C2.
+"""The bus objects that four families of I2C drivers expect, on an I2C bus of the virtual board.
 
 Each has the shape and the limits that its original's documentation gives: ``busio.I2C`` of CircuitPython,
 ``machine.I2C`` of MicroPython, ``SMBus`` of smbus2 (and the kernel's ``i2c/smbus-protocol``), the transceiver
@@ -334,7 +334,7 @@ class SensirionI2C:
     STATUS_TIMEOUT: ClassVar[int] = 3
     STATUS_UNSPECIFIED_ERROR: ClassVar[int] = 4
     channel_count: ClassVar[None] = None  # a single channel
-    description: ClassVar[str] = "virtual STEVAL-FCU001V1, I2C2"
+    description: ClassVar[str] = "an I2C bus of the virtual board"
 
     def __init__(self, master: I2CMaster, sleep: Callable[[float], None]) -> None:
         self._master = master

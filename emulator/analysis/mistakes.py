@@ -186,8 +186,7 @@ _PAIRS = {
 
 def _misread(board: Board) -> Iterator[Diagnosis]:
     """Reads of output registers that begin with a high byte, or that are never made."""
-    latest = [*board.i2c2.bus.recent_transfers(), *board.spi2.bus.recent_transfers()]
-    reads = [one for one in latest if one.read and one.written]
+    reads = [one for one in board.recent_transfers() if one.read and one.written]
     for one in reads:
         first = one.written[0] & 0x7F
         if first % 2 and len(one.read) > 1 and first in _PAIRS.get(one.device, ()):

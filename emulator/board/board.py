@@ -52,7 +52,7 @@ from emulator.python_cpu.core import Core
 from emulator.python_cpu.hal import Hal
 from emulator.python_cpu.timer import IntervalTimer
 from emulator.time.clock import Clock, to_ps
-from emulator.trace import Trace
+from emulator.trace import BusTransfer, Trace
 from emulator.world import World
 
 if TYPE_CHECKING:
@@ -206,6 +206,12 @@ class Board:
     def spi(self, name: str | None = None) -> SpiMaster:
         """The master of an SPI bus, likewise."""
         return _named(self._spi, name, "SPI bus")
+
+    def recent_transfers(self) -> list[BusTransfer]:
+        """The latest transfers on all buses, the last one last; a few of each bus are always kept."""
+        latest = [one for bus in self.signals.i2c.values() for one in bus.recent_transfers()]
+        latest += [one for bus in self.signals.spi.values() for one in bus.recent_transfers()]
+        return sorted(latest, key=lambda transfer: transfer.t_ps)
 
     def snapshot(self) -> Snapshot:
         """The state of everything on the board, for :meth:`restore`. Raises InputError with Python firmware.

@@ -1,4 +1,4 @@
-"""The terminal at the other end of USART1, for Python.
+"""The terminal at the other end of the serial line, for Python.
 
 Everything is in virtual time: ``expect`` runs the board until a pattern has been printed, and gives up after
 a given virtual time, so a result does not depend on how fast the machine is.
@@ -50,7 +50,7 @@ class Terminal:
         return bytes(received[start:]), self.uart.dropped + len(received)
 
     def write(self, data: bytes | str) -> None:
-        """Type on the keyboard; the bytes arrive at USART1 one after the other at the line's speed."""
+        """Type on the keyboard; the bytes arrive one after the other at the line's speed."""
         try:
             self.uart.type(data.encode("latin-1") if isinstance(data, str) else bytes(data))
         except UnicodeEncodeError as error:

@@ -45,8 +45,7 @@ def examine() -> bool:
     findings = [_python(), *(_package(name) for name in _PACKAGES)]
     findings += [
         _library(),
-        _boots("lab3"),
-        _boots("solution"),
+        *map(_boots, ("lab3", "solution")),
         _pty(),
         *_terminals(),
         *_build_tools(),

@@ -12,16 +12,21 @@ from pathlib import Path
 
 import click
 
+from emulator.boards.fcu001v1 import FCU001V1
 from emulator.errors import InputError
 from firmware_model import arm
 
 _SUPPORT = ("*.c", "*.h", "*.ld", "*.mk")
 _COMPILER = "arm-none-eabi-gcc"
-_PROFILE = {"I2C2": "", "SPI2": " --profile fcu001v1"}
+_USUAL = FCU001V1.profile()
+_PROFILE = {
+    profile.bus: "" if profile is _USUAL else f" --profile {profile.name}" for profile in FCU001V1.profiles
+}
+"""By bus, what ``fcu run`` has to be told."""
 
 
 def create_project(directory: Path, bus: str) -> None:
-    """Write the template for ``bus`` (I2C2 or SPI2) into ``directory`` and print what to do next.
+    """Write the template into ``directory``, for sensors on ``bus``, and print what to do next.
 
     Raises InputError if there is already something in it, or it cannot be written.
     """
@@ -45,7 +50,7 @@ def _write(directory: Path, bus: str) -> None:
     shutil.copyfile(sources / "scaffold" / "README.md", directory / "README.md")
     shutil.copyfile(sources / "scaffold" / "gitignore", directory / ".gitignore")
     makefile = (sources / "scaffold" / "Makefile").read_text(encoding="utf-8")
-    makefile = makefile.replace("BUS ?= I2C2", f"BUS ?= {bus}")
+    makefile = makefile.replace(f"BUS ?= {_USUAL.bus}", f"BUS ?= {bus}")
     (directory / "Makefile").write_text(makefile, encoding="utf-8", newline="\n")
 
 

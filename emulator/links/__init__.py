@@ -1,4 +1,4 @@
-"""Byte links: how the virtual board's USART1 reaches the outside.
+"""Byte links: how the virtual board's serial line reaches the outside.
 
 ``open_link`` turns the word after ``--serial`` into a link; the board knows only the ``ByteLink`` protocol.
 """

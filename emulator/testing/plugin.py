@@ -26,11 +26,12 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import pytest
 
 if TYPE_CHECKING:
-    from emulator.board.board import Board
+    from emulator.boards.fcu001v1 import FCU001V1
+from emulator.board.board import Board
 
 Pattern: TypeAlias = str | re.Pattern[str]
 
-DEFAULT_FIRMWARE = "lab3"
+DEFAULT_FIRMWARE = FCU001V1.default_firmware
 TIMEOUT_S = 5.0
 _STEP_S = 0.01
 _TERMINAL_LINES = 40
@@ -190,9 +191,8 @@ def evidence(board: Board) -> Iterator[tuple[str, str]]:
     dropped = [f"... {len(lines) - _TERMINAL_LINES} lines before"] if len(lines) > _TERMINAL_LINES else []
     shown = [*dropped, *(_visible(line) for line in lines[-_TERMINAL_LINES:])]
     yield f"terminal at {board.now_s:.3f} s", "\n".join(shown)
-    both = [*board.i2c2.bus.recent_transfers(), *board.spi2.bus.recent_transfers()]
-    if both:
-        latest = sorted(both, key=lambda transfer: transfer.t_ps)[-_TRANSFERS:]
+    latest = board.recent_transfers()[-_TRANSFERS:]
+    if latest:
         yield (
             "latest transfers",
             "\n".join(

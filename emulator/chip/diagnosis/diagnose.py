@@ -85,7 +85,7 @@ def findings(arm: RunningFirmware) -> Iterator[Diagnosis]:
         silent_terminal(chip, signals, places),
         wrong_baud(chip, signals),
         not_enabled(chip),
-        never_ticked(chip, places, signals.clock.now_ps),
+        never_ticked(chip, signals, places),
         wrong_rate(chip, signals),
         flash_nearly_full(arm.image),
         ram_nearly_full(chip.core, places),
@@ -157,7 +157,7 @@ def _bus(cause: Cause, now_ps: int) -> Diagnosis | None:
 
 
 def _unselected(transfers: Transfers) -> Diagnosis | None:
-    """A program that talks to SPI2 where no sensor is, and goes on all the same."""
+    """A program that talks to an SPI bus where no sensor is, and goes on all the same."""
     cause = transfers.nobody_on_spi()
     return cause and Diagnosis("bus", cause.short, tuple(cause.sentences), fatal=False)
 

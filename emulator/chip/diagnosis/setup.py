@@ -44,21 +44,24 @@ def silent_terminal(chip: Chip, signals: BoardSignals, places: Places) -> Diagno
     prints = places.address_of(*_SPEAKS)
     if prints is None or signals.clock.now_ps < _SILENT_PS or signals.uart.received_count():
         return None
-    usart, number = chip.core.blocks["USART1"], "USART1"
+    number = signals.board.serial.block
+    usart, init = chip.core.blocks[number], f"MX_{number}_UART_Init()"
+    port, pin, function = signals.board.serial.tx
     control = usart.peek(_USART_CR1)
     main = places.place(places.address_of("main") or 0)
     if not control & _UE:
-        short = f"{number} is not set up: MX_USART1_UART_Init() is not called"
+        short = f"{number} is not set up: {init} is not called"
         why = f"UE in {number}_CR1 is 0, so HAL_UART_Transmit() gives up at once and PRINTF prints nothing."
         look = f"It belongs into {main}, after the clocks and before the first PRINTF."
     elif not control & _TE:
         short = f"{number}'s transmitter is off"
         why = f"TE in {number}_CR1 is 0: Init.Mode must be UART_MODE_TX_RX."
-        look = "Look at MX_USART1_UART_Init()."
-    elif signals.gpio.alternate("A", 9) != 7:
-        short = "PA9 is not switched to USART1"
-        why = "What USART1 sends does not reach the pin: GPIO_MODE_AF_PP with Alternate = GPIO_AF7_USART1."
-        look = "Look at the pins in MX_USART1_UART_Init() or HAL_UART_MspInit()."
+        look = f"Look at {init}."
+    elif signals.gpio.alternate(port, pin) != function:
+        short = f"P{port}{pin} is not switched to {number}"
+        alternate = f"GPIO_AF{function}_{number}"
+        why = f"What {number} sends does not reach the pin: GPIO_MODE_AF_PP with Alternate = {alternate}."
+        look = f"Look at the pins in {init} or HAL_UART_MspInit()."
     else:
         return None
     return Diagnosis("terminal", f"nothing was printed: {short}", (why, look), fatal=False)
@@ -66,31 +69,39 @@ def silent_terminal(chip: Chip, signals: BoardSignals, places: Places) -> Diagno
 
 def wrong_baud(chip: Chip, signals: BoardSignals) -> Diagnosis | None:
     """The terminal here shows what a real one would not."""
-    divider = chip.core.blocks["USART1"].peek(_BRR)
+    name = signals.board.serial.block
+    usart = chip.core.blocks[name]
+    divider = usart.peek(_BRR)
     if not divider or not signals.uart.received_count():
         return None
-    eights = chip.core.blocks["USART1"].peek(_USART_CR1) >> 15 & 1
+    eights = usart.peek(_USART_CR1) >> 15 & 1
     counted = 2 * (divider & 0xFFF0 | (divider & 7) << 1) // 2 if eights else divider
-    baud = chip.soc.clocks.pclk2_hz * (1 + eights) / counted if counted else 0.0
+    clock_hz = clock_of(name, chip)
+    baud = clock_hz * (1 + eights) / counted if counted else 0.0
     if abs(baud / BAUD - 1) <= _FURTHEST_OFF:
         return None
     return Diagnosis(
         "terminal",
-        f"USART1 sends at {baud:.0f} baud; the terminal on your laptop listens at {BAUD}",
+        f"{name} sends at {baud:.0f} baud; the terminal on your laptop listens at {BAUD}",
         (
-            f"BRR is {divider} and the block's clock {chip.soc.clocks.pclk2_hz / 1e6:g} MHz.",
+            f"BRR is {divider} and the block's clock {clock_hz / 1e6:g} MHz.",
             "Here the text is readable all the same; with the real board you would see garbage.",
-            "Look at Init.BaudRate in MX_USART1_UART_Init(); SystemClock_Config() comes before it.",
+            f"Look at Init.BaudRate in MX_{name}_UART_Init(); SystemClock_Config() comes before it.",
         ),
         fatal=False,
     )
+
+
+def clock_of(name: str, chip: Chip) -> int:
+    """The clock of a USART: USART2 is on APB1, the others on APB2 (RM0368 section 2.3)."""
+    return chip.soc.clocks.pclk1_hz if name == "USART2" else chip.soc.clocks.pclk2_hz
 
 
 # -- the sensors' bus ---------------------------------------------------------------------------------------
 
 
 def bus_never_on(chip: Chip, signals: BoardSignals, places: Places) -> Cause | None:
-    """Neither I2C2 nor SPI2 was ever switched on in a program that has calls for them."""
+    """No bus of the board was ever switched on in a program that has calls for them."""
     blocks = chip.core.blocks
     talks = places.address_of(*_TALKS_TO_SENSORS) is not None
     used = any(bus.recent_transfers() for bus in signals.i2c.values()) or any(
@@ -101,12 +112,18 @@ def bus_never_on(chip: Chip, signals: BoardSignals, places: Places) -> Cause | N
     )
     if not talks or used or on:
         return None
+    bits_off = [
+        *(f"PE in {name}_CR1" for name in signals.i2c),
+        *(f"SPE in {name}_CR1" for name in signals.spi),
+    ]
+    verb = "are" if len(bits_off) > 1 else "is"
+    calls = " or ".join(f"MX_{name}_Init()" for name in signals.board.buses())
     return Cause(
         "the sensors' bus was never set up",
         [
-            "PE in I2C2_CR1 and SPE in SPI2_CR1 are 0, and no transfer was ever made.",
+            f"{' and '.join(bits_off)} {verb} 0, and no transfer was ever made.",
             (
-                "Is MX_SensorBus_Init() (in CubeMX's projects MX_I2C2_Init() or MX_SPI2_Init()) called in "
+                f"Is MX_SensorBus_Init() (in CubeMX's projects {calls}) called in "
                 f"{places.place(places.address_of('main') or 0)}, before the sensors are?"
             ),
         ],
@@ -118,16 +135,20 @@ _SR = 0x08
 
 
 def byte_left(chip: Chip, signals: BoardSignals) -> Cause | None:
-    """A received byte lies in SPI2_DR while no sensor is selected: the next read gets it."""
-    status = chip.core.blocks["SPI2"].peek(_SR)
-    selects = signals.spi["SPI2"].chip_selects if "SPI2" in signals.spi else ()
-    idle = all(signals.gpio.level(select[1], int(select[2:])) for select in selects)
-    if not selects or not idle or status & (_RXNE | _BSY) != _RXNE:
-        return None
+    """A received byte lies in an SPI's DR while no sensor is selected: the next read gets it."""
+    for name, bus in signals.spi.items():
+        status = chip.core.blocks[name].peek(_SR)
+        idle = all(signals.gpio.level(select[1], int(select[2:])) for select in bus.chip_selects)
+        if bus.chip_selects and idle and status & (_RXNE | _BSY) == _RXNE:
+            return _left_in(name)
+    return None
+
+
+def _left_in(name: str) -> Cause:
     return Cause(
-        "a received byte was left in SPI2_DR, so each read gets the byte of the one before",
+        f"a received byte was left in {name}_DR, so each read gets the byte of the one before",
         [
-            "RXNE in SPI2_SR is 1 while no chip select is low and no byte is under way.",
+            f"RXNE in {name}_SR is 1 while no chip select is low and no byte is under way.",
             (
                 "With one data line, receiving (BIDIOE = 0), the clock runs until SPE is cleared: "
                 "clear it before the last byte has come, or read DR once more (RM0368 20.3.5)."
@@ -159,21 +180,21 @@ def not_enabled(chip: Chip) -> Diagnosis | None:
     return None
 
 
-def never_ticked(chip: Chip, places: Places, now_ps: int) -> Diagnosis | None:
+def never_ticked(chip: Chip, signals: BoardSignals, places: Places) -> Diagnosis | None:
     """The program has a callback for a timer, and no timer that calls it."""
     callback = places.address_of(_CALLBACK)
-    if callback is None or places.file(callback) in (_HAL_TIM, "") or now_ps < 2 * PS_PER_S:
+    if callback is None or places.file(callback) in (_HAL_TIM, "") or signals.clock.now_ps < 2 * PS_PER_S:
         return None
     if any(timer.ticks for timer in chip.timers.values()):
         return None
-    what, why = _why_no_ticks(chip)
+    what, why = _why_no_ticks(chip, signals.board.timer.block)
     where = places.place(callback)
     return Diagnosis(
         "timer", f"{_CALLBACK}() was never called: {what}", (why, f"The callback is {where}."), False
     )
 
 
-def _why_no_ticks(chip: Chip) -> tuple[str, str]:
+def _why_no_ticks(chip: Chip, usual: str) -> tuple[str, str]:
     for timer in chip.timers.values():
         control, enable = timer.peek(_CR1), timer.peek(_DIER)
         if control & _CEN and not enable & _UIE:
@@ -186,7 +207,7 @@ def _why_no_ticks(chip: Chip) -> tuple[str, str]:
                 f"{timer.name} is set up and was not started",
                 f"CEN in {timer.name}_CR1 is 0: HAL_TIM_Base_Start_IT() is missing.",
             )
-    return "no timer is set up", "MX_TIM9_Init() and HAL_TIM_Base_Start_IT() are missing."
+    return "no timer is set up", f"MX_{usual}_Init() and HAL_TIM_Base_Start_IT() are missing."
 
 
 def wrong_rate(chip: Chip, signals: BoardSignals) -> Diagnosis | None:
@@ -205,7 +226,7 @@ def wrong_rate(chip: Chip, signals: BoardSignals) -> Diagnosis | None:
             f"{clock_hz / 1e6:g} MHz / ({prescaler} + 1) / ({period} + 1): registers hold one less. "
             f"For 800 Hz (PSC + 1) x (ARR + 1) is {clock_hz / 800:.0f}, such as 84 x 1250."
         ),
-        "Look at Init.Prescaler and Init.Period in MX_TIM9_Init().",
+        f"Look at Init.Prescaler and Init.Period in MX_{timer.name}_Init().",
     ]
     return Diagnosis(
         "timer",

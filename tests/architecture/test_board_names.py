@@ -1,0 +1,70 @@
+"""Only a board's file, the lab's own tools and lists of the chip's blocks name a bus, a LED or a timer."""
+
+from __future__ import annotations
+
+import ast
+import dataclasses
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from emulator.boards.fcu001v1 import FCU001V1
+from emulator.cli import cli
+from firmware_model import Settings
+
+ROOT = Path(__file__).parents[2]
+EMULATOR = ROOT / "emulator"
+NAMES = {*FCU001V1.buses(), FCU001V1.serial.block, FCU001V1.timer.block, *FCU001V1.leds}
+NAMED = re.compile(rf"(?<![A-Za-z0-9])({'|'.join(map(re.escape, sorted(NAMES)))})(?![0-9])", re.IGNORECASE)
+SETTINGS = {field.name for field in dataclasses.fields(Settings)}
+"""Of the lab's firmware, which scenarios pass on."""
+MAY = (
+    "boards/",
+    "chip/memory_map.py",  # every block of the chip, by name
+    "chip/registers/",
+    "chip/peripherals/",
+    "chip/diagnosis/hang.py",  # the vector table
+    "cli/__init__.py",  # the help text, which is compared with the board below
+    "analysis/",  # of the lab's firmware: its LEDs follow pitch and roll
+    "testing/",
+)
+FILES = sorted(
+    path for path in EMULATOR.rglob("*.py") if not path.relative_to(EMULATOR).as_posix().startswith(MAY)
+)
+
+
+def code(path: Path) -> Iterator[str]:
+    """Names and texts of a file, without its docstrings, which may give examples."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    documented = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+    texts = {
+        id(first.value)
+        for node in ast.walk(tree)
+        if isinstance(node, documented) and node.body and isinstance(first := node.body[0], ast.Expr)
+    }
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in texts:
+            yield node.value
+        elif isinstance(node, ast.Name):
+            yield node.id
+        elif isinstance(node, ast.Attribute):
+            yield node.attr
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.relative_to(EMULATOR).as_posix())
+def test_nothing_else_names_what_is_on_the_board(path: Path) -> None:
+    assert sorted({name for text in {*code(path)} - SETTINGS for name in NAMED.findall(text)}) == []
+
+
+@pytest.mark.parametrize("command", ["run", "diff"])
+def test_the_help_names_the_boards_profiles(command: str) -> None:
+    text = CliRunner().invoke(cli, [command, "--help"]).output
+    assert " or ".join(profile.name for profile in FCU001V1.profiles) in " ".join(text.split())
+
+
+def test_new_projects_are_offered_for_the_buses_of_the_profiles() -> None:
+    text = CliRunner().invoke(cli, ["new", "--help"]).output
+    assert f"[{'|'.join(profile.bus for profile in FCU001V1.profiles)}]" in text
