@@ -6,6 +6,11 @@ most one hook before and one after it. So plain registers cost nothing, and a bu
 dictionary look-up, one hook and one slice. ``tests/property`` holds the law that a burst equals the same
 bytes read one at a time. Firmware that polls its bus does read them so, 17,000 a second at 800 Hz.
 
+Masters keep bytes, so that they need not ask for each: ``prefetch`` gives what reads of one byte each would
+give, until when, and which of these reads are quiet, that is, have no side effect. Bytes that were read with
+a side effect are reported by ``consumed``. A master that reads bursts gets a ``burst_reader`` instead, which
+reads and says until when its bytes can be kept.
+
 Road not taken: one read method per byte (what the chip does) costs six times as much at 800 Hz x 4 bursts.
 """
 
@@ -81,9 +86,11 @@ BurstReader: TypeAlias = Callable[[int], tuple[bytes, int]]
 As long as the version stays what it was *before* the burst; 0 if that is not sure.
 """
 
-_Knowledge: TypeAlias = tuple[Prefetcher, ReadHook | None, AfterHook | None]  # who knows it with these hooks
-_Region: TypeAlias = tuple[Prefetcher, int]  # who knows the bytes from an address on, and where they end
-_Known: TypeAlias = tuple[tuple[Prefetcher, int, int], ...]  # who knows each piece of a burst
+_Source: TypeAlias = tuple[
+    Prefetcher, ReadHook | None, AfterHook | None
+]  # it holds while these are the hooks
+_Region: TypeAlias = tuple[Prefetcher, int]  # of the bytes from an address on, and where they end
+_BurstSources: TypeAlias = tuple[tuple[Prefetcher, int, int], ...]  # for each piece of a burst
 
 
 class AccessError(ValueError):
@@ -163,12 +170,12 @@ class RegisterFile:
         self._before: list[ReadHook | None] = [None] * ADDRESSES
         self._after: list[AfterHook | None] = [None] * ADDRESSES
         self._on_write: list[WriteHook | None] = [None] * ADDRESSES
-        self._ahead: list[_Knowledge | None] = [None] * ADDRESSES
-        self._plain: _Knowledge = (_Plain(self.mem), None, None)
+        self._sources: list[_Source | None] = [None] * ADDRESSES
+        self._plain: _Source = (_Plain(self.mem), None, None)
         self.half_read: set[int] = set()  # block data update: bytes read whose partner has not been read yet
         self._increment = True
         self._plans: dict[int, _Plan] = {}
-        self._known: dict[int, _Known | None] = {}
+        self._burst_sources: dict[int, _BurstSources | None] = {}
         self._regions: dict[int, _Region | None] = {}
         self._link()
         for address in range(ADDRESSES):
@@ -189,8 +196,8 @@ class RegisterFile:
         self, register: type[Register], source: Prefetcher, before: ReadHook, after: AfterHook | None = None
     ) -> None:
         """``source`` knows what reading ``register`` gives and does, as long as these are its hooks."""
-        known = source, before, after
-        self._ahead[register.addr : register.addr + register.size] = [known] * register.size
+        entry = source, before, after
+        self._sources[register.addr : register.addr + register.size] = [entry] * register.size
         self._forget_plans()
 
     def after_read(self, register: type[Register], hook: AfterHook) -> None:
@@ -283,9 +290,9 @@ class RegisterFile:
 
     def burst_reader(self, address: int, count: int) -> BurstReader:
         """What reads such a burst, as long as ``version`` stays what it is now."""
-        known = self._know(address, count)
-        if known is not None and len(known) == 1:
-            source, first, end = known[0]
+        sources = self._find_sources(address, count)
+        if sources is not None and len(sources) == 1:
+            source, first, end = sources[0]
             read_burst = source.burst_reader(first, end)
             if read_burst is not None:
                 return read_burst
@@ -325,18 +332,18 @@ class RegisterFile:
 
     def _forget_plans(self) -> None:
         self._plans.clear()
-        self._known.clear()
+        self._burst_sources.clear()
         self._regions.clear()
 
     def _region(self, address: int) -> _Region | None:
-        """Who knows the bytes from ``address`` on, and the end of what they know; None: nobody."""
-        knowledge, end = self._knowledge(address), address + 1
+        """What prefetches the bytes from ``address`` on, and their end; None: nothing does."""
+        source, end = self._source_of(address), address + 1
         region = None
-        if knowledge is not None:
+        if source is not None:
             last = min(address + _PREFETCHED_AT_ONCE, ADDRESSES)
-            while end < last and self._leads_to(end) and self._knowledge(end) is knowledge:
+            while end < last and self._leads_to(end) and self._source_of(end) is source:
                 end += 1
-            region = knowledge[0], end
+            region = source[0], end
         self._regions[address] = region
         return region
 
@@ -344,33 +351,35 @@ class RegisterFile:
         """Whether it comes after the one before it; where addresses do not move on, whoever reads says so."""
         return not self._increment or self._next[address - 1] == address
 
-    def _knowledge(self, address: int) -> _Knowledge | None:
-        """Of the byte at ``address``; None if other hooks take part in reading it."""
+    def _source_of(self, address: int) -> _Source | None:
+        """What prefetches the byte at ``address``; None if other hooks take part in reading it."""
         before, after = self._before[address], self._after[address]
         if before is None and after is None:
             return self._plain
-        knowledge = self._ahead[address]
-        return knowledge if knowledge is not None and knowledge[1:] == (before, after) else None
+        source = self._sources[address]
+        return source if source is not None and source[1:] == (before, after) else None
 
     def _valid_until_ps(self, address: int, count: int) -> int:
         """Until when (ps) a burst just read can be read again, giving the same bytes and changing nothing."""
         key = address << _COUNT_BITS | count
-        known = self._known[key] if key in self._known else self._know(address, count)
-        if known is None:
+        sources = (
+            self._burst_sources[key] if key in self._burst_sources else self._find_sources(address, count)
+        )
+        if sources is None:
             return 0
         until_ps = NEVER_PS
-        for source, first, end in known:
+        for source, first, end in sources:
             until_ps = min(until_ps, source.valid_until_ps(first, end))
         return until_ps
 
-    def _know(self, address: int, count: int) -> _Known | None:
-        """Who knows each piece of a burst; None if nobody knows one of them."""
+    def _find_sources(self, address: int, count: int) -> _BurstSources | None:
+        """What prefetches each piece of a burst; None if nothing does for one of them."""
         first_piece, rest = self._plan(address, count)
-        pieces = [(self._knowledge(first), first, end) for _, first, end, _ in (first_piece, *rest)]
-        known = tuple((knowledge[0], first, end) for knowledge, first, end in pieces if knowledge is not None)
-        found = known if len(known) == len(pieces) else None
+        pieces = [(self._source_of(first), first, end) for _, first, end, _ in (first_piece, *rest)]
+        sources = tuple((source[0], first, end) for source, first, end in pieces if source is not None)
+        found = sources if len(sources) == len(pieces) else None
         if count <= _LONGEST_KEPT:
-            self._known[address << _COUNT_BITS | count] = found
+            self._burst_sources[address << _COUNT_BITS | count] = found
         return found
 
     def _read_bytewise(self, address: int, count: int, now_ps: int) -> bytes:
