@@ -28,6 +28,8 @@ if TYPE_CHECKING:
         InputError,
         LimitError,
         LinkError,
+        NotJudgedError,
+        OutputError,
         RecordingError,
         ScenarioError,
     )
@@ -75,6 +77,8 @@ __all__ = [
     "LimitError",
     "LinkError",
     "Miss",
+    "NotJudgedError",
+    "OutputError",
     "RecordingError",
     "RegisterWrite",
     "Result",

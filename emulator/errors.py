@@ -12,6 +12,8 @@
     ├── FirmwareError              the firmware itself failed             (exit code 3)
     │   ├── LimitError             it took more than a run may
     │   └── CallError              a function that was called did not return
+    ├── NotJudgedError             nothing can be said about the firmware (exit code 4)
+    │   └── OutputError            what was printed or recorded could not be delivered
     └── I2CError                   a transfer on the simulated bus failed
         ├── I2CNackError           nobody acknowledged: absent device, or NACK at a byte
         ├── I2CBusError            misplaced start or stop (BERR)
@@ -98,6 +100,14 @@ class LimitError(FirmwareError):
 
 class CallError(FirmwareError):
     """A function of the firmware that was called has failed, or has not returned."""
+
+
+class NotJudgedError(FcuError):
+    """The run says nothing about the firmware: something around it failed, or ended it too soon."""
+
+
+class OutputError(NotJudgedError):
+    """Output was lost: a full disk, a reader that has gone, a file that has become too large."""
 
 
 class I2CError(FcuError):

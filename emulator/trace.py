@@ -21,7 +21,7 @@ from json.encoder import encode_basestring_ascii as quoted
 from pathlib import Path
 from typing import Any, ClassVar, TypeAlias, TypeVar
 
-from emulator.errors import LinkError
+from emulator.errors import LinkError, OutputError
 from emulator.time.clock import PS_PER_S
 
 
@@ -195,6 +195,8 @@ _NAMES = {
 _KEPT = 200_000  # rare events in memory; older ones are dropped and counted
 _KEPT_IN_DETAIL = 4_000_000  # after record_all(), several minutes of the lab's firmware
 _BUFFER = 1 << 18  # bytes of a file: some 400 ms of the lab's firmware
+LARGEST_FILE = 4 << 30
+"""Bytes of a file unless another bound is given: some two hours of the lab's firmware."""
 
 EventT = TypeVar("EventT", bound=TraceEvent)
 Subscriber: TypeAlias = Callable[[TraceEvent], None]
@@ -245,9 +247,13 @@ class Trace:
 
         return unsubscribe
 
-    def write_to(self, path: str | Path) -> None:
-        """Write every event from now on to a JSON-lines file. Raises LinkError if it cannot be opened."""
-        self._files.append(_TraceFile(path))
+    def write_to(self, path: str | Path, most_bytes: int = LARGEST_FILE) -> None:
+        """Write every event from now on to a JSON-lines file. Raises LinkError if it cannot be opened.
+
+        What cannot be written later, or would make the file larger than ``most_bytes``, is an OutputError
+        that comes out of the run.
+        """
+        self._files.append(_TraceFile(path, most_bytes))
         self._look_who_listens()
 
     def add(self, event: TraceEvent) -> None:
@@ -285,7 +291,7 @@ class Trace:
                 self._write(file, text)
 
     def close(self) -> None:
-        """Close the files that are being written."""
+        """Close the files that are being written. Raises OutputError."""
         files, self._files = self._files, []
         self._look_who_listens()
         for file in files:
@@ -316,7 +322,7 @@ class Trace:
     def _write(self, file: _TraceFile, text: str) -> None:
         try:
             file.write(text)
-        except LinkError:
+        except OutputError:
             self._files.remove(file)
             self._look_who_listens()
             raise
@@ -331,8 +337,9 @@ class Trace:
 class _TraceFile:
     """A JSON-lines file with a buffer; what cannot be written ends the run."""
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(self, path: str | Path, most_bytes: int) -> None:
         self._path = path
+        self._most = self._left = most_bytes
         try:
             self._file = Path(path).open("w", buffering=_BUFFER, encoding="ascii", newline="\n")
         except OSError as error:
@@ -341,7 +348,14 @@ class _TraceFile:
             ) from error
 
     def write(self, text: str) -> None:
-        """Append lines. Raises LinkError."""
+        """Append lines, all of them or none. Raises OutputError."""
+        self._left -= len(text)  # it is ASCII
+        if self._left < 0:
+            self.close()
+            raise OutputError(
+                f"trace file {self._path}: it has reached {self._most} bytes; the run was stopped; "
+                "to allow more: --limit trace_bytes=NUMBER"
+            )
         try:
             self._file.write(text)
         except OSError as error:
@@ -350,11 +364,11 @@ class _TraceFile:
             raise self._failed(error) from error
 
     def close(self) -> None:
-        """Write what is left. Raises LinkError."""
+        """Write what is left. Raises OutputError."""
         try:
             self._file.close()
         except OSError as error:
             raise self._failed(error) from error
 
-    def _failed(self, error: OSError) -> LinkError:
-        return LinkError(f"trace file {self._path}: {error.strerror or error}; the run was stopped")
+    def _failed(self, error: OSError) -> OutputError:
+        return OutputError(f"trace file {self._path}: {error.strerror or error}; the run was stopped")

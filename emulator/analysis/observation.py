@@ -11,14 +11,17 @@ from dataclasses import dataclass
 
 from emulator.board.board import Board
 from emulator.buses.uart import Uart
-from emulator.errors import FirmwareError, InputError
+from emulator.errors import FirmwareError, LimitError, NotJudgedError
 from emulator.links.runner import Runner
 from emulator.time.clock import NEVER_PS
-from emulator.trace import GpioEdge, RegisterWrite, TerminalBytes, Trace
+from emulator.trace import EventT, GpioEdge, RegisterWrite, TerminalBytes, Trace, TraceEvent
 
 TERMINAL, END = "terminal", "end of the run"
 REGISTERS = " registers"
 """How the name of a sensor's sequence ends, after the part's name."""
+MOST_EVENTS = 1_000_000
+"""Events of a run that are compared, some 100 MB; an hour of the lab's firmware has 400,000."""
+_COMPARED = (GpioEdge, RegisterWrite, TerminalBytes)
 
 
 @dataclass(frozen=True)
@@ -38,29 +41,46 @@ class Observation:
     sequences: Mapping[str, Sequence[Entry]]
 
 
-def observe(board: Board, end_ps: int, exceeded: Callable[[float], str] = lambda _wall_s: "") -> Observation:
-    """Run a board from power-on to ``end_ps`` and keep what it does.
+def observe(
+    board: Board,
+    end_ps: int,
+    exceeded: Callable[[float], str] = lambda _wall_s: "",
+    *,
+    transfers: bool = False,
+) -> Observation:
+    """Run a board from power-on to ``end_ps`` and keep what it does; with ``transfers`` the trace keeps all.
 
-    ``exceeded`` as of :class:`Runner`. A firmware that fails, or runs into a limit, ends its run with that.
-    Raises InputError when the run does more than can be kept.
+    ``exceeded`` as of :class:`Runner`. A firmware that fails, or goes beyond a limit on what it does, ends
+    its run with that. Raises NotJudgedError when the run does more than can be kept, or takes too long.
     """
-    board.trace.record_all()
-    runner = Runner(board, [], end_ps, None, exceeded)
+    kept = _Kept(board.trace, transfers)
+    runner = Runner(board, [], end_ps, None, lambda wall_s: kept.exceeded() or exceeded(wall_s))
     ending = []
     try:
         runner.run()
     except FirmwareError as error:
+        if isinstance(error, LimitError) and error.limit == "wall_s":
+            raise
         ending.append(Entry(board.clock.now_ps, str(error)))
+    finally:
+        kept.close()
+    if kept.exceeded():
+        raise NotJudgedError(
+            f"{board.now_s:.3g} s of this firmware are too much to compare; give a shorter time"
+        )
+    if runner.limit.endswith("limits.wall"):
+        raise NotJudgedError(f"the run was stopped, it exceeded {runner.limit}")
     if runner.limit:
         ending.append(Entry(board.clock.now_ps, f"stopped by the limit of {runner.limit}"))
-    if board.trace.dropped:
-        raise InputError(f"{board.now_s:.0f} s of this firmware are too much to compare; give a shorter time")
     return Observation(
         board.clock.now_ps if runner.limit else end_ps,
         {
-            TERMINAL: lines_of(bytes_sent(board.trace, board.terminal.uart)),
-            **{part.NAME + REGISTERS: _writes(board.trace, part.NAME) for part in board.sensors.parts},
-            **{led: edges_of(board.trace, pin) for led, pin in led_pins(board).items()},
+            TERMINAL: lines_of(bytes_sent(kept.of(TerminalBytes), board.terminal.uart)),
+            **{
+                part.NAME + REGISTERS: _writes(kept.of(RegisterWrite), part.NAME)
+                for part in board.sensors.parts
+            },
+            **{led: edges_of(kept.of(GpioEdge), pin) for led, pin in led_pins(board).items()},
             END: ending,
         },
     )
@@ -76,9 +96,39 @@ def led_pins(board: Board) -> dict[str, str]:
     return {name: led.pin for name, led in board.leds.items()}
 
 
-def bytes_sent(trace: Trace, uart: Uart) -> Iterator[tuple[int, int]]:
+class _Kept:
+    """The events that are compared, out of all; the trace itself keeps the rare ones only.
+
+    Bus transfers are nine of ten events, and wanted by a replay alone.
+    """
+
+    def __init__(self, trace: Trace, transfers: bool) -> None:
+        self._trace = trace
+        self._events: list[TraceEvent] = []
+        self._full = False
+        if transfers:
+            trace.record_all()
+        self.close = trace.subscribe(self._take)
+
+    def exceeded(self) -> str:
+        """Why no more can be kept; empty as long as it can."""
+        return f"{MOST_EVENTS} events" if self._full or self._trace.dropped else ""
+
+    def of(self, kind: type[EventT]) -> list[EventT]:
+        """The events of one type, in order."""
+        return [event for event in self._events if isinstance(event, kind)]
+
+    def _take(self, event: TraceEvent) -> None:
+        if isinstance(event, _COMPARED):
+            if len(self._events) < MOST_EVENTS:
+                self._events.append(event)
+            else:
+                self._full = True
+
+
+def bytes_sent(events: Iterable[TerminalBytes], uart: Uart) -> Iterator[tuple[int, int]]:
     """When each byte of text began on the line, and the byte."""
-    for event in trace.of(TerminalBytes):
+    for event in events:
         if event.direction == "tx":
             for number, byte in enumerate(event.data):
                 yield event.t_ps + uart.frames_ps(number), byte
@@ -103,16 +153,14 @@ def lines_of(text: Iterable[tuple[int, int]]) -> list[Entry]:
     return lines
 
 
-def edges_of(trace: Trace, pin: str) -> list[Entry]:
+def edges_of(events: Iterable[GpioEdge], pin: str) -> list[Entry]:
     """Edges of a LED's pin; the board's LEDs are lit while it is low."""
-    return [
-        Entry(event.t_ps, "off" if event.level else "on") for event in trace.of(GpioEdge) if event.pin == pin
-    ]
+    return [Entry(event.t_ps, "off" if event.level else "on") for event in events if event.pin == pin]
 
 
-def _writes(trace: Trace, device: str) -> list[Entry]:
+def _writes(events: Iterable[RegisterWrite], device: str) -> list[Entry]:
     return [
         Entry(event.t_ps, f"{event.register} = 0x{event.new:02X}")
-        for event in trace.of(RegisterWrite)
+        for event in events
         if event.device == device
     ]

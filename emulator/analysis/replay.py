@@ -42,7 +42,7 @@ from emulator.buses.gpio import Gpio
 from emulator.errors import InputError
 from emulator.python_cpu.hal import HAL_OK, HAL_TIMEOUT, Application
 from emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US, Clock
-from emulator.trace import BusTransfer, Trace
+from emulator.trace import BusTransfer, GpioEdge, TerminalBytes, Trace
 
 _LOADED_PS = 2 * PS_PER_US
 """From the last bit of a text until the loop has read its variables (0.3 us), and from the timer's interrupt
@@ -67,7 +67,7 @@ def replay(board: Board, firmware: Callable[[Any], Application]) -> Observation:
         board.clock.now_ps,
         {
             TERMINAL: lines_of(hal.printed()),
-            **{led: edges_of(hal.trace, pin) for led, pin in led_pins(board).items()},
+            **{led: edges_of(hal.trace.of(GpioEdge), pin) for led, pin in led_pins(board).items()},
             END: [],
         },
     )
@@ -95,7 +95,7 @@ class _Recording:
         self.reads = deque(_reads(board))
         addresses = board.description.addresses
         self.devices = {address << 1: name for name, address in addresses.items()}  # as the HAL takes them
-        self.sent_ps = [at_ps for at_ps, _ in bytes_sent(board.trace, board.terminal.uart)]
+        self.sent_ps = [at_ps for at_ps, _ in bytes_sent(board.trace.of(TerminalBytes), board.terminal.uart)]
         frame_ps = board.terminal.uart.frames_ps(1)
         self.left_ps = [at_ps + frame_ps for at_ps in self.sent_ps]
 

@@ -24,6 +24,7 @@ from emulator.buses.uart import Uart
 from emulator.chip.cpu.core import RESETS_KEPT, Core
 from emulator.errors import InputError, LimitError
 from emulator.time.clock import PS_PER_MS, PS_PER_S, Clock
+from emulator.trace import LARGEST_FILE
 
 _LOOK_EVERY_PS = 10 * PS_PER_MS
 
@@ -40,6 +41,8 @@ class Limits:
     """In one second of virtual time. The shortest watchdog period is 0.1 ms, a boot prints for 30 ms."""
     wall_s: float = 3600.0
     """Time spent in running this board, waiting for the wall clock not included."""
+    trace_bytes: int = LARGEST_FILE
+    """Of a trace file."""
 
     def __post_init__(self) -> None:
         for field in fields(self):
@@ -48,6 +51,16 @@ class Limits:
                 raise InputError(f"limit {field.name} is {value!r}; give a number above 0")
         if self.resets_per_s >= RESETS_KEPT:
             raise InputError(f"limit resets_per_s is {self.resets_per_s}; give less than {RESETS_KEPT}")
+
+    def check_printed(self, count: int) -> None:
+        """Raises LimitError when ``count`` bytes of text are too many."""
+        if count > self.terminal_bytes:
+            raise LimitError("terminal_bytes", f"it has printed more than {self.terminal_bytes} bytes")
+
+    def check_wall(self, wall_s: float) -> None:
+        """Raises LimitError when a run of ``wall_s`` seconds is too long."""
+        if wall_s > self.wall_s:
+            raise LimitError("wall_s", f"it has run for more than {self.wall_s:g} s of wall time")
 
 
 def parse_limits(settings: Iterable[str]) -> Limits:
@@ -92,10 +105,8 @@ class LimitedRun:
     def _check(self, limits: Limits) -> None:
         if self._core.retired > limits.instructions:
             raise LimitError("instructions", f"it has executed more than {limits.instructions} instructions")
-        if self._uart.received_count() > limits.terminal_bytes:
-            raise LimitError("terminal_bytes", f"it has printed more than {limits.terminal_bytes} bytes")
-        if self._wall_s > limits.wall_s:
-            raise LimitError("wall_s", f"it has run for more than {limits.wall_s:g} s of wall time")
+        limits.check_printed(self._uart.received_count())
+        limits.check_wall(self._wall_s)
         resets = self._core.resets
         if len(resets) > limits.resets_per_s:
             last_ps, reason = resets[-1]

@@ -1,231 +1,39 @@
-"""The command line: ``fcu``. Arguments and exit codes only; what the commands do lies beside this file.
+"""The command line, ``fcu``: starts it, and turns whatever goes wrong into one line and an exit code.
 
-Exit codes: 0 passed, 1 an expectation failed, 2 bad configuration or input, 3 a firmware or simulation fault.
-
-Everything heavy is imported inside the commands, so that ``fcu --help`` answers at once.
+Everything heavy is imported inside, so that ``fcu --help`` answers at once, and so that a machine without
+memory for it is reported like everything else (:mod:`emulator.cli.exit_codes`).
 """
 
 from __future__ import annotations
 
+import errno
 import gc
+import math
 import os
 import sys
 import traceback
-from pathlib import Path
-from typing import Literal, TypeAlias, get_args
+from contextlib import suppress
+from typing import TYPE_CHECKING, TextIO
 
-import click
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
-from emulator.errors import ExpectationError, FcuError, InputError
+    from emulator.cli.exit_codes import ExitCode
 
-EXIT_EXPECTATION, EXIT_INPUT, EXIT_FAULT = 1, 2, 3
-EXIT_INTERRUPTED = 130  # the shell's own code for a program that Ctrl-C ended
-
-Ignorable: TypeAlias = Literal["time", "numbers", "registers", "leds"]  # as in emulator.analysis.compare
-
-
-@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
-@click.version_option(package_name="fcu-emulator", message="fcu-emulator %(version)s")
-def cli() -> None:
-    """A virtual STEVAL-FCU001V1 sensor board: its sensors, its firmware, its serial terminal."""
+_OUT_OF_RESOURCES = {errno.ENOMEM, errno.EMFILE, errno.ENFILE, errno.ENOSPC, errno.EDQUOT, errno.EAGAIN}
+_LEAST_ADDRESS_SPACE = 256 << 20
+"""Bytes below which numpy's linear algebra ends the process at once, with an exit code of its own, 1."""
+_NOT_JUDGED = 4  # as in emulator.cli.exit_codes, which may itself be what cannot be imported
 
 
-@cli.command()
-@click.argument("firmware", required=False)
-@click.option("--profile", help="How the sensors are wired: lab3 or fcu001v1. Default: as the firmware says.")
-@click.option("--scenario", metavar="NAME|FILE", help="Move the board, and check what it prints.")
-@click.option("--duration", metavar="TIME", help="Virtual time to run, such as 10s or 500ms.")
-@click.option("--speed", metavar="FACTOR|max", help="Virtual over wall time. Default: 1 with a terminal.")
-@click.option(
-    "--serial",
-    multiple=True,
-    metavar="LINK",
-    help="stdout (default), pty or pty:/path/of/a/link; may be repeated.",
-)
-@click.option(
-    "--seed", type=int, help="Which board of the class, and its noise. Default: the scenario's, or 0."
-)
-@click.option("--ideal", is_flag=True, help="Sensors without noise, offset or scale error.")
-@click.option("--trace", type=click.Path(path_type=Path), help="Write every event to a JSON-lines file.")
-@click.option("--quiet", "-q", is_flag=True, help="Nothing on stderr but a scenario's verdict.")
-@click.option(
-    "--gdb",
-    type=click.IntRange(0, 65535),
-    metavar="PORT",
-    help="Let gdb debug the firmware, on this port of 127.0.0.1 (0: any free one).",
-)
-@click.option("--halt", is_flag=True, help="With --gdb: wait for gdb before the first instruction.")
-@click.option(
-    "--limit",
-    multiple=True,
-    metavar="NAME=NUMBER",
-    help="What a run of built firmware may take, such as wall_s=60; may be repeated.",
-)
-def run(
-    firmware: str | None,
-    profile: str | None,
-    scenario: str | None,
-    duration: str | None,
-    speed: str | None,
-    serial: tuple[str, ...],
-    seed: int | None,
-    ideal: bool,
-    trace: Path | None,
-    quiet: bool,
-    gdb: int | None,
-    halt: bool,
-    limit: tuple[str, ...],
-) -> None:
-    """Run FIRMWARE on the virtual board.
-
-    FIRMWARE is lab3 or template (in Python), solution or template-arm (in C, for the chip), or your own ELF,
-    HEX or BIN file. The terminal's text goes to stdout, everything else to stderr. Ctrl-C ends the run.
-    """
-    from emulator.cli.run import RunOptions, run_board
-
-    options = RunOptions(
-        firmware=firmware,
-        profile=profile,
-        scenario=scenario,
-        duration=duration,
-        speed=speed,
-        serial=serial or ("stdout",),
-        seed=seed,
-        ideal=ideal,
-        trace=trace,
-        quiet=quiet,
-        gdb=gdb,
-        halt=halt,
-        limit=limit,
-    )
-    sys.exit(0 if run_board(options) else EXIT_EXPECTATION)
-
-
-@cli.command()
-@click.argument("first", metavar="A")
-@click.argument("second", metavar="B")
-@click.option("--scenario", metavar="NAME|FILE", required=True, help="What both are put through.")
-@click.option("--profile", help="lab3 or fcu001v1; default: what each firmware is made for.")
-@click.option("--seed", type=int, help="Which board of the class, and its noise. Default: the scenario's.")
-@click.option("--ideal", is_flag=True, help="Sensors without noise, offset or scale error.")
-@click.option("--duration", metavar="TIME", help="Virtual time to compare. Default: the scenario's.")
-@click.option(
-    "--timing", metavar="TIME", default="20ms", show_default=True, help="How far apart the pace may be."
-)
-@click.option(
-    "--tolerance",
-    multiple=True,
-    metavar="FIELD=NUMBER",
-    help="How far printed numbers may be apart, such as ACC=0.5 or Yaw=0.1; may be repeated.",
-)
-@click.option(
-    "--ignore",
-    multiple=True,
-    type=click.Choice(get_args(Ignorable)),
-    help="What not to compare; may be repeated.",
-)
-@click.option("--replay", is_flag=True, help="A (lab3 or template) gets the samples that B read.")
-def diff(
-    first: str,
-    second: str,
-    scenario: str,
-    profile: str | None,
-    seed: int | None,
-    ideal: bool,
-    duration: str | None,
-    timing: str,
-    tolerance: tuple[str, ...],
-    ignore: tuple[Ignorable, ...],
-    replay: bool,
-) -> None:
-    """Run firmwares A and B on the same scenario and show where they first differ.
-
-    Compared are the terminal's lines, the register writes of each sensor, the edges of the LEDs, and the pace
-    of all these. Exit code 0: no difference, 1: some, 2: wrong use.
-    """
-    from emulator.cli.diff import DiffOptions, compare_firmwares
-
-    options = DiffOptions(
-        first=first,
-        second=second,
-        scenario=scenario,
-        profile=profile,
-        seed=seed,
-        ideal=ideal,
-        duration=duration,
-        timing=timing,
-        tolerance=tolerance,
-        ignore=ignore,
-        replay=replay,
-    )
-    sys.exit(0 if compare_firmwares(options) else EXIT_EXPECTATION)
-
-
-@cli.command()
-@click.argument("directory", metavar="DIR", type=click.Path(path_type=Path))
-@click.option(
-    "--bus",
-    type=click.Choice(["I2C2", "SPI2"]),
-    default="I2C2",
-    show_default=True,
-    help="Where the sensors are: I2C2 in the lab, SPI2 on the real board.",
-)
-def new(directory: Path, bus: str) -> None:
-    """Start a LAB3 program in C in the new folder DIR."""
-    from emulator.cli.new import create_project
-
-    create_project(directory, bus)
-
-
-@cli.command()
-def scenarios() -> None:
-    """List the scenarios that come with fcu, and the question each asks."""
-    from emulator.cli.listings import list_scenarios
-
-    list_scenarios()
-
-
-@cli.group()
-def scenario() -> None:
-    """Work on scenario files."""
-
-
-@scenario.command()
-@click.argument("file")
-def check(file: str) -> None:
-    """Check a scenario FILE without running it."""
-    from emulator.cli.listings import check_scenario
-
-    check_scenario(file)
-
-
-@scenario.command()
-def schema() -> None:
-    """Print the JSON schema of scenario files, for an editor's completion."""
-    from emulator.cli.listings import print_schema
-
-    print_schema()
-
-
-@cli.command()
-@click.argument("part", required=False)
-@click.option("--fidelity", is_flag=True, help="Instead, say what is modelled of each part, and how.")
-def registers(part: str | None, fidelity: bool) -> None:
-    """Print the register map of PART: a sensor (LSM6DSL) or a block of the chip (TIM9), with meanings."""
-    from emulator.cli.listings import print_fidelity, print_registers
-
-    if fidelity:
-        print_fidelity()
-    else:
-        print_registers(part)
-
-
-@cli.command()
-def doctor() -> None:
-    """Say what works on this machine, and what to install for the rest."""
-    from emulator.cli.doctor import examine
-
-    sys.exit(0 if examine() else EXIT_INPUT)
+def main() -> None:
+    """Run the command line and exit with its code."""
+    _start_quickly()
+    code = int(execute(sys.argv[1:]))
+    for stream in (sys.stdout, sys.stderr):
+        if stream is not None and not _flushed(stream) and stream is sys.stdout and code in (0, 1):
+            code = _NOT_JUDGED
+    sys.exit(code)
 
 
 def _start_quickly() -> None:
@@ -234,25 +42,98 @@ def _start_quickly() -> None:
     gc.set_threshold(20_000)  # new objects before the next search for garbage; modules, when loaded, stay
 
 
-def main() -> None:
-    """Run the command line; every error of ours is one line and its exit code."""
-    _start_quickly()
+def execute(arguments: Sequence[str]) -> ExitCode | int:
+    """Run the command line; its exit code."""
+    os.environ.setdefault(
+        "OPENBLAS_NUM_THREADS", "1"
+    )  # which take memory for each core, and have no work here
     try:
-        cli(prog_name="fcu", standalone_mode=False)
+        if _address_space() < _LEAST_ADDRESS_SPACE:
+            raise MemoryError
+        return _execute(arguments)
+    except KeyboardInterrupt:
+        return 130
+    except MemoryError:
+        _complain("there is not enough memory for this; close other programs, or raise the limit (ulimit -v)")
+    except OSError as error:
+        if _was_printing(error):
+            _complain(f"standard output: {error.strerror or error}; what was printed is not complete")
+        elif error.errno in _OUT_OF_RESOURCES:
+            _complain(f"this machine has run out of something: {error}")
+        else:
+            _report_bug()
+    except Exception:
+        _report_bug()
+    return _NOT_JUDGED
+
+
+def _execute(arguments: Sequence[str]) -> ExitCode | int:
+    import click
+
+    from emulator.cli.commands import cli
+    from emulator.cli.exit_codes import ExitCode, code_of
+    from emulator.errors import FcuError, OutputError
+
+    try:
+        if sys.stdout is None and _prints(arguments):
+            raise OutputError("standard output is closed; give it somewhere to go, such as > /dev/null")
+        try:
+            code = cli.main(list(arguments), prog_name="fcu", standalone_mode=False)
+        except SystemExit as error:  # click's own answer to a broken pipe: 1, without a word
+            raise OutputError("standard output: Broken pipe; what was printed is not complete") from error
+        return code if isinstance(code, int) else ExitCode.HELD
     except click.ClickException as error:
-        error.show()
-        sys.exit(EXIT_INPUT)
+        with suppress(OSError):
+            error.show()
+        return ExitCode.WRONG_USE
     except click.Abort:
-        sys.exit(EXIT_INTERRUPTED)
+        return ExitCode.INTERRUPTED
     except FcuError as error:
         for line in str(error).splitlines():  # most have one; a diagnosis has more
-            click.echo(f"fcu: {line}", err=True)
-        if isinstance(error, InputError):
-            sys.exit(EXIT_INPUT)
-        sys.exit(EXIT_EXPECTATION if isinstance(error, ExpectationError) else EXIT_FAULT)
-    except KeyboardInterrupt:
-        sys.exit(EXIT_INTERRUPTED)
-    except Exception:
+            _complain(line)
+        return code_of(error)
+
+
+def _address_space() -> float:
+    """How many bytes this process may use, as far as the system limits and tells it."""
+    if sys.platform == "win32":
+        return math.inf
+    import resource
+
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    return math.inf if limit == resource.RLIM_INFINITY else limit
+
+
+def _prints(arguments: Sequence[str]) -> bool:
+    """Whether a command needs standard output; ``run`` says itself where its text goes."""
+    return arguments[:1] != ["run"] or not {"-h", "--help"}.isdisjoint(arguments)
+
+
+def _was_printing(error: OSError) -> bool:
+    """Whether ``error`` came from writing to standard output; what we write to stderr may fail unseen."""
+    frames = traceback.walk_tb(error.__traceback__)
+    return any(frame.f_globals.get("__name__") == "click.utils" for frame, _ in frames)
+
+
+def _report_bug() -> None:
+    with suppress(OSError):
         traceback.print_exc()
-        click.echo("fcu: the lines above are a bug in fcu-emulator; please report them", err=True)
-        sys.exit(EXIT_FAULT)
+    _complain("the lines above are a bug in fcu-emulator; please report them")
+
+
+def _complain(line: str) -> None:
+    with suppress(OSError, ValueError):  # stderr may be full or gone
+        sys.stderr.write(f"fcu: {line}\n")
+
+
+def _flushed(stream: TextIO) -> bool:
+    """Write out what is left; if that fails, let the interpreter not try it again at its end."""
+    try:
+        stream.flush()
+    except (OSError, ValueError):
+        with suppress(OSError, ValueError):
+            null = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(null, stream.fileno())
+            os.close(null)
+        return False
+    return True

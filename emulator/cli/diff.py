@@ -17,11 +17,13 @@ from emulator.analysis.compare import (
     largest_deviations,
     tolerances,
 )
-from emulator.analysis.observation import TERMINAL, Entry, Observation, observe
+from emulator.analysis.observation import END, TERMINAL, Entry, Observation, observe
 from emulator.analysis.replay import replay
 from emulator.board.board import Board
 from emulator.board.firmware import python_firmware
 from emulator.boards.fcu001v1 import FCU001V1
+from emulator.chip.limits import parse_limits
+from emulator.cli.exit_codes import ExitCode
 from emulator.errors import InputError
 from emulator.scenario import Scenario, load_scenario
 from emulator.scenario.printed import visible
@@ -46,10 +48,11 @@ class DiffOptions:
     tolerance: tuple[str, ...]
     ignore: tuple[Ignorable, ...]
     replay: bool
+    limit: tuple[str, ...] = ()
 
 
-def compare_firmwares(options: DiffOptions) -> bool:
-    """Run both and print what differs; True when nothing does."""
+def compare_firmwares(options: DiffOptions) -> ExitCode:
+    """Run both and print what differs; HELD when nothing does and both came to the end. Raises FcuError."""
     rules = Rules(
         _duration("--timing", options.timing),
         tolerances(map(_tolerance, options.tolerance)),
@@ -61,7 +64,10 @@ def compare_firmwares(options: DiffOptions) -> bool:
     differences = compare(*observed, rules)
     for line in _report(options, observed, rules, differences):
         click.echo(line)
-    return not differences
+    if differences:
+        return ExitCode.FAILED
+    ended_early = any(side.sequences[END] for side in observed)
+    return ExitCode.FIRMWARE_FAILED if ended_early else ExitCode.HELD
 
 
 def _ignored(options: DiffOptions) -> frozenset[Ignorable]:
@@ -97,12 +103,16 @@ def _replayed(options: DiffOptions, plan: Scenario, end_ps: int) -> tuple[Observ
         raise InputError(f"--replay runs A on the samples of B; A is {options.first!r}, it must be {known}")
     firmware = python_firmware(options.first, plan.firmware_settings())
     board = _board(options.second, plan, options)
-    second = observe(board, end_ps, partial(plan.exceeded, board))
+    second = observe(board, end_ps, partial(plan.exceeded, board), transfers=True)
     return replay(board, firmware), second
 
 
 def _board(firmware: str, plan: Scenario, options: DiffOptions) -> Board:
-    return Board(firmware, profile=options.profile, scenario=plan, seed=options.seed, ideal=options.ideal)
+    board = Board(firmware, profile=options.profile, scenario=plan, seed=options.seed, ideal=options.ideal)
+    limits = parse_limits(options.limit)
+    if board.arm is not None:
+        board.arm.limits = limits
+    return board
 
 
 # -- for people ---------------------------------------------------------------------------------------------
@@ -128,6 +138,8 @@ def _report(
         yield f"{order}, {difference.sequence}, entry {difference.index + 1}: {_what(difference, observed)}"
         yield from _sides(difference)
     yield from _numbers(observed)
+    for name, side in zip((options.first, options.second), observed, strict=True):
+        yield from (f"{name} ended early: {entry.text}" for entry in side.sequences[END])
     if not differences:
         yield f"no difference in {seconds(min(one.end_ps for one in observed))}"
 

@@ -8,7 +8,6 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING
@@ -17,18 +16,23 @@ import click
 
 from emulator.board.board import Board
 from emulator.boards.fcu001v1 import FCU001V1
+from emulator.cli.exit_codes import ExitCode, code_of, with_losses
+from emulator.cli.run_record import Record
 from emulator.cli.run_report import Explainer, ProgressDisplay, summary
-from emulator.errors import InputError
+from emulator.errors import FcuError, InputError
 from emulator.links import ByteLink, open_link
 from emulator.links.runner import Progress, Runner
 from emulator.time.durations import parse_duration, seconds
+from emulator.trace import LARGEST_FILE
 
 if TYPE_CHECKING:
     from emulator.chip.gdb.server import GdbServer
+    from emulator.chip.limits import Limits
 
 
 _SLOWEST, _FASTEST = 0.001, 1e6  # virtual over wall time
-_STOPPING = ("SIGINT", "SIGTERM", "SIGHUP")  # Ctrl-C, kill, a terminal window that is closed
+_STOPPING = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
+"""Ctrl-C, kill, a terminal window that is closed; Windows: Ctrl-Break, and a console that is closed."""
 
 
 @dataclass(frozen=True)
@@ -48,29 +52,33 @@ class RunOptions:
     gdb: int | None = None
     halt: bool = False
     limit: tuple[str, ...] = ()
+    json: Path | None = None
 
 
-def run_board(options: RunOptions) -> bool:
-    """Run the board as asked; False when the scenario's expectations did not hold.
+def run_board(options: RunOptions) -> ExitCode:
+    """Run the board as asked, judge it, and say how it went.
 
-    Nothing is opened before the arguments have been understood; the links come first, the trace file last.
+    Nothing is opened before the arguments have been understood; the links come first, the files last. Raises
+    FcuError.
     """
     board = _create_board(options)
-    _set_limits(board, options.limit)
+    limits = _limits(board, options.limit)
     end_ps = _end(options, board)
     with ExitStack() as stack:
         speed = _speed(options.speed, options.serial, end_ps)
         links = [_open(spec, stack) for spec in dict.fromkeys(options.serial)]
         debugger = open_debugger(board, options.gdb, options.halt, stack)
         if options.trace is not None:
-            board.trace.write_to(options.trace)
+            board.trace.write_to(options.trace, limits.trace_bytes if limits else LARGEST_FILE)
             stack.callback(board.trace.close)
-        say = _quiet if options.quiet else _to_stderr
+        record = Record(board, links, options.json, stack)
+        say = record.hear if options.quiet else record.hear_and(_to_stderr)
         for line in _announcement(options, board, speed, links):
             say(line)
         if debugger is not None:
             say(announcement(debugger))
-        runner = Runner(board, links, end_ps, speed, _limits(board), debugger=debugger)
+        exceeded = _exceeded(board, limits, paced=speed is not None)
+        runner = Runner(board, links, end_ps, speed, exceeded, debugger=debugger)
         show = ProgressDisplay() if speed is None and not options.quiet else None
         explainer = Explainer(board, say)
 
@@ -80,18 +88,26 @@ def run_board(options: RunOptions) -> bool:
                 show.update(progress)
 
         try:
-            with _interruptible(runner):
-                runner.run(between_slices)
-        finally:
-            if show:
-                show.close()
-            for link in links:
-                link.close()
-            for line in summary(board, links, runner.wall_s):
-                say(line)
-        passed = runner.stopped or _check(board, end_ps, runner.limit)
-        explainer.conclude()
-        return passed
+            try:
+                with _interruptible(runner):
+                    runner.run(between_slices)
+            finally:
+                if show:
+                    show.close()
+                for link in links:
+                    link.close()
+                record.wall_s = runner.wall_s
+                for line in summary(board, links, runner.wall_s):
+                    say(line)
+            code = _judge(board, runner, record)
+            explainer.conclude()
+            board.trace.close()
+        except FcuError as error:
+            record.write(code_of(error), str(error))
+            raise
+        code = with_losses(code, sum(link.undelivered() for link in links))
+        record.write(code)
+        return code
 
 
 def _create_board(options: RunOptions) -> Board:
@@ -107,17 +123,6 @@ def _create_board(options: RunOptions) -> Board:
     )
 
 
-def _set_limits(board: Board, settings: tuple[str, ...]) -> None:
-    """``--limit``: what firmware built for the chip may take."""
-    if not settings:
-        return
-    if board.arm is None:
-        raise InputError("--limit is for firmware built for the chip; a scenario has [limits] for any other")
-    from emulator.chip.limits import parse_limits
-
-    board.arm.limits = parse_limits(settings)
-
-
 def _end(options: RunOptions, board: Board) -> int | None:
     """When the run ends, in ps of virtual time; None for never."""
     if options.duration is not None:
@@ -131,7 +136,8 @@ def _end(options: RunOptions, board: Board) -> int | None:
 def _speed(text: str | None, serial: tuple[str, ...], end_ps: int | None) -> float | None:
     """Virtual over wall time, None for no pacing: who watches gets real time, a script does not wait."""
     if text is None:
-        watched = any(spec != "stdout" for spec in serial) or sys.stdout.isatty()
+        in_terminal = sys.stdout is not None and sys.stdout.isatty()
+        watched = in_terminal or any(spec != "stdout" for spec in serial)
         return 1.0 if watched or end_ps is None else None
     if text == "max":
         return None
@@ -164,29 +170,60 @@ def _announcement(
         yield from link.announce()
 
 
-def _limits(board: Board) -> Callable[[float], str]:
-    plan = board.scenario
-    if plan is None:
-        return lambda _wall_s: ""
-    return partial(plan.exceeded, board)
+def _limits(board: Board, settings: tuple[str, ...]) -> Limits | None:
+    """``--limit``: what the firmware may take. Firmware for the chip always has limits, the usual ones."""
+    if not settings:
+        return board.arm.limits if board.arm else None
+    from emulator.chip.limits import parse_limits
+
+    limits = parse_limits(settings)
+    if board.arm is not None:
+        board.arm.limits = limits
+    return limits
 
 
-def _check(board: Board, end_ps: int | None, limit: str) -> bool:
+def _exceeded(board: Board, limits: Limits | None, paced: bool) -> Callable[[float], str]:
+    """What is asked between two slices. The chip asks for its own firmware, more often and more exactly."""
+    plan = board.scenario
+
+    def exceeded(wall_s: float) -> str:
+        if limits is not None and board.arm is None:
+            limits.check_printed(board.terminal.uart.received_count())
+            if not paced:  # else the time spent is the wall clock's
+                limits.check_wall(wall_s)
+        return plan.exceeded(board, wall_s) if plan else ""
+
+    return exceeded
+
+
+def _judge(board: Board, runner: Runner, record: Record) -> ExitCode:
+    """Whether the scenario's expectations held, where they could be looked at."""
     plan = board.scenario
     if plan is None:
-        return True
-    if end_ps is not None and end_ps < plan.duration_ps:
-        _to_stderr(f"expectations not checked: the scenario lasts {seconds(plan.duration_ps)}")
-        return True
-    result = plan.check(board, limit)
+        return ExitCode.HELD
+    if board.clock.now_ps < plan.duration_ps and not runner.limit:
+        lasts = f"the scenario lasts {seconds(plan.duration_ps)}"
+        cause = f"the run was ended at {board.now_s:.3f} s, {lasts}" if runner.stopped else lasts
+        _to_stderr(f"expectations not checked: {cause}")
+        record.unchecked = cause
+        return ExitCode.NOT_JUDGED if plan.expectations else ExitCode.HELD
+    record.result = result = plan.check(board, runner.limit)
     for line in result.lines:
         _to_stderr(line)
-    return result.passed
+    if runner.limit and not runner.limit.endswith("limits.wall"):
+        return ExitCode.FIRMWARE_FAILED
+    if not result.judged:
+        return ExitCode.NOT_JUDGED
+    return ExitCode.HELD if result.passed else ExitCode.FAILED
 
 
 @contextmanager
 def _interruptible(runner: Runner) -> Iterator[None]:
-    """Ctrl-C ends the run at the next slice, with its summary; a second one ends the program."""
+    """Ctrl-C ends the run at the next slice, with its summary; a second one ends the program.
+
+    A signal that is ignored already stays so: that is how ``nohup`` says that the run is to outlive the
+    terminal, and a script's ``&`` that Ctrl-C is not for it.
+    """
 
     def stop(number: int, frame: FrameType | None) -> None:
         del frame
@@ -196,7 +233,8 @@ def _interruptible(runner: Runner) -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    numbers = [getattr(signal, name) for name in _STOPPING if hasattr(signal, name)]
+    known = [getattr(signal, name) for name in _STOPPING if hasattr(signal, name)]
+    numbers = [number for number in known if signal.getsignal(number) is not signal.SIG_IGN]
     before = {number: signal.signal(number, stop) for number in numbers}
     try:
         yield
@@ -208,10 +246,6 @@ def _interruptible(runner: Runner) -> Iterator[None]:
 def _to_stderr(line: str) -> None:
     with suppress(OSError):  # stderr may be full or gone; the run goes on
         click.echo(f"fcu: {line}", err=True)
-
-
-def _quiet(line: str) -> None:
-    del line
 
 
 # -- The debugger -------------------------------------------------------------------------------------------

@@ -22,7 +22,7 @@ from emulator.chip.peripherals.peripheral import CHIP
 from emulator.errors import FirmwareError
 from emulator.links import ByteLink
 from emulator.links.runner import Progress
-from emulator.time.clock import PS_PER_MS, PS_PER_S
+from emulator.time.clock import PS_PER_MS
 from emulator.trace import BusTransfer, DeviceNote, Fault
 
 # -- Progress, never in the terminal's text -----------------------------------------------------------------
@@ -63,7 +63,8 @@ class ProgressDisplay:
     def close(self) -> None:
         """Leave the line."""
         if self._shown and self._in_place:
-            click.echo("\r\033[K", err=True, nl=False)
+            with suppress(OSError):
+                click.echo("\r\033[K", err=True, nl=False)
 
 
 # -- The summary --------------------------------------------------------------------------------------------
@@ -95,34 +96,50 @@ def _ticks(board: Board) -> Iterator[str]:
 
 
 def _resets(board: Board) -> Iterator[str]:
-    first_s: dict[str, float] = {}
-    count: Counter[str] = Counter()
-    for event in board.trace.of(Fault):
-        if event.where == CHIP:
-            first_s.setdefault(event.text, event.t_ps / PS_PER_S)
-            count[event.text] += 1
-    for text, times in count.items():
+    for text, (first_s, times) in chip_events(board).items():
         again = f", {times} times" if times > 1 else ""
-        yield f"{CHIP}: {text} at {first_s[text]:.6f} s{again}"
+        yield f"{CHIP}: {text} at {first_s:.6f} s{again}"
 
 
 def _bus_errors(board: Board) -> Iterator[str]:
-    failed = Counter(
-        (event.bus, event.result) for event in board.trace.of(BusTransfer) if event.result != "ok"
-    )
-    for (bus, result), count in failed.most_common():
+    for (bus, result), count in failed_transfers(board).most_common():
         yield f"{bus}: {count} failed transfers: {result}"
-    uart = board.terminal.uart
-    lost = sum(1 for event in board.trace.of(Fault) if event.where == uart.name)
+    lost = received_bytes_lost(board)
     if lost:
-        yield f"{uart.name}: {lost} received bytes lost, the firmware does not read them (overrun)"
+        name = board.terminal.uart.name
+        yield f"{name}: {lost} received bytes lost, the firmware does not read them (overrun)"
 
 
 def _notes(board: Board) -> Iterator[str]:
-    notes = Counter((note.what, note.device, note.text) for note in board.trace.of(DeviceNote))
-    for (what, device, text), count in notes.items():
+    for (what, device, text), count in notes(board).items():
         times = f" ({count} times)" if count > 1 else ""
         yield f"{what}: {device} {text}{times}"
+
+
+def chip_events(board: Board) -> dict[str, tuple[float, int]]:
+    """What happened to the chip (resets and the like): when first, in seconds, and how often."""
+    found: dict[str, tuple[float, int]] = {}
+    for event in board.trace.of(Fault):
+        if event.where == CHIP:
+            first_s, count = found.get(event.text, (event.t_s, 0))
+            found[event.text] = first_s, count + 1
+    return found
+
+
+def failed_transfers(board: Board) -> Counter[tuple[str, str]]:
+    """How many transfers failed, by bus and what went wrong."""
+    return Counter((event.bus, event.result) for event in board.trace.of(BusTransfer) if event.result != "ok")
+
+
+def received_bytes_lost(board: Board) -> int:
+    """How many bytes the firmware did not take in time."""
+    name = board.terminal.uart.name
+    return sum(1 for event in board.trace.of(Fault) if event.where == name)
+
+
+def notes(board: Board) -> Counter[tuple[str, str, str]]:
+    """What a part refuses, forbids or does not model (what, device, text), and how often it was touched."""
+    return Counter((note.what, note.device, note.text) for note in board.trace.of(DeviceNote))
 
 
 # -- The explanation of a failure ---------------------------------------------------------------------------

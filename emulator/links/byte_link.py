@@ -54,6 +54,10 @@ class ByteLink(Protocol):
         """Return one line saying how many bytes were lost and why; no line if none was."""
         ...
 
+    def undelivered(self) -> int:
+        """Return how many bytes an attached reader, or a file, should have had and did not get."""
+        ...
+
 
 # -- The link of tests --------------------------------------------------------------------------------------
 
@@ -100,6 +104,10 @@ class MemoryLink:
     def report(self) -> list[str]:
         """Return no line: nothing is ever lost."""
         return []
+
+    def undelivered(self) -> int:
+        """Return 0: nothing is ever lost."""
+        return 0
 
 
 # -- A bounded queue ----------------------------------------------------------------------------------------

@@ -58,6 +58,8 @@ def claim_port(path: Path | None = None) -> PortName:
     Raises LinkError if ``path`` is a living board's, is a file of another kind, or cannot be made.
     """
     if path is not None:
+        if not path.name or "\0" in str(path):
+            raise LinkError(f"--serial pty:{path}: not a name for a link; use --serial pty:/path/of/a/link")
         name = _claim(path.absolute())
         if name is None:
             raise LinkError(f"--serial pty:{path}: another board has this name; end it or choose another")

@@ -155,6 +155,10 @@ class PtyLink:
         lost = self._lost_absent + self._lost_slow
         return [f"serial: {lost} bytes lost on {self.path}: {', '.join(reasons)}"] if lost else []
 
+    def undelivered(self) -> int:
+        """Return how many bytes a reader was too slow for; what nobody was there to read is none of them."""
+        return self._lost_slow
+
     def _follow_reader(self) -> None:
         """Notice a reader's coming, flushing and going, and take in what it wrote."""
         flushed = self._read()

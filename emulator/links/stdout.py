@@ -117,6 +117,11 @@ class StdoutLink:
             reason = self._failure or "its reader was too slow"
             return [f"serial: {self._lost} bytes lost on standard output: {reason}"] if self._lost else []
 
+    def undelivered(self) -> int:
+        """Return how many bytes were lost, for whatever reason."""
+        with self._changed:
+            return self._lost
+
     def _untaken(self) -> int:
         return len(self._backlog) + self._in_flight
 

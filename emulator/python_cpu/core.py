@@ -20,7 +20,7 @@ from contextlib import suppress
 from greenlet import error as greenlet_error
 from greenlet import getcurrent, greenlet
 
-from emulator.errors import FirmwareError, InputError
+from emulator.errors import FirmwareError, InputError, NotJudgedError
 from emulator.time.clock import Clock
 
 _THREAD_PRIORITY = 256  # below every interrupt; smaller numbers are more urgent, as in the NVIC
@@ -111,7 +111,7 @@ class Core:
         assert self._main is not None
         try:
             self._main()
-        except InputError:
+        except (InputError, NotJudgedError, MemoryError):
             raise  # not the firmware's fault: the trace file is full, say
         except Exception as error:
             raise FirmwareError(

@@ -57,6 +57,11 @@ class Result:
         return not self.findings
 
     @property
+    def judged(self) -> bool:
+        """Whether every expectation could be looked at: the run came to its end, no search took too long."""
+        return all(finding.miss.fault != "stopped" for finding in self.findings)
+
+    @property
     def failed_count(self) -> int:
         """How many expectations are not met; a run that was stopped is none of them."""
         return sum(finding.miss.fault != "stopped" for finding in self.findings)

@@ -140,7 +140,10 @@ def test_limits_are_given_as_texts() -> None:
 @pytest.mark.parametrize(
     ("setting", "problem"),
     [
-        ("wall=60", "limit wall=60: known are instructions, terminal_bytes, resets_per_s, wall_s"),
+        (
+            "wall=60",
+            "limit wall=60: known are instructions, terminal_bytes, resets_per_s, wall_s, trace_bytes",
+        ),
         ("wall_s=long", "limit wall_s=long: give a number"),
         ("wall_s", "limit wall_s: give a number"),
         ("wall_s=0", "limit wall_s is 0.0; give a number above 0"),
@@ -173,8 +176,8 @@ def test_the_command_line_says_in_one_line_why_a_run_was_stopped(tmp_path: Path)
     )
 
 
-def test_a_limit_for_firmware_in_python_is_refused() -> None:
-    assert fcu_run("lab3", "--limit", "wall_s=1") == (
-        2,
-        "fcu: --limit is for firmware built for the chip; a scenario has [limits] for any other",
-    )
+def test_a_limit_for_firmware_in_python_is_looked_at_between_slices() -> None:
+    code, line = fcu_run("lab3", "--duration", "5s", "--limit", "terminal_bytes=100")
+
+    assert code == 3
+    assert line.startswith("fcu: the firmware was stopped: it has printed more than 100 bytes")

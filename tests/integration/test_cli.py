@@ -181,7 +181,7 @@ def test_python_m_emulator_is_fcu() -> None:
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="/dev/full is a Linux device")
 def test_a_full_disk_is_blamed_on_the_trace_file() -> None:
-    done = fcu("run", "--duration", "3s", "--trace", "/dev/full", "-q", code=2)
+    done = fcu("run", "--duration", "3s", "--trace", "/dev/full", "-q", code=4)
     assert "fcu: trace file /dev/full: No space left on device" in done.stderr.decode()
 
 

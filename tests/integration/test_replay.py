@@ -24,7 +24,7 @@ def recorded(
     scenario: str | Path, firmware: str | FirmwareFactory = "lab3", end_ps: int = 3 * PS_PER_S
 ) -> Board:
     board = Board(firmware=firmware, scenario=scenario)
-    observe(board, end_ps)
+    observe(board, end_ps, transfers=True)
     return board
 
 
@@ -35,7 +35,7 @@ def text_of(observation: Observation) -> str:
 @pytest.mark.parametrize("name", scenario_names())
 def test_a_firmware_on_its_own_samples_prints_what_it_printed(name: str) -> None:
     board = Board(firmware="lab3", scenario=name)
-    original = observe(board, 5 * PS_PER_S)
+    original = observe(board, 5 * PS_PER_S, transfers=True)
     again = replay(board, python_firmware("lab3"))
 
     assert not compare(again, original)
@@ -44,7 +44,7 @@ def test_a_firmware_on_its_own_samples_prints_what_it_printed(name: str) -> None
 
 def test_the_template_too() -> None:
     board = Board(firmware="template", scenario="flat")
-    original = observe(board, 2500 * PS_PER_MS)
+    original = observe(board, 2500 * PS_PER_MS, transfers=True)
     again = replay(board, python_firmware("template"))
 
     assert text_of(again) == text_of(original)
@@ -54,7 +54,7 @@ def test_the_template_too() -> None:
 def test_another_arithmetic_is_noticed_in_the_last_digit() -> None:
     """mu, the weight of Gx in the slides' roll (brief, "Arithmetic"), hardly matters on a flat board."""
     board = Board(firmware="lab3", scenario="flat")
-    original = observe(board, 3 * PS_PER_S)
+    original = observe(board, 3 * PS_PER_S, transfers=True)
     changed = replay(board, python_firmware("lab3", {"mu": 0.5}))
 
     (difference,) = compare(changed, original)
@@ -65,7 +65,7 @@ def test_another_arithmetic_is_noticed_in_the_last_digit() -> None:
 def test_a_led_that_comes_on_too_early_is_noticed() -> None:
     """Exercise 3b: above 80 degrees, not 60; the scenario turns to 75 first."""
     board = Board(firmware="lab3", scenario="led_x")
-    original = observe(board, 4 * PS_PER_S)
+    original = observe(board, 4 * PS_PER_S, transfers=True)
 
     (difference,) = compare(replay(board, python_firmware("lab3", {"led_threshold_deg": 60.0})), original)
     assert difference.sequence == "LED1"
@@ -143,7 +143,7 @@ def test_a_recording_that_ended_early_is_not_taken_for_a_whole_one() -> None:
         raise ZeroDivisionError
 
     board = Board(firmware=script(main), scenario="flat")
-    original = observe(board, PS_PER_S)
+    original = observe(board, PS_PER_S, transfers=True)
 
     (difference,) = compare(replay(board, script(lambda hal: say(hal, "one\n"))), original)
     assert difference.sequence == END

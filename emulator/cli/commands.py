@@ -1,0 +1,231 @@
+"""The commands of ``fcu`` and their arguments; what each does lies beside this file.
+
+Everything heavy is imported inside the commands, so that ``fcu --help`` answers at once. A command returns
+its exit code.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal, TypeAlias, get_args
+
+import click
+
+from emulator.cli.exit_codes import ExitCode
+
+Ignorable: TypeAlias = Literal["time", "numbers", "registers", "leds"]  # as in emulator.analysis.compare
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(package_name="fcu-emulator", message="fcu-emulator %(version)s")
+def cli() -> None:
+    """A virtual STEVAL-FCU001V1 sensor board: its sensors, its firmware, its serial terminal."""
+
+
+@cli.command()
+@click.argument("firmware", required=False)
+@click.option("--profile", help="How the sensors are wired: lab3 or fcu001v1. Default: as the firmware says.")
+@click.option("--scenario", metavar="NAME|FILE", help="Move the board, and check what it prints.")
+@click.option("--duration", metavar="TIME", help="Virtual time to run, such as 10s or 500ms.")
+@click.option("--speed", metavar="FACTOR|max", help="Virtual over wall time. Default: 1 with a terminal.")
+@click.option(
+    "--serial",
+    multiple=True,
+    metavar="LINK",
+    help="stdout (default), pty or pty:/path/of/a/link; may be repeated.",
+)
+@click.option(
+    "--seed", type=int, help="Which board of the class, and its noise. Default: the scenario's, or 0."
+)
+@click.option("--ideal", is_flag=True, help="Sensors without noise, offset or scale error.")
+@click.option("--trace", type=click.Path(path_type=Path), help="Write every event to a JSON-lines file.")
+@click.option("--quiet", "-q", is_flag=True, help="Nothing on stderr but a scenario's verdict.")
+@click.option(
+    "--gdb",
+    type=click.IntRange(0, 65535),
+    metavar="PORT",
+    help="Let gdb debug the firmware, on this port of 127.0.0.1 (0: any free one).",
+)
+@click.option("--halt", is_flag=True, help="With --gdb: wait for gdb before the first instruction.")
+@click.option(
+    "--limit",
+    multiple=True,
+    metavar="NAME=NUMBER",
+    help="What a run may take, such as wall_s=60; may be repeated.",
+)
+@click.option("--json", type=click.Path(path_type=Path), help="Write the whole summary to a JSON file.")
+def run(
+    firmware: str | None,
+    profile: str | None,
+    scenario: str | None,
+    duration: str | None,
+    speed: str | None,
+    serial: tuple[str, ...],
+    seed: int | None,
+    ideal: bool,
+    trace: Path | None,
+    quiet: bool,
+    gdb: int | None,
+    halt: bool,
+    limit: tuple[str, ...],
+    json: Path | None,
+) -> ExitCode:
+    """Run FIRMWARE on the virtual board.
+
+    FIRMWARE is lab3 or template (in Python), solution or template-arm (in C, for the chip), or your own ELF,
+    HEX or BIN file. The terminal's text goes to stdout, everything else to stderr. Ctrl-C ends the run.
+    """
+    from emulator.cli.run import RunOptions, run_board
+
+    options = RunOptions(
+        firmware=firmware,
+        profile=profile,
+        scenario=scenario,
+        duration=duration,
+        speed=speed,
+        serial=serial or ("stdout",),
+        seed=seed,
+        ideal=ideal,
+        trace=trace,
+        quiet=quiet,
+        gdb=gdb,
+        halt=halt,
+        limit=limit,
+        json=json,
+    )
+    return run_board(options)
+
+
+@cli.command()
+@click.argument("first", metavar="A")
+@click.argument("second", metavar="B")
+@click.option("--scenario", metavar="NAME|FILE", required=True, help="What both are put through.")
+@click.option("--profile", help="lab3 or fcu001v1; default: what each firmware is made for.")
+@click.option("--seed", type=int, help="Which board of the class, and its noise. Default: the scenario's.")
+@click.option("--ideal", is_flag=True, help="Sensors without noise, offset or scale error.")
+@click.option("--duration", metavar="TIME", help="Virtual time to compare. Default: the scenario's.")
+@click.option(
+    "--timing", metavar="TIME", default="20ms", show_default=True, help="How far apart the pace may be."
+)
+@click.option(
+    "--tolerance",
+    multiple=True,
+    metavar="FIELD=NUMBER",
+    help="How far printed numbers may be apart, such as ACC=0.5 or Yaw=0.1; may be repeated.",
+)
+@click.option(
+    "--ignore",
+    multiple=True,
+    type=click.Choice(get_args(Ignorable)),
+    help="What not to compare; may be repeated.",
+)
+@click.option("--replay", is_flag=True, help="A (lab3 or template) gets the samples that B read.")
+@click.option(
+    "--limit",
+    multiple=True,
+    metavar="NAME=NUMBER",
+    help="What each run may take, such as wall_s=60; may be repeated.",
+)
+def diff(
+    first: str,
+    second: str,
+    scenario: str,
+    profile: str | None,
+    seed: int | None,
+    ideal: bool,
+    duration: str | None,
+    timing: str,
+    tolerance: tuple[str, ...],
+    ignore: tuple[Ignorable, ...],
+    replay: bool,
+    limit: tuple[str, ...],
+) -> ExitCode:
+    """Run firmwares A and B on the same scenario and show where they first differ.
+
+    Compared are the terminal's lines, the register writes of each sensor, the edges of the LEDs, and the pace
+    of all these. Exit code 0: no difference, 1: some, 2: wrong use, 3: both failed alike, 4: not comparable.
+    """
+    from emulator.cli.diff import DiffOptions, compare_firmwares
+
+    options = DiffOptions(
+        first=first,
+        second=second,
+        scenario=scenario,
+        profile=profile,
+        seed=seed,
+        ideal=ideal,
+        duration=duration,
+        timing=timing,
+        tolerance=tolerance,
+        ignore=ignore,
+        replay=replay,
+        limit=limit,
+    )
+    return compare_firmwares(options)
+
+
+@cli.command()
+@click.argument("directory", metavar="DIR", type=click.Path(path_type=Path))
+@click.option(
+    "--bus",
+    type=click.Choice(["I2C2", "SPI2"]),
+    default="I2C2",
+    show_default=True,
+    help="Where the sensors are: I2C2 in the lab, SPI2 on the real board.",
+)
+def new(directory: Path, bus: str) -> None:
+    """Start a LAB3 program in C in the new folder DIR."""
+    from emulator.cli.new import create_project
+
+    create_project(directory, bus)
+
+
+@cli.command()
+def scenarios() -> None:
+    """List the scenarios that come with fcu, and the question each asks."""
+    from emulator.cli.listings import list_scenarios
+
+    list_scenarios()
+
+
+@cli.group()
+def scenario() -> None:
+    """Work on scenario files."""
+
+
+@scenario.command()
+@click.argument("file")
+def check(file: str) -> None:
+    """Check a scenario FILE without running it."""
+    from emulator.cli.listings import check_scenario
+
+    check_scenario(file)
+
+
+@scenario.command()
+def schema() -> None:
+    """Print the JSON schema of scenario files, for an editor's completion."""
+    from emulator.cli.listings import print_schema
+
+    print_schema()
+
+
+@cli.command()
+@click.argument("part", required=False)
+@click.option("--fidelity", is_flag=True, help="Instead, say what is modelled of each part, and how.")
+def registers(part: str | None, fidelity: bool) -> None:
+    """Print the register map of PART: a sensor (LSM6DSL) or a block of the chip (TIM9), with meanings."""
+    from emulator.cli.listings import print_fidelity, print_registers
+
+    if fidelity:
+        print_fidelity()
+    else:
+        print_registers(part)
+
+
+@cli.command()
+def doctor() -> ExitCode:
+    """Say what works on this machine, and what to install for the rest."""
+    from emulator.cli.doctor import examine
+
+    return ExitCode.HELD if examine() else ExitCode.WRONG_USE

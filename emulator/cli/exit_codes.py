@@ -1,0 +1,50 @@
+"""What ``fcu`` tells whoever started it, in one number.
+
+======  ==================================================================================================
+0       everything that was expected was seen; with ``diff``: no difference
+1       an expectation failed; with ``diff``: the firmwares differ
+2       wrong use: the command, the scenario or the firmware's file cannot be used
+3       the firmware failed: it crashed, hung, or went beyond a limit that is the same on every machine
+4       it could not be judged: output was lost, the machine's resources or time ran out, the run ended
+        before the expectations could be looked at, or fcu itself has a bug
+130     Ctrl-C, before anything was judged
+======  ==================================================================================================
+
+Decision: 1 and 3 speak of the firmware only, and are given only when the firmware is at fault; whatever goes
+wrong around it is 4, so that a grader can tell "wrong" from "try again". Lost output turns a 0 or a 1 into a
+4. The road not taken, 1 for every failure, is Python's own code for an error nobody caught.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+from emulator.errors import ExpectationError, FcuError, InputError, LimitError, NotJudgedError
+
+
+class ExitCode(IntEnum):
+    """The codes; see the module."""
+
+    HELD = 0
+    FAILED = 1
+    WRONG_USE = 2
+    FIRMWARE_FAILED = 3
+    NOT_JUDGED = 4
+    INTERRUPTED = 130
+    """The shell's own code for a program that Ctrl-C ended."""
+
+
+def code_of(error: FcuError) -> ExitCode:
+    """The code of an error of ours; everything else that is raised is a bug, and NOT_JUDGED."""
+    if isinstance(error, NotJudgedError):
+        return ExitCode.NOT_JUDGED
+    if isinstance(error, LimitError) and error.limit == "wall_s":  # says as much about the machine
+        return ExitCode.NOT_JUDGED
+    if isinstance(error, InputError):
+        return ExitCode.WRONG_USE
+    return ExitCode.FAILED if isinstance(error, ExpectationError) else ExitCode.FIRMWARE_FAILED
+
+
+def with_losses(code: ExitCode, lost: int) -> ExitCode:
+    """``code`` of a run of which ``lost`` bytes of output did not arrive."""
+    return ExitCode.NOT_JUDGED if lost and code in (ExitCode.HELD, ExitCode.FAILED) else code

@@ -1,0 +1,157 @@
+"""``fcu run --json FILE``: everything that is said about a run, for programs.
+
+One JSON object. ``schema`` is 1 and grows when a key changes its meaning or goes; new keys may come at any
+time. Times are in seconds, as numbers. The file is opened before anything runs and written when the verdict
+is known; a file that stayed empty is a run that was killed.
+
+==============  ==========================================================================================
+exit_code       as the program's own, see :mod:`emulator.cli.exit_codes`; ``verdict`` is the same as a word
+error           the error that ended the run, or null
+board           profile, firmware and its notes, scenario, seed, and whether the sensors are ideal
+virtual_s       virtual time that passed; ``wall_s`` is the time that this took
+timer           the lab's timer: its rate, ticks, ticks late and lost, the longest wait
+chip            resets and the like: text, time of the first, how many
+bus_errors      failed transfers by bus and kind; ``bytes_lost`` on the way to the firmware
+notes           what a part refuses, forbids or does not model: what, device, text, how many
+serial          what was lost of the terminal's text, for each link
+expectations    how many there are and hold, and for each that does not: key, kind, fault, expected, seen,
+                diff; null when they were not looked at, and ``unchecked`` then says why
+lines           everything else that was said on stderr, or would have been without ``--quiet``
+==============  ==========================================================================================
+"""
+
+from __future__ import annotations
+
+import importlib.metadata
+import json
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack, suppress
+from io import TextIOWrapper
+from pathlib import Path
+from typing import Any
+
+from emulator.board.board import Board
+from emulator.cli.exit_codes import ExitCode
+from emulator.cli.run_report import chip_events, failed_transfers, notes, received_bytes_lost
+from emulator.errors import LinkError, OutputError
+from emulator.links import ByteLink
+from emulator.scenario import Result
+from emulator.time.clock import PS_PER_S
+
+SCHEMA = 1
+
+
+class Record:
+    """What is said about one run of ``board``; goes to the file ``path`` if there is one.
+
+    Raises LinkError if it cannot be opened.
+    """
+
+    def __init__(self, board: Board, links: Sequence[ByteLink], path: Path | None, stack: ExitStack) -> None:
+        self.wall_s = 0.0
+        self.result: Result | None = None
+        self.unchecked = ""
+        self._board = board
+        self._links = links
+        self._path = path
+        self._lines: list[str] = []
+        self._file: TextIOWrapper | None = None
+        if path is not None:
+            try:
+                self._file = path.open("w", encoding="utf-8", newline="\n")
+            except OSError as error:
+                problem = f"{error.strerror or error}; give a path that can be written"
+                raise LinkError(f"--json {path}: {problem}") from error
+            stack.callback(self._file.close)
+
+    def hear(self, line: str) -> None:
+        """Keep a line that is said about the run."""
+        self._lines.append(line)
+
+    def hear_and(self, say: Callable[[str], None]) -> Callable[[str], None]:
+        """What keeps a line and says it, too."""
+
+        def both(line: str) -> None:
+            self.hear(line)
+            say(line)
+
+        return both
+
+    def write(self, code: ExitCode, error: str | None = None) -> None:
+        """Write the file. Raises OutputError."""
+        if self._file is None:
+            return
+        try:
+            json.dump(self._contents(code, error), self._file, indent=2)
+            self._file.write("\n")
+            self._file.flush()
+        except OSError as failure:
+            with suppress(OSError):  # which would be this one again
+                self._file.close()
+            raise OutputError(f"--json {self._path}: {failure.strerror or failure}") from failure
+
+    def _contents(self, code: ExitCode, error: str | None) -> dict[str, Any]:
+        board, timer = self._board, self._board.timer
+        return {
+            "schema": SCHEMA,
+            "fcu": importlib.metadata.version("fcu-emulator"),
+            "exit_code": int(code),
+            "verdict": code.name.lower().replace("_", " "),
+            "error": error,
+            "board": {
+                "profile": board.booted.profile.name,
+                "firmware": board.booted.name,
+                "notes": list(board.booted.notes),
+                "scenario": board.scenario.file if board.scenario else None,
+                "seed": board.seed,
+            },
+            "virtual_s": board.now_s,
+            "wall_s": self.wall_s,
+            "timer": {
+                "name": timer.name,
+                "rate_hz": timer.rate_hz if timer.ticks else None,
+                "ticks": timer.ticks,
+                "late": timer.late,
+                "lost": timer.lost,
+                "longest_wait_s": timer.longest_wait_ps / PS_PER_S,
+            },
+            "chip": [
+                {"text": text, "first_s": first_s, "count": count}
+                for text, (first_s, count) in chip_events(board).items()
+            ],
+            "bus_errors": [
+                {"bus": bus, "result": result, "count": count}
+                for (bus, result), count in failed_transfers(board).items()
+            ],
+            "bytes_lost": received_bytes_lost(board),
+            "notes": [
+                {"what": what, "device": device, "text": text, "count": count}
+                for (what, device, text), count in notes(board).items()
+            ],
+            "serial": [{"undelivered": link.undelivered(), "report": link.report()} for link in self._links],
+            "expectations": self._expectations(),
+            "unchecked": self.unchecked or None,
+            "lines": self._lines,
+        }
+
+    def _expectations(self) -> dict[str, Any] | None:
+        result = self.result
+        if result is None:
+            return None
+        return {
+            "checks": result.checks,
+            "held": result.passed_count,
+            "judged": result.judged,
+            "findings": [
+                {
+                    "key": finding.key,
+                    "kind": finding.kind,
+                    "fault": finding.miss.fault,
+                    "expected": finding.miss.expected,
+                    "seen": finding.miss.seen,
+                    "diff": list(finding.miss.diff),
+                }
+                for finding in result.findings
+            ],
+            "reports": list(result.reports),
+        }

@@ -1,0 +1,278 @@
+"""What ``fcu`` tells whoever started it: the verdict in one number, and no byte lost unseen."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+
+from firmware_model.arm import prebuilt
+from tests.scenario_files import HEAD, write
+
+HELD, FAILED, WRONG_USE, FIRMWARE_FAILED, NOT_JUDGED = range(5)
+FULL = Path("/dev/full")
+needs_full = pytest.mark.skipif(not FULL.exists(), reason="/dev/full is a Linux device")
+posix = pytest.mark.skipif(sys.platform == "win32", reason="how a POSIX shell starts a program")
+
+GOOD = "[[expect]]\nkind = 'line'\ntext = 'LAB3 Init...'\n"
+BAD = "[[expect]]\nkind = 'line'\ntext = 'LAB4 Init...'\n"
+ENDLESS_SEARCH = "[[expect]]\nkind = 'regex'\npattern = '^(.|..)+(?<!.)$'\n"
+SECOND = HEAD + 'duration = "1200ms"\n'
+
+PRINTING = (
+    ("--help",),
+    ("--version",),
+    ("run", "--help"),
+    ("scenarios",),
+    ("scenario", "check", "scenarios/flat.toml"),
+    ("scenario", "schema"),
+    ("registers", "LSM6DSL"),
+    ("registers", "--fidelity"),
+    ("doctor",),
+    ("diff", "lab3", "lab3", "--scenario", "flat", "--duration", "100ms"),
+    ("diff", "lab3", "template", "--scenario", "flat", "--duration", "3s"),
+)
+printing = pytest.mark.parametrize("arguments", PRINTING, ids=" ".join)
+
+
+def fcu(
+    *arguments: str | Path,
+    stdout: int | Path = subprocess.PIPE,
+    stderr: int | Path = subprocess.PIPE,
+    before: str = "",
+    after: str = "",
+) -> subprocess.CompletedProcess[str]:
+    """One command; ``before`` and ``after`` are what a shell is told in addition."""
+    command = [sys.executable, "-m", "emulator", *map(str, arguments)]
+    if before or after:
+        command = ["sh", "-c", f'{before} "$@" {after}', "sh", *command]
+    with ExitStack() as stack:
+        streams = [
+            stream if isinstance(stream, int) else stack.enter_context(stream.open("wb", buffering=0))
+            for stream in (stdout, stderr)
+        ]
+        return subprocess.run(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=streams[0],
+            stderr=streams[1],
+            text=True,
+            timeout=60,
+            check=False,
+            cwd=Path(__file__).parents[2],
+        )
+
+
+def run_scenario(folder: Path, text: str, *more: str, **shell: str) -> subprocess.CompletedProcess[str]:
+    return fcu("run", "--scenario", write(folder, text), "--speed", "max", *more, **shell)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("text", "more", "code"),
+    [
+        (SECOND + GOOD, (), HELD),
+        (SECOND + BAD, (), FAILED),
+        (SECOND + GOOD + BAD, (), FAILED),
+        (SECOND + "[[expect]]\nkind = 'lines'\n", (), WRONG_USE),
+        (SECOND + GOOD, ("--duration", "1s"), NOT_JUDGED),
+        (SECOND, ("--duration", "1s"), HELD),  # nothing was to be judged
+        (SECOND + GOOD + ENDLESS_SEARCH, (), NOT_JUDGED),
+        (SECOND + BAD + ENDLESS_SEARCH, (), NOT_JUDGED),
+        (SECOND + GOOD + '[limits]\nwall = "1us"\n', (), NOT_JUDGED),
+        (SECOND + GOOD + "[limits]\nterminal_bytes = 100\n", (), FIRMWARE_FAILED),
+        (SECOND + GOOD, ("--limit", "terminal_bytes=100"), FIRMWARE_FAILED),
+        (SECOND + GOOD, ("--limit", "wall_s=0.000001"), NOT_JUDGED),
+        (SECOND + GOOD, ("--limit", "trace_bytes=1000", "--trace", os.devnull), NOT_JUDGED),
+        (SECOND + GOOD, ("--limit", "walls=1"), WRONG_USE),
+    ],
+)
+def test_a_run_says_how_it_went(tmp_path: Path, text: str, more: tuple[str, ...], code: int) -> None:
+    done = run_scenario(tmp_path, text, *more)
+    assert done.returncode == code, done.stderr
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("limit", "code"),
+    [
+        ("instructions=1000", FIRMWARE_FAILED),
+        ("terminal_bytes=10", FIRMWARE_FAILED),
+        ("wall_s=1e-6", NOT_JUDGED),
+    ],
+)
+@pytest.mark.parametrize("command", ["run", "diff"])
+def test_limits_hold_wherever_firmware_runs(command: str, limit: str, code: int) -> None:
+    both = ("run", "solution", "--duration", "2s") if command == "run" else DIFF
+    done = fcu(*both, "--limit", limit)
+    assert done.returncode == code, done.stderr
+    assert "the firmware was stopped" in done.stdout + done.stderr
+
+
+DIFF = ("diff", "solution", "solution", "--scenario", "flat", "--duration", "2s")
+
+
+@needs_full
+@printing
+def test_nothing_is_printed_into_a_full_disk_unseen(arguments: tuple[str, ...]) -> None:
+    done = fcu(*arguments, stdout=FULL)
+    assert done.returncode == NOT_JUDGED
+    (line,) = done.stderr.splitlines()
+    assert line == "fcu: standard output: No space left on device; what was printed is not complete"
+
+
+@needs_full
+@printing
+def test_a_full_disk_for_everything(arguments: tuple[str, ...]) -> None:
+    assert fcu(*arguments, stdout=FULL, stderr=FULL).returncode == NOT_JUDGED
+
+
+@posix
+@printing
+def test_nothing_is_printed_nowhere_unseen(arguments: tuple[str, ...]) -> None:
+    done = fcu(*arguments, after=">&-")
+    assert done.returncode == NOT_JUDGED
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("fcu: standard output is closed; give it somewhere to go")
+
+
+@posix
+@printing
+def test_a_reader_that_has_gone(arguments: tuple[str, ...]) -> None:
+    read, written = os.pipe()
+    os.close(read)
+    try:
+        done = fcu(*arguments, stdout=written)
+    finally:
+        os.close(written)
+    assert done.returncode == NOT_JUDGED
+    assert done.stderr == "fcu: standard output: Broken pipe; what was printed is not complete\n"
+
+
+@needs_full
+@pytest.mark.parametrize("expected", [GOOD, BAD])
+def test_a_terminals_text_that_is_lost_leaves_no_verdict(tmp_path: Path, expected: str) -> None:
+    path = write(tmp_path, SECOND + expected)
+    done = fcu("run", "--scenario", path, "--speed", "max", stdout=FULL)
+    assert done.returncode == NOT_JUDGED
+    assert "bytes lost on standard output: No space left on device" in done.stderr
+
+
+@needs_full
+def test_lost_remarks_change_no_verdict(tmp_path: Path) -> None:
+    for expected, code in ((GOOD, HELD), (BAD, FAILED)):
+        path = write(tmp_path, SECOND + expected)
+        assert fcu("run", "--scenario", path, "--speed", "max", stderr=FULL).returncode == code
+
+
+@needs_full
+def test_a_disk_that_fills_up_under_a_file_of_the_run(tmp_path: Path) -> None:
+    for option in ("--trace", "--json"):
+        done = run_scenario(tmp_path, SECOND + GOOD, option, str(FULL))
+        assert done.returncode == NOT_JUDGED
+        assert "/dev/full: No space left on device" in done.stderr.splitlines()[-1]
+
+
+@posix
+def test_standard_output_that_is_closed_has_no_terminal() -> None:
+    done = fcu("run", "--duration", "100ms", after=">&-")
+    assert done.returncode == WRONG_USE
+    assert "this process has no standard output; use --serial pty" in done.stderr
+
+
+@posix
+@pytest.mark.parametrize("name", ["/", ".", "..", "/tmp", "/dev/null", "/dev/null/x", "x" * 5000, "a/b/c"])
+def test_a_name_that_cannot_be_a_port(tmp_path: Path, name: str) -> None:
+    done = fcu("run", "--duration", "100ms", "--serial", f"pty:{name}", before=f"cd '{tmp_path}';")
+    assert done.returncode == WRONG_USE
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("fcu: --serial pty")
+
+
+@posix
+@pytest.mark.parametrize("megabytes", [100, 250, 400, 600])
+def test_a_machine_without_memory_blames_nobody(tmp_path: Path, megabytes: int) -> None:
+    """Whatever it is that cannot be had: a library, a thread, an array."""
+    path = write(tmp_path, SECOND + GOOD)
+    done = fcu("run", "--scenario", path, "--speed", "max", before=f"ulimit -v {megabytes << 10};")
+    assert done.returncode in (HELD, NOT_JUDGED) or done.returncode >= 126, done.stderr
+
+
+@posix
+@pytest.mark.parametrize("name", ["SIGHUP", "SIGINT", "SIGTERM"])
+def test_a_run_that_is_to_outlive_its_terminal_does(name: str) -> None:
+    """``nohup`` and a script's ``&`` start a program with the signal ignored."""
+    command = f"trap '' {name[3:]}; exec '{sys.executable}' -m emulator run --duration 1100ms --speed 1"
+    process = subprocess.Popen(
+        ["sh", "-c", command],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    process.stdout.read(1)
+    process.send_signal(getattr(signal, name))
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == HELD
+    assert "1.100 s of virtual time" in errors
+
+
+@posix
+def test_a_run_that_is_interrupted_is_not_judged(tmp_path: Path) -> None:
+    path = write(tmp_path, HEAD + 'duration = "300s"\n' + GOOD)
+    process = subprocess.Popen(
+        [sys.executable, "-m", "emulator", "run", "--scenario", str(path), "--speed", "1"],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    process.stdout.read(1)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == NOT_JUDGED
+    assert "expectations not checked: the run was ended at" in errors
+
+
+def test_programs_read_the_summary(tmp_path: Path) -> None:
+    file = tmp_path / "run.json"
+    done = run_scenario(tmp_path, SECOND + GOOD + BAD, "--json", str(file), "--seed", "3")
+    said = json.loads(file.read_text(encoding="utf-8"))
+
+    assert (said["schema"], said["exit_code"], said["verdict"], said["error"]) == (1, FAILED, "failed", None)
+    assert said["board"]["seed"] == 3
+    assert said["virtual_s"] == 1.2
+    assert said["timer"]["ticks"] > 0
+    assert (said["expectations"]["checks"], said["expectations"]["held"]) == (2, 1)
+    (finding,) = said["expectations"]["findings"]
+    assert (finding["key"], finding["fault"]) == ("expect[1]", "wrong value")
+    assert finding["diff"] == ["-LAB4 Init...", "+LAB3 Init..."]
+    assert said["lines"] == [
+        line.removeprefix("fcu: ") for line in done.stderr.splitlines() if line[5:] in said["lines"]
+    ]
+    assert len(said["lines"]) >= 4
+
+
+def test_programs_read_of_a_firmware_that_failed(tmp_path: Path) -> None:
+    file = tmp_path / "run.json"
+    done = fcu(
+        "run", prebuilt("solution"), "--limit", "terminal_bytes=10", "--json", file, "--duration", "2s", "-q"
+    )
+    said = json.loads(file.read_text(encoding="utf-8"))
+    assert said["exit_code"] == done.returncode == FIRMWARE_FAILED
+    assert said["verdict"] == "firmware failed"
+    assert said["error"] in done.stderr
+    assert any("s of virtual time" in line for line in said["lines"])
+
+
+def test_a_summary_that_cannot_be_written_is_refused_before_anything_runs(tmp_path: Path) -> None:
+    done = fcu("run", "--duration", "1s", "--json", tmp_path / "no" / "run.json")
+    assert done.returncode == WRONG_USE
+    assert done.stdout == ""
