@@ -44,9 +44,7 @@ def _start_quickly() -> None:
 
 def execute(arguments: Sequence[str]) -> ExitCode | int:
     """Run the command line; its exit code."""
-    os.environ.setdefault(
-        "OPENBLAS_NUM_THREADS", "1"
-    )  # which take memory for each core, and have no work here
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its threads take memory
     try:
         if _address_space() < _LEAST_ADDRESS_SPACE:
             raise MemoryError

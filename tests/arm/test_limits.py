@@ -142,7 +142,7 @@ def test_limits_are_given_as_texts() -> None:
     [
         (
             "wall=60",
-            "limit wall=60: known are instructions, terminal_bytes, resets_per_s, wall_s, trace_bytes",
+            "limit wall=60: known are instructions, terminal_bytes, resets_per_s, wall_s, ",
         ),
         ("wall_s=long", "limit wall_s=long: give a number"),
         ("wall_s", "limit wall_s: give a number"),

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from emulator import Board
-from emulator.errors import LinkError
+from emulator.errors import LinkError, OutputError
 from emulator.trace import BusTransfer, Fault, GpioEdge, TerminalBytes, Trace, TraceEvent, line
 
 PS_PER_S = 10**12
@@ -118,7 +118,7 @@ def test_a_file_that_cannot_be_opened_is_named() -> None:
 def test_a_full_disk_ends_the_run_and_the_file() -> None:
     board = Board(firmware="lab3")
     board.trace.write_to("/dev/full")
-    with pytest.raises(LinkError, match="No space left"):
+    with pytest.raises(OutputError, match="No space left"):
         board.run_for(10)
     assert not board.trace.detailed
     board.trace.close()
