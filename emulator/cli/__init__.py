@@ -44,7 +44,6 @@ def _start_quickly() -> None:
 
 def execute(arguments: Sequence[str]) -> ExitCode | int:
     """Run the command line; its exit code."""
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its threads take memory
     try:
         if _address_space() < _LEAST_ADDRESS_SPACE:
             raise MemoryError
