@@ -1,9 +1,9 @@
-"""The fidelity table, made from the code.
+"""The fidelity tables, of the sensors and of the chip's registers, made from the code.
 
-``python -m emulator.analysis.fidelity docs/fidelity.md`` rewrites it.
+``python -m emulator.analysis.fidelity docs/fidelity.md`` rewrites them.
 
-What is not modelled comes from the register maps, functions and approximations from the declarations in each
-part's folder; nothing is kept by hand, and a test fails when the page is stale.
+What is not modelled comes from the declared registers, functions and approximations from the declarations in
+each part's folder; nothing is kept by hand, and a test fails when the page is stale.
 """
 
 from __future__ import annotations
@@ -11,11 +11,14 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from emulator.chip.registers import BLOCKS, KINDS
 from emulator.errors import InputError
 from sensors import PARTS, Part
 
 BEGIN = "<!-- fidelity: made by python -m emulator.analysis.fidelity docs/fidelity.md -->"
 END = "<!-- end of fidelity -->"
+BEGIN_CHIP = "<!-- the chip's registers: made by python -m emulator.analysis.fidelity docs/fidelity.md -->"
+END_CHIP = "<!-- end of the chip's registers -->"
 
 
 def table() -> str:
@@ -30,18 +33,35 @@ def table() -> str:
     return "\n".join(lines)
 
 
+def chip_table() -> str:
+    """The table of the chip's registers as Markdown, without a newline at the end."""
+    lines = ["| block | registers | documented in | not modelled |", "|---|---|---|---|"]
+    for module in KINDS:
+        blocks = [BLOCKS[name] for name in module.INSTANCES]
+        count = len({register.name for block in blocks for register in block.registers})
+        names = dict.fromkeys(name for block in blocks for name in block.without_behaviour())
+        missing = ", ".join(f"`{name}`" for name in names) or "nothing"
+        lines.append(f"| {', '.join(module.INSTANCES)} | {count} | {module.SOURCE} | {missing} |")
+    return "\n".join(lines)
+
+
 def without_behaviour(part: type[Part]) -> list[str]:
     """Every register and field of a part, banks included, that can be accessed but does nothing."""
     return [name for bank in part.maps().values() for name in bank.without_behaviour()]
 
 
 def rewrite(text: str) -> str:
-    """``text`` with the table between the markers brought up to date; raises InputError without markers."""
-    before, begin, rest = text.partition(BEGIN)
-    _, end, after = rest.partition(END)
-    if not begin or not end:
+    """``text`` with the tables between the markers brought up to date; raises InputError without markers."""
+    found = False
+    for begin, end, made in ((BEGIN, END, table), (BEGIN_CHIP, END_CHIP, chip_table)):
+        before, opened, rest = text.partition(begin)
+        _, closed, after = rest.partition(end)
+        if opened and closed:
+            text = f"{before}{begin}\n\n{made()}\n\n{end}{after}"
+            found = True
+    if not found:
         raise InputError(f"no place for the fidelity table; put it between {BEGIN} and {END}")
-    return f"{before}{BEGIN}\n\n{table()}\n\n{END}{after}"
+    return text
 
 
 def _registers(part: type[Part]) -> str:

@@ -6,9 +6,8 @@ import json
 
 import click
 
-from emulator.analysis.fidelity import table, without_behaviour
-from emulator.chip import memory_map
-from emulator.chip.registers import BLOCKS, SYSTEM_CONTROL_SPACE
+from emulator.analysis.fidelity import chip_table, table, without_behaviour
+from emulator.chip.registers import BLOCKS, address_of
 from emulator.chip.registers.block import BlockRegister, DeclaredBlock, Field
 from emulator.errors import InputError
 from emulator.scenario import json_schema, load_scenario, scenario_names
@@ -24,8 +23,8 @@ _ACCESS = {"rw": "RW", "r": "R ", "w": " W"}
 
 
 def print_fidelity() -> None:
-    """Print what is modelled of all parts, as a Markdown table."""
-    click.echo(table())
+    """Print what is modelled of all parts and of the chip, as Markdown tables."""
+    click.echo(f"{table()}\n\n{chip_table()}")
 
 
 def print_registers(name: str | None) -> None:
@@ -98,24 +97,22 @@ def _field_line(bits: Bits, register: type[Register]) -> str:
 
 
 def _print_block(block: DeclaredBlock) -> None:
-    place = "SCS" if block.name in SYSTEM_CONTROL_SPACE else block.name
-    base, _ = memory_map.BLOCKS[place]
     names = block.without_behaviour()
     click.echo(f"{block.name}: {block.title}")
     click.echo("registers: address, access, reset value, name, meaning")
     click.echo(f"not modelled: {', '.join(names) or 'nothing'}\n")
     for register in block.registers:
-        click.echo(_word_line(base, register))
+        click.echo(_word_line(block, register))
         for field in register.fields():
             click.echo(_word_field_line(register, field))
 
 
-def _word_line(base: int, register: BlockRegister) -> str:
+def _word_line(block: DeclaredBlock, register: BlockRegister) -> str:
     kind = register.declared
     meaning = (kind.__doc__ or "").strip().splitlines()[0]
     mark = "" if kind.modelled else " (not modelled)"
-    address = f"0x{base + register.offset:08X}"
-    return f"{address} {kind.access:<5} 0x{register.reset:08X} {register.name}: {meaning}{mark}"
+    address = address_of(block.name, kind) - kind.addr + register.offset
+    return f"0x{address:08X} {kind.access:<5} 0x{register.reset:08X} {register.name}: {meaning}{mark}"
 
 
 def _word_field_line(register: BlockRegister, field: Field) -> str:

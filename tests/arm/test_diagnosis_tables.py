@@ -8,6 +8,7 @@ from emulator import Board
 from emulator.chip.diagnosis.evidence import nobody
 from emulator.chip.diagnosis.faults import CFSR, HFSR, decoded
 from emulator.chip.diagnosis.hang import exception_name, handler_name
+from emulator.chip.registers import scb
 
 
 @pytest.mark.parametrize(
@@ -21,7 +22,7 @@ from emulator.chip.diagnosis.hang import exception_name, handler_name
     ],
 )
 def test_cfsr_is_decoded_bit_by_bit(value: int, names: list[str]) -> None:
-    lines = list(decoded("CFSR", value, CFSR))
+    lines = list(decoded(scb.CFSR, value, CFSR))
 
     assert lines[0] == f"CFSR 0x{value:08X}"
     assert [line.split(":")[0].strip() for line in lines[1:]] == names
@@ -29,7 +30,7 @@ def test_cfsr_is_decoded_bit_by_bit(value: int, names: list[str]) -> None:
 
 def test_hfsr_is_decoded_bit_by_bit() -> None:
     """ARMv7-M ARM B3.2.16."""
-    lines = list(decoded("HFSR", 0xC000_0002, HFSR))
+    lines = list(decoded(scb.HFSR, 0xC000_0002, HFSR))
 
     assert [line.split(":")[0].strip() for line in lines[1:]] == ["VECTTBL", "FORCED", "DEBUGEVT"]
 
@@ -83,7 +84,13 @@ def test_system_exceptions_and_gaps_are_named() -> None:
 )
 def test_a_wrong_address_leads_to_the_one_that_was_meant(given: str, on_the_wire: int, meant: str) -> None:
     """Addresses: LSM6DSL datasheet T10, LIS2MDL 5.1.1, LPS22HB 7.2.1; the HAL takes them in 8 bits."""
-    cause = nobody(Board().bus, on_the_wire, sensors_on_spi=False)
+    signals = Board().signals
+    cause = nobody(signals, signals.i2c["I2C2"], on_the_wire)
 
     assert cause.short.endswith(meant)
     assert cause.sentences
+
+
+def test_every_bit_of_the_fault_status_has_a_meaning() -> None:
+    assert {bits.name for bits in scb.CFSR.fields} == CFSR.keys()
+    assert {bits.name for bits in scb.HFSR.fields} == HFSR.keys()

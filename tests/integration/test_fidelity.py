@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from emulator import InputError
-from emulator.analysis.fidelity import BEGIN, END, rewrite, table
+from emulator.analysis.fidelity import BEGIN, BEGIN_CHIP, END, END_CHIP, chip_table, rewrite, table
+from emulator.chip.registers import BLOCKS
 from sensors import PARTS
 
 ROOT = Path(__file__).parents[2]
@@ -46,8 +47,24 @@ def test_a_page_without_markers_is_refused(text: str) -> None:
         rewrite(text)
 
 
+def test_the_page_has_a_table_of_the_sensors_and_one_of_the_chip() -> None:
+    text = (ROOT / "docs" / "fidelity.md").read_text(encoding="utf-8")
+
+    assert all(text.count(marker) == 1 for marker in (BEGIN, END, BEGIN_CHIP, END_CHIP))
+
+
+def test_the_chips_table_names_each_block_and_what_it_lacks() -> None:
+    rows = {
+        name: row for row in chip_table().splitlines() for name in row.split(" | ")[0].strip("| ").split(", ")
+    }
+
+    assert BLOCKS.keys() <= rows.keys()
+    for name, block in BLOCKS.items():
+        assert all(f"`{missing}`" in rows[name] for missing in block.without_behaviour())
+
+
 def test_every_row_has_four_cells() -> None:
-    for row in table().splitlines():
+    for row in [*table().splitlines(), *chip_table().splitlines()]:
         assert row.replace("\\|", "").count("|") == 5, row
 
 
@@ -88,4 +105,4 @@ def test_the_register_map_shows_every_register_and_field_of_every_bank(name: str
 
 
 def test_fcu_prints_the_table() -> None:
-    assert fcu("registers", "--fidelity") == table() + "\n"
+    assert fcu("registers", "--fidelity") == f"{table()}\n\n{chip_table()}\n"

@@ -8,6 +8,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
+from emulator.chip.registers import scb
+from emulator.chip.registers.block import masks
+
 NMI, HARD_FAULT, MEM_MANAGE, BUS_FAULT, USAGE_FAULT = 2, 3, 4, 5, 6
 SV_CALL, PEND_SV, SYS_TICK = 11, 14, 15
 FIRST_INTERRUPT: Final = 16
@@ -25,13 +28,12 @@ def bits(mask: int) -> Iterator[int]:
 
 # -- faults -------------------------------------------------------------------------------------------------
 
-IACCVIOL, MSTKERR, MUNSTKERR, MMARVALID = 1 << 0, 1 << 4, 1 << 3, 1 << 7
-IBUSERR, PRECISERR, UNSTKERR, STKERR, BFARVALID = 1 << 8, 1 << 9, 1 << 11, 1 << 12, 1 << 15
-UNDEFINSTR, INVSTATE, INVPC, NOCP = 1 << 16, 1 << 17, 1 << 18, 1 << 19
-UNALIGNED, DIVBYZERO = 1 << 24, 1 << 25
-
-VECTTBL, FORCED, DEBUGEVT = 1 << 1, 1 << 30, 1 << 31
-"""Bits of HFSR."""
+IACCVIOL, IBUSERR, PRECISERR = masks(scb.CFSR.IACCVIOL, scb.CFSR.IBUSERR, scb.CFSR.PRECISERR)
+UNSTKERR, STKERR, BFARVALID = masks(scb.CFSR.UNSTKERR, scb.CFSR.STKERR, scb.CFSR.BFARVALID)
+UNDEFINSTR, INVSTATE = masks(scb.CFSR.UNDEFINSTR, scb.CFSR.INVSTATE)
+INVPC, NOCP = masks(scb.CFSR.INVPC, scb.CFSR.NOCP)
+UNALIGNED, DIVBYZERO = masks(scb.CFSR.UNALIGNED, scb.CFSR.DIVBYZERO)
+VECTTBL, FORCED, DEBUGEVT = masks(scb.HFSR.VECTTBL, scb.HFSR.FORCED, scb.HFSR.DEBUGEVT)
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,10 +12,11 @@ from dataclasses import dataclass
 from emulator.chip.cpu.core import Core
 from emulator.chip.cpu.exceptions import NMI, STKERR, USAGE_FAULT, Fault
 from emulator.chip.memory_map import RAM
+from emulator.chip.registers import address_of, scb
 from emulator.time.clock import PS_PER_MS, PS_PER_US
 
 CORE = struct.Struct("<17I")
-_CFSR, _HFSR = 0xE000_ED28, 0xE000_ED2C
+_CFSR, _HFSR = address_of("SCB", scb.CFSR), address_of("SCB", scb.HFSR)
 _SOON_PS = PS_PER_MS
 _SP, _LR, _XPSR = 13, 14, 16
 

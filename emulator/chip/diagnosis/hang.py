@@ -21,6 +21,7 @@ from emulator.chip.diagnosis.probe import Loop, Probe
 from emulator.chip.diagnosis.read_once import read_once
 from emulator.chip.diagnosis.report import Cause, Diagnosis, at, section
 from emulator.chip.peripherals.dma import is_any_stream_on
+from emulator.chip.registers import address_of, systick
 from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S
 
 # -- names of exceptions and of their handlers (ARMv7-M ARM table B1-4; RM0368 table 38) --------------------
@@ -73,8 +74,8 @@ def handler_name(number: int) -> str:
 
 # -- which interrupts may still come, and why the tick may not (ARMv7-M ARM B1.5.4, B3.3) -------------------
 
-_SYST_CSR = 0xE000_E010
-_TICKING = 1 << 0 | 1 << 1  # ENABLE, TICKINT
+_SYST_CSR = address_of("SysTick", systick.SYST_CSR)
+_TICKING = systick.SYST_CSR.ENABLE.mask | systick.SYST_CSR.TICKINT.mask
 
 
 class Interrupts:

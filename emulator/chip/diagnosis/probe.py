@@ -16,12 +16,13 @@ from emulator.chip.cpu.core import Core
 from emulator.chip.cpu.registers import EVERYTHING, Registers
 from emulator.chip.memory_map import RAM, RAM_SIZE
 from emulator.chip.peripherals.peripheral import WORD, Peripheral
+from emulator.chip.registers import address_of, scb
 
 _LONGEST = 20_000  # instructions until the state must have recurred: a tenth of a second to find out
 _LONGEST_HANDLER = 5_000
 _BELOW = 0x200  # bytes below SP that a called function and its frame may use
 _SP = 13
-_VTOR = 0xE000_ED08
+_VTOR = address_of("SCB", scb.VTOR)
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from __future__ import annotations
 from types import ModuleType
 from typing import Final
 
+from emulator.chip import memory_map
 from emulator.chip.registers import (
     adc,
     crc,
@@ -33,7 +34,7 @@ from emulator.chip.registers import (
     usart,
     wwdg,
 )
-from emulator.chip.registers.block import DeclaredBlock, block
+from emulator.chip.registers.block import DeclaredBlock, Word, block
 
 KINDS: Final[tuple[ModuleType, ...]] = (
     *(crc, pwr, rcc, syscfg, gpio, dma, exti, adc, tim, iwdg, wwdg, rtc, i2c, usart, spi, flash, dbgmcu),
@@ -54,6 +55,12 @@ BLOCKS: Final[dict[str, DeclaredBlock]] = {
 
 SYSTEM_CONTROL_SPACE: Final = ("SysTick", "NVIC", "SCB")
 """Blocks that share one place in the memory map; their offsets are those in it."""
+
+
+def address_of(block_name: str, register: type[Word]) -> int:
+    """Where a register of a block is, the first one of several."""
+    place = "SCS" if block_name in SYSTEM_CONTROL_SPACE else block_name
+    return memory_map.BLOCKS[place][0] + register.addr
 
 
 def names_of(block_name: str) -> dict[int, str]:
