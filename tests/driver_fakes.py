@@ -17,7 +17,7 @@ G_M_S2 = 9.80665
 
 
 def board_axes(raw: Vector) -> Vector:
-    """Brief, "Axes and units": out.X = -raw.Y, out.Y = raw.X, out.Z = raw.Z, for all three vectors."""
+    """The lab's axes: out.X = -raw.Y, out.Y = raw.X, out.Z = raw.Z, for all three vectors."""
     return -raw[1], raw[0], raw[2]
 
 

@@ -56,7 +56,7 @@ class FakeHal:
         struct.pack_into("<h", self.registers[LPS22HB], 0x2B, temperature_raw)
 
     def set_slide_values(self) -> None:
-        """The raw registers behind the slides' terminal (board facts, 6.6); MAG is the nearest."""
+        """The raw registers behind the slides' terminal; MAG is the nearest."""
         self.set_axes(LSM6DSL, 0x28, 189, -361, 8264)
         self.set_axes(LSM6DSL, 0x22, -1, -10, -1)
         self.set_axes(LIS2MDL, 0x68, 134, -8, -252)

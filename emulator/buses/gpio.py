@@ -210,7 +210,7 @@ class Gpio:
 
 
 class Led:
-    """A LED on an output pin, lit while the pin is low (board facts, section 2)."""
+    """A LED on an output pin, lit while the pin is low."""
 
     def __init__(self, name: str, gpio: Gpio, port: str, pin: int) -> None:
         self.name = name

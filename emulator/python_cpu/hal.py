@@ -1,6 +1,6 @@
 """The HAL calls the Python firmware runs on, with the behaviour of ST's STM32F4 HAL V1.6.0.
 
-That is the version the board's own firmware ships (board facts, section 1); later ones add one tick to
+That is the version the board's own firmware ships; later ones add one tick to
 ``HAL_Delay``. Names and 8-bit device addresses are the HAL's. Every call takes the virtual time it takes on
 the board: bits on the I2C bus, frames on the serial line, ticks of the 1 ms SysTick.
 """

@@ -15,7 +15,7 @@ from emulator.board.firmware import python_firmware
 from emulator.scenario.printed import FORMATS, deviation
 from emulator.time.clock import PS_PER_MS, PS_PER_S
 
-TICK_PS = 1_250_000_000  # 800 Hz (brief, "Timing")
+TICK_PS = 1_250_000_000  # 800 Hz, the lab's rate
 
 VARIABLES = {
     **{f"ACC.{axis}": ("acc", f"AXIS_{axis.upper()}") for axis in "xyz"},

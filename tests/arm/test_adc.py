@@ -19,7 +19,7 @@ ADON, CONT, DMA, DDS, EOCS, SWSTART = 1, 2, 1 << 8, 1 << 9, 1 << 10, 1 << 30
 EOCIE, SCAN, OVRIE = 1 << 5, 1 << 8, 1 << 26
 DIV4 = 1 << 16
 VBATE, TSVREFE = 1 << 22, 1 << 23
-CONVERSION_PS = (3 + 12) * 4 * PS_PER_S // 84_000_000  # board facts 2.3: 21 MHz, 12 bit, 3 cycles
+CONVERSION_PS = (3 + 12) * 4 * PS_PER_S // 84_000_000  # 21 MHz, 12 bit, 3 cycles
 
 
 @pytest.fixture
@@ -36,7 +36,7 @@ def adc(chip: Chip) -> Adc:
 
 
 def test_the_battery_as_the_lab_reads_it(chip: Chip, adc: Adc) -> None:
-    """Board facts 2.3: VBAT = raw * 3.3 / 4095 * (10 + 20) / 20."""
+    """ST's firmware: VBAT = raw * 3.3 / 4095 * (10 + 20) / 20."""
     adc.write(CR2, ADON | EOCS)
     adc.write(CR2, ADON | EOCS | SWSTART)
     chip.run_to(CONVERSION_PS - 1)

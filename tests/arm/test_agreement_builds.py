@@ -79,8 +79,8 @@ def test_on_the_real_boards_wiring(in_c: str, in_python: str, scenario: str, sec
     assert not compare(on_its_samples, observation)
 
 
-def test_both_wirings_end_with_the_settings_of_the_brief() -> None:
-    """Brief, "Arithmetic": final registers. Over SPI2 with three wires, the I2C halves off, byte by byte."""
+def test_both_wirings_end_with_the_settings_of_the_lab() -> None:
+    """Final registers. Over SPI2 with three wires, the I2C halves off, byte by byte."""
     settings = {}
     for profile in ("lab3", "fcu001v1"):
         board, _ = ran("solution", "flat", 1.06, profile=profile)

@@ -35,7 +35,7 @@ SECONDS = {
 }
 
 RESOLUTION = {
-    # One LSB of the raw value as it is printed (brief, "Arithmetic"); for pitch and roll what 1 mg in 1000 mg
+    # One LSB of the raw value as it is printed; for pitch and roll what 1 mg in 1000 mg
     # turns them by, for the yaw 2 mgauss in the 215 mgauss of the field's horizontal part.
     "ACC": 1.0,
     "GYR": 70.0,

@@ -98,7 +98,7 @@ def test_the_template_as_it_is_does_not_pass_for_a_solution(tmp_path: Path) -> N
 
 
 def test_a_mistake_in_the_arithmetic_shows_as_the_first_difference(tmp_path: Path) -> None:
-    """The sign of Gx in the pitch (brief, "Arithmetic"): everything else is right."""
+    """The sign of Gx in the pitch: everything else is right."""
     code = solved()
     assert "minus_gx = -acc.AXIS_X" in code[FUNCTIONS]
     code[FUNCTIONS] = code[FUNCTIONS].replace("minus_gx = -acc.AXIS_X", "minus_gx = acc.AXIS_X")

@@ -42,7 +42,7 @@ def test_nothing_is_said_about_a_program_that_works(
 
 
 def test_a_slow_bus_makes_the_callback_too_long_and_is_no_failure_of_the_program() -> None:
-    """Brief, timing: at 100 kHz the four reads do not fit into 1.25 ms."""
+    """At 100 kHz the four reads do not fit into 1.25 ms."""
     board = Board(prebuilt("template"), profile="lab3", scenario="slow_bus")
     board.run_for(1.25)
     assert board.arm is not None

@@ -15,7 +15,7 @@ from elftools.elf.elffile import ELFFile
 from firmware_model import arm
 
 COMPILER = "arm-none-eabi-gcc"
-FLASH = range(0x0800_0000, 0x0804_0000)  # 256 KB (board facts, section 1)
+FLASH = range(0x0800_0000, 0x0804_0000)  # 256 KB
 RAM = range(0x2000_0000, 0x2001_0000)  # 64 KB
 LARGEST_FILE = 400_000
 

@@ -1,6 +1,6 @@
 """The C firmware's arithmetic, compiled for this computer, against the Python model's: equal to the last bit.
 
-Brief, "Arithmetic": single-precision scaling, integer pressure and temperature, float32 stores of doubles.
+The lab's arithmetic: single-precision scaling, integer pressure and temperature, float32 stores of doubles.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ def test_pressure_is_converted_alike(c: ctypes.CDLL, raw: int) -> None:
 
 
 def test_the_slides_pressure_comes_out(c: ctypes.CDLL) -> None:
-    """Brief: raw 4003431 prints 977.400024."""
+    """Raw 4003431 prints 977.400024."""
     assert f"{c.PressureFromBytes((4003431).to_bytes(3, 'little')):f}" == "977.400024"
 
 

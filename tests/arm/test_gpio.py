@@ -46,7 +46,7 @@ def test_reset_values(chip: NativeChip, name: str, moder: int, pupdr: int) -> No
 
 
 def test_a_led_is_lit_by_a_low_output(chip: NativeChip, port: ChipBlock) -> None:
-    """Board facts, section 2: PB5, active low, lit from MX_GPIO_Init on because ODR is 0."""
+    """ST's firmware: PB5, active low, lit from MX_GPIO_Init on because ODR is 0."""
     led = Led("LED1", chip.gpio, "B", 5)
     assert not led.on
     mode(port, 5, OUTPUT)
@@ -73,7 +73,7 @@ def test_half_word_accesses_reach_one_half(port: ChipBlock) -> None:
 
 
 def test_an_open_drain_led_works_as_a_push_pull_one(chip: NativeChip, port: ChipBlock) -> None:
-    """Board facts, section 2: MX_GPIO_Init makes the LED pins open drain."""
+    """ST's firmware: MX_GPIO_Init makes the LED pins open drain."""
     led = Led("LED2", chip.gpio, "B", 4)
     port.write(OTYPER, 1 << 4)
     mode(port, 4, OUTPUT)

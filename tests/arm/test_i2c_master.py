@@ -211,7 +211,7 @@ def test_a_setting_the_manual_forbids_is_told(register: int, value: int, words: 
 
 
 def test_the_sensors_end_up_as_whole_transfers_leave_them() -> None:
-    """The brief's set-up, written by registers and by the board's own master: every byte of each part."""
+    """The lab's set-up, written by registers and by the board's own master: every byte of each part."""
     setup = [
         (LSM6DSL, 0x12, b"\x44"),
         (LSM6DSL, 0x10, b"\xa8\x6c"),

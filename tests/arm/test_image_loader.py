@@ -12,7 +12,7 @@ from emulator.chip.image.image import LONGEST_FILE
 from emulator.errors import FirmwareFileError, InputError
 from tests.arm.elf_builder import FLASH, RAM, RAM_END, RESET, Load, code, elf
 
-FLASH_SIZE = 256 * 1024  # board facts 1
+FLASH_SIZE = 256 * 1024
 
 
 def refusal(data: bytes) -> str:

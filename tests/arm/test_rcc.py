@@ -35,7 +35,7 @@ class Board:
         self.chip.run_for(2 * PS_PER_MS)
 
     def to_84_mhz(self) -> None:
-        """As ST's firmware does it (board facts, section 1)."""
+        """As ST's firmware does it."""
         self.blocks.flash.write(0x00, 0x702)
         self.start_hse()
         self.rcc.write(PLLCFGR, 0x0741_5410)
@@ -52,7 +52,7 @@ def test_after_reset_the_core_runs_from_hsi() -> None:
 
 
 def test_the_labs_settings_give_84_mhz() -> None:
-    """Board facts, section 1: HSE 16, M 16, N 336, P 4; APB1 / 2 with its timers at 84 MHz."""
+    """ST's firmware: HSE 16, M 16, N 336, P 4; APB1 / 2 with its timers at 84 MHz."""
     board = Board()
     board.to_84_mhz()
     rcc = board.rcc

@@ -1,4 +1,4 @@
-"""SPI2 driven as ST's sensor driver and HAL V1.6.0 drive it (RM0368 section 20; board facts, section 2.1)."""
+"""SPI2 driven as ST's sensor driver and HAL V1.6.0 drive it (RM0368 section 20)."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ def test_three_wire_bytes_are_the_parts_own(
 
 
 def test_a_byte_takes_eight_periods_of_2_625_mhz() -> None:
-    """Board facts 2.1: 42 MHz / 16. BSY and RXNE show it; firmware that polls needs no event."""
+    """ST's firmware: 42 MHz / 16. BSY and RXNE show it; firmware that polls needs no event."""
     bench = CommBench()
     spi = three_wire(bench)
     assert bench.spi_bus.speed_hz == 2_625_000
@@ -385,7 +385,7 @@ def test_pins_that_were_not_switched_leave_everybody_deaf() -> None:
 
 
 def test_an_absent_bluenrg_answers_nothing_and_keeps_its_interrupt_low() -> None:
-    """Board facts, section 9: firmware must see a header other than 0x02, and PA4 low."""
+    """ST's firmware must see a header other than 0x02, and PA4 low."""
     bench = CommBench()
     spi1 = bench.spi1
     bench.write(spi1, CR1, SSM | SSI | MSTR | 2 << 3 | SPE)

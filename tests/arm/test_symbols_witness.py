@@ -1,4 +1,4 @@
-"""Names, lines and types of the shipped solution, as pyelftools and the brief have them."""
+"""Names, lines and types of the shipped solution, as pyelftools and the lab's text have them."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def _rows() -> list[tuple[int, tuple[str, int]]]:
 
 
 def test_variables_of_the_solution_have_the_labs_types() -> None:
-    """brief, "Axes and units": vectors are int32, pressure, angles and altitude float32."""
+    """Vectors are int32, pressure, angles and altitude float32."""
     axes, number = struct.pack("<3i", 44, 23, -1008), struct.pack("<f", 977.400024)
     values = {
         name: solution().read_variable(name, lambda _, size: axes if size == 12 else number)

@@ -75,7 +75,7 @@ def test_a_block_that_is_not_modelled_says_so_once(chip: Chip, blocks: SystemBlo
 
 
 def test_the_latency_reads_back_after_a_byte_write(blocks: SystemBlocks) -> None:
-    """Board facts, section 1: ACR 0x700, then a byte write of 2."""
+    """ST's firmware: ACR 0x700, then a byte write of 2."""
     blocks.flash.write(ACR, 0x700)
     blocks.flash.write(ACR, 0x02, 0xFF)
     assert blocks.flash.read(ACR) == 0x702

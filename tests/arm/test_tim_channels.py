@@ -46,13 +46,13 @@ def duty(tim: Timer) -> float:
 
 
 def motors(chip: NativeChip, **registers: int) -> Timer:
-    """TIM4 as ST's firmware runs the motors (board facts, section 3)."""
+    """TIM4 as ST's firmware runs the motors."""
     settings = {"PSC": 84, "ARR": 1999, "CCMR1": 0x6868, "CCMR2": 0x6868, "CCER": 0x1111, **registers}
     return timer(chip, "TIM4", **settings, EGR=1, CR1=1)
 
 
 def test_the_motors_pwm(chip: NativeChip) -> None:
-    """Board facts, section 3: 84 MHz / 85 / 2000 = 494.118 Hz, duty CCR / 2000."""
+    """ST's firmware: 84 MHz / 85 / 2000 = 494.118 Hz, duty CCR / 2000."""
     tim = motors(chip, CCR2=500)
     pwm = tim.pwm(2)
     assert pwm is not None
@@ -128,7 +128,7 @@ def test_centre_aligned_flags_rise_in_the_selected_half(
 
 
 def test_a_receivers_pulse_is_measured(chip: NativeChip) -> None:
-    """Board facts, section 3: TIM2 at 4 MHz captures both edges of the RC receiver on PA0."""
+    """ST's firmware: TIM2 at 4 MHz captures both edges of the RC receiver on PA0."""
     tim = timer(chip, "TIM2", PSC=20, EGR=1, SR=0, CCMR1=0x0101, CCER=0xBB, DIER=CC1IF, CR1=1)
     port = chip["GPIOA"]
     port.write(0x20, 1)

@@ -31,12 +31,12 @@ class Tick:
 
 @pytest.mark.parametrize(("psc", "arr", "rate_hz"), [(83, 1249, 800.0), (51, 1999, 807.692)])
 def test_the_labs_rates(psc: int, arr: int, rate_hz: float) -> None:
-    """Brief, "Timing": 84 MHz / 84 / 1250; ST's own 52 / 2000."""
+    """84 MHz / 84 / 1250; ST's own 52 / 2000."""
     assert Tick(psc, arr).tim.rate_hz == pytest.approx(rate_hz, abs=1e-3)
 
 
 def test_the_first_interrupt_comes_at_once() -> None:
-    """Board facts, section 3: UG sets UIF and HAL_TIM_Base_Start_IT does not clear it."""
+    """ST's firmware: UG sets UIF and HAL_TIM_Base_Start_IT does not clear it."""
     tick = Tick()
     assert tick.chip.irq.rises == [(0, TIM9_IRQ)]
     tick.handle()
@@ -78,7 +78,7 @@ def test_a_prompt_handler_is_not_late() -> None:
 
 
 def test_ticks_that_find_the_flag_set_are_lost() -> None:
-    """Brief, "Timing": the board must show an overrun. 1.25 ms period, handler after 4 ms: 3 lost."""
+    """The board must show an overrun. 1.25 ms period, handler after 4 ms: 3 lost."""
     tick = Tick()
     tick.chip.run_to(4 * PS_PER_MS)
     tick.handle()

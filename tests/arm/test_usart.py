@@ -24,7 +24,7 @@ DMAR, DMAT = 1 << 6, 1 << 7
 USART1_IRQ, DMA2_STREAM7_IRQ = 37, 70
 ACCESS_PS = 100_000  # a few instructions at 84 MHz
 RAM = 0x2000_0000
-FRAME_PS = Fraction(10 * 729 * PS_PER_S, 84_000_000)  # BRR 0x2D9 (board facts, section 4)
+FRAME_PS = Fraction(10 * 729 * PS_PER_S, 84_000_000)  # BRR 0x2D9
 delays = st.lists(st.sampled_from([0, 0, 20 * PS_PER_US, 200 * PS_PER_US]), max_size=60)
 
 

@@ -18,7 +18,7 @@ from emulator.time.clock import PS_PER_MS, PS_PER_S
 from emulator.trace import BusTransfer, Fault, GpioEdge, TickLate, TickLost
 from tests.board_fakes import script, start_timer
 
-BOOT = (  # brief, "Exact text"
+BOOT = (  # the lab's text
     "STEVAL-FCU001V1 FH rev.1.0 - Sep 2017\n\n"
     "LSM6DSL MEMS Accelerometer initialized and enabled\n"
     "LSM6DSL MEMS Gyroscope initialized and enabled\n"
@@ -45,7 +45,7 @@ PLOT_BLOCK = (
 )
 
 
-def test_the_lab3_terminal_is_the_briefs_to_the_byte() -> None:
+def test_the_lab3_terminal_is_the_labs_to_the_byte() -> None:
     board = Board(firmware="lab3")
     board.run_for(4.15)
     assert re.fullmatch(re.escape(BOOT) + f"({TEMPLATE_BLOCK}{PLOT_BLOCK}){{3}}", board.terminal.text)
@@ -60,7 +60,7 @@ def test_the_template_prints_its_block_only_and_toggles_both_leds() -> None:
 
 
 def test_the_banner_is_out_after_its_frames_and_the_lines_a_second_later() -> None:
-    """39 bytes of 10 bits at 84 MHz / 729; the LPS22HB driver waits 1 s before the five lines (brief)."""
+    """39 bytes of 10 bits at 84 MHz / 729; the LPS22HB driver waits 1 s before the five lines."""
     board = Board(firmware="lab3")
     board.run_for(39 * 10 * 729 / 84e6 - 1e-6)
     assert board.terminal.text == BOOT[:38]
@@ -81,7 +81,7 @@ def test_800_callbacks_a_second_exactly() -> None:
 
 
 def test_stock_timer_setting_gives_807_692_hz() -> None:
-    """Board facts, section 3: PSC 51, ARR 1999."""
+    """ST's firmware: PSC 51, ARR 1999."""
     board = Board(firmware=script(lambda hal: start_timer(hal, 51, 1999)))
     board.run_for(13)
     assert board.tim9.ticks == 1 + 13 * 84_000_000 // (52 * 2000)
@@ -111,7 +111,7 @@ def test_the_callback_preempts_a_delay_and_a_transmit() -> None:
 
 
 def test_a_callback_that_prints_during_a_print_is_busy() -> None:
-    """ST's HAL: a second HAL_UART_Transmit returns HAL_BUSY and its text is lost (board facts, section 4)."""
+    """ST's HAL: a second HAL_UART_Transmit returns HAL_BUSY and its text is lost."""
     results: set[int] = set()
 
     def main(hal: Hal) -> None:
@@ -145,7 +145,7 @@ def test_hal_delay_waits_for_ticks_of_1_ms() -> None:
 
 
 def test_100_khz_makes_ticks_late_and_lost_and_starves_main() -> None:
-    """Brief, "Timing": four bursts are 772.5 us at 400 kHz and 3.09 ms at 100 kHz, in a period of 1.25 ms.
+    """Four bursts are 772.5 us at 400 kHz and 3.09 ms at 100 kHz, in a period of 1.25 ms.
 
     The first callback is that of the flag left by EGR.UG, before the counter runs; after it the main loop has
     one period to itself.
@@ -199,7 +199,7 @@ def test_all_256_byte_values_go_through_both_ways() -> None:
 
 
 def test_unread_input_overruns_as_on_the_board() -> None:
-    """The stock firmware never reads: the first byte stays in DR, the rest is lost (board facts 11)."""
+    """The stock firmware never reads: the first byte stays in DR, the rest is lost."""
     board = Board(firmware="lab3")
     board.terminal.write("hello")
     board.run_for(0.1)
@@ -237,7 +237,7 @@ def test_a_broken_bus_is_a_status_for_the_firmware(kind: FaultKind, status: int)
 
 
 def test_a_sensor_that_does_not_answer_stops_the_boot_after_the_banner() -> None:
-    """Board facts, section 5: initializeAllSensors spins for ever without a message."""
+    """ST's firmware: initializeAllSensors spins for ever without a message."""
     board = Board(firmware="lab3")
     board.i2c2.inject(I2CFault("absent", address=0x1E))
     board.run_for(5)
@@ -338,7 +338,7 @@ def test_names_that_do_not_exist_are_answered_with_those_that_do() -> None:
 
 
 def test_a_callback_that_finds_the_bus_taken_is_busy() -> None:
-    """The HAL locks its handle; main loop and interrupt share the bus without a lock (board facts, 11.8)."""
+    """The HAL locks its handle; main loop and interrupt share the bus without a lock."""
     results: set[int] = set()
 
     def main(hal: Hal) -> None:

@@ -115,7 +115,7 @@ def test_runs_of_unequal_length_are_compared_as_far_as_the_shorter_one_goes() ->
 
 
 def test_either_banner_will_do() -> None:
-    """Brief, "Exact text": the slides show FH, ST's source says FW; every comparison takes either."""
+    """The slides show FH, ST's source says FW; every comparison takes either."""
     banners = [f"STEVAL-FCU001V1 {word} rev.1.0 - Sep 2017\n" for word in ("FH", "FW", "FX")]
 
     assert not compare(run(banners[0]), run(banners[1]))

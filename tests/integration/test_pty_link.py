@@ -22,7 +22,7 @@ from emulator.links import ByteLink, byte_link, open_link
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 
 ALL_BYTES = bytes(range(256))
-BOOT = b"STEVAL-FCU001V1 FH rev.1.0 - Sep 2017\n\n"  # brief, "Exact text"
+BOOT = b"STEVAL-FCU001V1 FH rev.1.0 - Sep 2017\n\n"  # the lab's text
 DEADLINE_S = 10.0
 MIB = 1024 * 1024
 

@@ -52,7 +52,7 @@ def test_the_template_too() -> None:
 
 
 def test_another_arithmetic_is_noticed_in_the_last_digit() -> None:
-    """mu, the weight of Gx in the slides' roll (brief, "Arithmetic"), hardly matters on a flat board."""
+    """mu, the weight of Gx in the slides' roll, hardly matters on a flat board."""
     board = Board(firmware="lab3", scenario="flat")
     original = observe(board, 3 * PS_PER_S, transfers=True)
     changed = replay(board, python_firmware("lab3", {"mu": 0.5}))

@@ -48,7 +48,7 @@ def test_a_shipped_scenario_fails_when_its_feature_breaks(tmp_path: Path, name: 
 
 
 def test_the_desk_prints_the_golden_text(tmp_path: Path) -> None:
-    """Four seconds of the slides' terminal: brief, "Exact text", byte by byte."""
+    """Four seconds of the slides' terminal, byte by byte."""
     text = load_scenario("desk").path.read_text(encoding="utf-8")
     (tmp_path / "desk.txt").write_bytes((GOLDEN / "desk.txt").read_bytes())
     result = play(tmp_path, f"{text}\n[[expect]]\nkind = 'text'\nfile = 'desk.txt'\n")
@@ -159,7 +159,7 @@ def test_a_fault_breaks_the_bus_for_its_time(tmp_path: Path) -> None:
 
 
 def test_a_missing_sensor_ends_the_boot(tmp_path: Path) -> None:
-    """The firmware hangs after the banner, as on the board (board facts, section 5)."""
+    """The firmware hangs after the banner, as on the board."""
     fault = "[[timeline]]\ndo = 'fault'\nkind = 'absent'\naddress = 0x6B\n"
     only_banner = "[[expect]]\nkind = 'never'\npattern = 'LSM6DSL'\n"
     banner = "[[expect]]\nkind = 'line'\ntext = 'STEVAL-FCU001V1 FH rev.1.0 - Sep 2017'\n"

@@ -41,7 +41,7 @@ def difference_deg(a: float, b: float) -> float:
 
 
 def in_numpy(acc: NDArray[np.int64], mag: NDArray[np.int64], mu: float) -> NDArray[np.float32]:
-    """The brief's "Arithmetic" on (n, 3) arrays: right-hand sides in float64, results stored in float32."""
+    """The lab's arithmetic on (n, 3) arrays: right-hand sides in float64, results stored in float32."""
 
     def single(values: NDArray[np.float64]) -> NDArray[np.float64]:
         return values.astype(np.float32).astype(np.float64)

@@ -16,7 +16,7 @@ from emulator.python_cpu.hal import Hal
 from emulator.time.clock import PS_PER_S, PS_PER_US
 from tests.board_fakes import script, start_timer
 
-FRAME = Fraction(10 * 729 * PS_PER_S, 84_000_000)  # BRR 0x2D9 (board facts, section 4)
+FRAME = Fraction(10 * 729 * PS_PER_S, 84_000_000)  # BRR 0x2D9
 
 
 def completion_times(count: int, away: list[tuple[Fraction, Fraction]]) -> list[Fraction]:

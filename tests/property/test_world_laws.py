@@ -17,7 +17,7 @@ T0 = np.array([0.0])
 
 
 def lab_angles(world: World, t_s: Array) -> Array:
-    """Pitch, roll, yaw (N, 3) in degrees by the lab's formulas (brief, "Arithmetic"), mu = 1, unrounded."""
+    """Pitch, roll, yaw (N, 3) in degrees by the lab's formulas, mu = 1, unrounded."""
     gx, gy, gz = world.specific_force_g(t_s).T
     bx, by, bz = world.magnetic_field_mgauss(t_s).T
     pitch = np.arctan2(-gx, np.sqrt(gy**2 + gz**2))

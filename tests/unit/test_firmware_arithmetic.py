@@ -20,25 +20,25 @@ def test_scaling_is_a_single_precision_product_truncated_for_every_raw_value(sen
     assert scale_table(sensitivity) == tuple(expected.tolist())
 
 
-def test_sensitivities_are_those_of_the_brief() -> None:
+def test_sensitivities_are_those_of_the_lab() -> None:
     assert (ACC_MG_PER_LSB, GYRO_MDPS_PER_LSB, MAG_MGAUSS_PER_LSB) == (0.122, 70.0, 1.5)
 
 
 def test_truncation_of_odd_field_values_is_toward_zero() -> None:
-    table = scale_table(MAG_MGAUSS_PER_LSB)  # board facts, 6.3: odd raw gives +-(3k + 1), never 2 mod 3
+    table = scale_table(MAG_MGAUSS_PER_LSB)  # odd raw gives +-(3k + 1), never 2 mod 3
     assert [table[raw & 0xFFFF] for raw in (-3, -1, 0, 1, 3)] == [-4, -1, 0, 1, 4]
 
 
 @pytest.mark.parametrize(
     ("raw", "printed"),
     [
-        (4003431, "977.400024"),  # brief: 97740 becomes 977.400024
+        (4003431, "977.400024"),  # 97740 becomes 977.400024
         (4003471, "977.400024"),
         (0, "0.000000"),
         (-4096, "-1.000000"),
         (-40, "0.000000"),  # int32 truncation toward zero, and the integer 0 has no sign
         (-(2**23), "-2048.000000"),
-        (2**23 - 1, "2047.989990"),  # board facts, 6.4: (raw * 100) / 4096 = 204799
+        (2**23 - 1, "2047.989990"),  # (raw * 100) / 4096 = 204799
     ],
 )
 def test_pressure(raw: int, printed: str) -> None:
@@ -78,7 +78,7 @@ def test_altitude_in_the_standard_atmosphere() -> None:
 @pytest.mark.parametrize("press", [260.0, 900.0, 976.2, 977.39, 1260.0])
 @pytest.mark.parametrize("temperature", [-10.0, 21.5])
 def test_altitude_is_the_hypsometric_formula(press: float, temperature: float) -> None:
-    # brief: h = ((P0/P)^(1/5.257) - 1) * (T + 273.15) / 0.0065, here by way of logarithms
+    # h = ((P0/P)^(1/5.257) - 1) * (T + 273.15) / 0.0065, here by way of logarithms
     expected = math.expm1((math.log(977.4) - math.log(press)) / 5.257) * (temperature + 273.15) / 0.0065
     assert getAltitude(press, temperature, 977.4) == pytest.approx(expected, rel=1e-6)
 

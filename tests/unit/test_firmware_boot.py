@@ -8,7 +8,7 @@ from firmware_model import FIRMWARES, Lab3, LabFirmware, Settings, Template
 from tests.firmware_fakes import LED1, LED2, LIS2MDL, LPS22HB, LSM6DSL, FakeHal, run_until_power_off
 
 BANNER = b"STEVAL-FCU001V1 FH rev.1.0 - Sep 2017\n\n"
-BOOT = (  # brief, "Exact text"
+BOOT = (  # the lab's text
     BANNER + b"LSM6DSL MEMS Accelerometer initialized and enabled\n"
     b"LSM6DSL MEMS Gyroscope initialized and enabled\n"
     b"LIS2MDL Magnetometer initialized and enabled\n"
@@ -17,7 +17,7 @@ BOOT = (  # brief, "Exact text"
     b"LAB3 Init...\n"
 )
 
-# Board facts, section 5, without transactions 1, 13-14, 26-27, 37, 40-42 and 56-59 (3-wire SPI, I2C-disable)
+# The order of ST's firmware, without what only SPI with three wires needs, and without I2C being switched off
 # and with IF_ADD_INC set instead of cleared; then the first sample is awaited and read.
 TRANSACTIONS = """
 L R 0F 6A | L R 12 04 | L W 12 04 | L R 12 04 | L W 12 44 | L R 0A 00 | L W 0A 00
@@ -55,7 +55,7 @@ def booted(firmware_class: type[LabFirmware], settings: Settings | None = None) 
 
 
 @FIRMWARE_CLASSES
-def test_the_boot_text_is_the_briefs_to_the_byte(firmware_class: type[LabFirmware]) -> None:
+def test_the_boot_text_is_the_labs_to_the_byte(firmware_class: type[LabFirmware]) -> None:
     assert b"".join(booted(firmware_class).transmissions[:7]) == BOOT
 
 
@@ -69,7 +69,7 @@ def test_the_transactions_are_sts_in_sts_order(firmware_class: type[LabFirmware]
     assert booted(firmware_class).transactions[: len(expected)] == expected
 
 
-def test_the_registers_end_as_the_brief_lists_them() -> None:
+def test_the_registers_end_as_the_lab_lists_them() -> None:
     registers = booted(Lab3).registers
     lsm6dsl = {
         register: registers[LSM6DSL][register] for register in (0x0A, 0x10, 0x11, 0x12, 0x13, 0x15, 0x17)
@@ -129,7 +129,7 @@ def test_the_first_pressure_is_awaited_so_that_the_floor_is_0_m() -> None:
 
     hal = SlowBarometer(power_off_at=7)
     hal.registers[LPS22HB][0x27] = 0x00
-    hal.set_pressure(0x2F6666)  # shown before the first conversion (sensor facts, 3.2)
+    hal.set_pressure(0x2F6666)  # shown before the first conversion
     firmware = run_until_power_off(Lab3, hal)
     assert hal.delays_ms == [1000, 1, 1, 1, 1, 1, 1000]
     assert f"{firmware.press_zero_level:f}" == "977.400024"

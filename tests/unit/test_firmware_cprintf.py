@@ -84,5 +84,5 @@ def test_refuses_in_one_line_what_it_cannot_format(fmt: str, args: tuple[Any, ..
 @pytest.mark.parametrize(("length", "sent"), [(0, 0), (253, 253), (254, 254), (255, 254), (1000, 254)])
 def test_printf_sends_at_most_254_bytes_in_one_transmit(length: int, sent: int) -> None:
     hal = FakeHal()
-    PRINTF(hal, "%s", "x" * length)  # brief: vsnprintf into 255 bytes, 254 used
+    PRINTF(hal, "%s", "x" * length)  # vsnprintf into 255 bytes, 254 used
     assert hal.transmissions == [b"x" * sent]

@@ -9,7 +9,7 @@ import pytest
 from firmware_model import Lab3, Settings, Template
 from tests.firmware_fakes import LED1, LED2, LIS2MDL, LPS22HB, LSM6DSL, FakeHal, run_until_power_off
 
-TEMPLATE_BLOCK = (  # brief, "Exact text"; values of the slides' terminal, MAG the nearest raw value can give
+TEMPLATE_BLOCK = (  # the lab's text; values of the slides' terminal, MAG the nearest raw value can give
     b"*****\n\n\n"
     b"ACC[x,y,z] 44 mg 23 mg 1008 mg \n\r"
     b"GYR[x,y,z] 700 mdps -70 mdps -70 mdps \n\r"
@@ -158,7 +158,7 @@ def test_mu_reaches_the_roll() -> None:
     assert rolls[0.01] > rolls[1.0] > 0
 
 
-def test_a_tick_reads_four_bursts_in_the_briefs_order() -> None:
+def test_a_tick_reads_four_bursts_in_the_labs_order() -> None:
     hal = running()
     hal.transactions.clear()
     hal.tick()

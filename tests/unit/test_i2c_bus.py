@@ -18,7 +18,7 @@ FOREVER = 1 << 62
     [(LSM6DSL, 0x0F, 0x6A), (LIS2MDL, 0x4F, 0x40), (LPS22HB, 0x0F, 0xB1)],
 )
 def test_every_sensor_answers_at_its_address(address: int, register: int, identity: int) -> None:
-    """Brief, "The board"."""
+    """0x6B, 0x1E and 0x5D: SA0 of LSM6DSL and LPS22HB is high."""
     assert Board().i2c2.write_read(address, bytes([register]), 1) == bytes([identity])
 
 

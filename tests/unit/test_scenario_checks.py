@@ -1,6 +1,6 @@
 """Each kind of expectation: met by the lab's firmware, and found when it is not.
 
-The board is ideal and flat, unless a case says otherwise; printed texts are the brief's ("Exact text").
+The board is ideal and flat, unless a case says otherwise; printed texts are the lab's.
 """
 
 from __future__ import annotations

@@ -83,7 +83,7 @@ def test_the_figure_of_eight_finds_the_hard_iron(
     world.set_hard_iron(*iron)
     start = world.rotation([0.0])
     assert world.figure_eight(duration_s=20) == 20
-    seen = world.magnetic_field_mgauss(np.arange(2000) / 100)  # the LIS2MDL's 100 Hz (brief, sensor set-up)
+    seen = world.magnetic_field_mgauss(np.arange(2000) / 100)  # the LIS2MDL's 100 Hz
     np.testing.assert_allclose((seen.max(axis=0) + seen.min(axis=0)) / 2, iron, atol=2)
     np.testing.assert_allclose(world.rotation([20.0]), start, atol=1e-12)
     assert np.abs(world.angular_rate_dps(np.arange(2000) / 100)).max() < 300  # a hand, not a motor
