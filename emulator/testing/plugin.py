@@ -26,12 +26,10 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import pytest
 
 if TYPE_CHECKING:
-    from emulator.boards.fcu001v1 import FCU001V1
-from emulator.board.board import Board
+    from emulator.board.board import Board
 
 Pattern: TypeAlias = str | re.Pattern[str]
 
-DEFAULT_FIRMWARE = FCU001V1.default_firmware
 TIMEOUT_S = 5.0
 _STEP_S = 0.01
 _TERMINAL_LINES = 40
@@ -140,7 +138,11 @@ def firmware(request: pytest.FixtureRequest) -> str | Path | None:
     if marker is not None and marker.args:
         chosen: str | Path | None = marker.args[0]
         return chosen
-    return None if marker is not None and marker.kwargs.get("scenario") else DEFAULT_FIRMWARE
+    if marker is not None and marker.kwargs.get("scenario"):
+        return None
+    from emulator.boards.fcu001v1 import FCU001V1  # a run of pytest that needs no board does not load one
+
+    return FCU001V1.default_firmware
 
 
 @pytest.fixture
