@@ -32,9 +32,16 @@ class Bench:
     def run(self) -> None:
         self.server.run_until_ps(self.target.now_ps + SLICE_PS)
 
-    def connect(self) -> Client:
+    def call(self) -> Client:
+        """Connect, and say nothing yet."""
         self.clients.append(Client(self.server, self.run))
         return self.clients[-1]
+
+    def connect(self) -> Client:
+        """Connect as GDB does, which asks first what the other side can do."""
+        client = self.call()
+        client.ask(b"qSupported")
+        return client
 
     def close(self) -> None:
         self.server.close()
@@ -73,11 +80,12 @@ def test_a_board_that_is_to_wait_does_nothing_before_a_debugger_says_so() -> Non
 def test_a_debugger_that_comes_halts_the_board_and_time_stands_still(bench: Bench) -> None:
     bench.run()
     client = bench.connect()
+    came_ps = bench.target.now_ps
     for _ in range(3):
         assert client.ask(b"?") == b"T05thread:1;"
 
     assert bench.server.halted
-    assert bench.target.now_ps == SLICE_PS
+    assert bench.target.now_ps == came_ps
 
 
 def test_continue_stop_and_control_c(bench: Bench) -> None:
@@ -94,6 +102,7 @@ def test_continue_stop_and_control_c(bench: Bench) -> None:
 
 def test_packets_are_acknowledged_until_the_debugger_does_without(bench: Bench) -> None:
     client = bench.connect()
+    client.raw = b""
     client.ask(b"qC")
     assert client.raw == b"+$QC1#c5"
     client.ask(b"QStartNoAckMode")
@@ -183,6 +192,8 @@ def test_firmware_that_fails_is_told_to_the_debugger_or_to_whoever_runs_it() -> 
     bench.server = GdbServer(Failing(), str, 0)
     with pytest.raises(FirmwareError):
         bench.run()
+    bench.server.close()
+    bench.server = GdbServer(Failing(), str, 0, halted=True)
     client = bench.connect()
 
     assert client.ask(b"c") == b"O" + b"it broke\n".hex().encode()
@@ -326,3 +337,67 @@ def test_where_says_function_and_line_of_the_program_in_flash() -> None:
     assert " in " not in where()
     client.close()
     server.close()
+
+
+# -- who is a debugger --------------------------------------------------------------------------------------
+
+REQUEST = b"POST /x HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 9\r\n\r\n"
+STRANGERS = [
+    REQUEST + frame(b"k"),
+    b"GET / HTTP/1.1\r\n\r\n",
+    b"\x16\x03\x01\x02\x00\x01\x00",  # TLS
+    b"SSH-2.0-x\r\n",
+    b"+" + REQUEST + frame(b"k"),
+    b"\x00",
+    b"$k#00",  # a wrong checksum
+    b"$" + b"k" * (LONGEST + 1) + b"#00",
+]
+
+
+@pytest.mark.parametrize("halted", [False, True])
+@pytest.mark.parametrize("said", STRANGERS)
+def test_a_stranger_is_hung_up_on_and_changes_nothing(said: bytes, halted: bool) -> None:
+    bench = Bench(halted)
+    stranger = bench.call()
+    stranger.send(said)
+    began_ps = bench.target.now_ps
+    for _ in range(5):
+        bench.run()
+
+    assert bench.server.halted is halted
+    assert not bench.server.killed
+    assert bench.target.now_ps == began_ps + (0 if halted else 5 * SLICE_PS)
+    assert bench.connect().ask(b"?") == b"T05thread:1;"
+    bench.close()
+
+
+def test_a_board_that_waits_does_not_run_for_who_connects_and_goes() -> None:
+    bench = Bench(halted=True)
+    for _ in range(1000):
+        bench.call().close()
+        bench.run()
+
+    assert bench.server.halted
+    assert bench.target.now_ps == 0
+    bench.close()
+
+
+def test_a_connection_that_says_nothing_holds_nobody(bench: Bench) -> None:
+    silent = [bench.call() for _ in range(20)]
+    began_ps = bench.target.now_ps
+    bench.run()
+    assert bench.target.now_ps == began_ps + SLICE_PS
+
+    silent[-1].send(b"+")
+    bench.run()
+    assert bench.target.now_ps == began_ps + 2 * SLICE_PS
+    assert bench.connect().ask(b"?") == b"T05thread:1;"
+
+
+def test_a_packet_may_come_in_pieces(bench: Bench) -> None:
+    client = bench.call()
+    for byte in b"+" + frame(b"?"):
+        assert not bench.server.halted
+        client.send(bytes((byte,)))
+        bench.run()
+    assert bench.server.halted

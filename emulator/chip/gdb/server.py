@@ -6,6 +6,11 @@ whoever drives the board can serve its other links and stop.
 
 Decision: a debugger that goes away without a word is taken as detached: its breakpoints go with it and the
 firmware runs on. A board that stood still for no visible reason would be worse.
+
+Decision: who connects is a caller, and becomes the debugger with its first valid packet. Until then it
+changes nothing: the board neither stands still for it nor is released from ``halted``. What does not begin
+like the protocol (a browser's request, a port scanner's greeting) is hung up on at once, before anything of
+it is taken for a packet: any page that a user looks at can send to a port of this machine.
 """
 
 from __future__ import annotations
@@ -25,6 +30,29 @@ HOST = "127.0.0.1"
 _PATIENCE_S = 0.05  # of wall time for which a halted target waits before others get a turn
 _CHUNK = 0x10000
 _SEND_TIMEOUT_S = 5.0  # of wall time for a debugger that does not read
+_MOST_CALLERS = 8  # connections without a packet so far; of more, the oldest is hung up on
+_BEFORE_A_PACKET = b"+-\x03"  # acknowledgements, and Ctrl-C
+
+
+class _Caller:
+    """A connection from which no packet has come yet."""
+
+    def __init__(self, connection: socket.socket) -> None:
+        self.socket = connection
+        self.framer = Framer()
+        self._in_packet = False
+
+    def accepts(self, data: bytes) -> bool:
+        """Whether what has come so far, with ``data``, begins like GDB's protocol."""
+        if not self._in_packet:
+            rest = data.lstrip(_BEFORE_A_PACKET)
+            self._in_packet = rest.startswith(b"$")
+            return self._in_packet or not rest
+        return True
+
+    def fileno(self) -> int:
+        """For ``select``."""
+        return self.socket.fileno()
 
 
 class GdbServer:
@@ -41,6 +69,7 @@ class GdbServer:
         self._monitor = monitor
         self._listener = _listen(port)
         self.port: int = self._listener.getsockname()[1]
+        self._callers: list[_Caller] = []
         self._client: socket.socket | None = None
         self._session: Session | None = None
         self._framer = Framer()
@@ -77,16 +106,23 @@ class GdbServer:
         if self._session is not None and not self._session.halted:
             self._send_packet(EXITED)
         self._leave()
+        for caller in self._callers:
+            caller.socket.close()
+        self._callers.clear()
         self._listener.close()
 
     # -- the connection ---------------------------------------------------------------------------------
 
     def _serve(self, patience_s: float) -> None:
         """What has arrived, after waiting for it for so long at most."""
-        sockets = [self._listener] if self._client is None else [self._listener, self._client]
-        for ready in select.select(sockets, [], [], patience_s)[0]:
+        waiting: list[socket.socket | _Caller] = [self._listener, *self._callers]
+        if self._client is not None:
+            waiting.append(self._client)
+        for ready in select.select(waiting, [], [], patience_s)[0]:
             if ready is self._listener:
                 self._accept()
+            elif isinstance(ready, _Caller):
+                self._hear(ready)
             else:
                 self._receive()
 
@@ -98,9 +134,35 @@ class GdbServer:
                 return
             client.settimeout(_SEND_TIMEOUT_S)
             client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            self._client, self._framer, self._sent = client, Framer(), b""
+            self._callers.append(_Caller(client))
+            if len(self._callers) > _MOST_CALLERS:
+                self._hang_up(self._callers[0])
+
+    def _hear(self, caller: _Caller) -> None:
+        """What a caller says; with its first packet it is the debugger."""
+        if caller not in self._callers:  # another one has become the debugger just now
+            return
+        try:
+            data = caller.socket.recv(_CHUNK)
+        except OSError:
+            data = b""
+        arrivals = caller.framer.feed(data) if data and caller.accepts(data) else []
+        packets = [arrived for arrived in arrivals if isinstance(arrived, bytes)]
+        broken = not {Arrival.CORRUPT, Arrival.OVERLONG}.isdisjoint(arrivals)
+        if not data or not caller.accepts(data) or (broken and not packets):
+            self._hang_up(caller)
+        elif packets:
+            self._callers.remove(caller)
+            while self._callers:
+                self._hang_up(self._callers[0])
+            self._client, self._framer, self._sent = caller.socket, caller.framer, b""
             self._session = Session(self._target, self._monitor, self._send_packet)
             self._waits = False
+            self._take(arrivals)
+
+    def _hang_up(self, caller: _Caller) -> None:
+        self._callers.remove(caller)
+        caller.socket.close()
 
     def _receive(self) -> None:
         assert self._client is not None
