@@ -19,11 +19,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import zip_longest
 from typing import Literal, TypeAlias
 
-from emulator.analysis.observation import END, REGISTERS, TERMINAL, Entry, Observation, is_led
+from emulator.analysis.observation import END, REGISTERS, TERMINAL, TIMER, Entry, Observation, is_led
 from emulator.errors import InputError
 from emulator.scenario.printed import FIELDS, FORMATS, deviation, same_banner
 from emulator.time.clock import PS_PER_MS, PS_PER_S
@@ -36,6 +36,10 @@ TIMING_PS = 20 * PS_PER_MS
 _LOOP_PS = 2 * PS_PER_S  # one period of the lab's main loop, text included, and some
 _DRIFT = 25  # a run may be late by 1/25 in all: a loop of 1.04 s of the model takes 1.06 s as compiled code
 _CONTEXT = 3
+_SAME_AFTER = 8  # entries that must be the same after one that only one run has
+_COUNTS = re.compile(r"(\d+) ticks, (\d+) lost")
+_NEGATIVE_ZERO = re.compile(r"-(?=0(?:\.0+)?(?![\d.]))")
+"""The sign of a zero: whether -0.0f or -0 is negated is no difference."""
 _NUMBER = re.compile(r"-?(?:\d+(?:\.\d+)?|inf|nan)\b")
 
 
@@ -65,6 +69,8 @@ class Difference:
     first: Entry | None
     second: Entry | None
     before: Sequence[tuple[Entry, Entry]] = ()
+    inserted: bool = False
+    """What follows is the same again in both: only one run has this entry, or these."""
 
     @property
     def at_ps(self) -> int:
@@ -140,6 +146,10 @@ def largest_deviations(first: Observation, second: Observation) -> dict[str, flo
     return largest
 
 
+SINGLE_PRECISION = {"Pitch": 1e-4, "Roll": 1e-4, "Yaw": 0.01, "Altitude": 0.02}
+"""How far the lab's results in float and in double are apart at most, on the same samples."""
+
+
 # -- what is the same ---------------------------------------------------------------------------------------
 
 
@@ -152,10 +162,40 @@ def _first_difference(
         difference = Difference(name, index, one, other, tuple(before[-_CONTEXT:]))
         if one is None or other is None:
             return difference if difference.at_ps <= end_ps - grace_ps else None
-        if not _same_text(one, other, rules) or not _same_pace(difference, rules):
+        if not _same_entry(name, one, other, rules, end_ps):
+            return _inserted(difference, first[index:], second[index:], rules) or difference
+        if name != TIMER and not _same_pace(difference, rules):
             return difference
         before.append((one, other))
     return None
+
+
+def _inserted(
+    difference: Difference, first: Sequence[Entry], second: Sequence[Entry], rules: Rules
+) -> Difference | None:
+    """The difference as one entry that only one run has, where what follows says so."""
+    if _runs_on(first[1:], second, rules):
+        return replace(difference, second=None, inserted=True)
+    if _runs_on(first, second[1:], rules):
+        return replace(difference, first=None, inserted=True)
+    return None
+
+
+def _runs_on(first: Sequence[Entry], second: Sequence[Entry], rules: Rules) -> bool:
+    """Whether both go on alike, for long enough that it is no chance."""
+    pairs = list(zip(first[:_SAME_AFTER], second[:_SAME_AFTER], strict=False))
+    texts = {one.text.strip() for one, _ in pairs}
+    return len(pairs) >= 2 and len(texts) >= 2 and all(_same_text(one, other, rules) for one, other in pairs)
+
+
+def _same_entry(name: str, one: Entry, other: Entry, rules: Rules, end_ps: int) -> bool:
+    counts = _COUNTS.fullmatch(one.text), _COUNTS.fullmatch(other.text)
+    if name != TIMER or counts[0] is None or counts[1] is None:
+        return _same_text(one, other, rules)
+    (ticks, lost), (other_ticks, other_lost) = (map(int, count.groups()) for count in counts if count)
+    most = max(ticks, other_ticks)
+    late = most * _grace_ps(rules, end_ps) / max(end_ps, 1)  # the timer of one was started that much later
+    return abs(ticks - other_ticks) <= late + 1 and abs(lost - other_lost) <= most / 100
 
 
 def _grace_ps(rules: Rules, end_ps: int) -> int:
@@ -169,7 +209,7 @@ def _same_pace(pair: Difference, rules: Rules) -> bool:
 
 
 def _same_text(one: Entry, other: Entry, rules: Rules) -> bool:
-    text, wanted = same_banner(one.text), same_banner(other.text)
+    text, wanted = (_NEGATIVE_ZERO.sub("", same_banner(entry.text)) for entry in (one, other))
     if one.cut or other.cut:
         return _same_beginning(text, wanted, rules)
     if "numbers" in rules.ignore:

@@ -1,6 +1,7 @@
 """What a run did, as sequences: one for each thing that can be seen from outside.
 
-The lines on the terminal, the register writes of each sensor, the edges of each LED, and how the run ended;
+The lines on the terminal, the register writes of each sensor, the edges of each LED, rate and ticks of the
+callback's timer, and how the run ended;
 :mod:`emulator.analysis.compare` compares them between runs.
 """
 
@@ -14,9 +15,10 @@ from emulator.buses.uart import Uart
 from emulator.errors import FirmwareError, LimitError, NotJudgedError
 from emulator.links.runner import Runner
 from emulator.time.clock import NEVER_PS
+from emulator.time.ticks import TickCounts
 from emulator.trace import EventT, GpioEdge, RegisterWrite, TerminalBytes, Trace, TraceEvent
 
-TERMINAL, END = "terminal", "end of the run"
+TERMINAL, TIMER, END = "terminal", "timer", "end of the run"
 REGISTERS = " registers"
 """How the name of a sensor's sequence ends, after the part's name."""
 MOST_EVENTS = 1_000_000
@@ -81,14 +83,23 @@ def observe(
                 for part in board.sensors.parts
             },
             **{led: edges_of(kept.of(GpioEdge), pin) for led, pin in led_pins(board).items()},
+            TIMER: _timer(board.timer, board.clock.now_ps),
             END: ending,
         },
     )
 
 
+def _timer(timer: TickCounts, now_ps: int) -> list[Entry]:
+    """Its rate, and how many ticks there were; nothing of one that never ticked."""
+    if not timer.ticks:
+        return []
+    ticks = Entry(now_ps, f"{timer.ticks} ticks, {timer.lost} lost")
+    return [Entry(0, f"{timer.name} at {timer.rate_hz:.3f} Hz"), ticks]
+
+
 def is_led(name: str) -> bool:
     """Whether a sequence is a LED's: it is none of the others."""
-    return name not in (TERMINAL, END) and not name.endswith(REGISTERS)
+    return name not in (TERMINAL, TIMER, END) and not name.endswith(REGISTERS)
 
 
 def led_pins(board: Board) -> dict[str, str]:

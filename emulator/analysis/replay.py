@@ -44,6 +44,7 @@ from emulator.python_cpu.hal import HAL_OK, HAL_TIMEOUT, Application
 from emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US, Clock
 from emulator.trace import BusTransfer, GpioEdge, TerminalBytes, Trace
 
+_LF = ord("\n")
 _LOADED_PS = 2 * PS_PER_US
 """From the last bit of a text until the loop has read its variables (0.3 us), and from the timer's interrupt
 to the callback's first transfer (1.6 us), together; in the shipped solution. A callback whose transfer begins
@@ -95,9 +96,24 @@ class _Recording:
         self.reads = deque(_reads(board))
         addresses = board.description.addresses
         self.devices = {address << 1: name for name, address in addresses.items()}  # as the HAL takes them
-        self.sent_ps = [at_ps for at_ps, _ in bytes_sent(board.trace.of(TerminalBytes), board.terminal.uart)]
+        sent = list(bytes_sent(board.trace.of(TerminalBytes), board.terminal.uart))
+        self.sent_ps = [at_ps for at_ps, _ in sent]
+        self._line_ends = [number for number, (_, byte) in enumerate(sent, start=1) if byte == _LF]
         frame_ps = board.terminal.uart.frames_ps(1)
         self.left_ps = [at_ps + frame_ps for at_ps in self.sent_ps]
+
+    def position(self, text: bytearray) -> int:
+        """How far the recorded text is when ``text`` has been printed.
+
+        Counted anew from the beginning of each line, so that a number with another sign or width does not
+        shift all that follows.
+        """
+        lines = text.count(_LF)
+        if not lines:
+            return len(text)
+        if lines > len(self._line_ends):
+            return len(self.sent_ps) + 1
+        return self._line_ends[lines - 1] + len(text) - text.rindex(_LF) - 1
 
 
 def _reads(board: Board) -> Iterator[_Read]:
@@ -188,9 +204,10 @@ class _ReplayHal:
         del timeout_ms
         self._text += data
         left_ps = self._recording.left_ps
-        if len(self._text) > len(left_ps):
+        position = self._recording.position(self._text)
+        if position > len(left_ps):
             self._end()
-        self._spoken_ps = left_ps[len(self._text) - 1] if self._text else 0
+        self._spoken_ps = left_ps[position - 1] if position else 0
         self._delayed_ps = 0
         self._run_callbacks(self._spoken_ps + _LOADED_PS)
         return HAL_OK

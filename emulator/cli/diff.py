@@ -9,6 +9,7 @@ from functools import partial
 import click
 
 from emulator.analysis.compare import (
+    SINGLE_PRECISION,
     Difference,
     Ignorable,
     Rules,
@@ -55,7 +56,7 @@ def compare_firmwares(options: DiffOptions) -> ExitCode:
     """Run both and print what differs; HELD when nothing does and both came to the end. Raises FcuError."""
     rules = Rules(
         _duration("--timing", options.timing),
-        tolerances(map(_tolerance, options.tolerance)),
+        tolerances(map(_tolerance, options.tolerance)) or (dict(SINGLE_PRECISION) if options.replay else {}),
         _ignored(options),
     )
     plan = load_scenario(options.scenario)
@@ -145,6 +146,8 @@ def _report(
 
 
 def _what(difference: Difference, observed: Sequence[Observation]) -> str:
+    if difference.inserted:
+        return "only one run has it; what follows is the same again"
     if difference.first is None or difference.second is None:
         counts = " and ".join(str(len(side.sequences[difference.sequence])) for side in observed)
         return f"only one run has it ({counts} entries)"

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -18,6 +19,7 @@ from emulator.analysis.witness import Witness
 from tests.arm import student_programs
 from tests.arm.student_programs import OPTIMISATIONS, Program, build, said, without_numbers
 from tests.arm.vendor_programs import file
+from tests.integration.test_cli import fcu
 
 MISTAKES = student_programs.programs("mistakes.toml")
 VARIANTS = student_programs.programs("variants.toml")
@@ -98,3 +100,14 @@ def test_the_page_shows_at_least_thirty_mistakes_and_no_other() -> None:
     assert shown == set(MISTAKES)
     assert len(shown) >= 30
     assert len(VARIANTS) >= 12
+
+
+@needs_compiler
+def test_a_replay_finds_no_difference_in_a_right_solution_in_double(folder: Path) -> None:
+    """Each angle computed at each sample, in double throughout, where the lab's firmware keeps floats."""
+    every_sample = [change for change in VARIANTS["double"].change if "eCompass" not in change.old]
+    program = replace(VARIANTS["double"], change=tuple(every_sample))
+    options = ("--scenario", "flat", "--replay", "--duration", "6s")
+    done = fcu("diff", "lab3", str(build(program, "O2", folder)), *options)
+
+    assert b"terminal: the same" in done.stdout

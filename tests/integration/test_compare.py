@@ -44,6 +44,58 @@ def changed(**settings: float | str) -> FirmwareFactory:
 # -- what counts as the same --------------------------------------------------------------------------------
 
 
+def test_the_sign_of_a_zero_is_no_difference() -> None:
+    assert compare(run("Pitch: -0.000000 deg\n"), run("Pitch: 0.000000 deg\n")) == []
+    assert compare(run("Pitch: -0.000001 deg\n"), run("Pitch: 0.000001 deg\n")) != []
+    assert compare(run("a -0 b\n"), run("a 0 b\n")) == []
+    assert compare(run("a -0.5 b\n"), run("a 0.5 b\n")) != []
+
+
+def test_one_line_more_is_one_line_more_and_not_a_hundred_other_lines() -> None:
+    short = [f"line {n}\n" for n in range(6)]
+    (difference,) = compare(run(*short), run(*short[:2], "hello\n", *short[2:]))
+
+    assert difference.inserted
+    assert difference.index == 2
+    assert difference.first is None
+    assert difference.second is not None
+    assert difference.second.text == "hello\n"
+
+    (difference,) = compare(run(*short), run(*short[:2], *short[3:]))
+    assert difference.inserted
+    assert difference.first is not None
+    assert difference.first.text == "line 2\n"
+
+
+def test_another_line_is_no_inserted_one() -> None:
+    (difference,) = compare(run("a\n", "b\n", "c\n", "d\n"), run("a\n", "x\n", "c\n", "d\n"))
+
+    assert not difference.inserted
+    assert difference.first is not None
+    assert difference.second is not None
+
+
+def test_a_timer_at_another_rate_is_a_difference() -> None:
+    slower = changed(timer_prescaler=51, timer_period=1999)  # 807.7 Hz
+    (difference,) = [
+        one for one in compare(observed("flat"), observed("flat", slower)) if one.sequence == "timer"
+    ]
+
+    assert difference.first is not None
+    assert difference.second is not None
+    assert (difference.first.text, difference.second.text) == ("TIM9 at 800.000 Hz", "TIM9 at 807.692 Hz")
+
+
+def test_ticks_that_are_lost_are_a_difference() -> None:
+    def timed(ticks: int, lost: int) -> Observation:
+        entries = [Entry(0, "TIM9 at 800.000 Hz"), Entry(END_PS, f"{ticks} ticks, {lost} lost")]
+        return Observation(END_PS, {"timer": entries})
+
+    assert compare(timed(7_200, 0), timed(7_150, 3)) == []
+    assert compare(timed(7_200, 0), timed(7_200, 3_600)) != []
+    assert compare(timed(7_200, 0), timed(3_600, 0)) != []
+
+
 def test_the_first_difference_is_the_earliest_of_all_sequences() -> None:
     first = Observation(
         END_PS, {TERMINAL: [Entry(3 * PS_PER_S, "a\n")], "LED1": [Entry(2 * PS_PER_S, "on")], "LED2": []}
@@ -245,8 +297,9 @@ def test_on_every_scenario_a_firmware_equals_itself_and_no_faulty_one(name: str)
     assert lab3.sequences[TERMINAL]
     assert not compare(lab3, observed(name))
     differences = compare(lab3, observed(name, changed(timer_period=9999)), Rules(timing_ps=PS_PER_MS))
-    assert differences[0].sequence == TERMINAL
-    assert differences[0].at_ps > PS_PER_S  # the boot is the same
+    assert differences[0].sequence == "timer"
+    assert TERMINAL in [one.sequence for one in differences]
+    assert differences[1].at_ps > PS_PER_S  # the boot is the same
 
 
 @pytest.mark.parametrize("name", ["figure_eight", "flat", "stairs"])
