@@ -2,6 +2,9 @@
 
 ::
 
+    from emulator.analysis.mistakes import explain
+    from emulator.analysis.witness import Witness
+
     board = Board(firmware="lab3.elf", scenario="tilt_sweep")
     witness = Witness(board)
     board.run_for(10)

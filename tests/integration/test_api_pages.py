@@ -56,14 +56,14 @@ def test_what_a_page_shows_says_what_it_is(kind: str, name: str) -> None:
 def test_examples_in_docstrings_run(
     kind: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """In a folder with a built firmware; a docstring inside the package need not import ``Board``."""
+    """In a folder with a built firmware; docstrings need not import ``Board`` and pytest."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "build").mkdir()
     for file in ("lab3.elf", "build/lab3.elf", "build/mylab.elf"):
         shutil.copyfile(prebuilt("solution", "I2C2"), tmp_path / file)
     shown = importlib.import_module(name) if kind == "module" else found(name)
     program = examples(shown.__doc__ or "")
-    names = {"__name__": "example", "Board": emulator.Board}
+    names = {"__name__": "example", "Board": emulator.Board, "pytest": pytest}
 
     exec(compile(program, name, "exec"), names)
 
