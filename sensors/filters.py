@@ -1,7 +1,7 @@
 """Digital filters as biquad sections, evaluated in blocks where somebody looks.
 
 Decision: every filter of the parts is a second-order Butterworth section by the bilinear transform, -3 dB
-exactly at the documented cut-off; no datasheet of the three gives order or shape. A cut-off at or above half
+exactly at the documented cut-off; no datasheet of the parts gives order or shape. A cut-off at or above half
 the sample rate filters nothing that samples at that rate could show, and its section is left out.
 
 A cascade of sections runs as a state-space system over pages of 32 blocks of 64 samples: what each block

@@ -1,4 +1,4 @@
-"""What the three parts have in common: register files behind sub-addresses, notes, self-clearing bits."""
+"""What all parts have in common: register files behind sub-addresses, notes, self-clearing bits."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from registers import Bits, Register
 
 __all__ = ["ADDRESSES", "Bits", "Register", "RegisterMap"]
 
-ADDRESSES = 128  # 7-bit sub-addresses, all three parts
+ADDRESSES = 128  # 7-bit sub-addresses
 
 
 class RegisterMap:
