@@ -26,7 +26,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Protocol, Self, TypeAlias
 
-from emulator.buses.i2c_master import I2CMaster
+from emulator.buses.i2c import I2CMaster
 from emulator.errors import I2CError, I2CNackError, I2CStuckError, InputError
 
 if TYPE_CHECKING:

@@ -43,12 +43,11 @@ from emulator.boards.description import BoardDescription, SensorSettings
 from emulator.boards.fcu001v1 import FCU001V1
 from emulator.boards.signals import BoardSignals
 from emulator.buses.gpio import Gpio, Led
-from emulator.buses.i2c import FAST_MODE_HZ, I2CBus
-from emulator.buses.i2c_master import I2CMaster
+from emulator.buses.i2c import FAST_MODE_HZ, I2CBus, I2CMaster
 from emulator.buses.spi import SpiBus, SpiMaster
 from emulator.buses.uart import Uart
 from emulator.errors import InputError
-from emulator.python_cpu.core import Core
+from emulator.python_cpu.cpu import PythonCpu
 from emulator.python_cpu.hal import Hal
 from emulator.python_cpu.timer import IntervalTimer
 from emulator.time.clock import Clock, to_ps
@@ -299,11 +298,11 @@ class Board:
         if choice.factory is None:
             idle = IntervalTimer(timer.block, self.clock, self.trace, timer.input_hz, lambda: None)
             return NoFirmware(self.clock, idle)
-        core = Core(self.clock)
+        cpu = PythonCpu(self.clock)
         i2c = signals.i2c[choice.profile.bus]
-        hal = Hal(self.clock, self.trace, core, i2c, signals.uart, self.gpio, timer)
-        self._end_firmware = weakref.finalize(self, core.close)
-        return PythonFirmware(choice.factory(hal), core, hal)
+        hal = Hal(self.clock, self.trace, cpu, i2c, signals.uart, self.gpio, timer)
+        self._end_firmware = weakref.finalize(self, cpu.close)
+        return PythonFirmware(choice.factory(hal), cpu, hal)
 
 
 class _Run:

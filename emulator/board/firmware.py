@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 from emulator.boards.description import BoardDescription, Profile
 from emulator.errors import InputError
-from emulator.python_cpu.core import Core
+from emulator.python_cpu.cpu import PythonCpu
 from emulator.python_cpu.hal import Application, Hal
 from emulator.time.clock import Clock
 from emulator.time.ticks import TickCounts
@@ -176,16 +176,16 @@ class NoFirmware:
 class PythonFirmware:
     """Firmware written in Python, on the HAL."""
 
-    def __init__(self, application: Application, core: Core, hal: Hal) -> None:
+    def __init__(self, application: Application, cpu: PythonCpu, hal: Hal) -> None:
         self._application = application
-        self._core = core
+        self._cpu = cpu
         self.timer: TickCounts = hal.timer
         hal.link(application)
-        core.boot(application.main)
+        cpu.boot(application.main)
 
     def run_until_ps(self, at_ps: int) -> None:
         """Run up to and including ``at_ps``."""
-        self._core.run_until_ps(at_ps)
+        self._cpu.run_until_ps(at_ps)
 
     def variable(self, name: str) -> Any:
         """An attribute of the application."""

@@ -89,7 +89,7 @@ class CallbackTimer:
 
 @dataclass(frozen=True)
 class AbsentPart:
-    """A part that is on the real board and has no model: who selects it on ``spi`` is told so in the trace.
+    """A part that is on the real board and has no model: selecting it on ``spi`` leaves a note in the trace.
 
     ``held``: its outputs, and the level at which they stay.
     """

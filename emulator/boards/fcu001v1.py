@@ -1,4 +1,4 @@
-"""The STEVAL-FCU001V1: an STM32F401CC with LSM6DSL, LIS2MDL and LPS22HB (ST UM2329, schematic).
+"""The STEVAL-FCU001V1: an STM32F401CC with LSM6DSL, LIS2MDL and LPS22HB, as its schematic has them.
 
 Mounting: the output axes of the lab's ``ReadSensorRawData`` are out.X = -raw.Y, out.Y = raw.X, out.Z = raw.Z
 (COORDINATE_SYSTEM 3) and are the board's X right, Y forward, Z up; so a sensor measures raw = MOUNTING @

@@ -1,4 +1,4 @@
-"""The pins: who drives them, what level results, who is told (reference manual RM0368 section 8).
+"""The pins: who drives them, what level results, who hears of it (reference manual RM0368 section 8).
 
 A pin has three kinds of drivers: the chip's output stage, any number of parties outside (a sensor's
 interrupt pin, a button, a receiver), and the chip's weak pull resistor. The lowest strong driver wins, as

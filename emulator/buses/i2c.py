@@ -17,6 +17,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal, Protocol, Self, TypeAlias, get_args
 
+from emulator.buses import arguments as bus_arguments
 from emulator.errors import I2CBusError, I2CError, I2CNackError, I2CStuckError, InputError
 from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, Clock, to_ps
 from emulator.trace import BusTransfer, Fault, Trace
@@ -189,16 +190,16 @@ class I2CBus:
         """Put a device at a 7-bit address."""
         self._targets[address] = target
         self._kept.clear()
-        for told in self.when_changed:
-            told()
+        for changed in self.when_changed:
+            changed()
 
     def inject(self, fault: I2CFault) -> None:
         """Break transfers as the rule says."""
         self._faults.append(fault)
         self.has_faults = True
         self._kept.clear()
-        for told in self.when_changed:
-            told()
+        for changed in self.when_changed:
+            changed()
         until = "for good" if fault.until_ps >= PS_PER_S * 10**6 else f"until {fault.until_ps / PS_PER_S:g} s"
         where = "" if fault.address is None else f" at 0x{fault.address:02X}"
         self._trace.add(Fault(fault.from_ps, self.name, f"{fault.kind}{where} {until}"))
@@ -349,3 +350,48 @@ class I2CBus:
         device = target.name() if target else ""
         register = target.register_name(data[0]) if target and data else ""
         return start_ps, end_ps, self.name, address, device, register, data, received, result
+
+
+# -- Python as the master, for tests of drivers -------------------------------------------------------------
+
+
+class I2CMaster:
+    """A bus master in Python. Transfers take their time on the wire; firmware, if any, runs meanwhile.
+
+    Addresses have 7 bits. A transfer nobody acknowledges raises I2CNackError, a broken bus I2CBusError or
+    I2CStuckError; an address, a length or data that cannot be, InputError.
+    """
+
+    def __init__(self, bus: I2CBus, run_until_ps: Callable[[int], None]) -> None:
+        self.bus = bus
+        """The bus itself: its speed, its targets, its latest transfers."""
+        self._run_until = run_until_ps
+
+    @property
+    def speed_hz(self) -> int:
+        """Clock rate of the bus."""
+        return self.bus.speed_hz
+
+    def write(self, address: int, data: bytes) -> None:
+        """Start, address, ``data``, stop."""
+        self._transfer(address, bus_arguments.payload(data), 0)
+
+    def read(self, address: int, n: int) -> bytes:
+        """Start, address, ``n`` bytes, stop."""
+        return self._transfer(address, b"", bus_arguments.length(n, 1))
+
+    def write_read(self, address: int, data: bytes, n: int) -> bytes:
+        """Start, address, ``data``, repeated start, address, ``n`` bytes, stop."""
+        return self._transfer(address, bus_arguments.payload(data), bus_arguments.length(n, 1))
+
+    def inject(self, fault: I2CFault) -> None:
+        """Break transfers as the rule says, those of firmware included."""
+        self.bus.inject(fault)
+
+    def _transfer(self, address: int, data: bytes, count: int) -> bytes:
+        address = bus_arguments.address(address)
+        self._run_until(max(self.bus.end_ps, self.bus.now_ps))  # firmware may be in a transfer
+        try:
+            return self.bus.transfer(address, data, count)
+        finally:
+            self._run_until(self.bus.end_ps)

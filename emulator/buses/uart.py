@@ -116,7 +116,7 @@ class Uart:
 
     # -- sending ----------------------------------------------------------------------------------------
 
-    def write(self, data: bytes, until_ps: int) -> int:
+    def send(self, data: bytes, until_ps: int) -> int:
         """Write bytes to the data register, each as soon as it is empty, but none after ``until_ps``.
 
         The sender is there from now until ``until_ps``. The first byte is always written (the caller has
@@ -179,7 +179,7 @@ class Uart:
         self._on_wire.append(self._run)
 
     def carry(self, data: bytes, *, detailed: bool) -> None:
-        """The chip has sent bytes, behind those of its run so far."""
+        """The chip has sent bytes, after those of its run so far."""
         run = self._run
         first = run.count()
         run.waiting += data

@@ -15,7 +15,7 @@ from emulator.buses.gpio import Gpio
 from emulator.buses.i2c import I2CBus
 from emulator.buses.uart import Uart
 from emulator.errors import I2CError, I2CStuckError
-from emulator.python_cpu.core import Core, Interrupt
+from emulator.python_cpu.cpu import Interrupt, PythonCpu
 from emulator.python_cpu.timer import IntervalTimer
 from emulator.time.clock import PS_PER_MS, Clock
 from emulator.trace import Trace
@@ -42,21 +42,21 @@ class Hal:
         self,
         clock: Clock,
         trace: Trace,
-        core: Core,
+        cpu: PythonCpu,
         i2c: I2CBus,
         uart: Uart,
         gpio: Gpio,
         timer: CallbackTimer,
     ) -> None:
         self._clock = clock
-        self._core = core
+        self._cpu = cpu
         self._i2c = i2c
         self._uart = uart
         self._gpio = gpio
         self._sending = False
         self._transferring = False
         self._callback: Callable[[], None] | None = None
-        interrupt = Interrupt(core, timer.priority, self._timer_irq_handler)
+        interrupt = Interrupt(cpu, timer.priority, self._timer_irq_handler)
         self.timer = IntervalTimer(timer.block, clock, trace, timer.input_hz, interrupt.set_pending)
 
     def link(self, application: Application) -> None:
@@ -71,7 +71,7 @@ class Hal:
 
     def HAL_Delay(self, delay_ms: int) -> None:
         """Wait until ``delay_ms`` ticks have been counted: up to one tick less than that time."""
-        self._core.wait_until((self.HAL_GetTick() + delay_ms) * PS_PER_MS)
+        self._cpu.wait_until((self.HAL_GetTick() + delay_ms) * PS_PER_MS)
 
     # -- I2C --------------------------------------------------------------------------------------------
 
@@ -109,7 +109,7 @@ class Hal:
         """Let the transfer take its time; a handler that calls meanwhile finds the handle locked."""
         self._transferring = True
         try:
-            self._core.elapse(self._i2c.end_ps - self._clock.now_ps)
+            self._cpu.elapse(self._i2c.end_ps - self._clock.now_ps)
         finally:
             self._transferring = False
 
@@ -127,11 +127,11 @@ class Hal:
         self._sending = True
         try:
             while data:
-                self._core.wait_until(self._uart.txe_ps)
+                self._cpu.wait_until(self._uart.txe_ps)
                 if self._clock.now_ps >= deadline_ps:
                     return HAL_TIMEOUT
-                data = data[self._uart.write(data, min(self._clock.next_ps, deadline_ps)) :]
-            self._core.wait_until(self._uart.idle_ps)
+                data = data[self._uart.send(data, min(self._clock.next_ps, deadline_ps)) :]
+            self._cpu.wait_until(self._uart.idle_ps)
         finally:
             self._sending = False
         return HAL_OK
@@ -141,7 +141,7 @@ class Hal:
         deadline_ps = (self.HAL_GetTick() + timeout_ms + 1) * PS_PER_MS
         received = bytearray()
         while len(received) < size:
-            self._core.wait_for(lambda: self._uart.rxne, deadline_ps)
+            self._cpu.wait_for(lambda: self._uart.rxne, deadline_ps)
             value = self._uart.read_data()
             if value is None:
                 return HAL_TIMEOUT, bytes(received)
@@ -173,7 +173,7 @@ class Hal:
         when that is over.
         """
         self.timer.enable_interrupt()
-        self._core.take_interrupts()
+        self._cpu.take_interrupts()
         self.timer.start()
 
     def _timer_irq_handler(self) -> None:

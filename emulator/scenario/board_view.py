@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import Any, Protocol
 
 from emulator.buses.gpio import Led
-from emulator.buses.i2c_master import I2CMaster
+from emulator.buses.i2c import I2CMaster
 from emulator.buses.uart import Uart
 from emulator.time.clock import Clock
 from emulator.time.ticks import TickCounts

@@ -80,7 +80,7 @@ class Clock:
     def schedule(self, at_ps: int, action: Callable[[], None], *, last: bool = False) -> Event:
         """Call ``action()`` at ``at_ps``; a time already past means now, after what is due now.
 
-        ``last`` puts it behind everything else of the same time, also what is scheduled later.
+        ``last`` puts it after everything else of the same time, also what is scheduled later.
         """
         event = Event(action)
         self._order += 1

@@ -5,7 +5,7 @@ over. It runs in a greenlet, so that a run can leave it anywhere (also in the mi
 handler) and go on there later. Interrupt handlers run on top of whatever waits, as on the chip.
 
 Decision: a greenlet. A thread per board would need locks, could not be dropped while it waits, and switches
-ten times slower; generators would put ``yield from`` in front of every HAL call of firmware that is to be
+ten times slower; generators would put ``yield from`` before every HAL call of firmware that is to be
 read as C.
 
 Only waiting costs virtual time; Python statements between two HAL calls take none.
@@ -27,17 +27,17 @@ _THREAD_PRIORITY = 256  # below every interrupt; smaller numbers are more urgent
 
 
 class Interrupt:
-    """An interrupt line of a core: its NVIC priority and its handler."""
+    """An interrupt line of a processor: its NVIC priority and its handler."""
 
     __slots__ = ("_pending", "handler", "priority")
 
-    def __init__(self, core: Core, priority: int, handler: Callable[[], None]) -> None:
+    def __init__(self, cpu: PythonCpu, priority: int, handler: Callable[[], None]) -> None:
         self.priority = priority
         self.handler = handler
-        self._pending = core.pending
+        self._pending = cpu.pending
 
     def set_pending(self) -> None:
-        """Make it pending; it is taken by the next wait, or at once by :meth:`Core.take_interrupts`."""
+        """Make it pending; it is taken by the next wait, or at once by :meth:`PythonCpu.take_interrupts`."""
         pending = self._pending
         if not pending:
             pending.append(self)
@@ -45,7 +45,7 @@ class Interrupt:
             bisect.insort(pending, self, key=lambda entry: entry.priority)
 
 
-class Core:
+class PythonCpu:
     """Runs one firmware's ``main`` and its interrupt handlers on the board's clock."""
 
     def __init__(self, clock: Clock) -> None:
@@ -57,7 +57,7 @@ class Core:
         self._main: Callable[[], None] | None = None
 
     def boot(self, main: Callable[[], None]) -> None:
-        """Start ``main`` the next time the core runs."""
+        """Start ``main`` the next time the processor runs."""
         self._main = main
 
     def run_until_ps(self, at_ps: int) -> None:
@@ -86,14 +86,14 @@ class Core:
         self._clock.advance_to(at_ps)  # firmware that has returned leaves time to pass without it
 
     def close(self) -> None:
-        """Unwind the firmware. A suspended stack is invisible to the garbage collector: it has to be told."""
+        """Unwind the firmware: the garbage collector does not see a suspended stack."""
         if self._context and not self._context.dead:
             with suppress(greenlet_error):  # it belongs to another thread, which is gone
                 self._context.parent = getcurrent()  # come back here, which may be inside another firmware
                 self._context.throw()
 
     def snapshot(self) -> None:
-        """There is nothing to be kept of a core without firmware. Raises InputError if there is one."""
+        """There is nothing to be kept of a processor without firmware. Raises InputError if there is one."""
         if self._main is not None:
             raise InputError(
                 "firmware in Python runs on a stack that cannot be copied, so this board has no snapshots; "
