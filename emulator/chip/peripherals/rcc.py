@@ -20,7 +20,7 @@ from functools import partial
 from emulator.chip.peripherals.peripheral import WORD, IrqLine, Peripheral, Soc
 from emulator.chip.peripherals.pwr import Pwr
 from emulator.chip.registers import BLOCKS, rcc
-from emulator.chip.registers.block import Word, offsets
+from emulator.chip.registers.block import Word, masks, offsets
 from emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US, Event
 
 # -- the clock tree's arithmetic: from registers to frequencies (section 6.2, figure 12) --------------------
@@ -58,9 +58,10 @@ class PllOutput:
 
 def pll(pllcfgr: int) -> PllOutput:
     """The PLL's frequencies; M = 0 and 1 are not allowed and count as 1."""
-    source_hz = HSE_HZ if pllcfgr >> 22 & 1 else HSI_HZ
-    m, n = max(pllcfgr & 0x3F, 1), pllcfgr >> 6 & 0x1FF
-    p, q = 2 * ((pllcfgr >> 16 & 3) + 1), max(pllcfgr >> 24 & 0xF, 1)
+    fields = rcc.PLLCFGR
+    source_hz = HSE_HZ if fields.PLLSRC.get(pllcfgr) else HSI_HZ
+    m, n = max(fields.PLLM.get(pllcfgr), 1), fields.PLLN.get(pllcfgr)
+    p, q = 2 * (fields.PLLP.get(pllcfgr) + 1), max(fields.PLLQ.get(pllcfgr), 1)
     vco_hz = source_hz * n // m
     return PllOutput(source_hz // m, vco_hz, vco_hz // p, vco_hz // q)
 
@@ -85,8 +86,8 @@ class Frequencies:
 
 def frequencies(sysclk_hz: int, cfgr: int, *, timpre: bool = False) -> Frequencies:
     """The clocks that RCC_CFGR's prescalers make of SYSCLK; ``timpre`` is RCC_DCKCFGR.TIMPRE (6.3.23)."""
-    hclk_hz = sysclk_hz >> _AHB_SHIFT[cfgr >> 4 & 0xF]
-    shift1, shift2 = _APB_SHIFT[cfgr >> 10 & 7], _APB_SHIFT[cfgr >> 13 & 7]
+    hclk_hz = sysclk_hz >> _AHB_SHIFT[rcc.CFGR.HPRE.get(cfgr)]
+    shift1, shift2 = _APB_SHIFT[rcc.CFGR.PPRE1.get(cfgr)], _APB_SHIFT[rcc.CFGR.PPRE2.get(cfgr)]
     return Frequencies(
         sysclk_hz,
         hclk_hz,
@@ -129,35 +130,48 @@ RESET = _gates("RST", rcc.AHB1RSTR, rcc.AHB2RSTR, rcc.APB1RSTR, rcc.APB2RSTR)
 CR, PLLCFGR, CFGR, CIR = offsets(rcc.CR, rcc.PLLCFGR, rcc.CFGR, rcc.CIR)
 BDCR, CSR, DCKCFGR = offsets(rcc.BDCR, rcc.CSR, rcc.DCKCFGR)
 
-_RESET_FLAG = {"PIN": 26, "SYSRESETREQ": 28, "IWDG": 29, "WWDG": 30}  # bits of RCC_CSR (6.3.21)
-_PINRSTF, _RMVF = 1 << 26, 1 << 24
-_POWER_ON_FLAGS = 0x0E00_0000
-_FLAGS = 0xFE00_0000
-_BDRST, _RTCEN = 1 << 16, 1 << 15
-_TIMPRE = 1 << 24
+_RESET_FLAG = {
+    "PIN": rcc.CSR.PINRSTF.mask,
+    "SYSRESETREQ": rcc.CSR.SFTRSTF.mask,
+    "IWDG": rcc.CSR.IWDGRSTF.mask,
+    "WWDG": rcc.CSR.WWDGRSTF.mask,
+}
+_FLAGS = sum(bits.mask for bits in rcc.CSR.fields if bits.name.endswith("RSTF"))
+_RMVF, _BDRST, _RTCEN = masks(rcc.CSR.RMVF, rcc.BDCR.BDRST, rcc.BDCR.RTCEN)
 _CHECK_AFTER_PS = PS_PER_MS
 """Limits are judged when a setting has lasted: ST's HAL 1.6 divides APB1 after switching to the PLL."""
 
 
 @dataclass(frozen=True)
 class _Source:
-    """An oscillator or PLL: where its bits are, how long it takes to start; ``flag`` is its bit in CIR."""
+    """An oscillator or PLL: where its bits are, how long it takes to start."""
 
     register: int
     on: int
     ready: int
     flag: int
+    """Of CIR, with its enable bit next."""
+    enable: int
     start_ps: int
 
 
+def _source(register: type[Word], name: str, start_ps: int) -> _Source:
+    """By the manual's names: HSION, HSIRDY, HSIRDYF and HSIRDYIE."""
+    own = {bits.name: bits.mask for bits in register.fields}
+    cir = {bits.name: bits.mask for bits in rcc.CIR.fields}
+    ready = f"{name}RDY"
+    return _Source(register.addr, own[f"{name}ON"], own[ready], cir[f"{ready}F"], cir[f"{ready}IE"], start_ps)
+
+
 _SOURCES = {
-    "HSI": _Source(CR, 0, 1, 2, 2 * PS_PER_US),
-    "HSE": _Source(CR, 16, 17, 3, 2 * PS_PER_MS),
-    "PLL": _Source(CR, 24, 25, 4, 100 * PS_PER_US),
-    "PLLI2S": _Source(CR, 26, 27, 5, 100 * PS_PER_US),
-    "LSI": _Source(CSR, 0, 1, 0, 15 * PS_PER_US),
-    "LSE": _Source(BDCR, 0, 1, 1, 2 * PS_PER_S),
+    "HSI": _source(rcc.CR, "HSI", 2 * PS_PER_US),
+    "HSE": _source(rcc.CR, "HSE", 2 * PS_PER_MS),
+    "PLL": _source(rcc.CR, "PLL", 100 * PS_PER_US),
+    "PLLI2S": _source(rcc.CR, "PLLI2S", 100 * PS_PER_US),
+    "LSI": _source(rcc.CSR, "LSI", 15 * PS_PER_US),
+    "LSE": _source(rcc.BDCR, "LSE", 2 * PS_PER_S),
 }
+_READY_FLAGS = sum(source.flag for source in _SOURCES.values())
 _SYSCLK_SOURCES = ("HSI", "HSE", "PLL")  # in the order of SW
 
 
@@ -197,17 +211,17 @@ class Rcc(Peripheral, declared=BLOCKS["RCC"]):
         bdcr = self.registers[BDCR]
         if not bdcr & _RTCEN:
             return 0
-        name = (None, "LSE", "LSI", "HSE")[bdcr >> 8 & 3]
+        name = (None, "LSE", "LSI", "HSE")[rcc.BDCR.RTCSEL.get(bdcr)]
         if name is None or not self._ready(name):
             return 0
         if name == "HSE":
-            divider = self.registers[CFGR] >> 16 & 0x1F
+            divider = rcc.CFGR.RTCPRE.get(self.registers[CFGR])
             return HSE_HZ // divider if divider >= 2 else 0
         return LSE_HZ if name == "LSE" else LSI_HZ
 
     def reset_because(self, reason: str) -> None:
         """Show the cause in CSR: "PIN", "SYSRESETREQ", "IWDG" or "WWDG"; each pulls NRST too (6.1.1)."""
-        self.registers[CSR] |= _PINRSTF | 1 << _RESET_FLAG[reason]
+        self.registers[CSR] |= _RESET_FLAG["PIN"] | _RESET_FLAG[reason]
 
     def reset(self) -> None:
         """System reset: the backup domain and the reset flags stay (6.3.20, 6.3.21)."""
@@ -226,7 +240,7 @@ class Rcc(Peripheral, declared=BLOCKS["RCC"]):
         if offset == BDCR and not self._pwr.backup_writable:
             self.note("refused", "BDCR written while PWR_CR.DBP is 0")
             return
-        if offset == PLLCFGR and self.registers[CR] >> _SOURCES["PLL"].on & 1:
+        if offset == PLLCFGR and self.registers[CR] & _SOURCES["PLL"].on:
             self.note("forbidden", "PLLCFGR written while the PLL is on; it counts from the PLL's next start")
         old = self.registers.get(offset, 0)
         super().write(offset, value, mask)
@@ -236,7 +250,8 @@ class Rcc(Peripheral, declared=BLOCKS["RCC"]):
         elif offset in RESET:
             self._apply_resets(offset, self.registers[offset] & ~old)
         elif offset == CIR:
-            self.registers[CIR] &= ~(value >> 16 & 0xBF)
+            cleared = value >> rcc.CIR.LSIRDYC.lsb & (_READY_FLAGS | rcc.CIR.CSSF.mask)
+            self.registers[CIR] &= ~cleared
             self._signal()
         else:
             self._clocks_written(offset, value)
@@ -254,11 +269,11 @@ class Rcc(Peripheral, declared=BLOCKS["RCC"]):
 
     def _keep_used_sources(self) -> None:
         """What drives SYSCLK cannot be switched off: the hardware keeps the bit set (6.3.1)."""
-        used = {_SYSCLK_SOURCES[self.registers[CFGR] >> 2 & 3]}
+        used = {_SYSCLK_SOURCES[rcc.CFGR.SWS.get(self.registers[CFGR])]}
         if "PLL" in used:
             used.add(self._pll_source())
         for name in used:
-            self.registers[CR] |= 1 << _SOURCES[name].on
+            self.registers[CR] |= _SOURCES[name].on
 
     def _apply_gates(self) -> None:
         for offset, names in ENABLE.items():
@@ -276,17 +291,17 @@ class Rcc(Peripheral, declared=BLOCKS["RCC"]):
 
     def _ready(self, name: str) -> bool:
         source = _SOURCES[name]
-        return bool(self.registers[source.register] >> source.ready & 1)
+        return bool(self.registers[source.register] & source.ready)
 
     def _pll_source(self) -> str:
-        return "HSE" if self.registers[PLLCFGR] >> 22 & 1 else "HSI"
+        return "HSE" if rcc.PLLCFGR.PLLSRC.get(self.registers[PLLCFGR]) else "HSI"
 
     def _update(self) -> None:
         """Start and stop sources as their bits say, then let SYSCLK follow."""
         for name, source in _SOURCES.items():
-            on = self.registers[source.register] >> source.on & 1
+            on = self.registers[source.register] & source.on
             if not on:
-                self.registers[source.register] &= ~(1 << source.ready)
+                self.registers[source.register] &= ~source.ready
                 if name in self._starting:
                     self._starting.pop(name).cancel()
             elif not self._ready(name) and name not in self._starting and self._has_input(name):
@@ -310,25 +325,26 @@ class Rcc(Peripheral, declared=BLOCKS["RCC"]):
     def _started(self, name: str) -> None:
         source = _SOURCES[name]
         del self._starting[name]
-        self.registers[source.register] |= 1 << source.ready
-        if self.registers[CIR] >> 8 + source.flag & 1:
-            self.registers[CIR] |= 1 << source.flag
+        self.registers[source.register] |= source.ready
+        if self.registers[CIR] & source.enable:
+            self.registers[CIR] |= source.flag
         self._signal()
         self._update()
 
     def _signal(self) -> None:
         cir = self.registers[CIR]
-        self._irq.set(self.name, bool(cir & cir >> 8 & 0x3F))
+        enabled = cir >> rcc.CIR.LSIRDYIE.lsb
+        self._irq.set(self.name, bool(cir & enabled & _READY_FLAGS))
 
     # -- frequencies ------------------------------------------------------------------------------------
 
     def _select(self) -> None:
-        wanted = self.registers[CFGR] & 3
+        wanted = rcc.CFGR.SW.get(self.registers[CFGR])
         if wanted < len(_SYSCLK_SOURCES) and self._ready(_SYSCLK_SOURCES[wanted]):
-            self.registers[CFGR] = self.registers[CFGR] & ~0xC | wanted << 2
-        used = self.registers[CFGR] >> 2 & 3
+            self.registers[CFGR] = rcc.CFGR.SWS.put(self.registers[CFGR], wanted)
+        used = rcc.CFGR.SWS.get(self.registers[CFGR])
         sysclk_hz = (HSI_HZ, HSE_HZ, self._pll_hz)[used]
-        timpre = bool(self.registers[DCKCFGR] & _TIMPRE)
+        timpre = bool(rcc.DCKCFGR.TIMPRE.get(self.registers[DCKCFGR]))
         self._adopt(frequencies(sysclk_hz, self.registers[CFGR], timpre=timpre))
 
     def _adopt(self, clocks: Frequencies) -> None:

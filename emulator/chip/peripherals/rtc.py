@@ -106,7 +106,7 @@ class Rtc(Peripheral, declared=BLOCKS["RTC"]):
         if offset == DR:
             weekday = (self._first_weekday - 1 + seconds // 86400) % 7 + 1
             return date_register(seconds, weekday)
-        return (self.registers[PRER] & 0x7FFF) - below // self._asynchronous()
+        return rtc.PRER.PREDIV_S.get(self.registers[PRER]) - below // self._asynchronous()
 
     def read(self, offset: int) -> int:
         """A register as of now."""
@@ -145,7 +145,7 @@ class Rtc(Peripheral, declared=BLOCKS["RTC"]):
             self.note("refused", f"{self._named(offset)} written outside initialisation mode (ISR.INIT)")
             return
         super().write(offset, value, mask)
-        if offset == TR and value & 1 << 22:
+        if offset == TR and value & rtc.TR.PM.mask:
             self.note("not modelled", "TR.PM: the 12 hour format")
 
     # -- calendar ---------------------------------------------------------------------------------------
@@ -159,7 +159,7 @@ class Rtc(Peripheral, declared=BLOCKS["RTC"]):
             self.registers[ISR] = self.registers[ISR] & ~_RSF | _INIT | _INITF
         elif not wanted and not running:
             seconds = seconds_of(self.registers[TR], self.registers[DR])
-            weekday = self.registers[DR] >> 13 & 7 or 1
+            weekday = rtc.DR.WDU.get(self.registers[DR]) or 1
             self._first_weekday = (weekday - 1 - seconds // 86400) % 7 + 1
             self._cycles = seconds * self._cycles_per_s()
             self._since_ps = self.soc.clock.now_ps
@@ -169,11 +169,11 @@ class Rtc(Peripheral, declared=BLOCKS["RTC"]):
             self.registers[ISR] |= _RSF  # cleared by software, it is soon set again
 
     def _asynchronous(self) -> int:
-        return (self.registers[PRER] >> 16 & 0x7F) + 1
+        return rtc.PRER.PREDIV_A.get(self.registers[PRER]) + 1
 
     def _cycles_per_s(self) -> int:
         """RTC clocks in what the calendar calls a second (17.3.1)."""
-        return self._asynchronous() * ((self.registers[PRER] & 0x7FFF) + 1)
+        return self._asynchronous() * (rtc.PRER.PREDIV_S.get(self.registers[PRER]) + 1)
 
     def _now_cycles(self) -> int:
         elapsed_ps = self.soc.clock.now_ps - self._since_ps

@@ -138,7 +138,7 @@ class Wwdg(Peripheral, declared=BLOCKS["WWDG"]):
 
     def _reload(self, value: int, mask: int) -> None:
         running = self.registers[WWDG_CR] & _WDGA
-        if running and self._counter() > self.registers[WWDG_CFR] & 0x7F:
+        if running and self._counter() > wwdg.CFR.W.get(self.registers[WWDG_CFR]):
             self.soc.reset("WWDG")
             return
         super().write(WWDG_CR, value, mask)
@@ -150,7 +150,7 @@ class Wwdg(Peripheral, declared=BLOCKS["WWDG"]):
         self._plan()
 
     def _counter(self) -> int:
-        value = self.registers[WWDG_CR] & 0x7F
+        value = wwdg.CR.T.get(self.registers[WWDG_CR])
         if not self.registers[WWDG_CR] & _WDGA:
             return value
         elapsed_ps = self.soc.clock.now_ps - self._since_ps
@@ -158,7 +158,7 @@ class Wwdg(Peripheral, declared=BLOCKS["WWDG"]):
         return max(value - counts, 0)
 
     def _divider(self) -> int:
-        return 4096 << (self.registers[WWDG_CFR] >> 7 & 3)
+        return 4096 << wwdg.CFR.WDGTB.get(self.registers[WWDG_CFR])
 
     def _store_counter(self) -> None:
         self.registers[WWDG_CR] = self.registers[WWDG_CR] & _WDGA | self._counter()
@@ -176,7 +176,7 @@ class Wwdg(Peripheral, declared=BLOCKS["WWDG"]):
             self._event = None
         if not self.registers[WWDG_CR] & _WDGA:
             return
-        counter = self.registers[WWDG_CR] & 0x7F
+        counter = wwdg.CR.T.get(self.registers[WWDG_CR])
         early = self._counter() > _T6 and not self.registers[WWDG_SR] & _EWIF
         counts = counter - (_T6 if early else _T6 - 1)
         at_ps = self._since_ps + counts * self._divider() * PS_PER_S // self._hz
