@@ -480,7 +480,7 @@ class ChipBlock(Peripheral):
         self._chip.raise_error()
         return value
 
-    def look(self, offset: int) -> tuple[int, int]:
+    def read_with_validity(self, offset: int) -> tuple[int, int]:
         """``read``, and until when the value stays so without any access."""
         value = self.read(offset)
         return value, self._chip.shared[2]

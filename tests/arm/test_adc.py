@@ -9,7 +9,7 @@ import pytest
 
 from emulator.chip.peripherals.adc import Adc, AdcInputs
 from emulator.chip.peripherals.dbgmcu import system_memory
-from emulator.chip.peripherals.peripheral import IrqLine
+from emulator.chip.peripherals.peripheral import InterruptInput
 from emulator.time.clock import PS_PER_MS, PS_PER_S
 from tests.arm.chip_fakes import Chip
 
@@ -29,7 +29,7 @@ def chip() -> Chip:
 
 @pytest.fixture
 def adc(chip: Chip) -> Adc:
-    block = Adc(chip.soc, "ADC1", 0x4001_2000, IrqLine(chip.soc, 18), AdcInputs(battery_v=3.7))
+    block = Adc(chip.soc, "ADC1", 0x4001_2000, InterruptInput(chip.soc, 18), AdcInputs(battery_v=3.7))
     block.write(CCR, DIV4)
     block.write(SQR3, 9)
     return block

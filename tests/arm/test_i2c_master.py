@@ -258,7 +258,7 @@ def test_a_stuck_line_is_busy_until_it_is_let_go() -> None:
     """HAL polls SR2.BUSY for 25 ms, then returns HAL_BUSY."""
     bench, hal, _ = bench_with_memory()
     bench.board.i2c2.inject(I2CFault("stuck", 0, 3e-3))
-    status, until_ps = bench.i2c2.look(SR2)
+    status, until_ps = bench.i2c2.read_with_validity(SR2)
     assert status & BUSY
     assert until_ps == 3 * PS_PER_MS
     bench.modify(bench.i2c2, CR1, set_bits=START)  # waits for the bus
@@ -324,7 +324,7 @@ def test_polled_firmware_needs_no_event() -> None:
     assert bench.next_ps == NEVER_PS
     bench.modify(bench.i2c2, CR1, set_bits=START)
     assert bench.next_ps == NEVER_PS
-    assert bench.i2c2.look(SR1) == (0, bench.clock.now_ps + PS_PER_S // 400_000)
+    assert bench.i2c2.read_with_validity(SR1) == (0, bench.clock.now_ps + PS_PER_S // 400_000)
     bench.poll(bench.i2c2, SR1, SB)
     bench.modify(bench.i2c2, CR1, set_bits=STOP)
     hal.mem_read(MEMORY, 0, 6)
@@ -363,7 +363,7 @@ def test_addr_is_cleared_by_sr1_then_sr2_only() -> None:
     bench.wait(100 * PS_PER_US)
     bench.read(bench.i2c2, SR2)
     assert bench.read(bench.i2c2, SR1) & ADDR
-    assert bench.i2c2.look(SR2)[1] == ALREADY_PS
+    assert bench.i2c2.read_with_validity(SR2)[1] == ALREADY_PS
     assert not bench.read(bench.i2c2, SR1) & ADDR
     bench.modify(bench.i2c2, CR1, set_bits=STOP)
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from emulator.chip.peripherals.peripheral import IrqLine
+from emulator.chip.peripherals.peripheral import InterruptInput
 from emulator.chip.peripherals.watchdogs import Iwdg, Wwdg
 from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S
 from tests.arm.chip_fakes import Chip
@@ -22,7 +22,7 @@ def iwdg(chip: Chip) -> Iwdg:
 
 
 def wwdg(chip: Chip) -> Wwdg:
-    return Wwdg(chip.soc, "WWDG", 0x4000_2C00, IrqLine(chip.soc, 0))
+    return Wwdg(chip.soc, "WWDG", 0x4000_2C00, InterruptInput(chip.soc, 0))
 
 
 @given(st.integers(0, 7), st.integers(0, 0xFFF))

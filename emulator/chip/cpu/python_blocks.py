@@ -114,7 +114,7 @@ class PythonBlocks:
         return next((one for one in self._reserved if one.base <= address < one.base + one.size), None)
 
     def read(self, address: int, size: int) -> tuple[int, int]:
-        """The value, side effects included, and until when it stays so (see :meth:`Peripheral.look`)."""
+        """The value, side effects included, and until when it is so (:meth:`Peripheral.read_with_validity`)."""
         block = self.find(address)
         assert block is not None, f"0x{address:08X} is not on the bus"
         register = address - block.base & 0xFFFF_FFFC
@@ -124,7 +124,7 @@ class PythonBlocks:
         if not _has(block, register):
             self.report_unknown(block, register, "read")
             return 0, ALREADY_PS
-        value, until_ps = block.look(register)
+        value, until_ps = block.read_with_validity(register)
         return value >> 8 * (address & 3) & _MASK[size], until_ps
 
     def write(self, address: int, size: int, value: int) -> None:

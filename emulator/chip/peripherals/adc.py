@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeAlias
 
-from emulator.chip.peripherals.peripheral import WORD, IrqLine, Peripheral, Soc
+from emulator.chip.peripherals.peripheral import WORD, InterruptInput, Peripheral, Soc
 from emulator.chip.registers import BLOCKS, adc
 from emulator.chip.registers.block import masks, offsets
 from emulator.time.clock import PS_PER_S, Event
@@ -83,7 +83,7 @@ _RESOLUTION_BITS = (12, 10, 8, 6)
 class Adc(Peripheral, declared=BLOCKS["ADC1"]):
     """ADC1 and the common registers. ``inputs`` are the voltages."""
 
-    def __init__(self, soc: Soc, name: str, base: int, irq: IrqLine, inputs: AdcInputs) -> None:
+    def __init__(self, soc: Soc, name: str, base: int, irq: InterruptInput, inputs: AdcInputs) -> None:
         super().__init__(soc, name, base)
         self.inputs = inputs
         self._irq = irq

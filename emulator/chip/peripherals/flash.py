@@ -10,7 +10,7 @@ noted (RM0368 table 5, 2.7 to 3.6 V).
 
 from __future__ import annotations
 
-from emulator.chip.peripherals.peripheral import WORD, IrqLine, Peripheral, Soc
+from emulator.chip.peripherals.peripheral import WORD, InterruptInput, Peripheral, Soc
 from emulator.chip.registers import BLOCKS, flash
 from emulator.chip.registers.block import masks, offsets
 from emulator.time.clock import PS_PER_MS, Event
@@ -31,7 +31,7 @@ _CHECK_AFTER_PS = PS_PER_MS
 class Flash(Peripheral, declared=BLOCKS["FLASH"]):
     """Flash interface registers; the memory itself is the core's."""
 
-    def __init__(self, soc: Soc, name: str, base: int, irq: IrqLine) -> None:
+    def __init__(self, soc: Soc, name: str, base: int, irq: InterruptInput) -> None:
         super().__init__(soc, name, base)
         self._irq = irq
         self._key_step = 0

@@ -104,7 +104,7 @@ class Soc:
 # -- interrupt inputs that several blocks share (RM0368 table 38: TIM1_BRK and TIM9 are both number 24) -----
 
 
-class IrqLine:
+class InterruptInput:
     """One NVIC input, active while any of its sources is: the OR gate before the NVIC.
 
     Blocks that share a number share the object; each gives itself a ``source`` name.
@@ -209,7 +209,7 @@ class Peripheral:
         del offset
         return True
 
-    def look(self, offset: int) -> tuple[int, int]:
+    def read_with_validity(self, offset: int) -> tuple[int, int]:
         """``read``, and until when the value stays so without any access and any event of the clock.
 
         That is ``ALREADY_PS`` where the read has a side effect. Blocks that are polled much do it in one go.

@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
 
-from emulator.chip.peripherals.peripheral import WORD, IrqLine, Peripheral, Soc
+from emulator.chip.peripherals.peripheral import WORD, InterruptInput, Peripheral, Soc
 from emulator.chip.peripherals.pwr import Pwr
 from emulator.chip.registers import BLOCKS, rcc
 from emulator.chip.registers.block import Word, masks, offsets
@@ -178,7 +178,7 @@ _SYSCLK_SOURCES = ("HSI", "HSE", "PLL")  # in the order of SW
 class Rcc(Peripheral, declared=BLOCKS["RCC"]):
     """Implements :class:`ClockTree`; :meth:`control` gives it the blocks that it feeds."""
 
-    def __init__(self, soc: Soc, name: str, base: int, pwr: Pwr, irq: IrqLine) -> None:
+    def __init__(self, soc: Soc, name: str, base: int, pwr: Pwr, irq: InterruptInput) -> None:
         super().__init__(soc, name, base)
         self._pwr = pwr
         self._irq = irq

@@ -11,7 +11,7 @@ first count may come up to one period earlier there. Before WDGA is set the coun
 
 from __future__ import annotations
 
-from emulator.chip.peripherals.peripheral import WORD, IrqLine, Peripheral, Soc
+from emulator.chip.peripherals.peripheral import WORD, InterruptInput, Peripheral, Soc
 from emulator.chip.peripherals.rcc import LSI_HZ
 from emulator.chip.registers import BLOCKS, iwdg, wwdg
 from emulator.chip.registers.block import masks, offsets
@@ -93,7 +93,7 @@ _T6 = 1 << 6  # of CR.T: below, the chip is reset
 class Wwdg(Peripheral, declared=BLOCKS["WWDG"]):
     """Resets the chip when the counter passes 0x40, or is written while it is above the window."""
 
-    def __init__(self, soc: Soc, name: str, base: int, irq: IrqLine) -> None:
+    def __init__(self, soc: Soc, name: str, base: int, irq: InterruptInput) -> None:
         super().__init__(soc, name, base)
         self._irq = irq
         self._hz = soc.clocks.pclk1_hz

@@ -4,10 +4,10 @@ kind has where others have more.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from types import ModuleType
+from types import MappingProxyType, ModuleType
 
 from registers import Bits, Register
 
@@ -84,6 +84,28 @@ class DeclaredBlock:
     source: str
     registers: tuple[BlockRegister, ...]
 
+    @classmethod
+    def of(
+        cls,
+        name: str,
+        title: str,
+        source: str,
+        declared: Iterable[type[Word]],
+        variants: Mapping[str, Variant] = MappingProxyType({}),
+    ) -> DeclaredBlock:
+        """The block with these registers, but for those that are different in it."""
+        registers = []
+        for kind in declared:
+            for number in range(kind.count):
+                own = kind.numbered(number)
+                variant = variants.get(own, Variant())
+                if variant.bits:
+                    reset = kind.reset if variant.reset is None else variant.reset
+                    offset = kind.addr + number * kind.step
+                    registers.append(BlockRegister(own, offset, reset, variant.bits, kind))
+        registers.sort(key=lambda register: register.offset)
+        return cls(name, title, source, tuple(registers))
+
     @cached_property
     def names(self) -> dict[int, str]:
         """The manual's name of each register, by offset."""
@@ -133,16 +155,6 @@ def words(module: ModuleType) -> list[type[Word]]:
 
 def block(module: ModuleType, name: str) -> DeclaredBlock:
     """One of the blocks of the kind that ``module`` declares."""
-    variants: Mapping[str, Variant] = getattr(module, "VARIANTS", {}).get(name, {})
-    registers = []
-    for kind in words(module):
-        for number in range(kind.count):
-            own = kind.numbered(number)
-            variant = variants.get(own, Variant())
-            if variant.bits:
-                reset = kind.reset if variant.reset is None else variant.reset
-                offset = kind.addr + number * kind.step
-                registers.append(BlockRegister(own, offset, reset, variant.bits, kind))
-    registers.sort(key=lambda register: register.offset)
+    variants = getattr(module, "VARIANTS", {}).get(name, {})
     title = (module.__doc__ or "").partition("\n")[0]
-    return DeclaredBlock(name, title, module.SOURCE, tuple(registers))
+    return DeclaredBlock.of(name, title, module.SOURCE, words(module), variants)
