@@ -114,7 +114,7 @@ class PythonBlocks:
         return next((one for one in self._reserved if one.base <= address < one.base + one.size), None)
 
     def read(self, address: int, size: int) -> tuple[int, int]:
-        """The value, side effects included, and until when it is so (:meth:`Peripheral.read_with_validity`)."""
+        """As :meth:`Peripheral.read_with_validity`: the value, and until when it stays so."""
         block = self.find(address)
         assert block is not None, f"0x{address:08X} is not on the bus"
         register = address - block.base & 0xFFFF_FFFC
