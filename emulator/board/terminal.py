@@ -59,6 +59,11 @@ class Terminal:
             ) from error
 
     @property
+    def typing_left(self) -> int:
+        """How many typed bytes are still on their way to the board."""
+        return self.uart.typing_left
+
+    @property
     def position(self) -> int:
         """How many bytes have been printed since power-on: a place for ``since``."""
         return self.uart.received_count()

@@ -17,8 +17,8 @@ at the terminal's rate would show the garbage, but no hint of its cause.
 from __future__ import annotations
 
 from collections import deque
+from dataclasses import dataclass
 from fractions import Fraction
-from functools import partial
 from typing import Protocol
 
 from emulator.time.clock import PS_PER_S, Clock
@@ -84,6 +84,21 @@ class Transceiver(Protocol):
         ...
 
 
+@dataclass
+class _Typed:
+    """Bytes of the terminal that follow one another on the wire, from ``start_ps`` on."""
+
+    start_ps: int
+    frame_ps: Fraction
+    data: bytearray
+    arrived: int = 0  # bytes before ``data``
+
+    def arrives_ps(self, number: int) -> int:
+        """When byte ``number`` of ``data``, counted from 1, has been received."""
+        count = self.arrived + number
+        return self.start_ps + count * self.frame_ps.numerator // self.frame_ps.denominator
+
+
 class Uart:
     """One USART with a line to a terminal.
 
@@ -103,6 +118,7 @@ class Uart:
         self._on_wire = deque((self._run,))  # runs with frames not yet complete; the latest one stays
         self._text = bytearray()
         self.dropped = 0
+        self._typed: deque[_Typed] = deque()  # on the way to the board; one event, for the next byte
         self._rx_line_free_ps = 0
         self._rx_data: int | None = None
         self.rx_lost = 0
@@ -110,9 +126,12 @@ class Uart:
 
     def frames_ps(self, count: int) -> int:
         """Time of ``count`` frames on the wire; at the terminal's rate while the chip has none."""
-        frame_ps = self._transceiver.frame_ps() if self._transceiver is not None else None
-        frame_ps = frame_ps or self._frame_ps
+        frame_ps = self._present_frame_ps()
         return count * frame_ps.numerator // frame_ps.denominator
+
+    def _present_frame_ps(self) -> Fraction:
+        frame_ps = self._transceiver.frame_ps() if self._transceiver is not None else None
+        return frame_ps or self._frame_ps
 
     # -- sending ----------------------------------------------------------------------------------------
 
@@ -194,15 +213,32 @@ class Uart:
     # -- receiving --------------------------------------------------------------------------------------
 
     def type(self, data: bytes) -> None:
-        """The terminal sends bytes, one frame after the other, from now on."""
+        """The terminal sends bytes, one frame after the other, from now on.
+
+        They wait as bytes and not as events, so that a text pasted at once costs its length.
+        """
+        if not data:
+            return
         start_ps = max(self._clock.now_ps, self._rx_line_free_ps)
-        if self._trace.detailed and data:
+        if self._trace.detailed:
             self._trace.add_detail(TerminalBytes(start_ps, "rx", data))
-        for number, value in enumerate(data, start=1):
-            self._clock.schedule(start_ps + self.frames_ps(number), partial(self._arrive, value))
-        self._rx_line_free_ps = start_ps + self.frames_ps(len(data))
+        frame_ps = self._present_frame_ps()
+        last = self._typed[-1] if self._typed else None
+        if last is not None and self._rx_line_free_ps == start_ps and last.frame_ps == frame_ps:
+            last.data += data
+        else:
+            last = _Typed(start_ps, frame_ps, bytearray(data))
+            self._typed.append(last)
+            if len(self._typed) == 1:
+                self._clock.schedule(last.arrives_ps(1), self._next_arrives)
+        self._rx_line_free_ps = last.arrives_ps(len(last.data))
         if self._transceiver is not None:
             self._clock.schedule(self._rx_line_free_ps + self.frames_ps(1), self._line_idle)
+
+    @property
+    def typing_left(self) -> int:
+        """How many typed bytes are still on their way to the board."""
+        return sum(len(typed.data) for typed in self._typed)
 
     @property
     def rxne(self) -> bool:
@@ -213,6 +249,17 @@ class Uart:
         """Read the data register: the byte received, or None when RXNE is not set."""
         value, self._rx_data = self._rx_data, None
         return value
+
+    def _next_arrives(self) -> None:
+        typed = self._typed[0]
+        value = typed.data[0]
+        del typed.data[:1]  # a bytearray does this without moving the rest
+        typed.arrived += 1
+        if not typed.data:
+            self._typed.popleft()
+        if self._typed:
+            self._clock.schedule(self._typed[0].arrives_ps(1), self._next_arrives)
+        self._arrive(value)
 
     def _arrive(self, value: int) -> None:
         if self._transceiver is not None:

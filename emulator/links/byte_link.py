@@ -32,8 +32,11 @@ class ByteLink(Protocol):
     def send(self, data: bytes) -> None:
         """Take all of ``data`` (board to reader) without blocking; what cannot be kept is counted."""
 
-    def receive(self) -> bytes:
-        """Return what has arrived for the board since the last call, ``b""`` if nothing; never blocks."""
+    def receive(self, most: int) -> bytes:
+        """Return up to ``most`` bytes that have arrived for the board, ``b""`` if none; never blocks.
+
+        The rest waits: in the link as far as its bound allows, then where it comes from, whose writer waits.
+        """
         ...
 
     def flush(self, timeout_s: float) -> None:
@@ -74,7 +77,7 @@ class MemoryLink:
         self._inbox = bytearray()
 
     def feed(self, data: bytes) -> None:
-        """Let ``data`` arrive at the board with its next ``receive``."""
+        """Let ``data`` arrive at the board with its next calls of ``receive``."""
         self._inbox += data
 
     def send(self, data: bytes) -> None:
@@ -82,12 +85,12 @@ class MemoryLink:
         if not self.closed:
             self.sent += data
 
-    def receive(self) -> bytes:
-        """Return and forget everything fed since the last call."""
+    def receive(self, most: int) -> bytes:
+        """Return and forget the oldest bytes that were fed."""
         if self.closed:
             return b""
-        data = bytes(self._inbox)
-        self._inbox.clear()
+        data = bytes(self._inbox[:most])
+        del self._inbox[:most]
         return data
 
     def flush(self, timeout_s: float) -> None:

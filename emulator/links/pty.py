@@ -100,13 +100,13 @@ class PtyLink:
             self._lost_absent += self._backlog.put(data)
         self._write()
 
-    def receive(self) -> bytes:
-        """Return what the reader has written since the last call."""
+    def receive(self, most: int) -> bytes:
+        """Return what the reader has written."""
         if self._closed:
             return b""
         self._follow_reader()
         self._write()
-        return self._inbox.take()
+        return self._inbox.take(most)
 
     def flush(self, timeout_s: float) -> None:
         """Wait, while a reader is attached, until it has read all: ``close`` hangs it up."""

@@ -62,6 +62,7 @@ class Pacer:
 # -- The run ------------------------------------------------------------------------------------------------
 
 
+_TYPED_AHEAD = 4096  # bytes on their way to the board, a third of a second's; the rest waits in its link
 _FLUSH_S = 5.0  # how long a slow reader gets at the end to take what is queued
 
 
@@ -79,6 +80,11 @@ class Terminal(Protocol):
 
     def since(self, position: int) -> tuple[bytes, int]:
         """The bytes printed after ``position`` (counted from power-on), and the position after them."""
+        ...
+
+    @property
+    def typing_left(self) -> int:
+        """How many typed bytes have not arrived yet."""
         ...
 
     def write(self, data: bytes | str) -> None:
@@ -188,6 +194,7 @@ class Runner:
         printed, self._position = self._board.terminal.since(self._position)
         for link in self._links:
             link.send(printed)
-            typed = link.receive()
+            room = _TYPED_AHEAD - self._board.terminal.typing_left
+            typed = link.receive(room) if room > 0 else b""
             if typed:
                 self._board.terminal.write(typed)

@@ -80,9 +80,9 @@ class StdoutLink:
                 self._lost += self._backlog.put(data)
             self._changed.notify_all()
 
-    def receive(self) -> bytes:
-        """Return the lines typed since the last call; always empty without a keyboard."""
-        return self._keyboard.read() if self._keyboard and not self._closed else b""
+    def receive(self, most: int) -> bytes:
+        """Return what was typed; always empty without a keyboard."""
+        return self._keyboard.read(most) if self._keyboard and not self._closed else b""
 
     def flush(self, timeout_s: float) -> None:
         """Wait until all is written, within ``timeout_s`` seconds and the reader's patience."""
@@ -203,19 +203,22 @@ class Keyboard:
 
     def __init__(self, fd: int = 0) -> None:
         self._fd = fd
-        self._lock = threading.Lock()
+        self._changed = threading.Condition()  # guards the inbox
         self._inbox = Backlog(INBOX_LIMIT)
         self._closed = threading.Event()
         threading.Thread(target=self._run, name="serial-keyboard", daemon=True).start()
 
-    def read(self) -> bytes:
-        """Return the lines typed since the last call."""
-        with self._lock:
-            return self._inbox.take()
+    def read(self, most: int) -> bytes:
+        """Return up to ``most`` bytes of what was typed."""
+        with self._changed:
+            self._changed.notify_all()
+            return self._inbox.take(most)
 
     def close(self) -> None:
         """Ask the thread to end; one that waits for a key ends with the process instead."""
         self._closed.set()
+        with self._changed:
+            self._changed.notify_all()
 
     def _run(self) -> None:
         if sys.platform != "win32":
@@ -223,11 +226,16 @@ class Keyboard:
             signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTTIN})
         while not self._closed.is_set():
             try:
-                data = os.read(self._fd, 4096)
+                data = os.read(self._fd, CHUNK)
             except OSError:  # in the background now, perhaps in front again later
                 self._closed.wait(RETRY_S)
                 continue
             if not data:
                 return
-            with self._lock:
+            with self._changed:
                 self._inbox.put(data)
+                self._changed.wait_for(self._has_room)
+
+    def _has_room(self) -> bool:
+        """Whether the next piece fits; until then what is typed waits in the kernel."""
+        return self._closed.is_set() or len(self._inbox) <= INBOX_LIMIT - CHUNK

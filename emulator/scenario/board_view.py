@@ -32,6 +32,11 @@ class TerminalView(Protocol):
         """The bytes printed after ``position``, and the position after them."""
         ...
 
+    @property
+    def typing_left(self) -> int:
+        """How many typed bytes have not arrived yet."""
+        ...
+
     def write(self, data: bytes | str) -> None:
         """Type."""
         ...

@@ -116,7 +116,7 @@ def test_more_input_than_the_inbox_holds_waits_in_the_kernel(link: ByteLink, por
             link.send(b"")
             turn += 1
             if turn % 40 == 0:  # the board asks too seldom: 40 writes are more than the inbox takes
-                got += link.receive()
+                got += link.receive(1 << 20)
         assert got == data
 
 
@@ -314,5 +314,5 @@ def test_a_closed_link_is_silent(link: ByteLink) -> None:
     link.close()
     link.send(BOOT)
     link.flush(1.0)
-    assert link.receive() == b""
+    assert link.receive(1 << 20) == b""
     assert link.report() == []

@@ -32,7 +32,7 @@ link = open_link('stdout')
 link.send(link.announce()[0].encode() + b'\\n')
 got, give_up_s = b'', time.monotonic() + 10.0
 while not got.endswith(b'\\n') and time.monotonic() < give_up_s:
-    got += link.receive()
+    got += link.receive(1 << 20)
 link.send(b'got ' + got)
 link.flush(10.0)
 link.close()
@@ -58,7 +58,7 @@ if board == 0:
     os.write(tell, b'.')
     got, give_up_s = b'', time.monotonic() + 10.0
     while got.count(b'\\n') < 2 and time.monotonic() < give_up_s:
-        if data := link.receive():
+        if data := link.receive(1 << 20):
             got += data
             os.write(tell, b'.')
     os._exit(0 if got == b'one\\ntwo\\n' else 1)

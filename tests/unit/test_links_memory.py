@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import tracemalloc
+
 from hypothesis import given
 from hypothesis import strategies as st
 
+from emulator import Board, TerminalBytes
 from emulator.links import ByteLink, MemoryLink
 from emulator.links.byte_link import Backlog
+from emulator.links.runner import Runner
 
 
 def test_sent_bytes_are_collected_in_order() -> None:
@@ -22,8 +26,8 @@ def test_fed_bytes_arrive_once() -> None:
     link = MemoryLink()
     link.feed(b"a")
     link.feed(b"\x00\xff")
-    assert link.receive() == b"a\x00\xff"
-    assert link.receive() == b""
+    assert link.receive(1 << 20) == b"a\x00\xff"
+    assert link.receive(1 << 20) == b""
 
 
 def test_a_closed_link_takes_and_gives_nothing() -> None:
@@ -33,7 +37,7 @@ def test_a_closed_link_takes_and_gives_nothing() -> None:
     link.close()
     link.close()
     link.send(b"too late")
-    assert link.receive() == b""
+    assert link.receive(1 << 20) == b""
     assert link.sent == b"kept"
     assert link.closed
 
@@ -70,3 +74,37 @@ def test_a_lowered_limit_holds_from_the_next_put() -> None:
     backlog.limit = 4
     assert backlog.put(b"ab") == 8
     assert backlog.take() == b"89ab"
+
+
+def test_a_pasted_text_waits_in_its_link_and_arrives_whole() -> None:
+    """The board takes what the wire can carry, a few thousand bytes at a time, however much is pasted."""
+    link = MemoryLink()
+    link.feed(bytes(range(256)) * 80)
+    board = Board()
+    terminal = board.terminal
+    taken: list[int] = []
+
+    def look(_progress: object) -> None:
+        taken.append(terminal.typing_left)
+
+    board.trace.record_all()
+    Runner(board, [link], 2_500_000_000_000, None).run(look)
+
+    assert 0 < max(taken) <= 4096
+    typed = b"".join(event.data for event in board.trace.of(TerminalBytes) if event.direction == "rx")
+    assert typed == bytes(range(256)) * 80
+    assert terminal.typing_left == 0
+
+
+def test_a_million_bytes_typed_at_once_cost_their_length() -> None:
+    board = Board()
+    tracemalloc.start()
+    try:
+        board.terminal.write(b"x" * 1_000_000)
+        board.run_for(0.5)
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+
+    assert board.terminal.typing_left == 1_000_000 - 5761  # 115226 baud, frames of ten bits
+    assert peak < 10_000_000

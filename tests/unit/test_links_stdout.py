@@ -186,9 +186,9 @@ def test_the_interpreter_exits_cleanly_while_its_reader_blocks() -> None:
 
 def test_piped_standard_input_is_left_to_others() -> None:
     script = """
-assert link.receive() == b''
+assert link.receive(1 << 20) == b''
 link.send(sys.stdin.buffer.read())
-assert link.receive() == b''
+assert link.receive(1 << 20) == b''
 link.flush(10.0)
 link.close()
 """
