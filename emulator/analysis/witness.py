@@ -4,8 +4,8 @@ A value on the terminal is a little old when it is printed: the firmware has fil
 waited. So the truth of a line is a range, from the smallest to the largest value of the last
 :data:`SETTLE_S`.
 
-Decision: the terminal is looked at every 5 ms of virtual time, not at each byte; a line of the lab takes that
-long on the wire. Only the latest lines are kept, however long the run is.
+Decision: the terminal is looked at every 4.87 ms of virtual time, not at each byte; a line of the lab takes
+that long on the wire. Only the latest lines are kept, however long the run is.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ from emulator.time.clock import PS_PER_MS, Periodic
 from emulator.world.track import Array
 
 SETTLE_S = 0.15
-_LOOK_PS = Fraction(5 * PS_PER_MS)
+_LOOK_PS = Fraction(487 * PS_PER_MS, 100)
+"""No multiple of the callback's period, so that looks fall anywhere in it."""
 _INSTANTS = 9
 _LINES_KEPT, _LIGHTS_KEPT = 1_000, 4_000
 _LIGHTS_EVERY = 10  # looks
@@ -85,6 +86,10 @@ class Witness:
         self._rest = b""
         self._began_s = board.now_s
         self._looks = 0
+        self.looks_at_callback = 0
+        """How often built firmware was looked at while the callback's timer was ticking."""
+        self.callback_seen = 0
+        """How often of these the timer's interrupt was being handled."""
         self._watching = Periodic(board.clock, board.clock.now_ps, _LOOK_PS, self._look)
 
     def close(self) -> None:
@@ -103,6 +108,9 @@ class Witness:
                 self._began_s = board.now_s
             self._rest = rest[-4096:]
         self._looks += 1
+        if board.arm is not None and board.timer.ticks:
+            self.looks_at_callback += 1
+            self.callback_seen += board.arm.handles(board.timer.name)
         if self._looks % _LIGHTS_EVERY == 0:
             pitch, roll = lab_angles(board.world.specific_force_g(np.array([board.now_s])))
             lights = board.led1.on, board.led2.on

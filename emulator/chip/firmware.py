@@ -16,8 +16,10 @@ from typing import TYPE_CHECKING, Any
 from emulator.boards.signals import BoardSignals
 from emulator.chip.chip import Chip
 from emulator.chip.cpu.core import CoreSettings
+from emulator.chip.cpu.exceptions import bits
 from emulator.chip.cpu.fault_log import FaultLog
 from emulator.chip.diagnosis import Diagnosis, diagnose, findings
+from emulator.chip.diagnosis.hang import exception_name
 from emulator.chip.image import FirmwareImage
 from emulator.chip.limits import LimitedRun, Limits
 from emulator.chip.peripherals.tim import Timer
@@ -57,6 +59,10 @@ class ArmFirmware:
     def diagnosis(self) -> Diagnosis | None:
         """What keeps the firmware from working, as far as can be told now; None if it does work."""
         return diagnose(self)
+
+    def handles(self, block: str) -> bool:
+        """Whether an interrupt of a block ("TIM9") is being handled now."""
+        return any(block in exception_name(number) for number in bits(self.chip.core.active))
 
     def diagnosis_text(self) -> str:
         """The same as text; "" if nothing is seen to be wrong."""

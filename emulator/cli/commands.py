@@ -54,6 +54,7 @@ def cli() -> None:
     help="What a run may take, such as wall_s=60; may be repeated.",
 )
 @click.option("--json", type=click.Path(path_type=Path), help="Write the whole summary to a JSON file.")
+@click.option("--notes", is_flag=True, help="At the end all notes, those of every right run, too.")
 def run(
     firmware: str | None,
     profile: str | None,
@@ -69,6 +70,7 @@ def run(
     halt: bool,
     limit: tuple[str, ...],
     json: Path | None,
+    notes: bool,
 ) -> ExitCode:
     """Run FIRMWARE on the virtual board.
 
@@ -92,6 +94,7 @@ def run(
         halt=halt,
         limit=limit,
         json=json,
+        notes=notes,
     )
     return run_board(options)
 

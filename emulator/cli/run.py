@@ -53,6 +53,7 @@ class RunOptions:
     halt: bool = False
     limit: tuple[str, ...] = ()
     json: Path | None = None
+    notes: bool = False
 
 
 def run_board(options: RunOptions) -> ExitCode:
@@ -97,7 +98,7 @@ def run_board(options: RunOptions) -> ExitCode:
                 for link in links:
                     link.close()
                 record.wall_s = runner.wall_s
-                for line in summary(board, links, runner.wall_s):
+                for line in summary(board, links, runner.wall_s, explainer.witness, options.notes):
                     say(line)
             code = _judge(board, runner, record)
             explainer.conclude()

@@ -19,6 +19,7 @@ from emulator.analysis.mistakes import explain
 from emulator.analysis.witness import Witness
 from emulator.board.board import Board
 from emulator.chip.peripherals.peripheral import CHIP
+from emulator.cli.run_figures import figures
 from emulator.errors import FirmwareError
 from emulator.links import ByteLink
 from emulator.links.runner import Progress
@@ -70,14 +71,17 @@ class ProgressDisplay:
 # -- The summary --------------------------------------------------------------------------------------------
 
 
-def summary(board: Board, links: Sequence[ByteLink], wall_s: float) -> Iterator[str]:
-    """The lines of the summary."""
+def summary(
+    board: Board, links: Sequence[ByteLink], wall_s: float, witness: Witness, all_notes: bool = False
+) -> Iterator[str]:
+    """The lines of the summary. ``all_notes``: also those that come with every right run."""
     factor = board.now_s / wall_s if wall_s > 0 else 0.0
     yield f"{board.now_s:.3f} s of virtual time in {wall_s:.2f} s, {factor:.1f} x real time"
     yield from _ticks(board)
+    yield from figures(board, witness)
     yield from _resets(board)
     yield from _bus_errors(board)
-    yield from _notes(board)
+    yield from _notes(board, all_notes)
     for link in links:
         yield from link.report()
 
@@ -110,8 +114,14 @@ def _bus_errors(board: Board) -> Iterator[str]:
         yield f"{name}: {lost} received bytes lost, the firmware does not read them (overrun)"
 
 
-def _notes(board: Board) -> Iterator[str]:
+_USUAL_NOTES = {("forbidden", "LIS2MDL", "CFG_REG_A: measuring with COMP_TEMP_EN = 0")}
+"""What comes with every right run: the lab's own start-up sets that bit after it has switched the part on."""
+
+
+def _notes(board: Board, all_notes: bool) -> Iterator[str]:
     for (what, device, text), count in notes(board).items():
+        if (what, device, text) in _USUAL_NOTES and not all_notes:
+            continue
         times = f" ({count} times)" if count > 1 else ""
         yield f"{what}: {device} {text}{times}"
 
@@ -154,7 +164,7 @@ class Explainer:
     def __init__(self, board: Board, say: Callable[[str], None]) -> None:
         self._board = board
         self._say = say
-        self._witness = Witness(board)
+        self.witness = Witness(board)
         self._told = ""
         self._printed = 0
         self._silent_since_s = 0.0
@@ -180,7 +190,7 @@ class Explainer:
 
         Raises FirmwareError when the firmware has failed for good.
         """
-        for diagnosis in explain(self._board, self._witness):
+        for diagnosis in explain(self._board, self.witness):
             if not diagnosis.fatal:
                 self._tell(str(diagnosis))
             elif self._told:

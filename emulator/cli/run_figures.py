@@ -1,0 +1,57 @@
+"""What the lab's slides ask of a run: how fast the bus is, how long a read takes, how busy line and callback
+are.
+
+The bus's clock follows from the registers that the firmware has set, a read's time from the latest ones on
+the wire. How long the callback takes is what share of many looks has met it at work, at moments that fall
+anywhere in its period; so it is told in two digits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from emulator.analysis.witness import Witness
+from emulator.board.board import Board
+from emulator.buses.i2c import I2CBus
+from emulator.buses.spi import SpiBus
+from emulator.time.clock import PS_PER_MS, PS_PER_S
+
+_FEWEST_LOOKS = 100  # for two digits of a share
+
+
+def figures(board: Board, witness: Witness) -> Iterator[str]:
+    """The lines of the summary that have numbers."""
+    yield from _bus(board.i2c2.bus)
+    yield from _bus(board.spi2.bus)
+    yield from _serial(board)
+    yield from _callback(board, witness)
+
+
+def _bus(bus: I2CBus | SpiBus) -> Iterator[str]:
+    reads = [transfer for transfer in bus.recent_transfers() if transfer.read]
+    if not reads:
+        return
+    longest = max(reads, key=lambda transfer: len(transfer.read))
+    taken_ms = (longest.end_ps - longest.t_ps) / PS_PER_MS
+    line, speed = ("SCL", bus.speed_hz) if isinstance(bus, I2CBus) else ("SCK", bus.speed_hz)
+    clock = f"{speed / 1e6:g} MHz" if speed >= 1_000_000 else f"{speed / 1e3:g} kHz"
+    count = len(longest.read)
+    yield f"{bus.name}: {line} {clock}; a read of {count} byte{'s' * (count > 1)} took {taken_ms:.3f} ms"
+
+
+def _serial(board: Board) -> Iterator[str]:
+    uart = board.terminal.uart
+    count, frame_ps = uart.received_count(), uart.frames_ps(1)
+    if count and board.now_s:
+        load = count * frame_ps / PS_PER_S / board.now_s
+        baud = 10 * PS_PER_S / frame_ps
+        yield f"{uart.name}: {baud:.0f} baud; {count} bytes, {100 * load:.1f} % of the time"
+
+
+def _callback(board: Board, witness: Witness) -> Iterator[str]:
+    timer = board.timer
+    if witness.looks_at_callback < _FEWEST_LOOKS or not timer.rate_hz:
+        return
+    share = witness.callback_seen / witness.looks_at_callback
+    period_ms = 1000 / timer.rate_hz
+    yield f"the callback takes about {share * period_ms:.2f} of {period_ms:.3g} ms, {100 * share:.0f} %"

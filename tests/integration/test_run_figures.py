@@ -1,0 +1,50 @@
+"""What the summary of a run says in numbers: what the slides ask, and only notes that are worth it."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from tests.integration.test_cli import fcu
+
+USUAL = "COMP_TEMP_EN"
+
+
+def summary(*arguments: str) -> str:
+    return fcu("run", *arguments).stderr.decode()
+
+
+@pytest.mark.parametrize(
+    ("profile", "bus"),
+    [
+        ("lab3", "I2C2: SCL 400 kHz; a read of 6 bytes took 0.21"),  # 84 bits at 400 kHz are 0.21 ms
+        ("fcu001v1", "SPI2: SCK 2.625 MHz; a read of 1 byte took 0.0"),
+    ],
+)
+def test_the_bus_its_clock_and_the_time_of_a_read(profile: str, bus: str) -> None:
+    assert bus in summary("solution", "--profile", profile, "--duration", "1200ms")
+
+
+def test_the_load_of_the_line_is_its_bytes_times_ten_bits() -> None:
+    found = re.search(
+        r"USART1: (\d+) baud; (\d+) bytes, (\S+) % of the time", summary("lab3", "--duration", "2s")
+    )
+    assert found is not None
+    baud, count, load = int(found[1]), int(found[2]), float(found[3])
+
+    assert baud == 115_226
+    assert load == pytest.approx(100 * count * 10 / baud / 2.0, abs=0.1)
+
+
+def test_the_callback_against_its_period() -> None:
+    """Its four reads alone take 0.78 ms of bus time (docs/compare.md), 0.95 ms with the HAL between them."""
+    found = re.search(r"the callback takes about (\S+) of 1.25 ms", summary("solution", "--duration", "3s"))
+    assert found is not None
+
+    assert 0.95 <= float(found[1]) <= 1.1
+
+
+def test_notes_of_every_right_run_are_shown_when_asked_for() -> None:
+    assert USUAL not in summary("lab3", "--duration", "1200ms")
+    assert USUAL in summary("lab3", "--duration", "1200ms", "--notes")
