@@ -28,7 +28,7 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Final
 
 from emulator.chip.cpu.bare_core import BareCore, Stop
-from emulator.chip.cpu.registers import EVERYTHING, Registers
+from emulator.chip.cpu.core_registers import EVERYTHING, Registers
 from emulator.chip.image.c_types import Array, Boolean, CType, CValue, Integer, Structure
 from emulator.chip.image.c_values import alignment, floats_of, load_into, store
 from emulator.chip.memory_map import RAM, RAM_SIZE

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from functools import cache, partial
 from typing import Any, Final
 
-from emulator.chip.cpu.registers import CORE, FLOATING_POINT, MASKS, RegisterCalls, Registers
+from emulator.chip.cpu.core_registers import CORE, FLOATING_POINT, MASKS, RegisterCalls, Registers
 from emulator.chip.memory_map import (
     BLOCKS,
     FLASH,

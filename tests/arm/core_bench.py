@@ -29,7 +29,7 @@ from typing import ClassVar
 
 from emulator.buses.gpio import Gpio
 from emulator.chip.cpu.core import Core, CoreSettings
-from emulator.chip.cpu.registers import FLOATING_POINT, Registers
+from emulator.chip.cpu.core_registers import FLOATING_POINT, Registers
 from emulator.chip.memory_map import FLASH, RAM, RAM_SIZE
 from emulator.chip.peripherals.peripheral import Peripheral, Soc
 from emulator.time.clock import NEVER_PS, PS_PER_US, Clock

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from random import Random
 
 from emulator.chip.cpu.bare_core import BareCore
-from emulator.chip.cpu.registers import CORE, EVERYTHING, FLOATING_POINT, MASKS, Registers
+from emulator.chip.cpu.core_registers import CORE, EVERYTHING, FLOATING_POINT, MASKS, Registers
 from emulator.chip.memory_map import FLASH, RAM, RAM_SIZE
 from tests.arm.unicorn_witness import THUMB, Witness
 

@@ -100,7 +100,7 @@ class ChipState:
 
 def chip_state(board: Board) -> ChipState:
     """The only place that knows where a build keeps the state of its chip."""
-    from emulator.chip.cpu.registers import EVERYTHING, Registers
+    from emulator.chip.cpu.core_registers import EVERYTHING, Registers
 
     assert board.arm is not None
     core, origin = board.arm.chip.core, board.arm.faults.origin

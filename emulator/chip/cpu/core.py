@@ -17,9 +17,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Final
 
+from emulator.chip.cpu.core_registers import MASKS, Registers
 from emulator.chip.cpu.exceptions import Fault
 from emulator.chip.cpu.python_blocks import PythonBlocks
-from emulator.chip.cpu.registers import MASKS, Registers
 from emulator.chip.library import ChipBlock, FcuChip, Status
 from emulator.chip.memory_map import FLASH, FLASH_SIZE, RAM
 from emulator.chip.peripherals.peripheral import CHIP, Peripheral, Soc

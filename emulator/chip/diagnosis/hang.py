@@ -12,8 +12,8 @@ from typing import Final
 
 from emulator.chip.chip import Chip
 from emulator.chip.cpu.core import Core
+from emulator.chip.cpu.core_registers import MASKS, Registers
 from emulator.chip.cpu.exceptions import FIRST_INTERRUPT, SYS_TICK, bits
-from emulator.chip.cpu.registers import MASKS, Registers
 from emulator.chip.cpu.thumb import Flow, decode
 from emulator.chip.diagnosis.backtrace import NOTE, Backtrace, Places
 from emulator.chip.diagnosis.evidence import BlockNotes, Transfers

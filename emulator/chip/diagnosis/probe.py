@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from emulator.chip.cpu.bare_core import BareCore, Stop
 from emulator.chip.cpu.core import Core
-from emulator.chip.cpu.registers import EVERYTHING, Registers
+from emulator.chip.cpu.core_registers import EVERYTHING, Registers
 from emulator.chip.memory_map import RAM, RAM_SIZE
 from emulator.chip.peripherals.peripheral import WORD, Peripheral
 from emulator.chip.registers import address_of, scb

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from emulator.chip.cpu.bare_core import BareCore, Stop
 from emulator.chip.cpu.core import Core
-from emulator.chip.cpu.registers import EVERYTHING, Registers
+from emulator.chip.cpu.core_registers import EVERYTHING, Registers
 from emulator.chip.cpu.thumb import decode
 from emulator.chip.diagnosis.backtrace import Places
 from emulator.chip.diagnosis.report import Cause

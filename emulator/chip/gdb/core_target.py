@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterator
 
 from emulator.chip import memory_map
 from emulator.chip.cpu.core import Core
-from emulator.chip.cpu.registers import EVERYTHING, Registers
+from emulator.chip.cpu.core_registers import EVERYTHING, Registers
 from emulator.chip.gdb.target import Point, PointKind, Stop
 from emulator.chip.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE
 from emulator.time.clock import Clock
