@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from hypothesis import settings
+from hypothesis import Phase, settings
 
 # `pytest` and `python -m pytest` must find the same modules; only the second puts the root on the path.
 ROOT = str(Path(__file__).parents[1])
@@ -16,6 +16,9 @@ if ROOT not in sys.path:
 # The same examples on every machine and no time limit per example: a test never fails for being run
 # elsewhere.
 settings.register_profile("reproducible", derandomize=True, deadline=None)
+# Where a failure is one of C, the first example that shows it will do, and a smaller one would take minutes.
+_PHASES = (Phase.explicit, Phase.generate)
+settings.register_profile("unshrunk", derandomize=True, deadline=None, phases=_PHASES)
 settings.load_profile("reproducible")
 
 
