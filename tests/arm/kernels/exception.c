@@ -18,9 +18,11 @@
 #define NVIC_ISER0 REGISTER(0xE000E100)
 #define NVIC_ICER0 REGISTER(0xE000E180)
 #define NVIC_ISPR0 REGISTER(0xE000E200)
+#define NVIC_ICPR0 REGISTER(0xE000E280)
 #define NVIC_IPR0 REGISTER(0xE000E400)
 
 #define PENDSVSET (1u << 28)
+#define UNALIGN_TRP (1u << 3)
 #define DIV_0_TRP (1u << 4)
 #define FLAGS 0xF8000000u
 #define IT_BITS 0x0600FC00u
@@ -198,6 +200,46 @@ static void run_faults(void) {
   try_faults();
 }
 
+/* Several words and exclusive ones have to be aligned whatever CCR says (A3.2.1); all others if it says so. */
+static void run_alignment(void) {
+  uint32_t before = CCR;
+  SHCSR |= 7u << 16;
+  for (int trapped = 0; trapped < 2; trapped++) {
+    FAULTS(4, "ldmia.w %2, {r4, r5}")
+    FAULTS(4, "stmia.w %2!, {r4, r5}")
+    FAULTS(4, "ldmdb.w %2!, {r4, r5}")
+    FAULTS(4, "stmdb.w %2, {r4, r5}")
+    FAULTS(4, "ldrd r4, r5, [%2]")
+    FAULTS(4, "strd r4, r5, [%2, #4]!")
+    FAULTS(4, "vldr s0, [%2]")
+    FAULTS(4, "vstr s0, [%2, #8]")
+    FAULTS(4, "vldmia %2, {s0, s1}")
+    FAULTS(4, "ldrexh %1, [%2]\n\tadd %2, #1\n\tldrexh %1, [%2]")
+    FAULTS(2, "ldrh %1, [%2]\n\tadd %2, #1\n\tldrh %1, [%2]")
+    FAULTS(2, "add %2, #2\n\tldr %1, [%2]\n\tadd %2, #2\n\tldr %1, [%2]")
+    FAULTS(4, "ldrsh.w %1, [%2, #5]")
+    FAULTS(4, "ldr.w %1, [%2], #3")
+    CCR = before | UNALIGN_TRP;
+  }
+  CCR = before;
+  SHCSR &= ~(7u << 16);
+}
+
+/* An interrupt that PRIMASK holds back ends a sleep all the same (B1.5.19); an event that is there ends WFE. */
+static void run_sleep(void) {
+  NVIC_ISER0 = 1;
+  for (int n = 0; n < 10; n++) {
+    __asm volatile("cpsid i");
+    NVIC_ISPR0 = 1;
+    __asm volatile("dsb\n\twfi\n\tsev\n\twfe\n\tyield" ::: "memory");
+    add(ICSR >> 12 & 0x3FF);
+    NVIC_ICPR0 = 1;
+    __asm volatile("dsb\n\tcpsie i\n\tisb" ::: "memory");
+    add(ICSR >> 12 & 0x3FF);
+  }
+  NVIC_ICER0 = 1;
+}
+
 static void run_no_coprocessor(void) {
   uint32_t a = any(), b = any();
   CPACR &= ~(0xFu << 20);
@@ -251,5 +293,6 @@ static void run_thread(void) {
 
 const Kernel exception_kernels[] = {
     {"svc", run_svc},         {"float-context", run_float_context}, {"faults", run_faults},
+    {"alignment", run_alignment}, {"sleep", run_sleep},
     {"no-coprocessor", run_no_coprocessor}, {"nesting", run_nesting}, {"thread", run_thread}, {NULL, NULL},
 };

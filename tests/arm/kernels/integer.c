@@ -107,7 +107,25 @@ static void run_overflow(void) {
   }
 }
 
+/* Constants in halves, addresses of code, rotation through the carry. */
+static void run_moves(void) {
+  for (int n = 0; n < 300; n++) {
+    uint32_t value = word(), half = any(), rotated, code, flags;
+    __asm volatile("movw %1, #0xBEEF\n\tmovt %1, #0xDEAD\n\tmovt %0, #0x1234\n\tlsrs %1, %1, #3\n\t"
+                   "rrx %2, %0\n\trrxs %0, %2\n\tmrs %3, apsr\n\tadr %4, 1f\n\tb 2f\n\t"
+                   ".balign 4\n1:\t.word 0x600DF00D\n2:\tldr %4, [%4]"
+                   : "+r"(value), "+r"(half), "=&r"(rotated), "=&r"(flags), "=&r"(code)
+                   :
+                   : "cc");
+    add(value);
+    add(half);
+    add(rotated);
+    add(flags & 0xF8000000u);
+    add(code);
+  }
+}
+
 const Kernel integer_kernels[] = {
     {"int64", run_wide}, {"int64-division", run_wide_division}, {"division", run_division},
-    {"bit-tricks", run_bits}, {"overflow", run_overflow}, {NULL, NULL},
+    {"bit-tricks", run_bits}, {"overflow", run_overflow}, {"moves", run_moves}, {NULL, NULL},
 };

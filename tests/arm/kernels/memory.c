@@ -78,6 +78,66 @@ static void run_unaligned(void) {
   }
 }
 
+/* The forms with an index in a register. */
+static void run_unaligned_index(void) {
+  for (int n = 0; n < 400; n++) {
+    uint8_t *base = from + (any() & 31), *place = to + (any() & 31);
+    uint32_t index = any() & 15, a, b, c, d;
+    if (n % 40 == 0) {
+      fill();
+    }
+    __asm volatile("ldr %0, [%4, %5, lsl #1]\n\tldrh %1, [%4, %5]\n\tldrsh %2, [%4, %5, lsl #3]\n\t"
+                   "ldr %3, [%4, %5]\n\tstr %0, [%6, %5]\n\tstrh %2, [%6, %5, lsl #2]\n\t"
+                   "str %3, [%6, %5, lsl #3]\n\tstrh %1, [%6, %5]"
+                   : "=&r"(a), "=&r"(b), "=&r"(c), "=&r"(d)
+                   : "r"(base), "r"(index), "r"(place)
+                   : "memory");
+    add(a);
+    add(b);
+    add(c);
+    add(d);
+    add_bytes(to, SIZE);
+  }
+}
+
+/* LDRT, STRT and their kin: privileged code may make unprivileged accesses. */
+static void run_unprivileged(void) {
+  for (int n = 0; n < 400; n++) {
+    uint8_t *at = from + (any() & 63), *place = to + (any() & 63);
+    uint32_t a, b, c, d, e;
+    if (n % 40 == 0) {
+      fill();
+    }
+    __asm volatile("ldrt %0, [%5, #3]\n\tldrht %1, [%5, #6]\n\tldrsht %2, [%5, #1]\n\tldrbt %3, [%5, #2]\n\t"
+                   "ldrsbt %4, [%5, #9]\n\tstrt %0, [%6, #7]\n\tstrht %2, [%6, #1]\n\tstrbt %4, [%6, #13]"
+                   : "=&r"(a), "=&r"(b), "=&r"(c), "=&r"(d), "=&r"(e)
+                   : "r"(at), "r"(place)
+                   : "memory");
+    add(a);
+    add(b);
+    add(c);
+    add(d);
+    add(e);
+    add_bytes(to, SIZE);
+  }
+}
+
+/* Constants are in flash, and at 0 as well. */
+static void run_unaligned_flash(void) {
+  static const uint8_t constants[80] = "unaligned words and half-words of what is in flash, and its alias at 0, too";
+  for (int n = 0; n < 300; n++) {
+    const uint8_t *at = constants + (any() & 63);
+    uint32_t alias = (uint32_t)at & 0x00FFFFFF, a, b, c;
+    __asm volatile("ldr %0, [%3]\n\tldrsh %1, [%3, #3]\n\tldr %2, [%4, #5]"
+                   : "=&r"(a), "=&r"(b), "=&r"(c)
+                   : "r"(at), "r"(alias)
+                   : "memory");
+    add(a);
+    add(b);
+    add(c);
+  }
+}
+
 struct __attribute__((packed)) Packed {
   uint8_t kind;
   uint32_t value;
@@ -120,5 +180,6 @@ static void run_bit_band(void) {
 
 const Kernel memory_kernels[] = {
     {"copy", run_copy},     {"strings", run_strings},   {"unaligned", run_unaligned},
-    {"packed", run_packed}, {"bit-band", run_bit_band}, {NULL, NULL},
+    {"unaligned-index", run_unaligned_index}, {"unprivileged", run_unprivileged},
+    {"unaligned-flash", run_unaligned_flash}, {"packed", run_packed}, {"bit-band", run_bit_band}, {NULL, NULL},
 };
