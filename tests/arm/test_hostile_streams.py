@@ -55,7 +55,9 @@ def driver(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The driver, with the library's sources."""
     made = tmp_path_factory.mktemp("hostile") / "hostile"
     sources = *FOLDER.glob("*.c"), *SOURCES.glob("*.c")
-    subprocess.run([CC, *FLAGS, f"-I{SOURCES}", *sources, "-lm", "-o", made], check=True)
+    command = [CC, *FLAGS, f"-I{SOURCES}", *sources, "-lm", "-o", made]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
     return made
 
 

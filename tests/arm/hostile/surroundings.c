@@ -16,7 +16,7 @@ static int32_t usarts[USARTS];
 /* As Python does at the beginning of each callback. */
 static void settle(void) {
   Targets *targets = &hostile.chip->targets;
-  targets->untold = 0;
+  targets->unreported = 0;
   if (any(8) == 0) {
     versions[any(TARGETS)]++;
   }
@@ -134,21 +134,21 @@ const Host host_calls = {.advance = advance, .read = read_register, .write = wri
 
 /* -- parts at the buses ---------------------------------------------------------------------------------------- */
 
-static int32_t foresee(Chip *chip, int32_t address) {
-  Foreseen *foreseen = &chip->targets.foreseen;
-  foreseen->until_ps = chip->now_ps + any(8000000);
-  foreseen->quiet = (((uint64_t)any(0) << 32) | any(0)) & ((UINT64_C(1) << (KEPT_BYTES + 1)) - 1);
-  foreseen->address = address & 0xFF;
+static int32_t prefetch_some(Chip *chip, int32_t address) {
+  Prefetched *prefetched = &chip->targets.prefetched;
+  prefetched->valid_until_ps = chip->now_ps + any(8000000);
+  prefetched->quiet = (((uint64_t)any(0) << 32) | any(0)) & ((UINT64_C(1) << (KEPT_BYTES + 1)) - 1);
+  prefetched->address = address & 0xFF;
   for (int n = 0; n < KEPT_BYTES; n++) {
-    foreseen->bytes[n] = (uint8_t)any(256);
+    prefetched->bytes[n] = (uint8_t)any(256);
   }
   return any(4) ? 1 + (int32_t)any(KEPT_BYTES) : 0;
 }
 
-static int32_t ahead(int64_t now_ps, int32_t target, int32_t address, int32_t skip, int32_t count) {
+static int32_t prefetch(int64_t now_ps, int32_t target, int32_t address, int32_t skip, int32_t count) {
   (void)now_ps, (void)target, (void)count;
   settle();
-  return foresee(hostile.chip, address + skip);
+  return prefetch_some(hostile.chip, address + skip);
 }
 
 static void settle_call(int64_t now_ps) {
@@ -189,7 +189,7 @@ static int32_t i2c_read(int64_t now_ps) {
   (void)now_ps;
   const I2cMessage *message = catch_up();
   bool keeps = message && message->target >= 0 && any(2);
-  return (int32_t)any(256) | (keeps ? foresee(hostile.chip, (int32_t)any(256)) << 8 : 0);
+  return (int32_t)any(256) | (keeps ? prefetch_some(hostile.chip, (int32_t)any(256)) << 8 : 0);
 }
 
 static void i2c_stop(int64_t now_ps, int64_t end_ps) {
@@ -293,7 +293,7 @@ static void connect_buses(Chip *chip) {
                                .set_speed = i2c_speed};
   static const SpiCalls spi = {.configure = spi_configure, .open = spi_open, .send = spi_send,
                                .receive = spi_receive, .close = spi_close, .ended = ended};
-  static const TargetCalls targets = {.ahead = ahead, .settle = settle_call};
+  static const TargetCalls targets = {.prefetch = prefetch, .settle = settle_call};
   fcu_connect_targets(chip, &targets);
   for (int32_t number = 0; number < I2C_BLOCKS; number++) {
     fcu_connect_i2c(chip, number, &i2c, 400000, 2500000);
