@@ -11,12 +11,33 @@
 
 Files are a thin layer over the Python interface: a timeline entry is a call of the world's method of that
 name, so tests in Python and in files cannot disagree.
+
+Names are loaded when they are first used: schemas need pydantic, and what reads printed numbers does not.
 """
 
-from emulator.scenario.loader import load_scenario, scenario_names
-from emulator.scenario.result import Finding, Miss, Result
-from emulator.scenario.scenario import Scenario, check, run
-from emulator.scenario.schema import ScenarioFile, json_schema
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from emulator.scenario.loader import load_scenario, scenario_names
+    from emulator.scenario.result import Finding, Miss, Result
+    from emulator.scenario.scenario import Scenario, check, run
+    from emulator.scenario.schema import ScenarioFile, json_schema
+
+_HOMES = {
+    "load_scenario": "loader",
+    "scenario_names": "loader",
+    "Finding": "result",
+    "Miss": "result",
+    "Result": "result",
+    "Scenario": "scenario",
+    "check": "scenario",
+    "run": "scenario",
+    "ScenarioFile": "schema",
+    "json_schema": "schema",
+}
 
 __all__ = [
     "Finding",
@@ -30,3 +51,9 @@ __all__ = [
     "run",
     "scenario_names",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)

@@ -8,7 +8,6 @@ from pathlib import Path
 
 from emulator import Board
 from tests.arm import vendor_programs as vendor
-from tests.arm.recording import chip_state
 from tests.arm.speed_programs import ARITHMETIC, POLLS_A_PIN, SHOWS_A_PIN, program
 from tests.bench.row import Row, factor
 
@@ -104,10 +103,11 @@ def _chip(source: str, seconds: float = 0.2) -> tuple[Board, float, int, int]:
         file.write_bytes(program(source))
         board = Board(firmware=file)
     board.run_for(0.05)
-    before = chip_state(board).retired
+    assert board.arm is not None
+    core = board.arm.chip.core
+    before = core.retired
     figure, spent = factor(board, seconds)
-    state = chip_state(board)
-    return board, figure, round((state.retired - before) / spent), state.registers["r4"]
+    return board, figure, round((core.retired - before) / spent), core.register(4)
 
 
 def polling() -> float:

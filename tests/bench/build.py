@@ -23,10 +23,8 @@ def describe() -> dict[str, str]:
 def _library() -> str:
     try:
         from emulator.chip.native import FOLDER, built_from, library_name
-    except ImportError:  # a build from before the library knew its compiler
-        from emulator.chip import native
-
-        return f"sources {native.digest()}, compiler unknown"
+    except ImportError:  # a build from before there was the library
+        return "unknown"
     sources, *compiler = built_from(FOLDER / library_name())
     return f"sources {sources}, compiler {' '.join(compiler)}"
 

@@ -187,3 +187,14 @@ def test_a_full_disk_is_blamed_on_the_trace_file() -> None:
 
 def test_seed_0_can_be_chosen_over_the_scenarios_own() -> None:
     assert b"seed 0" in fcu("run", "--scenario", "flat", "--seed", "0").stderr
+
+
+@pytest.mark.parametrize("firmware", ["lab3", "solution"])
+def test_a_plain_run_loads_nothing_that_it_does_not_need(firmware: str) -> None:
+    """Schemas of scenarios, readers of debug information: each would be a tenth of the start."""
+    command = [sys.executable, "-X", "importtime", "-m", "emulator", "run", firmware, "--duration", "3ms"]
+    done = subprocess.run([*command, "--speed", "max"], capture_output=True, encoding="utf-8", check=True)
+    loaded = {line.rpartition("|")[2].strip() for line in done.stderr.splitlines()}
+    assert "emulator.board.board" in loaded
+    needless = {"pydantic", "emulator.scenario.schema", "emulator.chip.calls", "emulator.chip.image.dwarf"}
+    assert not loaded & needless

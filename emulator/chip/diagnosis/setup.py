@@ -182,10 +182,10 @@ def not_enabled(chip: Chip) -> Diagnosis | None:
 
 def never_ticked(chip: Chip, signals: BoardSignals, places: Places) -> Diagnosis | None:
     """The program has a callback for a timer, and no timer that calls it."""
-    callback = places.address_of(_CALLBACK)
-    if callback is None or places.file(callback) in (_HAL_TIM, "") or signals.clock.now_ps < 2 * PS_PER_S:
+    if signals.clock.now_ps < 2 * PS_PER_S or any(timer.ticks for timer in chip.timers.values()):
         return None
-    if any(timer.ticks for timer in chip.timers.values()):
+    callback = places.address_of(_CALLBACK)
+    if callback is None or places.file(callback) in (_HAL_TIM, ""):  # last: it reads all line numbers
         return None
     what, why = _why_no_ticks(chip, signals.board.timer.block)
     where = places.place(callback)
