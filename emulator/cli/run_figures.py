@@ -21,8 +21,10 @@ _FEWEST_LOOKS = 100  # for two digits of a share
 
 def figures(board: Board, witness: Witness) -> Iterator[str]:
     """The lines of the summary that have numbers."""
-    yield from _bus(board.i2c2.bus)
-    yield from _bus(board.spi2.bus)
+    for i2c in board.signals.i2c.values():
+        yield from _bus(i2c)
+    for spi in board.signals.spi.values():
+        yield from _bus(spi)
     yield from _serial(board)
     yield from _callback(board, witness)
 
