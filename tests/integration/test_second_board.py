@@ -21,6 +21,7 @@ from emulator.boards.description import (
 )
 from emulator.boards.fcu001v1 import FCU001V1
 from emulator.scenario import json_schema
+from firmware_model.arm import prebuilt
 from sensors import LSM6DSL
 from tests.recipe import GreenhouseBoard
 
@@ -110,6 +111,18 @@ def test_firmware_in_python_runs_on_its_buses_terminal_led_and_timer() -> None:
     board.run_for(0.3)
     assert board.green.on
     assert board.terminal.uart.name == "USART2"
+
+
+def test_built_firmware_for_another_board_is_told_where_the_sensors_are() -> None:
+    board = GreenhouseBoard(prebuilt("template", "I2C2"))
+    board.run_for(0.1)
+    assert board.arm is not None
+    diagnosis = board.arm.diagnosis()
+    assert diagnosis is not None
+    assert "I2C2 is set up, where no sensor is" in diagnosis.summary
+    told = "With profile greenhouse the sensors are on I2C1, not on I2C2: build the firmware for I2C1."
+    assert told in str(diagnosis)
+    assert board.terminal.text == ""  # it prints to USART1, where no terminal is
 
 
 def test_a_scenario_moves_and_judges_it(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from emulator.buses.uart import BAUD
 from emulator.chip.chip import Chip
 from emulator.chip.cpu.exceptions import FIRST_INTERRUPT, bits
 from emulator.chip.diagnosis.backtrace import Places
+from emulator.chip.diagnosis.evidence import absent
 from emulator.chip.diagnosis.hang import exception_name
 from emulator.chip.diagnosis.report import Cause, Diagnosis
 from emulator.chip.peripherals.tim import Timer
@@ -100,6 +101,16 @@ def clock_of(name: str, chip: Chip) -> int:
 # -- the sensors' bus ---------------------------------------------------------------------------------------
 
 
+def _other_bus_on(chip: Chip, signals: BoardSignals) -> str:
+    """An I2C or SPI block that is switched on and leads to nothing on this board; empty if there is none."""
+    wired = {*signals.board.buses(), *(part.spi for part in signals.board.absent)}
+    for name, block in chip.core.blocks.items():
+        bit = {"I2C": _PE, "SPI": _SPE}.get(name[:3], 0)
+        if bit and name not in wired and block.peek(_CR1) & bit:
+            return name
+    return ""
+
+
 def bus_never_on(chip: Chip, signals: BoardSignals, places: Places) -> Cause | None:
     """No bus of the board was ever switched on in a program that has calls for them."""
     blocks = chip.core.blocks
@@ -112,6 +123,8 @@ def bus_never_on(chip: Chip, signals: BoardSignals, places: Places) -> Cause | N
     )
     if not talks or used or on:
         return None
+    if elsewhere := _other_bus_on(chip, signals):
+        return Cause(f"{elsewhere} is set up, where no sensor is", [absent(signals, elsewhere)])
     bits_off = [
         *(f"PE in {name}_CR1" for name in signals.i2c),
         *(f"SPE in {name}_CR1" for name in signals.spi),
