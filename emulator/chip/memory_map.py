@@ -9,6 +9,9 @@ from __future__ import annotations
 
 from typing import Final, NamedTuple
 
+CHIP_NAME: Final = "STM32F401"
+"""What the trace calls it."""
+
 FLASH: Final = 0x0800_0000
 FLASH_SIZE: Final = 0x4_0000
 RAM: Final = 0x2000_0000

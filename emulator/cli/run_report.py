@@ -15,10 +15,9 @@ from typing import TextIO
 
 import click
 
-from emulator.analysis.mistakes import explain
 from emulator.analysis.witness import Witness
 from emulator.board.board import Board
-from emulator.chip.peripherals.peripheral import CHIP
+from emulator.chip.memory_map import CHIP_NAME
 from emulator.cli.run_figures import figures
 from emulator.errors import FirmwareError
 from emulator.links import ByteLink
@@ -102,7 +101,7 @@ def _ticks(board: Board) -> Iterator[str]:
 def _resets(board: Board) -> Iterator[str]:
     for text, (first_s, times) in chip_events(board).items():
         again = f", {times} times" if times > 1 else ""
-        yield f"{CHIP}: {text} at {first_s:.6f} s{again}"
+        yield f"{CHIP_NAME}: {text} at {first_s:.6f} s{again}"
 
 
 def _bus_errors(board: Board) -> Iterator[str]:
@@ -130,7 +129,7 @@ def chip_events(board: Board) -> dict[str, tuple[float, int]]:
     """What happened to the chip (resets and the like): when first, in seconds, and how often."""
     found: dict[str, tuple[float, int]] = {}
     for event in board.trace.of(Fault):
-        if event.where == CHIP:
+        if event.where == CHIP_NAME:
             first_s, count = found.get(event.text, (event.t_s, 0))
             found[event.text] = first_s, count + 1
     return found
@@ -190,6 +189,8 @@ class Explainer:
 
         Raises FirmwareError when the firmware has failed for good.
         """
+        from emulator.analysis.mistakes import explain  # with the chip's diagnosis: runs start sooner without
+
         for diagnosis in explain(self._board, self.witness):
             if not diagnosis.fatal:
                 self._tell(str(diagnosis))

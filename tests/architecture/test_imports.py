@@ -246,7 +246,9 @@ def test_importing_a_package_needs_nothing_windows_does_not_have(module: str) ->
     assert not needed
 
 
-@pytest.mark.parametrize("module", ["emulator", "emulator.cli", "emulator.board.board", "emulator.scenario"])
+@pytest.mark.parametrize(
+    "module", ["emulator", "emulator.cli", "emulator.cli.run", "emulator.board.board", "emulator.scenario"]
+)
 def test_only_a_board_with_built_firmware_loads_the_instruction_engine(module: str) -> None:
     assert not {one for one in reached_from(module) if one.startswith("emulator.chip.cpu")}
 

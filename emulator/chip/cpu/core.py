@@ -21,8 +21,8 @@ from emulator.chip.cpu.core_registers import MASKS, Registers
 from emulator.chip.cpu.exceptions import Fault
 from emulator.chip.cpu.python_blocks import PythonBlocks
 from emulator.chip.library import ChipBlock, FcuChip, Status
-from emulator.chip.memory_map import FLASH, FLASH_SIZE, RAM
-from emulator.chip.peripherals.peripheral import CHIP, Peripheral, Soc
+from emulator.chip.memory_map import CHIP_NAME, FLASH, FLASH_SIZE, RAM
+from emulator.chip.peripherals.peripheral import Peripheral, Soc
 from emulator.time.clock import Clock
 from emulator.trace import Fault as FaultEvent
 from emulator.trace import Trace
@@ -331,7 +331,7 @@ class Core(FcuChip):
     def _reset(self, reason: int) -> None:
         why = _REASONS[reason]
         self.resets.append((self.clock.now_ps, why))
-        self.trace.add(FaultEvent(self.clock.now_ps, CHIP, f"reset by {why}"))
+        self.trace.add(FaultEvent(self.clock.now_ps, CHIP_NAME, f"reset by {why}"))
         self.before_reset = self.core_state(), bytes(self.ram)
         self._on_reset(why)
         for native in self.blocks.values():

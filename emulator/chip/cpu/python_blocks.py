@@ -11,8 +11,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from emulator.chip import memory_map
-from emulator.chip.memory_map import PAGE_SHIFT
-from emulator.chip.peripherals.peripheral import ALREADY_PS, CHIP, WORD, Peripheral, Soc
+from emulator.chip.memory_map import CHIP_NAME, PAGE_SHIFT
+from emulator.chip.peripherals.peripheral import ALREADY_PS, WORD, Peripheral, Soc
 from emulator.chip.peripherals.rcc import ENABLE
 from emulator.chip.registers import BLOCKS
 from emulator.time.clock import NEVER_PS
@@ -46,7 +46,7 @@ class Absent(Peripheral):
         text = f"{self.name}, 0x{self.base + offset:08X}: {what}"
         if len(self._reported) > _MOST_REPORTED:
             text = f"{self.name}: more than {_MOST_REPORTED} of its addresses are used; no more are reported"
-        self.soc.trace.add(DeviceNote(self.soc.clock.now_ps, CHIP, "not modelled", text))
+        self.soc.trace.add(DeviceNote(self.soc.clock.now_ps, CHIP_NAME, "not modelled", text))
 
 
 # -- blocks that exist on the chip and are not modelled (RM0368 table 1) ------------------------------------

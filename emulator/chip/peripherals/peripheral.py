@@ -24,10 +24,6 @@ from emulator.trace import DeviceNote, Trace
 # -- the inner wiring of the chip ---------------------------------------------------------------------------
 
 
-CHIP = "STM32F401"
-"""What the trace calls it."""
-
-
 class ClockTree(Protocol):
     """Frequencies as the firmware has set RCC up (RM0368 section 6.2); implemented by the RCC block."""
 
