@@ -117,13 +117,15 @@ class _Kept:
         self._trace = trace
         self._events: list[TraceEvent] = []
         self._full = False
+        self._transfers = transfers
         if transfers:
             trace.record_all()
         self.close = trace.subscribe(self._take)
 
     def exceeded(self) -> str:
         """Why no more can be kept; empty as long as it can."""
-        return f"{MOST_EVENTS} events" if self._full or self._trace.dropped else ""
+        full = self._full or (self._transfers and self._trace.dropped)
+        return f"{MOST_EVENTS} events" if full else ""
 
     def of(self, kind: type[EventT]) -> list[EventT]:
         """The events of one type, in order."""

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from emulator import Board, InputError
+from emulator import Board, InputError, NotJudgedError
+from emulator.analysis import observation
 from emulator.analysis.compare import Ignorable, Rules, compare, compared, largest_deviations, tolerances
 from emulator.analysis.observation import END, TERMINAL, Entry, Observation, observe
 from emulator.board.firmware import FirmwareFactory, Settings, python_firmware
@@ -354,3 +355,13 @@ def test_diff_shows_the_first_difference_and_exits_with_1() -> None:
 )
 def test_diff_refuses_in_one_line(arguments: list[str], problem: str) -> None:
     assert problem in one_line_error("diff", *arguments, "--scenario", "flat")
+
+
+def test_a_run_that_does_too_much_is_not_compared(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Firmware that storms its pins cannot fill the memory: what is kept is counted while it runs."""
+    monkeypatch.setattr(observation, "MOST_EVENTS", 100)
+    board = Board("template", scenario="flat")
+
+    with pytest.raises(NotJudgedError, match="are too much to compare; give a shorter time"):
+        observe(board, 5 * PS_PER_S)
+    assert board.now_s < 2.0
