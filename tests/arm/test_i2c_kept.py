@@ -14,6 +14,7 @@ from emulator.trace import BusTransfer
 from sensors.subaddress import SubaddressTarget
 from tests.arm.comm_bench import RAM, CommBench
 from tests.arm.hal_i2c import ACK, ADDR, AF, BTF, CR1, DR, RXNE, SB, SR1, START, STOP, HalError, HalI2c
+from tests.contract.test_sensor_declarations import Asking
 
 LSM6DSL, LIS2MDL, LPS22HB = 0x6B, 0x1E, 0x5D
 SWITCHED_ON = (
@@ -306,3 +307,14 @@ def test_messages_that_c_has_alone_are_among_the_recent_ones() -> None:
         ("WHO_AM_I", b"\x6a", "ok"),
     ] * 2
     assert not board.bench.trace.of(BusTransfer)
+
+
+@pytest.mark.parametrize("start", [0x20, 0xA0])
+def test_a_part_that_asks_for_the_increment_bit_gets_it(start: int) -> None:
+    """With it a burst goes on, without it stays; also from bytes that the chip keeps."""
+    board = Board(live=False)
+    bench, part = board.bench, Asking()
+    part.write(0x20, bytes(range(1, 9)), 0)
+    bench.board.i2c2.bus.attach(0x5F, SubaddressTarget(part, lambda: bench.clock.now_ps))
+    wanted = bytes(range(1, 5)) if start & 0x80 else b"\1\1\1\1"
+    assert [board.hal.mem_read(0x5F, start, 4) for _ in range(4)] == [wanted] * 4

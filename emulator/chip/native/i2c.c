@@ -93,7 +93,7 @@ static bool keeps(I2c *i2c) { return !i2c->wire.injected && i2c->wire.message.ta
 /* The bytes from where the sub-address is come from what C keeps, if it does. */
 static bool begin_reading(I2c *i2c, int64_t position) {
   Chip *chip = i2c->block.chip;
-  i2c->kept = keeps(i2c) && target_begin(chip, target_of(i2c), position >> 8 & 0x7F, (uint8_t)position);
+  i2c->kept = keeps(i2c) && target_begin(chip, target_of(i2c), (uint8_t)(position >> 8), (uint8_t)position);
   return i2c->kept;
 }
 
