@@ -93,12 +93,13 @@ def _execute(arguments: Sequence[str]) -> ExitCode | int:
 
 def _address_space() -> float:
     """How many bytes this process may use, as far as the system limits and tells it."""
-    if sys.platform == "win32":
-        return math.inf
-    import resource
+    limit = math.inf
+    if sys.platform != "win32":
+        import resource
 
-    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
-    return math.inf if limit == resource.RLIM_INFINITY else limit
+        soft, _ = resource.getrlimit(resource.RLIMIT_AS)
+        limit = limit if soft == resource.RLIM_INFINITY else soft
+    return limit
 
 
 def _prints(arguments: Sequence[str]) -> bool:
