@@ -16,7 +16,7 @@ from typing import Final
 
 ROOT: Final = Path(__file__).parents[1]
 PAGE: Final = ROOT / "docs" / "decisions.md"
-ROOMS: Final = ("emulator", "sensors", "registers", "firmware_model", "building", "tests")
+ROOMS: Final = ("emulator", "sensors", "firmware_model", "building", "tests")
 BEGIN: Final = "<!-- decisions: made by python building/decisions.py -->"
 END: Final = "<!-- end of decisions -->"
 

@@ -1,16 +1,194 @@
-"""The registers of a part by sub-address, as flat tables. How a register is declared: :mod:`registers`.
+"""Registers and their bits, declared once, in the order of the manual's register chapter: those of the
+sensors, of 8 bits, and those of the chip, of 32.
 
-Declared registers cost nothing at run time: :class:`RegisterMap` compiles them to flat 128-byte tables.
+A register is a class::
+
+    class CTRL1_XL(Register, addr=0x10):
+        \"\"\"Accelerometer control 1.\"\"\"
+        ODR_XL = Bits(7, 4, doc="output data rate")
+        BW0_XL = Bits(0, modelled=False, doc="analog chain bandwidth")
+
+Everything else is derived: write mask, reset image, names for the trace and for debuggers, C headers, the
+printed register map, and the contract tests. Decision: classes rather than tables of tuples, because
+``CTRL1_XL.ODR_XL`` is what the datasheet calls it, an editor completes it, and a misspelt field fails when
+the module is imported.
+
+A bit is in one of three honest states: modelled; known but not modelled (``modelled=False``: it can be
+written and read back, and a sensor reports by name that it was touched); reserved (not declared: it never
+sticks).
+
+Declared registers of a part cost nothing at run time: :class:`RegisterMap` compiles them to flat 128-byte
+tables. The chip's blocks (:mod:`emulator.chip.registers`) are declared with the same two classes, which stand
+here because the sensors' package knows nothing of the others.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from types import ModuleType
+from typing import ClassVar, Final
 
-from registers import Bits, Register
+ACCESSES: Final = ("rw", "r", "w", "rc_w0", "rc_w1", "rs")
+"""As in ST's reference manuals: read and write, read, write, cleared by writing 0 or 1, set by writing 1."""
 
-__all__ = ["ADDRESSES", "Bits", "Register", "RegisterMap"]
+
+class Bits:
+    """A field of a register: bits ``msb`` down to ``lsb`` (one bit when ``lsb`` is left out).
+
+    ``access``: where it is another than the register's. ``count``: so many fields like this one, each
+    ``step`` bits above the one before (side by side when left out); their names have the number in place of
+    ``x``, from ``first`` on. ``overlay``: what the bits mean in another mode, beside their first declaration.
+    """
+
+    __slots__ = (
+        "access",
+        "count",
+        "doc",
+        "first",
+        "lsb",
+        "mask",
+        "modelled",
+        "msb",
+        "name",
+        "overlay",
+        "step",
+    )
+
+    def __init__(
+        self,
+        msb: int,
+        lsb: int | None = None,
+        *,
+        modelled: bool = True,
+        doc: str = "",
+        name: str = "",
+        access: str = "",
+        count: int = 1,
+        step: int = 0,
+        first: int = 0,
+        overlay: bool = False,
+    ) -> None:
+        self.msb = msb
+        self.lsb = msb if lsb is None else lsb
+        self.count, self.first, self.overlay = count, first, overlay
+        self.step = step or self.msb + 1 - self.lsb
+        one = (1 << (self.msb + 1)) - (1 << self.lsb)
+        self.mask = sum(one << number * self.step for number in range(count))
+        """All bits of it, of all fields where there are several."""
+        self.modelled = modelled
+        self.doc = doc
+        self.name = name
+        self.access = access
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = self.name or name
+
+    def get(self, value: int) -> int:
+        """The field's number inside a register value."""
+        return (value & self.mask) >> self.lsb
+
+    def put(self, value: int, field: int) -> int:
+        """``value`` with the field set to ``field``; its neighbours stay."""
+        return (value & ~self.mask) | ((field << self.lsb) & self.mask)
+
+    def numbered(self, number: int) -> str:
+        """The name of the field with this number (from 0 on), of several: ``MODER3``."""
+        return self.name.replace("x", str(self.first + number)) if self.count > 1 else self.name
+
+
+class Register:
+    """Base of every declared register; never instantiated.
+
+    ``addr``: first sub-address, or offset in the block; ``size``: bytes; ``access``: one of ``ACCESSES``;
+    ``reset``: value after reset (little-endian over the bytes); ``names``: the datasheet's name of each byte
+    of a larger register; ``modelled=False``: the whole register is known but has no behaviour here.
+    ``count``: so many registers like this one, ``step`` bytes apart; their names have the number in place of
+    ``x``, from ``first`` on. Without ``addr`` a class is only a base of others.
+    """
+
+    addr: ClassVar[int]
+    size: ClassVar[int] = 1
+    named_bytes: ClassVar[bool] = True
+    """Whether each byte has a name of its own, as in parts that are read byte by byte."""
+    access: ClassVar[str]
+    reset: ClassVar[int]
+    modelled: ClassVar[bool]
+    names: ClassVar[tuple[str, ...]]
+    count: ClassVar[int]
+    step: ClassVar[int]
+    first: ClassVar[int]
+    fields: ClassVar[tuple[Bits, ...]]
+    write_mask: ClassVar[int]
+    """Bits that a write reaches: "rw" and "w"."""
+    stored_mask: ClassVar[int]
+    """Bits that keep what is written: "rw"."""
+
+    def __init_subclass__(
+        cls,
+        *,
+        addr: int | None = None,
+        size: int | None = None,
+        access: str = "rw",
+        reset: int = 0,
+        names: tuple[str, ...] = (),
+        modelled: bool = True,
+        count: int = 1,
+        step: int = 0,
+        first: int = 0,
+    ) -> None:
+        if size is not None:
+            cls.size = size
+        if addr is None:
+            return
+        cls.addr, cls.access, cls.reset, cls.modelled = addr, access, reset, modelled
+        cls.count, cls.step, cls.first = count, step, first
+        cls.names = names or ((cls.__name__,) if cls.size == 1 else ())
+        cls.fields = tuple(value for value in vars(cls).values() if isinstance(value, Bits))
+        if cls.named_bytes and len(cls.names) != cls.size:
+            raise TypeError(f"{cls.__name__}: a register of {cls.size} bytes needs a name for each")
+        if sum(bits.mask for bits in cls.fields if not bits.overlay) != cls._used():
+            raise TypeError(f"{cls.__name__}: fields overlap")
+        unknown = {access, *(bits.access or access for bits in cls.fields)} - set(ACCESSES)
+        if unknown:
+            raise TypeError(f"{cls.__name__}: unknown access {unknown}; known: {', '.join(ACCESSES)}")
+        cls.write_mask = cls._accessed("rw", "w")
+        cls.stored_mask = cls._accessed("rw")
+
+    @classmethod
+    def _used(cls) -> int:
+        used = 0
+        for bits in cls.fields:
+            used |= bits.mask
+        return used
+
+    @classmethod
+    def _accessed(cls, *accesses: str) -> int:
+        if not cls.fields:
+            return (1 << (8 * cls.size)) - 1 if cls.access in accesses else 0
+        mask = 0
+        for bits in cls.fields:
+            if (bits.access or cls.access) in accesses:
+                mask |= bits.mask
+        return mask
+
+    @classmethod
+    def unmodelled_mask(cls) -> int:
+        """The bits that can be written but have no behaviour."""
+        if not cls.modelled:
+            return cls.write_mask
+        mask = 0
+        for bits in cls.fields:
+            if not bits.modelled and not bits.overlay:
+                mask |= bits.mask
+        return mask & cls.write_mask
+
+    @classmethod
+    def numbered(cls, number: int) -> str:
+        """The name of the register with this number (from 0 on), of several: ``EXTICR2``."""
+        return cls.__name__.replace("x", str(cls.first + number)) if cls.count > 1 else cls.__name__
+
+
+# -- the registers of a part by sub-address ------------------------------------------------------------
 
 ADDRESSES = 128  # 7-bit sub-addresses
 

@@ -106,7 +106,7 @@ def entered(run: Callable[[], object]) -> list[Entry]:
 
 def _ours(file: str) -> str:
     """The path below the root, or nothing if it is not a file of the packages or of the scenarios."""
-    for package in ("emulator", "sensors", "registers", "firmware_model", "scenarios"):
+    for package in ("emulator", "sensors", "firmware_model", "scenarios"):
         if file.startswith(f"{ROOT / package}/"):
             return Path(file).relative_to(ROOT).as_posix()
     return ""

@@ -1,6 +1,6 @@
 """The layers, read from the imports: what may know what. Imports point one way, and the edges are few.
 
-``registers`` and ``firmware_model`` know nothing of ours, ``sensors`` knows ``registers``; ``emulator`` knows
+``sensors`` and ``firmware_model`` know nothing of ours; ``emulator`` knows
 both, and where firmware is chosen ``firmware_model``. Heavy or narrow libraries are known in one place each.
 What Windows does not have is never imported by merely importing a package.
 """
@@ -17,13 +17,12 @@ from typing import NamedTuple
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PACKAGES = ("registers", "sensors", "firmware_model", "emulator")
+PACKAGES = ("sensors", "firmware_model", "emulator")
 FILES = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
 NAMES = [path.relative_to(ROOT).as_posix() for path in FILES]
 
 LAYERS = {
-    "registers": {"registers"},
-    "sensors": {"sensors", "registers", "numpy"},
+    "sensors": {"sensors", "numpy"},
     "firmware_model": {"firmware_model", "numpy"},
 }
 ONLY_IN = {
@@ -40,7 +39,6 @@ ONLY_IN = {
     "rich": ("emulator/cli",),
 }
 ROOMS = (
-    "registers",
     "sensors",
     "firmware_model",
     "errors",
@@ -175,8 +173,6 @@ def test_the_packages_import_one_another_in_one_direction() -> None:
     }
 
     assert arrows <= {
-        ("sensors", "registers"),
-        ("emulator", "registers"),
         ("emulator", "sensors"),
         ("emulator", "firmware_model"),
     }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from emulator.chip.registers.block import Word
-from registers import Bits
+from sensors.register import Bits
 
 SOURCE = "RM0368 18.6"
 INSTANCES = ("I2C1", "I2C2", "I2C3")
