@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import signal
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -27,3 +29,14 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     from tests.slow import mark  # not before the root is on the path
 
     mark(items)
+
+
+@pytest.fixture
+def interruptible() -> Iterator[None]:
+    """Programs that a test starts take Ctrl-C, also where the tests themselves were started to ignore it.
+
+    A shell starts a command with ``&`` so, and what is ignored is inherited.
+    """
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)

@@ -33,7 +33,7 @@ def ran(
 ) -> tuple[Board, Observation]:
     """A firmware on a scenario until ``end_s``, and what it did."""
     board = Board(firmware, profile=profile, scenario=scenario, ideal=ideal)
-    return board, observe(board, round(end_s * PS_PER_S))
+    return board, observe(board, round(end_s * PS_PER_S), transfers=True)
 
 
 def replayed(board: Board, program: str) -> Observation:

@@ -144,6 +144,7 @@ def test_doctor_says_what_works() -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT for another process")
+@pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_ends_the_run_with_its_summary() -> None:
     process = subprocess.Popen(
         [sys.executable, "-m", "emulator", "run", "--speed", "1"],

@@ -224,6 +224,7 @@ def test_a_run_that_is_to_outlive_its_terminal_does(name: str) -> None:
 
 
 @posix
+@pytest.mark.usefixtures("interruptible")
 def test_a_run_that_is_interrupted_is_not_judged(tmp_path: Path) -> None:
     path = write(tmp_path, HEAD + 'duration = "300s"\n' + GOOD)
     process = subprocess.Popen(

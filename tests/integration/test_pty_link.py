@@ -75,7 +75,7 @@ def collect(link: ByteLink, read: Callable[[], bytes], count: int) -> bytes:
 
 
 def receive(link: ByteLink, count: int) -> bytes:
-    return collect(link, link.receive, count)
+    return collect(link, lambda: link.receive(1 << 20), count)
 
 
 def serve(link: ByteLink, device: serial.Serial) -> None:
