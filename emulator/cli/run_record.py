@@ -22,7 +22,6 @@ lines           everything else that was said on stderr, or would have been with
 
 from __future__ import annotations
 
-import importlib.metadata
 import json
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
@@ -91,10 +90,12 @@ class Record:
             raise OutputError(f"--json {self._path}: {failure.strerror or failure}") from failure
 
     def _contents(self, code: ExitCode, error: str | None) -> dict[str, Any]:
+        from importlib.metadata import version  # dear to load, and only a run with --json asks
+
         board, timer = self._board, self._board.timer
         return {
             "schema": SCHEMA,
-            "fcu": importlib.metadata.version("fcu-emulator"),
+            "fcu": version("fcu-emulator"),
             "exit_code": int(code),
             "verdict": code.name.lower().replace("_", " "),
             "error": error,

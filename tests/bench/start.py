@@ -59,8 +59,25 @@ def command(expected: str, *arguments: str) -> float:
 
 
 def first_byte() -> float:
-    """CPU seconds of ``fcu run solution`` for 3 ms: the first byte is on the line after 2.2 ms."""
-    return command(FIRST_LINE[0], "run", "solution", "--duration", "3ms", "--speed", "max")
+    """CPU seconds of ``fcu run solution`` until its first byte has come; best of five.
+
+    Then the program is killed: what it does afterwards, its summary among it, is not what a user waits for.
+    """
+    with _compiled_once() as environment:
+
+        def once() -> float:
+            started = _childrens_cpu_s()
+            command = [sys.executable, "-m", "emulator", "run", "solution"]
+            with subprocess.Popen(
+                command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment
+            ) as process:
+                assert process.stdout is not None
+                first = process.stdout.read(1)
+                process.kill()
+            assert first == FIRST_LINE[:1].encode(), first
+            return _childrens_cpu_s() - started
+
+        return min([once() for _ in range(TIMES + 1)][1:])
 
 
 def next_board() -> float:

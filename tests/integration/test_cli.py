@@ -197,5 +197,11 @@ def test_a_plain_run_loads_nothing_that_it_does_not_need(firmware: str) -> None:
     done = subprocess.run([*command, "--speed", "max"], capture_output=True, encoding="utf-8", check=True)
     loaded = {line.rpartition("|")[2].strip() for line in done.stderr.splitlines()}
     assert "emulator.board.board" in loaded
-    needless = {"pydantic", "emulator.scenario.schema", "emulator.chip.calls", "emulator.chip.image.dwarf"}
+    needless = {
+        "pydantic",
+        "importlib.metadata",
+        "emulator.scenario.schema",
+        "emulator.chip.calls",
+        "emulator.chip.image.dwarf",
+    }
     assert not loaded & needless
