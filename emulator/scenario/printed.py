@@ -5,8 +5,9 @@ looks right: "4" is not found in "164", and a sign cannot get lost. A line that 
 and does not follow it is malformed, which is another fault than a wrong value.
 
 The truth is what the firmware's numbers would be if sensors, firmware and formulas were perfect: the world's
-own value in the unit that is printed. Two are not what the lab's firmware can reach: its roll stays within 90
-degrees, and MAG (after MagCalibration) is the field without the board's hard iron.
+own value in the unit that is printed, yaw from magnetic north as a compass shows it. Two are not what the
+lab's firmware can reach: its roll stays within 90 degrees, and MAG (after MagCalibration) is the field
+without the board's hard iron.
 
 The board keeps text without times, and the world forgets its past when it is changed; so a recorder looks at
 the terminal every millisecond of virtual time (SysTick's period, a fraction of a line's time on the wire),
@@ -91,11 +92,11 @@ def visible(text: str) -> str:
 
 
 Law = Callable[[World, Array], Array]
-G_MODULUS = "|G|"  # printed by nobody; tells whether the accelerometer is a tilt sensor at that moment
+MOVING_G = "moving"  # printed by nobody; tells whether the accelerometer is a tilt sensor at that moment
 
 
-def _attitude(column: int) -> Law:
-    return lambda world, t_s: world.attitude_deg(t_s)[:, column]
+def _compass(column: int) -> Law:
+    return lambda world, t_s: world.compass_deg(t_s)[:, column]
 
 
 def _acc_mg(column: int) -> Law:
@@ -114,10 +115,10 @@ TRUTH: dict[str, Law] = {
     **{f"ACC.{axis}": _acc_mg(column) for column, axis in enumerate("xyz")},
     **{f"GYR.{axis}": _gyro_mdps(column) for column, axis in enumerate("xyz")},
     **{f"MAG.{axis}": _mag_mgauss(column) for column, axis in enumerate("xyz")},
-    **{angle: _attitude(column) for column, angle in enumerate(("Roll", "Pitch", "Yaw"))},
+    **{angle: _compass(column) for column, angle in enumerate(("Roll", "Pitch", "Yaw"))},
     "Pre": lambda world, t_s: world.pressure_hpa(t_s),
     "Altitude": lambda world, t_s: world.altitude_m(t_s),
-    G_MODULUS: lambda world, t_s: np.linalg.norm(world.specific_force_g(t_s), axis=1),
+    MOVING_G: lambda world, t_s: world.linear_acceleration_g(t_s),
 }
 
 
@@ -215,7 +216,7 @@ class Recorder:
             if name in self._settle_ps
         ]
         if not ANGLES.isdisjoint(wanted):
-            wanted.append(G_MODULUS)
+            wanted.append(MOVING_G)
         truth = {}
         for name in wanted:
             at_s = at_ps / PS_PER_S

@@ -156,7 +156,10 @@ class Scenario:
         """The world at power-on."""
         table = self._contents.world
         try:
-            world = World(now_s) if table.floor_altitude_m is None else World(now_s, table.floor_altitude_m)
+            floor_m = table.floor_altitude_m
+            if floor_m is None and table.place is not None:
+                floor_m = table.place.altitude_m
+            world = World(now_s) if floor_m is None else World(now_s, floor_m)
             world.set_attitude(table.roll_deg, table.pitch_deg, table.yaw_deg)
             if self._field_ut is not None:
                 world.set_magnetic_field(*self._field_ut)
@@ -251,7 +254,7 @@ class Scenario:
         if place is None:
             return None
         try:
-            where = place.latitude_deg, place.longitude_deg, place.altitude_m
+            where = place.latitude_deg, place.longitude_deg, place.altitude_m or 0.0
             return earth_field(*where, place.date, place.north)
         except InputError as error:
             raise ScenarioError(self.file, "world.place", str(error)) from error

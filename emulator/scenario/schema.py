@@ -118,11 +118,14 @@ class BusTable(Table):
 
 
 class PlaceTable(Table):
-    """Where and when on Earth, for the World Magnetic Model 2025."""
+    """Where and when on Earth: the field by the World Magnetic Model 2025; the floor's height above the sea.
+
+    Without ``altitude_m`` the field is that at sea level, and the floor is where it is without a place.
+    """
 
     latitude_deg: Annotated[float, within(limits.LATITUDE)]
     longitude_deg: Annotated[float, within(limits.LONGITUDE)]
-    altitude_m: Annotated[float, within(limits.MODEL_ALTITUDE)] = 0.0
+    altitude_m: Annotated[float, within(limits.ALTITUDE)] | None = None
     date: dt.date
     north: Literal["magnetic", "true"] = "magnetic"
 

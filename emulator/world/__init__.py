@@ -9,11 +9,12 @@ Frames and signs
     Rz(yaw) Ry(pitch) Rx(roll). Flat and still, the specific force is (0, 0, +1) g.
 
 North
-    Yaw is measured from the frame's north. The default field has no east part, so the frame's north is
-    magnetic north and a right compass prints the yaw. A field with an east part turns the compass by
-    its declination; ``earth_field(..., north="magnetic")``, the default, therefore turns a place's field so
-    that its horizontal part lies on north, and ``north="true"`` keeps the declination. Road not taken: a
-    second, geographic north in the frame, which every reader would have to tell from the first.
+    The attitude's yaw is measured from the frame's north. A compass shows magnetic north, the direction of
+    the horizontal part of the Earth's field; so does the lab, and so every printed yaw is compared with the
+    yaw from magnetic north (`World.compass_deg`). The default field has no east part, and ``earth_field(...,
+    north="magnetic")``, the default, turns a place's field so that it has none: the two norths are then one.
+    A field with an east part (``north="true"``, or given so) puts magnetic north beside the frame's, which is
+    then the geographic one.
 
 Units are in the names. What a user gives as a magnetic field is NED microtesla (north, east, down).
 """

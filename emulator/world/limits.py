@@ -53,6 +53,7 @@ TIME = Range(0, 10_000_000, "s")
 DURATION = Range(1e-6, 1_000_000, "s")
 AMPLITUDE = Range(0, 1_000, "g")
 FREQUENCY = Range(0.01, 10_000, "Hz")
+CLIMB = Range(-500, 500, "m/s2")  # of a recorded altitude; noise, differentiated twice, is beyond
 EXCURSION = Range(0, 100, "m")
 MOMENT = Range(-10_000, 10_000, "A m2")
 DISTANCE = Range(0.005, 1_000, "m")

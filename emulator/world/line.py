@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+import numpy.typing as npt
 
 from emulator.world.track import Array, MinimumJerk
 
@@ -81,19 +82,71 @@ class Parabola:
 
 @dataclass(frozen=True, eq=False)
 class Recorded:
-    """Rows of a recording, linear between them: steps of speed at the rows, no acceleration in between."""
+    """Rows of a recording as one smooth motion, from rest before the first row to rest after the last.
 
-    row_s: Array  # (M,), strictly increasing
-    row_m: Array  # (M,)
-    start_s: float  # when its time 0 is
+    ``row_s`` (M,) strictly increases, ``row_m`` (M,) are metres above the room's floor, ``row_m_s2`` (M,) the
+    accelerations of :func:`accelerations`; ``start_s`` is when the recording's time 0 is.
+    """
+
+    row_s: Array
+    row_m: Array
+    row_m_s2: Array
+    start_s: float
 
     def position_m(self, t_s: Array, /) -> Array:
         """Metres above the room's floor, (N,)."""
-        return np.interp(t_s - self.start_s, self.row_s, self.row_m)
+        if self.row_s.size == 1:
+            return self.row_m
+        row, step_s, part = self._place(t_s)
+        rest = 1.0 - part
+        begin, end = self.row_m_s2[row], self.row_m_s2[row + 1]
+        bend = (rest**3 - rest) * begin + (part**3 - part) * end
+        line: Array = rest * self.row_m[row] + part * self.row_m[row + 1] + bend * step_s**2 / 6.0
+        return line
 
-    def acceleration_m_s2(self, _t_s: Array, /) -> Array:
-        """None, (1,)."""
+    def acceleration_m_s2(self, t_s: Array, /) -> Array:
+        """Upward acceleration, (N,)."""
+        if self.row_s.size == 1:
+            return self.row_m_s2
+        row, _, part = self._place(t_s)
+        between: Array = (1.0 - part) * self.row_m_s2[row] + part * self.row_m_s2[row + 1]
+        t_s = t_s - self.start_s
+        between[(t_s < self.row_s[0]) | (t_s >= self.row_s[-1])] = 0.0
+        return between
+
+    def _place(self, t_s: Array) -> tuple[npt.NDArray[np.intp], Array, Array]:
+        """The row before each time, the step to the next one, and how much of it is over."""
+        t_s = t_s - self.start_s
+        row = np.clip(np.searchsorted(self.row_s, t_s, side="right") - 1, 0, self.row_s.size - 2)
+        step_s = self.row_s[row + 1] - self.row_s[row]
+        return row, step_s, np.clip((t_s - self.row_s[row]) / step_s, 0.0, 1.0)
+
+
+_SWEEPS = 60
+
+
+def accelerations(row_s: Array, row_m: Array) -> Array:
+    """Accelerations (M,) in m/s2 at the rows (M,) of a motion that is at rest before and after them.
+
+    Decision: the motion is the cubic spline through the rows that has no speed at either end: acceleration
+    changes linearly from row to row. Road not taken: straight lines between rows, which a barometer cannot
+    tell from this, and whose corners no accelerometer can feel.
+
+    The equations of the spline are diagonally dominant by a factor of two, so each sweep (Jacobi's) halves
+    what is still missing, whatever the rows; sixty leave nothing, in time proportional to the rows.
+    """
+    if row_s.size == 1:
         return np.zeros(1)
+    step_s = np.diff(row_s)
+    bend = 6.0 * np.diff(np.diff(row_m) / step_s, prepend=0.0, append=0.0)
+    diagonal = 2.0 * (np.append(step_s, 0.0) + np.append(0.0, step_s))
+    found: Array = bend / diagonal
+    for _ in range(_SWEEPS):
+        others = np.zeros(row_s.size)
+        others[:-1] += step_s * found[1:]
+        others[1:] += step_s * found[:-1]
+        found = (bend - others) / diagonal
+    return found
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,8 @@ Two layouts, told apart by the header; columns may stand in any order, and each 
     t_s, roll_deg,pitch_deg,yaw_deg, alt_m                                          (world attitude)
 
 Time strictly increases, counted from the moment at which the replay starts. Between rows values are linear
-(attitude: the shortest arc at constant rate); the first row holds before it, the last one after it.
+(attitude: the shortest arc at constant rate; altitude: smooth, since it is felt as acceleration); the first
+row holds before it, the last one after it.
 
 Decision: a strict reader of its own. csv.reader accepts quotes and lines that go on over others, float()
 accepts ``1_0`` and ``nan``, numpy.loadtxt skips lines and names them by a number of its own; a student needs
@@ -19,6 +20,7 @@ from __future__ import annotations
 from array import array
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from os import PathLike
 from pathlib import Path
 from typing import BinaryIO, NoReturn
@@ -28,6 +30,7 @@ import numpy as np
 from emulator.errors import RecordingError
 from emulator.world import limits
 from emulator.world.limits import Range
+from emulator.world.line import accelerations
 from emulator.world.magnetism import MGAUSS_PER_UT
 from emulator.world.track import Array
 
@@ -61,6 +64,17 @@ class Recording:
     file: str
     t_s: Array
     groups: dict[str, Array]
+
+    @cached_property
+    def climb_m_s2(self) -> Array:
+        """Upward acceleration at the rows (M,) by the altitudes. `RecordingError` where it makes no sense."""
+        climb = accelerations(self.t_s, self.groups["altitude"])
+        bad = np.abs(climb) > limits.CLIMB.high
+        if bad.any():
+            row = int(bad.argmax())
+            found = f"alt_m accelerates by {climb[row]:.0f} m/s2"
+            raise RecordingError(self.file, row + 2, f"{found}: smooth it to {limits.CLIMB}, or leave it out")
+        return climb
 
 
 @dataclass(frozen=True, eq=False)

@@ -54,6 +54,7 @@ ZURICH_FIELD_UT = (21.5, 0.0, 43.0)  # the World Magnetic Model at Zurich, round
 ROOM_DEGC = 25.0
 ROOM_PERCENT = 45.0
 UP = np.array([0.0, 0.0, 1.0])
+HALF_TURN_DEG = 180.0
 
 Signal = Callable[[Array], Array]
 QUANTITIES = {
@@ -105,9 +106,28 @@ class Truth:
         """Roll, pitch, yaw (N, 3): pitch within +-90, the others within +-180; roll 0 where pitch is +-90."""
         return matrix_to_euler(self.rotation(t_s))
 
+    def compass_deg(self, t_s: npt.ArrayLike) -> Array:
+        """Roll, pitch, and the yaw from magnetic north that a compass shows, (N, 3), as `attitude_deg`.
+
+        Magnetic north is where the horizontal part of the Earth's field points; disturbances, which deceive a
+        compass, are not part of it. Without a horizontal part it is the frame's north.
+        """
+        compass = self.attitude_deg(t_s)
+        earth = _sampled(lambda t: self._earth.evaluate(t, Constant.value), t_s)
+        yaw = compass[:, 2] - np.degrees(np.arctan2(earth[:, 1], earth[:, 0]))
+        compass[:, 2] = np.where(np.abs(yaw) > HALF_TURN_DEG, (yaw + 180.0) % 360.0 - 180.0, yaw)
+        return compass
+
     def specific_force_g(self, t_s: npt.ArrayLike) -> Array:
         """What an ideal accelerometer measures, board axes, (N, 3) in g of 9.80665 m/s2."""
         return self._signal("acc", t_s)
+
+    def linear_acceleration_g(self, t_s: npt.ArrayLike) -> Array:
+        """How hard motion accelerates the board, beside gravity, (N,) in g of 9.80665 m/s2.
+
+        Of a recorded specific force only the modulus tells: how far it is from gravity's.
+        """
+        return _sampled(lambda t: self._signals["acc"].evaluate(t, self._linear_g), t_s)
 
     def angular_rate_dps(self, t_s: npt.ArrayLike) -> Array:
         """What an ideal gyroscope measures, board axes, (N, 3) deg/s."""
@@ -185,11 +205,24 @@ class Truth:
     def _rate_dps(self, t_s: Array) -> Array:
         return self._attitude.evaluate(t_s, lambda piece, t: piece.rate_dps(t))
 
-    def _force_g(self, t_s: Array) -> Array:
+    def _motion_m_s2(self, t_s: Array) -> Array:
+        """Acceleration along the world's axes, (N, 3)."""
         lift = self._height.evaluate(t_s, lambda piece, t: piece.acceleration_m_s2(t))
-        upward = lift + self._gravity.evaluate(t_s, Constant.value)
-        force = self._shakes.total(t_s, Shake.acceleration_m_s2) + upward[:, np.newaxis] * UP
+        total: Array = self._shakes.total(t_s, Shake.acceleration_m_s2) + lift[:, np.newaxis] * UP
+        return total
+
+    def _force_g(self, t_s: Array) -> Array:
+        force = self._motion_m_s2(t_s) + self._gravity.evaluate(t_s, Constant.value)[:, np.newaxis] * UP
         return to_board(self._rotation(t_s), force) / STANDARD_GRAVITY
+
+    def _linear_g(self, signal: Signal, t_s: Array) -> Array:
+        """Of one piece of the specific force's track."""
+        if signal == self._laws["acc"]:
+            moving, resting = self._motion_m_s2(t_s) / STANDARD_GRAVITY, np.zeros(1)
+        else:
+            moving, resting = signal(t_s), self._gravity.evaluate(t_s, Constant.value) / STANDARD_GRAVITY
+        linear: Array = np.abs(np.linalg.norm(moving, axis=1) - resting)
+        return linear
 
     def _field_mgauss(self, t_s: Array) -> Array:
         disturbance = self._disturbances.total(t_s, lambda piece, t: piece.value(t))

@@ -221,7 +221,9 @@ class World(Truth):
     def replay(self, recording: Recording, start_s: float | None = None) -> float:
         """Give a recording's signals, or follow its attitude, its time 0 being ``start_s``.
 
-        The last row holds on until the next motion or setter that bears on the same signal.
+        The last row holds on until the next motion or setter that bears on the same signal. What a recording
+        does not have goes on as it was: an attitude without ``alt_m`` turns the board where it is. Altitude
+        is motion: its second derivative is felt, from rest before the first row to rest after the last.
         """
         start = self._start(start_s)
         row_s = recording.t_s
@@ -230,10 +232,11 @@ class World(Truth):
             if group in MEASURED:
                 self._signals[group].plan(start, Interpolation(row_s, values, start))
             elif group == "altitude":
-                self._plan_height((start, RecordedLine(row_s, values, start)), (end, Rest(float(values[-1]))))
+                moving = RecordedLine(row_s, values, recording.climb_m_s2, start)
+                self._plan_height((start, moving), (end, Rest(float(values[-1]))))
             else:
-                moving = Recorded(row_s, values, start) if len(row_s) > 1 else Held(values[0])
-                self._plan_attitude((start, moving), (end, Held(values[-1])))
+                turning = Recorded(row_s, values, start) if len(row_s) > 1 else Held(values[0])
+                self._plan_attitude((start, turning), (end, Held(values[-1])))
         self._changed(start, ())
         return end
 

@@ -168,6 +168,7 @@ def test_identity() -> None:
     """RM0368 23.6.1: STM32F401xB/C is device 0x423; section 24: flash size in KiB at 0x1FFF7A22."""
     assert SystemBlocks(Chip().soc).dbgmcu.read(0) & 0xFFF == 0x423
     memory = system_memory(7)
+    assert all(struct.unpack_from("<3I", system_memory(0), 0x10))
     assert struct.unpack_from("<H", memory, 0x1FFF_7A22 - SYSTEM_MEMORY) == (256,)
     assert memory[0x10:0x1C] != system_memory(8)[0x10:0x1C]
 

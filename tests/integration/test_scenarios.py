@@ -11,9 +11,16 @@ import pytest
 from emulator import Board, InputError
 from emulator.scenario import check, load_scenario, run, scenario_names
 from emulator.trace import TerminalBytes
+from emulator.world import World
 from tests.scenario_files import HEAD, IDEAL, SHORT, play, write
 
 GOLDEN = Path(__file__).parents[1] / "golden"
+PLACE = """[world.place]
+latitude_deg = 19.4
+longitude_deg = -155.3
+altitude_m = 1650
+date = 2026-06-01
+"""
 BREAKS = {
     # What to change in a shipped file so that its expectations must fail: they do look at what they name.
     "compass_turn": ('do = "figure_eight"', 'do = "hold"'),
@@ -226,3 +233,36 @@ date = 2026-03-01
     assert abs(world.specific_force_g(0)[0]).max() < 0.17
     assert world.hard_iron_mgauss(0)[0] == pytest.approx([1, 2, 3])
     assert world.magnetic_field_mgauss(0)[0][2] < -350  # 43 uT down (World Magnetic Model), tilted
+
+
+@pytest.mark.parametrize(
+    "north",
+    ["field = { north_ut = 21.5, east_ut = 3.0, down_ut = 43.0 }", PLACE + 'north = "true"', PLACE],
+    ids=["a field with an east part", "a place's geographic north", "a place's magnetic north"],
+)
+def test_the_printed_yaw_is_compared_with_the_yaw_from_magnetic_north(tmp_path: Path, north: str) -> None:
+    text = f"""{HEAD}duration = "16s"
+[sensors]
+grade = "ideal"
+[[timeline]]
+do = "figure_eight"
+at = "2s"
+for = "12s"
+[[expect]]
+kind = "field"
+name = "Yaw"
+truth = true
+tolerance = 0.5
+from = "14.5s"
+[world]
+yaw_deg = 40
+"""
+    result = play(tmp_path, text + north)
+    assert result.passed, result.lines
+
+
+def test_a_places_altitude_is_the_floors(tmp_path: Path) -> None:
+    world = Board(scenario=write(tmp_path, f"{HEAD}\n[world]\n{PLACE}")).world
+    assert world.pressure_hpa(0)[0] == pytest.approx(World(floor_altitude_m=1650.0).pressure_hpa(0)[0])
+    lower = Board(scenario=write(tmp_path, f"{HEAD}\n[world]\nfloor_altitude_m = 0\n{PLACE}")).world
+    assert lower.pressure_hpa(0)[0] == pytest.approx(1013.25)

@@ -15,7 +15,7 @@ import pytest
 from emulator import InputError
 from emulator.boards.fcu001v1 import FCU001V1
 from emulator.scenario import json_schema, load_scenario, scenario_names
-from emulator.scenario.printed import FIELDS, G_MODULUS, TRUTH
+from emulator.scenario.printed import FIELDS, MOVING_G, TRUTH
 from emulator.scenario.resources import Resources
 from emulator.scenario.schema import FirmwareTable, scenario_file
 from firmware_model import Settings
@@ -230,7 +230,7 @@ def test_every_figure_of_a_sensor_can_be_given(tmp_path: Path, part: str, errors
 
 
 def test_every_printed_field_has_a_truth() -> None:
-    assert set(TRUTH) == {*FIELDS, G_MODULUS}
+    assert set(TRUTH) == {*FIELDS, MOVING_G}
 
 
 def test_the_shipped_scenarios_are_listed_with_their_questions() -> None:

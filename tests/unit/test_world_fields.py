@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime as dt
+import math
 
 import numpy as np
 import pytest
@@ -164,3 +165,18 @@ def test_pressure_set_holds_at_the_present_altitude() -> None:
         977.4 * np.exp(30 * 9.80665 * 0.0289644 / 8.31432 / 283.1)
     )
     assert world.temperature_degc([0.0])[0] == 10
+
+
+def test_a_compass_shows_the_yaw_from_magnetic_north() -> None:
+    """7.8 degrees of east declination: true north is 7.8 degrees to the left of where the needle points."""
+    world = World()
+    world.set_attitude(0, 0, 30)
+    assert world.compass_deg(0.0)[0] == pytest.approx([0, 0, 30])
+    world.set_magnetic_field(20.0, 20.0 * math.tan(math.radians(7.8)), 43.0)
+    assert world.compass_deg(0.0)[0] == pytest.approx([0, 0, 37.8])
+    world.disturb_field(0.0, 30.0, 0.0, duration_s=10)
+    assert world.compass_deg(1.0)[0] == pytest.approx([0, 0, 37.8])
+    world.set_attitude(0, 0, 175)
+    assert world.compass_deg(2.0)[0] == pytest.approx([0, 0, -177.2])
+    world.set_magnetic_field(0.0, 0.0, 43.0)
+    assert world.compass_deg(3.0)[0] == pytest.approx([0, 0, 175])

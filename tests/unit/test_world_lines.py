@@ -6,9 +6,13 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.interpolate import CubicSpline
 
 from emulator.errors import InputError
 from emulator.world import Recording, World
+from emulator.world.line import Recorded, accelerations
 
 G = 9.80665
 T_S = np.linspace(0.02, 0.98, 49) + 0.00013
@@ -104,16 +108,84 @@ def test_a_shaken_board_feels_it_in_its_own_axes() -> None:
     np.testing.assert_allclose(world.specific_force_g([0.0]), [[0.5, 0, 1]], atol=1e-15)
 
 
-def test_recorded_altitude_is_linear_between_rows_and_adds_no_acceleration() -> None:
+def recorded_altitude(t_s: list[float] | np.ndarray, metres: list[float] | np.ndarray) -> Recording:
+    groups = {"attitude": np.zeros((len(t_s), 3)), "altitude": np.array(metres, dtype=float)}
+    return Recording("stairs.csv", np.array(t_s, dtype=float), groups)
+
+
+def test_a_recorded_altitude_passes_its_rows_and_is_felt() -> None:
     world = World()
-    still = np.zeros((3, 3))
-    rows = Recording(
-        "stairs.csv", np.array([0.0, 2.0, 4.0]), {"attitude": still, "altitude": np.array([0.0, 3.0, 1.0])}
-    )
-    assert world.replay(rows, start_s=1) == 5.0
-    np.testing.assert_allclose(world.altitude_m([0.0, 1.0, 2.0, 3.0, 4.0, 6.0]), [0, 0, 1.5, 3, 2, 1])
-    np.testing.assert_allclose(world.specific_force_g([1.5, 4.5, 9.0])[:, 2], 1.0)
+    assert world.replay(recorded_altitude([0.0, 2.0, 4.0], [0.0, 3.0, 1.0]), start_s=1) == 5.0
+    np.testing.assert_allclose(world.altitude_m([0.0, 1.0, 3.0, 5.0, 6.0]), [0, 0, 3, 1, 1])
+    np.testing.assert_allclose(world.specific_force_g([0.5, 5.5, 9.0])[:, 2], 1.0)
+    assert world.specific_force_g([1.5])[0, 2] > 1.02
     assert world.pressure_hpa([3.0])[0] < world.pressure_hpa([1.0])[0]
+
+
+def test_a_recorded_acceleration_is_felt_as_the_recorded_altitude_was_moved() -> None:
+    """Rows of a lift at 50 Hz: felt as the lift itself is, of which the acceleration is known."""
+    lifted, replayed = World(), World()
+    lifted.lift(2.0, duration_s=4)
+    t_s = np.arange(0.0, 4.001, 0.02)
+    replayed.replay(recorded_altitude(t_s, lifted.altitude_m(t_s)))
+    inside_s = np.linspace(0.1, 3.9, 500)
+    np.testing.assert_allclose(
+        replayed.specific_force_g(inside_s)[:, 2], lifted.specific_force_g(inside_s)[:, 2], atol=2e-5
+    )
+
+
+@given(
+    st.lists(st.tuples(st.floats(0.05, 3.0), st.floats(-1.0, 1.0)), min_size=1, max_size=12),
+    st.floats(0.0, 50.0),
+)
+def test_what_is_felt_of_a_recorded_altitude_is_scipys_spline(
+    moves: list[tuple[float, float]], start_s: float
+) -> None:
+    steps_s, metres = np.array(moves).T
+    rows_s = np.concatenate(([0.0], np.cumsum(steps_s)))
+    rows_m = np.concatenate(([0.0], metres))
+    line = Recorded(rows_s, rows_m, accelerations(rows_s, rows_m), start_s)
+    spline = CubicSpline(rows_s, rows_m, bc_type="clamped")
+    inside_s = np.linspace(0.0, rows_s[-1], 200)[1:-1]
+    bound = np.abs(spline(rows_s, 2)).max() + 1.0
+    np.testing.assert_allclose(line.position_m(inside_s + start_s), spline(inside_s), atol=1e-9 * bound)
+    np.testing.assert_allclose(
+        line.acceleration_m_s2(inside_s + start_s), spline(inside_s, 2), atol=1e-9 * bound
+    )
+    outside_s = np.array([-1.0, rows_s[-1] + 1.0]) + start_s
+    np.testing.assert_array_equal(line.acceleration_m_s2(outside_s), 0.0)
+    np.testing.assert_array_equal(line.position_m(outside_s), rows_m[[0, -1]])
+
+
+def test_noise_in_a_recorded_altitude_is_refused_with_its_line() -> None:
+    with pytest.raises(
+        InputError, match=r"stairs.csv:2: alt_m accelerates by \d+ m/s2: smooth it to -500 to 500"
+    ):
+        World().replay(recorded_altitude([0.0, 0.01, 0.02, 0.03], [0.0, 0.02, -0.02, 0.0]))
+
+
+@pytest.mark.parametrize(
+    ("plan", "moving_g"),
+    [
+        (lambda w: w.set_attitude(40, -50, 20), 0.0),
+        (lambda w: w.shake("north", amplitude_g=0.6, frequency_hz=2, duration_s=1), 0.6),
+        (lambda w: w.free_fall(0.4), 1.0),
+        (lambda w: w.set_gravity(1.62), 0.0),
+    ],
+    ids=["tilted", "to the side", "falling", "on the Moon"],
+)
+def test_how_hard_motion_accelerates_the_board(plan: Callable[[World], object], moving_g: float) -> None:
+    world = World()
+    plan(world)
+    assert world.linear_acceleration_g(0.0)[0] == pytest.approx(moving_g)
+
+
+def test_of_a_recorded_force_only_the_modulus_tells_of_motion() -> None:
+    world = World()
+    world.replay(
+        Recording("force.csv", np.array([0.0, 1.0]), {"acc": np.array([[0.6, 0, 0.8], [0, 0, 1.5]])})
+    )
+    np.testing.assert_allclose(world.linear_acceleration_g([0.0, 1.0]), [0.0, 0.5], atol=1e-12)
 
 
 @pytest.mark.parametrize(

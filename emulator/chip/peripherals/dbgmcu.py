@@ -20,6 +20,7 @@ SYSTEM_MEMORY = 0x1FFF_7A00
 FLASH_KIB = 256
 
 _UID, _FLASH_SIZE, _VREFINT_CAL = 0x10, 0x22, 0x2A
+_FIRST_COORDINATES = 0x0025_0031  # of board 0; as on a wafer, no firmware may build on them
 _FULL_SCALE, _VDDA = 4095, 3.3
 
 
@@ -30,8 +31,9 @@ class Dbgmcu(Peripheral, declared=BLOCKS["DBGMCU"]):
 def system_memory(board: int = 0) -> bytes:
     """The 48 bytes from ``SYSTEM_MEMORY``: unique id of board ``board``, flash size, ADC calibration."""
     memory = bytearray(b"\xff" * 0x30)
-    # the id of a real chip: wafer coordinates, wafer number, lot number in ASCII (24.1)
-    struct.pack_into("<II4s", memory, _UID, board & 0xFFFF_FFFF, 0x3031_0A05, b"FCU1")
+    # the id of a real chip: wafer coordinates, never 0; wafer number; lot number in ASCII (24.1)
+    coordinates = _FIRST_COORDINATES + board & 0xFFFF_FFFF
+    struct.pack_into("<II4s", memory, _UID, coordinates, 0x3031_0A05, b"FCU1")
     struct.pack_into("<H", memory, _FLASH_SIZE, FLASH_KIB)
     volts = (1.21, 0.76 + 0.0025 * (30 - 25), 0.76 + 0.0025 * (110 - 25))  # VREFINT, TS_CAL1, TS_CAL2
     struct.pack_into("<3H", memory, _VREFINT_CAL, *(round(level / _VDDA * _FULL_SCALE) for level in volts))
