@@ -5,6 +5,7 @@
     FcuError
     ├── InputError                 what the user gave is wrong            (exit code 2)
     │   ├── ScenarioError          a scenario file: names file and key path
+    │   ├── RubricError            a rubric: names file and key path
     │   ├── RecordingError         a CSV recording: names file and line
     │   ├── FirmwareFileError      an ELF, HEX or BIN that is not firmware for this board: names the file
     │   └── LinkError              a serial link or output file this machine cannot give
@@ -37,6 +38,16 @@ class InputError(FcuError):
 
 class ScenarioError(InputError):
     """A scenario file is wrong at ``key`` (a dotted path such as ``timeline[2].for``)."""
+
+    def __init__(self, file: str, key: str, problem: str) -> None:
+        self.file = file
+        self.key = key
+        self.problem = problem
+        super().__init__(f"{file}: {key}: {problem}" if key else f"{file}: {problem}")
+
+
+class RubricError(InputError):
+    """A rubric is wrong at ``key`` (a dotted path such as ``exercise[1].check[0].points``)."""
 
     def __init__(self, file: str, key: str, problem: str) -> None:
         self.file = file

@@ -11,6 +11,7 @@ import os
 import re
 import tomllib
 from importlib.resources import files
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -34,19 +35,33 @@ def load_scenario(name: str | os.PathLike[str], board: BoardDescription = FCU001
 
     ``board``: whose parts, LEDs and firmware it may name. Raises ScenarioError naming file and key path.
     """
-    path = Path(name) if _is_path(name) else _shipped(str(name))
+    path = Path(name) if is_path(name) else _shipped(str(name))
+    return scenario_of(read_toml(path, "a scenario file"), path, board)
+
+
+def read_toml(path: Path, what: str) -> dict[str, Any]:
+    """A TOML file, which is ``what`` the error asks for. Raises ScenarioError."""
     file = str(path)
     try:
-        data = read_bounded(path, file, "a scenario file")
+        data = read_bounded(path, file, what)
     except ValueError as error:  # the message already names the path
         raise ScenarioError(file, "", str(error).removeprefix(f"{file} ")) from error
-    table = _parse(data, file)
+    return _parse(data, file)
+
+
+def scenario_of(
+    table: dict[str, Any], path: Path, board: BoardDescription = FCU001V1, name: str | None = None
+) -> Scenario:
+    """A scenario from what stands in a file at ``path``; ``name``: its own, if it is not the file's.
+
+    Raises ScenarioError naming file and key path.
+    """
     try:
         context = {"resources": Resources(path.parent), "board": board}
         contents = scenario_file(board).model_validate(table, context=context)
     except ValidationError as error:
-        raise scenario_error(file, error) from error
-    return Scenario(contents, path)
+        raise scenario_error(str(path), error) from error
+    return Scenario(contents, path, name)
 
 
 def scenario_names() -> dict[str, str]:
@@ -61,7 +76,8 @@ def _folder() -> Path:
     return Path(str(files("scenarios")))
 
 
-def _is_path(name: str | os.PathLike[str]) -> bool:
+def is_path(name: str | os.PathLike[str]) -> bool:
+    """Whether a file is named, and not something that is shipped."""
     text = os.fspath(name)
     return not isinstance(name, str) or text.endswith(".toml") or "/" in text or os.sep in text
 
@@ -175,9 +191,12 @@ def _tag_problem(problem: Any) -> str:
 
 
 def _without_tags(path: list[str | int]) -> list[str | int]:
-    if len(path) > 2 and path[0] in _TAGGED and isinstance(path[1], int):
-        del path[2]
-    return path
+    tags = {
+        place + 2
+        for place, (array, index) in enumerate(pairwise(path))
+        if array in _TAGGED and isinstance(index, int)
+    }
+    return [part for place, part in enumerate(path) if place not in tags]
 
 
 def _printable(part: str) -> str:

@@ -26,7 +26,7 @@ from emulator.boards.description import SensorSettings
 from emulator.errors import InputError, ScenarioError
 from emulator.links.runner import Runner
 from emulator.scenario.board_view import BoardView, TerminalView
-from emulator.scenario.expectations import SETTLE_PS, ExpectField, Seen, Windowed
+from emulator.scenario.expectations import SETTLE_PS, Expectation, ExpectField, Seen, Windowed
 from emulator.scenario.printed import Recorder
 from emulator.scenario.result import Finding, Miss, Result, against_truth
 from emulator.scenario.schema import AnyExpectation, LimitsTable, ReportTable, ScenarioFile
@@ -113,12 +113,12 @@ def rehearse(steps: Sequence[Step], create_world: CreateWorld, file: str) -> Non
 class Scenario:
     """One file, checked: its board's settings, its timeline, its expectations.
 
-    ``name`` is the file's name without ``.toml``; ``file`` is how messages call it. Raises ScenarioError when
-    the parts do not fit together or the world cannot follow the timeline.
+    ``name`` is the file's name without ``.toml``, unless another is given; ``file`` is how messages call it.
+    Raises ScenarioError when the parts do not fit together or the world cannot follow the timeline.
     """
 
-    def __init__(self, contents: ScenarioFile, path: Path) -> None:
-        self.name = path.stem
+    def __init__(self, contents: ScenarioFile, path: Path, name: str | None = None) -> None:
+        self.name = path.stem if name is None else name
         self.path = path
         self.file = str(path)
         self.question = contents.question
@@ -208,23 +208,31 @@ class Scenario:
         A board that has not come to the end is judged by what it did so far, and a finding says so; ``limit``
         is what kept it from the end. Raises InputError for a board that plays another scenario.
         """
-        recorder = self._recorders.get(board.terminal)
-        if recorder is None:
-            raise InputError(f"this board does not play the scenario {self.name}")
-        lines = recorder.lines()
+        seen = self.seen(board)
         now_ps = board.clock.now_ps
-        seen = Seen(board, lines, min(self.duration_ps, now_ps))
         findings = []
         if now_ps < self.duration_ps or limit:
             cause = f"; the run exceeded {limit}" if limit else ""
             miss = Miss("stopped", f"a run of {seconds(self.duration_ps)}", f"{seconds(now_ps)}{cause}")
             findings.append(Finding("duration", "run", miss))
         for number, expectation in enumerate(self.expectations):
-            failure = _judged(expectation, seen)
+            failure = judged(expectation, seen)
             if failure is not None:
                 findings.append(Finding(f"expect[{number}]", expectation.kind, failure))
-        reports = [text for report in self.reports for text in against_truth(report.field, lines)]
+        reports = [text for report in self.reports for text in against_truth(report.field, seen.lines)]
         return Result(len(self.expectations), tuple(findings), tuple(reports))
+
+    def seen(self, board: BoardView) -> Seen:
+        """What a board that plays this scenario has done. Raises InputError if it plays another one."""
+        recorder = self._recorders.get(board.terminal)
+        if recorder is None:
+            raise InputError(f"this board does not play the scenario {self.name}")
+        return Seen(board, recorder.lines(), min(self.duration_ps, board.clock.now_ps))
+
+    def asking(self, expectations: Sequence[AnyExpectation], reports: Sequence[ReportTable] = ()) -> Scenario:
+        """The same scenario with other expectations and reports. Raises ScenarioError."""
+        changed = {"expect": list(expectations), "report": list(reports)}
+        return Scenario(self._contents.model_copy(update=changed), self.path, self.name)
 
     def _refuse_windows_after_the_end(self) -> None:
         """An expectation that looks at nothing must not pass for one that is met."""
@@ -260,7 +268,8 @@ class Scenario:
             raise ScenarioError(self.file, "world.place", str(error)) from error
 
 
-def _judged(expectation: AnyExpectation, seen: Seen) -> Miss | None:
+def judged(expectation: Expectation, seen: Seen) -> Miss | None:
+    """How an expectation is not met, None when it is; a search that takes too long is "stopped"."""
     try:
         return expectation.judge(seen)
     except TimeoutError:

@@ -34,7 +34,7 @@ ONLY_IN = {
     ),
     "hypothesis": ("emulator/strategies.py", "emulator/testing/"),
     "pytest": ("emulator/testing/",),
-    "pydantic": ("emulator/scenario",),
+    "pydantic": ("emulator/scenario", "emulator/grading/"),
     "click": ("emulator/cli",),
     "rich": ("emulator/cli",),
 }
@@ -57,6 +57,7 @@ ROOMS = (
     "analysis",
     "strategies",
     "testing",
+    "grading",
     "cli",
     "__main__",
 )

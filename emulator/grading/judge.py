@@ -1,0 +1,284 @@
+"""Judging one program by a rubric, in this process.
+
+Limits are virtual time and what the firmware does (instructions, bytes, resets), never wall time: the verdict
+is the same on a loaded machine. Each run of the rubric that the wanted exercises look at is made once.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from pathlib import Path
+
+from emulator.analysis.mistakes import explain
+from emulator.analysis.witness import Witness
+from emulator.board.board import Board
+from emulator.chip.diagnosis.report import Diagnosis
+from emulator.errors import FirmwareError, NotJudgedError
+from emulator.grading.checks import AnyCheck, Check, Judged
+from emulator.grading.rubric import CheckTable, ExerciseTable, Rubric
+from emulator.grading.verdict import (
+    MOST_PRINTS,
+    MOST_TERMINAL,
+    Cause,
+    CheckResult,
+    ExerciseTitle,
+    Outcome,
+    RunEvidence,
+    Series,
+    Verdict,
+)
+from emulator.scenario.expectations import Expectation, ExpectField, Seen
+from emulator.scenario.printed import FORMAT_OF_FIELD
+from emulator.scenario.result import Miss
+from emulator.scenario.scenario import judged
+from emulator.scenario.schema import ReportTable
+from emulator.time.clock import PS_PER_S, to_ps
+from emulator.time.durations import seconds
+
+_SLICE_S = 0.25  # of virtual time, between two words about progress
+_NO_WALL_S = 1e12
+_UNITS = {"mg": "mg", "mdps": "mdps", "hPa": "hPa", "deg": "deg", "m": "m"}
+
+
+@dataclass(frozen=True)
+class JudgeProgress:
+    """How far a judgement is: which run, and virtual seconds done of all runs together."""
+
+    run: str
+    done_s: float
+    total_s: float
+
+
+def judge(
+    firmware: str | Path,
+    rubric: Rubric,
+    *,
+    seed: int,
+    exercises: Sequence[str] | None = None,
+    build_log: str | None = None,
+    progress: Callable[[JudgeProgress], None] | None = None,
+) -> Verdict:
+    """Judge a firmware (a file, or a shipped one by name) on the board ``seed``.
+
+    ``exercises``: only these, by their ids. ``build_log``: what the compiler said, where the program was
+    built; checks about it are unjudged without. Raises InputError for a file that is no firmware for this
+    board, or an unknown exercise.
+    """
+    del build_log  # no check asks for it yet
+    wanted = [rubric.exercise(name) for name in exercises] if exercises is not None else rubric.exercises
+    digest = firmware_digest(firmware)
+    checks: dict[str, list[tuple[ExerciseTable, CheckTable]]] = {}
+    for exercise in wanted:
+        for check in exercise.check:
+            checks.setdefault(rubric.run_of(exercise, check), []).append((exercise, check))
+    total_s = sum(rubric.scenario(name, seed).duration_s for name in checks)
+    done_s = 0.0
+    results: dict[tuple[str, str], CheckResult] = {}
+    evidence = []
+    for name, looking in checks.items():
+        one = _Run(firmware, rubric, name, seed, [check for _, check in looking])
+        before_s = done_s
+
+        def told(now_s: float, name: str = name, before_s: float = before_s) -> None:
+            if progress is not None:
+                progress(JudgeProgress(name, before_s + now_s, total_s))
+
+        one.make(told)
+        done_s += one.duration_s
+        evidence.append(one.evidence(tuple(dict.fromkeys(exercise.id for exercise, _ in looking))))
+        for exercise, check in looking:
+            results[exercise.id, check.id] = one.result(exercise, check)
+    return Verdict(
+        rubric=rubric.name,
+        rubric_title=rubric.title,
+        rubric_digest=rubric.digest,
+        firmware_digest=digest,
+        seed=seed,
+        version=version("fcu-emulator"),
+        exercises=tuple(ExerciseTitle(exercise=one.id, title=one.title) for one in wanted),
+        checks=tuple(results[exercise.id, check.id] for exercise in wanted for check in exercise.check),
+        evidence=tuple(evidence),
+    )
+
+
+def reworded(verdict: Verdict, rubric: Rubric) -> Verdict:
+    """A verdict with the titles, hints, visibility and detail of a rubric of the same judging digest."""
+    tables = {f"{exercise.id}.{check.id}": check for exercise in rubric.exercises for check in exercise.check}
+    checks = (
+        result.model_copy(
+            update={
+                "title": tables[result.check].title,
+                "hint": tables[result.check].hint,
+                "visibility": tables[result.check].visible,
+                "detail": tables[result.check].detail,
+            }
+        )
+        for result in verdict.checks
+    )
+    titles = (
+        one.model_copy(update={"title": rubric.exercise(one.exercise).title}) for one in verdict.exercises
+    )
+    changed = {
+        "rubric": rubric.name,
+        "rubric_title": rubric.title,
+        "rubric_digest": rubric.digest,
+        "exercises": tuple(titles),
+        "checks": tuple(checks),
+    }
+    return verdict.model_copy(update=changed)
+
+
+def firmware_digest(firmware: str | Path) -> str:
+    """SHA-256 of the file; of a shipped firmware in Python, of its name and the version it comes with."""
+    board = Board.description
+    if isinstance(firmware, str) and firmware in board.python_firmware:
+        return hashlib.sha256(f"{firmware} {version('fcu-emulator')}".encode()).hexdigest()
+    if isinstance(firmware, str) and firmware in board.built_firmware:
+        from firmware_model.arm import prebuilt
+
+        program, _ = board.built_firmware[firmware]
+        return hashlib.sha256(prebuilt(program, board.profile().bus).read_bytes()).hexdigest()
+    try:
+        return hashlib.sha256(Path(firmware).read_bytes()).hexdigest()
+    except OSError:
+        return ""  # the board says what is wrong with it
+
+
+@dataclass
+class _Run:
+    """One run of the board, for all checks that look at it."""
+
+    firmware: str | Path
+    rubric: Rubric
+    name: str
+    seed: int
+    checks: list[CheckTable]
+    stopped: str = ""
+    unjudged: str = ""
+    diagnoses: list[Diagnosis] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        scenario = self.rubric.scenario(self.name, self.seed)
+        expectations = [one for check in self.checks for one in check.expect if isinstance(one, Expectation)]
+        fields = dict.fromkeys(one.name for one in expectations if isinstance(one, ExpectField) and one.truth)
+        reports = [ReportTable(field=name, against="truth") for name in fields]
+        self.fields = tuple(fields)
+        self.scenario = scenario.asking(expectations, reports)
+        self.duration_s = scenario.duration_s
+        self.board = Board(self.firmware, scenario=self.scenario, seed=self.seed)
+
+    def make(self, told: Callable[[float], None]) -> None:
+        """Run the board to its end, or to what stops it."""
+        board = self.board
+        if board.arm is not None:
+            from emulator.chip.limits import Limits
+
+            limits = self.rubric.limits
+            board.arm.limits = Limits(
+                instructions=limits.instructions,
+                terminal_bytes=limits.terminal_bytes,
+                resets_per_s=limits.resets_per_s,
+                wall_s=_NO_WALL_S,
+            )
+        witness = Witness(board)
+        end_ps = self.scenario.duration_ps
+        try:
+            while board.clock.now_ps < end_ps:
+                told(board.now_s)
+                board.run_until_ps(min(board.clock.now_ps + to_ps(_SLICE_S), end_ps))
+        except FirmwareError as error:
+            self.stopped = str(error).splitlines()[0]
+        except NotJudgedError as error:
+            self.unjudged = str(error).splitlines()[0]
+        self.diagnoses = explain(board, witness)
+        self.seen: Seen = self.scenario.seen(board)
+        board.close()
+
+    def result(self, exercise: ExerciseTable, check: CheckTable) -> CheckResult:
+        """What one check says about this run."""
+        run = Judged(self.board, self.seen, tuple(self.diagnoses))
+        misses = [_judged(one, run) for one in check.expect]
+        failed = [miss for miss in misses if miss is not None]
+        outcome: Outcome = "passed"
+        share, unjudged = 1.0, self.unjudged
+        if any(miss.fault == "stopped" for miss in failed):
+            unjudged = unjudged or next(miss.seen for miss in failed if miss.fault == "stopped")
+        if unjudged:
+            outcome, share = "unjudged", 0.0
+        elif self.stopped:
+            outcome, share = "failed", 0.0
+            failed = [Miss("stopped", f"a run of {seconds(self.scenario.duration_ps)}", self._stop())]
+        elif failed:
+            share = 1 - len(failed) / len(misses) if check.partial else 0.0
+            outcome = "partial" if share else "failed"
+        return CheckResult(
+            check=f"{exercise.id}.{check.id}",
+            exercise=exercise.id,
+            title=check.title,
+            points=round(share * check.points, 4),
+            max_points=check.points,
+            outcome=outcome,
+            expected="" if unjudged else "; ".join(miss.expected for miss in failed),
+            actual="" if unjudged else "; ".join(miss.seen for miss in failed),
+            hint=check.hint,
+            visibility=check.visible,
+            detail=check.detail,
+            unjudged_because=unjudged,
+        )
+
+    def _stop(self) -> str:
+        return f"ended at {self.board.now_s:.3f} s: {self.stopped}"
+
+    def evidence(self, exercises: tuple[str, ...]) -> RunEvidence:
+        """What a reader needs to understand the run."""
+        timer = self.board.timer
+        return RunEvidence(
+            run=self.name,
+            question=self.scenario.question,
+            exercises=exercises,
+            duration_s=self.duration_s,
+            terminal=_shortened(self.board.terminal.text),
+            series=tuple(map(self._series, self.fields)),
+            causes=tuple(
+                Cause(kind=one.kind, summary=one.summary, details=one.details, fatal=one.fatal)
+                for one in self.diagnoses
+            ),
+            ticks=timer.ticks,
+            ticks_late=timer.late,
+            ticks_lost=timer.lost,
+            timer_hz=timer.rate_hz if timer.ticks else None,
+            stopped=self._stop() if self.stopped else "",
+        )
+
+    def _series(self, name: str) -> Series:
+        line_format = FORMAT_OF_FIELD[name]
+        points = []
+        for line in self.seen.lines:
+            if line.text.startswith(line_format.label) and name in line.truth:
+                fields = line_format.parse(line.text)
+                printed = None if fields is None or fields[name] - fields[name] != 0 else fields[name]
+                points.append((line.at_ps / PS_PER_S, printed, float(line.truth[name][1][-1])))
+        step = max(1, -(-len(points) // MOST_PRINTS))
+        kept = points[::step]
+        unit = "mgauss" if name.startswith("MAG") else line_format.text.split()[-1]
+        return Series(
+            name=name,
+            unit=unit,
+            t_s=tuple(one[0] for one in kept),
+            printed=tuple(one[1] for one in kept),
+            truth=tuple(one[2] for one in kept),
+        )
+
+
+def _judged(check: AnyCheck, run: Judged) -> Miss | None:
+    return check.judge(run) if isinstance(check, Check) else judged(check, run.seen)
+
+
+def _shortened(text: str) -> str:
+    if len(text) <= MOST_TERMINAL:
+        return text
+    half = MOST_TERMINAL // 2
+    return f"{text[:half]}\n[... {len(text) - 2 * half} characters left out ...]\n{text[-half:]}"

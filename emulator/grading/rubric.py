@@ -1,0 +1,270 @@
+"""Rubrics: TOML files that say how the programs of a class are judged, exercise by exercise.
+
+::
+
+    from emulator.grading.judge import judge
+    from emulator.grading.rubric import load_rubric
+
+    verdict = judge("lab3.elf", load_rubric("lab3"), seed=7)
+    print(verdict.points, "of", verdict.max_points)
+
+A rubric has runs (scenarios, by name, by file, or written out) and exercises with checks. A check asks
+something of one run; a run is made once, whatever number of checks look at it. The seed makes the board of
+the class, so each student may have another one (:meth:`Rubric.seed_for`).
+
+Decision: checks reuse the scenario's expectations, key for key, instead of a language of their own: what a
+teacher has tried with ``fcu run --scenario`` is copied into a rubric as it is.
+"""
+
+from __future__ import annotations
+
+import difflib
+import hashlib
+import json
+import os
+from importlib.resources import files
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, ValidationError, model_validator
+
+from emulator.boards.fcu001v1 import FCU001V1
+from emulator.errors import InputError, RubricError, ScenarioError
+from emulator.grading.checks import AnyCheck
+from emulator.grading.verdict import Detail, Visibility
+from emulator.scenario.loader import is_path, load_scenario, read_toml, scenario_error, scenario_of
+from emulator.scenario.resources import Resources
+from emulator.scenario.scenario import Scenario
+from emulator.scenario.tables import Table
+from emulator.time.durations import shown
+
+MOST_EXERCISES = 50
+MOST_CHECKS = 100  # of one exercise
+MOST_POINTS = 1_000.0
+_WORDS = frozenset({"title", "hint", "next", "visible", "detail"})
+"""Keys that say how a check is shown and decide nothing."""
+
+Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]{0,39}$")]
+Title = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f\x7f-\x9f]+$")]
+
+# -- The file -----------------------------------------------------------------------------------------------
+
+
+class CheckTable(Table):
+    """One ``[[exercise.check]]``: what is expected of one run, and what it is worth.
+
+    ``partial``: points for the share of its expectations that are met, instead of all or nothing.
+    """
+
+    id: Name
+    title: Title
+    points: float = Field(1.0, ge=0, le=MOST_POINTS)
+    run: Name | None = None
+    expect: list[AnyCheck] = Field(min_length=1, max_length=MOST_CHECKS)
+    partial: bool = False
+    visible: Visibility = "always"
+    detail: Detail = "full"
+    hint: str = Field("", max_length=1_000)
+
+
+class ExerciseTable(Table):
+    """One ``[[exercise]]``; ``next``: what to do while it is not done; ``run``: that of its checks."""
+
+    id: Name
+    title: Title
+    run: Name | None = None
+    next: str = Field("", max_length=1_000)
+    check: list[CheckTable] = Field(min_length=1, max_length=MOST_CHECKS)
+
+
+class RubricLimits(Table):
+    """[limits]: what each run may take, in the firmware's own measure and never in wall time."""
+
+    instructions: int = Field(10**11, ge=1)
+    terminal_bytes: int = Field(1 << 20, ge=1, le=8 << 20)
+    resets_per_s: int = Field(100, ge=1, le=1_000)
+
+
+class RubricFile(Table):
+    """The file."""
+
+    schema_: Literal[1] = Field(alias="schema")
+    title: Title
+    seed: int | Literal["per-student"] = "per-student"
+    run: dict[Name, dict[str, Any]] = Field(min_length=1, max_length=MOST_CHECKS)
+    limits: RubricLimits = Field(default_factory=lambda: RubricLimits.model_validate({}))
+    exercise: list[ExerciseTable] = Field(min_length=1, max_length=MOST_EXERCISES)
+
+    @model_validator(mode="after")
+    def _everything_has_one_name(self) -> RubricFile:
+        _refuse_twice([exercise.id for exercise in self.exercise], "exercise")
+        for exercise in self.exercise:
+            _refuse_twice([check.id for check in exercise.check], f"check of exercise {exercise.id}")
+        return self
+
+
+def _refuse_twice(names: list[str], what: str) -> None:
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise ValueError(f'has the {what} "{twice[0]}" twice; give each an id of its own')
+
+
+# -- A rubric that can be used ------------------------------------------------------------------------------
+
+
+class Rubric:
+    """A rubric, checked: its runs can be made and its checks fit them.
+
+    ``name`` is the file's name without ``.toml``. ``digest`` changes with everything in it and with the
+    scenario files it names; ``judging_digest`` only with what decides an outcome: verdicts of the same
+    judging digest differ in words (:meth:`emulator.grading.judge.reworded`).
+    """
+
+    def __init__(self, contents: RubricFile, table: dict[str, Any], path: Path) -> None:
+        self.name = path.stem
+        self.path = path
+        self.file = str(path)
+        self.title = contents.title
+        self.limits = contents.limits
+        self.exercises = contents.exercise
+        self._seed = contents.seed
+        self._runs = contents.run
+        self._scenarios: dict[tuple[str, int], Scenario] = {}
+        self._refuse_unknown_runs()
+        sources = {name: self._source(name) for name in contents.run}
+        self.digest = _digest([table, sources])
+        self.judging_digest = _digest([_without_words(table), sources])
+        for name in contents.run:
+            self.scenario(name, 0)
+
+    @property
+    def max_points(self) -> float:
+        """What can be got."""
+        return round(sum(check.points for exercise in self.exercises for check in exercise.check), 4)
+
+    def exercise(self, name: str) -> ExerciseTable:
+        """One exercise. Raises InputError naming the known ones."""
+        for one in self.exercises:
+            if one.id == name:
+                return one
+        known = ", ".join(one.id for one in self.exercises)
+        raise InputError(f"unknown exercise {name!r}; the rubric {self.name} has {known}")
+
+    def run_of(self, exercise: ExerciseTable, check: CheckTable) -> str:
+        """The name of the run that a check looks at."""
+        name = check.run or exercise.run
+        assert name is not None  # which the constructor has made sure of
+        return name
+
+    def seed_for(self, student: str) -> int:
+        """The board of a student, by whatever identifies him or her; the rubric's own where it has one."""
+        if isinstance(self._seed, int):
+            return self._seed
+        return int.from_bytes(hashlib.sha256(student.encode()).digest()[:4], "big")
+
+    def scenario(self, run: str, seed: int) -> Scenario:
+        """The scenario of a run on the board ``seed``. Raises RubricError."""
+        key = run, seed
+        if key not in self._scenarios:
+            self._scenarios.clear()  # one student after the other
+            self._scenarios[key] = self._load(run)
+        return self._scenarios[key]
+
+    def _load(self, run: str) -> Scenario:
+        table = self._runs[run]
+        named = table.get("scenario")
+        if named is None:
+            try:
+                return scenario_of({"schema": 1, "question": run, **table}, self.path, name=run)
+            except ScenarioError as error:
+                key = ".".join(filter(None, ("run", run, error.key)))
+                raise RubricError(self.file, key, error.problem) from error
+        if len(table) > 1 or not isinstance(named, str):
+            problem = 'has "scenario" and other keys; give a scenario by name, or one written out'
+            raise RubricError(self.file, f"run.{run}", problem)
+        try:
+            return load_scenario(self._beside(named))
+        except InputError as error:
+            raise RubricError(self.file, f"run.{run}.scenario", str(error)) from error
+
+    def _beside(self, name: str) -> str | Path:
+        return self.path.parent / name if is_path(name) else name
+
+    def _source(self, run: str) -> Any:
+        """What a run is made of, for the digest: the contents of the file that it names."""
+        named = self._runs[run].get("scenario")
+        if not isinstance(named, str):
+            return None
+        try:
+            return read_toml(load_scenario(self._beside(named)).path, "a scenario file")
+        except InputError as error:
+            raise RubricError(self.file, f"run.{run}.scenario", str(error)) from error
+
+    def _refuse_unknown_runs(self) -> None:
+        for number, exercise in enumerate(self.exercises):
+            for index, check in enumerate(exercise.check):
+                name, key = check.run or exercise.run, f"exercise[{number}].check[{index}].run"
+                if name is None:
+                    raise RubricError(self.file, key, "is missing; name a run here, or in the exercise")
+                if name not in self._runs:
+                    problem = f"is {shown(name)}; known: {', '.join(self._runs)}"
+                    raise RubricError(self.file, key, problem)
+
+
+def load_rubric(name: str | os.PathLike[str]) -> Rubric:
+    """A shipped rubric by name, or a file by path: what ends in ``.toml`` or has a separator is a path.
+
+    Raises RubricError naming file and key path, InputError for an unknown name.
+    """
+    path = Path(name) if is_path(name) else _shipped(str(name))
+    try:
+        table = read_toml(path, "a rubric")
+        context = {"resources": Resources(path.parent), "board": FCU001V1}
+        contents = RubricFile.model_validate(table, context=context)
+    except ValidationError as error:
+        problem = scenario_error(str(path), error)
+        raise RubricError(problem.file, problem.key, problem.problem) from error
+    except ScenarioError as error:
+        raise RubricError(error.file, error.key, error.problem) from error
+    return Rubric(contents, table, path)
+
+
+def rubric_names() -> list[str]:
+    """The shipped rubrics."""
+    return [path.stem for path in sorted(_folder().glob("*.toml"))]
+
+
+def json_schema() -> dict[str, Any]:
+    """The file's JSON schema (draft 2020-12), for an editor's completion and checks."""
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        **RubricFile.model_json_schema(by_alias=True),
+        "title": "fcu-emulator rubric, schema 1",
+    }
+
+
+def _folder() -> Path:
+    return Path(str(files("rubrics")))
+
+
+def _shipped(name: str) -> Path:
+    known = rubric_names()
+    if name in known:
+        return _folder() / f"{name}.toml"
+    near = difflib.get_close_matches(name[:80], known, n=1)
+    hint = f"did you mean {near[0]}? " if near else ""
+    known_text = f"known: {', '.join(known)}; " if known else ""
+    raise InputError(f"unknown rubric {name[:80]!r}; {hint}{known_text}a file's name ends in .toml")
+
+
+def _digest(contents: Any) -> str:
+    text = json.dumps(contents, sort_keys=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _without_words(table: Any) -> Any:
+    if isinstance(table, list):
+        return [_without_words(one) for one in table]
+    if isinstance(table, dict):
+        return {key: _without_words(value) for key, value in table.items() if key not in _WORDS}
+    return table

@@ -1,0 +1,126 @@
+"""Rubric files: what is wrong with one is a line with file, key and what would be right."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import jsonschema
+import pytest
+
+from emulator.errors import InputError, RubricError
+from emulator.grading.rubric import json_schema, load_rubric, rubric_names
+
+GOOD = """\
+schema = 1
+title = "A rubric"
+
+[run.still]
+duration = "2s"
+
+[[exercise]]
+id = "1"
+title = "Lie still"
+run = "still"
+
+[[exercise.check]]
+id = "pitch"
+title = "Pitch is right"
+points = 2
+hint = "Which axis?"
+expect = [{ kind = "field", name = "Pitch", truth = true, tolerance = 1 }]
+"""
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "mine.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_a_rubric_is_read(tmp_path: Path) -> None:
+    rubric = load_rubric(written(tmp_path, GOOD))
+
+    assert (rubric.name, rubric.title, rubric.max_points) == ("mine", "A rubric", 2)
+    assert [check.id for check in rubric.exercise("1").check] == ["pitch"]
+
+
+def test_every_shipped_rubric_is_good_and_follows_its_schema() -> None:
+    import tomllib
+
+    for name in rubric_names():
+        rubric = load_rubric(name)
+        table = tomllib.loads(rubric.path.read_text(encoding="utf-8"))
+        jsonschema.Draft202012Validator(json_schema()).validate(table)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("points = 2", "points = -2", "exercise[0].check[0].points: is -2; give 0.0 or more"),
+        ('id = "pitch"', 'id = "a b"', "exercise[0].check[0].id: "),
+        ("hint =", "hnt =", "exercise[0].check[0].hnt: unknown key; did you mean hint?"),
+        (
+            "tolerance = 1",
+            'tolerance = "1"',
+            "exercise[0].check[0].expect[0].tolerance: is '1'; give a number",
+        ),
+        ('"field"', '"feild"', "exercise[0].check[0].expect[0].kind: is 'feild'; known: line, regex, never"),
+        ('run = "still"', 'run = "stil"', "exercise[0].check[0].run: is 'stil'; known: still"),
+        ('run = "still"\n', "", "exercise[0].check[0].run: is missing"),
+        (
+            'duration = "2s"',
+            "duration = 2",
+            "run.still.duration: is the bare number 2; give a number and a unit",
+        ),
+        (
+            'duration = "2s"',
+            'scenario = "dsk"',
+            "run.still.scenario: unknown scenario 'dsk'; did you mean desk?",
+        ),
+        ('duration = "2s"', 'scenario = "desk"\nduration = "2s"', 'run.still: has "scenario" and other keys'),
+        ("schema = 1", "schema = 2", "schema: is 2; give 1"),
+        ("[run.still]", "[run.still", "is not valid TOML: "),
+    ],
+)
+def test_what_is_wrong_is_named_with_its_key(tmp_path: Path, old: str, new: str, message: str) -> None:
+    path = written(tmp_path, GOOD.replace(old, new))
+
+    with pytest.raises(RubricError) as caught:
+        load_rubric(path)
+
+    assert str(caught.value).startswith(f"{path}: {message}")
+    assert "\n" not in str(caught.value)
+
+
+def test_an_unknown_name_says_which_there_are() -> None:
+    with pytest.raises(InputError, match="unknown rubric 'lab2'; did you mean lab3"):
+        load_rubric("lab2")
+
+
+def test_words_change_the_digest_and_not_what_is_judged(tmp_path: Path) -> None:
+    first = load_rubric(written(tmp_path, GOOD))
+    words = load_rubric(written(tmp_path, GOOD.replace("Which axis?", "Which sign?")))
+    harder = load_rubric(written(tmp_path, GOOD.replace("tolerance = 1", "tolerance = 0.5")))
+
+    assert words.digest != first.digest
+    assert words.judging_digest == first.judging_digest
+    assert harder.judging_digest != first.judging_digest
+
+
+def test_a_scenario_beside_the_rubric_is_part_of_its_digest(tmp_path: Path) -> None:
+    scenario = tmp_path / "mine" / "still.toml"
+    scenario.parent.mkdir()
+    scenario.write_text('schema = 1\nquestion = "Still?"\nduration = "2s"\n', encoding="utf-8")
+    path = written(scenario.parent, GOOD.replace('duration = "2s"', 'scenario = "still.toml"'))
+    before = load_rubric(path).judging_digest
+    scenario.write_text('schema = 1\nquestion = "Still?"\nduration = "3s"\n', encoding="utf-8")
+
+    assert load_rubric(path).judging_digest != before
+
+
+def test_each_student_has_a_board_of_the_class_and_always_the_same(tmp_path: Path) -> None:
+    rubric = load_rubric(written(tmp_path, GOOD))
+    fixed = load_rubric(written(tmp_path, GOOD.replace('title = "A rubric"', 'title = "A rubric"\nseed = 5')))
+
+    assert rubric.seed_for("ada") == rubric.seed_for("ada") != rubric.seed_for("bob")
+    assert fixed.seed_for("ada") == fixed.seed_for("bob") == 5
