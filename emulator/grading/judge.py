@@ -15,6 +15,7 @@ from pathlib import Path
 from emulator.analysis.mistakes import explain
 from emulator.analysis.witness import Witness
 from emulator.board.board import Board
+from emulator.board.firmware import choose
 from emulator.chip.diagnosis.report import Diagnosis
 from emulator.errors import FirmwareError, NotJudgedError
 from emulator.grading.checks import AnyCheck, Check, Judged
@@ -132,19 +133,14 @@ def reworded(verdict: Verdict, rubric: Rubric) -> Verdict:
 
 
 def firmware_digest(firmware: str | Path) -> str:
-    """SHA-256 of the file; of a shipped firmware in Python, of its name and the version it comes with."""
-    board = Board.description
-    if isinstance(firmware, str) and firmware in board.python_firmware:
-        return hashlib.sha256(f"{firmware} {version('fcu-emulator')}".encode()).hexdigest()
-    if isinstance(firmware, str) and firmware in board.built_firmware:
-        from firmware_model.arm import prebuilt
+    """SHA-256 of the file; of a shipped firmware in Python, of its name and the version it comes with.
 
-        program, _ = board.built_firmware[firmware]
-        return hashlib.sha256(prebuilt(program, board.profile().bus).read_bytes()).hexdigest()
-    try:
-        return hashlib.sha256(Path(firmware).read_bytes()).hexdigest()
-    except OSError:
-        return ""  # the board says what is wrong with it
+    Raises InputError for what is no firmware.
+    """
+    choice = choose(Board.description, firmware, None)
+    if choice.image is None:
+        return hashlib.sha256(f"{choice.name} {version('fcu-emulator')}".encode()).hexdigest()
+    return hashlib.sha256(Path(choice.image.path).read_bytes()).hexdigest()
 
 
 @dataclass
