@@ -31,6 +31,7 @@ if TYPE_CHECKING:
         NotJudgedError,
         OutputError,
         RecordingError,
+        RubricError,
         ScenarioError,
     )
     from emulator.scenario import Finding, Miss, Result, Scenario, check, load_scenario, run, scenario_names
@@ -82,6 +83,7 @@ __all__ = [
     "RecordingError",
     "RegisterWrite",
     "Result",
+    "RubricError",
     "Scenario",
     "ScenarioError",
     "TerminalBytes",
