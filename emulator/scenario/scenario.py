@@ -86,7 +86,7 @@ def _refuse_overlaps(steps: Sequence[Step], file: str) -> None:
     for step in steps:
         for quantity in sorted(step.entry.moves):
             before = moving.get(quantity)
-            if before is not None and step.at_ps < before.end_ps:
+            if before is not None and step.at_ps < before.end_ps and not step.entry.interrupts:
                 problem = (
                     f"begins at {seconds(step.at_ps)} while {before.name} still moves the {quantity}; "
                     f'begin at "{format_duration(before.end_ps)}" or later'

@@ -31,6 +31,9 @@ class Entry(Table):
     at: Duration | None = None
     """Virtual time since power-on; without it, the end of the entry before it in the file."""
 
+    interrupts: bool = False
+    """Whether it may cut short a motion that is still going on, which is refused otherwise."""
+
     @property
     def length_ps(self) -> int:
         """How long it takes; 0 for what happens at once."""
@@ -54,6 +57,8 @@ class Entry(Table):
 ATTITUDE = frozenset({"attitude"})
 ALTITUDE = frozenset({"altitude"})
 CATCH_PS = 50 * PS_PER_S // 1000
+TAP_PS = 10 * PS_PER_S // 1000
+HAND_PS = 100 * PS_PER_S // 1000
 
 
 class Motion(Entry):
@@ -112,6 +117,21 @@ class Sweep(Motion):
     def plan(self, world: World, start_s: float) -> None:
         """World.sweep."""
         world.sweep(self.axis, self.to_deg, self.for_s, start_s, self.profile)
+
+
+class TurnOver(Motion):
+    """Turn half round about the board's own X axis."""
+
+    do: Literal["turn_over"]
+
+    @property
+    def moves(self) -> frozenset[str]:
+        """The attitude."""
+        return ATTITUDE
+
+    def plan(self, world: World, start_s: float) -> None:
+        """World.turn_over."""
+        world.turn_over(self.for_s, start_s)
 
 
 class FigureEight(Motion):
@@ -178,6 +198,19 @@ class Shake(Motion):
     def plan(self, world: World, start_s: float) -> None:
         """World.shake."""
         world.shake(self.axis, self.amplitude_g, self.frequency_hz, self.for_s, start_s)
+
+
+class Tap(Motion):
+    """A fingertip's blow along a world axis, on top of every other motion."""
+
+    do: Literal["tap"]
+    for_: Length = Field(TAP_PS, alias="for")
+    axis: Literal["north", "west", "up"] = "up"
+    amplitude_g: Annotated[float, within(limits.AMPLITUDE)] = 3.0
+
+    def plan(self, world: World, start_s: float) -> None:
+        """World.tap."""
+        world.tap(self.axis, self.amplitude_g, self.for_s, start_s)
 
 
 class DisturbField(Motion):
@@ -280,6 +313,53 @@ class SetAttitude(Jump):
         """World.set_attitude."""
         del start_s
         world.set_attitude(self.roll_deg, self.pitch_deg, self.yaw_deg)
+
+
+class Hand(Jump):
+    """A hand that is followed: rate and acceleration are continuous over commands that follow one another."""
+
+    interrupts: bool = True
+    time_constant: Length = HAND_PS
+
+    @property
+    def time_constant_s(self) -> float:
+        """As the world takes it."""
+        return self.time_constant / PS_PER_S
+
+
+class FollowAttitude(Hand):
+    """Turn towards an attitude, until another one is given."""
+
+    do: Literal["follow_attitude"]
+    roll_deg: Annotated[float, within(limits.ANGLE)] = 0.0
+    pitch_deg: Annotated[float, within(limits.ANGLE)] = 0.0
+    yaw_deg: Annotated[float, within(limits.ANGLE)] = 0.0
+
+    @property
+    def moves(self) -> frozenset[str]:
+        """The attitude."""
+        return ATTITUDE
+
+    def plan(self, world: World, start_s: float) -> None:
+        """World.follow_attitude."""
+        angles = self.roll_deg, self.pitch_deg, self.yaw_deg
+        world.follow_attitude(*angles, self.time_constant_s, start_s)
+
+
+class FollowAltitude(Hand):
+    """Rise or sink towards a height above the floor, until another one is given."""
+
+    do: Literal["follow_altitude"]
+    metres: Annotated[float, within(limits.ALTITUDE)]
+
+    @property
+    def moves(self) -> frozenset[str]:
+        """The altitude."""
+        return ALTITUDE
+
+    def plan(self, world: World, start_s: float) -> None:
+        """World.follow_altitude."""
+        world.follow_altitude(self.metres, self.time_constant_s, start_s)
 
 
 class SetPressure(Jump):
@@ -409,14 +489,18 @@ AnyEntry = Annotated[
     Hold
     | RotateTo
     | Sweep
+    | TurnOver
     | FigureEight
     | Lift
     | FreeFall
     | Shake
+    | Tap
     | DisturbField
     | PassMagnet
     | Replay
     | SetAttitude
+    | FollowAttitude
+    | FollowAltitude
     | SetPressure
     | SetTemperature
     | SetHumidity

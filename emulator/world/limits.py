@@ -51,6 +51,7 @@ SPECIFIC_FORCE = Range(-1_000, 1_000, "g")
 RATE = Range(-100_000, 100_000, "deg/s")
 TIME = Range(0, 10_000_000, "s")
 DURATION = Range(1e-6, 1_000_000, "s")
+TIME_CONSTANT = Range(0.001, 100, "s")
 AMPLITUDE = Range(0, 1_000, "g")
 FREQUENCY = Range(0.01, 10_000, "Hz")
 CLIMB = Range(-500, 500, "m/s2")  # of a recorded altitude; noise, differentiated twice, is beyond

@@ -23,6 +23,10 @@ class Line(Protocol):
         """Metres above the room's floor, (N,)."""
         ...
 
+    def speed_m_s(self, t_s: Array, /) -> Array:
+        """Upward speed, (N,)."""
+        ...
+
     def acceleration_m_s2(self, t_s: Array, /) -> Array:
         """Upward acceleration, (N,)."""
         ...
@@ -33,15 +37,19 @@ class Rest:
 
     def __init__(self, position_m: float) -> None:
         self._position = np.array([position_m])
-        self._acceleration = np.zeros(1)
+        self._none = np.zeros(1)
 
     def position_m(self, _t_s: Array, /) -> Array:
         """The position, (1,)."""
         return self._position
 
+    def speed_m_s(self, _t_s: Array, /) -> Array:
+        """None, (1,)."""
+        return self._none
+
     def acceleration_m_s2(self, _t_s: Array, /) -> Array:
         """None, (1,)."""
-        return self._acceleration
+        return self._none
 
 
 @dataclass(frozen=True)
@@ -55,6 +63,10 @@ class Lift:
     def position_m(self, t_s: Array, /) -> Array:
         """Metres above the room's floor, (N,)."""
         return self.from_m + self.metres * self.profile.progress(t_s)
+
+    def speed_m_s(self, t_s: Array, /) -> Array:
+        """Upward speed, (N,)."""
+        return self.metres * self.profile.speed(t_s)
 
     def acceleration_m_s2(self, t_s: Array, /) -> Array:
         """Upward acceleration, (N,)."""
@@ -74,6 +86,10 @@ class Parabola:
         """Metres above the room's floor, (N,)."""
         elapsed = t_s - self.start_s
         return self.from_m + (self.speed + 0.5 * self.acceleration * elapsed) * elapsed
+
+    def speed_m_s(self, t_s: Array, /) -> Array:
+        """Upward speed, (N,)."""
+        return self.speed + self.acceleration * (t_s - self.start_s)
 
     def acceleration_m_s2(self, _t_s: Array, /) -> Array:
         """Upward acceleration, (1,)."""
@@ -103,6 +119,18 @@ class Recorded:
         bend = (rest**3 - rest) * begin + (part**3 - part) * end
         line: Array = rest * self.row_m[row] + part * self.row_m[row + 1] + bend * step_s**2 / 6.0
         return line
+
+    def speed_m_s(self, t_s: Array, /) -> Array:
+        """Upward speed, (N,)."""
+        if self.row_s.size == 1:
+            return np.zeros(1)
+        row, step_s, part = self._place(t_s)
+        rest = 1.0 - part
+        bend = (3.0 * part**2 - 1.0) * self.row_m_s2[row + 1] - (3.0 * rest**2 - 1.0) * self.row_m_s2[row]
+        speed: Array = (self.row_m[row + 1] - self.row_m[row]) / step_s + bend * step_s / 6.0
+        t_s = t_s - self.start_s
+        speed[(t_s < self.row_s[0]) | (t_s >= self.row_s[-1])] = 0.0
+        return speed
 
     def acceleration_m_s2(self, t_s: Array, /) -> Array:
         """Upward acceleration, (N,)."""

@@ -16,7 +16,18 @@ import numpy.typing as npt
 
 from emulator.errors import InputError
 from emulator.world import limits
-from emulator.world.attitude import Attitude, Held, Recorded, Sweep, Turn, euler_to_matrix, figure_eights
+from emulator.world.attitude import (
+    Attitude,
+    Held,
+    Recorded,
+    Sweep,
+    Turn,
+    X,
+    euler_to_matrix,
+    figure_eights,
+    matrix_to_euler,
+)
+from emulator.world.follow import SETTLED, FollowedAttitude, FollowedLine
 from emulator.world.line import Lift, Line, Parabola, Rest, Shake
 from emulator.world.line import Recorded as RecordedLine
 from emulator.world.magnetism import Magnet, ned_to_nwu_mgauss
@@ -28,6 +39,7 @@ NOW_TOLERANCE_S = 1e-9  # now comes from integer picoseconds: the same instant m
 HISTORY_S = 5.0  # kept behind now; sensors evaluate from about now on
 ZURICH_ALTITUDE_M = 408.0
 EULER_AXES = ("roll", "pitch", "yaw")
+TIME_CONSTANT_S = 0.1  # of a hand that is followed
 SHAKE_DIRECTIONS = {"north": (1.0, 0.0, 0.0), "west": (0.0, 1.0, 0.0), "up": (0.0, 0.0, 1.0)}
 
 
@@ -98,6 +110,48 @@ class World(Truth):
         """Another gravity than the standard 9.80665 m/s2; a free fall keeps the one it began with."""
         self._set(self._gravity, limits.GRAVITY.check("m_s2", m_s2), "acc")
 
+    # -- a hand that is followed ----------------------------------------------------------------------------
+
+    def follow_attitude(
+        self,
+        roll_deg: float,
+        pitch_deg: float,
+        yaw_deg: float,
+        time_constant_s: float = TIME_CONSTANT_S,
+        start_s: float | None = None,
+    ) -> float:
+        """Turn towards an attitude that may be given anew at any time, as by a hand or a mouse.
+
+        Rate and angular acceleration are continuous from one command to the next, and the rate also from any
+        other motion, which is cut off. The board lags behind a hand at a steady speed by at most
+        ``time_constant_s`` if it is followed often (:mod:`emulator.world.follow`).
+        """
+        target_deg = limits.attitude(roll_deg, pitch_deg, yaw_deg)
+        time_constant = limits.TIME_CONSTANT.check("time_constant_s", time_constant_s)
+        start = self._start(start_s)
+        now, before = np.array([start]), self._attitude.at(start)
+        rate = np.radians(before.rate_dps(now)[0])
+        acceleration = np.zeros(3)
+        if isinstance(before, FollowedAttitude):
+            acceleration = np.radians(before.acceleration_dps2(now)[0])
+        hand = FollowedAttitude.begin(
+            start, time_constant, target_deg, before.rotation(now)[0], rate, acceleration
+        )
+        return self._plan_attitude((start, hand), (start + SETTLED * time_constant, Held(target_deg)))
+
+    def follow_altitude(
+        self, metres: float, time_constant_s: float = TIME_CONSTANT_S, start_s: float | None = None
+    ) -> float:
+        """Rise or sink towards ``metres`` above the floor, likewise, with a continuous acceleration."""
+        target_m = limits.ALTITUDE.check("metres", metres)
+        time_constant = limits.TIME_CONSTANT.check("time_constant_s", time_constant_s)
+        start = self._start(start_s)
+        now, before = np.array([start]), self._height.at(start)
+        laws = before.position_m, before.speed_m_s, before.acceleration_m_s2
+        position, speed, acceleration = (float(law(now)[0]) for law in laws)
+        hand = FollowedLine.begin(start, time_constant, target_m, (position, speed, acceleration))
+        return self._plan_height((start, hand), (start + SETTLED * time_constant, Rest(target_m)))
+
     # -- motions, each a few pieces on a track --------------------------------------------------------------
 
     def rotate_to(
@@ -143,6 +197,13 @@ class World(Truth):
         field = self._earth.at(start).value(np.array([start]))[0]
         pieces = figure_eights(start, end - start, int(turns), self._rotation_at(start), field)
         return self._plan_attitude(*pieces, (end, Held(self._euler_deg_at(start))))
+
+    def turn_over(self, duration_s: float, start_s: float | None = None) -> float:
+        """Turn half round about the board's own X axis, as one looks at its underside (minimum jerk)."""
+        start, end = self._span(start_s, duration_s)
+        turn = Turn(self._rotation_at(start), X, np.pi, MinimumJerk(start, end - start))
+        end_deg = matrix_to_euler(turn.rotation(np.array([end])))[0]
+        return self._plan_attitude((start, turn), (end, Held(end_deg)))
 
     def lift(self, metres: float, duration_s: float, start_s: float | None = None) -> float:
         """Raise the board by ``metres`` (negative: lower it), from rest to rest (minimum jerk)."""
@@ -195,6 +256,17 @@ class World(Truth):
         self._shakes.add(start, end, Shake(start, direction, amplitude, angular))
         self._changed(start, ("acc", "pressure") if axis == "up" else ("acc",))
         return end
+
+    def tap(
+        self,
+        axis: Literal["north", "west", "up"] = "up",
+        amplitude_g: float = 3.0,
+        duration_s: float = 0.01,
+        start_s: float | None = None,
+    ) -> float:
+        """A fingertip's blow along a world axis: one period of a shake, which ends where it began."""
+        duration = limits.DURATION.check("duration_s", duration_s)
+        return self.shake(axis, amplitude_g, 1.0 / duration, duration, start_s)
 
     def disturb_field(
         self, north_ut: float, east_ut: float, down_ut: float, duration_s: float, start_s: float | None = None

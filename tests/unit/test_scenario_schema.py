@@ -95,6 +95,20 @@ csv = "walk.csv"
 do = "set_attitude"
 roll_deg = 3
 [[timeline]]
+do = "follow_attitude"
+pitch_deg = 30
+time_constant = "200ms"
+[[timeline]]
+do = "follow_altitude"
+metres = 1
+[[timeline]]
+do = "turn_over"
+for = "1s"
+interrupts = true
+[[timeline]]
+do = "tap"
+axis = "up"
+[[timeline]]
 do = "set_pressure"
 pressure_hpa = 950
 [[timeline]]
@@ -202,7 +216,7 @@ def test_a_file_with_everything_round_trips(tmp_path: Path) -> None:
     context = {"resources": Resources(tmp_path)}
     first = scenario_file(FCU001V1).model_validate(tomllib.loads(EVERYTHING), context=context)
     dumped = first.model_dump(by_alias=True, exclude_none=True)
-    assert dumped["timeline"][0] == {"do": "hold", "for": "1s"}
+    assert dumped["timeline"][0] == {"do": "hold", "for": "1s", "interrupts": False}
     assert dumped["sensors"]["lsm6dsl"] == {"acc_bias_mg": (1, 2, 3), "gyro_noise_mdps_rthz": 4.5}
     again = scenario_file(FCU001V1).model_validate(dumped, context=context)
     assert again.model_dump(by_alias=True, exclude_none=True) == dumped
