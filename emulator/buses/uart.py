@@ -75,6 +75,10 @@ class Transceiver(Protocol):
         """The length of a frame as the chip has set it up; None while it has no bit clock."""
         ...
 
+    def frame_bits(self) -> Fraction:
+        """How many bits a frame has, start and stop bits included."""
+        ...
+
     def receive(self, value: int) -> bool:
         """A byte has arrived; False: it is lost, because the one before was not read."""
         ...
@@ -128,6 +132,15 @@ class Uart:
         """Time of ``count`` frames on the wire; at the terminal's rate while the chip has none."""
         frame_ps = self._present_frame_ps()
         return count * frame_ps.numerator // frame_ps.denominator
+
+    @property
+    def bit_rate(self) -> float:
+        """Bits per second as the chip has set them up; the terminal's rate while the chip has none."""
+        chip = self._transceiver
+        frame_ps = chip.frame_ps() if chip is not None else None
+        if chip is None or frame_ps is None:
+            return float(_FRAME_BITS * PS_PER_S / self._frame_ps)
+        return float(chip.frame_bits() * PS_PER_S / frame_ps)
 
     def _present_frame_ps(self) -> Fraction:
         frame_ps = self._transceiver.frame_ps() if self._transceiver is not None else None

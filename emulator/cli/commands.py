@@ -32,7 +32,7 @@ def cli() -> None:
     "--serial",
     multiple=True,
     metavar="LINK",
-    help="stdout (default), pty or pty:/path/of/a/link; may be repeated.",
+    help="stdout (default), port, pty[:LINK], tcp[:PORT], rfc2217[:PORT] or file:PATH; may be repeated.",
 )
 @click.option(
     "--seed", type=int, help="Which board of the class, and its noise. Default: the scenario's, or 0."

@@ -67,7 +67,8 @@ def run_board(options: RunOptions) -> ExitCode:
     end_ps = _end(options, board)
     with ExitStack() as stack:
         speed = _speed(options.speed, options.serial, end_ps)
-        links = [_open(spec, stack) for spec in dict.fromkeys(options.serial)]
+        tell = _silently if options.quiet else _to_stderr
+        links = [_open(spec, board, tell, stack) for spec in dict.fromkeys(options.serial)]
         debugger = open_debugger(board, options.gdb, options.halt, stack)
         if options.trace is not None:
             board.trace.write_to(options.trace, limits.trace_bytes if limits else LARGEST_FILE)
@@ -138,7 +139,7 @@ def _speed(text: str | None, serial: tuple[str, ...], end_ps: int | None) -> flo
     """Virtual over wall time, None for no pacing: who watches gets real time, a script does not wait."""
     if text is None:
         in_terminal = sys.stdout is not None and sys.stdout.isatty()
-        watched = in_terminal or any(spec != "stdout" for spec in serial)
+        watched = in_terminal or any(spec != "stdout" and not spec.startswith("file:") for spec in serial)
         return 1.0 if watched or end_ps is None else None
     if text == "max":
         return None
@@ -151,8 +152,8 @@ def _speed(text: str | None, serial: tuple[str, ...], end_ps: int | None) -> flo
     return factor
 
 
-def _open(spec: str, stack: ExitStack) -> ByteLink:
-    link = open_link(spec)
+def _open(spec: str, board: Board, say: Callable[[str], None], stack: ExitStack) -> ByteLink:
+    link = open_link(spec, lambda: board.terminal.uart.bit_rate, say)
     stack.callback(link.close)
     return link
 
@@ -242,6 +243,10 @@ def _interruptible(runner: Runner) -> Iterator[None]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+def _silently(line: str) -> None:
+    del line
 
 
 def _to_stderr(line: str) -> None:

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 from emulator.errors import LinkError
@@ -14,18 +15,41 @@ from emulator.links.stdout import StdoutLink
 
 __all__ = ["ByteLink", "MemoryLink", "StdoutLink", "open_link"]
 
+CHOICES = "stdout, port, pty, pty:/path/of/a/link, tcp, tcp:PORT, rfc2217, rfc2217:PORT or file:PATH"
 
-def open_link(spec: str) -> ByteLink:
-    """Open the link that ``spec`` names: ``stdout``, ``pty``, or ``pty:/some/link`` for a name of one's own.
 
-    Raises LinkError if ``spec`` is none of these or this machine cannot give it.
+def open_link(
+    spec: str,
+    firmware_baud: Callable[[], float] = lambda: 115_200.0,
+    say: Callable[[str], None] = lambda _line: None,
+) -> ByteLink:
+    """Open the link that ``spec`` names: one of ``CHOICES``, ``port`` being pty, or tcp where there is none.
+
+    ``firmware_baud()`` is the rate that the board's USART sends at, for links whose reader sets one;
+    ``say(line)`` hears at once what is worth knowing during the run. Raises LinkError if ``spec`` is none of
+    these or this machine cannot give it.
     """
     kind, colon, name = spec.partition(":")
     if spec == "stdout":
         return StdoutLink()
+    if spec == "port":
+        kind = "pty" if sys.platform != "win32" else "tcp"
     if kind == "pty" and (name or not colon):
         return _open_pty(Path(name) if name else None)
-    raise LinkError(f"--serial {spec}: unknown link; choose stdout, pty or pty:/path/of/a/link")
+    if kind == "file" and name:
+        from emulator.links.file import FileLink
+
+        return FileLink(Path(name))
+    if kind in ("tcp", "rfc2217") and (name or not colon):
+        from emulator.links.tcp import TcpLink, parse_port
+
+        port = parse_port(kind, name) if name else None
+        if kind == "tcp":
+            return TcpLink(port)
+        from emulator.links.rfc2217 import Rfc2217Link  # pyserial: 30 ms
+
+        return Rfc2217Link(port, firmware_baud, say)
+    raise LinkError(f"--serial {spec}: unknown link; choose {CHOICES}")
 
 
 def _open_pty(link_path: Path | None) -> ByteLink:
@@ -33,4 +57,4 @@ def _open_pty(link_path: Path | None) -> ByteLink:
         from emulator.links.pty import PtyLink  # needs termios and fcntl, which Windows lacks
 
         return PtyLink(link_path)
-    raise LinkError("--serial pty: Windows has no pseudo-terminals; use --serial stdout")
+    raise LinkError("--serial pty: Windows has no pseudo-terminals; use --serial tcp")

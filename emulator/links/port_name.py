@@ -14,11 +14,11 @@ import contextlib
 import fcntl
 import itertools
 import os
-import stat
-import tempfile
+import sys
 from pathlib import Path
 
 from emulator.errors import LinkError
+from emulator.links.runtime_folder import runtime_folder
 
 PORT_NAME = "ttyFCU"
 
@@ -53,7 +53,7 @@ class PortName:
 
 
 def claim_port(path: Path | None = None) -> PortName:
-    """Claim ``path``, or else the first free one of ttyFCU0, ttyFCU1, ... in ``default_directory``.
+    """Claim ``path``, or else the first free one of ttyFCU0, ttyFCU1, ... in the user's runtime folder.
 
     Raises LinkError if ``path`` is a living board's, is a file of another kind, or cannot be made.
     """
@@ -64,36 +64,9 @@ def claim_port(path: Path | None = None) -> PortName:
         if name is None:
             raise LinkError(f"--serial pty:{path}: another board has this name; end it or choose another")
         return name
-    directory = default_directory()
+    directory = runtime_folder("--serial pty", "use --serial pty:/path/of/a/link")
     names = (_claim(directory / f"{PORT_NAME}{number}") for number in itertools.count())
     return next(name for name in names if name is not None)
-
-
-def default_directory() -> Path:
-    """Return this user's own directory for links, made with mode 0700 if need be. Raises LinkError."""
-    user = os.geteuid()
-    runtime = os.environ.get("XDG_RUNTIME_DIR")
-    if runtime and _belongs_to(user, Path(runtime)):  # after "su" it may still be the other user's
-        directory = Path(runtime) / "fcu-emulator"
-    else:
-        directory = Path(tempfile.gettempdir()) / f"fcu-emulator-{user}"
-    try:
-        directory.mkdir(mode=0o700, exist_ok=True)
-        if not _belongs_to(user, directory):
-            raise LinkError(f"--serial pty: {directory} is somebody else's; use --serial pty:/path/of/a/link")
-        directory.chmod(0o700)
-    except OSError as error:
-        raise LinkError(f"--serial pty: cannot use the directory {directory}: {error.strerror}") from error
-    return directory
-
-
-def _belongs_to(user: int, directory: Path) -> bool:
-    """Tell whether ``directory`` is one, no link to one, and owned by ``user``."""
-    try:
-        status = directory.lstat()
-    except OSError:
-        return False
-    return stat.S_ISDIR(status.st_mode) and status.st_uid == user
 
 
 def _claim(path: Path) -> PortName | None:
@@ -119,9 +92,10 @@ def _lock_path(path: Path) -> Path:
 def _lock(path: Path) -> int | None:
     """Return the descriptor of ``path``, locked; None if another board holds the lock."""
     while True:
-        lock_fd = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o600)
+        lock_fd = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o600)
         try:
-            fcntl.flock(lock_fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if sys.platform != "win32":
+                fcntl.flock(lock_fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
             if _is_same_file(lock_fd, path):
                 return lock_fd
             os.close(lock_fd)  # the last owner removed the file between our open and our lock: once more

@@ -28,7 +28,6 @@ import errno
 import fcntl
 import os
 import select
-import shlex
 import struct
 import sys
 import termios
@@ -38,8 +37,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from emulator.errors import LinkError
+from emulator.links import programs
 from emulator.links.byte_link import Backlog, Patience
 from emulator.links.port_name import PortName, claim_port
+
+assert sys.platform != "win32"  # for mypy, which then knows what the system has
 
 # -- The link -----------------------------------------------------------------------------------------------
 
@@ -133,13 +135,9 @@ class PtyLink:
 
     def announce(self) -> list[str]:
         """Return the port and, for each usual terminal program, the command to paste."""
-        path = shlex.quote(str(self.path))
         return [
             f"serial: {self.path} ({self._device.path}), 115200 8N1; open it with one of",
-            f"  screen {path} 115200",
-            f"  minicom -D {path} -b 115200",
-            f"  {shlex.quote(sys.executable)} -m serial.tools.miniterm {path} 115200",
-            f"  putty -serial {path} -sercfg 115200,8,n,1,N",
+            *(f"  {command}" for command in programs.for_pty(self.path)),
         ]
 
     def report(self) -> list[str]:
@@ -232,7 +230,7 @@ def _open_device(name: PortName) -> PtyDevice:
     try:
         device = PtyDevice()
     except OSError as error:
-        raise LinkError(f"--serial pty: no pty to be had ({error.strerror}); use --serial stdout") from error
+        raise LinkError(f"--serial pty: no pty to be had ({error.strerror}); use --serial tcp") from error
     try:
         name.point_to(device.path)
     except LinkError:

@@ -2,9 +2,7 @@
 
 Decisions about standard output, which may be a terminal, a pipe or a file:
 
-* A daemon thread writes. A pipe into a paused ``less`` blocks its writer, and the board must not stop for
-  that; a non-blocking descriptor is the road not taken, since that flag is shared with every process on the
-  same terminal.
+* A daemon thread writes (:mod:`emulator.links.writer`).
 * The thread writes to the raw file beneath ``sys.stdout.buffer``. The buffered layer has a lock, and an
   interpreter that exits while a blocked daemon thread holds it aborts; raw writes also need no flush.
 * Once a write failed (reader gone, disk full) nothing more is written and standard output is pointed at the
@@ -28,11 +26,10 @@ import os
 import signal
 import sys
 import threading
-import time
-from typing import Protocol
 
 from emulator.errors import LinkError
-from emulator.links.byte_link import Backlog, Patience
+from emulator.links.byte_link import Backlog
+from emulator.links.writer import CHUNK, BackgroundWriter, RawFile
 
 if sys.platform == "win32":
     import msvcrt
@@ -41,44 +38,18 @@ if sys.platform == "win32":
 # -- The link -----------------------------------------------------------------------------------------------
 
 
-BACKLOG_LIMIT = 16 * 1024 * 1024
-CHUNK = 4096
-"""Bytes in one write: small, so that a slow reader's progress can be seen."""
-JOIN_S = 0.2
-
-
-class _RawFile(Protocol):
-    """The part of ``io.RawIOBase`` and ``io.BytesIO`` that is used here."""
-
-    def write(self, data: bytes, /) -> int | None: ...
-    def fileno(self) -> int: ...
-
-
 class StdoutLink:
     """Sends to standard output; receives what is typed, if standard input is a terminal in the foreground."""
 
     def __init__(self) -> None:
         self._file = _raw_stdout()
         self._keyboard = Keyboard() if has_keyboard() else None
-        self._changed = threading.Condition()  # guards all below
-        self._backlog = Backlog(BACKLOG_LIMIT)
-        self._in_flight = 0
-        self._lost = 0
-        self._failure = ""
         self._closed = False
-        self._writer = threading.Thread(target=self._run, name="serial-stdout", daemon=True)
-        self._writer.start()
+        self._writer = BackgroundWriter(self._file, "serial-stdout", self._point_to_nowhere)
 
     def send(self, data: bytes) -> None:
         """Queue ``data`` for the writing thread."""
-        with self._changed:
-            if self._closed:
-                return
-            if self._failure:
-                self._lost += len(data)
-            else:
-                self._lost += self._backlog.put(data)
-            self._changed.notify_all()
+        self._writer.put(data)
 
     def receive(self, most: int) -> bytes:
         """Return what was typed; always empty without a keyboard."""
@@ -86,25 +57,16 @@ class StdoutLink:
 
     def flush(self, timeout_s: float) -> None:
         """Wait until all is written, within ``timeout_s`` seconds and the reader's patience."""
-        patience = Patience(timeout_s)
-        with self._changed:
-            while (left := self._untaken()) and (wait_s := patience.wait_s(left)):
-                self._changed.wait(wait_s)
+        self._writer.flush(timeout_s)
 
     def close(self) -> None:
         """End the writing thread; one blocked by its reader ends with the process, what it holds is lost."""
-        with self._changed:
-            if self._closed:
-                return
-            self._closed = True
-            self._lost += len(self._backlog.take())
-            self._changed.notify_all()
+        if self._closed:
+            return
+        self._closed = True
         if self._keyboard:
             self._keyboard.close()
-        self._writer.join(JOIN_S)
-        with self._changed:
-            self._lost += self._in_flight
-            self._in_flight = 0
+        self._writer.close()
 
     def announce(self) -> list[str]:
         """Return one line, which also says whether typing reaches the board."""
@@ -113,68 +75,32 @@ class StdoutLink:
 
     def report(self) -> list[str]:
         """Return one line if bytes were lost."""
-        with self._changed:
-            reason = self._failure or "its reader was too slow"
-            return [f"serial: {self._lost} bytes lost on standard output: {reason}"] if self._lost else []
+        lost = self._writer.lost
+        reason = self._writer.failure or "its reader was too slow"
+        return [f"serial: {lost} bytes lost on standard output: {reason}"] if lost else []
 
     def undelivered(self) -> int:
         """Return how many bytes were lost, for whatever reason."""
-        with self._changed:
-            return self._lost
+        return self._writer.lost
 
-    def _untaken(self) -> int:
-        return len(self._backlog) + self._in_flight
-
-    def _run(self) -> None:
-        try:
-            while chunk := self._next_chunk():
-                self._write(chunk)
-        except (OSError, ValueError) as error:  # ValueError: somebody closed sys.stdout
-            self._give_up(error)
-
-    def _next_chunk(self) -> bytes:
-        """Wait for something to write; empty when the link is closed."""
-        with self._changed:
-            self._changed.wait_for(lambda: self._closed or len(self._backlog))
-            chunk = self._backlog.take(CHUNK)
-            self._in_flight = len(chunk)
-            return chunk
-
-    def _write(self, chunk: bytes) -> None:
-        while chunk:
-            count = self._file.write(chunk)
-            if count is None:  # somebody made the descriptor non-blocking, and it is full
-                time.sleep(0.01)
-                continue
-            chunk = chunk[count:]
-            with self._changed:
-                self._in_flight = len(chunk)
-                self._changed.notify_all()
-
-    def _give_up(self, error: Exception) -> None:
+    def _point_to_nowhere(self) -> None:
         with contextlib.suppress(OSError, ValueError):
             null = os.open(os.devnull, os.O_WRONLY)
             os.dup2(null, self._file.fileno(), inheritable=True)
             os.close(null)
-        with self._changed:
-            self._failure = (error.strerror if isinstance(error, OSError) else "") or str(error)
-            self._lost += self._untaken()
-            self._backlog.take()
-            self._in_flight = 0
-            self._changed.notify_all()
 
 
-def _raw_stdout() -> _RawFile:
+def _raw_stdout() -> RawFile:
     """Return the unbuffered binary file of ``sys.stdout``, all earlier text written out."""
     buffer = getattr(sys.stdout, "buffer", None)
     if buffer is None:
-        raise LinkError("--serial stdout: this process has no standard output; use --serial pty")
+        raise LinkError("--serial stdout: this process has no standard output; use --serial port")
     with contextlib.suppress(OSError):  # a reader already gone is found, and told, by the first write
         sys.stdout.flush()
     if sys.platform == "win32":
         with contextlib.suppress(OSError):  # a stream in memory has no descriptor
             msvcrt.setmode(buffer.fileno(), os.O_BINARY)
-    raw: _RawFile = getattr(buffer, "raw", buffer)
+    raw: RawFile = getattr(buffer, "raw", buffer)
     return raw
 
 

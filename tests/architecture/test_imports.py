@@ -42,6 +42,7 @@ ROOMS = (
     "sensors",
     "firmware_model",
     "errors",
+    "loopback",
     "time",
     "trace",
     "world",

@@ -29,11 +29,8 @@ def test_the_tree_is_clean(command: list[str]) -> None:
 
 @pytest.mark.parametrize("platform", ["win32", "darwin"])
 def test_no_call_is_made_that_another_system_lacks(platform: str) -> None:
-    """A type checker knows what each standard library has. Files for pseudo-terminals are for POSIX only."""
+    """A type checker knows what each standard library has."""
     command = [sys.executable, "-m", "mypy", "--no-incremental", "--platform", platform]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    *found, told = done.stdout.splitlines()
-    posix_only = "emulator/links/port_name.py:", "emulator/links/pty.py:"
 
-    assert told.startswith(("Success", "Found")), done.stderr
-    assert [line for line in found if not (platform == "win32" and line.startswith(posix_only))] == []
+    assert done.stdout.startswith("Success"), done.stdout + done.stderr

@@ -11,10 +11,11 @@ from collections.abc import Callable
 
 from emulator.chip.gdb.description import REGISTERS
 from emulator.chip.gdb.packets import Framer, Received, frame
-from emulator.chip.gdb.server import HOST, GdbServer
+from emulator.chip.gdb.server import GdbServer
 from emulator.chip.gdb.session import Session
 from emulator.chip.gdb.target import Point, PointKind, Stop
 from emulator.chip.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE
+from emulator.loopback import HOST
 
 START, LOOP_END = FLASH + 0x200, FLASH + 0x300
 INSTRUCTION_PS = 1000

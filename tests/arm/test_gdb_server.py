@@ -12,9 +12,10 @@ from hypothesis import strategies as st
 from emulator import Board
 from emulator.chip.gdb.attach import serve
 from emulator.chip.gdb.packets import LONGEST, Arrival, frame
-from emulator.chip.gdb.server import HOST, GdbServer
+from emulator.chip.gdb.server import GdbServer
 from emulator.errors import FirmwareError, InputError, LinkError
 from emulator.links.runner import Runner
+from emulator.loopback import HOST
 from emulator.time.clock import PS_PER_MS
 from tests.arm.gdb_fakes import START, Client, FakeTarget
 

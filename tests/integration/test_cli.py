@@ -93,7 +93,7 @@ def test_the_trace_is_json_lines_with_register_names(tmp_path: Path) -> None:
         (("--duration", "999999h"), "--duration is '999999h'; the longest is"),
         (("--speed", "fast"), "--speed fast: give max, or a factor from 0.001 up"),
         (("--speed", "-1"), "--speed -1: give max, or a factor from 0.001 up"),
-        (("--serial", "com3"), "--serial com3: unknown link; choose stdout, pty"),
+        (("--serial", "com3"), "--serial com3: unknown link; choose stdout, port, pty"),
         (("--scenario", "nowhere"), "nowhere"),
     ],
 )

@@ -182,7 +182,7 @@ def test_a_disk_that_fills_up_under_a_file_of_the_run(tmp_path: Path) -> None:
 def test_standard_output_that_is_closed_has_no_terminal() -> None:
     done = fcu("run", "--duration", "100ms", after=">&-")
     assert done.returncode == WRONG_USE
-    assert "this process has no standard output; use --serial pty" in done.stderr
+    assert "this process has no standard output; use --serial port" in done.stderr
 
 
 @posix

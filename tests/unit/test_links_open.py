@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import socket
 import sys
+from pathlib import Path
 
 import pytest
 
 from emulator.errors import LinkError
-from emulator.links import StdoutLink, byte_link, open_link
+from emulator.links import StdoutLink, byte_link, open_link, programs
 from emulator.links.byte_link import Patience
 
 
@@ -19,18 +22,60 @@ def test_stdout_is_a_link(monkeypatch: pytest.MonkeyPatch) -> None:
     assert isinstance(link, StdoutLink)
 
 
-@pytest.mark.parametrize("spec", ["", "pty:", "tcp:1234", "stdout:x", "ptyx", "PTY"])
+@pytest.mark.parametrize(
+    "spec", ["", "pty:", "tcp:", "rfc2217:", "file", "file:", "stdout:x", "port:1", "ptyx", "PTY"]
+)
 def test_anything_else_names_the_choices(spec: str) -> None:
-    with pytest.raises(LinkError, match=r"choose stdout, pty or pty:/path/of/a/link$") as caught:
+    with pytest.raises(LinkError, match=r"choose stdout, port, pty, .* or file:PATH$") as caught:
         open_link(spec)
     assert f"--serial {spec}:" in str(caught.value)
 
 
 @pytest.mark.parametrize("spec", ["pty", "pty:/some/link"])
-def test_windows_is_told_to_use_stdout(spec: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_windows_is_told_to_use_tcp(spec: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "platform", "win32")
-    with pytest.raises(LinkError, match=r"^--serial pty: .*; use --serial stdout$"):
+    with pytest.raises(LinkError, match=r"^--serial pty: .*; use --serial tcp$"):
         open_link(spec)
+
+
+@pytest.mark.parametrize("port", ["65536", "-1", "com3", "1.5", "123456", "\u0661"])
+@pytest.mark.parametrize("kind", ["tcp", "rfc2217"])
+def test_what_is_no_port_is_told_so(kind: str, port: str) -> None:
+    with pytest.raises(LinkError, match=r"no port; give a number up to 65535, 0 for a free one$"):
+        open_link(f"{kind}:{port}")
+
+
+def on_windows(monkeypatch: pytest.MonkeyPatch, python: str) -> None:
+    monkeypatch.setattr(sys, "platform", "win32")
+    monkeypatch.setattr(sys, "executable", python)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="its sockets have no SO_EXCLUSIVEADDRUSE")
+def test_a_port_is_tcp_where_there_are_no_pseudo_terminals(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(socket, "SO_EXCLUSIVEADDRUSE", socket.SO_REUSEADDR, raising=False)
+    on_windows(monkeypatch, r"C:\Python\python.exe")
+    with contextlib.closing(open_link("port")) as link:
+        title, *commands = link.announce()
+    number = title.split()[3]
+    assert commands == [
+        rf"  C:\Python\python.exe -m serial.tools.miniterm socket://127.0.0.1:{number}",
+        f"  putty -raw 127.0.0.1 -P {number}",
+        f"  ttermpro 127.0.0.1:{number} /nossh /T=0",
+    ]
+
+
+def test_on_windows_a_python_whose_path_has_spaces_goes_by_its_plain_name(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A path in quotes is a program to cmd, and a text to PowerShell."""
+    on_windows(monkeypatch, r"C:\Program Files\Python\python.exe")
+    assert programs.for_tcp(4001)[0] == "python -m serial.tools.miniterm socket://127.0.0.1:4001"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="the commands are for this system's shell")
+def test_a_port_whose_name_has_a_space_is_quoted_for_the_shell() -> None:
+    screen, *_ = programs.for_pty(Path("/tmp/my board"))
+    assert screen == "screen '/tmp/my board' 115200"
 
 
 class WallClock:

@@ -142,7 +142,7 @@ def test_a_reader_that_left_is_reported_once_with_all_it_missed(pipe: Pipe) -> N
 
 def test_a_process_without_standard_output_is_told_so(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "stdout", None)
-    with pytest.raises(LinkError, match=r"no standard output; use --serial pty$"):
+    with pytest.raises(LinkError, match=r"no standard output; use --serial port$"):
         StdoutLink()
 
 

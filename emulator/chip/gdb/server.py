@@ -23,10 +23,10 @@ from contextlib import suppress
 from emulator.chip.gdb.packets import ACK, MALFORMED, NACK, Arrival, Framer, Received, frame
 from emulator.chip.gdb.session import EXITED, Ending, Session
 from emulator.chip.gdb.target import Stop, Target
-from emulator.errors import FirmwareError, LinkError
+from emulator.errors import FirmwareError
+from emulator.loopback import listen
 from emulator.time.clock import to_ps
 
-HOST = "127.0.0.1"
 _PATIENCE_S = 0.05  # of wall time for which a halted target waits before others get a turn
 _CHUNK = 0x10000
 _SEND_TIMEOUT_S = 5.0  # of wall time for a debugger that does not read
@@ -67,7 +67,7 @@ class GdbServer:
     ) -> None:
         self._target = target
         self._monitor = monitor
-        self._listener = _listen(port)
+        self._listener = listen(port, f"--gdb {port}")
         self.port: int = self._listener.getsockname()[1]
         self._callers: list[_Caller] = []
         self._client: socket.socket | None = None
@@ -218,18 +218,3 @@ class GdbServer:
                 self._client.sendall(data)
             except OSError:
                 self._leave()
-
-
-def _listen(port: int) -> socket.socket:
-    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-    try:
-        listener.bind((HOST, port))
-        listener.listen()
-    except (OSError, OverflowError) as error:
-        listener.close()
-        reason = getattr(error, "strerror", None) or error
-        raise LinkError(
-            f"--gdb {port}: {reason}; give another port of {HOST}, or 0 for a free one"
-        ) from error
-    return listener

@@ -10,12 +10,17 @@ from typing import Any
 from emulator.buses.uart import BAUD, Uart
 from emulator.chip.library import BLOCK_CLASSES, ChipBlock, FcuChip
 from emulator.chip.peripherals.gpio import PORTS, PinFunction
+from emulator.chip.registers.usart import CR1, CR2
 
 _i32, _i64 = ctypes.c_int32, ctypes.c_int64
 _SENT = ctypes.CFUNCTYPE(
     None, _i64, _i32, _i64, _i64, _i64, _i32, _i64, ctypes.POINTER(ctypes.c_uint8), _i32, _i32
 )
 _REPLACED = ctypes.CFUNCTYPE(None, _i64, _i32, _i32)
+
+
+_STOP_BITS = (Fraction(1), Fraction(1, 2), Fraction(2), Fraction(3, 2))
+"""By CR2.STOP."""
 
 
 class UsartTable(ctypes.Structure):
@@ -44,7 +49,7 @@ class ConnectedUsarts:
         calls = UsartTable(chip.callback(_SENT, self._sent), chip.callback(_REPLACED, self._replaced))
         chip.library.fcu_connect_usarts(chip.handle, ctypes.addressof(calls))
         for name, line in lines.items():
-            line.connect(_Transceiver(chip, chip.blocks[name].index))
+            line.connect(_Transceiver(chip, chip.blocks[name]))
 
     def _sent(  # as C calls it
         self, block: int, start_ps: int, num: int, den: int, connected: int, first: int, *piece: Any
@@ -76,9 +81,10 @@ def wire_terminal(chip: FcuChip, name: str, pin: PinFunction, baud: int = BAUD) 
 class _Transceiver:
     """A USART as its line sees it; implements :class:`emulator.buses.uart.Transceiver`."""
 
-    def __init__(self, chip: FcuChip, index: int) -> None:
+    def __init__(self, chip: FcuChip, block: ChipBlock) -> None:
         self._chip = chip
-        self._place = chip.handle, index
+        self._block = block
+        self._place = chip.handle, block.index
 
     def hand_over(self) -> None:
         clock = self._chip.clock
@@ -92,6 +98,10 @@ class _Transceiver:
             *self._place, ctypes.addressof(num), ctypes.addressof(den)
         )
         return Fraction(num.value, den.value) if has_clock else None
+
+    def frame_bits(self) -> Fraction:
+        data_bits = 9 if CR1.M.get(self._block.peek(CR1.addr)) else 8
+        return 1 + data_bits + _STOP_BITS[CR2.STOP.get(self._block.peek(CR2.addr))]
 
     def receive(self, value: int) -> bool:
         self._chip.enter()

@@ -1,0 +1,71 @@
+"""What the board prints, in a file; nothing is typed to it."""
+
+from __future__ import annotations
+
+import stat
+from pathlib import Path
+
+from emulator.errors import LinkError
+from emulator.links.writer import BackgroundWriter
+
+
+class FileLink:
+    """Writes to the file ``path``, which is made, or emptied first.
+
+    Raises LinkError if it cannot be opened, or would make us wait for a reader (a named pipe).
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        try:
+            if path.exists() and not _takes_bytes(path):
+                raise LinkError(
+                    f"--serial file:{path}: not a file; give the path of one, or a name for a new one"
+                )
+            self._file = path.open("wb", buffering=0)
+        except (OSError, ValueError) as error:  # ValueError: a null character
+            problem = getattr(error, "strerror", None) or error
+            raise LinkError(f"--serial file:{path}: {problem}; give a path that can be written") from error
+        self._writer = BackgroundWriter(self._file, "serial-file")
+        self._closed = False
+
+    def send(self, data: bytes) -> None:
+        """Queue ``data`` for the writing thread."""
+        self._writer.put(data)
+
+    def receive(self, most: int) -> bytes:
+        """Return nothing: nobody types here."""
+        del most
+        return b""
+
+    def flush(self, timeout_s: float) -> None:
+        """Wait until all is written, within ``timeout_s`` seconds."""
+        self._writer.flush(timeout_s)
+
+    def close(self) -> None:
+        """Close the file; what has not been written is lost."""
+        if self._closed:
+            return
+        self._closed = True
+        if self._writer.close():
+            self._file.close()
+
+    def announce(self) -> list[str]:
+        """Return where the text goes."""
+        return [f"serial: to the file {self._path}"]
+
+    def report(self) -> list[str]:
+        """Return one line if bytes were lost."""
+        lost = self._writer.lost
+        reason = self._writer.failure or "it was too slow"
+        return [f"serial: {lost} bytes lost on the file {self._path}: {reason}"] if lost else []
+
+    def undelivered(self) -> int:
+        """Return how many bytes were lost, for whatever reason."""
+        return self._writer.lost
+
+
+def _takes_bytes(path: Path) -> bool:
+    """Whether writing to it waits for nobody: a file, or a device such as /dev/null."""
+    mode = path.stat().st_mode
+    return stat.S_ISREG(mode) or stat.S_ISCHR(mode)

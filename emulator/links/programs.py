@@ -1,0 +1,59 @@
+"""The literal commands that open a link: for the programs of this system, quoted for its shell."""
+
+from __future__ import annotations
+
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+from emulator.loopback import HOST
+
+
+def quoted(text: str) -> str:
+    """Return ``text`` as one word of the shell: of cmd and PowerShell on Windows, elsewhere of sh."""
+    return subprocess.list2cmdline([text]) if sys.platform == "win32" else shlex.quote(text)
+
+
+def miniterm() -> str:
+    """Return the command that starts pyserial's terminal in this environment.
+
+    A path in quotes is text to PowerShell, not a program: there the launcher's plain name is given.
+    """
+    python = quoted(sys.executable)
+    if sys.platform == "win32" and python != sys.executable:
+        python = "python"
+    return f"{python} -m serial.tools.miniterm"
+
+
+def for_pty(path: Path) -> list[str]:
+    """The commands for a pseudo-terminal named ``path``."""
+    port = quoted(str(path))
+    return [
+        f"screen {port} 115200",
+        f"minicom -D {port} -b 115200",
+        f"{miniterm()} {port} 115200",
+        f"putty -serial {port} -sercfg 115200,8,n,1,N",
+    ]
+
+
+def for_tcp(port: int) -> list[str]:
+    """The commands for raw TCP on ``port``."""
+    commands = [
+        f"{miniterm()} socket://{HOST}:{port}",
+        f"putty -raw {HOST} -P {port}",
+    ]
+    if sys.platform == "win32":
+        commands.append(f"ttermpro {HOST}:{port} /nossh /T=0")
+    return commands
+
+
+def for_rfc2217(port: int, baud: int = 115_200) -> list[str]:
+    """The commands for Telnet with RFC 2217 on ``port``."""
+    commands = [
+        f"{miniterm()} rfc2217://{HOST}:{port} {baud}",
+        f"putty -telnet {HOST} -P {port}",
+    ]
+    if sys.platform == "win32":
+        commands.append(f"ttermpro {HOST}:{port} /nossh /T=1")
+    return commands

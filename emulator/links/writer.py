@@ -1,0 +1,134 @@
+"""A thread that writes to a file which may block: a pipe into a paused ``less``, a disk that is far away.
+
+The board must not stop for that. A non-blocking descriptor is the road not taken, since that flag is shared
+with every process on the same terminal. Small pieces are written, so that a slow reader's progress can be
+seen. Once a write has failed (reader gone, disk full) nothing more is written, and everything is counted.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import Protocol
+
+from emulator.links.byte_link import Backlog, Patience
+
+BACKLOG_LIMIT = 16 * 1024 * 1024
+CHUNK = 4096
+"""Bytes in one write."""
+JOIN_S = 0.2
+
+
+class RawFile(Protocol):
+    """The part of ``io.RawIOBase`` and ``io.BytesIO`` that is used here."""
+
+    def write(self, data: bytes, /) -> int | None:
+        """Write a part of ``data`` and return how much; None if there is no room just now."""
+        ...
+
+    def fileno(self) -> int:
+        """Return the descriptor."""
+        ...
+
+
+class BackgroundWriter:
+    """Writes to ``file`` in a daemon thread; ``name`` is the thread's.
+
+    ``on_failure()`` is called in that thread, once, when a write has failed; ``failure`` then says why.
+    """
+
+    def __init__(self, file: RawFile, name: str, on_failure: Callable[[], None] = lambda: None) -> None:
+        self._file = file
+        self._on_failure = on_failure
+        self._changed = threading.Condition()  # guards all below
+        self._backlog = Backlog(BACKLOG_LIMIT)
+        self._in_flight = 0
+        self._lost = 0
+        self._failure = ""
+        self._closed = False
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+        self._thread.start()
+
+    @property
+    def failure(self) -> str:
+        """Why nothing is written any more, "" while all is well."""
+        with self._changed:
+            return self._failure
+
+    @property
+    def lost(self) -> int:
+        """How many bytes were not written and never will be."""
+        with self._changed:
+            return self._lost
+
+    def put(self, data: bytes) -> None:
+        """Queue ``data``."""
+        with self._changed:
+            if self._closed:
+                return
+            if self._failure:
+                self._lost += len(data)
+            else:
+                self._lost += self._backlog.put(data)
+            self._changed.notify_all()
+
+    def flush(self, timeout_s: float) -> None:
+        """Wait until all is written, within ``timeout_s`` seconds and the reader's patience."""
+        patience = Patience(timeout_s)
+        with self._changed:
+            while (left := self._untaken()) and (wait_s := patience.wait_s(left)):
+                self._changed.wait(wait_s)
+
+    def close(self) -> bool:
+        """End the thread and return whether it has ended.
+
+        One that is blocked by its reader ends with the process, and what it holds is lost.
+        """
+        with self._changed:
+            self._closed = True
+            self._lost += len(self._backlog.take())
+            self._changed.notify_all()
+        self._thread.join(JOIN_S)
+        with self._changed:
+            self._lost += self._in_flight
+            self._in_flight = 0
+        return not self._thread.is_alive()
+
+    def _untaken(self) -> int:
+        return len(self._backlog) + self._in_flight
+
+    def _run(self) -> None:
+        try:
+            while chunk := self._next_chunk():
+                self._write(chunk)
+        except (OSError, ValueError) as error:  # ValueError: somebody closed the file
+            self._give_up(error)
+
+    def _next_chunk(self) -> bytes:
+        """Wait for something to write; empty when closed."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._closed or len(self._backlog))
+            chunk = self._backlog.take(CHUNK)
+            self._in_flight = len(chunk)
+            return chunk
+
+    def _write(self, chunk: bytes) -> None:
+        while chunk:
+            count = self._file.write(chunk)
+            if count is None:  # somebody made the descriptor non-blocking, and it is full
+                time.sleep(0.01)
+                continue
+            chunk = chunk[count:]
+            with self._changed:
+                self._in_flight = len(chunk)
+                self._changed.notify_all()
+
+    def _give_up(self, error: Exception) -> None:
+        self._on_failure()
+        with self._changed:
+            self._failure = (error.strerror if isinstance(error, OSError) else "") or str(error)
+            self._lost += self._untaken()
+            self._backlog.take()
+            self._in_flight = 0
+            self._changed.notify_all()

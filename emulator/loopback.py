@@ -1,0 +1,36 @@
+"""TCP ports of this machine that only programs on this machine can reach.
+
+Decision: every server of this package listens on 127.0.0.1 alone. Whoever wants a board from elsewhere goes
+through ``ssh -L``, which asks who is there; the road not taken, an option for the address, would put a
+port without a password on a lecture hall's network.
+"""
+
+from __future__ import annotations
+
+import socket
+import sys
+
+from emulator.errors import LinkError
+
+HOST = "127.0.0.1"
+LARGEST_PORT = 65_535
+
+
+def listen(port: int, option: str) -> socket.socket:
+    """A listening socket on ``port`` of this machine, 0 for any that is free.
+
+    ``option`` is what the user typed, for the error. Raises LinkError when the port cannot be had.
+    """
+    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    try:
+        if sys.platform == "win32":  # where SO_REUSEADDR would let a second program take a port in use
+            listener.setsockopt(socket.SOL_SOCKET, socket.SO_EXCLUSIVEADDRUSE, 1)
+        else:  # a port whose last connection ended a moment ago can be had again
+            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listener.bind((HOST, port))
+        listener.listen()
+    except (OSError, OverflowError) as error:
+        listener.close()
+        reason = getattr(error, "strerror", None) or error
+        raise LinkError(f"{option}: {reason}; give another port of {HOST}, or 0 for a free one") from error
+    return listener

@@ -1,0 +1,435 @@
+"""The TCP links with real readers: sockets, pyserial's ``socket://`` and ``rfc2217://``, PuTTY's plink."""
+
+from __future__ import annotations
+
+import contextlib
+import random
+import shutil
+import socket
+import subprocess
+import threading
+import time
+from collections.abc import Callable, Iterator
+
+import pytest
+import serial
+
+from emulator import Board
+from emulator.errors import LinkError
+from emulator.links import ByteLink, open_link, tcp
+from emulator.links.rfc2217 import Rfc2217Link
+from emulator.links.runner import Runner
+from emulator.links.tcp import TcpLink
+
+pytestmark = pytest.mark.filterwarnings("ignore:set(Daemon|Name)\\(:DeprecationWarning")  # pyserial 3.5
+
+ALL_BYTES = bytes(range(256))
+BOOT = b"STEVAL-FCU001V1 FH rev.1.0 - Sep 2017\n\n"  # the lab's text
+DEADLINE_S = 20.0
+MIB = 1024 * 1024
+
+
+@pytest.fixture(params=["tcp:0", "rfc2217:0"])
+def link(request: pytest.FixtureRequest) -> Iterator[TcpLink]:
+    link = open_link(request.param)
+    assert isinstance(link, TcpLink)
+    yield link
+    link.close()
+
+
+@pytest.fixture
+def raw() -> Iterator[TcpLink]:
+    with contextlib.closing(TcpLink(0)) as link:
+        yield link
+
+
+@pytest.fixture
+def said() -> list[str]:
+    return []
+
+
+@pytest.fixture
+def rfc2217(said: list[str]) -> Iterator[Rfc2217Link]:
+    with contextlib.closing(Rfc2217Link(0, lambda: 115_226.3, said.append)) as link:
+        yield link
+
+
+class Served:
+    """A link whose board looks at it all the time, in a thread, as a running board does."""
+
+    def __init__(self, link: TcpLink) -> None:
+        self.typed = bytearray()
+        self._link = link
+        self._outgoing: list[bytes] = []
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._run)
+
+    def __enter__(self) -> Served:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._over.set()
+        self._thread.join(DEADLINE_S)
+
+    def print(self, data: bytes) -> None:
+        self._outgoing.append(data)
+
+    def _run(self) -> None:
+        while not self._over.wait(0.001):
+            self._link.send(self._outgoing.pop(0) if self._outgoing else b"")
+            self.typed += self._link.receive(1 << 20)
+
+
+def url(link: TcpLink) -> str:
+    return f"{'socket' if link.kind == 'tcp' else 'rfc2217'}://127.0.0.1:{link.port}"
+
+
+@contextlib.contextmanager
+def terminal(link: TcpLink, baud: int = 115_200) -> Iterator[serial.Serial]:
+    with serial.serial_for_url(url(link), baud, timeout=DEADLINE_S) as device:
+        yield device
+
+
+@contextlib.contextmanager
+def connected(link: TcpLink) -> Iterator[socket.socket]:
+    with socket.create_connection(("127.0.0.1", link.port), timeout=DEADLINE_S) as connection:
+        link.send(b"")  # the board notices
+        yield connection
+
+
+def until(condition: Callable[[], bool]) -> None:
+    give_up_s = time.monotonic() + DEADLINE_S
+    while not condition():
+        assert time.monotonic() < give_up_s
+        time.sleep(0.001)  # the others' turn
+
+
+def exactly(connection: socket.socket, count: int) -> bytes:
+    got = bytearray()
+    while len(got) < count and (data := connection.recv(count - len(got))):
+        got += data
+    return bytes(got)
+
+
+def collect(link: TcpLink, count: int) -> bytes:
+    got = bytearray()
+
+    def more() -> bool:
+        got.extend(link.receive(1 << 20))
+        return len(got) >= count
+
+    until(more)
+    return bytes(got)
+
+
+# -- what every reader may rely on --------------------------------------------------------------------------
+
+
+def test_all_byte_values_pass_both_ways(link: TcpLink) -> None:
+    with Served(link) as board, terminal(link) as device:
+        board.print(ALL_BYTES)
+        device.write(ALL_BYTES)
+        assert device.read(256) == ALL_BYTES
+        until(lambda: len(board.typed) >= 256)
+        assert board.typed == ALL_BYTES
+    assert link.report() == []
+
+
+def test_much_passes_both_ways_without_loss(link: TcpLink) -> None:
+    size = MIB if link.kind == "tcp" else 50_000  # pyserial's Telnet takes seconds for a mebibyte
+    data = random.Random(1).randbytes(size)
+    with Served(link) as board, terminal(link) as device:
+        board.print(data)
+        assert device.read(size) == data
+        device.write(data)
+        until(lambda: len(board.typed) >= size)
+        assert board.typed == data
+    assert link.report() == []
+
+
+def test_text_printed_before_the_first_reader_is_kept_for_it(link: TcpLink) -> None:
+    link.send(BOOT)
+    with Served(link), terminal(link) as device:
+        assert device.read(len(BOOT)) == BOOT
+
+
+def test_a_reader_may_go_and_come_back(link: TcpLink) -> None:
+    with Served(link) as board:
+        with terminal(link) as device:
+            board.print(b"hello")
+            assert device.read(5) == b"hello"
+        until(lambda: not link._readers)
+        board.print(b"nobody hears this")
+        until(lambda: link.report() != [])
+        with terminal(link) as device:
+            board.print(b"welcome back")
+            assert device.read(12) == b"welcome back"
+    name = f"{link.kind}:{link.port}"
+    assert link.report() == [f"serial: 17 bytes lost on {name}: 17 while nobody was connected"]
+    assert link.undelivered() == 0
+
+
+def test_two_readers_get_the_same_and_both_may_type(link: TcpLink) -> None:
+    with Served(link) as board, terminal(link) as first, terminal(link) as second:
+        first.write(b"a")
+        until(lambda: board.typed == b"a")
+        second.write(b"b")
+        until(lambda: board.typed == b"ab")
+        board.print(b"both")
+        assert first.read(4) == second.read(4) == b"both"
+
+
+# -- raw TCP: bounds, and what is counted -------------------------------------------------------------------
+
+
+def test_what_was_sent_just_before_closing_arrives(raw: TcpLink) -> None:
+    with connected(raw) as connection:
+        connection.sendall(b"reset\r")
+    assert collect(raw, 6) == b"reset\r"
+
+
+def test_before_the_first_reader_the_newest_mebibyte_is_kept(raw: TcpLink) -> None:
+    data = random.Random(4).randbytes(3_000_000)
+    raw.send(data)
+    name = f"tcp:{raw.port}"
+    lost = len(data) - MIB
+    assert raw.report() == [f"serial: {lost} bytes lost on {name}: {lost} while nobody was connected"]
+    with connected(raw) as connection, Served(raw):
+        assert exactly(connection, MIB) == data[-MIB:]
+
+
+def test_every_byte_is_read_or_counted_when_a_reader_stops(raw: TcpLink) -> None:
+    total = 40 * MIB
+    with connected(raw) as connection:
+        for _ in range(40):
+            raw.send(bytes(MIB))  # nobody reads, and the board goes on
+        lost = raw.undelivered()
+        assert 0 < lost < total - tcp.BACKLOG_LIMIT
+        with Served(raw):
+            assert len(exactly(connection, total - lost)) == total - lost
+    assert raw.report() == [
+        f"serial: {lost} bytes lost on tcp:{raw.port}: {lost} because a reader was too slow"
+    ]
+
+
+def test_one_reader_that_stops_costs_the_other_nothing(raw: TcpLink) -> None:
+    data = random.Random(5).randbytes(20 * MIB)
+    with connected(raw), connected(raw) as reads, Served(raw) as board:
+        for start in range(0, len(data), MIB):
+            board.print(data[start : start + MIB])
+        assert exactly(reads, len(data)) == data
+
+
+def test_a_writer_faster_than_the_board_waits(raw: TcpLink) -> None:
+    with connected(raw) as connection:
+        connection.setblocking(False)
+        sent = 0
+        with contextlib.suppress(BlockingIOError):
+            while True:
+                sent += connection.send(bytes(65_536))
+                raw.send(b"")
+        assert collect(raw, sent) == bytes(sent)
+
+
+def test_what_a_reader_left_unread_is_counted(raw: TcpLink) -> None:
+    with connected(raw):
+        raw.send(bytes(16 * MIB))
+    until(lambda: raw.send(b"") is None and raw.report() != [])
+    assert raw.report()[0].endswith("that readers left unread")
+    assert raw.undelivered() == 0
+
+
+def test_a_ninth_reader_is_turned_away_and_told(raw: TcpLink) -> None:
+    with contextlib.ExitStack() as stack:
+        for _ in range(8):
+            stack.enter_context(connected(raw))
+        with connected(raw) as ninth:
+            assert ninth.recv(1) == b""
+    assert raw.report() == [f"serial: tcp:{raw.port} has turned 1 away: 8 were connected"]
+
+
+def test_flush_lets_the_reader_have_everything_before_close(raw: TcpLink) -> None:
+    data = random.Random(6).randbytes(8 * MIB)
+    got = bytearray()
+    with connected(raw) as connection:
+        reader = threading.Thread(target=lambda: got.extend(exactly(connection, len(data) + 1)))
+        reader.start()
+        raw.send(data)
+        raw.flush(DEADLINE_S)
+        raw.close()
+        reader.join(DEADLINE_S)
+    assert got == data
+    assert raw.report() == []
+
+
+def test_flush_gives_up_on_a_reader_that_does_not_read(raw: TcpLink) -> None:
+    with connected(raw):
+        raw.send(bytes(16 * MIB))
+        raw.flush(0.05)
+        raw.close()
+    assert raw.undelivered() > 0
+
+
+def test_a_closed_link_is_silent(link: TcpLink) -> None:
+    link.close()
+    link.close()
+    link.send(BOOT)
+    link.flush(1.0)
+    assert link.receive(1 << 20) == b""
+    assert link.report() == []
+
+
+def test_only_this_machine_can_connect(raw: TcpLink) -> None:
+    assert raw._listener.getsockname()[0] == "127.0.0.1"
+
+
+def test_a_port_in_use_is_said_with_what_to_do(raw: TcpLink) -> None:
+    with pytest.raises(LinkError, match=rf"^--serial tcp:{raw.port}: .*; give another port of 127.0.0.1"):
+        open_link(f"tcp:{raw.port}")
+
+
+def test_without_a_port_a_second_board_takes_the_next_one() -> None:
+    with contextlib.closing(TcpLink()) as first, contextlib.closing(TcpLink()) as second:
+        assert tcp.FIRST_PORT <= first.port < second.port < tcp.FIRST_PORT + tcp.PORTS_TRIED
+
+
+# -- RFC 2217 -----------------------------------------------------------------------------------------------
+
+
+def test_a_rate_within_the_receivers_tolerance_is_silent(rfc2217: Rfc2217Link, said: list[str]) -> None:
+    with Served(rfc2217) as board, terminal(rfc2217) as device:
+        board.print(b"x")
+        assert device.read(1) == b"x"
+    assert said == []
+
+
+def test_another_rate_than_the_firmwares_is_said_once_and_reported(
+    rfc2217: Rfc2217Link, said: list[str]
+) -> None:
+    with Served(rfc2217) as board, terminal(rfc2217, 9600) as device:
+        for _ in range(3):
+            board.print(b"x")
+            assert device.read(1) == b"x"  # and the text stays readable
+    line = (
+        f"serial: rfc2217:{rfc2217.port}: the terminal is set to 9600 baud and the firmware to 115226; "
+        "on a wire, that is garbage"
+    )
+    assert said == [line]
+    assert rfc2217.report() == [line]
+
+
+@pytest.mark.parametrize(
+    "hostile",
+    [
+        b"\xff\xfa" + bytes(100_000),  # an option without an end
+        b"\xff\xf0",  # an end without an option
+        b"\xff\xfa\x2c\x01\x00\xff\xf0",  # a rate of one byte
+        b"\xff\xfa\x2c\x03\xee\xff\xf0",  # no such parity
+        b"\xff\xfa\x2c\x0a\xff\xf0",  # a mask of no byte
+    ],
+)
+def test_broken_telnet_is_hung_up_on_and_the_others_read_on(rfc2217: Rfc2217Link, hostile: bytes) -> None:
+    with Served(rfc2217) as board, terminal(rfc2217) as device, connected(rfc2217) as stranger:
+        with contextlib.suppress(OSError):
+            stranger.sendall(hostile)
+        with contextlib.suppress(OSError):
+            while stranger.recv(4096):
+                pass
+        board.print(b"well")
+        assert device.read(4) == b"well"
+
+
+def test_a_thousand_random_streams_of_telnet_harm_nothing(rfc2217: Rfc2217Link) -> None:
+    draw = random.Random(7)
+    alphabet = b"\xff\xff\xfa\xf0\xfb\xfc\xfd\xfe\x2c\x01\x02\x03\x05\x0a\x0b\x0c\x00\x01x"
+    for _ in range(1000):
+        coding = rfc2217.coding()
+        with contextlib.suppress(ValueError):
+            for _ in range(4):
+                typed, answer = coding.decode(bytes(draw.choices(alphabet, k=50)))
+                assert len(typed) <= 50
+                assert len(answer) <= 50 * 20
+
+
+@pytest.mark.parametrize(("baud", "usual"), [(115_200, True), (9600, False)])
+def test_the_firmwares_rate_is_that_of_its_usart(baud: int, usual: bool) -> None:
+    board = Board(firmware="solution")
+    board.run_for(0.5)  # it has set up its USART: 84 MHz / 729
+    assert board.terminal.uart.bit_rate == pytest.approx(84e6 / 729)
+    said: list[str] = []
+    with contextlib.closing(
+        open_link("rfc2217:0", lambda: board.terminal.uart.bit_rate, said.append)
+    ) as link:
+        assert isinstance(link, Rfc2217Link)
+        done = threading.Event()
+
+        def read() -> None:
+            with terminal(link, baud) as device:
+                device.read_until(b"\n")
+            done.set()
+
+        reader = threading.Thread(target=read)
+        reader.start()
+        runner = Runner(board, [link], None, 1.0)
+        runner.run(lambda _: runner.stop() if done.is_set() else None)
+        reader.join(DEADLINE_S)
+    assert (said == []) is usual
+
+
+# -- programs -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.skipif(shutil.which("plink") is None, reason="PuTTY's plink is not installed")
+def test_plink_reads_and_types_all_byte_values(raw: TcpLink) -> None:
+    command = ["plink", "-batch", "-raw", "-P", str(raw.port), "127.0.0.1"]
+    with (
+        Served(raw) as board,
+        subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as plink,
+    ):
+        assert plink.stdin is not None
+        assert plink.stdout is not None
+        board.print(ALL_BYTES)
+        assert plink.stdout.read(256) == ALL_BYTES
+        plink.stdin.write(ALL_BYTES)
+        plink.stdin.flush()
+        until(lambda: len(board.typed) >= 256)
+        assert board.typed == ALL_BYTES
+        plink.terminate()
+
+
+# -- files --------------------------------------------------------------------------------------------------
+
+
+def file_link(path: object) -> ByteLink:
+    return open_link(f"file:{path}")
+
+
+def test_a_file_gets_every_byte(tmp_path) -> None:
+    path = tmp_path / "text"
+    path.write_bytes(b"of an earlier run")
+    data = ALL_BYTES * 8192
+    with contextlib.closing(file_link(path)) as link:
+        link.send(data)
+        assert link.receive(10) == b""
+        link.flush(DEADLINE_S)
+    assert path.read_bytes() == data
+    assert link.report() == []
+    assert link.announce() == [f"serial: to the file {path}"]
+
+
+@pytest.mark.skipif(not shutil.os.path.exists("/dev/full"), reason="needs /dev/full")
+def test_a_full_disk_is_reported_and_counted() -> None:
+    with contextlib.closing(file_link("/dev/full")) as link:
+        link.send(BOOT)
+        link.flush(DEADLINE_S)
+        link.send(BOOT)
+    assert link.undelivered() == 2 * len(BOOT)
+    assert link.report() == ["serial: 78 bytes lost on the file /dev/full: No space left on device"]
+
+
+def test_what_is_no_file_is_refused(tmp_path) -> None:
+    with pytest.raises(LinkError, match="not a file; give the path of one"):
+        file_link(tmp_path)
+    with pytest.raises(LinkError, match="No such file or directory; give a path that can be written"):
+        file_link(tmp_path / "missing" / "text")
