@@ -43,6 +43,20 @@ class Finding:
         return "\n".join(self.lines)
 
 
+Standing = Literal["open", "met", "failed"]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """An expectation while the run is on: place, kind, what it says, how it stands, what was seen."""
+
+    key: str
+    kind: str
+    says: str
+    state: Standing
+    found: str = ""
+
+
 @dataclass(frozen=True)
 class Result:
     """A run judged: ``checks`` is how many expectations there are, ``reports`` what to tell."""

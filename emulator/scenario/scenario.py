@@ -28,7 +28,7 @@ from emulator.links.runner import Runner
 from emulator.scenario.board_view import BoardView, TerminalView
 from emulator.scenario.expectations import SETTLE_PS, Expectation, ExpectField, Seen, Windowed
 from emulator.scenario.printed import Recorder
-from emulator.scenario.result import Finding, Miss, Result, against_truth
+from emulator.scenario.result import Finding, Miss, Result, Standing, Verdict, against_truth
 from emulator.scenario.schema import AnyExpectation, LimitsTable, ReportTable, ScenarioFile
 from emulator.scenario.timeline import Entry
 from emulator.time.clock import PS_PER_S
@@ -129,15 +129,19 @@ class Scenario:
         self.limits: LimitsTable = contents.limits
         self.expectations: list[AnyExpectation] = contents.expect
         self.reports: list[ReportTable] = contents.report
-        self._contents = contents
+        self.contents = contents
+        """The file as it was read."""
+        self.ahead = True
+        """Whether motions may be planned ahead of their time. On a live board they may not: a hand that turns
+        the board would drop what is planned for later."""
         self._recorders: WeakKeyDictionary[TerminalView, Recorder] = WeakKeyDictionary()
         if self.duration_ps > self.limits.duration:
             problem = "is longer than limits.duration; shorten it or raise that limit"
             raise ScenarioError(self.file, "duration", problem)
         self._refuse_windows_after_the_end()
         self._field_ut = self._magnetic_field()
-        self._steps = steps_of(contents.timeline, self.duration_ps, self.file)
-        rehearse(self._steps, self.create_world, self.file)
+        self.steps: Sequence[Step] = steps_of(contents.timeline, self.duration_ps, self.file)
+        rehearse(self.steps, self.create_world, self.file)
 
     @property
     def duration_s(self) -> float:
@@ -146,15 +150,15 @@ class Scenario:
 
     def firmware_settings(self) -> dict[str, Any]:
         """What the file sets about the firmware."""
-        return self._contents.firmware_settings.model_dump(exclude_unset=True)
+        return self.contents.firmware_settings.model_dump(exclude_unset=True)
 
     def sensor_settings(self) -> SensorSettings:
         """How the sensors deviate."""
-        return self._contents.sensors.settings()
+        return self.contents.sensors.settings()
 
     def create_world(self, now_s: Callable[[], float]) -> World:
         """The world at power-on."""
-        table = self._contents.world
+        table = self.contents.world
         try:
             floor_m = table.floor_altitude_m
             if floor_m is None and table.place is not None:
@@ -185,14 +189,14 @@ class Scenario:
         no other board has, stands for it here: a proxy is no key.
         """
         self._recorders[board.terminal] = Recorder(board, self.duration_ps, self._fields_of_interest())
-        jumped = False
-        for step in self._steps:
+        jumped = not self.ahead
+        for step in self.steps:
             jumped = jumped or step.entry.LIVE
             if jumped:
-                board.clock.schedule(step.at_ps, partial(_do, step, board.world))
+                perform_at(board, step.entry, step.at_ps)
             else:
                 step.entry.plan(board.world, step.at_ps / PS_PER_S)
-            board.clock.schedule(step.at_ps, partial(step.entry.act, board, step.at_ps))
+                board.clock.schedule(step.at_ps, partial(step.entry.act, board, step.at_ps))
 
     def exceeded(self, board: BoardView, wall_s: float) -> str:
         """The limit that a run of ``wall_s`` seconds of wall time has exceeded by now; empty if none."""
@@ -232,7 +236,12 @@ class Scenario:
     def asking(self, expectations: Sequence[AnyExpectation], reports: Sequence[ReportTable] = ()) -> Scenario:
         """The same scenario with other expectations and reports. Raises ScenarioError."""
         changed = {"expect": list(expectations), "report": list(reports)}
-        return Scenario(self._contents.model_copy(update=changed), self.path, self.name)
+        return Scenario(self.contents.model_copy(update=changed), self.path, self.name)
+
+    def verdicts(self, board: BoardView) -> list[Verdict]:
+        """Every expectation as it stands now, on a board that plays this scenario. Raises InputError."""
+        seen = self.seen(board)
+        return [_verdict(f"expect[{number}]", one, seen) for number, one in enumerate(self.expectations)]
 
     def _refuse_windows_after_the_end(self) -> None:
         """An expectation that looks at nothing must not pass for one that is met."""
@@ -255,7 +264,7 @@ class Scenario:
 
     def _magnetic_field(self) -> tuple[float, float, float] | None:
         """NED in uT; None for the world's default."""
-        table = self._contents.world
+        table = self.contents.world
         if table.field is not None:
             return table.field.north_ut, table.field.east_ut, table.field.down_ut
         place = table.place
@@ -278,8 +287,41 @@ def judged(expectation: Expectation, seen: Seen) -> Miss | None:
         )
 
 
-def _do(step: Step, world: World) -> None:
-    step.entry.plan(world, step.at_ps / PS_PER_S)
+def _verdict(key: str, expectation: AnyExpectation, seen: Seen) -> Verdict:
+    miss = judged(expectation, seen)
+    end_ps = getattr(expectation, "to", None)
+    over = seen.board.clock.now_ps > seen.end_ps or (end_ps is not None and seen.end_ps >= end_ps)
+    state: Standing = "open"
+    if over:
+        state = "failed" if miss else "met"
+    elif miss and miss.fault == "wrong value":  # it does not become right again
+        state = "failed"
+    table = expectation.model_dump(mode="json", by_alias=True, exclude_unset=True)
+    says = ", ".join(f"{name} {value}" for name, value in table.items() if name != "kind")
+    found = f"expected {miss.expected}; seen: {miss.seen}" if miss and state == "failed" else ""
+    return Verdict(key, expectation.kind, says, state, found)
+
+
+class Happening(Protocol):
+    """What an entry does when its time has come."""
+
+    def plan(self, world: World, start_s: float) -> None:
+        """Change the world."""
+        ...
+
+    def act(self, board: BoardView, from_ps: int) -> None:
+        """Do what concerns the rest of the board."""
+        ...
+
+
+def perform_at(board: BoardView, entry: Happening, at_ps: int) -> None:
+    """Let an entry happen on a board when its time ``at_ps`` comes, in order with all other events."""
+    board.clock.schedule(at_ps, partial(_perform, board, entry, at_ps))
+
+
+def _perform(board: BoardView, entry: Happening, at_ps: int) -> None:
+    entry.plan(board.world, at_ps / PS_PER_S)
+    entry.act(board, at_ps)
 
 
 # -- Running a board through its scenario -------------------------------------------------------------------

@@ -37,6 +37,7 @@ ONLY_IN = {
     "pydantic": ("emulator/scenario", "emulator/grading/"),
     "click": ("emulator/cli",),
     "rich": ("emulator/cli",),
+    "websockets": ("emulator/live/server.py",),
 }
 ROOMS = (
     "sensors",
@@ -56,6 +57,7 @@ ROOMS = (
     "emulator",
     "adapters",
     "analysis",
+    "live",
     "strategies",
     "testing",
     "grading",

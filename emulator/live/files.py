@@ -1,0 +1,62 @@
+"""Firmware files of a session: one that is watched on the disk, and one that came from the page."""
+
+from __future__ import annotations
+
+import tempfile
+from contextlib import suppress
+from pathlib import Path
+
+from emulator.board.board import Board
+
+
+class FileWatch:
+    """Tells when a file has been written anew and is at rest: a linker writes for a while.
+
+    Asked from time to time; the road not taken, the system's notifications, are another interface on each
+    system and see a folder on a network not at all.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        self._loaded = self._seen = self._stamp()
+
+    @property
+    def exists(self) -> bool:
+        """Whether there is such a file: a firmware's name need not be one."""
+        return self._loaded is not None or self._stamp() is not None
+
+    def changed(self) -> bool:
+        """Whether the file is another one, and the same as when asked before; true once for each."""
+        stamp = self._stamp()
+        settled = stamp == self._seen
+        self._seen = stamp
+        if stamp is None or stamp == self._loaded or not settled or stamp[1] == 0:
+            return False
+        self._loaded = stamp
+        return True
+
+    def _stamp(self) -> tuple[int, int] | None:
+        try:
+            status = self.path.stat()
+        except OSError:
+            return None
+        return status.st_mtime_ns, status.st_size
+
+
+class UploadedFile:
+    """A firmware file from a page, in a folder of its own; of its name only the end counts."""
+
+    def __init__(self, name: str, content: bytes) -> None:
+        self.name = name
+        self._folder = tempfile.TemporaryDirectory(prefix="fcu-web-")
+        self.path = Path(self._folder.name) / f"uploaded{Path(name).suffix.lower()}"
+        self.path.write_bytes(content)
+
+    def shown(self, board: Board) -> str:
+        """The name for people, where it is this firmware that runs."""
+        return self.name if board.booted.name == str(self.path) else board.booted.name
+
+    def remove(self) -> None:
+        """Remove it."""
+        with suppress(OSError):
+            self._folder.cleanup()

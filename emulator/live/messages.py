@@ -1,0 +1,331 @@
+"""What a page says to a session, and what a session says to it: data, whatever carries it.
+
+Each message is a JSON object with ``type``, the class's name below in snake case, and the class's fields. A
+session takes commands and gives events; both are declared here and nowhere else. A WebSocket carries them now
+(:mod:`emulator.live.server`); whatever else does, a worker in a browser for one, needs this file only.
+
+What a user does to the board is a timeline entry as in a scenario file, without a time (:class:`Do`): its
+words are those of ``docs/scenarios.md``, and a recorded session is a scenario without being translated. The
+road not taken, a command for each gesture, would have said everything twice.
+
+Times are seconds of virtual time, bytes of the terminal Latin-1, one character each; angles are in degrees.
+"""
+
+from __future__ import annotations
+
+import binascii
+import dataclasses
+import json
+import re
+import types
+import typing
+from base64 import b64decode
+from dataclasses import dataclass, field
+from functools import cache
+from typing import Any, Literal
+
+from emulator.errors import InputError
+
+MOST_VARIABLES = 16  # that one page watches
+LARGEST_FIRMWARE = 8 << 20  # bytes; ST's stock firmware with all its debug information has 4 MB
+LONGEST_COMMAND = 64 << 10  # characters, all but an upload
+LONGEST_UPLOAD = LARGEST_FIRMWARE * 4 // 3 + 4096  # characters of one in base64
+FIRMWARE_FILES = (".elf", ".axf", ".out", ".hex", ".bin")
+_LONGEST_NAME = 200
+
+
+class MessageError(InputError):
+    """A message that is none; the text says what is wrong with it."""
+
+
+# -- To the session -----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Command:
+    """What a page asks for. Raises MessageError for values that no session could use."""
+
+
+@dataclass(frozen=True)
+class Do(Command):
+    """Do something to the board: a timeline entry without ``at``. ``id`` comes back in ``State.done``."""
+
+    entry: dict[str, Any]
+    id: int = 0
+
+
+@dataclass(frozen=True)
+class Run(Command):
+    """Go on, at the speed set."""
+
+
+@dataclass(frozen=True)
+class Pause(Command):
+    """Stand still."""
+
+
+@dataclass(frozen=True)
+class Step(Command):
+    """Run to the next tick of the callback's timer, line of text, or for a second; then stand still."""
+
+    of: Literal["tick", "line", "second"]
+
+
+@dataclass(frozen=True)
+class Speed(Command):
+    """Virtual over wall time, 0.01 to 10; null: as fast as possible."""
+
+    factor: float | None
+
+    def __post_init__(self) -> None:
+        if self.factor is not None and not 0.01 <= self.factor <= 10:
+            raise MessageError(f"speed is {self.factor:g}; give a factor from 0.01 to 10, or null for max")
+
+
+@dataclass(frozen=True)
+class Reset(Command):
+    """Begin again at power-on. The board stays where the hand holds it, unless it plays a scenario."""
+
+
+@dataclass(frozen=True)
+class Firmware(Command):
+    """Begin again with a shipped firmware, by its name."""
+
+    name: str
+
+
+@dataclass(frozen=True)
+class Upload(Command):
+    """Begin again with a firmware file: its name (which says the kind) and its bytes in base64."""
+
+    name: str
+    data: str
+
+    def __post_init__(self) -> None:
+        if len(self.name) > _LONGEST_NAME or not self.name.lower().endswith(FIRMWARE_FILES):
+            raise MessageError(f"{self.name[:40]!r} is no firmware file; drop an ELF, HEX or BIN")
+
+    def content(self) -> bytes:
+        """The file. Raises MessageError for what is no base64, or too large."""
+        try:
+            content = b64decode(self.data, validate=True)
+        except (binascii.Error, ValueError) as error:
+            raise MessageError(f"the upload is no base64: {error}") from error
+        if len(content) > LARGEST_FIRMWARE:
+            raise MessageError(f"{self.name} is larger than {LARGEST_FIRMWARE >> 20} MiB")
+        return content
+
+
+@dataclass(frozen=True)
+class Play(Command):
+    """Begin again with a shipped scenario, by its name; null: without one."""
+
+    scenario: str | None
+
+
+@dataclass(frozen=True)
+class Watch(Command):
+    """Show these: global variables by name (``pitch``, ``acc.AXIS_X``), a part's registers, the bus."""
+
+    variables: list[str] = field(default_factory=list)
+    registers: str | None = None
+    bus: bool = False
+
+    def __post_init__(self) -> None:
+        if len(self.variables) > MOST_VARIABLES or any(len(one) > _LONGEST_NAME for one in self.variables):
+            raise MessageError(f"give at most {MOST_VARIABLES} names of variables")
+
+
+@dataclass(frozen=True)
+class Record(Command):
+    """Give the session since power-on as a scenario."""
+
+
+# -- From the session ---------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Event:
+    """What a session says."""
+
+
+@dataclass(frozen=True)
+class Hello(Event):
+    """The first message: what does not change. ``parts``: registers as declared, see ``view``."""
+
+    board: str
+    version: str
+    leds: list[str]
+    firmware: dict[str, str]
+    scenarios: dict[str, str]
+    parts: list[dict[str, Any]]
+    ways: list[str]
+    """The commands that open the serial port and the debugger from elsewhere."""
+
+
+@dataclass(frozen=True)
+class Status(Event):
+    """What the board is: comes at the beginning, and whenever something of it changes.
+
+    ``run``: counts power-ons. ``state`` is ``running``, ``paused`` or ``failed``, and ``problem`` says why.
+    """
+
+    run: int
+    firmware: str
+    file: str
+    profile: str
+    scenario: str
+    question: str
+    duration_s: float
+    state: str
+    speed: float | None
+    problem: str
+    notes: list[str]
+    variables: list[str]
+    """Names of the firmware's global variables."""
+    recording: str
+
+
+@dataclass(frozen=True)
+class State(Event):
+    """Where the board is now, 50 times a second: of several that wait, the latest will do.
+
+    ``truth``: see :func:`emulator.live.view.truth`. ``samples``: what the firmware has read last, by
+    quantity. ``load``: callback, timer and bus. ``done``: the id of the latest :class:`Do`.
+    """
+
+    run: int
+    t_s: float
+    pace: float
+    leds: dict[str, bool]
+    truth: dict[str, Any]
+    samples: dict[str, list[float]]
+    variables: dict[str, float]
+    load: dict[str, float]
+    done: int
+
+
+@dataclass(frozen=True)
+class Text(Event):
+    """Bytes of the terminal, those before ``position`` having come already or been lost."""
+
+    run: int
+    position: int
+    text: str
+
+
+@dataclass(frozen=True)
+class Printed(Event):
+    """Numbers of a line in the lab's format, by field, with the truth of that moment."""
+
+    t_s: float
+    values: dict[str, float]
+    truth: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Registers(Event):
+    """A part's registers by address in hexadecimal, two digits each, of the main bank."""
+
+    part: str
+    bytes: str
+
+
+@dataclass(frozen=True)
+class Bus(Event):
+    """The latest transfers, decoded: time, device, register, direction, bytes, meaning, result."""
+
+    transfers: list[dict[str, Any]]
+
+
+@dataclass(frozen=True)
+class Verdicts(Event):
+    """A scenario's expectations as they stand."""
+
+    verdicts: list[dict[str, str]]
+    over: bool
+
+
+@dataclass(frozen=True)
+class Findings(Event):
+    """What is seen to be wrong with the firmware, the worst first: summary and details."""
+
+    findings: list[dict[str, Any]]
+
+
+@dataclass(frozen=True)
+class Recorded(Event):
+    """The session as a scenario."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Notice(Event):
+    """A line for the user; ``kind`` is ``error`` or ``info``."""
+
+    kind: str
+    text: str
+
+
+# -- As JSON ------------------------------------------------------------------------------------------------
+
+
+def encode(event: Event) -> str:
+    """An event as JSON."""
+    fields = {one.name: getattr(event, one.name) for one in dataclasses.fields(event)}
+    return json.dumps({"type": _snake(type(event)), **fields}, separators=(",", ":"))
+
+
+def decode(text: str) -> Command:
+    """A command from JSON. Raises MessageError, of one line, for everything that is none."""
+    if len(text) > LONGEST_COMMAND and not text.startswith('{"type":"upload",'):
+        raise MessageError(f"a message of {len(text)} characters; at most {LONGEST_COMMAND} are taken")
+    try:
+        table = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise MessageError(f"no JSON: {str(error)[:80]}") from error
+    if not isinstance(table, dict):
+        raise MessageError("a message is an object with a type")
+    kind = commands().get(str(table.pop("type", ""))[:40])
+    if kind is None:
+        raise MessageError(f"unknown type; known: {', '.join(commands())}")
+    hints = typing.get_type_hints(kind)
+    for name, value in table.items():
+        if name not in hints:
+            raise MessageError(f"{_snake(kind)}: unknown field {name[:40]!r}; known: {', '.join(_own(kind))}")
+        if not _fits(value, hints[name]):
+            raise MessageError(f"{_snake(kind)}: {name} has the wrong type")
+    try:
+        return kind(**table)
+    except TypeError as error:
+        raise MessageError(f"{_snake(kind)}: {error}") from error
+
+
+@cache
+def commands() -> dict[str, type[Command]]:
+    """All commands by the name of their type."""
+    return {_snake(kind): kind for kind in Command.__subclasses__()}
+
+
+def _own(kind: type[Command]) -> list[str]:
+    return [one.name for one in dataclasses.fields(kind)]
+
+
+def _snake(kind: type[object]) -> str:
+    return re.sub(r"(?<!^)(?=[A-Z])", "_", kind.__name__).lower()
+
+
+def _fits(value: Any, hint: Any) -> bool:
+    """Whether a value of JSON is of a type of the commands above."""
+    origin, arguments = typing.get_origin(hint), typing.get_args(hint)
+    if origin is Literal:
+        return isinstance(value, str) and value in arguments
+    if origin in (types.UnionType, typing.Union):
+        return any(_fits(value, one) for one in arguments)
+    if origin is list:
+        return isinstance(value, list) and all(_fits(one, arguments[0]) for one in value)
+    if hint in (int, float):
+        kinds = (int,) if hint is int else (int, float)
+        return isinstance(value, kinds) and not isinstance(value, bool) and abs(value) < 1 << 53
+    return isinstance(value, origin or hint)

@@ -1,0 +1,101 @@
+"""A live session as a scenario: what has been done to the board since power-on, each at its picosecond.
+
+Played by ``fcu run``, the file gives the same bytes: the entries happen at the same times, in the same
+order, on a board of the same seed, wiring and sensors. Expectations of a scenario that the session played
+are left out; the session may have ended before them.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from contextlib import suppress
+from pathlib import Path
+
+from emulator.board.board import Board
+from emulator.errors import InputError, LinkError
+from emulator.scenario.schema import MOST_ENTRIES
+from emulator.scenario.timeline import Entry
+from emulator.scenario.written import key_text, names_files, table_text, timeline
+from emulator.time.clock import PS_PER_MS
+from emulator.time.durations import format_duration
+
+_TABLES = ("firmware_settings", "bus", "world", "sensors")
+
+
+class SessionRecording:
+    """What has been done to a board; ``ideal``: whether its sensors are so by the command line."""
+
+    def __init__(self, board: Board, ideal: bool = False) -> None:
+        self._board = board
+        self._ideal = ideal
+        self._entries: list[tuple[int, Entry]] = []
+
+    @property
+    def room(self) -> int:
+        """For how many entries there is still room in a scenario."""
+        plan = self._board.scenario
+        return MOST_ENTRIES - len(self._entries) - (len(plan.contents.timeline) if plan else 0)
+
+    def add(self, at_ps: int, entry: Entry) -> bool:
+        """Keep an entry; False if there is no room."""
+        if self.room <= 0:
+            return False
+        self._entries.append((at_ps, entry))
+        return True
+
+    def text(self) -> str:
+        """The scenario, until now. Raises InputError where the session plays one that reads other files."""
+        board, plan = self._board, self._board.scenario
+        entries = [(step.at_ps, step.entry) for step in plan.steps] if plan else []
+        if names_files(entry for _, entry in entries):
+            raise InputError(f"{plan and plan.file}: a scenario that plays recordings cannot be recorded")
+        duration_ps = -(-max(board.clock.now_ps, PS_PER_MS) // PS_PER_MS) * PS_PER_MS
+        happened = [(at_ps, entry) for at_ps, entry in (*entries, *self._entries) if at_ps <= duration_ps]
+        name, profile = board.booted.name or "FIRMWARE", board.booted.profile.name
+        shipped = name in board.description.firmware
+        lines = [
+            f"# A live session of {board.description.name}. It gives the same bytes again with\n",
+            f"# fcu run {name} --profile {profile} --scenario THIS_FILE\n\n",
+            key_text("schema", 1),
+            key_text("question", "What was done to the board in this session?"),
+            key_text("duration", format_duration(duration_ps)),
+            key_text("seed", board.seed),
+            key_text("firmware", name) if shipped else "",
+            timeline(happened),
+        ]
+        tables = plan.contents.model_dump(mode="python", by_alias=True, exclude_unset=True) if plan else {}
+        if self._ideal:
+            tables["sensors"] = {**tables.get("sensors", {}), "grade": "ideal"}
+        if plan is not None:
+            serial = plan.contents.model_dump(mode="json", by_alias=True, exclude_unset=True)
+            tables = {**tables, "bus": serial.get("bus")}
+        lines += [table_text(key, _given(tables[key])) for key in _TABLES if tables.get(key)]
+        lines.append(table_text("limits", {"duration": "24h", "wall": "24h"}))
+        return "".join(lines)
+
+    def save(self, path: Path) -> None:
+        """Write the file, whole or not at all. Raises LinkError."""
+        text = self.text()
+        try:
+            handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+            try:
+                with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
+                    file.write(text)
+                Path(name).replace(path)
+            except OSError:
+                with suppress(OSError):
+                    Path(name).unlink()
+                raise
+        except OSError as error:
+            problem = f"{error.strerror or error}; give a path that can be written"
+            raise LinkError(f"--record {path}: {problem}") from error
+
+
+def _given(table: dict[str, object]) -> dict[str, object]:
+    """Without what was left open."""
+    return {
+        key: _given(value) if isinstance(value, dict) else value
+        for key, value in table.items()
+        if value is not None
+    }

@@ -1,0 +1,568 @@
+"""A board that runs in real time, and everything that may be done with it while it does.
+
+One thread runs the session and owns the board; others post commands (:meth:`Session.post`) and get events
+through ``publish``, which is called in the session's thread and must not wait.
+
+Decision: a command that changes the board becomes an event of the virtual clock one picosecond after the
+board has stopped for it, and is recorded with that time. So it does not matter how the run was sliced, and
+the recording, played without any pace, has the same events at the same times in the same order. The road
+not taken, changing the board between two slices, gives the same bytes only as long as nothing else happens
+at that picosecond, and cannot be written down as an entry of a scenario.
+
+Wall time decides only when a command arrives, never what it does.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from emulator.analysis.witness import Witness
+from emulator.board.board import Board
+from emulator.errors import FcuError, FirmwareError, InputError
+from emulator.live import messages, view
+from emulator.live.files import FileWatch, UploadedFile
+from emulator.live.messages import Command, Event
+from emulator.live.recording import SessionRecording
+from emulator.scenario import load_scenario, scenario_names
+from emulator.scenario.board_view import BoardView
+from emulator.scenario.printed import FORMATS, TRUTH
+from emulator.scenario.scenario import Scenario, perform_at
+from emulator.scenario.timeline import Entry
+from emulator.scenario.written import parse_entry
+from emulator.time.clock import PS_PER_MS, PS_PER_S
+from emulator.world import World
+
+Publish = Callable[[Event, object | None], None]
+"""``publish(event, client)``: to one client, or to all when ``client`` is None."""
+
+_FRAME_S = 0.02  # wall time between two states
+_SLICE_S = 0.01  # wall time of a slice
+_HEARTBEAT_S = 0.5  # between two states while nothing changes
+_SLOWLY_S = 0.1  # between two looks at registers and bus
+_FINDINGS_S = 2.0
+_VERDICTS_S = 0.5
+_WATCH_S = 0.2
+_LAG_FORGIVEN_S = 0.25
+_MOST_WAITING = 1000  # commands
+_HISTORY = 64 << 10  # bytes of the terminal for who comes later
+_STEP_PS = {"second": PS_PER_S, "line": 10 * PS_PER_S, "tick": PS_PER_S}  # at most
+_STEP_SLICE_PS = {"second": 10 * PS_PER_MS, "line": PS_PER_MS, "tick": PS_PER_MS // 20}
+_STEP_WALL_S = 5.0
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What is run: the arguments of :class:`Board`."""
+
+    firmware: str | Path | None = None
+    scenario: str | None = None
+    profile: str | None = None
+    seed: int | None = None
+    ideal: bool = False
+
+
+class Session:
+    """A board, its pace, and what is done with it. Raises FcuError when the first board cannot be built.
+
+    ``record``: the file that gets the session as a scenario, at its end and at each power-on.
+    """
+
+    setup: Setup
+    board: Board
+    recording: SessionRecording
+    witness: Witness
+    _transfers: view.Transfers
+    _load: view.Load
+    _file: FileWatch | None
+    _slice_s: float
+
+    def __init__(
+        self,
+        setup: Setup,
+        publish: Publish,
+        record: Path | None = None,
+        wall_clock_s: Callable[[], float] = time.monotonic,
+        wait: Callable[[threading.Event, float], object] = threading.Event.wait,
+    ) -> None:
+        self._publish = publish
+        self._record = record
+        self._wall_s = wall_clock_s
+        self._wait_for = wait
+        self._commands: deque[tuple[object, Command]] = deque()
+        self._wake = threading.Event()
+        self._clients: dict[object, messages.Watch] = {}
+        self._uploaded: UploadedFile | None = None
+        self.stopped = False
+        self.speed: float | None = 1.0
+        self.state = "running"
+        self.problem = ""
+        self.run_number = 0
+        self._begin(setup)
+
+    # -- from other threads -----------------------------------------------------------------------------
+
+    def post(self, client: object, command: Command) -> bool:
+        """Hand over a command; False if too many wait already."""
+        if len(self._commands) >= _MOST_WAITING:
+            return False
+        self._commands.append((client, command))
+        self._wake.set()
+        return True
+
+    def attach(self, client: object) -> None:
+        """Tell a new client everything."""
+        self._commands.append((client, _Attach()))
+        self._wake.set()
+
+    def detach(self, client: object) -> None:
+        """Forget a client."""
+        self._commands.append((client, _Detach()))
+        self._wake.set()
+
+    def stop(self) -> None:
+        """End the run soon; from a signal handler, too."""
+        self.stopped = True
+        self._wake.set()
+
+    # -- the loop ---------------------------------------------------------------------------------------
+
+    def run(self) -> None:
+        """Run until :meth:`stop`."""
+        try:
+            while not self.stopped:
+                self._advance()
+                self._take_commands()
+                self._show()
+                self._wait()
+        finally:
+            self.save()
+            self.board.close()
+            if self._uploaded is not None:
+                self._uploaded.remove()
+
+    def save(self) -> None:
+        """Write the recording, if one is wanted. Raises FcuError."""
+        if self._record is not None:
+            self.recording.save(self._record)
+
+    def _wait(self) -> None:
+        if self.state != "running":
+            self._wait_for(self._wake, _FRAME_S if self._changed else _SLOWLY_S)
+        elif self.speed is not None:
+            ahead_s = self._due_wall_s(self.board.now_s) + _SLICE_S - self._wall_s()
+            self._wait_for(self._wake, min(max(ahead_s, 0.0), _SLICE_S))
+        self._wake.clear()
+
+    def _due_wall_s(self, virtual_s: float) -> float:
+        assert self.speed is not None
+        return self._origin_wall_s + (virtual_s - self._origin_s) / self.speed
+
+    def _advance(self) -> None:
+        """Let the board come to where the wall clock is; a slow machine does not race to catch up."""
+        if self.state != "running":
+            return
+        now_s, wall_s = self.board.now_s, self._wall_s()
+        if self.speed is None:
+            target_s = now_s + self._slice_s
+        else:
+            if wall_s - self._due_wall_s(now_s) > _LAG_FORGIVEN_S:
+                self._set_origin()
+            target_s = self._origin_s + (wall_s - self._origin_wall_s) * self.speed
+            target_s = min(target_s, now_s + self._slice_s)
+        if target_s <= now_s:
+            return
+        self._run_until(round(target_s * PS_PER_S))
+        took_s = self._wall_s() - wall_s
+        factor = 0.5 if took_s > 4 * _SLICE_S else 1.5
+        longest_s = 0.25 if self.speed is None else 4 * _SLICE_S * max(self.speed, 0.01)
+        self._slice_s = min(max(self._slice_s * factor, 1e-5), longest_s)
+
+    def _run_until(self, at_ps: int) -> None:
+        try:
+            if at_ps > self.board.clock.now_ps:
+                self.board.run_until_ps(at_ps)
+        except FirmwareError as error:
+            self._fail(str(error))
+        self._changed = True
+
+    def _fail(self, problem: str) -> None:
+        self.state, self.problem = "failed", problem
+        self._say_status()
+        self._look_for_findings()
+
+    def _set_origin(self) -> None:
+        self._origin_wall_s, self._origin_s = self._wall_s(), self.board.now_s
+
+    # -- a board begins ---------------------------------------------------------------------------------
+
+    def _begin(self, setup: Setup, hold: bool = False) -> None:
+        """Power on. With ``hold`` the world is as it was: a hand has the board. Raises FcuError."""
+        plan: Scenario | None = None
+        if setup.scenario is not None:
+            plan = load_scenario(setup.scenario)
+            plan.ahead = False
+        firmware = setup.firmware
+        if firmware is None and plan is None:
+            firmware = Board.description.default_firmware
+        board = Board(firmware, scenario=plan, profile=setup.profile, seed=setup.seed, ideal=setup.ideal)
+        if board.arm is not None:
+            board.arm.limits = replace(board.arm.limits, wall_s=1e9, terminal_bytes=1 << 40)
+        held = _as_it_is(self.board) if hold and plan is None and self.setup.scenario is None else []
+        if self.run_number:
+            self.save()
+            self._transfers.close()
+            self.board.close()
+        self.setup, self.board = setup, board
+        self.recording = SessionRecording(board, setup.ideal)
+        self.run_number += 1
+        self.witness = Witness(board)
+        self._transfers = view.Transfers(board)
+        self._load = view.Load(board, self.witness)
+        self._file = FileWatch(firmware) if isinstance(firmware, str | Path) else None
+        self._slice_s = _SLICE_S
+        self._set_origin()
+        self._position = 0
+        self._line_rest = b""
+        self._done = 0
+        self._full = False
+        self._last_ps = 0
+        self._next_frame_s = self._next_slow_s = self._next_findings_s = self._next_verdicts_s = 0.0
+        self._next_watch_s = 0.0
+        self._findings: list[dict[str, Any]] = []
+        self._verdicts: list[dict[str, str]] = []
+        self._registers: dict[str, str] = {}
+        self._pace = 0.0
+        self._paced_from = self._wall_s(), 0.0
+        self._changed = True
+        if self.state == "failed":
+            self.state = "running"
+        self.problem = ""
+        for entry in held:
+            self._perform(parse_entry(entry, board.description))
+
+    def _again(self, setup: Setup, why: str, hold: bool = True) -> None:
+        """Power on with another firmware or scenario; what cannot be used is reported, and all stays."""
+        try:
+            self._begin(setup, hold)
+        except FcuError as error:
+            self._publish(messages.Notice("error", str(error)), None)
+            return
+        for client in self._clients:
+            self._greet(client)
+        self._publish(messages.Notice("info", why), None)
+
+    # -- commands ---------------------------------------------------------------------------------------
+
+    def _take_commands(self) -> None:
+        for _ in range(len(self._commands)):
+            client, command = self._commands.popleft()
+            try:
+                self._obey(client, command)
+            except FirmwareError as error:
+                self._fail(str(error))
+            except FcuError as error:
+                self._publish(messages.Notice("error", str(error)), client)
+
+    def _obey(self, client: object, command: Command) -> None:  # noqa: PLR0912 one case for each command
+        self._changed = True
+        match command:
+            case messages.Do(entry=entry, id=number):
+                self._perform(parse_entry(entry, self.board.description))
+                self._done = number
+            case messages.Run():
+                if self.state == "paused":
+                    self._set_state("running")
+            case messages.Pause():
+                if self.state == "running":
+                    self._set_state("paused")
+            case messages.Step(of=of):
+                self._step(of)
+            case messages.Speed(factor=factor):
+                self.speed = factor
+                self._set_state(self.state)
+            case messages.Reset():
+                self._again(self.setup, "reset")
+            case messages.Firmware(name=name):
+                if name not in self.board.description.firmware:
+                    known = ", ".join(self.board.description.firmware)
+                    raise InputError(f"unknown firmware {name[:40]!r}; known: {known}")
+                self._again(replace(self.setup, firmware=name), f"{name} has been loaded")
+            case messages.Upload(name=name):
+                self._take_upload(name, command.content())
+            case messages.Play(scenario=scenario):
+                if scenario is not None and scenario not in scenario_names():
+                    raise InputError(f"unknown scenario {scenario[:40]!r}")
+                firmware = self.setup.firmware
+                if firmware is None:
+                    firmware = self.board.booted.name or None
+                self._again(replace(self.setup, scenario=scenario, firmware=firmware), "from the start")
+            case messages.Watch():
+                self._clients[client] = command
+                self._registers.clear()
+                self._next_slow_s = 0.0
+            case messages.Record():
+                self._publish(messages.Recorded(self.recording.text()), client)
+            case _Attach():
+                self._clients[client] = messages.Watch()
+                self._greet(client)
+            case _Detach():
+                self._clients.pop(client, None)
+
+    def _perform(self, entry: Entry) -> None:
+        """Do something to the board, one picosecond from now. Raises InputError."""
+        board = self.board
+        if self.state == "failed":
+            raise InputError("the firmware has failed; reset the board, or load another firmware")
+        if not self.recording.room and not self._full:
+            self._full = True
+            self._publish(
+                messages.Notice("error", "the recording is full; what follows is not recorded"), None
+            )
+        clock = board.clock
+        at_ps = max(clock.now_ps + 1, self._last_ps)
+        while at_ps != self._last_ps and at_ps in (clock.next_ps, clock.deferred_ps):
+            at_ps += 1  # its place among other events of that time would not be the same in a recording
+        self._last_ps = at_ps
+        refused: list[FcuError] = []
+        perform_at(board, _Careful(entry, refused), at_ps)
+        self._run_until(at_ps)
+        if refused:
+            raise refused[0]
+        self.recording.add(at_ps, entry)
+
+    def _step(self, of: str) -> None:
+        """Run to the next tick, line or second, for ten seconds of virtual time at most; then stand still."""
+        if self.state == "failed":
+            raise InputError("the firmware has failed; reset the board, or load another firmware")
+        board, began_s = self.board, self._wall_s()
+        end_ps = board.clock.now_ps + _STEP_PS[of]
+        ticks, lines = board.timer.ticks, _lines(board)
+        while board.clock.now_ps < end_ps and self._wall_s() - began_s < _STEP_WALL_S:
+            self._run_until(min(board.clock.now_ps + _STEP_SLICE_PS[of], end_ps))
+            if self.state == "failed":
+                return
+            if (of == "tick" and board.timer.ticks != ticks) or (of == "line" and _lines(board) != lines):
+                break
+        self._set_state("paused")
+
+    def _set_state(self, state: str) -> None:
+        self.state = state
+        self._set_origin()
+        self._paced_from = self._wall_s(), self.board.now_s
+        self._say_status()
+
+    def _take_upload(self, name: str, content: bytes) -> None:
+        uploaded = UploadedFile(name, content)
+        before = self.setup
+        self._again(replace(self.setup, firmware=uploaded.path), f"{name} has been loaded")
+        if self.setup is before:
+            uploaded.remove()
+            return
+        if self._uploaded is not None:
+            self._uploaded.remove()
+        self._uploaded = uploaded
+
+    # -- what is shown ----------------------------------------------------------------------------------
+
+    def _greet(self, client: object) -> None:
+        self._publish(hello(self.board), client)
+        self._publish(self._status(), client)
+        self._publish(self._text(max(0, self.board.terminal.position - _HISTORY)), client)
+        self._publish(messages.Verdicts(self._verdicts, False), client)
+        self._publish(messages.Findings(self._findings), client)
+        self._registers.clear()
+        self._next_frame_s = self._next_slow_s = 0.0
+
+    def _status(self) -> messages.Status:
+        board, plan = self.board, self.board.scenario
+        return messages.Status(
+            run=self.run_number,
+            firmware=Path(board.booted.name).name if self._uploaded is None else self._uploaded.shown(board),
+            file=str(self._file.path) if self._file and self._file.exists else "",
+            profile=board.booted.profile.name,
+            scenario=plan.name if plan else "",
+            question=plan.question if plan else "",
+            duration_s=plan.duration_s if plan else 0.0,
+            state=self.state,
+            speed=self.speed,
+            problem=self.problem,
+            notes=list(board.booted.notes),
+            variables=view.variable_names(board),
+            recording=str(self._record or ""),
+        )
+
+    def _say_status(self) -> None:
+        self._publish(self._status(), None)
+
+    def _text(self, position: int) -> messages.Text:
+        data, end = self.board.terminal.since(position)
+        return messages.Text(self.run_number, end - len(data), data.decode("latin-1"))
+
+    def _show(self) -> None:
+        wall_s = self._wall_s()
+        if wall_s >= self._next_watch_s:
+            self._next_watch_s = wall_s + _WATCH_S
+            if self._file is not None and self._file.changed():
+                self._again(self.setup, f"{self._file.path.name} has changed and was loaded again")
+        if not self._clients:
+            self._position = self.board.terminal.position
+            return
+        if wall_s >= self._next_frame_s and (self._changed or wall_s >= self._next_frame_s + _HEARTBEAT_S):
+            self._next_frame_s = wall_s + _FRAME_S
+            self._changed = False
+            self._show_text()
+            self._publish(self._state(wall_s), None)
+        if wall_s >= self._next_slow_s:
+            self._next_slow_s = wall_s + _SLOWLY_S
+            self._show_slowly()
+        if wall_s >= self._next_verdicts_s:
+            self._next_verdicts_s = wall_s + _VERDICTS_S
+            self._look_for_verdicts()
+        if wall_s >= self._next_findings_s:
+            self._next_findings_s = wall_s + _FINDINGS_S
+            self._look_for_findings()
+
+    def _state(self, wall_s: float) -> messages.State:
+        board = self.board
+        since_s, from_s = self._paced_from
+        if wall_s - since_s >= 1.0:
+            self._pace = (board.now_s - from_s) / (wall_s - since_s)
+            self._paced_from = wall_s, board.now_s
+        names = dict.fromkeys(name for watch in self._clients.values() for name in watch.variables)
+        values: dict[str, float] = {}
+        for name in names:
+            values.update(view.variable(board, name))
+        return messages.State(
+            run=self.run_number,
+            t_s=board.now_s,
+            pace=round(self._pace, 3) if self.state == "running" else 0.0,
+            leds={name: led.on for name, led in board.leds.items()},
+            truth=view.truth(board),
+            samples=view.samples(board, self._transfers.latest()),
+            variables=values,
+            load=self._load.figures(),
+            done=self._done,
+        )
+
+    def _show_text(self) -> None:
+        text = self._text(self._position)
+        self._position = text.position + len(text.text)
+        if not text.text:
+            return
+        self._publish(text, None)
+        *lines, self._line_rest = (self._line_rest + text.text.encode("latin-1")).split(b"\n")
+        self._line_rest = self._line_rest[-4096:]
+        for raw in lines:
+            line = raw.decode("latin-1").strip(" \r\t")
+            for line_format in FORMATS:
+                values = line_format.parse(line) if line.startswith(line_format.label) else None
+                if values is not None:
+                    self._publish(self._printed(values), None)
+
+    def _printed(self, values: dict[str, float]) -> messages.Printed:
+        board = self.board
+        finite = {name: value for name, value in values.items() if math.isfinite(value)}
+        now = view.instant(board)
+        truth = {name: round(float(TRUTH[name](board.world, now)[0]), 4) for name in finite}
+        return messages.Printed(board.now_s, finite, truth)
+
+    def _show_slowly(self) -> None:
+        parts = {watch.registers for watch in self._clients.values() if watch.registers}
+        for part in parts & {one.NAME for one in self.board.sensors}:
+            shown = view.registers(self.board, part)
+            if shown != self._registers.get(part):
+                self._registers[part] = shown
+                self._publish(messages.Registers(part, shown), None)
+        if any(watch.bus for watch in self._clients.values()):
+            self._publish(messages.Bus(view.transfers(self.board, self._transfers.latest())), None)
+
+    def _look_for_verdicts(self) -> None:
+        board, plan = self.board, self.board.scenario
+        if plan is None:
+            return
+        verdicts = [asdict(one) for one in plan.verdicts(board)]
+        if verdicts != self._verdicts:
+            self._verdicts = verdicts
+            self._publish(messages.Verdicts(verdicts, board.clock.now_ps > plan.duration_ps), None)
+
+    def _look_for_findings(self) -> None:
+        from emulator.analysis.mistakes import explain  # with the chip's diagnosis: dear to load
+
+        found = [
+            {"kind": one.kind, "summary": one.summary, "details": list(one.details), "fatal": one.fatal}
+            for one in explain(self.board, self.witness)
+        ]
+        if found != self._findings:
+            self._findings = found
+            self._publish(messages.Findings(found), None)
+
+
+class _Attach(Command):
+    """A client has come."""
+
+
+class _Detach(Command):
+    """A client has gone."""
+
+
+class _Careful:
+    """An entry that keeps what the world refuses, for who commanded it, instead of ending the run."""
+
+    def __init__(self, entry: Entry, refused: list[FcuError]) -> None:
+        self._entry = entry
+        self._refused = refused
+
+    def plan(self, world: World, start_s: float) -> None:
+        """As the entry."""
+        self._try(partial(self._entry.plan, world, start_s))
+
+    def act(self, board: BoardView, from_ps: int) -> None:
+        """As the entry."""
+        self._try(partial(self._entry.act, board, from_ps))
+
+    def _try(self, action: Callable[[], None]) -> None:
+        try:
+            action()
+        except InputError as error:
+            self._refused.append(error)
+
+
+def hello(board: Board) -> messages.Hello:
+    """What does not change while a session lives."""
+    from importlib.metadata import version
+
+    return messages.Hello(
+        board=board.description.name,
+        version=version("fcu-emulator"),
+        leds=list(board.leds),
+        firmware=dict(board.description.firmware),
+        scenarios=scenario_names(),
+        parts=view.vocabulary(board),
+        ways=[],
+    )
+
+
+def _as_it_is(board: Board) -> list[dict[str, Any]]:
+    """The entries that bring another board where this one is held."""
+    now = view.instant(board)
+    world = board.world
+    roll, pitch, yaw = (round(float(one), 2) + 0.0 for one in world.attitude_deg(now)[0])
+    metres = round(float(world.altitude_m(now)[0]), 3) + 0.0
+    entries: list[dict[str, Any]] = []
+    if (roll, pitch, yaw) != (0, 0, 0):
+        entries.append({"do": "set_attitude", "roll_deg": roll, "pitch_deg": pitch, "yaw_deg": yaw})
+    if metres:
+        entries.append({"do": "follow_altitude", "metres": metres, "time_constant": "1ms"})
+    return entries
+
+
+def _lines(board: Board) -> int:
+    return board.terminal.uart.received().count(b"\n") + board.terminal.uart.dropped

@@ -1,0 +1,110 @@
+"""Scenarios as text: a timeline entry from data, and a file from entries, as a live board records them.
+
+Decision: a file is written here by hand, in the few forms of TOML that a scenario needs. Basic strings of
+TOML are those of JSON but for one control character, so the standard library's encoder does the quoting.
+The road not taken is a library that writes TOML in general, for which everybody would install one more
+package.
+"""
+
+from __future__ import annotations
+
+import datetime as dt
+import json
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from emulator.boards.description import BoardDescription
+from emulator.boards.fcu001v1 import FCU001V1
+from emulator.errors import InputError
+from emulator.scenario.loader import scenario_error
+from emulator.scenario.timeline import AnyEntry, Entry, Replay
+from emulator.time.durations import format_duration
+
+_ENTRY: TypeAdapter[Entry] = TypeAdapter(AnyEntry)
+
+
+def parse_entry(table: Mapping[str, Any], board: BoardDescription = FCU001V1) -> Entry:
+    """A timeline entry such as ``{"do": "lift", "metres": 2, "for": "1s"}``, checked as one of a file is.
+
+    ``at`` is left out: it happens when somebody performs it. Raises ScenarioError of one line, and InputError
+    for an entry that reads a file: who commands a board from elsewhere names no files on this machine.
+    """
+    if isinstance(table, Mapping) and table.get("do") == "replay":
+        raise InputError("a live board plays no recordings; put the replay into a scenario")
+    if isinstance(table, Mapping) and "at" in table:
+        raise InputError("a live entry has no time of its own; leave out at")
+    try:
+        return _ENTRY.validate_python(dict(table), context={"board": board})
+    except (ValidationError, TypeError, ValueError) as error:
+        if isinstance(error, ValidationError):
+            raise _of_entry(error) from error
+        raise InputError(f"a timeline entry is a table: {error}") from error
+
+
+def _of_entry(error: ValidationError) -> InputError:
+    """Without the place in a file: pydantic's path begins with the kind of the entry."""
+    problem = scenario_error("", error)
+    return InputError(f"{problem.key.partition('.')[2] or problem.key}: {problem.problem}")
+
+
+def entry_line(entry: Entry, at_ps: int, interrupts: bool = False) -> str:
+    """The entry as an inline table of one line, to happen at ``at_ps``."""
+    table = entry.model_dump(mode="json", by_alias=True, exclude_unset=True, exclude_none=True)
+    table = {"do": table.pop("do"), "at": format_duration(at_ps), **table}
+    if interrupts:
+        table["interrupts"] = True
+    return _value(table)
+
+
+def timeline(entries: Iterable[tuple[int, Entry]]) -> str:
+    """``timeline = [...]``, a line for each (time in ps, entry); those that cut others short say so."""
+    busy_until: dict[str, int] = {}
+    lines = []
+    for at_ps, entry in sorted(entries, key=lambda one: one[0]):
+        cuts = any(busy_until.get(quantity, 0) > at_ps for quantity in entry.moves)
+        for quantity in entry.moves:
+            busy_until[quantity] = at_ps + entry.length_ps
+        lines.append(f"    {entry_line(entry, at_ps, cuts and not entry.interrupts)},\n")
+    return f"timeline = [\n{''.join(lines)}]\n"
+
+
+def names_files(entries: Iterable[Entry]) -> bool:
+    """Whether one of them reads a file beside its scenario."""
+    return any(isinstance(entry, Replay) for entry in entries)
+
+
+def table_text(name: str, table: Mapping[str, Any]) -> str:
+    """``[name]`` with its keys; tables inside are written inline."""
+    return f"\n[{name}]\n" + "".join(f"{_key(key)} = {_value(value)}\n" for key, value in table.items())
+
+
+def key_text(key: str, value: Any) -> str:
+    """``key = value``, a line."""
+    return f"{_key(key)} = {_value(value)}\n"
+
+
+def _key(key: str) -> str:
+    return key if key.replace("_", "").replace("-", "").isalnum() and key.isascii() else _string(key)
+
+
+def _string(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return _string(value)
+    if isinstance(value, int | dt.date):
+        return str(value)
+    if isinstance(value, float):
+        if not math.isfinite(value):
+            raise ValueError(f"{value} has no place in a scenario")
+        return repr(value)
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{_key(key)} = {_value(one)}" for key, one in value.items()) + " }"
+    return "[" + ", ".join(_value(one) for one in value) + "]"

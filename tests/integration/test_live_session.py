@@ -1,0 +1,210 @@
+"""A live session: pace, steps, resets, and above all that its recording gives the same bytes."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from emulator import Board
+from emulator.errors import FcuError
+from emulator.live import messages
+from emulator.live.messages import Event
+from emulator.live.session import Session, Setup
+from emulator.scenario import load_scenario
+from firmware_model.arm import prebuilt
+from tests.live_fakes import Page, do
+
+SCRIPT = [
+    (1.2, do(do="follow_attitude", pitch_deg=30)),
+    (1.21, do(do="follow_attitude", pitch_deg=60, roll_deg=-12.5)),
+    (1.3, do(do="lift", metres=1, for_="1s")),
+    (1.35, do(do="send", hex="61 62 ff 00 0d")),
+    (1.4, do(do="figure_eight", for_="2s")),
+    (1.9, do(do="turn_over", for_="300ms", interrupts=True)),
+    (2.0, do(do="set_temperature", temperature_degc=31)),
+    (2.1, do(do="tap")),
+    (2.2, do(do="fault", kind="nack", address="LSM6DSL", for_="5ms")),
+    (2.3, do(do="follow_attitude", roll_deg=85)),
+    (2.5, do(do="pass_magnet", moment_am2=8, distance_m=0.4, speed_m_s=5)),
+    (2.6, do(do="free_fall", for_="100ms", interrupts=True)),
+]
+
+
+def again(session: Session, tmp_path: Path, firmware: str | None) -> Board:
+    """The recording played without a pace, to the same moment."""
+    path = tmp_path / "recorded.toml"
+    path.write_text(session.recording.text(), encoding="utf-8")
+    board = Board(firmware, scenario=path, profile=session.board.booted.profile.name)
+    board.run_until_ps(session.board.clock.now_ps)
+    return board
+
+
+def everything(board: Board) -> tuple[bytes, list[str], bytes]:
+    """What a board has done: its text, its rare events, and the registers of its sensors."""
+    events = [repr(event) for event in board.trace]
+    return (
+        bytes(board.terminal.uart.received()),
+        events,
+        b"".join(bytes(one.registers.mem) for one in board.sensors),
+    )
+
+
+@pytest.mark.parametrize("firmware", ["lab3", "solution"])
+@pytest.mark.parametrize("scenario", [None, "led_x"])
+def test_a_recorded_session_gives_the_same_bytes(firmware: str, scenario: str | None, tmp_path: Path) -> None:
+    session = Page(Setup(firmware, scenario, seed=3), SCRIPT, end_s=4.5).run()
+    replayed = again(session, tmp_path, firmware)
+    assert len(session.board.terminal.text) > 500
+    assert everything(replayed) == everything(session.board)
+
+
+def test_after_a_reset_the_recording_begins_anew_and_the_board_stays_where_the_hand_holds_it(
+    tmp_path: Path,
+) -> None:
+    script = [
+        (0.5, do(do="follow_attitude", pitch_deg=40, yaw_deg=10)),
+        (1.9, messages.Reset()),
+        (1.9, do(do="tap", axis="north")),
+    ]
+    page = Page(Setup("solution", ideal=True), script, end_s=2.5, record=tmp_path / "session.toml")
+    session = page.run()
+    assert session.run_number == 2
+    assert session.board.world.attitude_deg([2.0])[0] == pytest.approx([0, 40, 10], abs=0.01)
+    assert (tmp_path / "session.toml").read_text(encoding="utf-8") == session.recording.text()
+    assert everything(again(session, tmp_path, "solution")) == everything(session.board)
+
+
+def test_it_pauses_steps_and_goes_on() -> None:
+    steps: list[tuple[str, float, int]] = []
+
+    def follow(event: Event) -> None:
+        board = page.session.board
+        if isinstance(event, messages.Status) and event.state == "paused":
+            steps.append((event.state, board.now_s, board.timer.ticks))
+            wanted = ["tick", "line", "second"]
+            if len(steps) <= len(wanted):
+                page.session.post(page, messages.Step(wanted[len(steps) - 1]))
+            else:
+                page.session.post(page, messages.Run())
+
+    page = Page(Setup("lab3"), [(1.1, messages.Pause())], end_s=4, on_event=follow)
+    page.run()
+    (_, paused_s, ticks), (_, tick_s, ticked), (_, line_s, _), (_, second_s, _) = steps
+    assert ticked == ticks + 1
+    assert 0 < tick_s - paused_s <= 0.00125 + 0.0001
+    assert 0 < line_s - tick_s < 1.2
+    assert second_s - line_s == pytest.approx(1, abs=1e-9)
+
+
+def test_states_come_in_order_with_truth_samples_and_variables() -> None:
+    script = [(0.0, messages.Watch(["pitch", "acc", "nothing"], "LSM6DSL", bus=True)), SCRIPT[0]]
+    page = Page(Setup("solution", ideal=True), script, end_s=3)
+    page.run()
+    states = page.of(messages.State)
+    assert [one.t_s for one in states] == sorted(one.t_s for one in states)
+    last = states[-1]
+    assert last.truth["pitch_deg"] == pytest.approx(30)
+    assert last.variables["pitch"] == pytest.approx(30, abs=0.2)
+    assert last.variables["acc.AXIS_X"] == pytest.approx(-500, abs=3)
+    assert last.samples["ACC"] == pytest.approx([0, 500, 866], abs=3)
+    assert last.load["rate_hz"] == 800
+    printed = page.of(messages.Printed)[-1]
+    assert printed.values["Altitude"] == pytest.approx(0, abs=0.2)
+    registers = page.of(messages.Registers)[-1]
+    assert bytes.fromhex(registers.bytes)[0x0F] == 0x6A
+    assert any(one["meaning"].endswith(" mg") for one in page.of(messages.Bus)[-1].transfers)
+    text = "".join(one.text for one in page.of(messages.Text))
+    assert text == page.session.board.terminal.text[: len(text)]
+    assert "Pitch:" in text
+
+
+def test_a_scenarios_verdicts_fall_while_it_plays() -> None:
+    page = Page(Setup("solution", "led_x"), end_s=10.2)
+    page.run()
+    seen = [[one["state"] for one in event.verdicts] for event in page.of(messages.Verdicts)]
+    assert seen[0] == [] or set(seen[0]) == {"open"}
+    assert any("open" in one and "met" in one for one in seen)
+    assert seen[-1] == ["met"] * 5
+    assert page.of(messages.Verdicts)[-1].over
+
+
+def test_wrong_commands_are_answered_in_a_line_and_change_nothing() -> None:
+    wrong = [
+        do(do="lift", metres=1e9, for_="1s"),
+        do(do="fly"),
+        do(do="replay", csv="/etc/passwd"),
+        do(do="lift", metres=1, for_="1s", at="1s"),
+        messages.Firmware("/etc/passwd"),
+        messages.Play("../../secret.toml"),
+        messages.Upload("evil.elf", "AAAA"),
+        messages.Upload("evil.bin", "!!"),
+    ]
+    page = Page(Setup("solution"), [(0.5, one) for one in wrong], end_s=1)
+    session = page.run()
+    errors = [one.text for one in page.of(messages.Notice) if one.kind == "error"]
+    assert len(errors) == len(wrong)
+    assert all("\n" not in one for one in errors)
+    assert session.run_number == 1
+    assert session.recording.text().count("do =") == 0
+
+
+def test_a_file_that_changes_is_loaded_again(tmp_path: Path) -> None:
+    program = tmp_path / "lab3.elf"
+    shutil.copy(prebuilt("template", "I2C2"), program)
+
+    def build(event: Event) -> None:
+        if isinstance(event, messages.State) and event.run == 1 and event.t_s > 1.5 and not built:
+            built.append(True)
+            program.write_bytes(prebuilt("solution", "I2C2").read_bytes())
+
+    built: list[bool] = []
+    page = Page(
+        Setup(str(program)), [(1.0, do(do="follow_attitude", roll_deg=20))], end_s=1e9, on_event=build
+    )
+
+    def until_reloaded(event: Event) -> None:
+        build(event)
+        if isinstance(event, messages.State) and event.run == 2 and event.t_s > 2.5:
+            page.session.stop()
+
+    page._on_event = until_reloaded
+    session = page.run()
+    assert "Pitch:" in session.board.terminal.text
+    assert session.board.world.attitude_deg([session.board.now_s])[0, 0] == pytest.approx(20, abs=0.01)
+
+
+def test_firmware_that_fails_is_reported_and_another_one_is_loaded() -> None:
+    fails = messages.Firmware("solution")
+
+    def broken(event: Event) -> None:
+        if isinstance(event, messages.State) and event.run == 1 and not done:
+            done.append(True)
+            page.session._fail("the firmware has failed")
+            page.session.post(page, do(do="tap"))
+            page.session.post(page, fails)
+
+    done: list[bool] = []
+    page = Page(Setup("lab3"), end_s=0.2, on_event=broken)
+    page.run()
+    states = [one.state for one in page.of(messages.Status)]
+    assert "failed" in states
+    assert states[-1] == "running"
+    assert any("has failed" in one.text for one in page.of(messages.Notice))
+
+
+def test_what_cannot_be_run_is_an_error_at_once(tmp_path: Path) -> None:
+    with pytest.raises(FcuError):
+        Page(Setup(str(tmp_path / "missing.elf")))
+
+
+def test_the_recorded_file_is_a_scenario_that_says_how_to_play_it(tmp_path: Path) -> None:
+    path = tmp_path / "session.toml"
+    Page(Setup("lab3"), SCRIPT[:3], end_s=2, record=path).run()
+    assert "# fcu run lab3 --profile lab3 --scenario" in path.read_text(encoding="utf-8")
+    assert [step.entry.do for step in load_scenario(path).steps] == [
+        "follow_attitude",
+        "follow_attitude",
+        "lift",
+    ]

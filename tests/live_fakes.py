@@ -1,0 +1,71 @@
+"""A session in a test's own thread, as fast as it can go, on a wall clock that a test owns."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from emulator.live import messages
+from emulator.live.messages import Command, Event
+from emulator.live.session import Session, Setup
+
+
+class Wall:
+    """A wall clock on which time passes by looking at it and by waiting, the same on every machine."""
+
+    def __init__(self) -> None:
+        self.now_s = 100.0
+
+    def __call__(self) -> float:
+        self.now_s += 1e-5
+        return self.now_s
+
+    def wait(self, event: threading.Event, timeout_s: float) -> None:
+        """Nobody else is there who could set the event meanwhile."""
+        if not event.is_set():
+            self.now_s += timeout_s
+
+
+class Page:
+    """A client that sends ``script``, (virtual seconds, command), and ends the session after ``end_s``."""
+
+    def __init__(
+        self,
+        setup: Setup,
+        script: Sequence[tuple[float, Command]] = (),
+        end_s: float = 1.0,
+        record: Path | None = None,
+        on_event: Callable[[Event], None] = lambda _event: None,
+    ) -> None:
+        self.events: list[Event] = []
+        self._script = list(script)
+        self._end_s = end_s
+        self._on_event = on_event
+        wall = Wall()
+        self.session = Session(setup, self._hear, record, wall, wall.wait)
+        self.session.attach(self)
+
+    def run(self) -> Session:
+        """Run to the end."""
+        self.session.run()
+        return self.session
+
+    def of(self, kind: type[Any]) -> list[Any]:
+        """What came, of one type."""
+        return [event for event in self.events if isinstance(event, kind)]
+
+    def _hear(self, event: Event, client: object | None) -> None:
+        self.events.append(event)
+        self._on_event(event)
+        if isinstance(event, messages.State):
+            while self._script and event.t_s >= self._script[0][0]:
+                self.session.post(self, self._script.pop(0)[1])
+            if event.t_s >= self._end_s and not self._script:
+                self.session.stop()
+
+
+def do(**entry: Any) -> messages.Do:
+    """A command of a timeline entry; ``for_`` stands for ``for``."""
+    return messages.Do({key.rstrip("_"): value for key, value in entry.items()})
