@@ -21,7 +21,7 @@ from sensors.register_file import (
     RegisterFile,
     WriteLog,
 )
-from sensors.sampling import NEVER_PS, PS_PER_S, Times
+from sensors.sampling import NEVER_PS, PS_PER_S, SampleStream, Times
 
 Signal: TypeAlias = Callable[[Times], NDArray[np.float64]]
 """A physical quantity at the given times: shape (n, 3) in the sensor's own axes, or (n,) for a scalar.
@@ -104,6 +104,8 @@ class Part:
         self._accessible_ps = accessible_ps
         self._accessed: Callable[[], None] | None = None
         self.i2c_off = False  # firmware that uses SPI switches I2C off (I2C_disable, I2C_DIS)
+        self.streams: tuple[SampleStream, ...] = ()
+        """Of all that it measures; a part's own constructor gives them."""
         self._activate(self.registers)
 
     def _activate(self, registers: RegisterFile) -> None:
@@ -173,9 +175,17 @@ class Part:
         return NEVER_PS
 
     def world_changed(self, now_ps: int | None = None) -> None:
-        """The physical signals are others from ``now_ps`` on: forget what was computed ahead."""
-        del now_ps
-        raise AssertionError(f"{type(self).__name__} has no signals")
+        """The physical signals are others from ``now_ps`` on: what was computed ahead is computed anew.
+
+        ``now_ps`` may be left out where no function of the part looks at every sample. A part that measures
+        nothing has nothing to forget.
+        """
+        if not any(stream.running for stream in self.streams):
+            return
+        if now_ps is not None:
+            self.catch_up(now_ps)
+        for stream in self.streams:
+            stream.world_changed(now_ps)
 
     def sample_range(self, channel: str) -> tuple[float, float, float]:
         """(lowest value, highest value, size of one LSB) of ``channel`` as now configured, in its unit."""

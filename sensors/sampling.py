@@ -49,6 +49,7 @@ class SampleStream:
         "_block_length",
         "_den",
         "_earlier",
+        "_forgetting",
         "_num",
         "_origin_index",
         "_origin_ps",
@@ -66,6 +67,7 @@ class SampleStream:
         self._produce: Producer = produce
         self._num, self._den = 1, 1
         self._earlier = 0  # samples of the runs before this one
+        self._forgetting: list[Callable[[int], None]] = []
         self._origin_ps = 0  # the time of sample ``_origin_index``
         self._origin_index = 0
         self._block = b""
@@ -138,6 +140,17 @@ class SampleStream:
         """The world or the configuration has changed: samples still to come are computed anew."""
         self._block_end = self._block_first
         self._block_length = min(self._block_length, _SMALLEST_BLOCK)
+
+    def world_changed(self, now_ps: int | None) -> None:
+        """The signals are others from ``now_ps`` on, or from the next sample on that nobody has looked at."""
+        number = self.next_number(now_ps)
+        for forget in self._forgetting:
+            forget(number)
+        self.invalidate()
+
+    def when_world_changes(self, forget: Callable[[int], None]) -> None:
+        """Call ``forget(number)``: what was computed ahead of the samples from ``number`` on is wrong."""
+        self._forgetting.append(forget)
 
     def time_ps(self, index: int) -> int:
         """When sample ``index`` becomes available."""

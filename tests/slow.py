@@ -84,10 +84,11 @@ def main(paths: list[str]) -> None:
 
 
 def is_there(name: str) -> bool:
-    """Whether the file has a function of that name."""
-    file, _, function = name.partition("::")
+    """Whether the file has a function of that name, or a hypothesis state machine's ``TestName = ...``."""
+    file, *classes, function = name.split("::")
     path = LIST.parents[1] / file
-    return path.exists() and f"def {function.rpartition('::')[2]}(" in path.read_text(encoding="utf-8")
+    told_by = f"\n{classes[-1]} = " if function == "runTest" else f"def {function}("
+    return path.exists() and told_by in path.read_text(encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -32,7 +32,6 @@ from emulator.board.firmware import (
     Backend,
     Choice,
     FirmwareFactory,
-    NoFirmware,
     PythonFirmware,
     choose,
 )
@@ -51,6 +50,7 @@ from emulator.python_cpu.cpu import PythonCpu
 from emulator.python_cpu.hal import Hal
 from emulator.python_cpu.timer import IntervalTimer
 from emulator.time.clock import Clock, to_ps
+from emulator.time.ticks import TickCounts
 from emulator.trace import BusTransfer, Trace
 from emulator.world import World
 
@@ -297,12 +297,28 @@ class Board:
         timer = self.description.timer
         if choice.factory is None:
             idle = IntervalTimer(timer.block, self.clock, self.trace, timer.input_hz, lambda: None)
-            return NoFirmware(self.clock, idle)
+            return _NoFirmware(self.clock, idle)
         cpu = PythonCpu(self.clock)
         i2c = signals.i2c[choice.profile.bus]
         hal = Hal(self.clock, self.trace, cpu, i2c, signals.uart, self.gpio, timer)
         self._end_firmware = weakref.finalize(self, cpu.close)
         return PythonFirmware(choice.factory(hal), cpu, hal)
+
+
+class _NoFirmware:
+    """The processor is held in reset: time passes, the sensors measure, nobody asks them."""
+
+    def __init__(self, clock: Clock, timer: TickCounts) -> None:
+        self._clock = clock
+        self.timer = timer
+
+    def run_until_ps(self, at_ps: int) -> None:
+        """Let time pass."""
+        self._clock.advance_to(at_ps)
+
+    def variable(self, name: str) -> Any:
+        """There is no firmware, so there are no variables."""
+        raise KeyError(name)
 
 
 class _Run:

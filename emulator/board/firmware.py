@@ -21,7 +21,6 @@ from emulator.boards.description import BoardDescription, Profile
 from emulator.errors import InputError
 from emulator.python_cpu.cpu import PythonCpu
 from emulator.python_cpu.hal import Application, Hal
-from emulator.time.clock import Clock
 from emulator.time.ticks import TickCounts
 
 if TYPE_CHECKING:
@@ -155,22 +154,6 @@ class Backend(Protocol):
     def variable(self, name: str) -> Any:
         """A global variable of the firmware by its C name. Raises KeyError if there is none."""
         ...
-
-
-class NoFirmware:
-    """The processor is held in reset: time passes, the sensors measure, nobody asks them."""
-
-    def __init__(self, clock: Clock, timer: TickCounts) -> None:
-        self._clock = clock
-        self.timer = timer
-
-    def run_until_ps(self, at_ps: int) -> None:
-        """Let time pass."""
-        self._clock.advance_to(at_ps)
-
-    def variable(self, name: str) -> Any:
-        """There is no firmware, so there are no variables."""
-        raise KeyError(name)
 
 
 class PythonFirmware:

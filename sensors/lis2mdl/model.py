@@ -85,6 +85,7 @@ class LIS2MDL(Part):
             SampleStream(1, self._magnetometer.compare),
             self._magnetometer.pulses,
         )
+        self.streams = streams.all
         self._outputs = Outputs(main, streams, self._after_sample)
         self._modes = Modes(mem, streams, accessible_ps)
         self._pin = IntDrdyPin()
@@ -140,15 +141,6 @@ class LIS2MDL(Part):
         if self._pin.pin.wired and self._pin.shows == "INT" and self._interrupt.settings.on:
             return min(self._streams.compared.next_ps, NEVER_PS)
         return NEVER_PS
-
-    def world_changed(self, now_ps: int | None = None) -> None:
-        """The signals differ from what they were: samples still to come are computed anew.
-
-        ``now_ps``: the interrupt first sees what came before; it may be left out while that is off.
-        """
-        if now_ps is not None:
-            self._interrupt.catch_up(now_ps)
-        self._streams.invalidate()
 
     def sample_range(self, channel: str) -> tuple[float, float, float]:
         """``magnetic_field_mgauss`` or ``temperature_degc``."""

@@ -28,6 +28,11 @@ class Streams:
     compared: SampleStream
     pulses: Pulses
 
+    @property
+    def all(self) -> tuple[SampleStream, ...]:
+        """The three of them."""
+        return self.field, self.temperature, self.compared
+
     def next_number(self) -> int:
         """Number of the next sample, counted over all runs, as the producers of the streams see it."""
         return self.pulses.first + self.field.index + 1
@@ -55,12 +60,12 @@ class Streams:
 
     def stop(self) -> None:
         """Idle."""
-        for stream in (self.field, self.temperature, self.compared):
+        for stream in self.all:
             stream.stop()
 
     def invalidate(self) -> None:
         """Samples still to come are computed anew."""
-        for stream in (self.field, self.temperature, self.compared):
+        for stream in self.all:
             stream.invalidate()
 
 

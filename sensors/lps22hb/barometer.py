@@ -89,6 +89,7 @@ class Barometer:
         self._filter = SampledFilter(self._unfiltered, axes=1)
         self.settings = BarometerSettings(Fraction(0), low_current=False, low_pass=None)
         self.stream = SampleStream(SAMPLE_BYTES, self._produce)
+        self.stream.when_world_changes(self._filter.forget)
 
     def configure(self, settings: BarometerSettings, now_ps: int) -> None:
         """The settings from the next sample on; another rate begins a new run."""
@@ -114,11 +115,6 @@ class Barometer:
     def restart_filter(self) -> None:
         """The filter forgets; it starts anew with the next sample, settled."""
         self._filter.restart(self.settings.low_pass, self.stream.next_number())
-        self.stream.invalidate()
-
-    def world_changed(self, now_ps: int | None) -> None:
-        """The signals are others from ``now_ps`` on, or from the next sample on that nobody has looked at."""
-        self._filter.forget(self.stream.next_number(now_ps))
         self.stream.invalidate()
 
     def _produce(self, number: int, t_s: Times) -> bytes:

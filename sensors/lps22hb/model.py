@@ -175,6 +175,7 @@ class LPS22HB(Part):
         main = self.registers
         self._barometer = Barometer(pressure_hpa, temperature_degc, errors or LPS22HBErrors(), seed)
         self._stream = self._barometer.stream
+        self.streams = (self._stream,)
         self._pipeline = Pipeline(main.mem, rpds_counts_per_lsb)
         at_power_on = power_on_counts.to_bytes(PRESS_OUT.size, "little", signed=True) + bytes(TEMP_OUT.size)
         self._output = Output(main.mem, main.version, at_power_on)
@@ -194,15 +195,6 @@ class LPS22HB(Part):
         """The next sample, if the pin is wired and shows anything."""
         int_drdy = self._pipeline.int_drdy
         return self._stream.next_ps if int_drdy.routed and int_drdy.pin.wired else NEVER_PS
-
-    def world_changed(self, now_ps: int | None = None) -> None:
-        """The signals differ from what they were: samples still to come are computed anew.
-
-        ``now_ps``: samples before are taken first; it may be left out where no function looks at each one.
-        """
-        if now_ps is not None and self._pipeline.every_sample:
-            self._refresh(now_ps)
-        self._barometer.world_changed(now_ps)
 
     def spi_wires(self) -> Wires:
         """CTRL_REG1.SIM: three wires or four (datasheet 9.5)."""

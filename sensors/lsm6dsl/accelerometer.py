@@ -151,7 +151,7 @@ class EventSamples:
         if self._low_passed:
             _follow(self._after, filters.after_lpf2, number, anew=anew)
 
-    def world_changed(self, number: int) -> None:
+    def forget(self, number: int) -> None:
         """The signals are others from sample ``number`` on."""
         if self._watched:
             self._before.forget(number)
@@ -355,6 +355,8 @@ class Accelerometer:
         self.stream = SampleStream(6, self.produce)
         self._filter = SampledFilter(self._unfiltered)
         self.for_events = EventSamples(self._unfiltered)
+        self.stream.when_world_changes(self._filter.forget)
+        self.stream.when_world_changes(self.for_events.forget)
         self.settings = AccelerometerSettings(
             0, 0, None, EventFilters(None, None), _OFF, 0.0, 0, (0.0, 0.0, 0.0)
         )
@@ -380,13 +382,6 @@ class Accelerometer:
             self.stream.settled_number = number + discards
         self.for_events.settings_change(settings.event_filters, number, restarts=restarts)
         self.settings = settings
-
-    def world_changed(self, now_ps: int | None) -> None:
-        """The signals are others from ``now_ps`` on, or from the next sample on that nobody has looked at."""
-        number = self.stream.next_number(now_ps)
-        self._filter.forget(number)
-        self.for_events.world_changed(number)
-        self.stream.invalidate()
 
     def produce(self, number: int, t_s: Times) -> bytes:
         """Samples as little-endian X, Y, Z int16."""

@@ -222,6 +222,7 @@ class Gyroscope:
         )
         self.stream = SampleStream(6, self.produce)
         self._filter = SampledFilter(self._unfiltered)
+        self.stream.when_world_changes(self._filter.forget)
         self._turn_on_ps = round(errors.gyro_turn_on_ms * _PS_PER_MS)
         self._rate_factor = errors.rate_factor
         self._drive_ready_ps = 0
@@ -255,11 +256,6 @@ class Gyroscope:
     def drive_start_ps(self, now_ps: int) -> int:
         """How long the drive still needs before sampling can begin."""
         return max(0, self._drive_ready_ps - now_ps)
-
-    def world_changed(self, now_ps: int | None) -> None:
-        """The signals are others from ``now_ps`` on, or from the next sample on that nobody has looked at."""
-        self._filter.forget(self.stream.next_number(now_ps))
-        self.stream.invalidate()
 
     def produce(self, number: int, t_s: Times) -> bytes:
         """Samples as little-endian X, Y, Z int16."""

@@ -144,12 +144,6 @@ class Measuring:
         for output in self._outputs:
             output.reset()
 
-    def world_changed(self, now_ps: int | None) -> None:
-        """The signals are others: samples still to come are computed anew."""
-        self._accelerometer.world_changed(now_ps)
-        self._gyroscope.world_changed(now_ps)
-        self.streams[2].invalidate()
-
     def catch_up_before_reading(self, catch_up: Callable[[int], None]) -> None:
         """From now on ``catch_up(now_ps)`` comes before a sample or its flag is read.
 

@@ -151,6 +151,7 @@ class LSM6DSL(Part):
             Gyroscope(angular_rate_dps, temperature_degc, errors, seed),
             Thermometer(temperature_degc, errors.temperature_offset_degc),
         )
+        self.streams = self._measuring.streams
         self._ctrl9_xl = _DEN_AXES if den_axes_on else CTRL9_XL.reset
         self._reset_registers()
         self._clearing = SelfClearingBits(self.registers, CTRL3_C)
@@ -202,15 +203,6 @@ class LSM6DSL(Part):
     def next_event_ps(self) -> int:
         """When a pin may change next."""
         return self._features.next_event_ps()
-
-    def world_changed(self, now_ps: int | None = None) -> None:
-        """The signals differ from what they were: samples still to come are computed anew.
-
-        ``now_ps``: features first work through what came before; it may be left out where none is active.
-        """
-        if now_ps is not None:
-            self.catch_up(now_ps)
-        self._measuring.world_changed(now_ps)
 
     @property
     def pass_through(self) -> bool:
