@@ -51,7 +51,10 @@ def execute(arguments: Sequence[str]) -> ExitCode | int:
     except KeyboardInterrupt:
         return 130
     except MemoryError:
-        _complain("there is not enough memory for this; close other programs, or raise the limit (ulimit -v)")
+        _complain(
+            "there is not enough memory for this; close other programs, or raise the limit (ulimit -v,"
+            " or with --isolate --limit memory_bytes=NUMBER)"
+        )
     except OSError as error:
         if _was_printing(error):
             _complain(f"standard output: {error.strerror or error}; what was printed is not complete")
@@ -75,7 +78,7 @@ def _execute(arguments: Sequence[str]) -> ExitCode | int:
         if sys.stdout is None and _prints(arguments):
             raise OutputError("standard output is closed; give it somewhere to go, such as > /dev/null")
         try:
-            code = cli.main(list(arguments), prog_name="fcu", standalone_mode=False)
+            code = cli.main(list(arguments), prog_name="fcu", standalone_mode=False, obj=arguments)
         except SystemExit as error:  # click's own answer to a broken pipe: 1, without a word
             raise OutputError("standard output: Broken pipe; what was printed is not complete") from error
         return code if isinstance(code, int) else ExitCode.HELD
@@ -120,6 +123,8 @@ def _report_bug() -> None:
 
 
 def _complain(line: str) -> None:
+    if sys.stderr is None:  # closed before we were started
+        return
     with suppress(OSError, ValueError):  # stderr may be full or gone
         sys.stderr.write(f"fcu: {line}\n")
 

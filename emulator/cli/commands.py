@@ -55,7 +55,12 @@ def cli() -> None:
 )
 @click.option("--json", type=click.Path(path_type=Path), help="Write the whole summary to a JSON file.")
 @click.option("--notes", is_flag=True, help="At the end all notes, those of every right run, too.")
+@click.option(
+    "--isolate", is_flag=True, help="Run in a process of its own, with limits on memory, CPU and files."
+)
+@click.pass_context
 def run(
+    context: click.Context,
     firmware: str | None,
     profile: str | None,
     scenario: str | None,
@@ -71,12 +76,19 @@ def run(
     limit: tuple[str, ...],
     json: Path | None,
     notes: bool,
+    isolate: bool,
 ) -> ExitCode:
     """Run FIRMWARE on the virtual board.
 
     FIRMWARE is lab3 or template (in Python), solution or template-arm (in C, for the chip), or your own ELF,
     HEX or BIN file. The terminal's text goes to stdout, everything else to stderr. Ctrl-C ends the run.
     """
+    from emulator.cli.isolated import in_worker, limits_of_run
+
+    isolated, limit = limits_of_run(limit, isolate)
+    if isolated is not None:
+        return in_worker(context.obj, isolated)
+
     from emulator.cli.run import RunOptions, run_board
 
     options = RunOptions(

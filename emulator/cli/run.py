@@ -17,9 +17,11 @@ import click
 from emulator.board.board import Board
 from emulator.boards.fcu001v1 import FCU001V1
 from emulator.cli.exit_codes import ExitCode, code_of, with_losses
+from emulator.cli.isolated import announcement as isolation_announcement
 from emulator.cli.run_record import Record
 from emulator.cli.run_report import Explainer, ProgressDisplay, summary
 from emulator.errors import FcuError, InputError
+from emulator.isolation import limits_of_worker
 from emulator.links import ByteLink, open_link
 from emulator.links.runner import Progress, Runner
 from emulator.time.durations import parse_duration, seconds
@@ -167,6 +169,7 @@ def _announcement(
     yield f"board {booted.profile.name}, firmware {booted.name}{what}, seed {board.seed}, {pace}"
     if booted.reason:
         yield f"profile {booted.profile.name} because the firmware says so: {booted.reason}"
+    yield from isolation_announcement()
     yield from booted.notes
     for link in links:
         yield from link.announce()
@@ -241,6 +244,8 @@ def _interruptible(runner: Runner) -> Iterator[None]:
     try:
         yield
     finally:
+        if limits_of_worker() is not None:  # its parent passes on what may have ended the run already
+            before[signal.SIGTERM] = signal.SIG_IGN
         for number, handler in before.items():
             signal.signal(number, handler)
 

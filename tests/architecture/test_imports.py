@@ -44,6 +44,7 @@ ROOMS = (
     "firmware_model",
     "errors",
     "loopback",
+    "isolation",
     "time",
     "trace",
     "world",

@@ -143,6 +143,12 @@ def test_nothing_is_printed_nowhere_unseen(arguments: tuple[str, ...]) -> None:
 
 @posix
 @printing
+def test_with_everything_closed_the_exit_code_is_left(arguments: tuple[str, ...]) -> None:
+    assert fcu(*arguments, after="<&- >&- 2>&-").returncode == NOT_JUDGED
+
+
+@posix
+@printing
 def test_a_reader_that_has_gone(arguments: tuple[str, ...]) -> None:
     read, written = os.pipe()
     os.close(read)

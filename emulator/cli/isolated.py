@@ -1,0 +1,51 @@
+"""``fcu run --isolate``: the same command in a worker process, and what is said when the worker dies."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from emulator.cli.exit_codes import ExitCode
+from emulator.errors import InputError, NotJudgedError
+from emulator.isolation import Limits, limits_of_worker, not_limited, parse_limits, run_isolated
+
+
+def limits_of_run(settings: Sequence[str], isolate: bool) -> tuple[Limits | None, tuple[str, ...]]:
+    """What a worker is to be limited to, None if this process is to run the board; and the board's settings.
+
+    Raises InputError for limits of a process without ``--isolate``.
+    """
+    limits, others = parse_limits(settings)
+    if limits is not None and not isolate:
+        named = next(setting for setting in settings if setting not in others)
+        raise InputError(f"limit {named}: limits a process; give --isolate as well")
+    start_worker = isolate and limits_of_worker() is None
+    return (limits or Limits()) if start_worker else None, others
+
+
+def in_worker(arguments: Sequence[str], limits: Limits) -> ExitCode:
+    """Run fcu with ``arguments`` in a worker. Raises NotJudgedError when it dies."""
+    ending = run_isolated("emulator", arguments, limits)
+    if ending.code in set(ExitCode):
+        return ExitCode(ending.code)
+    if ending.interrupted:
+        return ExitCode.INTERRUPTED
+    cause = ending.cause or f"it ended with {ending.code}, which is no verdict"
+    raise NotJudgedError(f"the worker process has died: {cause}; this says nothing about the firmware")
+
+
+def announcement() -> Iterator[str]:
+    """What a worker says of itself, nothing elsewhere."""
+    limits = limits_of_worker()
+    if limits is None:
+        return
+    shown = {
+        "memory_bytes": f"{limits.memory_bytes / 2**20:.0f} MiB of memory",
+        "cpu_s": f"{limits.cpu_s} s of processor time",
+        "file_bytes": f"{limits.file_bytes / 2**20:.0f} MiB in a file",
+        "open_files": f"{limits.open_files} open files",
+    }
+    missing = not_limited()
+    kept = [text for name, text in shown.items() if name not in missing]
+    yield f"in a process of its own{', with at most ' if kept else ''}{', '.join(kept)}"
+    if missing:
+        yield f"this system does not limit {', '.join(missing)}"

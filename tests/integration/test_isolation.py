@@ -1,0 +1,265 @@
+"""``fcu run --isolate`` and :mod:`emulator.isolation`: a worker that dies is nobody's wrong answer."""
+
+from __future__ import annotations
+
+import os
+import select
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from emulator.errors import InputError
+from emulator.isolation import Limits, limits_of_worker, not_limited, run_isolated
+from firmware_model.arm import prebuilt
+from tests.integration.test_exit_codes import (
+    BAD,
+    FAILED,
+    FIRMWARE_FAILED,
+    GOOD,
+    HELD,
+    NOT_JUDGED,
+    SECOND,
+    WRONG_USE,
+    fcu,
+    posix,
+    run_scenario,
+)
+from tests.scenario_files import HEAD, write
+
+linux = pytest.mark.skipif(sys.platform != "linux", reason="limits that only Linux keeps; /proc")
+DIED = "fcu: the worker process has died: "
+INTERRUPTED = 130
+
+
+# -- Whatever ends by itself is as without --isolate --------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "more", "code"),
+    [
+        (SECOND + GOOD, (), HELD),
+        (SECOND + BAD, (), FAILED),
+        (SECOND + "[[expect]]\nkind = 'lines'\n", (), WRONG_USE),
+        (SECOND + GOOD, ("--limit", "terminal_bytes=100"), FIRMWARE_FAILED),
+        (SECOND + GOOD, ("--duration", "1s"), NOT_JUDGED),
+    ],
+)
+def test_a_verdict_is_the_same(tmp_path: Path, text: str, more: tuple[str, ...], code: int) -> None:
+    alone, isolated = (run_scenario(tmp_path, text, *more, *isolate) for isolate in ((), ("--isolate",)))
+    assert (alone.returncode, isolated.returncode) == (code, code), isolated.stderr
+    assert isolated.stdout == alone.stdout
+    assert isolated.stderr.splitlines()[-1] == alone.stderr.splitlines()[-1]
+
+
+def test_what_is_limited_is_said() -> None:
+    more = ("--limit", "cpu_s=60", "--limit", "memory_bytes=536870912") if not not_limited() else ()
+    done = fcu("run", "--duration", "100ms", "--isolate", *more)
+    (line,) = [line for line in done.stderr.splitlines() if "process of its own" in line]
+    if more:
+        assert line == (
+            "fcu: in a process of its own, with at most 512 MiB of memory, 60 s of processor time, "
+            "4096 MiB in a file, 128 open files"
+        )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--limit", "cpu_s=5"), "limit cpu_s=5: limits a process; give --isolate as well"),
+        (("--isolate", "--limit", "cpu_s=1.5"), "limit cpu_s=1.5: give a whole number, such as cpu_s=3600"),
+        (("--isolate", "--limit", "open_files=0"), "limit open_files is 0; give a number above 0"),
+        (
+            ("--isolate", "--limit", "memory_bytes=1000"),
+            "limit memory_bytes is 1000; Python and numpy alone need 268435456",
+        ),
+    ],
+)
+def test_limits_that_make_no_sense(arguments: tuple[str, ...], message: str) -> None:
+    done = fcu("run", "--duration", "100ms", *arguments)
+    assert (done.returncode, done.stdout, done.stderr) == (WRONG_USE, "", f"fcu: {message}\n")
+
+
+@posix
+def test_standard_output_that_is_closed_is_closed_for_the_worker() -> None:
+    done = fcu("run", "--duration", "100ms", "--isolate", after=">&-")
+    assert done.returncode == WRONG_USE
+    assert "this process has no standard output" in done.stderr
+
+
+@posix
+def test_everything_closed() -> None:
+    assert fcu("run", "--duration", "100ms", "--isolate", after="<&- >&- 2>&-").returncode == WRONG_USE
+
+
+# -- Limits of the machine ----------------------------------------------------------------------------------
+
+
+@linux
+def test_processor_time_that_runs_out_blames_nobody() -> None:
+    done = fcu(
+        "run",
+        prebuilt("solution"),
+        "--duration",
+        "10min",
+        "--isolate",
+        "--limit",
+        "cpu_s=1",
+        "--speed",
+        "max",
+    )
+    assert done.returncode == NOT_JUDGED
+    assert done.stderr.splitlines()[-1] == (
+        f"{DIED}it took more than 1 s of processor time; to allow more: --limit cpu_s=NUMBER; "
+        "this says nothing about the firmware"
+    )
+
+
+@linux
+def test_files_that_grow_too_large_blame_nobody(tmp_path: Path) -> None:
+    trace = tmp_path / "trace.jsonl"
+    done = fcu("run", "--duration", "3s", "--trace", trace, "--isolate", "--limit", "file_bytes=1000")
+    assert done.returncode == NOT_JUDGED
+    assert done.stderr.splitlines()[-1].endswith("File too large; the run was stopped")
+    assert trace.stat().st_size == 1000
+
+
+@linux
+def test_memory_that_runs_out_blames_nobody(program: str) -> None:
+    ending = run_isolated(program, ["list(range(10**9))"], Limits(memory_bytes=256 << 20))
+    assert ending.code is None
+    assert ending.cause.startswith("it ended with 1 and no verdict")
+
+
+def test_a_worker_may_put_itself_under_limits_again() -> None:
+    """As one that does many tasks: the second call does not shorten what the first has left."""
+    code = "from emulator.isolation import Limits; [Limits(cpu_s=5).apply() for _ in range(3)]; print('done')"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (0, "done\n"), done.stderr
+
+
+def test_this_process_is_no_worker() -> None:
+    assert limits_of_worker() is None
+
+
+@pytest.mark.parametrize("name", ["memory_bytes", "cpu_s", "file_bytes", "open_files"])
+def test_limits_are_above_0(name: str) -> None:
+    with pytest.raises(InputError, match=name):
+        Limits(**{name: 0})
+
+
+# -- How a worker ends --------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """A module that does as it is told."""
+    (tmp_path / "told.py").write_text("import os, signal, sys\nexec(sys.argv[1])\n", encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    return "told"
+
+
+@pytest.mark.parametrize(("code", "number"), [("pass", 0), ("sys.exit(3)", 3), ("sys.exit('no')", 1)])
+def test_an_end_of_its_own(program: str, code: str, number: int) -> None:
+    ending = run_isolated(program, [code], Limits())
+    assert (ending.code, ending.cause, ending.interrupted) == (number, "", False)
+
+
+@posix
+@pytest.mark.parametrize(
+    ("code", "cause"),
+    [
+        ("os.kill(os.getpid(), signal.SIGKILL)", "it was killed, as the system does"),
+        ("os.kill(os.getpid(), signal.SIGSEGV)", "it crashed (SIGSEGV)"),
+        ("os.abort()", "it crashed (SIGABRT)"),
+        ("os.kill(os.getpid(), signal.SIGTERM)", "it was told to end (SIGTERM)"),
+        ("os._exit(0)", "it ended with 0 and no verdict"),
+        ("os._exit(1)", "it ended with 1 and no verdict"),
+        ("os._exit(120)", "it ended with 120 and no verdict"),
+    ],
+)
+def test_a_death(program: str, code: str, cause: str) -> None:
+    ending = run_isolated(program, [code], Limits())
+    assert ending.code is None
+    assert ending.cause.startswith(cause)
+
+
+def workers(process: subprocess.Popen[str]) -> list[int]:
+    listed = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text(encoding="ascii")
+    return [int(number) for number in listed.split()]
+
+
+def started(*arguments: str | Path, group: bool = False) -> subprocess.Popen[str]:
+    """An isolated run that has printed something."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "emulator", "run", *map(str, arguments), "--isolate", "--speed", "1"],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=group,
+    )
+    assert process.stdout is not None
+    process.stdout.read(1)
+    return process
+
+
+@linux
+def test_a_worker_that_is_killed_is_nobodys_failure(tmp_path: Path) -> None:
+    process = started("--scenario", write(tmp_path, HEAD + 'duration = "300s"\n' + GOOD))
+    (worker,) = workers(process)
+    os.kill(worker, signal.SIGKILL)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == NOT_JUDGED
+    assert errors.splitlines()[-1].startswith(f"{DIED}it was killed")
+
+
+@linux
+@pytest.mark.usefixtures("interruptible")
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+@pytest.mark.parametrize("everybody", [False, True], ids=["parent", "both"])
+def test_a_request_to_end_reaches_the_worker_once(name: str, everybody: bool) -> None:
+    """Only the parent gets it, as from ``kill``, or both do, as with Ctrl-C in a terminal."""
+    process = started("--duration", "300s", group=everybody)
+    (worker,) = workers(process)
+    if everybody:
+        os.killpg(process.pid, getattr(signal, name))
+    else:
+        process.send_signal(getattr(signal, name))
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == HELD, errors
+    assert "s of virtual time in" in errors
+    assert not Path(f"/proc/{worker}").exists()
+
+
+@linux
+def test_no_worker_outlives_its_parent() -> None:
+    process = started("--duration", "300s")
+    (worker,) = workers(process)
+    its_end = os.pidfd_open(worker)
+    process.kill()
+    ended, _, _ = select.select([its_end], [], [], 60)
+    os.close(its_end)
+    process.communicate(timeout=60)
+    assert ended
+
+
+@linux
+@pytest.mark.usefixtures("interruptible")
+def test_a_request_before_the_worker_runs() -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-m", "emulator", "run", "--duration", "300s", "--isolate", "--speed", "1"],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    while not (children := workers(process)):
+        assert process.poll() is None
+    process.send_signal(signal.SIGTERM)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode in (INTERRUPTED, HELD)
+    assert "Traceback" not in errors
+    assert not Path(f"/proc/{children[0]}").exists()
