@@ -10,9 +10,9 @@ process where memory is short would be the verdict "wrong"; the road not taken, 
 a handle that is inherited, which is another thing on each system.
 
 Decision: the worker stays in the process group of its parent, so that Ctrl-C reaches both and typing in the
-terminal reaches the board. A request to end that only the parent gets is passed on as SIGTERM: a worker that
-has had Ctrl-C as well has then been asked once by each, and not twice by the same. A parent that is killed
-cannot pass anything on, so the worker waits on a pipe of which the parent has the other end.
+terminal reaches the board. A request to end that only the parent gets is passed on as SIGTERM, of which fcu
+in a worker heeds one: it may have had the same request itself, and is not to take it for a second.
+A parent that is killed cannot pass anything on, so the worker waits on a pipe whose other end it has.
 
 Decision: the limits are the worker's own, set before it loads anything. The road not taken, a function called
 between fork and exec, is unsafe in programs with threads and unknown on Windows.
@@ -128,8 +128,6 @@ if sys.platform != "win32":
 _ENDED = 100
 """What a worker adds to its exit code when it has ended by itself."""
 _REQUESTS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
-_PATIENCE = 3
-"""Requests to end after which the worker is not asked any more: it ends gently at one and at once at two."""
 _CAUSES = {
     "SIGKILL": "it was killed, as the system does with one that takes too much memory",
     "SIGTERM": "it was told to end (SIGTERM)",
@@ -203,7 +201,7 @@ def _lifeline() -> tuple[int | None, int | None]:
 
 @contextmanager
 def _passed_on(asked: list[int]) -> Iterator[list[subprocess.Popen[bytes]]]:
-    """While this lasts, requests to end are noted and go to the process in the list.
+    """While this lasts, requests to end are noted and go to the process in the list; a second one kills it.
 
     Windows sends Ctrl-C to the worker itself, and has no gentle way to pass on others. What is ignored stays
     so, as it does in the worker.
@@ -214,7 +212,7 @@ def _passed_on(asked: list[int]) -> Iterator[list[subprocess.Popen[bytes]]]:
         del frame
         asked.append(number)
         if to and sys.platform != "win32":
-            to[0].terminate() if len(asked) < _PATIENCE else to[0].kill()
+            to[0].terminate() if len(asked) == 1 else to[0].kill()
 
     known = [getattr(signal, name) for name in _REQUESTS if hasattr(signal, name)]
     numbers = [number for number in known if signal.getsignal(number) is not signal.SIG_IGN]

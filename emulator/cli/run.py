@@ -241,11 +241,11 @@ def _interruptible(runner: Runner) -> Iterator[None]:
     known = [getattr(signal, name) for name in _STOPPING if hasattr(signal, name)]
     numbers = [number for number in known if signal.getsignal(number) is not signal.SIG_IGN]
     before = {number: signal.signal(number, stop) for number in numbers}
+    if limits_of_worker() is not None:  # its parent passes on what may have ended the run already
+        before[signal.SIGTERM] = signal.SIG_IGN
     try:
         yield
     finally:
-        if limits_of_worker() is not None:  # its parent passes on what may have ended the run already
-            before[signal.SIGTERM] = signal.SIG_IGN
         for number, handler in before.items():
             signal.signal(number, handler)
 
