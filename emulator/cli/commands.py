@@ -112,6 +112,20 @@ def run(
 
 
 @cli.command()
+@click.argument("where", required=False)
+@click.option("--board", metavar="PROCESS", help="Of several boards that run, the one in this process.")
+def terminal(where: str | None, board: str | None) -> ExitCode:
+    """Be the terminal of a board that runs: type and read, until Ctrl-].
+
+    WHERE is tcp:PORT, rfc2217:PORT, or a serial port such as /dev/ttyACM0 or COM3, a real board's too.
+    Without it, the port of the board that runs on this machine.
+    """
+    from emulator.cli.terminal import converse
+
+    return converse(where, board)
+
+
+@cli.command()
 @click.argument("first", metavar="A")
 @click.argument("second", metavar="B")
 @click.option("--scenario", metavar="NAME|FILE", required=True, help="What both are put through.")

@@ -20,9 +20,9 @@ from emulator.cli.exit_codes import ExitCode, code_of, with_losses
 from emulator.cli.isolated import announcement as isolation_announcement
 from emulator.cli.run_record import Record
 from emulator.cli.run_report import Explainer, ProgressDisplay, summary
-from emulator.errors import FcuError, InputError
+from emulator.errors import FcuError, InputError, LinkError
 from emulator.isolation import limits_of_worker
-from emulator.links import ByteLink, open_link
+from emulator.links import Addressed, ByteLink, open_link
 from emulator.links.runner import Progress, Runner
 from emulator.time.durations import parse_duration, seconds
 from emulator.trace import LARGEST_FILE
@@ -30,6 +30,7 @@ from emulator.trace import LARGEST_FILE
 if TYPE_CHECKING:
     from emulator.chip.gdb.server import GdbServer
     from emulator.chip.limits import Limits
+    from emulator.links.running import Door
 
 
 _SLOWEST, _FASTEST = 0.001, 1e6  # virtual over wall time
@@ -81,6 +82,7 @@ def run_board(options: RunOptions) -> ExitCode:
             say(line)
         if debugger is not None:
             say(announcement(debugger))
+        door = _door(board, links, stack) if speed is not None else None
         exceeded = _exceeded(board, limits, paced=speed is not None)
         runner = Runner(board, links, end_ps, speed, exceeded, debugger=debugger)
         show = ProgressDisplay() if speed is None and not options.quiet else None
@@ -88,6 +90,8 @@ def run_board(options: RunOptions) -> ExitCode:
 
         def between_slices(progress: Progress) -> None:
             explainer.look()
+            if door:
+                door.serve()
             if show:
                 show.update(progress)
 
@@ -158,6 +162,20 @@ def _open(spec: str, board: Board, say: Callable[[str], None], stack: ExitStack)
     link = open_link(spec, lambda: board.terminal.uart.bit_rate, say)
     stack.callback(link.close)
     return link
+
+
+def _door(board: Board, links: list[ByteLink], stack: ExitStack) -> Door | None:
+    """How another fcu finds this board, which somebody watches; a run does without where it cannot be had."""
+    from emulator.links.running import Door
+
+    serial = [link.address for link in links if isinstance(link, Addressed)]
+    try:
+        door = Door(board.booted.name, serial, lambda message: {"error": f"unknown message {message!r}"})
+    except LinkError as error:
+        _to_stderr(f"no other fcu will find this board: {error}")
+        return None
+    stack.callback(door.close)
+    return door
 
 
 def _announcement(

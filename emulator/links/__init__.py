@@ -10,10 +10,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 from emulator.errors import LinkError
-from emulator.links.byte_link import ByteLink, MemoryLink
+from emulator.links.byte_link import Addressed, ByteLink, MemoryLink
 from emulator.links.stdout import StdoutLink
 
-__all__ = ["ByteLink", "MemoryLink", "StdoutLink", "open_link"]
+__all__ = ["Addressed", "ByteLink", "MemoryLink", "StdoutLink", "open_link"]
 
 CHOICES = "stdout, port, pty, pty:/path/of/a/link, tcp, tcp:PORT, rfc2217, rfc2217:PORT or file:PATH"
 

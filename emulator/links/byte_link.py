@@ -17,7 +17,7 @@ a gap of unknown length.
 from __future__ import annotations
 
 import time
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 # -- The protocol -------------------------------------------------------------------------------------------
 
@@ -59,6 +59,16 @@ class ByteLink(Protocol):
 
     def undelivered(self) -> int:
         """Return how many bytes an attached reader, or a file, should have had and did not get."""
+        ...
+
+
+@runtime_checkable
+class Addressed(Protocol):
+    """A link that a terminal program opens."""
+
+    @property
+    def address(self) -> str:
+        """Where: a device's path, or such as ``tcp:4001``."""
         ...
 
 

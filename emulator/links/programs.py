@@ -30,6 +30,7 @@ def for_pty(path: Path) -> list[str]:
     """The commands for a pseudo-terminal named ``path``."""
     port = quoted(str(path))
     return [
+        f"fcu terminal {port}",
         f"screen {port} 115200",
         f"minicom -D {port} -b 115200",
         f"{miniterm()} {port} 115200",
@@ -40,6 +41,7 @@ def for_pty(path: Path) -> list[str]:
 def for_tcp(port: int) -> list[str]:
     """The commands for raw TCP on ``port``."""
     commands = [
+        f"fcu terminal tcp:{port}",
         f"{miniterm()} socket://{HOST}:{port}",
         f"putty -raw {HOST} -P {port}",
     ]
@@ -51,6 +53,7 @@ def for_tcp(port: int) -> list[str]:
 def for_rfc2217(port: int, baud: int = 115_200) -> list[str]:
     """The commands for Telnet with RFC 2217 on ``port``."""
     commands = [
+        f"fcu terminal rfc2217:{port}",
         f"{miniterm()} rfc2217://{HOST}:{port} {baud}",
         f"putty -telnet {HOST} -P {port}",
     ]

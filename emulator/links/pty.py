@@ -89,6 +89,11 @@ class PtyLink:
         """The stable name to open."""
         return self._name.path
 
+    @property
+    def address(self) -> str:
+        """Return the stable name, as text."""
+        return str(self.path)
+
     def send(self, data: bytes) -> None:
         """Queue ``data`` for the reader and hand the kernel what it has room for."""
         if self._closed:

@@ -158,9 +158,9 @@ class Rfc2217Link(TcpLink):
 
     def report(self) -> list[str]:
         """Return what was lost, and the rates that did not fit."""
-        return [*super().report(), *(f"serial: {self.kind}:{self.port}: {one}" for one in self._mismatches)]
+        return [*super().report(), *(f"serial: {self.address}: {one}" for one in self._mismatches)]
 
     def _mismatch(self, text: str) -> None:
         if text not in self._mismatches:
             self._mismatches[text] = None
-            self._say(f"serial: {self.kind}:{self.port}: {text}")
+            self._say(f"serial: {self.address}: {text}")

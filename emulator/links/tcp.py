@@ -172,6 +172,11 @@ class TcpLink:
         self._refused = 0
         self._closed = False
 
+    @property
+    def address(self) -> str:
+        """Return where it is, as ``fcu terminal`` takes it."""
+        return f"{self.kind}:{self.port}"
+
     def send(self, data: bytes) -> None:
         """Queue ``data`` for every reader, and hand the system what it has room for."""
         if self._closed:
@@ -234,7 +239,7 @@ class TcpLink:
             )
             if count
         ]
-        name = f"{self.kind}:{self.port}"
+        name = self.address
         lost = self._lost_absent + self._lost_slow + self._left_unread
         lines = [f"serial: {lost} bytes lost on {name}: {', '.join(reasons)}"] if lost else []
         if self._refused:

@@ -58,6 +58,7 @@ def test_a_port_is_tcp_where_there_are_no_pseudo_terminals(monkeypatch: pytest.M
         title, *commands = link.announce()
     number = title.split()[3]
     assert commands == [
+        f"  fcu terminal tcp:{number}",
         rf"  C:\Python\python.exe -m serial.tools.miniterm socket://127.0.0.1:{number}",
         f"  putty -raw 127.0.0.1 -P {number}",
         f"  ttermpro 127.0.0.1:{number} /nossh /T=0",
@@ -69,12 +70,12 @@ def test_on_windows_a_python_whose_path_has_spaces_goes_by_its_plain_name(
 ) -> None:
     """A path in quotes is a program to cmd, and a text to PowerShell."""
     on_windows(monkeypatch, r"C:\Program Files\Python\python.exe")
-    assert programs.for_tcp(4001)[0] == "python -m serial.tools.miniterm socket://127.0.0.1:4001"
+    assert programs.for_tcp(4001)[1] == "python -m serial.tools.miniterm socket://127.0.0.1:4001"
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="the commands are for this system's shell")
 def test_a_port_whose_name_has_a_space_is_quoted_for_the_shell() -> None:
-    screen, *_ = programs.for_pty(Path("/tmp/my board"))
+    _, screen, *_ = programs.for_pty(Path("/tmp/my board"))
     assert screen == "screen '/tmp/my board' 115200"
 
 

@@ -1,0 +1,163 @@
+"""A board inside this process as a port of pyserial's: ``serial.serial_for_url("fcu://solution?scenario=desk")``.
+
+pyserial finds the address once this module has been imported. There is no thread and no wall time: the board
+runs while the port is read, a ``timeout`` is in virtual time, and the same program reads the same bytes on
+every machine. ``port.board`` is the board, to be moved and looked at. The address is ``fcu://FIRMWARE``, what
+``fcu run`` takes as FIRMWARE, and after a question mark ``scenario``, ``profile``, ``seed`` or ``ideal=1``,
+joined by ``&``; :func:`port_of` is the port of a board that there is already.
+
+Decision: asking how much has come (``in_waiting``) lets a millisecond pass when nothing has. Programs ask
+that in a loop, with a sleep of wall time in it, and on a board whose time stood still they would ask forever.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+from urllib.parse import parse_qsl, unquote
+
+import serial
+
+from emulator.board.board import Board
+from emulator.boards.fcu001v1 import FCU001V1
+from emulator.errors import InputError
+from emulator.time.clock import PS_PER_MS, to_ps
+
+SILENCE_S = 60.0
+"""Virtual time after which reading without a timeout gives up."""
+_STEP_PS = PS_PER_MS
+_KNOWN = {"scenario", "profile", "seed", "ideal"}
+
+if __package__ not in serial.protocol_handler_packages:
+    serial.protocol_handler_packages.append(__package__)
+
+
+def port_of(board: Board, timeout: float | None = None) -> Serial:
+    """The port of ``board``, open; what it has printed already is there to be read."""
+    port = Serial(None, timeout=timeout)
+    port.board = board
+    port.is_open = True
+    return port
+
+
+class Serial(serial.SerialBase):  # type: ignore[misc]  # pyserial has no types
+    """A port as pyserial's others are; ``board`` is None until it is open."""
+
+    board: Board | None = None
+    is_open: bool
+    _position = 0
+
+    def open(self) -> None:
+        """Make the board and switch it on. Raises SerialException."""
+        if self.is_open:
+            raise serial.SerialException("the port is open already")
+        try:
+            self.board = _board(self.portstr)
+        except InputError as error:
+            raise serial.SerialException(f"{self.portstr}: {error}") from error
+        self._position = 0
+        self.is_open = True
+
+    def close(self) -> None:
+        """Switch the board off."""
+        if self.is_open and self.board is not None:
+            self.board.close()
+        self.is_open = False
+
+    def _reconfigure_port(self) -> None:
+        """A rate or format is taken; the board's text is readable at any (as on other links)."""
+
+    @property
+    def in_waiting(self) -> int:
+        """How many bytes can be read at once."""
+        board = self._opened()
+        waiting = board.terminal.position - self._position
+        if not waiting:
+            board.run_until_ps(board.clock.now_ps + _STEP_PS)
+            waiting = board.terminal.position - self._position
+        return waiting
+
+    def read(self, size: int = 1) -> bytes:
+        """Run the board until ``size`` bytes have come, or for ``timeout`` seconds of virtual time.
+
+        Raises SerialException when a board that is read without a timeout stays silent.
+        """
+        board = self._opened()
+        limit_s = SILENCE_S if self._timeout is None else self._timeout
+        deadline_ps = board.clock.now_ps + to_ps(limit_s)
+        while (missing := self._position + size - board.terminal.position) > 0:
+            left_ps = deadline_ps - board.clock.now_ps
+            if left_ps <= 0:
+                if self._timeout is None:
+                    silent = f"{missing} of {size} bytes have not come in {limit_s:g} s of virtual time"
+                    raise serial.SerialException(f"{silent}; read with a timeout")
+                break
+            board.run_until_ps(board.clock.now_ps + min(_STEP_PS, left_ps))
+        printed, end = board.terminal.since(self._position)
+        data = printed[:size]
+        self._position = end - len(printed) + len(data)
+        return data
+
+    def write(self, data: Any) -> int:
+        """Type ``data``; it arrives at the line's speed while the board runs."""
+        typed = bytes(serial.to_bytes(data))
+        self._opened().terminal.write(typed)
+        return len(typed)
+
+    def flush(self) -> None:
+        """Run the board until all that was typed has arrived."""
+        board = self._opened()
+        while board.terminal.typing_left:
+            board.run_until_ps(board.clock.now_ps + _STEP_PS)
+
+    def reset_input_buffer(self) -> None:
+        """Forget what has been printed so far."""
+        self._position = self._opened().terminal.position
+
+    def reset_output_buffer(self) -> None:
+        """Nothing: what was typed is on the wire."""
+
+    @property
+    def out_waiting(self) -> int:
+        """How many typed bytes have not arrived."""
+        return self._opened().terminal.typing_left
+
+    @property
+    def cts(self) -> bool:
+        """The board has no such line; as an adapter without one says it, ready."""
+        return True
+
+    dsr = cd = cts
+
+    @property
+    def ri(self) -> bool:
+        """Likewise, nobody rings."""
+        return False
+
+    def _update_break_state(self) -> None:
+        """Nothing: the board has no such line."""
+
+    _update_rts_state = _update_dtr_state = _update_break_state
+
+    def _opened(self) -> Board:
+        if not self.is_open or self.board is None:
+            raise serial.PortNotOpenError
+        return self.board
+
+
+def _board(url: str) -> Board:
+    """The board that an address names. Raises InputError."""
+    firmware, _, query = url.removeprefix("fcu://").partition("?")
+    options = dict(parse_qsl(query, keep_blank_values=True))
+    if unknown := options.keys() - _KNOWN:
+        raise InputError(f"unknown option {min(unknown)!r}; known: {', '.join(sorted(_KNOWN))}")
+    seed = options.get("seed")
+    if seed is not None and not seed.removeprefix("-").isdigit():
+        raise InputError(f"seed is {seed!r}; give a whole number")
+    scenario = options.get("scenario")
+    return Board(
+        unquote(firmware) or (FCU001V1.default_firmware if scenario is None else None),
+        scenario=scenario,
+        profile=options.get("profile"),
+        seed=None if seed is None else int(seed),
+        ideal=options.get("ideal", "0") not in ("0", "false", ""),
+    )

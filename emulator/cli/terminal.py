@@ -1,0 +1,242 @@
+"""``fcu terminal``: a terminal for whoever has none. What is typed goes to the board key by key.
+
+Decision: output is left to the console as it is, so lines that end with LF alone do not form a staircase;
+where standard output is no console, every byte arrives as it was sent. The road not taken, a translation of
+our own, would change what is recorded.
+
+Decision: a thread for the keyboard, and the port in the main one. ``select`` knows neither the console of
+Windows nor files there, and a terminal needs nothing faster.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import socket
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from typing import Protocol
+
+import click
+
+from emulator.cli.exit_codes import ExitCode
+from emulator.errors import InputError, LinkError
+from emulator.links.running import the_running_board
+from emulator.links.tcp import parse_port
+from emulator.loopback import HOST
+
+if sys.platform == "win32":
+    import msvcrt
+else:
+    import termios
+    import tty
+
+LEAVE = b"\x1d"  # Ctrl-]
+_WAIT_S = 0.05
+_CHUNK = 4096
+_BAUD = 115_200
+
+
+class Port(Protocol):
+    """One end of the line to a board."""
+
+    def read(self) -> bytes | None:
+        """What has come, b"" if nothing for a while, None when the other end has gone."""
+        ...
+
+    def write(self, data: bytes) -> None:
+        """Send all of ``data``; waits while the board takes none. Raises OSError."""
+        ...
+
+    def close(self) -> None:
+        """Let go of it."""
+        ...
+
+
+class _TcpPort:
+    def __init__(self, port: int) -> None:
+        try:
+            self._socket = socket.create_connection((HOST, port), timeout=5)
+        except OSError as error:
+            problem = error.strerror or error
+            raise LinkError(
+                f"tcp:{port}: {problem}; is a board running? fcu run --serial tcp:{port}"
+            ) from error
+
+    def read(self) -> bytes | None:
+        self._socket.settimeout(_WAIT_S)
+        try:
+            return self._socket.recv(_CHUNK) or None
+        except TimeoutError:
+            return b""
+        except OSError:
+            return None
+
+    def write(self, data: bytes) -> None:
+        while data:  # not sendall: the timeout is for reading, and what was sent before it is not known
+            with contextlib.suppress(TimeoutError):
+                data = data[self._socket.send(data) :]
+
+    def close(self) -> None:
+        self._socket.close()
+
+
+class _SerialPort:
+    """A pseudo-terminal, the port of a real board, or a URL of pyserial's."""
+
+    def __init__(self, name: str) -> None:
+        import serial
+
+        self._errors = (OSError, serial.SerialException)
+        try:
+            self._device = serial.serial_for_url(name, _BAUD, timeout=_WAIT_S)
+        except (OSError, ValueError) as error:  # a SerialException is an OSError
+            raise LinkError(f"{name}: {getattr(error, 'strerror', None) or error}") from error
+
+    def read(self) -> bytes | None:
+        try:  # no more than has come: at the end, pyserial forgets what it has read of a longer piece
+            data: bytes = self._device.read(max(1, min(self._device.in_waiting, _CHUNK)))
+        except self._errors:
+            return None
+        return data
+
+    def write(self, data: bytes) -> None:
+        self._device.write(data)
+
+    def close(self) -> None:
+        self._device.close()
+
+
+def open_port(where: str | None, board: str | None = None) -> tuple[str, Port]:
+    """A port by its name, and its name; without one, that of the board that runs. Raises InputError."""
+    if where is None:
+        running = the_running_board(board)
+        if not running.serial:
+            which = f"the board {running.name} (process {running.process})"
+            raise InputError(f"{which} has no port; start it with --serial port")
+        where = running.serial[0]
+    kind, _, rest = where.partition(":")
+    if kind == "tcp":
+        return where, _TcpPort(parse_port("tcp", rest))
+    if kind == "rfc2217" and not rest.startswith("//"):
+        return where, _SerialPort(f"rfc2217://{HOST}:{parse_port(kind, rest)}")
+    return where, _SerialPort(where)
+
+
+def converse(where: str | None, board: str | None = None) -> ExitCode:
+    """Be a terminal until Ctrl-], or until the board has gone. Raises InputError."""
+    name, port = open_port(where, board)
+    over = threading.Event()
+    with contextlib.closing(port), _ended_by_signals(over), Console() as console:
+        if console.is_keyboard:
+            click.echo(f"fcu: {name}; Ctrl-] leaves\r", err=True)
+        typist = threading.Thread(target=_type, args=(console, port, over), daemon=True)
+        typist.start()
+        while not over.is_set():
+            data = port.read()
+            if data is None:
+                break
+            console.write(data)
+    if not over.is_set():
+        click.echo("\nfcu: the board has gone", err=True)
+    return ExitCode.HELD
+
+
+@contextlib.contextmanager
+def _ended_by_signals(over: threading.Event) -> Iterator[None]:
+    """A terminal that is killed, or whose window is closed, still puts the console back as it was."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGBREAK") if hasattr(signal, name)]
+    before = {number: signal.signal(number, lambda *_: over.set()) for number in numbers}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _type(console: Console, port: Port, over: threading.Event) -> None:
+    """Give the board what is typed, until the user leaves or nothing more comes."""
+    with contextlib.suppress(OSError):
+        while not over.is_set() and (data := console.read()):
+            before, leave, _ = data.partition(LEAVE) if console.is_keyboard else (data, b"", b"")
+            if before:
+                port.write(before)
+            if leave:
+                over.set()
+
+
+# -- The console --------------------------------------------------------------------------------------------
+
+
+class Console:
+    """Standard input and output: single keys where they are a console, and otherwise bytes as they are."""
+
+    def __init__(self) -> None:
+        self.is_keyboard = sys.stdin is not None and sys.stdin.isatty()
+        if sys.stdout is None:
+            raise InputError("there is no standard output; give it somewhere to go, such as > FILE")
+        self._out = sys.stdout.buffer
+        self._restore: Callable[[], object] = bool  # which does nothing
+
+    def __enter__(self) -> Console:
+        if sys.platform == "win32":
+            if not self.is_keyboard and sys.stdin is not None:
+                msvcrt.setmode(sys.stdin.fileno(), os.O_BINARY)
+            msvcrt.setmode(self._out.fileno(), os.O_BINARY)
+        elif self.is_keyboard:
+            self._restore = _raw(sys.stdin.fileno())
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._restore()
+
+    def write(self, data: bytes) -> None:
+        """Show what the board has printed."""
+        self._out.write(data)
+        self._out.flush()
+
+    def read(self) -> bytes:
+        """What has been typed, after waiting for it; b"" when nothing more will come."""
+        if sys.stdin is None:
+            return b""
+        if sys.platform == "win32" and self.is_keyboard:
+            return key(msvcrt.getwch, msvcrt.kbhit)
+        return os.read(sys.stdin.fileno(), _CHUNK)
+
+
+if sys.platform != "win32":
+
+    def _raw(descriptor: int) -> Callable[[], None]:
+        """Let a terminal give each key at once, Ctrl-C too; what undoes it. Output stays as it was."""
+        before = termios.tcgetattr(descriptor)
+        tty.setraw(descriptor, termios.TCSADRAIN)
+        now = termios.tcgetattr(descriptor)
+        now[1] = before[1]
+        termios.tcsetattr(descriptor, termios.TCSADRAIN, now)
+        return lambda: termios.tcsetattr(descriptor, termios.TCSADRAIN, before)
+
+
+_ESCAPES = {"H": "A", "P": "B", "M": "C", "K": "D", "G": "H", "O": "F"}
+"""Of keys without a character, what Windows calls them, and how their sequence ends (as xterm sends it): the
+arrows up, down, right and left, Home and End."""
+
+
+def key(getwch: Callable[[], str], kbhit: Callable[[], bool]) -> bytes:
+    """One key of a Windows console as a serial line's bytes; a key that has none is passed over.
+
+    A key without a character comes as two at once, the first of which may also be a letter of its own.
+    """
+    while True:
+        character = getwch()
+        if character == "\x00" or (character == "\xe0" and kbhit()):
+            if ending := _ESCAPES.get(getwch()):
+                return f"\x1b[{ending}".encode()
+            continue
+        if "\ud800" <= character <= "\udbff":  # of a character beyond 16 bits, the other half follows
+            character += getwch()
+        return character.encode("utf-16", "surrogatepass").decode("utf-16", "replace").encode()

@@ -1,0 +1,231 @@
+"""The boards of this user that run now: how another ``fcu`` finds one and speaks to it.
+
+A run that somebody watches has a *door*: a TCP port of this machine whose number and token are in a file in
+the user's runtime folder, which only this user can read. Who knows the token may send messages, each a JSON
+object on a line of its own, and gets an answer to each.
+
+Decision: TCP and a token, the same on every system. The road not taken, a Unix socket where there is one,
+needs no token, but would be a second way beside what Windows needs anyway.
+
+Decision: a board lives if its door answers with its token. The road not taken, asking whether the process
+lives, is wrong where numbers of processes are used again, and inside containers. A file whose board is gone
+is removed by who finds it.
+"""
+
+from __future__ import annotations
+
+import hmac
+import json
+import os
+import secrets
+import socket
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing, suppress
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from emulator.errors import FcuError, InputError, LinkError
+from emulator.links.runtime_folder import runtime_folder
+from emulator.links.tcp import Coding, Reader
+from emulator.loopback import HOST, listen
+
+LONGEST_MESSAGE = 64 * 1024
+MOST_CALLERS = 8
+PATIENCE_S = 10.0
+"""Wall time for an answer: firmware may be so slow that a slice takes a while."""
+_LARGEST_FILE = 64 * 1024
+_PATTERN = "board-*.json"
+Message = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class RunningBoard:
+    """What is known of a board that runs: where its door is, what it is, and its ports."""
+
+    port: int
+    token: str
+    process: int
+    name: str
+    serial: tuple[str, ...] = ()
+
+    def ask(self, *messages: Message) -> list[dict[str, Any]]:
+        """Send messages and return the answer to each. Raises LinkError when the board has gone."""
+        try:
+            with closing(socket.create_connection((HOST, self.port), PATIENCE_S)) as connection:
+                lines = [json.dumps(one) for one in ({"token": self.token}, *messages)]
+                connection.sendall("".join(f"{line}\n" for line in lines).encode())
+                with connection.makefile("rb") as answers:
+                    heard = [_parsed(answers.readline(LONGEST_MESSAGE)) for _ in lines]
+        except (OSError, ValueError) as error:
+            raise LinkError(
+                f"the board {self.name} (process {self.process}) does not answer: {error}"
+            ) from error
+        return heard[1:]
+
+
+# -- The board's side ---------------------------------------------------------------------------------------
+
+
+class Door:
+    """Lets other programs of this user speak to a board that runs; ``answer(message)`` answers each message.
+
+    What is an error in a message is its answer, never an exception here. ``serial``: the board's ports.
+    Raises LinkError if there is no port or no folder to be had.
+    """
+
+    def __init__(self, name: str, serial: Sequence[str], answer: Callable[[Message], dict[str, Any]]) -> None:
+        folder = _folder()
+        self._answer = answer
+        self._callers: list[_Caller] = []
+        self._listener = listen(0, "fcu move")
+        self._listener.setblocking(False)
+        port: int = self._listener.getsockname()[1]
+        self._board = RunningBoard(port, secrets.token_hex(16), os.getpid(), name, tuple(serial))
+        self._file = folder / f"board-{os.getpid()}-{port}.json"
+        try:
+            _write(self._file, json.dumps(asdict(self._board)))
+        except OSError as error:
+            self._listener.close()
+            raise LinkError(f"cannot write {self._file}: {error.strerror}") from error
+
+    def serve(self) -> None:
+        """Between two slices: hear what has arrived, and answer it. Never blocks."""
+        with suppress(OSError):
+            while True:
+                connection, _ = self._listener.accept()
+                self._callers.append(_Caller(connection))
+                if len(self._callers) > MOST_CALLERS:
+                    self._callers.pop(0).reader.close()
+        for caller in list(self._callers):
+            caller.serve(self._board.token, self._answer)
+            if caller.reader.gone:
+                self._callers.remove(caller)
+                caller.reader.close()
+
+    def close(self) -> None:
+        """Nobody finds the board any more."""
+        with suppress(OSError):
+            self._file.unlink()
+        for caller in self._callers:
+            caller.reader.close()
+        self._callers.clear()
+        self._listener.close()
+
+
+class _Caller:
+    """A connection to a door; before the token nothing is answered."""
+
+    def __init__(self, connection: socket.socket) -> None:
+        self.reader = Reader(connection, Coding())
+        self._known = False
+        self._heard = bytearray()
+
+    def serve(self, token: str, answer: Callable[[Message], dict[str, Any]]) -> None:
+        """One piece of what has come."""
+        self._heard += self.reader.receive()
+        if len(self._heard) > LONGEST_MESSAGE:
+            self.reader.gone = True
+        *lines, self._heard = self._heard.split(b"\n")
+        for line in lines:
+            reply = self._reply(bytes(line), token, answer)
+            if reply is None:
+                self.reader.gone = True
+                return
+            self.reader.backlog.put(json.dumps(reply).encode() + b"\n")
+        self.reader.write()
+
+    def _reply(
+        self, line: bytes, token: str, answer: Callable[[Message], dict[str, Any]]
+    ) -> dict[str, Any] | None:
+        """What is answered; None: this caller does not know the token."""
+        try:
+            message = _parsed(line)
+        except ValueError as error:
+            return {"error": f"no message: {error}"} if self._known else None
+        if self._known:
+            try:
+                return answer(message)
+            except FcuError as error:
+                return {"error": str(error)}
+        given = message.get("token")
+        self._known = isinstance(given, str) and hmac.compare_digest(given.encode(), token.encode())
+        return {"ok": True} if self._known else None
+
+
+# -- The other side -----------------------------------------------------------------------------------------
+
+
+def running_boards() -> list[RunningBoard]:
+    """All boards of this user whose door answers, the oldest first. Raises LinkError without a folder."""
+    found = []
+    for file in sorted(_folder().glob(_PATTERN), key=_age):
+        try:
+            board = _read(file)
+            board.ask()
+        except (OSError, ValueError, TypeError, KeyError, LinkError):
+            with suppress(OSError):  # of a board that was killed
+                file.unlink()
+            continue
+        found.append(board)
+    return found
+
+
+def the_running_board(wanted: str | None = None) -> RunningBoard:
+    """The board that runs, or of several the one whose process is ``wanted``. Raises InputError otherwise."""
+    boards = running_boards()
+    if wanted is not None:
+        boards = [one for one in boards if str(one.process) == wanted]
+        if not boards:
+            raise InputError(
+                f"no board runs in process {wanted}; without the number, the running ones are named"
+            )
+    if not boards:
+        raise InputError("no board runs; start one in another terminal, such as: fcu run --serial port")
+    if len(boards) > 1:
+        known = ", ".join(f"{one.process} ({one.name})" for one in boards)
+        raise InputError(f"{len(boards)} boards run: {known}; say which one with --board PROCESS")
+    return boards[0]
+
+
+def _folder() -> Path:
+    return runtime_folder("finding a running board", "it needs a folder that is yours alone")
+
+
+def _age(file: Path) -> float:
+    try:
+        return file.stat().st_mtime
+    except OSError:
+        return 0.0
+
+
+def _write(file: Path, text: str) -> None:
+    """In one step for who looks meanwhile, and readable by this user only from the beginning."""
+    fresh = file.with_name(f".{file.name}.new")
+    descriptor = os.open(fresh, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+    with os.fdopen(descriptor, "w", encoding="utf-8") as opened:
+        opened.write(text)
+    fresh.replace(file)
+
+
+def _read(file: Path) -> RunningBoard:
+    with file.open("rb") as opened:
+        known = _parsed(opened.read(_LARGEST_FILE))
+    return RunningBoard(
+        int(known["port"]),
+        str(known["token"]),
+        int(known["process"]),
+        str(known["name"]),
+        tuple(known["serial"]),
+    )
+
+
+def _parsed(line: bytes) -> dict[str, Any]:
+    """A JSON object. Raises ValueError for anything else, RecursionError's depth included."""
+    try:
+        message = json.loads(line)
+    except RecursionError as error:
+        raise ValueError("nested too deeply") from error
+    if not isinstance(message, dict):
+        raise ValueError(f"no JSON object: {line[:40]!r}")
+    return message

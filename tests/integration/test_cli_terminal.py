@@ -1,0 +1,346 @@
+"""``fcu terminal`` with a board that runs: found by itself, on pipes, on a console, on that of Windows."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import socket
+import stat
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from emulator.cli.terminal import key, open_port
+from emulator.errors import InputError, LinkError
+from emulator.links.running import Door, Message, running_boards, the_running_board
+from emulator.links.tcp import TcpLink
+
+ALL_BYTES = bytes(range(256))
+DEADLINE_S = 20.0
+TERMINAL = [sys.executable, "-m", "emulator", "terminal"]
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A runtime folder of this test's own."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.setenv("LOCALAPPDATA", str(tmp_path))
+    return tmp_path / "fcu-emulator"
+
+
+@contextlib.contextmanager
+def served(link: TcpLink, door: Door | None = None) -> Iterator[bytearray]:
+    """A board's side of things, in a thread; what is typed to it."""
+    typed, over = bytearray(), threading.Event()
+
+    def run() -> None:
+        while not over.wait(0.002):
+            link.send(b"")
+            typed.extend(link.receive(1 << 20))
+            if door:
+                door.serve()
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    try:
+        yield typed
+    finally:
+        over.set()
+        thread.join(DEADLINE_S)
+
+
+@contextlib.contextmanager
+def opened_door(*serial: str, name: str = "lab3") -> Iterator[Door]:
+    def answer(message: Message) -> dict[str, object]:
+        if message.get("wrong"):
+            raise InputError("that is wrong")
+        return {"heard": dict(message)}
+
+    with contextlib.closing(Door(name, serial, answer)) as door:
+        over = threading.Event()
+
+        def run() -> None:
+            while not over.wait(0.002):
+                door.serve()
+
+        thread = threading.Thread(target=run)
+        thread.start()
+        try:
+            yield door
+        finally:
+            over.set()
+            thread.join(DEADLINE_S)
+
+
+def wait_until(condition) -> None:
+    give_up_s = time.monotonic() + DEADLINE_S
+    while not condition():
+        assert time.monotonic() < give_up_s
+        time.sleep(0.005)
+
+
+# -- finding the board --------------------------------------------------------------------------------------
+
+
+def test_the_board_that_runs_is_found_and_answers(folder: Path) -> None:
+    with opened_door("tcp:4001", "/dev/pts/9") as door:
+        board = the_running_board()
+        assert board.serial == ("tcp:4001", "/dev/pts/9")
+        assert (board.name, board.process) == ("lab3", os.getpid())
+        assert board.ask({"a": 1}, {"wrong": True}) == [{"heard": {"a": 1}}, {"error": "that is wrong"}]
+        (file,) = folder.iterdir()
+        if sys.platform != "win32":
+            assert stat.S_IMODE(file.stat().st_mode) == 0o600
+        door.close()
+    assert list(folder.iterdir()) == []
+    with pytest.raises(InputError, match=r"^no board runs; start one .*: fcu run --serial port$"):
+        the_running_board()
+
+
+def test_of_several_boards_one_is_named() -> None:
+    with opened_door(name="lab3"), opened_door(name="mine.elf"):
+        with pytest.raises(
+            InputError, match=r"^2 boards run: \d+ \(lab3\), \d+ \(mine.elf\); .* --board PROCESS$"
+        ):
+            the_running_board()
+        with pytest.raises(InputError, match="no board runs in process 1;"):
+            the_running_board("1")
+
+
+def test_the_file_of_a_board_that_was_killed_is_removed(folder: Path) -> None:
+    with opened_door():
+        (living,) = folder.iterdir()
+        known = json.loads(living.read_text(encoding="utf-8"))
+        with socket.socket() as reserved:
+            reserved.bind(("127.0.0.1", 0))  # nobody listens
+            dead = {**known, "port": reserved.getsockname()[1]}
+            (folder / "board-1-1.json").write_text(json.dumps(dead), encoding="utf-8")
+            (folder / "board-2-2.json").write_text("no JSON", encoding="utf-8")
+            (folder / "board-3-3.json").write_text("{}", encoding="utf-8")
+            assert len(running_boards()) == 1
+        assert list(folder.iterdir()) == [living]
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        b'{"token": "wrong"}\n{"a": 1}\n',
+        b'{"a": 1}\n',
+        b"GET / HTTP/1.1\r\n\r\n",
+        b"[1]\n",
+        b"[" * 60_000 + b"\n",
+        b'{"token": 1}\n',
+        b"x" * 100_000,
+        b"\xff\xfe\n",
+    ],
+)
+def test_who_does_not_know_the_token_is_hung_up_on(said: bytes) -> None:
+    with opened_door():
+        (board,) = running_boards()
+        with socket.create_connection(("127.0.0.1", board.port), DEADLINE_S) as stranger:
+            heard = b""
+            with contextlib.suppress(OSError):  # reset while we were speaking
+                stranger.sendall(said)
+                heard = stranger.recv(100)
+            assert heard == b""
+        assert board.ask({"a": 1}) == [{"heard": {"a": 1}}]
+
+
+def test_what_is_no_message_is_answered_to_who_knows_the_token() -> None:
+    with opened_door():
+        (board,) = running_boards()
+        with socket.create_connection(("127.0.0.1", board.port), DEADLINE_S) as connection:
+            connection.sendall(json.dumps({"token": board.token}).encode() + b"\n}{\n\n[]\n")
+            with connection.makefile("rb") as lines:
+                answers = [json.loads(lines.readline()) for _ in range(4)]
+        assert answers[0] == {"ok": True}
+        assert ["no message" in one.get("error", "") for one in answers[1:]] == [True, True, True]
+
+
+def test_many_strangers_do_not_keep_others_out() -> None:
+    with opened_door():
+        (board,) = running_boards()
+        with contextlib.ExitStack() as stack:
+            for _ in range(20):
+                stack.enter_context(socket.create_connection(("127.0.0.1", board.port), DEADLINE_S))
+            assert board.ask({"a": 1}) == [{"heard": {"a": 1}}]
+
+
+# -- pipes: bytes as they are -------------------------------------------------------------------------------
+
+
+def test_all_byte_values_pass_between_pipes_and_board() -> None:
+    with contextlib.closing(TcpLink(0)) as link:
+        link.send(ALL_BYTES * 100)
+        with (
+            served(link) as typed,
+            subprocess.Popen(
+                [*TERMINAL, link.address],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+            ) as terminal,
+        ):
+            assert terminal.stdin is not None
+            assert terminal.stdout is not None
+            assert terminal.stderr is not None
+            assert terminal.stdout.read(25_600) == ALL_BYTES * 100
+            terminal.stdin.write(ALL_BYTES * 100)
+            terminal.stdin.close()
+            wait_until(lambda: len(typed) == 25_600)
+            assert typed == ALL_BYTES * 100
+            link.flush(DEADLINE_S)
+            link.close()
+            assert terminal.stderr.read().decode().strip() == "fcu: the board has gone"
+            assert terminal.wait(DEADLINE_S) == 0
+
+
+def test_without_a_word_it_is_the_board_that_runs() -> None:
+    with contextlib.closing(TcpLink(0)) as link, opened_door(link.address):
+        name, port = open_port(None)
+        assert name == link.address
+        port.close()
+
+
+def test_a_board_without_a_port_says_how_to_get_one() -> None:
+    with (
+        opened_door(),
+        pytest.raises(InputError, match=r"^the board lab3 .* has no port; start it with --serial port$"),
+    ):
+        open_port(None)
+
+
+@pytest.mark.parametrize(
+    ("where", "message"),
+    [
+        ("tcp:x", "no port; give a number up to 65535"),
+        ("/nowhere/at/all", "/nowhere/at/all"),
+        ("nonsense://x", "invalid URL"),
+    ],
+)
+def test_what_cannot_be_opened_is_said_in_one_line(where: str, message: str) -> None:
+    with pytest.raises(LinkError) as caught:
+        open_port(where)
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_port_that_nobody_serves_says_what_to_start() -> None:
+    with socket.socket() as reserved:
+        reserved.bind(("127.0.0.1", 0))
+        number = reserved.getsockname()[1]
+        with pytest.raises(
+            LinkError, match=f"^tcp:{number}: .*; is a board running.* fcu run --serial tcp:{number}$"
+        ):
+            open_port(f"tcp:{number}")
+
+
+def test_a_run_and_a_terminal_find_each_other() -> None:
+    run = [sys.executable, "-m", "emulator", "run", "lab3", "--serial", "tcp:0"]
+    with subprocess.Popen(run, stderr=subprocess.PIPE) as board:
+        assert board.stderr is not None
+        while b"open it with one of" not in board.stderr.readline():
+            pass
+        assert board.stderr.readline().startswith(b"fcu:   fcu terminal tcp:")
+        wait_until(running_boards)
+        with subprocess.Popen(TERMINAL, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE) as terminal:
+            assert terminal.stdout is not None
+            assert terminal.stdout.read(15) == b"STEVAL-FCU001V1"
+            board.terminate()
+            assert terminal.wait(DEADLINE_S) == 0
+
+
+# -- consoles -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal as its console")
+def test_on_a_console_each_key_goes_at_once_and_the_console_is_as_before() -> None:
+    import termios
+
+    ours, its = os.openpty()
+    before = termios.tcgetattr(its)
+    with (
+        contextlib.closing(TcpLink(0)) as link,
+        served(link) as typed,
+        subprocess.Popen(
+            [*TERMINAL, link.address], stdin=its, stdout=its, stderr=its, start_new_session=True
+        ) as terminal,
+    ):
+        shown = b""
+        while b"leaves" not in shown:
+            shown += os.read(ours, 100)
+        os.write(ours, b"a\x03\x1a\x04\xff")  # Ctrl-C, Ctrl-Z and Ctrl-D are the board's
+        wait_until(lambda: typed == b"a\x03\x1a\x04\xff")
+        link.send(b"one\ntwo")
+        while b"two" not in shown:
+            shown += os.read(ours, 100)
+        assert b"one\r\ntwo" in shown  # no staircase
+        os.write(ours, b"z\x1dnot this")
+        assert terminal.wait(DEADLINE_S) == 0
+        wait_until(lambda: typed.endswith(b"z"))
+        assert termios.tcgetattr(its) == before
+    os.close(ours)
+    os.close(its)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal as its console")
+def test_a_terminal_that_is_killed_restores_the_console() -> None:
+    import termios
+
+    ours, its = os.openpty()
+    before = termios.tcgetattr(its)
+    with (
+        contextlib.closing(TcpLink(0)) as link,
+        served(link),
+        subprocess.Popen(
+            [*TERMINAL, link.address], stdin=its, stdout=its, stderr=its, start_new_session=True
+        ) as terminal,
+    ):
+        shown = b""
+        while b"leaves" not in shown:
+            shown += os.read(ours, 100)
+        wait_until(lambda: termios.tcgetattr(its) != before)
+        terminal.terminate()
+        assert terminal.wait(DEADLINE_S) == 0
+        assert termios.tcgetattr(its) == before
+    os.close(ours)
+    os.close(its)
+
+
+class WindowsKeys:
+    """``msvcrt.getwch`` and ``kbhit``: what they give for keys, each as it comes from the console."""
+
+    def __init__(self, *keys: str) -> None:
+        self._keys = [list(one) for one in keys]
+
+    def getwch(self) -> str:
+        while not self._keys[0]:
+            self._keys.pop(0)
+        return self._keys[0].pop(0)
+
+    def kbhit(self) -> bool:
+        return bool(self._keys[0])
+
+
+@pytest.mark.parametrize(
+    ("pressed", "sent"),
+    [
+        ("a", b"a"),
+        ("\x1d", b"\x1d"),
+        ("\r", b"\r"),
+        ("\xe0H", b"\x1b[A"),
+        ("\x00K", b"\x1b[D"),
+        ("\xe0", "à".encode()),  # a letter of its own
+        ("\ud83d\ude00", "😀".encode()),
+        ("\ud83d", "�x".encode()),  # half a character, and what came after it
+    ],
+)
+def test_a_key_of_windows_console_is_what_a_serial_line_carries(pressed: str, sent: bytes) -> None:
+    keys = WindowsKeys("\x00;", pressed, "x")  # F1 first, which a serial line does not know
+    assert key(keys.getwch, keys.kbhit) == sent

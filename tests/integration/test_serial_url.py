@@ -1,0 +1,95 @@
+"""``fcu://`` for pyserial: a board inside the process, read in virtual time."""
+
+from __future__ import annotations
+
+import contextlib
+
+import pytest
+import serial
+
+from emulator import Board
+from emulator.adapters import protocol_fcu
+from emulator.adapters.protocol_fcu import port_of
+
+ALL_BYTES = bytes(range(256))
+
+
+@contextlib.contextmanager
+def opened(url: str, **settings: object):
+    with contextlib.closing(serial.serial_for_url(url, 115_200, **settings)) as port:
+        yield port
+
+
+def test_a_board_is_a_port_of_pyserials() -> None:
+    with opened("fcu://lab3?ideal=1&seed=3", timeout=2) as port:
+        assert port.read_until(b"Init...").endswith(b"LAB3 Init...")
+        assert port.board.seed == 3
+        port.board.world.set_attitude(0, 30, 0)
+        port.board.run_for(1)
+        port.reset_input_buffer()
+        text = port.read_until(b" deg Roll")
+        assert b"Pitch: 30.0" in text or b"Pitch: 29.9" in text
+
+
+def test_the_same_program_reads_the_same_bytes() -> None:
+    def read() -> bytes:
+        with opened("fcu://solution?scenario=desk", timeout=2) as port:
+            return port.read(300) + port.read(10_000)
+
+    first = read()
+    assert len(first) > 600
+    assert read() == first
+
+
+def test_a_timeout_is_virtual_time() -> None:
+    board = Board(firmware="lab3")
+    board.run_for(1)
+    port = port_of(board, timeout=0.25)
+    port.reset_input_buffer()
+    assert len(port.read(1_000_000)) < 4000
+    assert board.now_s == pytest.approx(1.25)
+
+
+def test_without_a_timeout_a_silent_board_is_an_error_in_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(protocol_fcu, "SILENCE_S", 0.1)
+    port = port_of(Board(firmware=None))  # the processor is held in reset
+    with pytest.raises(serial.SerialException, match=r"^1 of 1 bytes have not come in 0.1 s of virtual time"):
+        port.read(1)
+
+
+def test_asking_in_a_loop_lets_time_pass() -> None:
+    port = port_of(Board(firmware="lab3"))
+    assert any(port.in_waiting for _ in range(2000))
+    assert port.read(port.in_waiting)
+
+
+def test_what_is_typed_arrives_at_the_lines_speed() -> None:
+    board = Board(firmware="lab3")
+    port = port_of(board)
+    assert port.write(ALL_BYTES) == 256
+    assert port.out_waiting == 256
+    port.flush()
+    assert board.now_s == pytest.approx(256 * 10 / 115_200, abs=0.002)
+    assert board.terminal.uart.rx_lost + board.terminal.uart.rxne == 256
+
+
+@pytest.mark.parametrize(
+    ("url", "message"),
+    [
+        ("fcu://lab4", "unknown firmware 'lab4'"),
+        ("fcu://lab3?sede=1", "unknown option 'sede'; known: ideal, profile, scenario, seed"),
+        ("fcu://lab3?seed=x", "seed is 'x'; give a whole number"),
+        ("fcu://?scenario=nowhere", "nowhere"),
+    ],
+)
+def test_an_address_that_names_nothing_is_an_error_of_pyserials(url: str, message: str) -> None:
+    with pytest.raises(serial.SerialException, match=r"^fcu://") as caught:
+        serial.serial_for_url(url)
+    assert message in str(caught.value)
+
+
+def test_a_port_that_is_closed_reads_nothing() -> None:
+    port = port_of(Board(firmware="lab3"))
+    port.close()
+    with pytest.raises(serial.SerialException):
+        port.read(1)
