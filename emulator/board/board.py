@@ -98,7 +98,7 @@ class Board:
         if seed is not None and not isinstance(seed, int):
             raise InputError(f"seed is {seed!r}; give an integer")
         board = self.description
-        plan = _load(scenario, board)
+        plan = _load(scenario, board, seed)
         if firmware is None and plan is not None:
             firmware = plan.firmware or None
         self.booted = choice = choose(board, firmware, profile, plan.firmware_settings() if plan else None)
@@ -353,9 +353,11 @@ def _diagnosis_of(arm: ArmFirmware | None) -> Callable[[], str]:
     return arm.diagnosis_text if arm is not None else lambda: ""
 
 
-def _load(scenario: str | Path | Scenario | None, board: BoardDescription) -> Scenario | None:
+def _load(
+    scenario: str | Path | Scenario | None, board: BoardDescription, seed: int | None
+) -> Scenario | None:
     if scenario is None:
         return None
     from emulator.scenario import Scenario, load_scenario  # pydantic, which plain boards do without
 
-    return scenario if isinstance(scenario, Scenario) else load_scenario(scenario, board)
+    return scenario if isinstance(scenario, Scenario) else load_scenario(scenario, board, seed)

@@ -59,7 +59,7 @@ def compare_firmwares(options: DiffOptions) -> ExitCode:
         tolerances(map(_tolerance, options.tolerance)) or (dict(SINGLE_PRECISION) if options.replay else {}),
         _ignored(options),
     )
-    plan = load_scenario(options.scenario)
+    plan = load_scenario(options.scenario, seed=options.seed)
     end_ps = plan.duration_ps if options.duration is None else _duration("--duration", options.duration)
     observed = (_replayed if options.replay else _side_by_side)(options, plan, end_ps)
     differences = compare(*observed, rules)

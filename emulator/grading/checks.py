@@ -1,49 +1,82 @@
 """The kinds of checks that a rubric has beside those of scenarios.
 
 Schema and judgement of a kind stand in one class, as with :mod:`emulator.scenario.expectations`: a new kind
-is one class and its name in the union at the end.
+is one class and its name in the union at the end. What a kind wants to see during the run, it watches from
+:meth:`Check.watch` on; everything else it finds in :class:`Judged`.
 """
 
 from __future__ import annotations
 
+import re
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from fractions import Fraction
+from functools import cache
+from pathlib import Path
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
+from emulator.analysis.witness import Witness
 from emulator.board.board import Board
-from emulator.chip.diagnosis.report import Diagnosis
+from emulator.chip.diagnosis.report import Diagnosis, Kind
+from emulator.chip.firmware import ArmFirmware
+from emulator.errors import FcuError, NotJudgedError
 from emulator.scenario.expectations import (
     ExpectField,
     ExpectHardIron,
     ExpectLed,
     ExpectLine,
     ExpectNever,
+    ExpectPrinted,
     ExpectRegex,
     ExpectText,
     ExpectTicks,
+    ExpectWithin,
+    LedName,
     Seen,
 )
+from emulator.scenario.printed import visible
 from emulator.scenario.result import Miss
-from emulator.scenario.tables import Table
+from emulator.scenario.tables import Duration, Length, Table
+from emulator.time.clock import PS_PER_MS, PS_PER_S, Periodic
+from emulator.time.durations import shown
+from emulator.trace import BusTransfer, TraceEvent
+from sensors import PARTS
+
+# -- What every kind has in common --------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class Judged:
-    """A run that is over: the board, what scenarios see of it, and what is seen to be wrong."""
+    """A run that is over: the board, what scenarios see of it, and what is seen to be wrong.
 
+    ``watched``: what the check's own :meth:`Check.watch` has returned.
+    """
+
+    firmware: str | Path
     board: Board
     seen: Seen
+    witness: Witness
     diagnoses: tuple[Diagnosis, ...]
+    build_log: str | None
+    watched: Any
 
 
 class Check(Table, ABC):
     """One entry of ``expect`` that scenarios do not have."""
 
+    def watch(self, board: Board) -> Any:
+        """Called before the run; what it returns is ``watched`` at the end."""
+        del board
+        return None
+
     @abstractmethod
     def judge(self, run: Judged) -> Miss | None:
-        """How it is not met; None when it is."""
+        """How it is not met; None when it is. Raises NotJudgedError when nothing can be said."""
+
+
+# -- The program as a whole: it runs on, nothing is diagnosed, it builds without warnings -------------------
 
 
 class NoFault(Check):
@@ -57,6 +90,246 @@ class NoFault(Check):
         return None if fatal is None else Miss("wrong value", "a program that runs on", fatal.summary)
 
 
+class NoDiagnosis(Check):
+    """The diagnosis has nothing of these kinds to say at the end of the run."""
+
+    kind: Literal["no_diagnosis"]
+    of: list[Kind] = Field(min_length=1)
+
+    def judge(self, run: Judged) -> Miss | None:
+        """The first one that it has."""
+        found = next((one for one in run.diagnoses if one.kind in self.of), None)
+        if found is None:
+            return None
+        return Miss("wrong value", f"nothing to be said about: {', '.join(self.of)}", found.summary)
+
+
+class NoWarnings(Check):
+    """The compiler had nothing to say about the program; unjudged where it was not built here."""
+
+    kind: Literal["no_warnings"]
+    most: int = Field(0, ge=0)
+
+    def judge(self, run: Judged) -> Miss | None:
+        """Lines with ``warning:`` in what the build printed."""
+        if run.build_log is None:
+            raise NotJudgedError("the program was not built here, so nobody knows what the compiler says")
+        warnings = [line.strip() for line in run.build_log.splitlines() if "warning:" in line]
+        if len(warnings) <= self.most:
+            return None
+        count = f"{len(warnings)} warning{'s' * (len(warnings) > 1)}, the first: {visible(warnings[0])[:200]}"
+        return Miss("wrong value", f"at most {self.most} warnings" if self.most else "no warning", count)
+
+
+# -- LEDs against the board's inclination -------------------------------------------------------------------
+
+
+class LedFollows(Check):
+    """A LED is lit while the board is inclined by more than ``beyond_deg``, to either side, and only then.
+
+    ``angle``: pitch is the X axis' inclination, roll the Y axis' (the slides' formulas of the true force).
+    Within ``margin_deg`` of the threshold, and for ``settle`` after the board has come to a side of it, the
+    LED may be either.
+    """
+
+    kind: Literal["led_follows"]
+    led: LedName
+    angle: Literal["pitch", "roll"]
+    beyond_deg: float = Field(80.0, gt=0, lt=90)
+    margin_deg: float = Field(3.0, ge=0, lt=10)
+    settle: Duration = PS_PER_S // 5
+
+    def judge(self, run: Judged) -> Miss | None:
+        """At each look of the witness, every 48.7 ms."""
+        expected = f"{self.led.upper()} lit while {self.angle} is beyond {self.beyond_deg:g} degrees"
+        expected += " to either side, and dark otherwise"
+        side_since: tuple[bool | None, float] = None, 0.0
+        wrong: list[tuple[float, float, bool]] = []
+        for look in run.witness.lights:
+            angle = abs(getattr(look, self.angle))
+            near = abs(angle - self.beyond_deg) < self.margin_deg
+            steep = None if near else angle > self.beyond_deg
+            if steep is not side_since[0]:
+                side_since = steep, look.at_s
+            if steep is None or look.at_s - side_since[1] < self.settle / PS_PER_S:
+                continue
+            if getattr(look, self.led) is not steep:
+                wrong.append((look.at_s, getattr(look, self.angle), steep))
+        if not wrong:
+            return None
+        at_s, angle_deg, steep = wrong[0]
+        seen = f"{'dark' if steep else 'lit'} at {at_s:.2f} s, where {self.angle} is {angle_deg:.0f}"
+        return Miss("wrong value", expected, seen)
+
+
+# -- Facts of the bus and of the callback -------------------------------------------------------------------
+
+
+@cache
+def _outputs() -> dict[str, tuple[str, int, str]]:
+    """What can be read, as rubrics call it: part, address of its first byte, and the datasheet's name."""
+    found = {}
+    for name, part, first in (
+        ("accelerometer", "LSM6DSL", "OUTX_L_XL"),
+        ("gyroscope", "LSM6DSL", "OUTX_L_G"),
+        ("magnetometer", "LIS2MDL", "OUTX_L_REG"),
+        ("barometer", "LPS22HB", "PRESS_OUT_XL"),
+    ):
+        registers = next(iter(PARTS[part].maps().values())).registers
+        register = next(one for one in registers if first in one.names)
+        found[name] = part, register.addr, first
+    return found
+
+
+class Reads(Check):
+    """The outputs of a sensor are read so often, counted on the bus in a part of the run.
+
+    A transfer counts when it has the output's first byte, alone or in a burst.
+    """
+
+    kind: Literal["reads"]
+    sensor: Literal["accelerometer", "gyroscope", "magnetometer", "barometer"]
+    least_hz: float = Field(0.0, ge=0)
+    most_hz: float = Field(1e6, gt=0)
+    from_: Duration = Field(2 * PS_PER_S, alias="from")
+    for_: Length = Field(PS_PER_S // 4, alias="for")
+
+    def watch(self, board: Board) -> list[int]:
+        """Count from ``from`` on. Watching every transfer costs time, hence only a part of the run."""
+        part, address, _ = _outputs()[self.sensor]
+        counted = [0]
+
+        def look(event: TraceEvent) -> None:
+            if isinstance(event, BusTransfer) and event.device == part and event.result == "ok":
+                counted[0] += _reaches(event, address)
+
+        def begin() -> None:
+            stop = board.trace.subscribe(look)
+            board.clock.schedule(self.from_ + self.for_, stop, last=True)
+
+        board.clock.schedule(self.from_, begin)
+        return counted
+
+    def judge(self, run: Judged) -> Miss | None:
+        """The count over the time."""
+        part, address, register = _outputs()[self.sensor]
+        rate_hz = run.watched[0] / (self.for_ / PS_PER_S)
+        if self.least_hz <= rate_hz <= self.most_hz:
+            return None
+        wanted = f"at least {self.least_hz:g}" if rate_hz < self.least_hz else f"at most {self.most_hz:g}"
+        place = f"{part} {register} (0x{address:02X})"
+        return Miss("wrong value", f"{place} read {wanted} times a second", f"{rate_hz:.0f} times")
+
+
+def _reaches(transfer: BusTransfer, address: int) -> bool:
+    """Whether a read has the byte at ``address``; the sub-address's top bit is no part of it."""
+    if not transfer.written or not transfer.read:
+        return False
+    first = transfer.written[0] & 0x7F
+    return first <= address < first + len(transfer.read)
+
+
+_LOOK_PS = Fraction(PS_PER_MS, 10)
+_FEW = 8  # looks, 0.8 ms
+_BYTES = 4  # within these, from inside the callback: a byte takes 0.09 ms, and main() stands still
+
+
+class QuietCallback(Check):
+    """Nothing is printed in the timer's callback: while it runs, the serial line comes to rest."""
+
+    kind: Literal["quiet_callback"]
+    from_: Duration = Field(2 * PS_PER_S, alias="from")
+    for_: Length = Field(1_200 * PS_PER_MS, alias="for")
+
+    def watch(self, board: Board) -> list[float]:
+        """Look every 0.1 ms whether bytes go out while the timer's interrupt is being handled."""
+        caught: list[float] = []
+        counts: list[int] = []
+
+        def look() -> None:
+            arm = board.arm
+            serial = board.description.serial.block
+            if arm is None or not arm.handles(board.timer.name) or arm.handles(serial):
+                counts.clear()
+                return
+            counts.append(board.terminal.uart.received_count())
+            if len(counts) > _FEW:
+                del counts[0]
+            if counts[-1] - counts[0] >= _BYTES and not _sends_by_itself(arm):
+                caught.append(board.now_s)
+
+        def begin() -> None:
+            looking = Periodic(board.clock, board.clock.now_ps, _LOOK_PS, look)
+            board.clock.schedule(self.from_ + self.for_, looking.cancel, last=True)
+
+        board.clock.schedule(self.from_, begin)
+        return caught
+
+    def judge(self, run: Judged) -> Miss | None:
+        """The first time that it was seen."""
+        if not run.watched:
+            return None
+        return Miss("wrong value", "no print in the timer's callback", f"one at {run.watched[0]:.3f} s")
+
+
+def _sends_by_itself(arm: ArmFirmware) -> bool:
+    """Whether the terminal's USART is fed by DMA or by its own interrupt, so that text goes on meanwhile."""
+    usart = arm.chip.core.blocks[arm.signals.board.serial.block]
+    interrupt, dma = usart.peek(0x0C) >> 7, usart.peek(0x14) >> 7  # CR1.TXEIE, CR3.DMAT
+    return bool((interrupt | dma) & 1)
+
+
+# -- Properties of the compiled functions -------------------------------------------------------------------
+
+
+PROPERTIES = (
+    "pitch_is_the_inclination_of_the_x_axis",
+    "roll_is_the_inclination_of_the_y_axis",
+    "yaw_is_the_direction_of_the_x_axis_against_magnetic_north",
+    "angles_stay_within_their_ranges",
+    "angles_do_not_depend_on_the_vectors_lengths",
+    "calibration_finds_any_offset",
+    "altitude_is_0_where_it_was_zeroed",
+    "less_pressure_is_more_altitude",
+)
+"""Of :mod:`emulator.testing.lab3`, without ``test_``."""
+
+
+def _known_property(name: str) -> str:
+    if name not in PROPERTIES:
+        raise ValueError(f"is {shown(name)}; known: {', '.join(PROPERTIES)}")
+    return name
+
+
+class Property(Check):
+    """A law of the lab's arithmetic holds for the compiled functions (:mod:`emulator.testing.lab3`).
+
+    The same ``examples`` for everybody. Unjudged where the firmware has no such function, or Hypothesis or
+    pytest is not installed.
+    """
+
+    kind: Literal["property"]
+    property: Annotated[
+        str, AfterValidator(_known_property), Field(json_schema_extra={"enum": list(PROPERTIES)})
+    ]
+    examples: int = Field(100, ge=1, le=10_000)
+
+    def judge(self, run: Judged) -> Miss | None:
+        """Hypothesis looks for a counter-example, and makes it small."""
+        try:
+            from emulator.testing.judged import counterexample
+        except ModuleNotFoundError as error:
+            raise NotJudgedError(f"{error.name} is not installed; pip install hypothesis pytest") from error
+        try:
+            found = counterexample(str(run.firmware), self.property, self.examples)
+        except FcuError as error:
+            return Miss("wrong value", self._text(), str(error).splitlines()[0])
+        return None if found is None else Miss("wrong value", self._text(), found)
+
+    def _text(self) -> str:
+        return re.sub("_", " ", self.property)
+
+
 ScenarioKind = (
     ExpectLine
     | ExpectRegex
@@ -66,6 +339,11 @@ ScenarioKind = (
     | ExpectTicks
     | ExpectHardIron
     | ExpectText
+    | ExpectPrinted
+    | ExpectWithin
 )
 
-AnyCheck = Annotated[ScenarioKind | NoFault, Field(discriminator="kind")]
+AnyCheck = Annotated[
+    ScenarioKind | NoFault | NoDiagnosis | NoWarnings | LedFollows | Reads | QuietCallback | Property,
+    Field(discriminator="kind"),
+]

@@ -41,7 +41,6 @@ from emulator.time.durations import seconds
 
 _SLICE_S = 0.25  # of virtual time, between two words about progress
 _NO_WALL_S = 1e12
-_UNITS = {"mg": "mg", "mdps": "mdps", "hPa": "hPa", "deg": "deg", "m": "m"}
 
 
 @dataclass(frozen=True)
@@ -68,7 +67,6 @@ def judge(
     built; checks about it are unjudged without. Raises InputError for a file that is no firmware for this
     board, or an unknown exercise.
     """
-    del build_log  # no check asks for it yet
     wanted = [rubric.exercise(name) for name in exercises] if exercises is not None else rubric.exercises
     digest = firmware_digest(firmware)
     checks: dict[str, list[tuple[ExerciseTable, CheckTable]]] = {}
@@ -80,7 +78,7 @@ def judge(
     results: dict[tuple[str, str], CheckResult] = {}
     evidence = []
     for name, looking in checks.items():
-        one = _Run(firmware, rubric, name, seed, [check for _, check in looking])
+        one = _Run(firmware, rubric, name, seed, [check for _, check in looking], build_log)
         before_s = done_s
 
         def told(now_s: float, name: str = name, before_s: float = before_s) -> None:
@@ -152,6 +150,7 @@ class _Run:
     name: str
     seed: int
     checks: list[CheckTable]
+    build_log: str | None
     stopped: str = ""
     unjudged: str = ""
     diagnoses: list[Diagnosis] = field(default_factory=list)
@@ -165,6 +164,13 @@ class _Run:
         self.scenario = scenario.asking(expectations, reports)
         self.duration_s = scenario.duration_s
         self.board = Board(self.firmware, scenario=self.scenario, seed=self.seed)
+        self._watched = {
+            id(one): one.watch(self.board)
+            for check in self.checks
+            for one in check.expect
+            if isinstance(one, Check)
+        }
+        self.witness = Witness(self.board)
 
     def make(self, told: Callable[[float], None]) -> None:
         """Run the board to its end, or to what stops it."""
@@ -179,7 +185,6 @@ class _Run:
                 resets_per_s=limits.resets_per_s,
                 wall_s=_NO_WALL_S,
             )
-        witness = Witness(board)
         end_ps = self.scenario.duration_ps
         try:
             while board.clock.now_ps < end_ps:
@@ -189,19 +194,20 @@ class _Run:
             self.stopped = str(error).splitlines()[0]
         except NotJudgedError as error:
             self.unjudged = str(error).splitlines()[0]
-        self.diagnoses = explain(board, witness)
+        self.diagnoses = explain(board, self.witness)
         self.seen: Seen = self.scenario.seen(board)
         board.close()
 
     def result(self, exercise: ExerciseTable, check: CheckTable) -> CheckResult:
         """What one check says about this run."""
-        run = Judged(self.board, self.seen, tuple(self.diagnoses))
-        misses = [_judged(one, run) for one in check.expect]
-        failed = [miss for miss in misses if miss is not None]
         outcome: Outcome = "passed"
         share, unjudged = 1.0, self.unjudged
-        if any(miss.fault == "stopped" for miss in failed):
-            unjudged = unjudged or next(miss.seen for miss in failed if miss.fault == "stopped")
+        misses: list[Miss | None] = []
+        try:
+            misses = [self._judged(one) for one in check.expect]
+        except NotJudgedError as error:
+            unjudged = unjudged or str(error).splitlines()[0]
+        failed = [miss for miss in misses if miss is not None]
         if unjudged:
             outcome, share = "unjudged", 0.0
         elif self.stopped:
@@ -224,6 +230,24 @@ class _Run:
             detail=check.detail,
             unjudged_because=unjudged,
         )
+
+    def _judged(self, check: AnyCheck) -> Miss | None:
+        """Raises NotJudgedError."""
+        if isinstance(check, Check):
+            run = Judged(
+                firmware=self.firmware,
+                board=self.board,
+                seen=self.seen,
+                witness=self.witness,
+                diagnoses=tuple(self.diagnoses),
+                build_log=self.build_log,
+                watched=self._watched[id(check)],
+            )
+            return check.judge(run)
+        miss = judged(check, self.seen)
+        if miss is not None and miss.fault == "stopped":
+            raise NotJudgedError(miss.seen)
+        return miss
 
     def _stop(self) -> str:
         return f"ended at {self.board.now_s:.3f} s: {self.stopped}"
@@ -267,10 +291,6 @@ class _Run:
             printed=tuple(one[1] for one in kept),
             truth=tuple(one[2] for one in kept),
         )
-
-
-def _judged(check: AnyCheck, run: Judged) -> Miss | None:
-    return check.judge(run) if isinstance(check, Check) else judged(check, run.seen)
 
 
 def _shortened(text: str) -> str:

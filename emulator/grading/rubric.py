@@ -129,7 +129,8 @@ class Rubric:
         self.exercises = contents.exercise
         self._seed = contents.seed
         self._runs = contents.run
-        self._scenarios: dict[tuple[str, int], Scenario] = {}
+        self._scenarios: dict[str, Scenario] = {}
+        self._seed_of_scenarios = 0
         self._refuse_unknown_runs()
         sources = {name: self._source(name) for name in contents.run}
         self.digest = _digest([table, sources])
@@ -164,18 +165,18 @@ class Rubric:
 
     def scenario(self, run: str, seed: int) -> Scenario:
         """The scenario of a run on the board ``seed``. Raises RubricError."""
-        key = run, seed
-        if key not in self._scenarios:
-            self._scenarios.clear()  # one student after the other
-            self._scenarios[key] = self._load(run)
-        return self._scenarios[key]
+        if seed != self._seed_of_scenarios:  # one student after the other
+            self._scenarios, self._seed_of_scenarios = {}, seed
+        if run not in self._scenarios:
+            self._scenarios[run] = self._load(run, seed)
+        return self._scenarios[run]
 
-    def _load(self, run: str) -> Scenario:
+    def _load(self, run: str, seed: int) -> Scenario:
         table = self._runs[run]
         named = table.get("scenario")
         if named is None:
             try:
-                return scenario_of({"schema": 1, "question": run, **table}, self.path, name=run)
+                return scenario_of({"schema": 1, "question": run, **table}, self.path, name=run, seed=seed)
             except ScenarioError as error:
                 key = ".".join(filter(None, ("run", run, error.key)))
                 raise RubricError(self.file, key, error.problem) from error
@@ -183,7 +184,7 @@ class Rubric:
             problem = 'has "scenario" and other keys; give a scenario by name, or one written out'
             raise RubricError(self.file, f"run.{run}", problem)
         try:
-            return load_scenario(self._beside(named))
+            return load_scenario(self._beside(named), seed=seed)
         except InputError as error:
             raise RubricError(self.file, f"run.{run}.scenario", str(error)) from error
 

@@ -13,6 +13,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -39,7 +40,7 @@ from emulator.scenario.printed import (
 )
 from emulator.scenario.resources import resources_of
 from emulator.scenario.result import Fault, Miss
-from emulator.scenario.tables import LED_NAMES, Duration, Table, board_of
+from emulator.scenario.tables import LED_NAMES, Duration, Length, Table, board_of
 from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S
 from emulator.time.durations import seconds, shown
 from emulator.trace import GpioEdge
@@ -343,6 +344,56 @@ class ExpectField(Windowed):
         return f"{self.name} within {self.tolerance:g} of {reference}{self.window_text()}"
 
 
+class ExpectPrinted(Windowed):
+    """A field is printed, in the format of the slides, with never more than ``longest_gap`` between."""
+
+    kind: Literal["printed"]
+    name: FieldName
+    longest_gap: Length
+
+    def judge(self, seen: Seen) -> Miss | None:
+        """From the window's begin to its end, or the run's."""
+        line_format = FORMAT_OF_FIELD[self.name]
+        every = f"at least every {seconds(self.longest_gap)}"
+        expected = f'a line "{line_format.text}" {every}{self.window_text()}'
+        lines = [line for line in self.lines_in_window(seen) if line.text.startswith(line_format.label)]
+        if not lines:
+            return Miss("missing", expected, f"none among {len(seen.lines)} lines")
+        wrong = [line for line in lines if line_format.parse(line.text) is None]
+        if wrong:
+            diff = (f"-{line_format.text}", *map(_printed, wrong[:_DIFF_LINES]))
+            return Miss("wrong format", expected, f"{len(wrong)} of {len(lines)} in another format", diff)
+        end_ps = seen.end_ps if self.to is None else min(self.to, seen.end_ps)
+        times = [self.from_, *(line.at_ps for line in lines), end_ps]
+        gap, since = max((after - before, before) for before, after in pairwise(times))
+        if gap <= self.longest_gap:
+            return None
+        return Miss("missing", expected, f"none for {seconds(gap)} from {seconds(since)} on")
+
+
+class ExpectWithin(Windowed):
+    """Each printed value of a field is a number from ``least`` to ``most``: no NaN, no 190 degrees."""
+
+    kind: Literal["within"]
+    name: FieldName
+    least: float
+    most: float
+
+    def judge(self, seen: Seen) -> Miss | None:
+        """Missing when it is never printed."""
+        expected = f"{self.name} from {self.least:g} to {self.most:g}{self.window_text()}"
+        line_format = FORMAT_OF_FIELD[self.name]
+        numbers = [(line, line_format.parse(line.text)) for line in self.lines_in_window(seen)]
+        values = [(line, fields[self.name]) for line, fields in numbers if fields is not None]
+        if not values:
+            return Miss("missing", expected, f'no line "{line_format.text}" among {len(seen.lines)}')
+        wrong = [line for line, value in values if not self.least <= value <= self.most]
+        if not wrong:
+            return None
+        seen_text = f"{len(wrong)} of {len(values)} prints outside"
+        return Miss("wrong value", expected, seen_text, tuple(map(_printed, wrong[:_DIFF_LINES])))
+
+
 def _printed(line: Line) -> str:
     return f"+{visible(line.text)}  at {seconds(line.at_ps)}"
 
@@ -354,11 +405,14 @@ def _known_led(name: str, info: ValidationInfo) -> str:
     return name
 
 
+LedName = Annotated[str, AfterValidator(_known_led), Field(json_schema_extra={"enum": LED_NAMES})]
+
+
 class ExpectLed(Windowed):
     """A LED is on, or off, throughout the window."""
 
     kind: Literal["led"]
-    led: Annotated[str, AfterValidator(_known_led), Field(json_schema_extra={"enum": LED_NAMES})]
+    led: LedName
     state: Literal["on", "off"]
 
     def judge(self, seen: Seen) -> Miss | None:

@@ -20,6 +20,7 @@ from pydantic import ValidationError
 from emulator.boards.description import BoardDescription
 from emulator.boards.fcu001v1 import FCU001V1
 from emulator.errors import InputError, ScenarioError
+from emulator.scenario.drawing import by_seed, drawn, has_draws, highest, lowest
 from emulator.scenario.resources import Resources, read_bounded
 from emulator.scenario.scenario import Scenario
 from emulator.scenario.schema import scenario_file
@@ -30,13 +31,16 @@ _MOST_LINES = 20_000
 _SHOWN = 80  # characters of an unknown name that a message repeats
 
 
-def load_scenario(name: str | os.PathLike[str], board: BoardDescription = FCU001V1) -> Scenario:
+def load_scenario(
+    name: str | os.PathLike[str], board: BoardDescription = FCU001V1, seed: int | None = None
+) -> Scenario:
     """A shipped scenario by name, or a file by path: what ends in ``.toml`` or has a separator is a path.
 
-    ``board``: whose parts, LEDs and firmware it may name. Raises ScenarioError naming file and key path.
+    ``board``: whose parts, LEDs and firmware it may name. ``seed``: what its draws come from, instead of its
+    own seed. Raises ScenarioError naming file and key path.
     """
     path = Path(name) if is_path(name) else _shipped(str(name))
-    return scenario_of(read_toml(path, "a scenario file"), path, board)
+    return scenario_of(read_toml(path, "a scenario file"), path, board, seed=seed)
 
 
 def read_toml(path: Path, what: str) -> dict[str, Any]:
@@ -50,18 +54,33 @@ def read_toml(path: Path, what: str) -> dict[str, Any]:
 
 
 def scenario_of(
-    table: dict[str, Any], path: Path, board: BoardDescription = FCU001V1, name: str | None = None
+    table: dict[str, Any],
+    path: Path,
+    board: BoardDescription = FCU001V1,
+    name: str | None = None,
+    seed: int | None = None,
 ) -> Scenario:
     """A scenario from what stands in a file at ``path``; ``name``: its own, if it is not the file's.
 
-    Raises ScenarioError naming file and key path.
+    ``seed``: what its draws come from, instead of its own seed. Raises ScenarioError with file and key path.
     """
+    if not has_draws(table):
+        return _scenario(table, path, board, name)
+    if seed is None:
+        given = table.get("seed", 0)
+        seed = given if isinstance(given, int) else 0  # of another type: refused below
+    for pick in (lowest, highest):
+        _scenario(drawn(table, pick, str(path)), path, board, name)
+    return _scenario(drawn(table, by_seed(seed, name or path.stem), str(path)), path, board, name)
+
+
+def _scenario(table: dict[str, Any], path: Path, board: BoardDescription, name: str | None) -> Scenario:
     try:
         context = {"resources": Resources(path.parent), "board": board}
         contents = scenario_file(board).model_validate(table, context=context)
     except ValidationError as error:
         raise scenario_error(str(path), error) from error
-    return Scenario(contents, path, name)
+    return Scenario(contents, path, name, table)
 
 
 def scenario_names() -> dict[str, str]:

@@ -15,7 +15,7 @@ HAL lets no virtual time pass, and is beyond what a look between slices can stop
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -117,7 +117,13 @@ class Scenario:
     Raises ScenarioError when the parts do not fit together or the world cannot follow the timeline.
     """
 
-    def __init__(self, contents: ScenarioFile, path: Path, name: str | None = None) -> None:
+    def __init__(
+        self,
+        contents: ScenarioFile,
+        path: Path,
+        name: str | None = None,
+        table: Mapping[str, Any] | None = None,
+    ) -> None:
         self.name = path.stem if name is None else name
         self.path = path
         self.file = str(path)
@@ -129,6 +135,8 @@ class Scenario:
         self.limits: LimitsTable = contents.limits
         self.expectations: list[AnyExpectation] = contents.expect
         self.reports: list[ReportTable] = contents.report
+        self.table = table or {}
+        """As in the file, what is drawn from the seed replaced by what was drawn."""
         self.contents = contents
         """The file as it was read."""
         self.ahead = True
@@ -236,7 +244,7 @@ class Scenario:
     def asking(self, expectations: Sequence[AnyExpectation], reports: Sequence[ReportTable] = ()) -> Scenario:
         """The same scenario with other expectations and reports. Raises ScenarioError."""
         changed = {"expect": list(expectations), "report": list(reports)}
-        return Scenario(self.contents.model_copy(update=changed), self.path, self.name)
+        return Scenario(self.contents.model_copy(update=changed), self.path, self.name, self.table)
 
     def verdicts(self, board: BoardView) -> list[Verdict]:
         """Every expectation as it stands now, on a board that plays this scenario. Raises InputError."""

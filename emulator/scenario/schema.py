@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import datetime as dt
 from functools import cache
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import (
     AfterValidator,
@@ -31,9 +31,11 @@ from emulator.scenario.expectations import (
     ExpectLed,
     ExpectLine,
     ExpectNever,
+    ExpectPrinted,
     ExpectRegex,
     ExpectText,
     ExpectTicks,
+    ExpectWithin,
     FieldName,
 )
 from emulator.scenario.tables import (
@@ -219,7 +221,9 @@ AnyExpectation = Annotated[
     | ExpectLed
     | ExpectTicks
     | ExpectHardIron
-    | ExpectText,
+    | ExpectText
+    | ExpectPrinted
+    | ExpectWithin,
     Field(discriminator="kind"),
 ]
 
@@ -271,11 +275,42 @@ def scenario_file(board: BoardDescription) -> type[ScenarioFile]:
 
 def json_schema(board: BoardDescription = FCU001V1) -> dict[str, Any]:
     """The file's JSON schema (draft 2020-12), for an editor's completion and checks."""
+    schema = _as_written(scenario_file(board).model_json_schema(by_alias=True), board)
+    parts = schema["$defs"]
+    with_draws = [WorldTable, PlaceTable, FieldTable, *get_args(get_args(AnyEntry)[0])]
+    for name in (table.__name__ for table in with_draws):
+        parts[name] = _may_be_drawn(parts[name])
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        **_as_written(scenario_file(board).model_json_schema(by_alias=True), board),
+        **schema,
+        "$defs": parts | {"Draw": _DRAW},
         "title": "fcu-emulator scenario, schema 1",
     }
+
+
+_DRAW = {
+    "description": "A number or a duration that is drawn from the seed.",
+    "type": "object",
+    "properties": {
+        "draw": {"type": "array", "items": {"type": ["number", "string"]}, "minItems": 2, "maxItems": 2},
+        "one_of": {"type": "array", "minItems": 1},
+        "either_sign": {"type": "boolean"},
+    },
+    "minProperties": 1,
+    "additionalProperties": False,
+}
+
+
+def _may_be_drawn(schema: Any) -> Any:
+    """The schema of a table of which each number and each duration may be drawn."""
+    if isinstance(schema, list):
+        return [_may_be_drawn(one) for one in schema]
+    if not isinstance(schema, dict):
+        return schema
+    if schema.get("type") in ("number", "integer") or schema.get("pattern", "").endswith("min|h)$"):
+        kept = {key: value for key, value in schema.items() if key in ("title", "default")}
+        return {**kept, "anyOf": [schema, {"$ref": "#/$defs/Draw"}]}
+    return {key: _may_be_drawn(value) for key, value in schema.items()}
 
 
 def _as_written(schema: Any, board: BoardDescription) -> Any:

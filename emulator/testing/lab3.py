@@ -183,13 +183,16 @@ class Compiled:
             return float(copy.call(self._names["getAltitude"], press_hpa, temperature_degc))
 
 
-def lab3_properties(subject: Subject) -> type[Any]:
-    """A test class for pytest: the properties of ``subject``. Bind it to a name that begins with Test."""
+def lab3_properties(subject: Subject, **chosen: Any) -> type[Any]:
+    """A test class for pytest: the properties of ``subject``. Bind it to a name that begins with Test.
+
+    ``chosen``: settings of Hypothesis, such as ``max_examples=1000``.
+    """
     body: dict[str, Any] = {"subject": subject}
     for name, method in vars(_Properties).items():
         if name.startswith("test_"):  # a function of its own for each class, as Hypothesis wants it
             wanted: tuple[st.SearchStrategy[Any], ...] = method.strategies
-            body[name] = settings(deadline=None)(given(*wanted)(method))
+            body[name] = settings(**{"deadline": None, **chosen})(given(*wanted)(method))
     return type("TestLab3", (_Properties,), body)
 
 

@@ -1,0 +1,115 @@
+"""Numbers drawn from the seed: within their ends, the same everywhere, wrong ones named with their key."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import jsonschema
+import pytest
+
+from emulator import Board
+from emulator.errors import ScenarioError
+from emulator.scenario import json_schema, load_scenario
+
+FILE = """\
+schema = 1
+question = "Where does the board turn to?"
+duration = "9s"
+
+[world]
+pressure_hpa = { draw = [950, 1030] }
+hard_iron_mgauss = [{ draw = [100, 200], either_sign = true }, 0, { one_of = [5, 6] }]
+
+[[timeline]]
+do = "rotate_to"
+at = "1s"
+for = { draw = ["1s", "2s"] }
+pitch_deg = { draw = [20, 70], either_sign = true }
+"""
+
+
+def written(folder: Path, text: str = FILE) -> Path:
+    path = folder / "turn.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def attitudes(path: Path, count: int) -> list[float]:
+    """The pitch that each seed draws."""
+    entries = (load_scenario(path, seed=seed).table["timeline"][0] for seed in range(count))
+    return [float(entry["pitch_deg"]) for entry in entries]
+
+
+def test_draws_are_within_their_ends_and_differ(tmp_path: Path) -> None:
+    drawn = attitudes(written(tmp_path), 40)
+
+    assert all(20 <= abs(one) <= 70 for one in drawn)
+    assert {one > 0 for one in drawn} == {True, False}
+    assert len(set(drawn)) > 30
+
+
+def test_the_same_seed_draws_the_same_and_a_new_entry_changes_no_other(tmp_path: Path) -> None:
+    before = attitudes(written(tmp_path), 5)
+    again = attitudes(written(tmp_path, f'{FILE}\n[[timeline]]\ndo = "hold"\nfor = "1s"\n'), 5)
+
+    assert before == again
+    assert before[0] == pytest.approx(PITCH_OF_SEED_0)
+
+
+PITCH_OF_SEED_0 = -23.57
+"""As it was drawn when this was written: a verdict of last year can be repeated."""
+
+
+def test_a_board_draws_by_its_own_seed(tmp_path: Path) -> None:
+    path = written(tmp_path)
+    boards = [Board(scenario=path, seed=seed) for seed in (1, 1, 2)]
+    for board in boards:
+        board.run_for(5)
+    pitches = [float(board.world.attitude_deg([5.0])[0, 1]) for board in boards]
+
+    assert pitches[0] == pitches[1] != pitches[2]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            "draw = [20, 70]",
+            "draw = [70, 20]",
+            "timeline[0].pitch_deg: has draw = [70, 20], the larger one first",
+        ),
+        (
+            "draw = [20, 70]",
+            "draw = [20]",
+            "timeline[0].pitch_deg: has draw = [20]; give draw = [least, most]",
+        ),
+        ("draw = [20, 70]", 'draw = [20, "70"]', "timeline[0].pitch_deg: has draw = [20, '70']; give draw"),
+        ("draw = [20, 70]", "draw = [20, 70], of = 1", "timeline[0].pitch_deg: is {'draw': [20, 70]"),
+        ('draw = ["1s", "2s"]', 'draw = ["1s", 2]', "timeline[0].for: has draw = ['1s', 2]; give draw"),
+        ('draw = ["1s", "2s"]', 'draw = ["1", "2s"]', "timeline[0].for: is '1'; give a number and a unit"),
+        ("one_of = [5, 6]", "one_of = []", "world.hard_iron_mgauss[2]: has one_of = []; give an array"),
+        ("draw = [950, 1030]", "draw = [950, 10300]", "world.pressure_hpa: is 10300"),
+        ("draw = [20, 70]", "draw = [20, 700000]", "timeline[0].pitch_deg: is "),
+        (
+            "either_sign = true",
+            "either_sign = 1",
+            "world.hard_iron_mgauss[0]: has either_sign = 1; give true",
+        ),
+    ],
+)
+def test_a_wrong_draw_is_named_whatever_the_seed(tmp_path: Path, old: str, new: str, message: str) -> None:
+    path = written(tmp_path, FILE.replace(old, new, 1))
+
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario(path, seed=3)
+
+    assert str(caught.value).startswith(f"{path}: {message}")
+
+
+def test_the_schema_knows_draws(tmp_path: Path) -> None:
+    import tomllib
+
+    validator = jsonschema.Draft202012Validator(json_schema())
+    validator.validate(tomllib.loads(FILE))
+    with pytest.raises(jsonschema.ValidationError):
+        validator.validate(tomllib.loads(FILE.replace("draw = [20, 70]", "drawn = [20, 70]")))
