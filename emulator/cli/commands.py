@@ -210,6 +210,32 @@ def new(directory: Path, bus: str) -> None:
 
 
 @cli.command()
+@click.argument("target", metavar="[FOLDER|FILE]", default=".")
+@click.option("--exercise", "-e", multiple=True, metavar="N", help="Only this one; may be repeated.")
+@click.option(
+    "--seed",
+    type=click.IntRange(0),
+    default=0,
+    show_default=True,
+    help="Which board of the class, and motion.",
+)
+@click.option(
+    "--rubric", default="lab3", show_default=True, metavar="NAME|FILE", help="What is asked of the program."
+)
+@click.option("--json", type=click.Path(path_type=Path), help="Write what is shown to a JSON file as well.")
+def check(target: str, exercise: tuple[str, ...], seed: int, rubric: str, json: Path | None) -> ExitCode:
+    """Say which exercises are done, what is wrong with the next one, and what to do.
+
+    FOLDER is a project of `fcu new`, which is built first; without it, the one you are in. FILE is an ELF,
+    HEX or BIN file, or a firmware's name. Exit code 0: all is right, 1: something is not, 2: it does not
+    build or cannot be used, 3: it crashed or hung, 4: something could not be judged.
+    """
+    from emulator.cli.check import CheckOptions, check_program
+
+    return check_program(CheckOptions(target, rubric, exercise, seed, json))
+
+
+@cli.command()
 def scenarios() -> None:
     """List the scenarios that come with fcu, and the question each asks."""
     from emulator.cli.listings import list_scenarios
@@ -222,9 +248,9 @@ def scenario() -> None:
     """Work on scenario files."""
 
 
-@scenario.command()
+@scenario.command("check")
 @click.argument("file")
-def check(file: str) -> None:
+def check_file(file: str) -> None:
     """Check a scenario FILE without running it."""
     from emulator.cli.listings import check_scenario
 
@@ -237,6 +263,28 @@ def schema() -> None:
     from emulator.cli.listings import print_schema
 
     print_schema()
+
+
+@cli.group()
+def rubric() -> None:
+    """Work on rubrics: files that say how programs are judged."""
+
+
+@rubric.command("check")
+@click.argument("file")
+def check_rubric_file(file: str) -> None:
+    """Check a rubric FILE without judging anything."""
+    from emulator.cli.listings import check_rubric
+
+    check_rubric(file)
+
+
+@rubric.command("schema")
+def rubric_schema() -> None:
+    """Print the JSON schema of rubrics, for an editor's completion."""
+    from emulator.cli.listings import print_rubric_schema
+
+    print_rubric_schema()
 
 
 @cli.command()

@@ -49,6 +49,9 @@ def _write(directory: Path, bus: str) -> None:
     shutil.copyfile(sources / "template" / "main.c", directory / "main.c")
     shutil.copyfile(sources / "scaffold" / "README.md", directory / "README.md")
     shutil.copyfile(sources / "scaffold" / "gitignore", directory / ".gitignore")
+    workflow = directory / ".github" / "workflows" / "lab3.yml"
+    workflow.parent.mkdir(parents=True)
+    shutil.copyfile(sources / "scaffold" / "workflow.yml", workflow)
     makefile = (sources / "scaffold" / "Makefile").read_text(encoding="utf-8")
     makefile = makefile.replace(f"BUS ?= {_USUAL.bus}", f"BUS ?= {bus}")
     (directory / "Makefile").write_text(makefile, encoding="utf-8", newline="\n")
@@ -59,6 +62,7 @@ def _say_what_is_next(directory: Path, bus: str) -> None:
     click.echo(f"  cd {shlex.quote(str(directory))}")
     click.echo("  make")
     click.echo(f"  fcu run lab3.elf{_PROFILE[bus]}")
+    click.echo("  fcu check")
     if shutil.which(_COMPILER) is None:
         click.echo(
             f"\n{_COMPILER} is not on the PATH: sudo apt install gcc-arm-none-eabi, "

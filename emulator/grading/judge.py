@@ -225,6 +225,7 @@ class _Run:
             outcome=outcome,
             expected="" if unjudged else "; ".join(miss.expected for miss in failed),
             actual="" if unjudged else "; ".join(miss.seen for miss in failed),
+            printed="" if unjudged else next(filter(None, map(_first_printed, failed)), ""),
             hint=check.hint,
             visibility=check.visible,
             detail=check.detail,
@@ -291,6 +292,12 @@ class _Run:
             printed=tuple(one[1] for one in kept),
             truth=tuple(one[2] for one in kept),
         )
+
+
+def _first_printed(miss: Miss) -> str:
+    """The first line that is wrong; how far it is off is told elsewhere."""
+    line = next((line[1:] for line in miss.diff if line.startswith("+")), "")
+    return line.partition("  (off by")[0]
 
 
 def _shortened(text: str) -> str:

@@ -35,12 +35,16 @@ from emulator.grading.verdict import Detail, Visibility
 from emulator.scenario.loader import is_path, load_scenario, read_toml, scenario_error, scenario_of
 from emulator.scenario.resources import Resources
 from emulator.scenario.scenario import Scenario
+from emulator.scenario.schema import as_written
+from emulator.scenario.schema import json_schema as scenario_schema
 from emulator.scenario.tables import Table
 from emulator.time.durations import shown
 
 MOST_EXERCISES = 50
 MOST_CHECKS = 100  # of one exercise
 MOST_POINTS = 1_000.0
+_NOT_OF_A_RUN = frozenset({"schema", "expect", "report", "firmware", "seed"})
+"""Keys of a scenario's file that are the rubric's."""
 _WORDS = frozenset({"title", "hint", "next", "visible", "detail"})
 """Keys that say how a check is shown and decide nothing."""
 
@@ -171,10 +175,17 @@ class Rubric:
             self._scenarios[run] = self._load(run, seed)
         return self._scenarios[run]
 
+    def duration_s(self, seed: int) -> float:
+        """Virtual time of all runs together."""
+        return sum(self.scenario(name, seed).duration_s for name in self._runs)
+
     def _load(self, run: str, seed: int) -> Scenario:
         table = self._runs[run]
         named = table.get("scenario")
         if named is None:
+            for key in sorted(_NOT_OF_A_RUN & table.keys()):
+                problem = "is no key of a run; the rubric has it, or its checks"
+                raise RubricError(self.file, f"run.{run}.{key}", problem)
             try:
                 return scenario_of({"schema": 1, "question": run, **table}, self.path, name=run, seed=seed)
             except ScenarioError as error:
@@ -237,9 +248,26 @@ def rubric_names() -> list[str]:
 
 def json_schema() -> dict[str, Any]:
     """The file's JSON schema (draft 2020-12), for an editor's completion and checks."""
+    scenario = scenario_schema(FCU001V1)
+    rubric = as_written(RubricFile.model_json_schema(by_alias=True), FCU001V1)
+    keys = [key for key in scenario["properties"] if key not in _NOT_OF_A_RUN]
+    written_out = {
+        "type": "object",
+        "properties": {key: scenario["properties"][key] for key in keys},
+        "additionalProperties": False,
+    }
+    named = {
+        "type": "object",
+        "properties": {"scenario": {"type": "string"}},
+        "required": ["scenario"],
+        "additionalProperties": False,
+    }
+    runs = rubric["properties"]["run"]["patternProperties"]
+    runs.update({pattern: {"anyOf": [named, written_out]} for pattern in runs})
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        **RubricFile.model_json_schema(by_alias=True),
+        **rubric,
+        "$defs": scenario["$defs"] | rubric["$defs"],
         "title": "fcu-emulator rubric, schema 1",
     }
 

@@ -31,7 +31,8 @@ class CheckResult(_Part):
     """One check of a rubric.
 
     ``check`` is unique in the rubric ("3.pitch"). ``expected`` and ``actual`` are sentences for people, empty
-    where the check passed. ``detail`` says how much of it a student sees: everything, all but what was
+    where the check passed. ``printed``: the first line of the terminal that is wrong, and when; control
+    characters as escapes. ``detail`` says how much of it a student sees: everything, all but what was
     expected, only that the check is there and its outcome, or not even its title. ``unjudged_because``: why
     nothing can be said; empty for every other outcome.
     """
@@ -44,6 +45,7 @@ class CheckResult(_Part):
     outcome: Outcome
     expected: str = ""
     actual: str = ""
+    printed: str = ""
     hint: str = ""
     visibility: Visibility = "always"
     detail: Detail = "full"
@@ -194,9 +196,9 @@ def _is_open(check: CheckResult, shown: set[str]) -> bool:
 def _for_student(check: CheckResult) -> CheckResult:
     if check.detail == "full":
         return check
-    hidden = {"expected": ""}
+    hidden = {"expected": "", "actual": check.printed or check.actual}
     if check.detail in ("name", "none"):
-        hidden |= {"actual": "", "hint": ""}
+        hidden |= {"actual": "", "printed": "", "hint": ""}
     if check.detail == "none":
         hidden |= {"title": "a check that is not shown"}
     return check.model_copy(update=hidden)

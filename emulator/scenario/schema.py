@@ -275,7 +275,7 @@ def scenario_file(board: BoardDescription) -> type[ScenarioFile]:
 
 def json_schema(board: BoardDescription = FCU001V1) -> dict[str, Any]:
     """The file's JSON schema (draft 2020-12), for an editor's completion and checks."""
-    schema = _as_written(scenario_file(board).model_json_schema(by_alias=True), board)
+    schema = as_written(scenario_file(board).model_json_schema(by_alias=True), board)
     parts = schema["$defs"]
     with_draws = [WorldTable, PlaceTable, FieldTable, *get_args(get_args(AnyEntry)[0])]
     for name in (table.__name__ for table in with_draws):
@@ -313,13 +313,13 @@ def _may_be_drawn(schema: Any) -> Any:
     return {key: _may_be_drawn(value) for key, value in schema.items()}
 
 
-def _as_written(schema: Any, board: BoardDescription) -> Any:
+def as_written(schema: Any, board: BoardDescription) -> Any:
     """The schema with the board's names; defaults of durations and speeds as they stand in a file."""
     if isinstance(schema, list):
-        return [_as_written(entry, board) for entry in schema]
+        return [as_written(entry, board) for entry in schema]
     if not isinstance(schema, dict):
         return schema
-    written = {key: _as_written(value, board) for key, value in schema.items()}
+    written = {key: as_written(value, board) for key, value in schema.items()}
     if written.get("enum") == LED_NAMES:
         written["enum"] = [name.lower() for name in board.leds]
     if written.get("enum") == PART_NAMES:

@@ -78,6 +78,11 @@ def test_every_shipped_rubric_is_good_and_follows_its_schema() -> None:
             "run.still.scenario: unknown scenario 'dsk'; did you mean desk?",
         ),
         ('duration = "2s"', 'scenario = "desk"\nduration = "2s"', 'run.still: has "scenario" and other keys'),
+        (
+            'duration = "2s"',
+            "seed = 2",
+            "run.still.seed: is no key of a run; the rubric has it, or its checks",
+        ),
         ("schema = 1", "schema = 2", "schema: is 2; give 1"),
         ("[run.still]", "[run.still", "is not valid TOML: "),
     ],
@@ -90,6 +95,15 @@ def test_what_is_wrong_is_named_with_its_key(tmp_path: Path, old: str, new: str,
 
     assert str(caught.value).startswith(f"{path}: {message}")
     assert "\n" not in str(caught.value)
+
+
+def test_the_schema_knows_what_a_run_may_have() -> None:
+    import tomllib
+
+    validator = jsonschema.Draft202012Validator(json_schema())
+    validator.validate(tomllib.loads(GOOD))
+    for wrong in ("durtion", "seed"):
+        assert not validator.is_valid(tomllib.loads(GOOD.replace("duration", wrong)))
 
 
 def test_an_unknown_name_says_which_there_are() -> None:

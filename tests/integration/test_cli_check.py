@@ -1,0 +1,151 @@
+"""``fcu check`` as a student types it: what the screen says, and the exit code."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from emulator.grading.verdict import Verdict
+from firmware_model.arm import prebuilt
+from tests.arm import student_programs
+
+ROOT = Path(__file__).parents[2]
+QUICK = "--exercise", "2"
+
+needs_compiler = pytest.mark.skipif(
+    not student_programs.is_buildable(), reason="arm-none-eabi-gcc or make is not installed"
+)
+
+
+def fcu(*arguments: str, folder: Path = ROOT, path: str | None = None) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    if path is not None:
+        environment["PATH"] = path
+    return subprocess.run(
+        [sys.executable, "-m", "emulator", *arguments],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        encoding="utf-8",
+        check=False,
+    )
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Path:
+    """What ``fcu new mylab`` gives."""
+    fcu("new", "mylab", folder=tmp_path)
+    return tmp_path / "mylab"
+
+
+def change(file: Path, old: str, new: str) -> None:
+    text = file.read_text(encoding="utf-8")
+    assert text.count(old) == 1
+    file.write_text(text.replace(old, new), encoding="utf-8")
+
+
+def test_the_solution_is_all_right() -> None:
+    done = fcu("check", "solution", *QUICK, "--exercise", "4")
+
+    assert done.returncode == 0, done.stderr
+    assert "  2   done        4 of 4    Altitude from the pressure\n" in done.stdout
+    assert done.stdout.endswith("On another board of the class:\n  fcu check solution --seed 1\n")
+    assert done.stderr == ""
+
+
+def test_the_template_is_told_what_to_do_next(tmp_path: Path) -> None:
+    shutil.copyfile(prebuilt("template", "I2C2"), tmp_path / "lab3.elf")
+    done = fcu("check", *QUICK, folder=tmp_path)
+
+    assert done.returncode == 1
+    assert "  2   not yet     0 of 4    Altitude from the pressure\n" in done.stdout
+    assert "  - the altitude follows the stairs, 0 m at the floor\n" in done.stdout
+    assert 'seen: no line "Altitude: %f m"' in done.stdout
+    assert done.stdout.endswith("  fcu check --exercise 2\n  fcu run lab3.elf\n")
+
+
+def test_the_screen_is_one_screen(tmp_path: Path) -> None:
+    done = fcu("check", "template-arm")
+
+    lines = done.stdout.splitlines()
+    assert len(lines) <= 32
+    assert max(map(len, lines)) <= 98
+
+
+def test_a_verdict_is_written_as_json(tmp_path: Path) -> None:
+    file = tmp_path / "verdict.json"
+    fcu("check", "lab3", *QUICK, "--seed", "7", "--json", str(file))
+    verdict = Verdict.from_json(file.read_text(encoding="utf-8"))
+
+    assert (verdict.seed, verdict.points, verdict.max_points) == (7, 4.0, 4.0)
+
+
+@needs_compiler
+def test_a_folder_is_built_and_a_warning_is_told(project: Path) -> None:
+    change(project / "main.c", "int main(void)\n{\n", "int main(void)\n{\n  int unused;\n")
+    first, second = fcu("check", str(project), "-e", "1"), fcu("check", str(project), "-e", "1")
+
+    assert first.returncode == 0, first.stderr
+    assert "By the way: 1 warning, the first: main.c:" in first.stdout
+    assert first.stdout == second.stdout
+
+
+@needs_compiler
+def test_what_does_not_build_is_not_judged(project: Path) -> None:
+    change(project / "main.c", "int main(void)\n{\n", "int main(void)\n{\n  pitch = 0;\n")
+    done = fcu("check", str(project))
+
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr.startswith(f"fcu: {project} does not build:\nfcu:   main.c:")
+    assert done.stderr.endswith(f"mend the first error, then: fcu check {project}\n")
+
+
+@needs_compiler
+def test_a_crash_is_explained_by_its_line(project: Path) -> None:
+    crash = "  ReadSensorRawData(&acc, &gyro, &mag, &press);\n"
+    change(project / "main.c", crash, f"{crash}  *(volatile int *)0x10 = 1;\n")
+    done = fcu("check", str(project), "-e", "1")
+
+    assert done.returncode == 3
+    assert "What the run shows:\n" in done.stdout
+    assert "HAL_TIM_PeriodElapsedCallback(), main.c:" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("check", "nowhere.elf"), "nowhere.elf: "),
+        (("check", "lab3", "--exercise", "9"), "unknown exercise '9'; the rubric lab3 has 1, 2, 3, 4, 5"),
+        (("check", "lab3", "--rubric", "lab4"), "unknown rubric 'lab4'; did you mean lab3?"),
+        (("check", "."), ". has neither a Makefile nor a lab3.elf; give a project of `fcu new`"),
+    ],
+)
+def test_wrong_use_is_one_line(tmp_path: Path, arguments: tuple[str, ...], message: str) -> None:
+    done = fcu(*arguments, folder=tmp_path)
+
+    assert done.returncode == 2
+    assert done.stderr.startswith(f"fcu: {message}")
+    assert len(done.stderr.splitlines()) == 1
+
+
+def test_a_machine_without_make_is_told_so(project: Path, tmp_path: Path) -> None:
+    done = fcu("check", str(project), path=str(tmp_path))
+
+    assert done.returncode == 2
+    assert done.stderr.startswith("fcu: make is not installed; `fcu doctor` says how to get it")
+
+
+def test_a_rubric_file_is_checked_and_its_schema_is_printed(tmp_path: Path) -> None:
+    checked = fcu("rubric", "check", str(ROOT / "rubrics" / "lab3.toml"))
+    wrong = tmp_path / "wrong.toml"
+    wrong.write_text("schema = 1\ntitel = 1\n", encoding="utf-8")
+
+    assert "good; 5 exercises" in checked.stdout
+    assert "titel: unknown key; did you mean title?" in fcu("rubric", "check", str(wrong)).stderr
+    assert '"title": "fcu-emulator rubric, schema 1"' in fcu("rubric", "schema").stdout
