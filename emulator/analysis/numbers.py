@@ -13,7 +13,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from emulator.analysis.witness import Range, Seen
 
@@ -33,10 +33,14 @@ class Hint(NamedTuple):
     """Print over truth, where that is all."""
 
 
+Distance: TypeAlias = Callable[[Sequence[float], Sequence[Range]], float]
+"""How far printed values are from what has become of the truth."""
+
+
 class Change(NamedTuple):
     """What may have become of the truth: a distance of printed values from it, and words for it."""
 
-    distance: Callable[[Sequence[float], Sequence[Range]], float]
+    distance: Distance
     summary: str
     sentences: tuple[str, ...]
     factor: float = 0.0
@@ -190,12 +194,23 @@ def _signed_axes(name: str) -> Iterator[Change]:
         what = [f"{' and '.join(exchanged)} exchanged"] if exchanged else []
         what += [f"{' and '.join(negated)} negated"] if negated else []
         yield Change(
-            lambda values, truth, order=order, signs=signs: max(  # type: ignore[misc]
-                truth[order[n]].scaled(signs[n]).distance(values[n]) for n in range(3)
-            ),
+            _rearranged(order, signs),
             f"{name} has {', '.join(what)}",
             ("The board has X right, Y forward, Z up: X = -raw.Y, Y = raw.X, Z = raw.Z of the sensors.",),
         )
+
+
+def _rearranged(order: Sequence[int], signs: Sequence[int]) -> Distance:
+    """Of axes taken in another order, some of them negated."""
+    return lambda values, truth: max(
+        truth[source].scaled(sign).distance(value)
+        for value, source, sign in zip(values, order, signs, strict=True)
+    )
+
+
+def _scaled(factor: float) -> Distance:
+    """Of values that are all ``factor`` times what they should be."""
+    return lambda values, truth: _plain([value / factor for value in values], truth)
 
 
 def _factor(rows: Sequence[_Row], far: float) -> float | None:
@@ -236,9 +251,7 @@ _LOOK_TILT = "pitch = atan2(-Gx, sqrt(Gy^2 + Gz^2)), roll = atan2(Gy, sqrt(mu Gx
 def _of_tilt() -> Iterator[Change]:
     for pitch, roll, what in ((-1, 1, "Pitch is"), (1, -1, "Roll is"), (-1, -1, "Pitch and Roll are")):
         yield Change(
-            lambda values, truth, signs=(pitch, roll): _plain(  # type: ignore[misc]
-                values, [one.scaled(sign) for one, sign in zip(truth, signs, strict=True)]
-            ),
+            _rearranged((0, 1), (pitch, roll)),
             f"{what} negated",
             (f"Look at the signs: {_LOOK_TILT}", "Or are axes of ACC negated?"),
         )
@@ -249,9 +262,7 @@ def _of_tilt() -> Iterator[Change]:
     )
     for factor, what in ((math.pi / 180, "in radians, not degrees"), (180 / math.pi, "57.3 times too large")):
         yield Change(
-            lambda values, truth, factor=factor: _plain(  # type: ignore[misc]
-                [value / factor for value in values], truth
-            ),
+            _scaled(factor),
             f"Pitch and Roll are {what}",
             ("atan2 gives radians; for printing times 180 / pi, once, after the sines and cosines.",),
         )
@@ -267,12 +278,15 @@ def _of_yaw() -> Iterator[Change]:
     )
     for sign, offset, what in ways:
         yield Change(
-            lambda values, truth, sign=sign, offset=offset: abs(  # type: ignore[misc]
-                (values[0] - sign * truth[0].middle - offset + 180) % 360 - 180
-            ),
+            _turned(sign, offset),
             f"Yaw is {what}",
             ("yaw = atan2(By2, Bx3); By2 = Bz sin(roll) - By cos(roll). Is MAG right?",),
         )
+
+
+def _turned(sign: int, offset_deg: float) -> Distance:
+    """Of a yaw that runs the other way round, or has another zero."""
+    return lambda values, truth: abs((values[0] - sign * truth[0].middle - offset_deg + 180) % 360 - 180)
 
 
 # -- pressure and altitude ----------------------------------------------------------------------------------
@@ -282,7 +296,7 @@ def _of_pressure(rows: Sequence[_Row]) -> Iterator[Change]:
     factor = _factor(rows, 20.0)
     if factor is not None:
         yield Change(
-            lambda values, truth: _plain([value / factor for value in values], truth),
+            _scaled(factor),
             f"Pre is {factor:.4g} times the truth",
             ("The raw value is 4096 to a hPa, and a hPa is 100 Pa.",),
         )
@@ -314,11 +328,10 @@ def _of_altitude(rows: Sequence[_Row]) -> Iterator[Change]:
         (*kelvin, "(P0 / P)^(1 / 5.257) - 1 is multiplied with T + 273.15."),
     )
     for factor, summary, look in ways:
-        yield Change(
-            lambda values, truth, factor=factor: (
-                truth[0].scaled(factor).distance(values[0])  # type: ignore[misc]
-                / min(abs(factor) * 4, 1.0)
-            ),
-            summary,
-            (look,),
-        )
+        yield Change(_shrunk(factor), summary, (look,))
+
+
+def _shrunk(factor: float) -> Distance:
+    """Of an altitude that is ``factor`` times the truth, by a measure that shrinks with it."""
+    closeness = min(abs(factor) * 4, 1.0)
+    return lambda values, truth: truth[0].scaled(factor).distance(values[0]) / closeness

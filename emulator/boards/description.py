@@ -18,7 +18,13 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from emulator.buses.gpio import Gpio
+from emulator.buses.i2c import I2CBus
+from emulator.buses.spi import SpiBus
+from emulator.buses.uart import Uart
 from emulator.errors import InputError
+from emulator.time.clock import Clock
+from emulator.trace import Trace
 from sensors.errors import Grade
 from sensors.part import Part
 
@@ -216,3 +222,25 @@ class SensorSettings:
     grade: Grade = "typical"
     figures: Mapping[str, Numbers] = field(default_factory=dict)
     mountings: Mapping[str, str] = field(default_factory=dict)
+
+
+# -- a board that is there: what its chip is given -----------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class BoardSignals:
+    """What of the board the chip's pins lead to, as ``board`` lists it; ``profile``: where its sensors are.
+
+    ``uart`` is at the block of ``board.serial``; ``i2c`` and ``spi`` are the buses by their blocks' names.
+    ``number``: of this board in its class, for the chip's unique id.
+    """
+
+    board: BoardDescription
+    profile: Profile
+    clock: Clock
+    trace: Trace
+    gpio: Gpio
+    uart: Uart
+    i2c: Mapping[str, I2CBus]
+    spi: Mapping[str, SpiBus]
+    number: int = 0

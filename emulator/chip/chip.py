@@ -1,25 +1,64 @@
 """The STM32F401 on the board: all its blocks, the core, and the firmware in flash.
 
-A list and no behaviour: what is connected to what. The blocks' addresses are theirs; what the pins lead to
-is the board's.
+A list and no behaviour: the blocks in Python with their addresses (RM0368 table 1) and interrupt inputs
+(table 38), and what is connected to what. What the pins lead to is the board's.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
-from emulator.boards.signals import BoardSignals
+from emulator.boards.description import BoardSignals
 from emulator.buses.i2c import I2CBus
 from emulator.chip.cpu.core import Core, CoreSettings
-from emulator.chip.peripherals.dbgmcu import SYSTEM_MEMORY, system_memory
+from emulator.chip.cpu.python_blocks import named_blocks
+from emulator.chip.memory_map import BLOCKS
+from emulator.chip.peripherals.adc import Adc, AdcInputs
+from emulator.chip.peripherals.crc import Crc
+from emulator.chip.peripherals.dbgmcu import SYSTEM_MEMORY, Dbgmcu, system_memory
 from emulator.chip.peripherals.dma import DmaLines
+from emulator.chip.peripherals.flash import Flash
 from emulator.chip.peripherals.gpio import ConnectedPins
 from emulator.chip.peripherals.i2c import I2C_BLOCKS, ConnectedI2c
-from emulator.chip.peripherals.peripheral import Soc
+from emulator.chip.peripherals.peripheral import InterruptInput, Peripheral, Soc
+from emulator.chip.peripherals.pwr import Pwr
+from emulator.chip.peripherals.rcc import Rcc
+from emulator.chip.peripherals.rtc import Rtc
 from emulator.chip.peripherals.spi import SpiWire, connect_absent_part
-from emulator.chip.peripherals.system_blocks import SystemBlocks
 from emulator.chip.peripherals.tim import connect_timers
 from emulator.chip.peripherals.usart import ConnectedUsarts, wire_terminal
+from emulator.chip.peripherals.watchdogs import Iwdg, Wwdg
+
+
+def _place(name: str) -> tuple[str, int]:
+    """Name and address."""
+    return name, BLOCKS[name][0]
+
+
+class SystemBlocks:
+    """The blocks that are written in Python; iterate over it for all. Sets ``soc.clocks``.
+
+    What talks to the outside world (USART, I2C, SPI, DMA) joins them in :class:`Chip`; RCC then gets all
+    blocks by ``rcc.control(...)``.
+    """
+
+    def __init__(self, soc: Soc, inputs: AdcInputs | None = None) -> None:
+        lines = {number: InterruptInput(soc, number) for number in (0, 4, 5, 18)}
+        self.pwr = Pwr(soc, *_place("PWR"))
+        self.rcc = Rcc(soc, *_place("RCC"), self.pwr, lines[5])
+        soc.clocks = self.rcc
+        self.flash = Flash(soc, *_place("FLASH"), lines[4])
+        self.adc = Adc(soc, *_place("ADC1"), lines[18], inputs or AdcInputs())
+        self.crc = Crc(soc, *_place("CRC"))
+        self.rtc = Rtc(soc, *_place("RTC"), self.pwr, self.rcc)
+        self.iwdg = Iwdg(soc, *_place("IWDG"))
+        self.wwdg = Wwdg(soc, *_place("WWDG"), lines[0])
+        self.dbgmcu = Dbgmcu(soc, *_place("DBGMCU"))
+        self.named = named_blocks(soc)
+
+    def __iter__(self) -> Iterator[Peripheral]:
+        yield from (self.rcc, self.pwr, self.flash)
+        yield from (self.adc, self.crc, self.rtc, self.iwdg, self.wwdg, self.dbgmcu, *self.named)
 
 
 class Chip:

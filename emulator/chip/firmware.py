@@ -13,7 +13,7 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
-from emulator.boards.signals import BoardSignals
+from emulator.boards.description import BoardSignals
 from emulator.chip.chip import Chip
 from emulator.chip.cpu.core import CoreSettings
 from emulator.chip.cpu.exceptions import bits

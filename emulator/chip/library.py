@@ -275,7 +275,7 @@ class FcuChip:
 
     def _memory(self, place: Callable[[Any], int], size: int) -> memoryview[int]:
         buffer = (ctypes.c_uint8 * size).from_address(place(self.handle))
-        buffer._owner = self._owner  # type: ignore[attr-defined]  # C's memory lives while somebody sees it
+        vars(buffer)["owner"] = self._owner  # C's memory lives while somebody sees it
         return memoryview(buffer).cast("B")
 
     def memory(self, address: int, size: int) -> memoryview[int] | None:
@@ -455,7 +455,7 @@ class ChipBlock(Peripheral):
     def __init__(self, chip: FcuChip, index: int, name: str, base: int) -> None:
         self._chip, self.index = chip, index
         self.name, self.base, self.size = name, base, 0x400
-        self.NAMES = names_of(name)  # type: ignore[misc]
+        self.NAMES = names_of(name)
         self._clocked = True
 
     @property

@@ -33,7 +33,7 @@ from emulator.scenario.printed import (
     FIELDS,
     FORMAT_OF_FIELD,
     MAX_SETTLE_PS,
-    Line,
+    PrintedLine,
     deviation,
     same_banner,
     visible,
@@ -77,7 +77,7 @@ class Seen:
     """A run as expectations see it: its lines, and the board after ``end_ps``."""
 
     board: BoardView
-    lines: list[Line]
+    lines: list[PrintedLine]
     end_ps: int
     patience: SearchPatience = field(default_factory=SearchPatience)
 
@@ -102,7 +102,7 @@ class Windowed(Expectation):
             raise ValueError("has a window that ends before it begins; give a later to")
         return self
 
-    def lines_in_window(self, seen: Seen) -> list[Line]:
+    def lines_in_window(self, seen: Seen) -> list[PrintedLine]:
         """The lines that count."""
         end_ps = NEVER_PS if self.to is None else self.to
         return [line for line in seen.lines if self.from_ <= line.at_ps <= end_ps]
@@ -189,7 +189,7 @@ PatternText = Annotated[
 class _Matching(Windowed):
     pattern: PatternText
 
-    def matches(self, seen: Seen) -> list[Line]:
+    def matches(self, seen: Seen) -> list[PrintedLine]:
         """The lines in the window in which the pattern is found."""
         lines = self.lines_in_window(seen)
         return [line for line in lines if self.pattern.found_in(line.text, seen.patience)]
@@ -334,7 +334,7 @@ class ExpectField(Windowed):
         diff = tuple(f"{_printed(line)}  (off by {error:+.6g})" for line, error in wrong[:_DIFF_LINES])
         return Miss("wrong value", self._expected(), seen_text, diff)
 
-    def _error(self, line: Line, printed: float) -> float:
+    def _error(self, line: PrintedLine, printed: float) -> float:
         if self.value is not None:
             return deviation(self.name, printed, self.value)
         return line.error(self.name, printed, self.settle)
@@ -394,7 +394,7 @@ class ExpectWithin(Windowed):
         return Miss("wrong value", expected, seen_text, tuple(map(_printed, wrong[:_DIFF_LINES])))
 
 
-def _printed(line: Line) -> str:
+def _printed(line: PrintedLine) -> str:
     return f"+{visible(line.text)}  at {seconds(line.at_ps)}"
 
 

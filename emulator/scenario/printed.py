@@ -138,7 +138,7 @@ MAX_SETTLE_PS = PS_PER_S  # the world remembers five seconds
 
 
 @dataclass(frozen=True)
-class Line:
+class PrintedLine:
     """A line of the terminal: its text without blanks around it, and when its printing began."""
 
     number: int  # counted from 1
@@ -161,7 +161,7 @@ class Recorder:
         self.until_ps = until_ps
         self._world, self._uart, self._clock = board.world, board.terminal.uart, board.clock
         self._settle_ps = settle_ps
-        self._lines: list[Line] = []
+        self._lines: list[PrintedLine] = []
         self._looks: list[tuple[int, int]] = [(0, 0)]  # (bytes received, time of the look before)
         self._last_look_ps = 0
         self._collected = 0  # bytes, counted from power-on
@@ -172,7 +172,7 @@ class Recorder:
         ]
         self._clock.schedule(until_ps, self._stop, last=True)
 
-    def lines(self) -> list[Line]:
+    def lines(self) -> list[PrintedLine]:
         """The complete lines printed by now, until ``until_ps`` at the latest."""
         if not self._stopped:
             self._collect()
@@ -205,7 +205,7 @@ class Recorder:
         first_seen = bisect_right(self._looks, begin, key=lambda look: look[0])
         at_ps = self._looks[first_seen][1]
         text = raw.decode("latin-1").strip(" \r\t")
-        self._lines.append(Line(len(self._lines) + 1, text, at_ps, self._truth(text, at_ps)))
+        self._lines.append(PrintedLine(len(self._lines) + 1, text, at_ps, self._truth(text, at_ps)))
 
     def _truth(self, text: str, at_ps: int) -> dict[str, tuple[Array, Array]]:
         wanted = [

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from emulator.scenario.printed import ANGLES, FORMAT_OF_FIELD, MOVING_G, Line
+from emulator.scenario.printed import ANGLES, FORMAT_OF_FIELD, MOVING_G, PrintedLine
 from emulator.time.clock import PS_PER_S
 
 Fault = Literal["missing", "wrong value", "wrong format", "stopped"]
@@ -99,7 +99,7 @@ _MOST_ROWS = 12
 _STILL_G = 0.05
 
 
-def against_truth(field: str, lines: Sequence[Line]) -> list[str]:
+def against_truth(field: str, lines: Sequence[PrintedLine]) -> list[str]:
     """A table of prints: time, printed, truth at that time, error (printed - truth); then a summary."""
     rows = []
     for line in lines:
@@ -120,7 +120,7 @@ def against_truth(field: str, lines: Sequence[Line]) -> list[str]:
     return table
 
 
-def _flag(field: str, line: Line) -> str:
+def _flag(field: str, line: PrintedLine) -> str:
     """An accelerometer shows the tilt of a board that nothing but gravity accelerates.
 
     The slides ("eCompass math") look at the modulus, which is all that firmware has; it hides what acts to

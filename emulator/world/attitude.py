@@ -234,7 +234,7 @@ class Sweep:
 
 
 @dataclass(frozen=True, eq=False)
-class Recorded:
+class RecordedAttitude:
     """Rows of a recording: shortest arcs between them at constant rate, the first row held before."""
 
     row_s: Array  # (M,), strictly increasing

@@ -29,8 +29,8 @@ import numpy as np
 
 from emulator.errors import RecordingError
 from emulator.world import limits
+from emulator.world.height import accelerations
 from emulator.world.limits import Range
-from emulator.world.line import accelerations
 from emulator.world.magnetism import MGAUSS_PER_UT
 from emulator.world.track import Array
 

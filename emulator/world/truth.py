@@ -22,7 +22,7 @@ import numpy.typing as npt
 from emulator.errors import InputError
 from emulator.world import limits
 from emulator.world.attitude import Attitude, Held, matrix_to_euler, to_board
-from emulator.world.line import Line, Rest, Shake
+from emulator.world.height import Height, Rest, Shake
 from emulator.world.magnetism import Magnet, ned_to_nwu_mgauss
 from emulator.world.track import Array, Constant, Overlays, Track
 
@@ -78,7 +78,7 @@ class Truth:
     def __init__(self, floor_altitude_m: float) -> None:
         floor_hpa = isa_pressure_hpa(limits.ALTITUDE.check("floor_altitude_m", floor_altitude_m))
         self._attitude: Track[Attitude] = Track(Held(np.zeros(3)))
-        self._height: Track[Line] = Track(Rest(0.0))
+        self._height: Track[Height] = Track(Rest(0.0))
         self._shakes: Overlays[Shake] = Overlays()
         self._gravity = Track(Constant(STANDARD_GRAVITY))
         self._earth = Track(Constant(ned_to_nwu_mgauss(*ZURICH_FIELD_UT)))

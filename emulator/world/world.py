@@ -19,7 +19,7 @@ from emulator.world import limits
 from emulator.world.attitude import (
     Attitude,
     Held,
-    Recorded,
+    RecordedAttitude,
     Sweep,
     Turn,
     X,
@@ -28,8 +28,7 @@ from emulator.world.attitude import (
     matrix_to_euler,
 )
 from emulator.world.follow import SETTLED, FollowedAttitude, FollowedLine
-from emulator.world.line import Lift, Line, Parabola, Rest, Shake
-from emulator.world.line import Recorded as RecordedLine
+from emulator.world.height import Height, Lift, Parabola, RecordedHeight, Rest, Shake
 from emulator.world.magnetism import Magnet, ned_to_nwu_mgauss
 from emulator.world.recording import MEASURED, Interpolation, Recording
 from emulator.world.track import Array, Constant, Linear, MinimumJerk, Track
@@ -304,10 +303,10 @@ class World(Truth):
             if group in MEASURED:
                 self._signals[group].plan(start, Interpolation(row_s, values, start))
             elif group == "altitude":
-                moving = RecordedLine(row_s, values, recording.climb_m_s2, start)
+                moving = RecordedHeight(row_s, values, recording.climb_m_s2, start)
                 self._plan_height((start, moving), (end, Rest(float(values[-1]))))
             else:
-                turning = Recorded(row_s, values, start) if len(row_s) > 1 else Held(values[0])
+                turning = RecordedAttitude(row_s, values, start) if len(row_s) > 1 else Held(values[0])
                 self._plan_attitude((start, turning), (end, Held(values[-1])))
         self._changed(start, ())
         return end
@@ -352,7 +351,7 @@ class World(Truth):
         self._changed(pieces[0][0], ("acc", "gyro", "mag"))
         return pieces[-1][0]
 
-    def _plan_height(self, *pieces: tuple[float, Line]) -> float:
+    def _plan_height(self, *pieces: tuple[float, Height]) -> float:
         """Likewise for the altitude."""
         for start_s, piece in pieces:
             self._height.plan(start_s, piece)

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from emulator.chip.chip import SystemBlocks
 from emulator.chip.peripherals.rcc import frequencies, pll
-from emulator.chip.peripherals.system_blocks import SystemBlocks
 from emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US
 from tests.arm.chip_fakes import Chip, NativeChip
 

@@ -14,8 +14,8 @@ from types import ModuleType
 import pytest
 
 from emulator.chip import memory_map
+from emulator.chip.chip import SystemBlocks
 from emulator.chip.peripherals.peripheral import Peripheral
-from emulator.chip.peripherals.system_blocks import SystemBlocks
 from emulator.chip.registers import BLOCKS, IN_C, SYSTEM_CONTROL_SPACE, names_of
 from emulator.chip.registers.block import WORD, BlockRegister
 from emulator.chip.registers.c_header import file_name, header

@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from emulator.chip.chip import SystemBlocks
 from emulator.chip.cpu.python_blocks import NOT_MODELLED
 from emulator.chip.peripherals.dbgmcu import SYSTEM_MEMORY, system_memory
-from emulator.chip.peripherals.system_blocks import SystemBlocks
 from emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US
 from tests.arm.chip_fakes import Chip
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from emulator import Board
 from emulator.scenario import run
 from emulator.scenario.expectations import ExpectField, Seen
-from emulator.scenario.printed import FORMATS, Line, deviation, same_banner
+from emulator.scenario.printed import FORMATS, PrintedLine, deviation, same_banner
 from tests.scenario_files import HEAD, IDEAL, SHORT, play
 
 MET = [
@@ -160,7 +160,7 @@ def test_a_malformed_line_is_no_wrong_value() -> None:
         ("Pitch: 1.000000", "wrong format"),
         ("The Pitch: 1.000000 deg Roll: 2.000000 deg Yaw: 3.000000 deg", "missing"),
     ):
-        miss = expectation.judge(Seen(board, [Line(1, text, 0)], 10**12))
+        miss = expectation.judge(Seen(board, [PrintedLine(1, text, 0)], 10**12))
         assert (miss.fault if miss else None) == fault, text
 
 

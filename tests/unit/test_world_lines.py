@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 
 from emulator.errors import InputError
 from emulator.world import Recording, World
-from emulator.world.line import Recorded, accelerations
+from emulator.world.height import Recorded, accelerations
 
 G = 9.80665
 T_S = np.linspace(0.02, 0.98, 49) + 0.00013

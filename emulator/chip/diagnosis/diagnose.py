@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from functools import partial
 from typing import Protocol
 
-from emulator.boards.signals import BoardSignals
+from emulator.boards.description import BoardSignals
 from emulator.chip.chip import Chip
 from emulator.chip.cpu.core import Core
 from emulator.chip.cpu.fault_log import CORE, FaultLog, FaultRecord, word_of
@@ -15,9 +15,9 @@ from emulator.chip.diagnosis.backtrace import NOTE, Backtrace, Places
 from emulator.chip.diagnosis.evidence import BlockNotes, Transfers, nobody
 from emulator.chip.diagnosis.faults import fault_report
 from emulator.chip.diagnosis.hang import Hang
+from emulator.chip.diagnosis.memory_use import flash_nearly_full, ram_nearly_full
 from emulator.chip.diagnosis.printing import LATEST_TEXT, PrintedLines, misprinted
 from emulator.chip.diagnosis.report import Cause, Diagnosis, at, milliseconds, section
-from emulator.chip.diagnosis.room import flash_nearly_full, ram_nearly_full
 from emulator.chip.diagnosis.setup import (
     bus_never_on,
     byte_left,

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from emulator.boards.signals import BoardSignals
+from emulator.boards.description import BoardSignals
 from emulator.buses.i2c import I2CBus
 from emulator.buses.spi import SpiBus
 from emulator.chip.chip import Chip

@@ -6,7 +6,7 @@ linker kept: without a call of it no ``HAL_UART_Transmit`` is in the file.
 
 from __future__ import annotations
 
-from emulator.boards.signals import BoardSignals
+from emulator.boards.description import BoardSignals
 from emulator.buses.uart import BAUD
 from emulator.chip.chip import Chip
 from emulator.chip.cpu.exceptions import FIRST_INTERRUPT, bits

@@ -12,8 +12,9 @@ a block with a side effect for each byte (a data register) looks at the mask, al
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import ClassVar, Protocol
 
 from emulator.buses.gpio import Gpio
@@ -142,7 +143,7 @@ class Peripheral:
     """
 
     REGISTERS: ClassVar[dict[int, int]] = {}
-    NAMES: ClassVar[dict[int, str]] = {}
+    NAMES: Mapping[int, str] = MappingProxyType({})
     """The reference manual's name of each register, by offset: for the trace and for diagnoses."""
     WRITABLE: ClassVar[dict[int, int]] = {}
 

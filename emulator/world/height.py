@@ -1,4 +1,4 @@
-"""Motion along a line: the pieces of the altitude's track, and shaking.
+"""Motion up and down: the pieces of the altitude's track, and shaking.
 
 Each piece gives position and acceleration from one formula, the second being the exact second derivative of
 the first inside the piece. Where a motion is cut short by another one the board simply stops: the blow that
@@ -16,7 +16,7 @@ import numpy.typing as npt
 from emulator.world.track import Array, MinimumJerk
 
 
-class Line(Protocol):
+class Height(Protocol):
     """A piece of altitude; a result's length is N, or 1 for one that does not move."""
 
     def position_m(self, t_s: Array, /) -> Array:
@@ -97,7 +97,7 @@ class Parabola:
 
 
 @dataclass(frozen=True, eq=False)
-class Recorded:
+class RecordedHeight:
     """Rows of a recording as one smooth motion, from rest before the first row to rest after the last.
 
     ``row_s`` (M,) strictly increases, ``row_m`` (M,) are metres above the room's floor, ``row_m_s2`` (M,) the
