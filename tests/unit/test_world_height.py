@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 
 from emulator.errors import InputError
 from emulator.world import Recording, World
-from emulator.world.height import Recorded, accelerations
+from emulator.world.height import RecordedHeight, accelerations
 
 G = 9.80665
 T_S = np.linspace(0.02, 0.98, 49) + 0.00013
@@ -144,7 +144,7 @@ def test_what_is_felt_of_a_recorded_altitude_is_scipys_spline(
     steps_s, metres = np.array(moves).T
     rows_s = np.concatenate(([0.0], np.cumsum(steps_s)))
     rows_m = np.concatenate(([0.0], metres))
-    line = Recorded(rows_s, rows_m, accelerations(rows_s, rows_m), start_s)
+    line = RecordedHeight(rows_s, rows_m, accelerations(rows_s, rows_m), start_s)
     spline = CubicSpline(rows_s, rows_m, bc_type="clamped")
     inside_s = np.linspace(0.0, rows_s[-1], 200)[1:-1]
     bound = np.abs(spline(rows_s, 2)).max() + 1.0
