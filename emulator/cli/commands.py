@@ -194,6 +194,89 @@ def diff(
 
 
 @cli.command()
+@click.argument("submissions", required=False, type=click.Path(path_type=Path))
+@click.option("--rubric", required=True, metavar="NAME|FILE", help="What is judged, such as lab3.")
+@click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Where the reports go.")
+@click.option(
+    "--roster", type=click.Path(path_type=Path), metavar="FILE", help="The class: CSV with id, name, email."
+)
+@click.option("--jobs", type=click.IntRange(1, 1024), help="Processes on this machine. Default: one a core.")
+@click.option("--dask", metavar="ADDRESS", help="Judge on a cluster: its scheduler, such as tcp://host:8786.")
+@click.option(
+    "--take",
+    type=click.Choice(["source", "firmware"]),
+    help="Only source, or only built files. Default: source, else a built file.",
+)
+@click.option(
+    "--bus",
+    type=click.Choice(["I2C2", "SPI2"]),
+    default="I2C2",
+    show_default=True,
+    help="What source is built for.",
+)
+@click.option(
+    "--build-without-sandbox",
+    is_flag=True,
+    help="Let the compiler read this machine's files: for submissions that you trust.",
+)
+@click.option("--anonymous", is_flag=True, help="Reports without names, under pseudonyms.")
+@click.option(
+    "--before-due-date", is_flag=True, help="Students' pages without checks for after the due date."
+)
+@click.option(
+    "--gradescope", is_flag=True, help="Be the autograder: judge one submission as Gradescope laid it out."
+)
+@click.option(
+    "--autograder",
+    type=click.Path(path_type=Path),
+    default="/autograder",
+    show_default=True,
+    metavar="DIR",
+    help="With --gradescope: its folder.",
+)
+def grade(
+    submissions: Path | None,
+    rubric: str,
+    out: Path | None,
+    roster: Path | None,
+    jobs: int | None,
+    dask: str | None,
+    take: Literal["source", "firmware"] | None,
+    bus: str,
+    build_without_sandbox: bool,
+    anonymous: bool,
+    before_due_date: bool,
+    gradescope: bool,
+    autograder: Path,
+) -> ExitCode:
+    """Judge the programs of a class by a rubric, and write reports.
+
+    SUBMISSIONS is a folder (or its zip file) with an entry for each student: a folder, a zip file, main.c or
+    a built file. What was judged before is not judged again, so an interrupted run goes on with the same
+    command. Exit code 0: all are judged, or cannot be for a reason in the reports; 4: some could not be
+    judged through no fault of theirs.
+    """
+    from emulator.cli.grade import GradeOptions
+    from emulator.cli.grade import grade as grade_class
+
+    options = GradeOptions(
+        submissions=submissions,
+        rubric=rubric,
+        out=out,
+        roster=roster,
+        jobs=jobs,
+        dask=dask,
+        take=take,
+        bus=bus,
+        build_without_sandbox=build_without_sandbox,
+        anonymous=anonymous,
+        before_due_date=before_due_date,
+        autograder=autograder if gradescope else None,
+    )
+    return grade_class(options)
+
+
+@cli.command()
 @click.argument("directory", metavar="DIR", type=click.Path(path_type=Path))
 @click.option(
     "--bus",

@@ -179,6 +179,10 @@ class Verdict(_Part):
         }
         return self.model_copy(update=changed)
 
+    def allowed(self) -> tuple[CheckResult, ...]:
+        """All checks, with as much detail as a student may see who is shown the check."""
+        return tuple(map(_for_student, self.checks))
+
     def to_json(self) -> str:
         """As JSON, on several lines."""
         return self.model_dump_json(indent=1) + "\n"

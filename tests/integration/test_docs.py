@@ -55,7 +55,7 @@ def fcu(command: str, folder: Path | None = None, *, check: bool = True) -> subp
 
 @pytest.mark.parametrize("source", blocks("python"))
 def test_python_examples_run(source: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Tests among them are given to pytest; to the others, a class's submissions are there to be read."""
+    """Tests among them are given to pytest."""
     monkeypatch.chdir(tmp_path)
     if source.startswith(recipe.FILES):  # imported already, from this page
         return
@@ -65,10 +65,6 @@ def test_python_examples_run(source: str, tmp_path: Path, monkeypatch: pytest.Mo
         done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=240)
         assert done.returncode == 0, done.stdout
         return
-    if "submissions" in source:
-        submission = tmp_path / "submissions" / "ada" / "lab3.elf"
-        submission.parent.mkdir(parents=True)
-        submission.write_bytes(prebuilt("solution", "I2C2").read_bytes())
     exec(compile(source, "example", "exec"), {"__name__": "example"})
 
 

@@ -1,0 +1,234 @@
+"""``fcu grade``: a class is judged by a rubric; with ``--gradescope`` one submission, as its autograder."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+import secrets
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
+
+import click
+
+from emulator.cli.exit_codes import ExitCode
+from emulator.errors import InputError
+from emulator.grading.build import Builder
+from emulator.grading.files import write_atomically
+from emulator.grading.grading import Grader
+from emulator.grading.reports.class_page import summary
+from emulator.grading.reports.machine import gradescope_results
+from emulator.grading.reports.writer import Reports
+from emulator.grading.results import Graded, GradedClass, pseudonym
+from emulator.grading.roster import Student, load_roster
+from emulator.grading.rubric import Rubric, load_rubric
+from emulator.grading.store import Store
+from emulator.grading.submissions import Submission, Take, find_submissions
+from emulator.grading.tasks import code_digest
+from emulator.grading.text import one_line
+from emulator.grading.verdict import ExerciseTitle
+from emulator.grading.workers import DaskWorkers, LocalWorkers
+from emulator.isolation import Limits
+
+if TYPE_CHECKING:
+    from click._termui_impl import ProgressBar
+
+_OF_A_WORKER = Limits(memory_bytes=1 << 30, cpu_s=1800, file_bytes=256 << 20)
+"""LAB3's rubric takes some ten seconds of processor time and 150 MB."""
+_MOST_LISTED = 20
+_LARGEST_METADATA = 1 << 20
+
+
+@dataclass(frozen=True)
+class GradeOptions:
+    """The arguments of ``fcu grade`` as typed. ``autograder``: Gradescope's folder, or None for a class."""
+
+    submissions: Path | None
+    rubric: str
+    out: Path | None = None
+    roster: Path | None = None
+    jobs: int | None = None
+    dask: str | None = None
+    take: Take | None = None
+    bus: str = "I2C2"
+    build_without_sandbox: bool = False
+    anonymous: bool = False
+    before_due_date: bool = False
+    autograder: Path | None = None
+
+
+def grade(options: GradeOptions) -> ExitCode:
+    """Grade as asked. Raises FcuError."""
+    if options.autograder is not None:
+        return _grade_for_gradescope(options, options.autograder)
+    if options.submissions is None or options.out is None:
+        raise InputError("give the folder with the submissions, and the folder for the reports: --out DIR")
+    rubric = load_rubric(options.rubric)
+    roster = load_roster(options.roster) if options.roster is not None else None
+    for note in roster.notes if roster else ():
+        _say(note)
+    with TemporaryDirectory(prefix="fcu-class-") as scratch:
+        submissions = find_submissions(options.submissions, roster, Path(scratch))
+        whole = _graded_class(options, options.out, rubric, submissions)
+    return _conclude(whole, options.out)
+
+
+def _graded_class(
+    options: GradeOptions, out: Path, rubric: Rubric, submissions: list[Submission]
+) -> GradedClass:
+    reports = Reports(out, rubric.title, after_due_date=not options.before_due_date)
+    shown = _pseudonyms(out / "kept", submissions) if options.anonymous else None
+    found: dict[str, Graded] = {}
+    with _grader(options, rubric, out / "kept", shown) as grader:
+        try:
+            with closing(grader.grade(submissions)) as finished, _progress(len(submissions)) as advance:
+                for submission, graded in finished:
+                    found[submission.student.id] = reports.student(graded)
+                    advance(graded)
+        except KeyboardInterrupt:
+            _say(f"{len(found)} of {len(submissions)} are done and kept; the same command goes on from there")
+            raise
+    lines = [found[submission.student.id] for submission in submissions]
+    if options.anonymous:
+        lines.sort(key=lambda one: one.id)  # the roster's order would say who is who
+    whole = GradedClass(
+        rubric=rubric.name,
+        rubric_title=rubric.title,
+        rubric_digest=rubric.digest,
+        version=code_digest(),
+        max_points=rubric.max_points,
+        exercises=tuple(ExerciseTitle(exercise=one.id, title=one.title) for one in rubric.exercises),
+        anonymous=options.anonymous,
+        submissions=tuple(lines),
+    )
+    reports.whole(whole)
+    return whole
+
+
+@contextmanager
+def _grader(
+    options: GradeOptions, rubric: Rubric, kept: Path | None, shown: dict[str, Student] | None
+) -> Iterator[Grader]:
+    """Workers and everything else; closed at the end."""
+    workers: LocalWorkers | DaskWorkers
+    if options.dask is not None:
+        workers = DaskWorkers(options.dask)
+    else:
+        workers = LocalWorkers(options.jobs or os.cpu_count() or 1)
+    grader = Grader(
+        rubric=rubric,
+        rubric_name=rubric.name if options.rubric == rubric.name else str(rubric.path.resolve()),
+        workers=workers,
+        slots=workers.slots,
+        builder=lambda: Builder(
+            options.bus,
+            sandbox=not options.build_without_sandbox,
+            kept=kept / "builds" if kept is not None else None,
+        ),
+        store=Store(kept / "verdicts", rubric) if kept is not None else None,
+        take=options.take,
+        limits=_OF_A_WORKER if options.dask is None else None,
+        shown=(lambda student: shown[student.id]) if shown is not None else (lambda student: student),
+    )
+    with closing(grader), workers:
+        yield grader
+
+
+def _pseudonyms(kept: Path, submissions: list[Submission]) -> dict[str, Student]:
+    """By id, whom the reports show instead; who is who is written down for the teacher."""
+    file = kept / "pseudonym.key"
+    try:
+        key = file.read_bytes()
+    except OSError:
+        key = secrets.token_bytes(32)
+        write_atomically(file, key)
+    shown = {one.student.id: pseudonym(one.student, key) for one in submissions}
+    sink = io.StringIO(newline="")
+    table = csv.writer(sink)
+    table.writerow(["pseudonym", "id", "name"])
+    students = {one.student.id: one.student for one in submissions}
+    table.writerows([shown[name].id, name, one_line(student.name)] for name, student in students.items())
+    write_atomically(kept / "who-is-who.csv", sink.getvalue())
+    return shown
+
+
+@contextmanager
+def _progress(length: int) -> Iterator[Callable[[Graded], None]]:
+    """A bar on stderr; nothing where that is no terminal."""
+    if sys.stderr is None or not sys.stderr.isatty():
+        yield _ignore
+        return
+    bar: ProgressBar[Graded | None]
+    with click.progressbar(
+        length=length, label="fcu: judging", file=sys.stderr, item_show_func=_progress_name
+    ) as bar:
+        yield lambda graded: bar.update(1, graded)
+
+
+def _ignore(graded: Graded) -> None:
+    """Where nobody watches."""
+
+
+def _progress_name(graded: Graded | None) -> str | None:
+    return None if graded is None else one_line(graded.shown_name, 30)
+
+
+def _conclude(whole: GradedClass, out: Path) -> ExitCode:
+    """Say how it went; the exit code is about the grading, not about the programs."""
+    for line in summary(whole):
+        click.echo(line)
+    for one in whole.not_judged[:_MOST_LISTED]:
+        click.echo(f"  {one_line(one.shown_name, 60)}: {one.reason}")
+    if len(whole.not_judged) > _MOST_LISTED:
+        click.echo(f"  and {len(whole.not_judged) - _MOST_LISTED} more")
+    click.echo(f"reports: {out / 'index.html'}")
+    again = whole.of("unjudged", "partly")
+    if again:
+        _say(f"{len(again)} could not be judged, through no fault of theirs; run the same command again")
+    return ExitCode.NOT_JUDGED if again else ExitCode.HELD
+
+
+def _say(line: str) -> None:
+    with suppress(OSError):
+        click.echo(f"fcu: {line}", err=True)
+
+
+# -- Gradescope ---------------------------------------------------------------------------------------------
+
+
+def _grade_for_gradescope(options: GradeOptions, autograder: Path) -> ExitCode:
+    """The submission in ``autograder``/submission, judged into ``autograder``/results/results.json."""
+    began_s = time.monotonic()
+    rubric = load_rubric(options.rubric)
+    folder = autograder / "submission"
+    if not folder.is_dir():
+        raise InputError(
+            f"{folder} is no folder; --gradescope runs where Gradescope has laid out its folders"
+        )
+    submission = Submission(_submitter(autograder / "submission_metadata.json"), folder)
+    with _grader(options, rubric, None, None) as grader:
+        _, graded = next(grader.grade([submission]))
+    results = gradescope_results(graded, rubric.max_points, time.monotonic() - began_s)
+    file = autograder / "results" / "results.json"
+    write_atomically(file, json.dumps(results, indent=1) + "\n")
+    click.echo(f"{file}: {results['score']:g} of {rubric.max_points:g} points")
+    return ExitCode.HELD
+
+
+def _submitter(metadata: Path) -> Student:
+    """Whom Gradescope names; of a group the one with the lowest id, so that the board stays the same."""
+    try:
+        with metadata.open("rb") as file:
+            table = json.loads(file.read(_LARGEST_METADATA))
+        users = [user for user in table["users"] if isinstance(user, dict)]
+        first = min(users, key=lambda user: str(user["id"]))
+        return Student(str(first["id"]), str(first.get("name") or ""), str(first.get("email") or ""))
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return Student("gradescope")

@@ -1,0 +1,125 @@
+"""Archives from strangers: a zip file's regular files, in bounded memory, time and space, inside one folder.
+
+Refused as a whole, with a reason, is what no honest archive of a lab has: names that lead out, links and
+devices, encrypted or twice-named files, more than the allowed number of entries or bytes, and a ratio of
+compression that only bombs have. What counts is what is really unpacked, not what the directory promises.
+
+Decision: entries are counted by their signature before the directory is parsed, for parsing is what takes
+memory; a file that has the four bytes elsewhere is only counted too high. The road not taken, ``shutil`` or
+``ZipFile.extractall``, mends names silently and has no bounds.
+"""
+
+from __future__ import annotations
+
+import mmap
+import re
+import stat
+import zipfile
+import zlib
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath, PureWindowsPath
+from typing import Final
+
+from emulator.errors import InputError
+from emulator.grading.text import one_line
+
+_DIRECTORY_ENTRY = re.compile(re.escape(b"PK\x01\x02"))
+_ENCRYPTED = 0x1
+_COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+_PIECE = 1 << 16
+_HONEST = 1 << 20  # bytes that any archive may unpack to, whatever the ratio
+_LONGEST_NAME = 240
+_RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com\d|lpt\d)(\..*)?")  # Windows opens devices by these names
+
+
+class ArchiveError(InputError):
+    """An archive that is not unpacked; the message says why, without the archive's name."""
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """What an archive may come to."""
+
+    entries: int
+    bytes: int
+    """Of the archive, and of all that it unpacks to."""
+    ratio: float = 200.0
+    """Unpacked over packed. Text comes to 10, an ELF file to 4, a HEX file of zeros to 150."""
+
+
+SUBMISSION: Final = Bounds(entries=2_000, bytes=64 << 20)
+CLASS: Final = Bounds(entries=100_000, bytes=4 << 30)
+"""A learning platform's archive of all submissions."""
+
+
+def unpack(archive: Path, into: Path, bounds: Bounds = SUBMISSION) -> None:
+    """Write the archive's files into the folder ``into``, which is made. Raises ArchiveError."""
+    try:
+        size = archive.stat().st_size
+        if size > bounds.bytes:
+            raise ArchiveError(f"is {size} bytes long; {bounds.bytes} are allowed")
+        _count_entries(archive, bounds)
+        with zipfile.ZipFile(archive) as opened:
+            _unpack(opened, into, bounds, packed=size)
+    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, UnicodeError) as error:
+        raise ArchiveError(f"is damaged, or no zip file: {one_line(str(error), 80)}") from error
+    except (OSError, ValueError) as error:  # ValueError: names that the system cannot have
+        raise ArchiveError(f"cannot be unpacked: {one_line(str(error), 120)}") from error
+
+
+def _count_entries(archive: Path, bounds: Bounds) -> None:
+    if archive.stat().st_size == 0:
+        raise ArchiveError("is empty")
+    with archive.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as contents:
+        for number, _ in enumerate(_DIRECTORY_ENTRY.finditer(contents), start=1):
+            if number > bounds.entries:
+                raise ArchiveError(f"has more than {bounds.entries} files")
+
+
+def _unpack(opened: zipfile.ZipFile, into: Path, bounds: Bounds, packed: int) -> None:
+    into.mkdir(parents=True, exist_ok=True)
+    left = bounds.bytes
+    most = max(_HONEST, int(packed * bounds.ratio))
+    taken: set[str] = set()
+    for entry in opened.infolist():
+        parts = _checked_name(entry)
+        if entry.is_dir() or not parts:
+            continue
+        key = "/".join(parts).casefold()
+        if key in taken:
+            raise ArchiveError(f"has {_shown(entry)} twice")
+        taken.add(key)
+        target = into.joinpath(*parts)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with opened.open(entry) as source, target.open("xb") as sink:
+            while piece := source.read(_PIECE):
+                left -= len(piece)
+                if left < 0:
+                    raise ArchiveError(f"unpacks to more than {bounds.bytes} bytes")
+                if bounds.bytes - left > most:
+                    raise ArchiveError(f"unpacks to more than {bounds.ratio:g} times its size: a zip bomb")
+                sink.write(piece)
+
+
+def _checked_name(entry: zipfile.ZipInfo) -> tuple[str, ...]:
+    """The parts of an entry's path. Raises ArchiveError for what no honest archive has."""
+    name = entry.filename.replace("\\", "/")  # as some Windows programs write it
+    kind = stat.S_IFMT(entry.external_attr >> 16)
+    if kind not in (0, stat.S_IFREG, stat.S_IFDIR):
+        raise ArchiveError(f"has {_shown(entry)}, which is a link or a device")
+    if entry.flag_bits & _ENCRYPTED:
+        raise ArchiveError(f"has {_shown(entry)}, which is encrypted")
+    if entry.compress_type not in _COMPRESSIONS:
+        raise ArchiveError(f"has {_shown(entry)}, packed in an unusual way; use plain zip")
+    path = PurePosixPath(name)
+    if path.is_absolute() or PureWindowsPath(name).anchor or ".." in path.parts:
+        raise ArchiveError(f"has {_shown(entry)}, which leads out of it")
+    if len(name) > _LONGEST_NAME or any(not part.isprintable() for part in path.parts):
+        raise ArchiveError(f"has {_shown(entry)}, which is no name for a file")
+    if any(_RESERVED.fullmatch(part) or ":" in part for part in path.parts):
+        raise ArchiveError(f"has {_shown(entry)}, which is no name for a file on every system")
+    return path.parts
+
+
+def _shown(entry: zipfile.ZipInfo) -> str:
+    return repr(one_line(entry.filename, 60))

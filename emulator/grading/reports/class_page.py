@@ -1,0 +1,152 @@
+"""The class's report, for the teacher: the distribution, the hardest checks, who is not judged, everybody."""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from emulator.grading.reports.markup import Html, element, page
+from emulator.grading.reports.plots import histogram, share_bar
+from emulator.grading.reports.student_page import number
+from emulator.grading.reports.style import STYLE
+from emulator.grading.results import Graded, GradedClass
+
+_MOST_HARD = 12
+_STATUS = {
+    "rejected": "cannot be judged as handed in",
+    "missing": "nothing handed in",
+    "unjudged": "not judged: try again",
+    "partly": "some checks not judged: try again",
+}
+
+
+@dataclass(frozen=True)
+class HardCheck:
+    """A check by how many passed it. ``share``: of its points, over all who were judged."""
+
+    check: str
+    title: str
+    share: float
+    passed: int
+    judged: int
+
+
+def hardest_checks(graded: GradedClass) -> list[HardCheck]:
+    """All checks that give points, the hardest first."""
+    found: dict[str, list[tuple[str, float, bool]]] = {}
+    for one in graded.submissions:
+        for check in one.verdict.checks if one.verdict else ():
+            if check.max_points and check.outcome != "unjudged":
+                result = check.title, check.points / check.max_points, check.outcome == "passed"
+                found.setdefault(check.check, []).append(result)
+    hard = [
+        HardCheck(
+            name,
+            results[0][0],
+            statistics.fmean(share for _, share, _ in results),
+            sum(passed for *_, passed in results),
+            len(results),
+        )
+        for name, results in found.items()
+    ]
+    return sorted(hard, key=lambda one: one.share)
+
+
+def class_page(graded: GradedClass) -> str:
+    """The page."""
+    return page(f"{graded.rubric_title}: the class", STYLE, *_body(graded))
+
+
+def summary(graded: GradedClass) -> list[str]:
+    """The class in a few lines of text."""
+    points = _points(graded)
+    lines = [f"{len(graded.submissions)} submissions: {len(points)} judged, {len(graded.not_judged)} not"]
+    if points:
+        middle = f"mean {statistics.fmean(points):.1f}, median {statistics.median(points):.1f}"
+        full = sum(value >= graded.max_points for value in points)
+        lines.append(f"of {number(graded.max_points)} points: {middle}; {full} have all of them")
+    return lines
+
+
+def _points(graded: GradedClass) -> list[float]:
+    return [one.points for one in graded.submissions if one.points is not None]
+
+
+def _body(graded: GradedClass) -> Iterator[Html]:
+    yield element("h1", graded.rubric_title)
+    yield from (element("p", line) for line in summary(graded))
+    points = _points(graded)
+    if points:
+        yield element("h2", "How the points are distributed")
+        yield histogram(points, graded.max_points)
+    yield from _not_judged(graded.not_judged)
+    yield from _hardest(hardest_checks(graded))
+    yield element("h2", "Everybody")
+    yield element("div", _everybody(graded), class_="scroll")
+    yield element("p", f"Rubric {graded.rubric}, {graded.version}.", class_="quiet")
+
+
+def _not_judged(ones: list[Graded]) -> Iterator[Html]:
+    if not ones:
+        return
+    yield element("h2", f"Not judged: {len(ones)}")
+    yield element("p", "These have no grade, neither zero nor another one.", class_="quiet")
+    rows = (
+        element(
+            "tr",
+            element("td", _link(one), class_="who"),
+            element("td", _STATUS[one.status]),
+            element("td", one.reason),
+        )
+        for one in ones
+    )
+    head = element("tr", element("th", "who"), element("th", "what"), element("th", "why"))
+    yield element("div", element("table", head, *rows), class_="scroll")
+
+
+def _hardest(checks: list[HardCheck]) -> Iterator[Html]:
+    missed = [one for one in checks if one.passed < one.judged][:_MOST_HARD]
+    if not missed:
+        return
+    yield element("h2", "The hardest checks")
+    rows = (
+        element(
+            "tr",
+            element("td", one.check),
+            element("td", one.title),
+            element("td", share_bar(one.share)),
+            element("td", f"{one.passed} of {one.judged}", class_="number"),
+        )
+        for one in missed
+    )
+    head = [element("th", name) for name in ("check", "what", "share of its points")]
+    yield element("table", element("tr", *head, element("th", "passed by", class_="number")), *rows)
+
+
+def _everybody(graded: GradedClass) -> Html:
+    names = [exercise.exercise for exercise in graded.exercises]
+    head = [element("th", "who")]
+    head += [
+        element("th", name, class_="number", title=one.title)
+        for name, one in zip(names, graded.exercises, strict=True)
+    ]
+    head.append(element("th", "points", class_="number"))
+    rows = []
+    for one in graded.submissions:
+        cells = [element("td", _link(one), "" if one.on_roster else " (not on the roster)")]
+        cells += [element("td", _of_exercise(one, name), class_="number") for name in names]
+        total = number(one.points) if one.points is not None else "not judged"
+        rows.append(element("tr", *cells, element("td", total, class_="number")))
+    return element("table", element("tr", *head), *rows)
+
+
+def _of_exercise(one: Graded, exercise: str) -> str:
+    checks = one.verdict.of(exercise) if one.verdict else ()
+    if not checks or any(check.outcome == "unjudged" for check in checks):
+        return "–"  # noqa: RUF001
+    return number(sum(check.points for check in checks))
+
+
+def _link(one: Graded) -> Html:
+    return element("a", one.shown_name, href=f"students/{one.report}.html")

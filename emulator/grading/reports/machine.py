@@ -1,0 +1,145 @@
+"""Reports that other programs read: CSV for learning platforms, JUnit for CI, Gradescope's ``results.json``.
+
+Decision: a submission without a grade has empty cells, an error in JUnit, and no Gradescope results: no
+format gets a zero for what was not judged. What was handed in but cannot be judged (it does not compile, it
+is no ELF) is different on Gradescope alone: its student sees at once why and hands in again, so it gets 0
+and the reason.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from typing import Any
+from xml.etree import ElementTree as ET
+
+from emulator.errors import NotJudgedError
+from emulator.grading.results import Graded, GradedClass
+from emulator.grading.text import visible
+from emulator.grading.verdict import CheckResult
+
+_FORMULA = ("=", "+", "-", "@", "\t", "\r")
+"""What a spreadsheet takes for a formula at the beginning of a cell (OWASP, CSV injection)."""
+_VISIBILITY = {"always": "visible", "after_due_date": "after_due_date", "never": "hidden"}
+
+# -- CSV ----------------------------------------------------------------------------------------------------
+
+
+def grades_csv(graded: GradedClass) -> str:
+    """A line for each student: id, name, email, points and those of each exercise, status, reason."""
+    sink = io.StringIO(newline="")
+    table = csv.writer(sink)
+    exercises = [exercise.exercise for exercise in graded.exercises]
+    columns = ["id", "name", "email", "points", "max_points", *(f"exercise_{name}" for name in exercises)]
+    table.writerow([*columns, "status", "reason"])
+    for one in graded.submissions:
+        row = [one.id, one.name, one.email, _points(one.points), _points(graded.max_points)]
+        row += [_points(_of(one, exercise)) for exercise in exercises]
+        table.writerow([_cell(text) for text in (*row, one.status, one.reason)])
+    return sink.getvalue()
+
+
+def _of(one: Graded, exercise: str) -> float | None:
+    checks = one.verdict.of(exercise) if one.verdict else ()
+    if not checks or any(check.outcome == "unjudged" for check in checks):
+        return None
+    return round(sum(check.points for check in checks), 4)
+
+
+def _points(value: float | None) -> str:
+    return "" if value is None else f"{value:g}"
+
+
+def _cell(text: str) -> str:
+    """Text that a spreadsheet shows and does not execute, on one line."""
+    shown = visible(text)
+    return f"'{shown}" if shown.startswith(_FORMULA) else shown
+
+
+# -- JUnit --------------------------------------------------------------------------------------------------
+
+
+def junit_xml(graded: GradedClass) -> str:
+    """A suite for each student, a case for each check."""
+    root = ET.Element("testsuites", name=graded.rubric)
+    for one in graded.submissions:
+        checks = one.verdict.checks if one.verdict else ()
+        failed = sum(check.outcome in ("failed", "partial") for check in checks)
+        unjudged = sum(check.outcome == "unjudged" for check in checks)
+        counts = {"tests": len(checks) or 1, "failures": failed, "errors": unjudged if checks else 1}
+        suite = ET.SubElement(root, "testsuite", name=visible(one.shown_name), skipped="0")
+        suite.attrib |= {name: str(count) for name, count in counts.items()}
+        for check in checks:
+            _case(suite, graded.rubric, check)
+        if not checks:
+            case = ET.SubElement(suite, "testcase", classname=graded.rubric, name="submission", time="0")
+            ET.SubElement(case, "error", message=visible(one.reason), type=one.status)
+    ET.indent(root)
+    return '<?xml version="1.0" encoding="utf-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
+
+
+def _case(suite: ET.Element, rubric: str, check: CheckResult) -> None:
+    name = visible(f"{check.check} {check.title}")
+    case = ET.SubElement(suite, "testcase", classname=f"{rubric}.{check.exercise}", name=name, time="0")
+    if check.outcome == "unjudged":
+        ET.SubElement(case, "error", message=visible(check.unjudged_because), type="unjudged")
+    elif check.outcome != "passed":
+        said = f"{check.points:g} of {check.max_points:g} points"
+        failure = ET.SubElement(case, "failure", message=said, type=check.outcome)
+        failure.text = visible(_sentences(check), lines=True)
+
+
+# -- Gradescope ---------------------------------------------------------------------------------------------
+
+
+def gradescope_results(one: Graded, max_points: float, seconds: float) -> dict[str, Any]:
+    """``results.json`` of one submission.
+
+    The fields: https://gradescope-autograders.readthedocs.io/en/latest/specs/. Gradescope shows and hides by
+    itself, so all checks are in it, each with its visibility and with as much detail as the rubric allows.
+
+    Raises NotJudgedError where there is no grade: without the file, Gradescope tells the course's staff that
+    the autograder has failed, and lets them run it again.
+    """
+    if one.status in ("unjudged", "partly", "missing"):
+        raise NotJudgedError(f"{one.shown_name}: {one.reason}; run the autograder again")
+    results: dict[str, Any] = {
+        "execution_time": round(seconds),
+        "stdout_visibility": "hidden",
+        "output_format": "text",
+        "test_output_format": "text",
+        "test_name_format": "text",
+        "extra_data": {"seed": one.seed, "status": one.status},
+    }
+    if one.verdict is None:
+        said = f"This submission cannot be judged as it was handed in: it {one.reason}."
+        log = f"\n\n{one.build_log}" if one.build_log else ""
+        return {**results, "score": 0.0, "output": visible(said + log, lines=True), "tests": []}
+    verdict = one.verdict
+    warnings = f"Warnings of the compiler:\n{one.build_log}" if one.build_log else ""
+    results["extra_data"] |= {"rubric_digest": verdict.rubric_digest, "version": verdict.version}
+    tests = [
+        _gradescope_test(check, shown) for check, shown in zip(verdict.checks, verdict.allowed(), strict=True)
+    ]
+    said = f"{verdict.points:g} of {max_points:g} points. {warnings}"
+    return {**results, "score": verdict.points, "output": visible(said.strip(), lines=True), "tests": tests}
+
+
+def _gradescope_test(check: CheckResult, shown: CheckResult) -> dict[str, Any]:
+    return {
+        "name": visible(shown.title),
+        "number": check.check,
+        "score": check.points,
+        "max_score": check.max_points,
+        "status": "passed" if check.outcome == "passed" else "failed",
+        "output": visible(_sentences(shown), lines=True),
+        "visibility": _VISIBILITY[check.visibility],
+    }
+
+
+def _sentences(check: CheckResult) -> str:
+    """What a check found, in words."""
+    if check.outcome == "passed":
+        return ""
+    parts = (("expected", check.expected), ("seen", check.actual), ("hint", check.hint))
+    return "\n".join(f"{name}: {text}" for name, text in parts if text)

@@ -1,0 +1,155 @@
+"""One student's report: what was got and why, with what the board showed, in one file that opens offline."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from emulator.grading.reports.markup import Html, element, page
+from emulator.grading.reports.plots import series_plot, share_bar
+from emulator.grading.reports.style import STYLE
+from emulator.grading.results import Graded
+from emulator.grading.verdict import CheckResult, RunEvidence, Verdict
+
+_MARKS = {"passed": "✓", "partial": "◐", "failed": "✗", "unjudged": "?"}
+_WORDS = {"passed": "passed", "partial": "partly passed", "failed": "not passed", "unjudged": "not judged"}
+
+
+def student_page(graded: Graded, title: str, *, after_due_date: bool = True) -> str:
+    """The page: of the verdict, what the rubric lets a student see. ``title``: the rubric's."""
+    return page(f"{graded.shown_name}: {title}", STYLE, *_body(graded, title, after_due_date))
+
+
+def number(value: float) -> str:
+    """Points as people write them: 3, 2.5."""
+    return f"{value:.4g}"
+
+
+def _body(graded: Graded, title: str, after_due_date: bool) -> Iterator[Html]:
+    yield element("p", title, class_="quiet")
+    yield element("h1", graded.shown_name)
+    verdict = graded.verdict and graded.verdict.for_student(after_due_date)
+    counted = graded.verdict if after_due_date else verdict
+    if counted is not None:
+        total = f"{number(counted.points)} of {number(counted.max_points)} points"
+        yield element("p", total, class_="points")
+    if graded.status != "judged":
+        yield _notice(graded)
+    if graded.build_log:
+        yield from _build_log(graded)
+    if verdict is None:
+        return
+    yield _overview(verdict)
+    for exercise in verdict.exercises:
+        checks = verdict.of(exercise.exercise)
+        if checks:
+            yield element(
+                "h2", f"Exercise {exercise.exercise}: {exercise.title}", id=f"e-{exercise.exercise}"
+            )
+            yield from map(_check, checks)
+            yield from _links(verdict.evidence_of(exercise.exercise))
+    if verdict.hidden_checks:
+        some = "one check is" if verdict.hidden_checks == 1 else f"{verdict.hidden_checks} checks are"
+        yield element("p", f"Besides, {some} not shown here.", class_="quiet")
+    for evidence in verdict.evidence:
+        yield from _run(evidence)
+    yield _footer(graded, verdict)
+
+
+def _notice(graded: Graded) -> Html:
+    words = {
+        "rejected": "This submission could not be judged as it was handed in: it ",
+        "missing": "There is no submission: ",
+        "unjudged": "This submission has not been judged, through no fault of its own: ",
+        "partly": "Some checks could not be judged, through no fault of the program, and do not count: ",
+    }
+    return element("div", element("p", words[graded.status], graded.reason, "."), class_="notice")
+
+
+def _build_log(graded: Graded) -> Iterator[Html]:
+    compiled = graded.verdict is not None
+    yield element("h2", "Warnings of the compiler" if compiled else "What the compiler said")
+    yield element("pre", graded.build_log)
+
+
+def _overview(verdict: Verdict) -> Html:
+    rows = []
+    for exercise in verdict.exercises:
+        checks = verdict.of(exercise.exercise)
+        most = sum(check.max_points for check in checks)
+        got = sum(check.points for check in checks)
+        if checks:
+            link = element("a", exercise.title, href=f"#e-{exercise.exercise}")
+            share = share_bar(got / most if most else 0.0)
+            points = element("td", f"{number(got)} of {number(most)}", class_="number")
+            rows.append(
+                element(
+                    "tr", element("td", exercise.exercise), element("td", link), element("td", share), points
+                )
+            )
+    head = element(
+        "tr",
+        *(element("th", name) for name in ("", "exercise", "")),
+        element("th", "points", class_="number"),
+    )
+    return element("table", head, *rows)
+
+
+def _check(check: CheckResult) -> Html:
+    mark = element("span", _MARKS[check.outcome], class_=f"mark {check.outcome}", title=_WORDS[check.outcome])
+    worth = f"{number(check.points)} of {number(check.max_points)}"
+    if check.outcome == "unjudged":
+        worth = f"not judged, {number(check.max_points)}"
+    rows: list[Html] = []
+    for name, text in (
+        ("expected", check.expected),
+        ("seen", check.actual),
+        ("because", check.unjudged_because),
+        ("hint", check.hint if check.outcome in ("failed", "partial") else ""),
+    ):
+        if text:
+            rows += [element("dt", name), element("dd", text)]
+    details = element("dl", *rows) if rows else None
+    return element(
+        "div",
+        mark,
+        element("span", check.title),
+        element("span", worth, class_="worth"),
+        details,
+        class_="check",
+    )
+
+
+def _links(evidence: tuple[RunEvidence, ...]) -> Iterator[Html]:
+    if evidence:
+        links: list[Html | str] = []
+        for one in evidence:
+            links += [", " if links else "", element("a", one.question, href=f"#r-{one.run}")]
+        yield element("p", "What the board showed: ", *links, class_="quiet")
+
+
+def _run(run: RunEvidence) -> Iterator[Html]:
+    yield element("h2", f"Run: {run.question}", id=f"r-{run.run}")
+    facts = [f"{run.duration_s:g} s of virtual time"]
+    if run.timer_hz is not None:
+        facts.append(f"the callback's timer runs at {run.timer_hz:.6g} Hz")
+        facts.append(f"{run.ticks} ticks, {run.ticks_late} late, {run.ticks_lost} lost")
+    yield element("p", "; ".join(facts), class_="quiet")
+    if run.stopped:
+        yield element("div", element("p", f"The run {run.stopped}"), class_="cause fatal")
+    for cause in run.causes:
+        lines = (element("p", line) for line in (cause.summary, *cause.details))
+        yield element("div", *lines, class_="cause fatal" if cause.fatal else "cause")
+    yield from map(series_plot, run.series)
+    text = run.terminal or "(nothing was printed)"
+    yield element("details", element("summary", "The terminal"), element("pre", text))
+    if run.replay:
+        how = "The same run on your machine: save this as run.toml, then fcu run lab3.elf --scenario run.toml"
+        yield element(
+            "details", element("summary", "The scenario"), element("p", how), element("pre", run.replay)
+        )
+
+
+def _footer(graded: Graded, verdict: Verdict) -> Html:
+    what = f"{graded.firmware}, SHA-256 {verdict.firmware_digest[:16]}; seed {verdict.seed}"
+    by = f"rubric {verdict.rubric}, fcu-emulator {verdict.version}"
+    return element("p", f"Judged: {what}; {by}.", class_="quiet")

@@ -1,0 +1,59 @@
+"""Puts a class's reports into a folder.
+
+::
+
+    index.html          the class, for the teacher
+    grades.csv          for the learning platform
+    grade.json          everything but the evidence; junit.xml the same for CI
+    students/NAME.html  for each student, to be handed out; nothing in it that the rubric hides
+    evidence/NAME.json  the whole verdict, with terminal and plots as numbers
+    kept/               what was built and judged, for the next run; with --anonymous, who is who
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from pathlib import Path
+
+from emulator.grading.files import write_atomically
+from emulator.grading.reports.class_page import class_page
+from emulator.grading.reports.machine import grades_csv, junit_xml
+from emulator.grading.reports.student_page import student_page
+from emulator.grading.results import Graded, GradedClass
+
+
+class Reports:
+    """The folder. ``title``: the rubric's. All methods raise OutputError when a file cannot be written."""
+
+    def __init__(self, folder: Path, title: str, *, after_due_date: bool = True) -> None:
+        self._folder = folder
+        self._title = title
+        self._after_due_date = after_due_date
+
+    @property
+    def index(self) -> Path:
+        """The page to begin with."""
+        return self._folder / "index.html"
+
+    def student(self, graded: Graded) -> Graded:
+        """Write one student's page and evidence; the line for the class, which goes without the evidence."""
+        text = student_page(graded, self._title, after_due_date=self._after_due_date)
+        write_atomically(self._folder / "students" / f"{graded.report}.html", text)
+        if graded.verdict is None:
+            return graded
+        write_atomically(self._folder / "evidence" / f"{graded.report}.json", graded.verdict.to_json())
+        return graded.model_copy(update={"verdict": graded.verdict.model_copy(update={"evidence": ()})})
+
+    def whole(self, graded: GradedClass) -> None:
+        """Write the class's files, and remove pages of earlier runs that are not part of it any more."""
+        write_atomically(self._folder / "grade.json", graded.to_json())
+        write_atomically(self._folder / "grades.csv", "\ufeff" + grades_csv(graded))  # else Excel guesses
+        write_atomically(self._folder / "junit.xml", junit_xml(graded))
+        write_atomically(self.index, class_page(graded))
+        pages = {f"{one.report}.html" for one in graded.submissions}
+        evidence = {f"{one.report}.json" for one in graded.submissions if one.verdict is not None}
+        for kind, current in (("students", pages), ("evidence", evidence)):
+            for path in (self._folder / kind).glob("*.*"):
+                if path.name not in current:
+                    with suppress(OSError):
+                        path.unlink()

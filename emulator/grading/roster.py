@@ -1,0 +1,147 @@
+"""The class: a CSV file with a line for each student, as learning platforms export it.
+
+Columns are found by their names, in any order and case: an id (``id``, ``sid``, ``student id``,
+``identifier``, ``username``), a name (``name``, ``full name``, or ``first name`` and ``last name``), an
+``email``, and, where files are called otherwise, the ``submission``: the name of the student's file or
+folder. Only the id is needed. Other columns are left alone.
+
+A file that is no UTF-8 is read as Windows-1252, which spreadsheets write; a note says so.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from emulator.errors import InputError
+from emulator.grading.text import one_line
+
+_LARGEST = 8 << 20  # bytes
+_MOST_ROWS = 100_000
+_LONGEST_FIELD = 1_000
+_COLUMNS: Final = {
+    "id": ("id", "sid", "student id", "student_id", "studentid", "identifier", "id number", "username"),
+    "name": ("name", "full name", "fullname", "student", "student name"),
+    "first": ("first name", "firstname", "given name"),
+    "last": ("last name", "lastname", "surname", "family name"),
+    "email": ("email", "e-mail", "email address", "mail"),
+    "submission": ("submission", "file", "folder"),
+}
+_IDENTIFIER_PREFIX = "Participant "  # Moodle's grading worksheet writes "Participant 1234"
+
+
+@dataclass(frozen=True)
+class Student:
+    """One line of the roster. Seeds and file names are made from ``id``."""
+
+    id: str
+    name: str = ""
+    email: str = ""
+    submission: str = ""
+    """What the student's file or folder is called, where it is not called after id, name or email."""
+
+
+class Roster:
+    """The class, in the order of its file."""
+
+    def __init__(self, students: Iterable[Student], notes: Iterable[str] = ()) -> None:
+        self.students = tuple(students)
+        self.notes = tuple(notes)
+        self._by_key: dict[str, Student | None] = {}
+        for student in self.students:
+            ids = {student.id, student.id.removeprefix(_IDENTIFIER_PREFIX)}
+            for key in ids | {student.name, student.email, student.email.partition("@")[0]} - {""}:
+                known = self._by_key.setdefault(_key(key), student)
+                if known is not student:  # two of that name: it says nothing
+                    self._by_key[_key(key)] = None
+        for student in self.students:  # ids and explicit names win over namesakes
+            self._by_key[_key(student.id)] = student
+            if student.submission:
+                self._by_key[_key(student.submission)] = student
+
+    def find(self, *keys: str) -> Student | None:
+        """Whom the first of ``keys`` that means exactly one student means."""
+        found = (self._by_key.get(_key(key)) for key in keys if key.strip())
+        return next(filter(None, found), None)
+
+
+def load_roster(path: Path) -> Roster:
+    """The roster in a CSV file. Raises InputError that names file and line, and what would be right."""
+    text, notes = _read(path)
+    lines = csv.reader(io.StringIO(text, newline=""), delimiter=_delimiter(text), strict=True)
+    students: dict[str, Student] = {}
+    try:
+        columns = _columns(path, next(lines, []))
+        for row in lines:
+            if not any(field.strip() for field in row):
+                continue
+            student = _student(path, lines.line_num, columns, row)
+            if student.id.casefold() in students:
+                problem = f"the id {one_line(student.id, 40)!r} stands there twice; ids are unique"
+                raise InputError(f"{path}:{lines.line_num}: {problem}")
+            students[student.id.casefold()] = student
+            if len(students) > _MOST_ROWS:
+                raise InputError(f"{path}: has more than {_MOST_ROWS} students")
+    except csv.Error as error:
+        raise InputError(f"{path}:{lines.line_num}: is no CSV: {one_line(str(error), 80)}") from error
+    return Roster(students.values(), notes)
+
+
+def _read(path: Path) -> tuple[str, list[str]]:
+    try:
+        if path.exists() and not path.is_file():
+            raise InputError(f"{path}: is no ordinary file; give a CSV file with a column id")
+        with path.open("rb") as file:
+            data = file.read(_LARGEST + 1)
+    except OSError as error:
+        problem = f"cannot be read: {error.strerror or error}; give a CSV file with a column id"
+        raise InputError(f"{path}: {problem}") from error
+    if len(data) > _LARGEST:
+        raise InputError(f"{path}: is larger than {_LARGEST >> 20} MiB; give a CSV file with a column id")
+    try:
+        return data.decode("utf-8-sig"), []
+    except UnicodeDecodeError:
+        note = f"{path}: is no UTF-8; read as Windows-1252, so look whether the names are right"
+        return data.decode("cp1252", errors="replace"), [note]
+
+
+def _delimiter(text: str) -> str:
+    """Comma; semicolon or tab where the header has more of them (spreadsheets in half of Europe)."""
+    header = text.partition("\n")[0]
+    return max(",;\t", key=header.count)
+
+
+def _columns(path: Path, header: list[str]) -> dict[str, int]:
+    names = [one_line(name, 60).casefold() for name in header]
+    found = {
+        what: names.index(known)
+        for what, spellings in _COLUMNS.items()
+        for known in spellings[::-1]  # the first spelling wins
+        if known in names
+    }
+    if "id" not in found:
+        has = ", ".join(filter(None, names)) or "nothing"
+        raise InputError(f"{path}:1: has no column for ids (it has {has}); call one of them id")
+    return found
+
+
+def _student(path: Path, line: int, columns: dict[str, int], row: list[str]) -> Student:
+    def field(what: str) -> str:
+        index = columns.get(what)
+        text = row[index] if index is not None and index < len(row) else ""
+        if len(text) > _LONGEST_FIELD:
+            raise InputError(f"{path}:{line}: {what} has more than {_LONGEST_FIELD} signs; shorten it")
+        return text.strip()
+
+    if not field("id"):
+        raise InputError(f"{path}:{line}: has no id; give each student one")
+    name = field("name") or f"{field('first')} {field('last')}".strip()
+    return Student(field("id"), name, field("email"), field("submission"))
+
+
+def _key(text: str) -> str:
+    return " ".join(text.split()).casefold()

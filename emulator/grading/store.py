@@ -1,0 +1,56 @@
+"""Verdicts kept by content: what was judged once is not judged again, today or after an interruption.
+
+A verdict is found by what decides it: the firmware's bytes, the rubric's judging part, the seed, what the
+compiler said, and the version of the emulator. Words of the rubric (titles, hints, visibility) are no part
+of that: they are put into the kept verdict.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+
+from emulator.grading.files import write_atomically
+from emulator.grading.rubric import Rubric
+from emulator.grading.tasks import Task
+from emulator.grading.verdict import Verdict
+
+_FORMAT = 1
+
+
+class Store:
+    """A folder of verdicts."""
+
+    def __init__(self, folder: Path, rubric: Rubric) -> None:
+        self._folder = folder
+        self._rubric = rubric
+
+    def find(self, task: Task) -> Verdict | None:
+        """The verdict on a task, in the rubric's words of today; None if there is none that can be read."""
+        from emulator.grading.judge import reworded
+
+        try:
+            verdict = Verdict.from_json(self._path(task).read_bytes())
+            return (
+                verdict if verdict.rubric_digest == self._rubric.digest else reworded(verdict, self._rubric)
+            )
+        except (OSError, ValueError, KeyError):
+            return None
+
+    def keep(self, task: Task, verdict: Verdict) -> None:
+        """Keep a verdict; one with checks that could not be judged is not worth keeping."""
+        if not verdict.unjudged:
+            write_atomically(self._path(task), verdict.to_json())
+
+    def _path(self, task: Task) -> Path:
+        decides = [
+            _FORMAT,
+            task.code,
+            self._rubric.judging_digest,
+            hashlib.sha256(task.firmware).hexdigest(),
+            task.seed,
+            task.build_log,
+        ]
+        key = hashlib.sha256(json.dumps(decides).encode()).hexdigest()
+        return self._folder / key[:2] / f"{key}.json"

@@ -1,0 +1,40 @@
+"""Text from strangers, made fit to be shown: names, paths, compilers' words, what a firmware printed.
+
+A terminal obeys control characters, and so do a few viewers of logs; Unicode has more that reorder the line
+they stand in (bidirectional overrides) or cannot be seen (zero-width ones). All are written as escapes.
+"""
+
+from __future__ import annotations
+
+_SPACES = frozenset(
+    "\xa0\u1680\u2000\u2001\u2002\u2003\u2004\u2005\u2006\u2007\u2008\u2009\u200a\u202f\u205f\u3000"
+)
+_KEPT = frozenset("\n\t")
+
+
+def visible(text: str, *, lines: bool = False) -> str:
+    """``text`` with what controls or hides written as an escape; with ``lines``, newlines and tabs are kept.
+
+    A carriage return before or after a newline, as the lab's text has it, is left out with ``lines``.
+    """
+    if lines:
+        text = text.replace("\r\n", "\n").replace("\n\r", "\n")
+    if text.isprintable():
+        return text
+    kept = _KEPT if lines else frozenset()
+    return "".join(sign if sign.isprintable() or sign in kept else _escape(sign) for sign in text)
+
+
+def one_line(text: str, longest: int = 200) -> str:
+    """``text`` on one line, with no more than ``longest`` signs."""
+    shown = visible(" ".join(text.split()))
+    return shown if len(shown) <= longest else shown[: longest - 3] + "..."
+
+
+def _escape(sign: str) -> str:
+    if sign in _SPACES:
+        return " "
+    code = ord(sign)
+    if code < 0x100:
+        return f"\\x{code:02x}"
+    return f"\\u{code:04x}" if code < 0x1_0000 else f"\\U{code:08x}"

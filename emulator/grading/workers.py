@@ -1,0 +1,271 @@
+"""Who does the judging: processes on this machine, or the workers of a Dask cluster, behind one interface.
+
+Both are executors as in :mod:`concurrent.futures`: ``submit(function, *arguments)`` gives a future, which
+holds the result, the error that the function raised, or a NotJudgedError if it was not the function's fault.
+
+Decision: a process for each job, kept warm, and a pipe to each. What a submission does to a process, such as
+eating its memory, ends that process alone: the task is tried once more in a fresh one and then given up,
+while the others go on. The road not taken, ``ProcessPoolExecutor``, breaks as a whole when one of its
+processes dies. Processes are spawned, not forked: the parent has threads.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import queue
+import signal
+import threading
+from collections.abc import Callable
+from concurrent.futures import Executor, Future
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from typing import Any, Final
+
+from emulator.errors import InputError, NotJudgedError
+
+_ATTEMPTS: Final = 2
+_END_S: Final = 5.0  # how long a process may take to end by itself
+
+
+@dataclass(frozen=True)
+class _Task:
+    future: Future[Any]
+    function: Callable[..., Any]
+    arguments: tuple[Any, ...]
+
+
+class LocalWorkers(Executor):
+    """``jobs`` processes on this machine.
+
+    ``initializer``: called in each new process, such as to limit it. ``longest_s``: wall time that one task
+    may take, the last resort against a loop of our own; the firmware's limits are others.
+    """
+
+    def __init__(
+        self, jobs: int, initializer: Callable[[], None] | None = None, longest_s: float = 1800.0
+    ) -> None:
+        if jobs < 1:
+            raise InputError(f"jobs is {jobs}; give 1 or more")
+        self._tasks: queue.SimpleQueue[_Task | None] = queue.SimpleQueue()
+        self._initializer = initializer
+        self._longest_s = longest_s
+        self._workers: set[_Worker] = set()
+        self._lock = threading.Lock()
+        self._closed = False
+        self._threads = [threading.Thread(target=self._serve, daemon=True) for _ in range(jobs)]
+        for thread in self._threads:
+            thread.start()
+
+    @property
+    def slots(self) -> int:
+        """How many tasks are done at a time."""
+        return len(self._threads)
+
+    @property
+    def pids(self) -> list[int]:
+        """The processes that there are just now."""
+        with self._lock:
+            return [worker.pid for worker in self._workers]
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """As :meth:`concurrent.futures.Executor.submit`; function and arguments are pickled."""
+        if kwargs:
+            raise TypeError("arguments are given by position")
+        if self._closed:
+            raise RuntimeError("these workers have been shut down")
+        future: Future[Any] = Future()
+        self._tasks.put(_Task(future, fn, args))
+        return future
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End the processes: when all tasks are done, or at once with ``cancel_futures``."""
+        self._closed = True
+        if cancel_futures:
+            while True:
+                try:
+                    task = self._tasks.get_nowait()
+                except queue.Empty:
+                    break
+                if task is not None:
+                    task.future.cancel()
+            with self._lock:
+                for worker in self._workers:
+                    worker.kill()
+        for _ in self._threads:
+            self._tasks.put(None)
+        if wait:
+            for thread in self._threads:
+                thread.join()
+
+    def _serve(self) -> None:
+        """One of the threads: hands tasks to its process, and replaces it when it has died."""
+        worker: _Worker | None = None
+        while (task := self._tasks.get()) is not None:
+            if task.future.set_running_or_notify_cancel():
+                worker = self._do(task, worker)
+        if worker is not None:
+            worker.close()
+            self._end(worker)
+
+    def _do(self, task: _Task, worker: _Worker | None) -> _Worker | None:
+        """Let a process do a task; that process, or None if there is none any more."""
+        problem = ""
+        for _ in range(_ATTEMPTS):
+            worker = worker or self._new_worker()
+            try:
+                done, value = worker.call(task.function, task.arguments, self._longest_s)
+            except _DiedError as error:
+                problem = str(error)
+                self._end(worker)
+                worker = None
+                if self._closed:
+                    break
+            except TimeoutError:  # not tried again: it would take as long
+                problem = f"took more than {self._longest_s:g} s of wall time"
+                self._end(worker)
+                break
+            except Exception as error:  # arguments that cannot be pickled
+                task.future.set_exception(error)
+                return worker
+            else:
+                if done:
+                    task.future.set_result(value)
+                    return worker
+                task.future.set_exception(value)
+                if not isinstance(value, MemoryError):
+                    return worker
+                self._end(worker)
+                return None
+        task.future.set_exception(NotJudgedError(problem))
+        return None
+
+    def _new_worker(self) -> _Worker:
+        worker = _Worker(self._initializer)
+        with self._lock:
+            self._workers.add(worker)
+        return worker
+
+    def _end(self, worker: _Worker) -> None:
+        """Make sure that a process is no more."""
+        worker.kill()
+        with self._lock:
+            self._workers.discard(worker)
+
+
+class _DiedError(Exception):
+    """The process ended before it had answered."""
+
+
+class _Worker:
+    """One process, and the pipe to it."""
+
+    def __init__(self, initializer: Callable[[], None] | None) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._pipe, theirs = context.Pipe()
+        self._process = context.Process(target=_work, args=(theirs, initializer), daemon=True)
+        self._process.start()
+        theirs.close()
+
+    @property
+    def pid(self) -> int:
+        assert self._process.pid is not None
+        return self._process.pid
+
+    def call(
+        self, function: Callable[..., Any], arguments: tuple[Any, ...], longest_s: float
+    ) -> tuple[bool, Any]:
+        """Whether the function returned, and what: its result, or the exception."""
+        try:
+            self._pipe.send((function, arguments))
+            if not self._pipe.poll(longest_s):
+                raise TimeoutError
+            answer: tuple[bool, Any] = self._pipe.recv()
+        except (EOFError, OSError) as error:
+            if isinstance(error, TimeoutError):
+                raise
+            self._process.join(_END_S)
+            raise _DiedError(f"the worker process died ({_cause(self._process.exitcode)})") from error
+        return answer
+
+    def close(self) -> None:
+        """Let the process end; it has nothing to do."""
+        self._pipe.close()
+        self._process.join(_END_S)
+
+    def kill(self) -> None:
+        """End the process whatever it does."""
+        if self._process.is_alive():
+            self._process.kill()
+            self._process.join(_END_S)
+
+
+def _work(pipe: Connection, initializer: Callable[[], None] | None) -> None:
+    """The process: one task after the other, until the pipe is closed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which ends us
+    if initializer is not None:
+        initializer()
+    while True:
+        try:
+            function, arguments = pipe.recv()
+        except (EOFError, OSError):
+            return
+        try:
+            answer = (True, function(*arguments))
+        except Exception as error:
+            answer = (False, error)
+        try:
+            pipe.send(answer)
+        except OSError:
+            return
+        except Exception as error:  # an answer that cannot be pickled
+            pipe.send((False, NotJudgedError(f"{type(error).__name__}: {error}")))
+
+
+def _cause(code: int | None) -> str:
+    if code is not None and code < 0:
+        try:
+            return signal.Signals(-code).name
+        except ValueError:
+            return f"signal {-code}"
+    return f"exit code {code}"
+
+
+# -- a cluster ----------------------------------------------------------------------------------------------
+
+
+class DaskWorkers(Executor):
+    """The workers of the Dask cluster whose scheduler is at ``address`` ("tcp://host:8786").
+
+    Dask itself repeats what was lost with a worker, three times by its usual setting
+    (``distributed.scheduler.allowed-failures``). Raises InputError without Dask or without an answer.
+    """
+
+    def __init__(self, address: str, answer_s: float = 15.0) -> None:
+        try:
+            from distributed import Client
+        except ImportError as error:
+            raise InputError('--dask needs Dask: pip install "fcu-emulator[cluster]"') from error
+        try:
+            self._client = Client(address, timeout=answer_s, set_as_default=False)
+        except (OSError, ValueError, TimeoutError) as error:
+            problem = (
+                f"no Dask scheduler answers there; start one with dask scheduler ({type(error).__name__})"
+            )
+            raise InputError(f"--dask {address}: {problem}") from error
+        self._executor = self._client.get_executor(pure=False)
+
+    @property
+    def slots(self) -> int:
+        """How many tasks are done at a time, by the workers that there are now."""
+        threads: dict[str, int] = self._client.nthreads()
+        return max(1, sum(threads.values()))
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """As :meth:`concurrent.futures.Executor.submit`."""
+        future: Future[Any] = self._executor.submit(fn, *args, **kwargs)
+        return future
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """Leave the cluster, which goes on."""
+        self._executor.shutdown(wait=wait and not cancel_futures)
+        self._client.close()

@@ -1,0 +1,172 @@
+"""Source from strangers is built behind walls; what does not compile says why, in words fit to be shown."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from emulator.errors import InputError
+from emulator.grading.build import SANDBOX, Builder, CompileError
+from emulator.grading.submissions import Source
+from firmware_model import arm
+from tests.arm import student_programs
+
+TEMPLATE = (arm.sources() / "template" / "main.c").read_bytes()
+
+
+def has_sandbox() -> bool:
+    """Whether bubblewrap is there, and the system lets it make its walls."""
+    if shutil.which(SANDBOX) is None:
+        return False
+    command = [SANDBOX, "--ro-bind", "/", "/", "--unshare-all", "true"]
+    return subprocess.run(command, capture_output=True, check=False).returncode == 0
+
+
+needs_compiler = pytest.mark.skipif(
+    not student_programs.is_buildable(), reason="arm-none-eabi-gcc or make is not installed"
+)
+needs_sandbox = pytest.mark.skipif(not has_sandbox(), reason="bubblewrap is not installed, or may not work")
+
+
+@pytest.fixture(scope="module", params=["open", pytest.param("sandbox", marks=needs_sandbox)])
+def builder(request: pytest.FixtureRequest) -> Iterator[Builder]:
+    if not student_programs.is_buildable():
+        pytest.skip("arm-none-eabi-gcc or make is not installed")
+    found = Builder(sandbox=request.param == "sandbox")
+    yield found
+    found.close()
+
+
+@pytest.fixture(scope="module")
+def walled(builder: Builder) -> Builder:
+    if not builder.sandbox:
+        pytest.skip("only with a sandbox")
+    return builder
+
+
+def said(builder: Builder, source: bytes) -> str:
+    with pytest.raises(CompileError) as refused:
+        builder.build(Source({"main.c": source}))
+    assert all(line.isprintable() for line in refused.value.log.splitlines())
+    assert str(refused.value).startswith("does not compile: ")
+    return refused.value.log
+
+
+def test_the_same_source_gives_the_same_program(builder: Builder) -> None:
+    programs = {builder.build(Source({"main.c": TEMPLATE})).firmware.data for _ in range(2)}
+
+    (program,) = programs
+    assert program.startswith(b"\x7fELF")
+    assert b"/tmp" not in program  # no paths of this machine in the debug information
+    assert b"/build" in program
+
+
+def test_own_files_and_headers_belong_to_the_program(builder: Builder) -> None:
+    files = {"main.c": b'#include "one.h"\nint main(void) { return one(); }\n', "one.h": b"int one(void);\n"}
+    built = builder.build(Source({**files, "one.c": b'#include "one.h"\nint one(void) { return 1; }\n'}))
+
+    assert built.log == ""
+    assert "undefined reference to `one'" in said_of(builder, files)
+
+
+def said_of(builder: Builder, files: dict[str, bytes]) -> str:
+    with pytest.raises(CompileError) as refused:
+        builder.build(Source(files))
+    return refused.value.log
+
+
+def test_warnings_are_kept(builder: Builder) -> None:
+    built = builder.build(Source({"main.c": b"int main(void) { int unused; return 0; }\n"}))
+
+    assert built.firmware.data
+    assert "main.c:1:22: warning: unused variable 'unused'" in built.log
+    assert "/tmp" not in built.log
+
+
+def test_errors_are_words_without_paths_of_this_machine(builder: Builder) -> None:
+    log = said(builder, b"int main(void) { return x; }\n")
+
+    assert "main.c:1:25: error: 'x' undeclared" in log
+    assert "/tmp" not in log
+    assert "make" not in log
+
+
+def test_control_characters_in_source_do_not_reach_the_reader(builder: Builder) -> None:
+    assert "\\x1b[31m" in said(builder, b'#error "\x1b[31m red \xe2\x80\xae"\n')
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        b'#include "/dev/zero"\n',
+        b'#include "main.c"\n',
+        b"#define A(x) x x x x x x x x x x\nint z = A(A(A(A(A(A(A(A(A(1)))))))));\n",
+        b"#define E " + b"-" * 100_000 + b"\nint z = E 1;\n" * 100,
+        b'asm(".rept 100000000\\n.word 1\\n.endr");\n',
+    ],
+)
+def test_source_that_eats_the_machine_is_stopped(source: bytes, builder: Builder) -> None:
+    assert len(said(builder, source)) <= 20_000
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        b'#include "/etc/passwd"\n',
+        b'asm(".incbin \\"/etc/passwd\\"");\n',
+        b'#include "/build/../etc/hosts"\n',
+    ],
+)
+def test_behind_the_walls_there_are_no_files_of_this_machine(source: bytes, walled: Builder) -> None:
+    log = said(walled, source + b"int main(void) { return 0; }\n")
+
+    assert "No such file" in log or "file not found" in log
+    assert "root:" not in log
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only root can be somebody else")
+def test_root_compiles_as_nobody_where_there_are_no_walls(builder: Builder, tmp_path: Path) -> None:
+    secret = tmp_path / "rubric.toml"
+    secret.write_text("the answer is 42")
+    secret.chmod(0o600)
+
+    assert "42" not in said(builder, f'#include "{secret}"\n'.encode())
+
+
+@needs_compiler
+def test_what_was_built_is_kept_by_content(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    good, bad = {"main.c": TEMPLATE}, {"main.c": b"error"}
+    with closing(Builder(sandbox=False, kept=tmp_path)) as first:
+        built, log = first.build(Source(good)), said_of(first, bad)
+    monkeypatch.setattr(Builder, "_make", None)  # nothing is compiled any more
+    with closing(Builder(sandbox=False, kept=tmp_path)) as second:
+        assert second.build(Source(good)) == built
+        assert said_of(second, bad) == log
+        for path in tmp_path.glob("*.elf"):
+            path.unlink()
+        with pytest.raises(TypeError):
+            second.build(Source(good))
+
+
+def test_the_bus_decides_what_is_built(builder: Builder) -> None:
+    if builder.sandbox:
+        pytest.skip("the same with a sandbox")
+    source = Source({"main.c": TEMPLATE})
+    with closing(Builder("SPI2", sandbox=False)) as other:
+        assert other.build(source).firmware.data != builder.build(source).firmware.data
+
+
+def test_a_machine_without_tools_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", "/nowhere")
+    with pytest.raises(InputError) as refused:
+        Builder()
+
+    assert "sudo apt install gcc-arm-none-eabi libnewlib-arm-none-eabi make bubblewrap" in str(refused.value)
+    assert "--build-without-sandbox" in str(refused.value)
+    assert "--take firmware" in str(refused.value)

@@ -1,0 +1,412 @@
+"""``fcu grade`` as a teacher uses it: a folder of submissions goes in, reports come out."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import shutil
+import signal
+import stat
+import subprocess
+import sys
+import zipfile
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from emulator.cli import execute
+from emulator.errors import NotJudgedError
+from emulator.grading.build import Builder
+from emulator.grading.grading import Grader
+from emulator.grading.results import GradedClass
+from emulator.grading.rubric import load_rubric
+from emulator.grading.store import Store
+from emulator.grading.submissions import find_submissions
+from emulator.grading.tasks import Task, code_digest, judge_task
+from emulator.grading.workers import LocalWorkers
+from firmware_model.arm import prebuilt
+from tests.grading.test_build import needs_compiler, needs_sandbox
+from tests.grading.test_reports import assert_is_gradescopes
+
+RUBRIC = """
+schema = 1
+title = "A little lab"
+
+[run.still]
+question = "What is printed?"
+duration = "1.2s"
+
+[[exercise]]
+id = "1"
+title = "Sensors"
+run = "still"
+[[exercise.check]]
+id = "acc"
+title = "The accelerometer is printed"
+expect = [{ kind = "field", name = "ACC.z", value = 1000, tolerance = 100 }]
+
+[[exercise]]
+id = "2"
+title = "Angles"
+run = "still"
+[[exercise.check]]
+id = "pitch"
+title = "Pitch is printed"
+points = 2
+visible = "after_due_date"
+hint = "Print what eCompass computes."
+expect = [{ kind = "field", name = "Pitch", truth = true, tolerance = 3.0 }]
+"""
+
+
+@pytest.fixture
+def rubric(tmp_path: Path) -> Path:
+    path = tmp_path / "little.toml"
+    path.write_text(RUBRIC, encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def submissions(tmp_path: Path) -> Path:
+    """The solution, the template, and what else comes in."""
+    folder = tmp_path / "submissions"
+    for name, program in (("ada", "solution"), ("bob", "template")):
+        (folder / name).mkdir(parents=True)
+        shutil.copyfile(prebuilt(program), folder / name / "lab3.elf")
+    (folder / "empty").mkdir()
+    (folder / "text.elf").write_text("this is no program")
+    x86 = bytearray(prebuilt("solution").read_bytes())
+    x86[18] = 0x3E  # e_machine: x86-64
+    (folder / "chip.elf").write_bytes(x86)
+    with zipfile.ZipFile(folder / "out.zip", "w") as target:
+        target.writestr("../../evil.elf", b"x")
+    with zipfile.ZipFile(folder / "bomb.zip", "w", zipfile.ZIP_DEFLATED) as target:
+        target.writestr("lab3.elf", bytes(80 << 20))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What grading the two programs leaves to be found again."""
+    folder = tmp_path_factory.mktemp("kept")
+    (folder / "little.toml").write_text(RUBRIC, encoding="utf-8")
+    for name, program in (("ada", "solution"), ("bob", "template")):
+        (folder / "submissions" / name).mkdir(parents=True)
+        shutil.copyfile(prebuilt(program), folder / "submissions" / name / "lab3.elf")
+    assert grade(folder / "submissions", "--rubric", folder / "little.toml", "--out", folder / "out") == 0
+    return folder / "out" / "kept"
+
+
+def grade(*arguments: object) -> int:
+    return int(execute(["grade", *map(str, arguments), "--jobs", "1"]))
+
+
+def table(out: Path) -> dict[str, dict[str, str]]:
+    with (out / "grades.csv").open(encoding="utf-8-sig", newline="") as file:
+        return {row["id"]: row for row in csv.DictReader(file)}
+
+
+def test_a_class_is_graded_and_what_is_bad_costs_only_itself(
+    submissions: Path, rubric: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    before = set(tmp_path.iterdir())
+
+    assert grade(submissions, "--rubric", rubric, "--out", out) == 0
+    assert set(tmp_path.iterdir()) - before == {out}
+    found = table(out)
+    assert {name: row["points"] for name, row in found.items() if row["points"]} == {"ada": "3", "bob": "1"}
+    reasons = {name: row["reason"] for name, row in found.items() if row["status"] == "rejected"}
+    assert reasons.keys() == {"empty", "text", "chip", "out", "bomb"}
+    assert "leads out" in reasons["out"]
+    assert "zip bomb" in reasons["bomb"] or "more than" in reasons["bomb"]
+    assert "x86-64" in reasons["chip"]
+    assert str(tmp_path) not in json.dumps(found)
+    whole = GradedClass.from_json((out / "grade.json").read_bytes())
+    assert [one.id for one in whole.submissions] == sorted(found)
+    assert len({one.seed for one in whole.submissions}) == len(found)
+    for name in found:
+        assert (out / "students" / f"{name}.html").is_file()
+    page = (out / "students" / "bob.html").read_text(encoding="utf-8")
+    assert "Print what eCompass computes." in page
+    said = capsys.readouterr()
+    assert said.out.startswith("7 submissions: 2 judged, 5 not\n")
+    assert said.out.endswith(f"reports: {out / 'index.html'}\n")
+    assert said.err == ""  # no terminal, no progress
+
+
+def test_a_second_run_emulates_nothing_and_a_changed_hint_is_in_the_reports(
+    submissions: Path, rubric: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "out"
+    grade(submissions, "--rubric", rubric, "--out", out)
+    first = table(out)
+    before = (out / "students" / "bob.html").read_text(encoding="utf-8")
+    monkeypatch.setattr(LocalWorkers, "submit", None)  # nothing is judged any more
+    kept = {path: path.stat().st_mtime_ns for path in (out / "kept" / "verdicts").rglob("*.json")}
+    assert len(kept) == 2
+    shutil.rmtree(submissions / "empty")
+    for name in ("text.elf", "chip.elf", "out.zip", "bomb.zip"):
+        (submissions / name).unlink()
+    assert grade(submissions, "--rubric", rubric, "--out", out) == 0
+    assert {name: row["points"] for name, row in table(out).items()} == {"ada": "3", "bob": "1"}
+    assert (out / "students" / "bob.html").read_text(encoding="utf-8") == before
+    assert first["ada"] == table(out)["ada"]
+
+    rubric.write_text(
+        RUBRIC.replace("Print what", "Show what").replace("Pitch is", "Pitch must be"), encoding="utf-8"
+    )
+    assert grade(submissions, "--rubric", rubric, "--out", out) == 0
+    page = (out / "students" / "bob.html").read_text(encoding="utf-8")
+    assert "Show what eCompass computes." in page
+    assert "Pitch must be printed" in page
+    assert {path: path.stat().st_mtime_ns for path in kept} == kept
+
+    rubric.write_text(RUBRIC.replace("tolerance = 3.0", "tolerance = 2.9"), encoding="utf-8")
+    assert grade(submissions, "--rubric", rubric, "--out", out) == 4  # it would have to be judged anew
+
+
+def test_a_roster_names_orders_and_says_who_is_missing(
+    submissions: Path, rubric: Path, tmp_path: Path
+) -> None:
+    roster = tmp_path / "roster.csv"
+    roster.write_text(
+        'id,name,email,submission\n7,"Bob <b>\nB",b@x.org,bob\n9,Zoë,z@x.org,\n', encoding="utf-8"
+    )
+    out = tmp_path / "out"
+    grade(submissions, "--rubric", rubric, "--out", out, "--roster", roster)
+    found = table(out)
+
+    assert list(found)[:2] == ["7", "9"]
+    assert found["7"]["name"] == "Bob <b>\\x0aB"
+    assert found["7"]["points"] == "1"
+    assert found["9"]["status"] == "missing"
+    assert found["9"]["points"] == ""
+    assert found["ada"]["points"] == "3"
+    assert "not on the roster" in (out / "index.html").read_text(encoding="utf-8")
+
+
+def test_anonymous_reports_name_nobody(submissions: Path, rubric: Path, tmp_path: Path) -> None:
+    roster = tmp_path / "roster.csv"
+    roster.write_text("id,name,email,submission\n17-4711,Bob Bobson,bob@x.org,bob\n", encoding="utf-8")
+    out = tmp_path / "out"
+    grade(submissions, "--rubric", rubric, "--out", out, "--roster", roster)
+    grade(submissions, "--rubric", rubric, "--out", out, "--roster", roster, "--anonymous")
+    files = [path for path in out.rglob("*") if path.is_file() and "kept" not in path.parts]
+
+    assert len(files) == 4 + 7 + 2
+    for path in files:
+        text = path.name + path.read_text(encoding="utf-8")
+        assert not [name for name in ("4711", "Bob", "bob", "ada") if name in text], path
+    key = (out / "kept" / "who-is-who.csv").read_text(encoding="utf-8")
+    assert "17-4711,Bob Bobson" in key
+    assert sorted(row["points"] for row in table(out).values() if row["points"]) == ["1", "3"]
+
+
+def test_before_the_due_date_students_see_less(submissions: Path, rubric: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    grade(submissions, "--rubric", rubric, "--out", out, "--before-due-date")
+
+    assert "Pitch" not in (out / "students" / "bob.html").read_text(encoding="utf-8").partition("<pre>")[0]
+    assert table(out)["bob"]["points"] == "1"
+
+
+# -- what goes wrong around a program is not the program's --------------------------------------------------
+
+
+class Killed(LocalWorkers):
+    """The process of one student's task is killed, each time."""
+
+    def submit(self, fn, /, *args, **kwargs):  # type: ignore[no-untyped-def]
+        return super().submit(kill_worker if args[0].seed == self.victim else fn, *args)
+
+
+def kill_worker(task: Task) -> str:
+    os.kill(os.getpid(), signal.SIGKILL)
+    return ""
+
+
+def grader(workers: LocalWorkers, rubric: Path, kept: Path | None = None) -> Grader:
+    loaded = load_rubric(rubric)
+    store = Store(kept, loaded) if kept else None
+    return Grader(loaded, str(rubric), workers, workers.slots, lambda: Builder(sandbox=False), store)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGKILL")
+def test_a_killed_worker_costs_one_grade_and_gives_no_zero(
+    submissions: Path, rubric: Path, tmp_path: Path
+) -> None:
+    found = find_submissions(submissions, None, tmp_path / "s")
+    with Killed(2) as workers:
+        workers.victim = load_rubric(rubric).seed_for("bob")  # type: ignore[attr-defined]
+        results = {one.id: one for _, one in grader(workers, rubric, tmp_path / "kept").grade(found)}
+
+    assert results["ada"].points == 3
+    assert results["bob"].status == "unjudged"
+    assert results["bob"].points is None
+    assert "the worker process died (SIGKILL)" in results["bob"].reason
+    with LocalWorkers(1) as workers:
+        again = {one.id: one for _, one in grader(workers, rubric, tmp_path / "kept").grade(found)}
+    assert again["bob"].points == 1
+
+
+def test_who_stops_goes_on_from_there(submissions: Path, rubric: Path, tmp_path: Path) -> None:
+    found = find_submissions(submissions, None, tmp_path / "s")
+    workers = LocalWorkers(1)
+    with closing(grader(workers, rubric, tmp_path / "kept").grade(found)) as running:
+        next(one for _, one in running if one.status == "judged")
+
+    assert workers.pids == []
+    assert len(list((tmp_path / "kept").rglob("*.json"))) == 1
+    with LocalWorkers(1) as workers:
+        results = [one for _, one in grader(workers, rubric, tmp_path / "kept").grade(found)]
+    assert len([one for one in results if one.status == "judged"]) == 2
+
+
+def test_a_damaged_kept_verdict_is_judged_again(submissions: Path, rubric: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    grade(submissions, "--rubric", rubric, "--out", out)
+    for number, path in enumerate((out / "kept" / "verdicts").rglob("*.json")):
+        path.write_bytes(path.read_bytes()[:100] if number else b"\xff")
+
+    assert grade(submissions, "--rubric", rubric, "--out", out) == 0
+    assert {row["points"] for row in table(out).values()} == {"3", "1", ""}
+
+
+def test_a_worker_of_another_version_or_rubric_does_not_answer(rubric: Path) -> None:
+    digest = load_rubric(rubric).digest
+    task = Task(prebuilt("template").read_bytes(), "a.elf", str(rubric), digest, 1, code_digest())
+    for changed in ({"code": "another"}, {"rubric_digest": "another"}):
+        with pytest.raises(NotJudgedError, match="the worker has another"):
+            judge_task(Task(**{**vars(task), **changed}))
+
+
+# -- source -------------------------------------------------------------------------------------------------
+
+
+@needs_compiler
+@needs_sandbox
+def test_source_is_built_and_warnings_are_in_the_report(rubric: Path, tmp_path: Path) -> None:
+    template = (prebuilt("template").parents[1] / "template" / "main.c").read_text(encoding="utf-8")
+    folder = tmp_path / "submissions"
+    for name, source in (
+        ("ada", template + "\nstatic int unused;\n"),
+        ("eve", "int main(void) { return x; }"),
+    ):
+        (folder / name).mkdir(parents=True)
+        (folder / name / "main.c").write_text(source, encoding="utf-8")
+        (folder / name / "Makefile").write_text("all:\n\ttouch " + str(tmp_path / "owned"))
+    out = tmp_path / "out"
+
+    assert grade(folder, "--rubric", rubric, "--out", out) == 0
+    assert not (tmp_path / "owned").exists()
+    found = table(out)
+    assert found["ada"]["points"] == "1"
+    assert found["eve"]["status"] == "rejected"
+    assert "does not compile: main.c:1:25: error: 'x' undeclared" in found["eve"]["reason"]
+    assert "defined but not used" in (out / "students" / "ada.html").read_text(encoding="utf-8")
+
+
+def test_a_machine_that_cannot_build_says_so_once(
+    submissions: Path,
+    rubric: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    (submissions / "carl.c").write_text("int main(void) { return 0; }")
+    monkeypatch.setenv("PATH", "/nowhere")
+
+    assert grade(submissions, "--rubric", rubric, "--out", tmp_path / "out") == 2
+    assert "sudo apt install" in capsys.readouterr().err
+    assert grade(submissions, "--rubric", rubric, "--out", tmp_path / "out", "--take", "firmware") == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["nowhere", "--out", "o"], "nowhere: is no folder and no zip file"),
+        ([], "give the folder with the submissions"),
+        (["."], "--out DIR"),
+        (["--gradescope", "--autograder", "nowhere"], "is no folder; --gradescope runs where"),
+        ([".", "--out", "o", "--roster", "nowhere"], "nowhere: cannot be read"),
+    ],
+)
+def test_wrong_use_says_what_would_be_right(
+    arguments: list[str],
+    words: str,
+    rubric: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+
+    assert grade(*arguments, "--rubric", rubric) == 2
+    assert words in capsys.readouterr().err
+
+
+# -- Gradescope ---------------------------------------------------------------------------------------------
+
+PAGE = Path(__file__).parents[2] / "docs" / "grading.md"
+
+
+def documented(name: str) -> str:
+    """A script from the page for teachers."""
+    text = PAGE.read_text(encoding="utf-8")
+    return text.partition(f"`{name}`:\n\n```bash\n")[2].partition("```\n")[0]
+
+
+@pytest.fixture
+def autograder(tmp_path: Path, rubric: Path) -> Path:
+    """Folders as Gradescope lays them out, with the scripts of the page; fcu is the one that is tested."""
+    folder = tmp_path / "autograder"
+    for name in ("source", "submission", "results"):
+        (folder / name).mkdir(parents=True)
+    shutil.copyfile(rubric, folder / "source" / "rubric.toml")
+    for name in ("setup.sh", "run_autograder"):
+        text = documented(name).replace("/autograder", str(folder))
+        assert text.startswith("#!/usr/bin/env bash\n"), name
+        script = folder / ("source/setup.sh" if name == "setup.sh" else name)
+        script.write_text(text, encoding="utf-8")
+        script.chmod(script.stat().st_mode | stat.S_IXUSR)
+    metadata = {"id": 1, "users": [{"id": 42, "name": "Bob", "email": "b@x.org"}, {"id": 41, "name": "Ada"}]}
+    (folder / "submission_metadata.json").write_text(json.dumps(metadata), encoding="utf-8")
+    return folder
+
+
+def run_autograder(folder: Path) -> subprocess.CompletedProcess[str]:
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    return subprocess.run(
+        [str(folder / "run_autograder")],
+        cwd=folder,
+        env={**os.environ, "PATH": path},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Gradescope runs Linux")
+def test_gradescopes_autograder_runs_in_its_folders(autograder: Path) -> None:
+    shutil.copyfile(prebuilt("template"), autograder / "submission" / "lab3.elf")
+    done = run_autograder(autograder)
+    results = json.loads((autograder / "results" / "results.json").read_bytes())
+
+    assert done.returncode == 0, done.stderr
+    assert_is_gradescopes(results)
+    assert results["score"] == 1
+    assert [one["visibility"] for one in results["tests"]] == ["visible", "after_due_date"]
+    assert results["extra_data"]["seed"] == load_rubric(autograder / "source" / "rubric.toml").seed_for("41")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Gradescope runs Linux")
+def test_gradescopes_autograder_says_what_to_hand_in(autograder: Path) -> None:
+    (autograder / "submission" / "report.pdf").write_bytes(b"%PDF")
+    run_autograder(autograder)
+    results = json.loads((autograder / "results" / "results.json").read_bytes())
+
+    assert results["score"] == 0
+    assert "hand in main.c" in results["output"]

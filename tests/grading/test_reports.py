@@ -1,0 +1,435 @@
+"""Reports obey nothing that a stranger wrote, and nobody gets a zero for what was not judged."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree as ET
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from emulator.errors import NotJudgedError
+from emulator.grading.reports.class_page import class_page, hardest_checks, summary
+from emulator.grading.reports.machine import grades_csv, gradescope_results, junit_xml
+from emulator.grading.reports.markup import element, page
+from emulator.grading.reports.plots import histogram, series_plot
+from emulator.grading.reports.student_page import student_page
+from emulator.grading.reports.writer import Reports
+from emulator.grading.results import Graded, GradedClass, pseudonym, report_name
+from emulator.grading.roster import Student
+from emulator.grading.text import one_line, visible
+from emulator.grading.verdict import Cause, CheckResult, ExerciseTitle, RunEvidence, Series, Verdict
+
+EVIL = "<script>alert(1)</script>\"'><img src=x onerror=alert(1)>\x1b[31m\x00\u202e]]>&amp;"
+
+
+def check(name: str, **changed: Any) -> CheckResult:
+    usual = {"check": name, "exercise": name[0], "title": f"check {name}", "points": 1, "max_points": 2}
+    return CheckResult(
+        **{**usual, "outcome": "partial", "expected": "a", "actual": "b", "hint": "c", **changed}
+    )
+
+
+def run(**changed: Any) -> RunEvidence:
+    usual = {"run": "r", "question": "Why?", "exercises": ("1",), "duration_s": 2.0, "terminal": "ACC"}
+    return RunEvidence(**{**usual, **changed})
+
+
+def verdict(*checks: CheckResult, evidence: tuple[RunEvidence, ...] = ()) -> Verdict:
+    return Verdict(
+        rubric="lab",
+        rubric_title="Lab",
+        rubric_digest="d",
+        firmware_digest="f",
+        seed=1,
+        version="0",
+        exercises=tuple(
+            ExerciseTitle(exercise=one, title="T") for one in dict.fromkeys(c.exercise for c in checks)
+        ),
+        checks=checks,
+        evidence=evidence,
+    )
+
+
+def graded(who: str = "ada", **changed: Any) -> Graded:
+    return Graded(**{"id": who, "status": "judged", "report": report_name(who), **changed})
+
+
+def whole(*submissions: Graded) -> GradedClass:
+    return GradedClass(
+        rubric="lab",
+        rubric_title="Lab",
+        rubric_digest="d",
+        version="0",
+        max_points=2,
+        exercises=(ExerciseTitle(exercise="1", title="T"),),
+        submissions=submissions,
+    )
+
+
+class Page(HTMLParser):
+    """Tags and attributes, as a browser finds them."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.text = ""
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+HARMLESS = {
+    *(
+        "html",
+        "head",
+        "meta",
+        "title",
+        "style",
+        "body",
+        "h1",
+        "h2",
+        "h3",
+        "p",
+        "a",
+        "div",
+        "span",
+        "dl",
+        "dt",
+        "dd",
+    ),
+    *("table", "tr", "th", "td", "details", "summary", "pre", "figure", "figcaption"),
+    *("svg", "line", "circle", "path", "rect", "polyline", "text"),
+}
+
+
+def assert_harmless(text: str) -> Page:
+    found = Page(text)
+    assert {tag for tag, _ in found.tags} <= HARMLESS
+    for tag, attributes in found.tags:
+        assert not [name for name in attributes if name.startswith("on") or name in ("style", "src")]
+        if "href" in attributes:
+            assert re.fullmatch(r"(students/)?[\w.#-]+", attributes["href"] or "")
+        if tag == "meta" and attributes.get("http-equiv"):
+            assert (attributes["content"] or "").startswith("default-src 'none'; style-src 'sha256-")
+    assert all(sign.isprintable() or sign == "\n" for sign in text)
+    assert text.index("Content-Security-Policy") < text.index("<title>")
+    return found
+
+
+def evil() -> Graded:
+    causes = (Cause(kind="x", summary=EVIL, details=(EVIL,)),)
+    series = (Series(name=EVIL, unit=EVIL, t_s=(1.0,), printed=(2.0,), truth=(2.0,)),)
+    evidence = run(question=EVIL, terminal=EVIL, causes=causes, series=series, stopped=EVIL, replay=EVIL)
+    bad = check("1.a", title=EVIL, expected=EVIL, actual=EVIL, hint=EVIL)
+    return graded(
+        EVIL,
+        name=EVIL,
+        email=EVIL,
+        reason=EVIL,
+        firmware=EVIL,
+        build_log=EVIL,
+        report=report_name(EVIL),
+        verdict=verdict(bad, evidence=(evidence,)),
+    )
+
+
+# -- nothing is obeyed --------------------------------------------------------------------------------------
+
+
+def test_a_students_page_shows_what_strangers_wrote_and_obeys_none_of_it() -> None:
+    found = assert_harmless(student_page(evil(), EVIL))
+
+    assert found.text.count("<script>alert(1)</script>") > 10
+    assert "\\x1b[31m\\x00\\u202e" in found.text
+
+
+def test_the_class_page_likewise() -> None:
+    found = assert_harmless(class_page(whole(evil(), evil().model_copy(update={"status": "rejected"}))))
+
+    assert "<script>alert(1)</script>" in found.text
+
+
+@given(st.text())
+def test_any_text_stays_text(text: str) -> None:
+    found = Page(page(text, "p{}", element("p", text, title=text)))
+
+    assert [tag for tag, _ in found.tags] == [
+        "html",
+        "head",
+        "meta",
+        "meta",
+        "meta",
+        "meta",
+        "title",
+        "style",
+        "body",
+        "p",
+    ]
+    assert found.tags[-1][1] == {"title": visible(text, lines=True)}
+
+
+@given(st.text())
+def test_what_is_made_visible_has_nothing_that_controls_and_is_otherwise_the_same(text: str) -> None:
+    assert visible(text).isprintable()
+    assert one_line(text).isprintable()
+    assert all(line.isprintable() or "\t" in line for line in visible(text, lines=True).split("\n"))
+    if text.isprintable():
+        assert visible(text) == text
+
+
+def test_junit_is_xml_that_says_the_same() -> None:
+    root = ET.fromstring(junit_xml(whole(evil(), graded("bob", status="rejected", reason=EVIL))))
+    failures = [one.get("type") for one in root.iter("failure")]
+    errors = [one.get("message") for one in root.iter("error")]
+
+    assert failures == ["partial"]
+    assert errors == [visible(EVIL)]
+    assert [suite.get("failures") for suite in root] == ["1", "0"]
+
+
+@pytest.mark.parametrize("name", ["=1+1", "+1", "-1", "@SUM(A1)", "\t=1", "=cmd|' /C calc'!A0"])
+def test_a_spreadsheet_does_not_compute_a_name(name: str) -> None:
+    rows = list(csv.DictReader(io.StringIO(grades_csv(whole(graded("7", name=name))))))
+
+    assert not rows[0]["name"].startswith(("=", "+", "-", "@", "\t"))
+    assert visible(name) in rows[0]["name"]
+
+
+@pytest.mark.parametrize(
+    "student", ["../../x", "a/b", "CON", "nul.txt", "a\nb", "", ".", "x" * 500, "Ada", "ada", "\udcff"]
+)
+def test_a_file_name_is_one_on_every_system(student: str) -> None:
+    assert re.fullmatch(r"[A-Za-z0-9_-]{1,80}", report_name(student))
+    assert report_name(student).lower() not in ("con", "nul", "aux", "prn")
+
+
+@given(st.lists(st.text(max_size=8), unique=True, max_size=20))
+def test_no_two_students_share_a_file_also_where_case_does_not_count(students: list[str]) -> None:
+    assert len({report_name(one).casefold() for one in students}) == len(students)
+
+
+# -- who is not judged gets no zero -------------------------------------------------------------------------
+
+
+def test_only_what_was_judged_has_points() -> None:
+    full = verdict(check("1.a", points=2, outcome="passed"))
+    half = verdict(check("1.a"), check("1.b", points=0, outcome="unjudged", unjudged_because="no time"))
+    found = whole(
+        graded("ada", verdict=full),
+        graded("bob", status="partly", reason="no time", verdict=half),
+        graded("eve", status="rejected", reason="does not compile"),
+        graded("moe", status="unjudged", reason="the worker died"),
+        graded("zoe", status="missing", reason="nothing was handed in"),
+    )
+    rows = list(csv.DictReader(io.StringIO(grades_csv(found))))
+
+    assert [row["points"] for row in rows] == ["2", "", "", "", ""]
+    assert [row["exercise_1"] for row in rows] == ["2", "", "", "", ""]
+    assert summary(found) == [
+        "5 submissions: 1 judged, 4 not",
+        "of 2 points: mean 2.0, median 2.0; 1 have all of them",
+    ]
+    text = Page(class_page(found)).text
+    assert "Not judged: 4" in text
+    for reason in ("no time", "does not compile", "the worker died", "nothing was handed in"):
+        assert reason in text
+    assert [one.attrib["errors"] for one in ET.fromstring(junit_xml(found))] == ["0", "1", "1", "1", "1"]
+    assert GradedClass.from_json(found.to_json()) == found
+    assert json.loads(found.to_json())["schema"] == 1
+
+
+def test_the_hardest_check_comes_first() -> None:
+    found = whole(
+        graded(
+            "ada",
+            verdict=verdict(
+                check("1.a", points=2, outcome="passed"), check("1.b", points=0, outcome="failed")
+            ),
+        ),
+        graded("bob", verdict=verdict(check("1.a"), check("1.b", points=2, outcome="unjudged"))),
+    )
+
+    assert [(one.check, one.share, one.passed, one.judged) for one in hardest_checks(found)] == [
+        ("1.b", 0.0, 0, 1),
+        ("1.a", 0.75, 1, 2),
+    ]
+
+
+# -- what a student sees ------------------------------------------------------------------------------------
+
+
+def test_a_student_sees_what_the_rubric_allows() -> None:
+    secret = verdict(
+        check("1.a", actual="seen a"),
+        check("2.b", expected="secret b", detail="actual", actual="seen b"),
+        check("3.c", title="secret c", detail="none", actual="secret c"),
+        check("4.d", title="secret d", visibility="never"),
+        check("5.e", title="later e", visibility="after_due_date"),
+        evidence=(run(exercises=("4",), question="secret run", terminal="secret text"),),
+    )
+    before = student_page(graded(verdict=secret), "Lab", after_due_date=False)
+    after = student_page(graded(verdict=secret), "Lab")
+
+    assert "secret" not in before + after
+    assert "later e" in after
+    assert "later e" not in before
+    assert "5 of 10 points" in after
+    assert "3 of 6 points" in before
+    assert "seen a" in before
+    assert "seen b" in before
+
+
+def test_the_evidence_lies_apart_from_what_is_handed_out(tmp_path: Path) -> None:
+    secret = verdict(check("1.a", title="secret", visibility="never"), evidence=(run(),))
+    reports = Reports(tmp_path, "Lab")
+    line = reports.student(graded(verdict=secret))
+    reports.whole(whole(line))
+
+    assert line.verdict is not None
+    assert line.verdict.evidence == ()
+    assert "secret" not in (tmp_path / "students" / "ada.html").read_text()
+    assert Verdict.from_json((tmp_path / "evidence" / "ada.json").read_bytes()) == secret
+    reports.whole(whole(graded("bob", status="missing")))
+    assert not (tmp_path / "students" / "ada.html").exists()
+    assert not (tmp_path / "evidence" / "ada.json").exists()
+
+
+def test_a_pseudonym_stays_and_says_nothing() -> None:
+    ada = Student("17-123", "Ada", "ada@example.org")
+    shown = pseudonym(ada, b"key")
+
+    assert shown == pseudonym(ada, b"key")
+    assert shown != pseudonym(ada, b"another")
+    assert shown.name == shown.email == ""
+    assert "17" not in shown.id.removeprefix("student-") or "123" not in shown.id
+
+
+# -- plots --------------------------------------------------------------------------------------------------
+
+
+numbers = st.floats(allow_nan=False, allow_infinity=False)
+
+
+@given(
+    st.lists(st.tuples(st.floats(0, 1e6), st.none() | numbers, st.floats(-1e6, 1e6)), max_size=30),
+    st.sampled_from(["deg", "m"]),
+)
+def test_every_print_has_its_mark_in_the_picture(
+    points: list[tuple[float, float | None, float]], unit: str
+) -> None:
+    t_s, printed, truth = ([one[n] for one in points] for n in range(3))
+    drawn = series_plot(
+        Series(name="Yaw", unit=unit, t_s=tuple(t_s), printed=tuple(printed), truth=tuple(truth))
+    )  # type: ignore[arg-type]
+    marks = re.findall(r'<circle cx="([^"]*)" cy="([^"]*)" r="2.6" class="printed"', drawn)[:-1]
+    others = drawn.count('class="beyond"') + drawn.count('class="none"')
+
+    assert len(marks) + others == len(points)
+    assert all(0 <= float(x) <= 640 and 0 <= float(y) <= 190 for x, y in marks)
+    assert "nan" not in drawn
+    assert "inf" not in drawn
+
+
+def test_a_direction_through_north_is_not_drawn_across_the_chart() -> None:
+    yaw = Series(
+        name="Yaw", unit="deg", t_s=(1, 2, 3, 4), printed=(170, 179, -179, -170), truth=(170, 179, -179, -170)
+    )
+
+    assert series_plot(yaw).count("<polyline") == 2
+
+
+@given(st.lists(st.floats(0, 100)), st.floats(0.5, 1000))
+def test_the_distribution_counts_everybody(values: list[float], most: float) -> None:
+    drawn = histogram(values, most)
+
+    assert sum(map(int, re.findall(r"<title>(\d+) with", drawn))) == len(values)
+
+
+# -- Gradescope ---------------------------------------------------------------------------------------------
+
+VISIBILITIES = {"hidden", "after_due_date", "after_published", "visible"}
+FORMATS = {"text", "html", "simple_format", "md", "ansi"}
+TOP = {
+    "score": float,
+    "execution_time": int,
+    "output": str,
+    "output_format": str,
+    "test_output_format": str,
+    "test_name_format": str,
+    "visibility": str,
+    "stdout_visibility": str,
+    "extra_data": dict,
+    "tests": list,
+    "leaderboard": list,
+}
+TEST = {
+    "score": float,
+    "max_score": float,
+    "status": str,
+    "name": str,
+    "name_format": str,
+    "number": str,
+    "output": str,
+    "output_format": str,
+    "tags": list,
+    "visibility": str,
+    "extra_data": dict,
+}
+"""The documented fields and their types: https://gradescope-autograders.readthedocs.io/en/latest/specs/"""
+
+
+def assert_is_gradescopes(results: dict[str, Any]) -> None:
+    """Only documented fields, of the documented types, with documented values."""
+    assert "score" in results or all("score" in test for test in results["tests"])
+    for fields, table in [(results, TOP), *((test, TEST) for test in results["tests"])]:
+        for name, value in fields.items():
+            assert isinstance(value, table[name]), name
+            assert not name.endswith("visibility") or value in VISIBILITIES
+            assert not name.endswith("_format") or value in FORMATS
+    assert json.loads(json.dumps(results)) == results
+
+
+def test_gradescope_gets_its_documented_fields() -> None:
+    found = verdict(
+        check("1.a", points=2, outcome="passed"),
+        check("1.b", visibility="after_due_date", expected="secret", detail="actual"),
+        check("2.c", visibility="never", hint=EVIL),
+    )
+    results = gradescope_results(graded(verdict=found), max_points=6, seconds=12.4)
+
+    assert_is_gradescopes(results)
+    assert results["score"] == 4
+    assert results["execution_time"] == 12
+    assert [one["visibility"] for one in results["tests"]] == ["visible", "after_due_date", "hidden"]
+    assert [one["status"] for one in results["tests"]] == ["passed", "failed", "failed"]
+    assert [one["output"] for one in results["tests"]][:2] == ["", "seen: b\nhint: c"]
+    assert sum(one["score"] for one in results["tests"]) == results["score"]
+
+
+def test_gradescope_shows_why_a_submission_cannot_be_judged() -> None:
+    results = gradescope_results(
+        graded(status="rejected", reason="does not compile", build_log="main.c:1"), 6, 1
+    )
+
+    assert_is_gradescopes(results)
+    assert results["score"] == 0
+    assert "does not compile" in results["output"]
+    assert "main.c:1" in results["output"]
+
+
+@pytest.mark.parametrize("status", ["unjudged", "partly", "missing"])
+def test_gradescope_gets_no_results_without_a_grade(status: str) -> None:
+    with pytest.raises(NotJudgedError):
+        gradescope_results(graded(status=status, reason="the worker died"), 6, 1)

@@ -1,0 +1,229 @@
+"""Whose a submission is, and which program is in it."""
+
+from __future__ import annotations
+
+import os
+import zipfile
+from pathlib import Path
+from tempfile import mkdtemp
+
+import pytest
+
+from emulator.errors import InputError
+from emulator.grading.roster import load_roster
+from emulator.grading.submissions import Firmware, RejectedError, Source, Submission, find_submissions
+
+ELF = b"\x7fELF one"
+
+
+def tree(folder: Path, **files: bytes) -> Path:
+    for name, data in files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(data)
+    return folder
+
+
+def zipped(path: Path, **files: bytes) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with zipfile.ZipFile(path, "w") as target:
+        for name, data in files.items():
+            target.writestr(name, data)
+    return path
+
+
+def only(where: Path, scratch: Path) -> Submission:
+    (found,) = find_submissions(where, None, scratch)
+    return found
+
+
+def content(where: Path, take: str | None = None) -> Firmware | Source:
+    scratch = Path(mkdtemp(dir=where.parent))
+    return only(where, scratch / "class").content(scratch / "one", take)  # type: ignore[arg-type]
+
+
+def reason(where: Path, take: str | None = None) -> str:
+    with pytest.raises(RejectedError) as refused:
+        content(where, take)
+    assert str(refused.value).isprintable()
+    return str(refused.value)
+
+
+# -- what ---------------------------------------------------------------------------------------------------
+
+
+def test_source_is_main_and_what_lies_beside_it(tmp_path: Path) -> None:
+    where = tree(
+        tmp_path / "class",
+        **{
+            "ada/lab/main.c": b"1",
+            "ada/lab/angles.c": b"2",
+            "ada/lab/angles.h": b"3",
+            "ada/lab/Makefile": b"all: ; rm -rf /",
+            "ada/lab/support/board.c": b"4",
+            "ada/lab/build/I2C2/lab3.elf": ELF,
+            "ada/__MACOSX/lab/main.c": b"5",
+            "ada/lab/.git/main.c": b"6",
+        },
+    )
+    found = content(where)
+
+    assert isinstance(found, Source)
+    assert found.files == {"main.c": b"1", "angles.c": b"2", "angles.h": b"3"}
+
+
+def test_source_goes_before_firmware_unless_firmware_is_wanted(tmp_path: Path) -> None:
+    where = tree(tmp_path / "class", **{"ada/main.c": b"1", "ada/lab3.elf": ELF})
+
+    assert isinstance(content(where), Source)
+    assert content(where, "firmware") == Firmware("lab3.elf", ELF)
+
+
+def test_the_one_c_file_is_main_whatever_it_is_called(tmp_path: Path) -> None:
+    where = tree(tmp_path / "class", **{"ada/my program.c": b"1", "ada/notes.txt": b""})
+    (where / "ada/my program.c").rename(where / "ada/my-program.c")
+    found = content(where)
+
+    assert isinstance(found, Source)
+    assert found.files == {"main.c": b"1"}
+
+
+def test_one_build_in_several_forms_is_one_program(tmp_path: Path) -> None:
+    where = tree(
+        tmp_path / "class", **{"ada/a.bin": b"x", "ada/a.hex": b":", "ada/a.elf": ELF, "ada/Debug/b.elf": ELF}
+    )
+    found = content(where)
+
+    assert isinstance(found, Firmware)
+    assert found.data == ELF
+
+
+@pytest.mark.parametrize("name", ["ada.c", "ada.elf", "ada.hex", "ada.bin", "ada.ELF"])
+def test_a_submission_may_be_a_file(name: str, tmp_path: Path) -> None:
+    where = tree(tmp_path / "class", **{name: b"data"})
+
+    assert only(where, tmp_path / "s").student.id == "ada"
+    assert content(where) in (Source({"main.c": b"data"}), Firmware(name, b"data"))
+
+
+def test_an_archive_is_looked_into_also_where_it_lies_in_a_folder(tmp_path: Path) -> None:
+    where = tmp_path / "class"
+    zipped(where / "ada.zip", **{"lab/main.c": b"1"})
+    assert content(where) == Source({"main.c": b"1"})
+
+    other = tmp_path / "other"
+    zipped(other / "ada" / "lab.zip", **{"lab/main.c": b"1"})
+    assert content(other) == Source({"main.c": b"1"})
+
+
+@pytest.mark.parametrize(
+    ("files", "words"),
+    [
+        ({"ada/notes.txt": b""}, "has no program in it; hand in main.c or an ELF file"),
+        (
+            {"ada/one/main.c": b"1", "ada/two/main.c": b"2"},
+            "has 2 C programs (one/main.c, two/main.c); hand in one",
+        ),
+        ({"ada/a.elf": b"1", "ada/b.elf": b"2"}, "has 2 programs (a.elf, b.elf); hand in one"),
+        ({"ada/lab.rar": b"Rar!"}, "lab.rar is an archive of another kind; hand in a zip file, or main.c"),
+        ({"ada.7z": b"7z"}, "ada.7z is an archive of another kind"),
+        ({"ada/main.c": b"1", "ada/a b.c": b"2"}, "a name that make cannot take"),
+        ({"ada/main.c": b"1", "ada/-o.c": b"2"}, "a name that make cannot take"),
+        ({"ada/main.c": bytes(5 << 20)}, "main.c is too large"),
+    ],
+)
+def test_what_cannot_be_taken_says_why(files: dict[str, bytes], words: str, tmp_path: Path) -> None:
+    assert words in reason(tree(tmp_path / "class", **files))
+
+
+def test_a_hostile_archive_costs_only_itself(tmp_path: Path) -> None:
+    where = tree(tmp_path / "class", **{"ada/main.c": b"1"})
+    zipped(where / "eve.zip", **{"../../main.c": b"2"})
+    ada, eve = find_submissions(where, None, tmp_path / "s")
+
+    assert isinstance(ada.content(tmp_path / "s1"), Source)
+    with pytest.raises(RejectedError, match=r"the archive has .* which leads out of it"):
+        eve.content(tmp_path / "s2")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+def test_links_and_pipes_are_not_followed(tmp_path: Path) -> None:
+    secret = tree(tmp_path, **{"secret/main.c": b"secret"}) / "secret"
+    where = tree(tmp_path / "class", **{"bob/notes.txt": b"", "eve/notes.txt": b""})
+    (where / "ada").symlink_to(secret)
+    (where / "bob" / "main.c").symlink_to(secret / "main.c")
+    os.mkfifo(where / "eve" / "main.c")
+    reasons = {}
+    for submission in find_submissions(where, None, tmp_path / "s"):
+        with pytest.raises(RejectedError) as refused:
+            submission.content(tmp_path / "s")
+        reasons[submission.student.id] = str(refused.value)
+
+    assert "is a link" in reasons["ada"]
+    assert "has no program" in reasons["bob"]
+    assert "has no program" in reasons["eve"]
+
+
+def test_a_digest_depends_on_names_and_contents() -> None:
+    sources = [{"main.c": b"ab"}, {"main.c": b"a", "b.c": b""}, {"main.cb": b"a"}, {"main.c": b"a"}]
+
+    assert len({Source(one).digest for one in sources}) == len(sources)
+
+
+# -- who ----------------------------------------------------------------------------------------------------
+
+
+def test_moodles_folders_are_known_by_number_and_name(tmp_path: Path) -> None:
+    where = tree(tmp_path / "class", **{"Ada Lovelace_1815_assignsubmission_file_/main.c": b"1"})
+    found = only(where, tmp_path / "s")
+    assert (found.student.id, found.student.name) == ("1815", "Ada Lovelace")
+
+    for key in ("Participant 1815,x", "1815,x", "7,Ada Lovelace"):
+        roster = tmp_path / "roster.csv"
+        roster.write_text(f"Identifier,Full name,Email address\n{key},ada@example.org\n", encoding="utf-8")
+        (found,) = find_submissions(where, load_roster(roster), tmp_path / "s")
+        assert found.known
+        assert found.student.email == "ada@example.org"
+
+
+def test_gradescopes_folders_are_known_by_its_table(tmp_path: Path) -> None:
+    pytest.importorskip("yaml")
+    where = tree(tmp_path / "class", **{"submission_77/main.c": b"1", "submission_78/main.c": b"1"})
+    (where / "submission_metadata.yml").write_text(
+        "submission_77:\n  :submitters:\n  - :name: Ada Lovelace\n    :sid: '1815'\n    :email: a@b.org\n"
+    )
+    first, second = find_submissions(where, None, tmp_path / "s")
+
+    assert (first.student.id, first.student.name) == ("1815", "Ada Lovelace")
+    assert second.student.id == "78"
+
+
+def test_a_class_may_come_as_one_archive(tmp_path: Path) -> None:
+    file = zipped(tmp_path / "class.zip", **{"ada/main.c": b"1", "bob/main.c": b"2"})
+
+    assert [one.student.id for one in find_submissions(file, None, tmp_path / "s")] == ["ada", "bob"]
+
+
+def test_the_roster_says_the_order_and_who_handed_in_nothing(tmp_path: Path) -> None:
+    where = tree(tmp_path / "class", **{"ada/main.c": b"1", "x/main.c": b"1", "zoe@example.org/main.c": b"2"})
+    roster = tmp_path / "roster.csv"
+    roster.write_text("id,email\n9,zoe@example.org\nbob,\nada,\n")
+    found = find_submissions(where, load_roster(roster), tmp_path / "s")
+
+    known = [(one.student.id, one.known) for one in found]
+    assert known == [("9", True), ("bob", True), ("ada", True), ("x", False)]
+    with pytest.raises(RejectedError, match="nothing was handed in"):
+        found[1].content(tmp_path / "s")
+
+
+def test_two_submissions_of_one_student_are_both_kept_out(tmp_path: Path) -> None:
+    where = tree(tmp_path / "class", **{"ada/main.c": b"1", "ada.elf": ELF})
+
+    assert "two submissions for one student" in reason(where)
+
+
+def test_a_folder_without_submissions_is_wrong_use(tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    for where in (tmp_path / "empty", tmp_path / "nowhere"):
+        with pytest.raises(InputError, match=r"give the|give a folder"):
+            find_submissions(where, None, tmp_path / "s")
