@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from emulator.boards.fcu001v1 import FCU001V1
 from emulator.cli.exit_codes import ExitCode
 from emulator.errors import InputError
 from emulator.grading.build import Builder
@@ -57,7 +58,7 @@ class GradeOptions:
     jobs: int | None = None
     dask: str | None = None
     take: Take | None = None
-    bus: str = "I2C2"
+    bus: str = FCU001V1.profile().bus
     build_without_sandbox: bool = False
     anonymous: bool = False
     before_due_date: bool = False

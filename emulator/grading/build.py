@@ -29,6 +29,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Final
 
+from emulator.boards.fcu001v1 import FCU001V1
 from emulator.errors import InputError, NotJudgedError
 from emulator.grading.files import write_atomically
 from emulator.grading.submissions import Firmware, RejectedError, Source
@@ -77,7 +78,9 @@ class Builder:
     Raises InputError, saying what to install, when this machine cannot build; so does the first build.
     """
 
-    def __init__(self, bus: str = "I2C2", *, sandbox: bool = True, kept: Path | None = None) -> None:
+    def __init__(
+        self, bus: str = FCU001V1.profile().bus, *, sandbox: bool = True, kept: Path | None = None
+    ) -> None:
         if sys.platform == "win32":
             raise InputError("source is built on Linux and macOS; hand in ELF files, or grade there")
         missing = [

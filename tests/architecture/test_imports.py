@@ -29,6 +29,7 @@ ONLY_IN = {
     "firmware_model": (
         "emulator/board/firmware.py",
         "emulator/cli",
+        "emulator/grading/build.py",
         "emulator/testing/",
         "firmware_model/",
     ),

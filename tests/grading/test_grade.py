@@ -62,6 +62,13 @@ expect = [{ kind = "field", name = "Pitch", truth = true, tolerance = 3.0 }]
 
 
 @pytest.fixture
+def out(kept: Path, tmp_path: Path) -> Path:
+    """Where the reports go; the two programs have been judged before."""
+    shutil.copytree(kept / "verdicts", tmp_path / "out" / "kept" / "verdicts")
+    return tmp_path / "out"
+
+
+@pytest.fixture
 def rubric(tmp_path: Path) -> Path:
     path = tmp_path / "little.toml"
     path.write_text(RUBRIC, encoding="utf-8")
@@ -138,9 +145,8 @@ def test_a_class_is_graded_and_what_is_bad_costs_only_itself(
 
 
 def test_a_second_run_emulates_nothing_and_a_changed_hint_is_in_the_reports(
-    submissions: Path, rubric: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    submissions: Path, rubric: Path, out: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    out = tmp_path / "out"
     grade(submissions, "--rubric", rubric, "--out", out)
     first = table(out)
     before = (out / "students" / "bob.html").read_text(encoding="utf-8")
@@ -169,13 +175,12 @@ def test_a_second_run_emulates_nothing_and_a_changed_hint_is_in_the_reports(
 
 
 def test_a_roster_names_orders_and_says_who_is_missing(
-    submissions: Path, rubric: Path, tmp_path: Path
+    submissions: Path, rubric: Path, out: Path, tmp_path: Path
 ) -> None:
     roster = tmp_path / "roster.csv"
     roster.write_text(
         'id,name,email,submission\n7,"Bob <b>\nB",b@x.org,bob\n9,Zoë,z@x.org,\n', encoding="utf-8"
     )
-    out = tmp_path / "out"
     grade(submissions, "--rubric", rubric, "--out", out, "--roster", roster)
     found = table(out)
 
@@ -188,10 +193,9 @@ def test_a_roster_names_orders_and_says_who_is_missing(
     assert "not on the roster" in (out / "index.html").read_text(encoding="utf-8")
 
 
-def test_anonymous_reports_name_nobody(submissions: Path, rubric: Path, tmp_path: Path) -> None:
+def test_anonymous_reports_name_nobody(submissions: Path, rubric: Path, out: Path, tmp_path: Path) -> None:
     roster = tmp_path / "roster.csv"
     roster.write_text("id,name,email,submission\n17-4711,Bob Bobson,bob@x.org,bob\n", encoding="utf-8")
-    out = tmp_path / "out"
     grade(submissions, "--rubric", rubric, "--out", out, "--roster", roster)
     grade(submissions, "--rubric", rubric, "--out", out, "--roster", roster, "--anonymous")
     files = [path for path in out.rglob("*") if path.is_file() and "kept" not in path.parts]
@@ -205,8 +209,9 @@ def test_anonymous_reports_name_nobody(submissions: Path, rubric: Path, tmp_path
     assert sorted(row["points"] for row in table(out).values() if row["points"]) == ["1", "3"]
 
 
-def test_before_the_due_date_students_see_less(submissions: Path, rubric: Path, tmp_path: Path) -> None:
-    out = tmp_path / "out"
+def test_before_the_due_date_students_see_less(
+    submissions: Path, rubric: Path, out: Path, tmp_path: Path
+) -> None:
     grade(submissions, "--rubric", rubric, "--out", out, "--before-due-date")
 
     assert "Pitch" not in (out / "students" / "bob.html").read_text(encoding="utf-8").partition("<pre>")[0]
@@ -265,8 +270,9 @@ def test_who_stops_goes_on_from_there(submissions: Path, rubric: Path, tmp_path:
     assert len([one for one in results if one.status == "judged"]) == 2
 
 
-def test_a_damaged_kept_verdict_is_judged_again(submissions: Path, rubric: Path, tmp_path: Path) -> None:
-    out = tmp_path / "out"
+def test_a_damaged_kept_verdict_is_judged_again(
+    submissions: Path, rubric: Path, out: Path, tmp_path: Path
+) -> None:
     grade(submissions, "--rubric", rubric, "--out", out)
     for number, path in enumerate((out / "kept" / "verdicts").rglob("*.json")):
         path.write_bytes(path.read_bytes()[:100] if number else b"\xff")

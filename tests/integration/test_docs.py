@@ -15,7 +15,6 @@ import pytest
 
 from emulator import Board
 from emulator.scenario import run, scenario_names
-from firmware_model.arm import prebuilt
 from tests import recipe
 
 ROOT = Path(__file__).parents[2]
