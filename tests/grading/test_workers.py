@@ -78,7 +78,7 @@ def test_a_task_whose_process_is_killed_is_done_again_elsewhere(
 
 
 def test_a_task_that_always_ends_its_process_is_given_up_with_a_cause(workers: LocalWorkers) -> None:
-    with pytest.raises(NotJudgedError, match=r"the worker process died .exit code 7\."):
+    with pytest.raises(NotJudgedError, match=r"the worker process died \(exit code 7\)"):
         workers.submit(die).result()
     assert workers.submit(give, 1).result() == 1
 

@@ -1,0 +1,99 @@
+"""A class on a cluster: a real scheduler and two worker processes, of which one is killed in the middle."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import sys
+import threading
+import time
+from collections import Counter
+from concurrent.futures import Future
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from emulator.errors import InputError
+from emulator.grading.build import Builder
+from emulator.grading.grading import Grader
+from emulator.grading.rubric import load_rubric
+from emulator.grading.submissions import find_submissions
+from emulator.grading.tasks import Task, judge_task
+from emulator.grading.workers import DaskWorkers
+from firmware_model.arm import prebuilt
+from tests.grading.test_grade import RUBRIC
+
+pytest.importorskip("distributed", reason="Dask is not installed")
+pytestmark = [
+    pytest.mark.filterwarnings("default"),  # Dask's own are not ours to mend
+    pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGKILL"),
+]
+STUDENTS = [f"student-{number}" for number in range(6)]
+
+
+def judge_and_tell(task: Task, told: Path, victim: int) -> str:
+    """Judge, and leave word of it; the victim's first process waits for its end."""
+    if task.seed == victim and not (told / "victim").exists():
+        (told / "half").write_text(str(os.getpid()))
+        (told / "half").rename(told / "victim")
+        signal.pause()
+    verdict = judge_task(task)
+    with (told / "judged").open("a") as file:
+        file.write(f"{task.seed} {os.getpid()}\n")
+    return verdict
+
+
+class Telling(DaskWorkers):
+    """The victim is the first to be submitted, so its process has done nothing yet when it is killed."""
+
+    def __init__(self, address: str, told: Path, victim: int) -> None:
+        super().__init__(address)
+        self.told, self.victim = told, victim
+        self._first = threading.Event()
+
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+        if args[0].seed != self.victim:
+            self._first.wait()
+        future = super().submit(judge_and_tell, *args, self.told, self.victim)
+        self._first.set()
+        return future
+
+
+def kill_victim(told: Path, killed: list[int]) -> None:
+    while not (told / "victim").exists():
+        time.sleep(0.01)
+    killed.append(int((told / "victim").read_text()))
+    os.kill(killed[0], signal.SIGKILL)
+
+
+def test_a_worker_killed_in_the_middle_loses_nothing_and_nothing_is_judged_twice(tmp_path: Path) -> None:
+    from tests.grading.dask_cluster import cluster
+
+    (tmp_path / "little.toml").write_text(RUBRIC, encoding="utf-8")
+    rubric = load_rubric(tmp_path / "little.toml")
+    folder, told, killed = tmp_path / "submissions", tmp_path / "told", [0][:0]
+    told.mkdir()
+    for name in STUDENTS:
+        (folder / name).mkdir(parents=True)
+        shutil.copyfile(prebuilt("solution"), folder / name / "lab3.elf")
+    seeds = {name: rubric.seed_for(name) for name in STUDENTS}
+    killer = threading.Thread(target=kill_victim, args=(told, killed))
+    killer.start()
+    with cluster(2) as address, Telling(address, told, seeds[STUDENTS[0]]) as workers:
+        assert workers.slots == 2
+        grader = Grader(rubric, str(rubric.path), workers, workers.slots, Builder)
+        results = [one for _, one in grader.grade(find_submissions(folder, None, tmp_path / "s"))]
+    killer.join()
+    judged = [line.split() for line in (told / "judged").read_text().splitlines()]
+
+    assert sorted((one.id, one.points) for one in results) == [(name, 3.0) for name in STUDENTS]
+    assert Counter(int(seed) for seed, _ in judged) == dict.fromkeys(seeds.values(), 1)
+    assert killed
+    assert str(killed[0]) not in {pid for _, pid in judged}
+
+
+def test_without_a_scheduler_there_is_a_word_about_it() -> None:
+    with pytest.raises(InputError, match=r"no Dask scheduler answers there; start one with dask scheduler"):
+        DaskWorkers("tcp://127.0.0.1:1", answer_s=0.5)
