@@ -5,8 +5,8 @@ modelled) is always kept. What happens thousands of times a second (bus transfer
 bytes) is recorded only while somebody wants it; until then its producers see ``trace.detailed`` False and do
 not even build the event, so a trace that is off costs nothing.
 
-A line of a JSON-lines file has the time in seconds as an exact decimal string, the kind, and the event's
-fields in their order, bytes in hexadecimal. Lines are put together from the fields' own texts: 3,200 bus
+A line of a JSON-lines file has the time, the kind, and the event's fields in their order: times in seconds as
+exact decimal strings, bytes in hexadecimal. Lines are put together from the fields' own texts: 3,200 bus
 transfers a second of virtual time would cost more through a general encoder than the run itself.
 """
 
@@ -55,6 +55,11 @@ class BusTransfer(TraceEvent):
     read: bytes
     result: str = "ok"
 
+    @property
+    def end_s(self) -> float:
+        """When it ended, in seconds since power-on."""
+        return self.end_ps / PS_PER_S
+
 
 @dataclass(frozen=True, slots=True)
 class RegisterWrite(TraceEvent):
@@ -93,6 +98,11 @@ class TickLate(TraceEvent):
     kind: ClassVar[str] = "tick_late"
     timer: str
     late_ps: int
+
+    @property
+    def late_s(self) -> float:
+        """How late, in seconds."""
+        return self.late_ps / PS_PER_S
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,7 +149,10 @@ def line(event: TraceEvent) -> str:
     texts = [f'"t_s":{_seconds(event.t_ps)}', f'"kind":{quoted(event.kind)}']
     for name in _NAMES[type(event)]:
         value = getattr(event, name)
-        texts.append(f'"{name}":{_TEXTS[type(value)](value)}')
+        if name.endswith("_ps"):
+            texts.append(f'"{name[:-3]}_s":{_seconds(value)}')
+        else:
+            texts.append(f'"{name}":{_TEXTS[type(value)](value)}')
     return f"{{{','.join(texts)}}}\n"
 
 
@@ -156,7 +169,8 @@ def transfer_line(
 ) -> str:
     """The line of a :class:`BusTransfer` with these fields."""
     begin, end = _of_transfers(bus, address, device, register, written, result)
-    return f'{{"t_s":{_seconds(t_ps)},"kind":"bus","end_ps":{end_ps},{begin},"read":"{read.hex()}",{end}}}\n'
+    times = f'"t_s":{_seconds(t_ps)},"kind":"bus","end_s":{_seconds(end_ps)}'
+    return f'{{{times},{begin},"read":"{read.hex()}",{end}}}\n'
 
 
 @lru_cache(maxsize=1024)

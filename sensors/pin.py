@@ -10,8 +10,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeAlias
 
+from sensors.sampling import PS_PER_S
+
 EdgeCallback: TypeAlias = Callable[[int, int], None]
 """``edge(at_ps, level)``."""
+
+EdgeAtSeconds: TypeAlias = Callable[[float, int], None]
+"""``edge(at_s, level)``."""
 
 InputCallback: TypeAlias = Callable[[int, int], None]
 """``changes(at_ps, level)``: ``applied`` is still the level before."""
@@ -36,8 +41,15 @@ class Pin:
         """Whether anybody listens; a part need not work ahead for a pin that hangs in the air."""
         return bool(self._listeners)
 
-    def listen(self, edge: EdgeCallback) -> None:
-        """Call ``edge`` at every change to 0 or 1 from now on; it must not access the part itself."""
+    def listen(self, edge: EdgeAtSeconds) -> None:
+        """Call ``edge(at_s, level)`` at every change to 0 or 1 from now on, in seconds of virtual time.
+
+        It must not access the part itself.
+        """
+        self.observe(lambda at_ps, level: edge(at_ps / PS_PER_S, level))
+
+    def observe(self, edge: EdgeCallback) -> None:
+        """Likewise ``edge(at_ps, level)``, to the picosecond; for what wires a part."""
         if self.on_wire is not None:
             on_wire, self.on_wire = self.on_wire, None
             on_wire()

@@ -50,7 +50,7 @@ def sources(chip: Chip, samples: int) -> list[int]:
 def watched(chip: Chip, control: int) -> list[tuple[int, int]]:
     """The pin's edges as they are reported, CFG_REG_C being ``control``."""
     edges: list[tuple[int, int]] = []
-    chip.part.pins()[0].listen(lambda at_ps, level: edges.append((at_ps, level)))
+    chip.part.pins()[0].observe(lambda at_ps, level: edges.append((at_ps, level)))
     chip.write(CFG_REG_C, control)
     return edges
 

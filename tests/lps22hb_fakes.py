@@ -54,7 +54,7 @@ class Wire:
         self.chip = chip
         (self.pin,) = chip.part.pins()
         self.edges: list[tuple[float, int]] = []
-        self.pin.listen(lambda at_ps, level: self.edges.append((at_ps / PERIOD_PS, level)))
+        self.pin.observe(lambda at_ps, level: self.edges.append((at_ps / PERIOD_PS, level)))
 
     def run(self, periods: float) -> list[tuple[float, int]]:
         """The edges of so many sample periods, in periods."""

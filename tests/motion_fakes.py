@@ -60,7 +60,7 @@ class Bench(Chip):
         self.world.signals["acceleration_g"] = played(samples_mg)
         self.edges: list[Edge] = []
         for pin in self.part.pins():
-            pin.listen(partial(self._edge, pin.name))
+            pin.observe(partial(self._edge, pin.name))
         self.configure((*writes, (CTRL1_XL, xl)))
 
     def _edge(self, name: str, at_ps: int, level: int) -> None:

@@ -171,7 +171,7 @@ class PinWatch:
 
     def _wire(self, pin: Pin) -> None:
         self._part.catch_up(self._clock.now_ps)  # edges of the past are not news
-        pin.listen(partial(self._record, f"{self._part.NAME}.{pin.name}"))
+        pin.observe(partial(self._record, f"{self._part.NAME}.{pin.name}"))
         self._part.watch(self._arm)
         self._arm()
 

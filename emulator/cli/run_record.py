@@ -35,7 +35,6 @@ from emulator.cli.run_report import chip_events, failed_transfers, notes, receiv
 from emulator.errors import LinkError, OutputError
 from emulator.links import ByteLink
 from emulator.scenario import Result
-from emulator.time.clock import PS_PER_S
 
 SCHEMA = 1
 
@@ -114,7 +113,7 @@ class Record:
                 "ticks": timer.ticks,
                 "late": timer.late,
                 "lost": timer.lost,
-                "longest_wait_s": timer.longest_wait_ps / PS_PER_S,
+                "longest_wait_s": timer.longest_wait_s,
             },
             "chip": [
                 {"text": text, "first_s": first_s, "count": count}

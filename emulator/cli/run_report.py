@@ -22,7 +22,6 @@ from emulator.cli.run_figures import figures
 from emulator.errors import FirmwareError
 from emulator.links import ByteLink
 from emulator.links.runner import Progress
-from emulator.time.clock import PS_PER_MS
 from emulator.trace import BusTransfer, DeviceNote, Fault
 
 # -- Progress, never in the terminal's text -----------------------------------------------------------------
@@ -94,7 +93,7 @@ def _ticks(board: Board) -> Iterator[str]:
     if timer.lost:
         yield (
             f"the callback takes longer than {1000 / timer.rate_hz:.3f} ms (the next one waited up to "
-            f"{timer.longest_wait_ps / PS_PER_MS:.3f} ms): with ticks lost, main() gets little time or none"
+            f"{1000 * timer.longest_wait_s:.3f} ms): with ticks lost, main() gets little time or none"
         )
 
 

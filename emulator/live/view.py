@@ -17,7 +17,7 @@ import numpy as np
 from emulator.analysis.witness import Witness
 from emulator.board.board import Board
 from emulator.buses.i2c import I2CBus
-from emulator.time.clock import PS_PER_MS, PS_PER_S
+from emulator.time.clock import PS_PER_S
 from emulator.trace import BusTransfer, TraceEvent
 from emulator.world.track import Array
 from sensors.part import Part
@@ -305,7 +305,7 @@ class Load:
             "ticks": timer.ticks,
             "late": timer.late,
             "lost": timer.lost,
-            "longest_wait_ms": round(timer.longest_wait_ps / PS_PER_MS, 4),
+            "longest_wait_ms": round(1000 * timer.longest_wait_s, 4),
             "period_ms": round(period_ms, 4),
             "callback_ms": round(self._share * period_ms, 3),
             "callback_share": round(self._share, 3),

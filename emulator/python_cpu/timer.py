@@ -29,7 +29,7 @@ class IntervalTimer:
         self.ticks = 0
         self.late = 0
         self.lost = 0
-        self.longest_wait_ps = 0
+        self._longest_wait_ps = 0
         self._clock = clock
         self._trace = trace
         self._input_hz = input_hz
@@ -61,6 +61,11 @@ class IntervalTimer:
             self._due_ps = self._clock.now_ps
             self._interrupt()
 
+    @property
+    def longest_wait_s(self) -> float:
+        """The most that a handler was late."""
+        return self._longest_wait_ps / PS_PER_S
+
     def start(self) -> None:
         """Set CR1.CEN: count from zero."""
         if self._event is not None:
@@ -84,7 +89,7 @@ class IntervalTimer:
     def _account(self, now_ps: int) -> None:
         waited_ps = now_ps - self._due_ps
         self.late += 1
-        self.longest_wait_ps = max(self.longest_wait_ps, waited_ps)
+        self._longest_wait_ps = max(self._longest_wait_ps, waited_ps)
         self._trace.add(TickLate(now_ps, self.name, waited_ps))
         if not self._running:
             return

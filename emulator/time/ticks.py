@@ -29,7 +29,7 @@ class TickCounts(Protocol):
         ...
 
     @property
-    def longest_wait_ps(self) -> int:
+    def longest_wait_s(self) -> float:
         """The most that a handler was late."""
         ...
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from emulator import Board
+from emulator import Board, BusTransfer
 from emulator.scenario import run, scenario_names
 from tests import recipe
 
@@ -183,3 +183,30 @@ def test_every_exercise_has_a_scenario() -> None:
 def test_an_exercise_is_right_in_the_solution_and_wrong_in_the_template(scenario: str) -> None:
     assert run(Board(firmware="solution", scenario=scenario)).passed
     assert not run(Board(firmware="template-arm", scenario=scenario)).passed
+
+
+def test_the_fragments_make_a_section_of_the_changelog() -> None:
+    command = [sys.executable, "-m", "towncrier", "build", "--draft", "--version", "next"]
+    section = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    fragments = list((ROOT / "changes").glob("+*.md"))
+
+    assert section.startswith("## next (")
+    assert len(re.findall(r"^- ", section, re.MULTILINE)) == len(fragments)
+
+
+def test_what_the_migration_table_says_to_write_now_is_there() -> None:
+    table = text_of(ROOT / "changes" / "+python-interface.changed.md")
+    rows = [row.strip("| ").split(" | ") for row in re.findall(r"^ *\|.*\|$", table, re.MULTILINE)[2:]]
+    now = [code for _, right in rows for code in re.findall(r"`([^`]+)`", right)]
+    board = Board()
+
+    imports = [code for code in now if code.startswith("from emulator import ")]
+    attributes = [code for code in now if re.fullmatch(r"board(\.\w+)+", code)]
+    assert len(imports) > 3
+    assert len(attributes) > 3
+    for code in imports:
+        exec(code)
+    for code in attributes:
+        eval(code, {"board": board})
+    assert all(hasattr(BusTransfer, name) for name in ("t_s", "end_s"))
+    assert board.tim9.longest_wait_s == 0

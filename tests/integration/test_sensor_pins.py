@@ -18,7 +18,7 @@ def wired(board: Board, pin: str = "int1") -> list[tuple[int, int]]:
         assert at_ps == board.clock.now_ps, "an edge comes when it happens"
         edges.append((at_ps, level))
 
-    getattr(board.sensors.lsm6dsl, pin).listen(edge)
+    getattr(board.sensors.lsm6dsl, pin).observe(edge)
     return edges
 
 
@@ -121,8 +121,8 @@ def test_every_part_of_the_board_reports_its_pin() -> None:
     """The magnetometer's data-ready, 100 Hz (LIS2MDL datasheet 8.7)."""
     board = Board(ideal=True)
     (pin,) = board.sensors.lis2mdl.pins()
-    edges: list[tuple[int, int]] = []
-    pin.listen(lambda at_ps, level: edges.append((at_ps, level)))
+    edges: list[tuple[float, int]] = []
+    pin.listen(lambda at_s, level: edges.append((at_s, level)))
     board.i2c2.write(LIS2MDL, b"\x62\x01")
     board.i2c2.write(LIS2MDL, b"\x60\x0c")
     for _ in range(5):
@@ -131,6 +131,7 @@ def test_every_part_of_the_board_reports_its_pin() -> None:
 
     levels = [level for _, level in edges]
     assert levels[-4:] == [1, 0, 1, 0]
+    assert 0.04 < edges[-1][0] < 0.06, "in seconds"
     assert {event.pin for event in board.trace.of(GpioEdge)} == {"LIS2MDL.INT/DRDY"}
 
 

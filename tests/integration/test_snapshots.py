@@ -96,7 +96,7 @@ class Doer:
         elif what == "turn slowly":
             board.world.rotate_to(*numbers, duration_s=0.02)
         elif what == "wire":
-            board.sensors.parts[numbers[0]].pins()[0].listen(lambda _at_ps, _level: None)
+            board.sensors.parts[numbers[0]].pins()[0].observe(lambda _at_ps, _level: None)
         elif what == "INT2":
             board.sensors.lsm6dsl.int2.apply(numbers[0], board.clock.now_ps)
         elif what == "type":

@@ -201,7 +201,7 @@ class Watched:
         self.chip = Chip("LIS2MDL", LIS2MDLErrors(set_reset_offset_mgauss=(60.0, -90.0, 75.0)))
         self.chip.world.signals["magnetic_field_mgauss"] = field_mgauss
         self.edges: list[tuple[int, int]] = []
-        self.chip.part.pins()[0].listen(lambda at_ps, level: self.edges.append((at_ps, level)))
+        self.chip.part.pins()[0].observe(lambda at_ps, level: self.edges.append((at_ps, level)))
 
 
 CONFIG_A = [0x8C, 0x88, 0x9C, 0x84, 0x81, 0x91, 0x8D, 0x83, 0x82, 0x0C]

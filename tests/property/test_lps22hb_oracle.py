@@ -53,7 +53,7 @@ def measured(t_ps: int) -> tuple[int, int]:
 
 def collect_edges(chip: Chip, edges: list[tuple[int, int]]) -> None:
     (pin,) = chip.part.pins()
-    pin.listen(lambda t_ps, level: edges.append((t_ps, level)))
+    pin.observe(lambda t_ps, level: edges.append((t_ps, level)))
 
 
 class Lps22hbMachine(RuleBasedStateMachine):

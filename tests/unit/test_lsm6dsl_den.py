@@ -39,7 +39,7 @@ class Bench(Chip):
         assert isinstance(self.part, LSM6DSL)
         self.pin = self.part.int2
         self.edges: list[tuple[int, int]] = []
-        self.part.int1.listen(lambda at_ps, level: self.edges.append((at_ps, level)))
+        self.part.int1.observe(lambda at_ps, level: self.edges.append((at_ps, level)))
         self.world.signals["acceleration_g"] = ramp((0.1, 0.2, 0.3), (0.05, -0.04, 0.03))
         self.world.signals["angular_rate_dps"] = ramp((10.0, 20.0, 30.0), (9.0, -8.0, 7.0))
         self.configure(((CTRL3_C, 0x44), (CTRL5_C, DEN_LH), *writes))

@@ -144,7 +144,7 @@ def test_a_part_of_a_word_read_does_not_show_the_flag() -> None:
 def test_the_pin_is_hidden_too(pulsed: int) -> None:
     chip = fast(MASK, (0x0B, pulsed), (INT1_CTRL, 0x01))
     edges: list[int] = []
-    chip.part.pins()[0].listen(lambda at_ps, level: edges.append(at_ps))
+    chip.part.pins()[0].observe(lambda at_ps, level: edges.append(at_ps))
     chip.t_ps = FAST.sample_ps(12)
     chip.byte(OUT_XL)
     chip.part.catch_up(chip.t_ps)

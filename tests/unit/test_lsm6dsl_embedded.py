@@ -294,7 +294,7 @@ def test_steps_and_tilts_share_a_pin(every_event: bool) -> None:
     chip = running(PEDO_EN | TILT_EN, signal, bank_a=((PEDO_DEB, 0x68),))
     chip.configure(((INT1_CTRL, 0x80), (MD1_CFG, 0x02)))
     edges: list[tuple[int, int]] = []
-    chip.part.pins()[0].listen(lambda at_ps, level: edges.append((at_ps, level)))
+    chip.part.pins()[0].observe(lambda at_ps, level: edges.append((at_ps, level)))
     while every_event and (due_ps := chip.part.next_event_ps()) < 8 * PS_PER_S:
         chip.part.catch_up(due_ps)
     chip.part.catch_up(8 * PS_PER_S)

@@ -180,7 +180,7 @@ def test_the_watermark_on_int1_rises_with_its_sample() -> None:
     """Seen by somebody who looks only when the part says that a pin may change."""
     chip = fifo_of(CONTINUOUS, watermark=30)
     edges: list[tuple[int, int]] = []
-    chip.part.pins()[0].listen(lambda at_ps, level: edges.append((at_ps, level)))
+    chip.part.pins()[0].observe(lambda at_ps, level: edges.append((at_ps, level)))
     chip.write(INT1_CTRL, 0x08)
     looks = 0
     while not edges:

@@ -92,7 +92,7 @@ class Wires:
         self.pins = Pin("INT1"), Pin("INT2")
         self.edges: list[Edge] = []
         for pin in self.pins:
-            pin.listen(partial(self._edge, pin.name))
+            pin.observe(partial(self._edge, pin.name))
         chip = Chip(registers, {}, xl, g, temperature, self.signals, *self.pins, lambda now_ps: None)
         self.routing = Routing(chip)
         for address, value in writes:

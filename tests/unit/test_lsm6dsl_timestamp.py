@@ -146,7 +146,7 @@ def test_other_writes_and_reads_do_not_disturb_it() -> None:
 def watched(wake_up_dur: int) -> tuple[Chip, list[tuple[int, int]]]:
     chip = counting(wake_up_dur)
     edges: list[tuple[int, int]] = []
-    chip.part.pins()[0].listen(lambda at_ps, level: edges.append((at_ps, level)))
+    chip.part.pins()[0].observe(lambda at_ps, level: edges.append((at_ps, level)))
     chip.write(MD1_CFG, INT1_TIMER)
     return chip, edges
 

@@ -28,11 +28,13 @@ def events(kind: type[TraceEvent]) -> st.SearchStrategy[TraceEvent]:
 
 def as_json(event: TraceEvent) -> str:
     """What the files are said to hold, by the standard library's encoder."""
-    fields = dataclasses.asdict(event)
-    t_ps = fields.pop("t_ps")
-    shown = {name: value.hex() if isinstance(value, bytes) else value for name, value in fields.items()}
-    time = {"t_s": f"{t_ps // PS_PER_S}.{t_ps % PS_PER_S:012d}", "kind": event.kind}
-    return json.dumps({**time, **shown}, separators=(",", ":")) + "\n"
+    shown: dict[str, object] = {}
+    for name, value in dataclasses.asdict(event).items():
+        if name.endswith("_ps"):
+            shown[f"{name[:-3]}_s"] = f"{value // PS_PER_S}.{value % PS_PER_S:012d}"
+        else:
+            shown[name] = value.hex() if isinstance(value, bytes) else value
+    return json.dumps({"t_s": shown.pop("t_s"), "kind": event.kind, **shown}, separators=(",", ":")) + "\n"
 
 
 @pytest.mark.parametrize("kind", TraceEvent.__subclasses__(), ids=lambda kind: kind.__name__)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from emulator.chip.library import BLOCK_CLASSES, ChipBlock, FcuChip
+from emulator.time.clock import PS_PER_S
 from emulator.trace import TickLate, TickLost
 
 
@@ -60,10 +61,10 @@ class Timer(ChipBlock):
         return count
 
     @property
-    def longest_wait_ps(self) -> int:
+    def longest_wait_s(self) -> float:
         """The longest time a tick waited for its handler, of those that were late."""
         wait_ps: int = self._counts.longest_wait_ps
-        return wait_ps
+        return wait_ps / PS_PER_S
 
     @property
     def rate_hz(self) -> float:
