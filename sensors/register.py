@@ -143,7 +143,10 @@ class Register:
         cls.addr, cls.access, cls.reset, cls.modelled = addr, access, reset, modelled
         cls.count, cls.step, cls.first = count, step, first
         cls.names = names or ((cls.__name__,) if cls.size == 1 else ())
-        cls.fields = tuple(value for value in vars(cls).values() if isinstance(value, Bits))
+        kinds = reversed(cls.__mro__)  # a register that is like another one has its fields
+        cls.fields = tuple(
+            value for kind in kinds for value in vars(kind).values() if isinstance(value, Bits)
+        )
         if cls.named_bytes and len(cls.names) != cls.size:
             raise TypeError(f"{cls.__name__}: a register of {cls.size} bytes needs a name for each")
         if sum(bits.mask for bits in cls.fields if not bits.overlay) != cls._used():

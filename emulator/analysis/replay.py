@@ -40,7 +40,7 @@ from emulator.analysis.observation import (
 from emulator.board.board import Board
 from emulator.buses.gpio import Gpio
 from emulator.errors import InputError
-from emulator.python_cpu.hal import HAL_OK, HAL_TIMEOUT, Application
+from emulator.python_cpu.hal import HAL_OK, HAL_TIMEOUT, Application, HalGpio
 from emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US, Clock
 from emulator.trace import BusTransfer, GpioEdge, TerminalBytes, Trace
 
@@ -126,14 +126,14 @@ def _reads(board: Board) -> Iterator[_Read]:
             yield _Read(event.t_ps, event.device, register, event.read)
 
 
-class _ReplayHal:
+class _ReplayHal(HalGpio):
     """The calls of :mod:`emulator.python_cpu.hal`, from a recording; ``trace`` has the LEDs' edges."""
 
     def __init__(self, recording: _Recording) -> None:
         self.callback: Callable[[], None] = lambda: None
         self.trace = Trace()
         self._clock = Clock()
-        self._gpio = Gpio(self._clock, self.trace)
+        super().__init__(Gpio(self._clock, self.trace))
         self._recording = recording
         self._text = bytearray()
         self._spoken_ps = 0  # when the latest text had left
@@ -217,18 +217,6 @@ class _ReplayHal:
         del size
         self.HAL_Delay(timeout_ms)
         return HAL_TIMEOUT, b""
-
-    def HAL_GPIO_Init(self, port: str, pin: int) -> None:
-        """Make a pin an output."""
-        self._gpio.init_output(port, pin)
-
-    def HAL_GPIO_WritePin(self, port: str, pin: int, state: int) -> None:
-        """Drive a pin."""
-        self._gpio.write(port, pin, state)
-
-    def HAL_GPIO_TogglePin(self, port: str, pin: int) -> None:
-        """Invert a pin."""
-        self._gpio.write(port, pin, 0 if self._gpio.level(port, pin) else 1)
 
     def HAL_TIM_Base_Init(self, prescaler: int, period: int) -> None:
         """The recording has its own rate."""

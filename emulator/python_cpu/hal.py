@@ -35,7 +35,26 @@ class Application(Protocol):
         ...
 
 
-class Hal:
+class HalGpio:
+    """The calls for pins, on a board's ``gpio``."""
+
+    def __init__(self, gpio: Gpio) -> None:
+        self._gpio = gpio
+
+    def HAL_GPIO_Init(self, port: str, pin: int) -> None:
+        """Make a pin a push-pull output."""
+        self._gpio.init_output(port, pin)
+
+    def HAL_GPIO_WritePin(self, port: str, pin: int, state: int) -> None:
+        """Drive a pin."""
+        self._gpio.write(port, pin, state)
+
+    def HAL_GPIO_TogglePin(self, port: str, pin: int) -> None:
+        """Invert a pin."""
+        self._gpio.write(port, pin, 0 if self._gpio.level(port, pin) else 1)
+
+
+class Hal(HalGpio):
     """The HAL of one board."""
 
     def __init__(
@@ -48,11 +67,11 @@ class Hal:
         gpio: Gpio,
         timer: CallbackTimer,
     ) -> None:
+        super().__init__(gpio)
         self._clock = clock
         self._cpu = cpu
         self._i2c = i2c
         self._uart = uart
-        self._gpio = gpio
         self._sending = False
         self._transferring = False
         self._callback: Callable[[], None] | None = None
@@ -148,19 +167,7 @@ class Hal:
             received.append(value)
         return HAL_OK, bytes(received)
 
-    # -- GPIO and timer ----------------------------------------------------------------------------------
-
-    def HAL_GPIO_Init(self, port: str, pin: int) -> None:
-        """Make a pin a push-pull output."""
-        self._gpio.init_output(port, pin)
-
-    def HAL_GPIO_WritePin(self, port: str, pin: int, state: int) -> None:
-        """Drive a pin."""
-        self._gpio.write(port, pin, state)
-
-    def HAL_GPIO_TogglePin(self, port: str, pin: int) -> None:
-        """Invert a pin."""
-        self._gpio.write(port, pin, 0 if self._gpio.level(port, pin) else 1)
+    # -- the timer ---------------------------------------------------------------------------------------
 
     def HAL_TIM_Base_Init(self, prescaler: int, period: int) -> None:
         """Set up the timer of the callback."""

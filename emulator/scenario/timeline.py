@@ -28,6 +28,9 @@ class Entry(Table):
     LIVE: ClassVar[bool] = False
     """Whether it can only be done when its time has come (a jump of the world)."""
 
+    MOVES: ClassVar[frozenset[str]] = frozenset()
+    """The quantities that every entry of its kind moves."""
+
     at: Duration | None = None
     """Virtual time since power-on; without it, the end of the entry before it in the file."""
 
@@ -42,7 +45,7 @@ class Entry(Table):
     @property
     def moves(self) -> frozenset[str]:
         """The quantities it moves, of which each can follow one motion at a time."""
-        return frozenset()
+        return self.MOVES
 
     def plan(self, world: World, start_s: float) -> None:
         """Change the world from ``start_s`` on. Raises InputError."""
@@ -86,15 +89,11 @@ class Hold(Motion):
 class RotateTo(Motion):
     """Turn by the shortest arc, as a hand does."""
 
+    MOVES: ClassVar[frozenset[str]] = ATTITUDE
     do: Literal["rotate_to"]
     roll_deg: Annotated[float, within(limits.ANGLE)] = 0.0
     pitch_deg: Annotated[float, within(limits.ANGLE)] = 0.0
     yaw_deg: Annotated[float, within(limits.ANGLE)] = 0.0
-
-    @property
-    def moves(self) -> frozenset[str]:
-        """The attitude."""
-        return ATTITUDE
 
     def plan(self, world: World, start_s: float) -> None:
         """World.rotate_to."""
@@ -104,15 +103,11 @@ class RotateTo(Motion):
 class Sweep(Motion):
     """Change one Euler angle."""
 
+    MOVES: ClassVar[frozenset[str]] = ATTITUDE
     do: Literal["sweep"]
     axis: Literal["roll", "pitch", "yaw"]
     to_deg: Annotated[float, within(limits.ANGLE)]
     profile: Literal["linear", "minimum_jerk"] = "linear"
-
-    @property
-    def moves(self) -> frozenset[str]:
-        """The attitude."""
-        return ATTITUDE
 
     def plan(self, world: World, start_s: float) -> None:
         """World.sweep."""
@@ -122,12 +117,8 @@ class Sweep(Motion):
 class TurnOver(Motion):
     """Turn half round about the board's own X axis."""
 
+    MOVES: ClassVar[frozenset[str]] = ATTITUDE
     do: Literal["turn_over"]
-
-    @property
-    def moves(self) -> frozenset[str]:
-        """The attitude."""
-        return ATTITUDE
 
     def plan(self, world: World, start_s: float) -> None:
         """World.turn_over."""
@@ -137,13 +128,9 @@ class TurnOver(Motion):
 class FigureEight(Motion):
     """The calibration's figure-of-eight, ``turns`` times."""
 
+    MOVES: ClassVar[frozenset[str]] = ATTITUDE
     do: Literal["figure_eight"]
     turns: int = Field(1, ge=1, le=100)
-
-    @property
-    def moves(self) -> frozenset[str]:
-        """The attitude."""
-        return ATTITUDE
 
     def plan(self, world: World, start_s: float) -> None:
         """World.figure_eight."""
@@ -153,13 +140,9 @@ class FigureEight(Motion):
 class Lift(Motion):
     """Raise the board, or lower it by negative metres."""
 
+    MOVES: ClassVar[frozenset[str]] = ALTITUDE
     do: Literal["lift"]
     metres: Annotated[float, within(limits.ALTITUDE)]
-
-    @property
-    def moves(self) -> frozenset[str]:
-        """The altitude."""
-        return ALTITUDE
 
     def plan(self, world: World, start_s: float) -> None:
         """World.lift."""
@@ -169,6 +152,7 @@ class Lift(Motion):
 class FreeFall(Motion):
     """Let go for a time, then be caught in the time ``catch``."""
 
+    MOVES: ClassVar[frozenset[str]] = ALTITUDE
     do: Literal["free_fall"]
     catch: Length = CATCH_PS
 
@@ -176,11 +160,6 @@ class FreeFall(Motion):
     def length_ps(self) -> int:
         """The fall and the catch."""
         return self.for_ + self.catch
-
-    @property
-    def moves(self) -> frozenset[str]:
-        """The altitude."""
-        return ALTITUDE
 
     def plan(self, world: World, start_s: float) -> None:
         """World.free_fall."""
@@ -299,15 +278,11 @@ class Jump(Entry):
 class SetAttitude(Jump):
     """Another attitude without a motion in between."""
 
+    MOVES: ClassVar[frozenset[str]] = ATTITUDE
     do: Literal["set_attitude"]
     roll_deg: Annotated[float, within(limits.ANGLE)] = 0.0
     pitch_deg: Annotated[float, within(limits.ANGLE)] = 0.0
     yaw_deg: Annotated[float, within(limits.ANGLE)] = 0.0
-
-    @property
-    def moves(self) -> frozenset[str]:
-        """The attitude."""
-        return ATTITUDE
 
     def plan(self, world: World, start_s: float) -> None:
         """World.set_attitude."""
@@ -330,15 +305,11 @@ class Hand(Jump):
 class FollowAttitude(Hand):
     """Turn towards an attitude, until another one is given."""
 
+    MOVES: ClassVar[frozenset[str]] = ATTITUDE
     do: Literal["follow_attitude"]
     roll_deg: Annotated[float, within(limits.ANGLE)] = 0.0
     pitch_deg: Annotated[float, within(limits.ANGLE)] = 0.0
     yaw_deg: Annotated[float, within(limits.ANGLE)] = 0.0
-
-    @property
-    def moves(self) -> frozenset[str]:
-        """The attitude."""
-        return ATTITUDE
 
     def plan(self, world: World, start_s: float) -> None:
         """World.follow_attitude."""
@@ -349,13 +320,9 @@ class FollowAttitude(Hand):
 class FollowAltitude(Hand):
     """Rise or sink towards a height above the floor, until another one is given."""
 
+    MOVES: ClassVar[frozenset[str]] = ALTITUDE
     do: Literal["follow_altitude"]
     metres: Annotated[float, within(limits.ALTITUDE)]
-
-    @property
-    def moves(self) -> frozenset[str]:
-        """The altitude."""
-        return ALTITUDE
 
     def plan(self, world: World, start_s: float) -> None:
         """World.follow_altitude."""

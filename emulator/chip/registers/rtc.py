@@ -119,23 +119,8 @@ class ALRMAR(Word, addr=0x1C, modelled=False):
     SU = Bits(3, 0, doc="seconds, units")
 
 
-class ALRMBR(Word, addr=0x20, modelled=False):
-    """Alarm B."""
-
-    MSK4 = Bits(31, doc="date does not count")
-    WDSEL = Bits(30, doc="weekday instead of date")
-    DT = Bits(29, 28, doc="day, tens")
-    DU = Bits(27, 24, doc="day, units")
-    MSK3 = Bits(23, doc="hours do not count")
-    PM = Bits(22, doc="afternoon")
-    HT = Bits(21, 20, doc="hours, tens")
-    HU = Bits(19, 16, doc="hours, units")
-    MSK2 = Bits(15, doc="minutes do not count")
-    MNT = Bits(14, 12, doc="minutes, tens")
-    MNU = Bits(11, 8, doc="minutes, units")
-    MSK1 = Bits(7, doc="seconds do not count")
-    ST = Bits(6, 4, doc="seconds, tens")
-    SU = Bits(3, 0, doc="seconds, units")
+class ALRMBR(ALRMAR, addr=0x20, modelled=False):
+    """Alarm B, like alarm A."""
 
 
 class WPR(Word, addr=0x24, access="w"):
