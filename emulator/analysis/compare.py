@@ -1,8 +1,9 @@
 """Two runs side by side: where do two firmwares first do something else on the same scenario?
 
-The n-th entry of each sequence of one run is compared with the n-th of the other. A firmware that is merely
-late is not a different one: what is compared of times is the pace, from one entry of a sequence to the next,
-apart from the texts and within a tolerance or not at all.
+A run is a few sequences of entries, such as the lines of the terminal or the edges of a LED. The n-th entry
+of a sequence of one run is compared with the n-th of the other: first its text, then its time. A firmware
+that is merely late is not a different one, so of the times only the pace counts, that is how long after the
+entry before it each one comes, and only beyond a tolerance; it can be ignored altogether.
 
 Decision: the pace, not the time since power-on. A loop that prints and waits a second lasts 1.04 s with
 firmware that computes in no time and 1.06 s with compiled code; after half a minute the two are half a second

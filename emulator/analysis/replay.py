@@ -6,10 +6,11 @@ motion between these moments. A replay takes that away: the Python firmware gets
 its main loop reads its variables when the other one's did. What is left is arithmetic and text, and they must
 be equal to the last digit.
 
-When that is: the lab's firmwares print in blocking calls, one after the other, so the values of a line are
-fetched as soon as the last bit of the text before it has left (TC, RM0368 19.3.2). A callback that is running
-then has preempted the loop, and its values count. The recorded text tells these moments, and the recorded
-transfers tell the callbacks: one begins with the first transfer after all that the one before has read.
+When the main loop reads its variables follows from the recorded text: the lab's firmwares print in blocking
+calls, one after the other, so the values of a line are fetched as soon as the last bit of the text before it
+has left (TC, RM0368 19.3.2). A callback that is running then has preempted the loop, and its values count.
+When callbacks run follows from the recorded transfers: a callback begins with the first transfer after all
+that the callback before it has read.
 
 Decision: the transfers are fed to the firmware's HAL calls, not to its arithmetic directly. The firmware that
 is replayed is the very one that runs on the board, drivers and boot included.

@@ -1,5 +1,5 @@
-"""What a run of built firmware may take: whoever runs a file from a stranger, or a student's own endless
-loop, reads one line that says why and gets the machine back.
+"""Limits of a run of built firmware. Whoever runs a stranger's file, or an endless loop of their own, gets
+the machine back, with one line that says which limit was exceeded.
 
 Virtual time needs no limit of its own: a run ends at the time that it was asked for. The others are looked
 at every 10 ms of virtual time, between two instructions, so a run that is far slower than real time (an

@@ -1,9 +1,10 @@
-"""What the lab's slides ask of a run: how fast the bus is, how long a read takes, how busy line and callback
-are.
+"""The figures that the lab's slides ask of a run: the bus's clock, how long a read takes, and how busy the
+serial line and the timer's callback are.
 
-The bus's clock follows from the registers that the firmware has set, a read's time from the latest ones on
-the wire. How long the callback takes is what share of many looks has met it at work, at moments that fall
-anywhere in its period; so it is told in two digits.
+The bus's clock follows from the registers that the firmware has set, the duration of a read from the latest
+reads on the wire. How long the callback takes is estimated by sampling: the board is looked at many times, at
+moments spread over the timer's period, and the share of looks that find the callback running is its share of
+the time. So that figure has two digits.
 """
 
 from __future__ import annotations
