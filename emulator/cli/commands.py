@@ -277,6 +277,45 @@ def grade(
 
 
 @cli.command()
+@click.argument("firmware", required=False)
+@click.option("--scenario", metavar="NAME|FILE", help="Play it from the start, and judge the firmware.")
+@click.option("--profile", help="How the sensors are wired: lab3 or fcu001v1. Default: as the firmware says.")
+@click.option("--seed", type=int, help="Which board of the class, and its noise. Default: 0.")
+@click.option("--ideal", is_flag=True, help="Sensors without noise, offset or scale error.")
+@click.option(
+    "--port",
+    type=click.IntRange(0, 65535),
+    default=0,
+    metavar="PORT",
+    help="The page's port on 127.0.0.1. Default: any free one.",
+)
+@click.option("--no-browser", is_flag=True, help="Do not open the page, only print its address.")
+@click.option(
+    "--record", type=click.Path(path_type=Path), help="Save what is done to the board as a scenario (TOML)."
+)
+@click.option("--duration", metavar="TIME", help="End after this much virtual time, such as 1h.")
+def web(
+    firmware: str | None,
+    scenario: str | None,
+    profile: str | None,
+    seed: int | None,
+    ideal: bool,
+    port: int,
+    no_browser: bool,
+    record: Path | None,
+    duration: str | None,
+) -> ExitCode:
+    """Show the board live in the browser: hold it, see it, plot it.
+
+    FIRMWARE is what fcu run takes. A file is loaded again whenever it changes. Ctrl-C ends it.
+    """
+    from emulator.cli.web import WebOptions, serve_board
+
+    options = WebOptions(firmware, scenario, profile, seed, ideal, port, not no_browser, record, duration)
+    return serve_board(options)
+
+
+@cli.command()
 @click.argument("directory", metavar="DIR", type=click.Path(path_type=Path))
 @click.option(
     "--bus",

@@ -10,7 +10,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import click
 
@@ -70,14 +70,14 @@ def run_board(options: RunOptions) -> ExitCode:
     end_ps = _end(options, board)
     with ExitStack() as stack:
         speed = _speed(options.speed, options.serial, end_ps)
-        tell = _silently if options.quiet else _to_stderr
+        tell = _silently if options.quiet else to_stderr
         links = [_open(spec, board, tell, stack) for spec in dict.fromkeys(options.serial)]
         debugger = open_debugger(board, options.gdb, options.halt, stack)
         if options.trace is not None:
             board.trace.write_to(options.trace, limits.trace_bytes if limits else LARGEST_FILE)
             stack.callback(board.trace.close)
         record = Record(board, links, options.json, stack)
-        say = record.hear if options.quiet else record.hear_and(_to_stderr)
+        say = record.hear if options.quiet else record.hear_and(to_stderr)
         for line in _announcement(options, board, speed, links):
             say(line)
         if debugger is not None:
@@ -97,7 +97,7 @@ def run_board(options: RunOptions) -> ExitCode:
 
         try:
             try:
-                with _interruptible(runner):
+                with interruptible(runner):
                     runner.run(between_slices)
             finally:
                 if show:
@@ -172,7 +172,7 @@ def _door(board: Board, links: list[ByteLink], stack: ExitStack) -> Door | None:
     try:
         door = Door(board.booted.name, serial, lambda message: {"error": f"unknown message {message!r}"})
     except LinkError as error:
-        _to_stderr(f"no other fcu will find this board: {error}")
+        to_stderr(f"no other fcu will find this board: {error}")
         return None
     stack.callback(door.close)
     return door
@@ -227,12 +227,12 @@ def _judge(board: Board, runner: Runner, record: Record) -> ExitCode:
     if board.clock.now_ps < plan.duration_ps and not runner.limit:
         lasts = f"the scenario lasts {seconds(plan.duration_ps)}"
         cause = f"the run was ended at {board.now_s:.3f} s, {lasts}" if runner.stopped else lasts
-        _to_stderr(f"expectations not checked: {cause}")
+        to_stderr(f"expectations not checked: {cause}")
         record.unchecked = cause
         return ExitCode.NOT_JUDGED if plan.expectations else ExitCode.HELD
     record.result = result = plan.check(board, runner.limit)
     for line in result.lines:
-        _to_stderr(line)
+        to_stderr(line)
     if runner.limit and not runner.limit.endswith("limits.wall"):
         return ExitCode.FIRMWARE_FAILED
     if not result.judged:
@@ -240,8 +240,16 @@ def _judge(board: Board, runner: Runner, record: Record) -> ExitCode:
     return ExitCode.HELD if result.passed else ExitCode.FAILED
 
 
+class Stoppable(Protocol):
+    """A run that can be ended from a signal handler."""
+
+    def stop(self) -> None:
+        """End it soon."""
+        ...
+
+
 @contextmanager
-def _interruptible(runner: Runner) -> Iterator[None]:
+def interruptible(runner: Stoppable) -> Iterator[None]:
     """Ctrl-C ends the run at the next slice, with its summary; a second one ends the program.
 
     A signal that is ignored already stays so: that is how ``nohup`` says that the run is to outlive the
@@ -272,7 +280,8 @@ def _silently(line: str) -> None:
     del line
 
 
-def _to_stderr(line: str) -> None:
+def to_stderr(line: str) -> None:
+    """A line for the user, with who says it."""
     with suppress(OSError):  # stderr may be full or gone; the run goes on
         click.echo(f"fcu: {line}", err=True)
 

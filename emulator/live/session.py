@@ -26,6 +26,7 @@ from typing import Any
 
 from emulator.analysis.witness import Witness
 from emulator.board.board import Board
+from emulator.board.firmware import FirmwareFactory
 from emulator.errors import FcuError, FirmwareError, InputError
 from emulator.live import messages, view
 from emulator.live.files import FileWatch, UploadedFile
@@ -62,7 +63,7 @@ _STEP_WALL_S = 5.0
 class Setup:
     """What is run: the arguments of :class:`Board`."""
 
-    firmware: str | Path | None = None
+    firmware: str | Path | FirmwareFactory | None = None
     scenario: str | None = None
     profile: str | None = None
     seed: int | None = None
@@ -101,6 +102,8 @@ class Session:
         self._clients: dict[object, messages.Watch] = {}
         self._uploaded: UploadedFile | None = None
         self.stopped = False
+        self.end_s = math.inf
+        """Virtual time since power-on at which the run ends."""
         self.speed: float | None = 1.0
         self.state = "running"
         self.problem = ""
@@ -137,7 +140,7 @@ class Session:
     def run(self) -> None:
         """Run until :meth:`stop`."""
         try:
-            while not self.stopped:
+            while not self.stopped and self.board.now_s < self.end_s:
                 self._advance()
                 self._take_commands()
                 self._show()
@@ -360,15 +363,14 @@ class Session:
         self._say_status()
 
     def _take_upload(self, name: str, content: bytes) -> None:
-        uploaded = UploadedFile(name, content)
-        before = self.setup
-        self._again(replace(self.setup, firmware=uploaded.path), f"{name} has been loaded")
-        if self.setup is before:
+        before, setup = self._uploaded, self.setup
+        self._uploaded = uploaded = UploadedFile(name, content)
+        self._again(replace(setup, firmware=uploaded.path), f"{name} has been loaded")
+        if self.setup is setup:
+            self._uploaded = before
             uploaded.remove()
-            return
-        if self._uploaded is not None:
-            self._uploaded.remove()
-        self._uploaded = uploaded
+        elif before is not None:
+            before.remove()
 
     # -- what is shown ----------------------------------------------------------------------------------
 

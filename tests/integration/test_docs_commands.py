@@ -47,6 +47,8 @@ def with_an_end(command: str) -> str:
     """Runs that would go on until Ctrl-C or wait for a debugger end soon; scenarios and comparisons, too."""
     if command.startswith(("fcu run", "fcu diff")):
         command += " --duration 1500ms"
+    if command.startswith("fcu web"):
+        command += " --no-browser --duration 100ms"
     command = command.replace("--gdb 3333", "--gdb 0").replace("--halt", "").partition(" > ")[0]
     return command + " --speed max" if command.startswith("fcu run") else command
 

@@ -1,0 +1,70 @@
+"""``fcu web``: a live board and its page, until Ctrl-C."""
+
+from __future__ import annotations
+
+import math
+import threading
+import webbrowser
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+
+import click
+
+from emulator.cli.exit_codes import ExitCode
+from emulator.cli.run import interruptible, to_stderr
+from emulator.errors import InputError
+from emulator.live.server import PageServer
+from emulator.live.session import Session, Setup
+from emulator.time.clock import PS_PER_S
+from emulator.time.durations import parse_duration
+
+
+@dataclass(frozen=True)
+class WebOptions:
+    """The arguments of ``fcu web`` as typed."""
+
+    firmware: str | None
+    scenario: str | None
+    profile: str | None
+    seed: int | None
+    ideal: bool
+    port: int
+    browser: bool
+    record: Path | None
+    duration: str | None = None
+
+
+def serve_board(options: WebOptions) -> ExitCode:
+    """Serve a board until somebody ends it. Raises FcuError."""
+    setup = Setup(options.firmware, options.scenario, options.profile, options.seed, options.ideal)
+    if options.record is not None and not options.record.absolute().parent.is_dir():
+        raise InputError(f"--record {options.record}: there is no folder {options.record.parent}")
+    with ExitStack() as stack:
+        server = PageServer(options.port)
+        stack.callback(server.close)
+        session = Session(setup, server.publish, options.record)
+        session.end_s = _end_s(options.duration)
+        server.controls = session
+        booted = session.board.booted
+        to_stderr(f"board {booted.profile.name}, firmware {booted.name}, seed {session.board.seed}")
+        for note in booted.notes:
+            to_stderr(note)
+        to_stderr(f"page: {server.url}")
+        to_stderr("Ctrl-C ends it")
+        if options.browser:
+            threading.Thread(target=webbrowser.open, args=(server.url,), daemon=True).start()
+        with interruptible(session):
+            session.run()
+        if options.record is not None:
+            click.echo(f"fcu: what was done is in {options.record}", err=True)
+    return ExitCode.HELD
+
+
+def _end_s(text: str | None) -> float:
+    if text is None:
+        return math.inf
+    try:
+        return parse_duration(text) / PS_PER_S
+    except ValueError as error:
+        raise InputError(f"--duration {error}") from error

@@ -1,0 +1,304 @@
+"""The page in a real browser: what a student does with it, seen as a student sees it.
+
+Skipped where there is no Chromium; `.ci/run` installs Debian's. Nothing is said about frames: it draws in
+software.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from emulator.live.server import PageServer
+from emulator.live.session import Session, Setup
+from emulator.python_cpu.hal import HAL_OK, Hal
+from firmware_model.arm import prebuilt
+
+playwright = pytest.importorskip("playwright.sync_api")
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium")
+ARGUMENTS = [
+    "--no-sandbox",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-background-networking",
+    "--disable-component-update",
+]
+
+
+class Served:
+    """A session and its page's server, which can be started again."""
+
+    def __init__(self, setup: Setup, port: int = 0) -> None:
+        self.pages = PageServer(port)
+        self.ready = threading.Event()
+        self.session: Session
+        self._thread = threading.Thread(target=self._live, args=(setup,))
+        self._thread.start()
+        assert self.ready.wait(30)
+
+    def close(self) -> None:
+        self.session.stop()
+        self._thread.join()
+        self.pages.close()
+
+    def _live(self, setup: Setup) -> None:
+        self.session = Session(setup, self.pages.publish)
+        self.pages.controls = self.session
+        self.ready.set()
+        self.session.run()
+
+
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[playwright.Browser]:
+    with playwright.sync_playwright() as driver:
+        started = driver.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
+        yield started
+        started.close()
+
+
+class Browser:
+    """Opens pages, without WebGL unless it is asked for: in software, drawing in space is dear."""
+
+    def __init__(self, chromium: playwright.Browser) -> None:
+        self._chromium = chromium
+        self._contexts: list[playwright.BrowserContext] = []
+        self.errors: list[str] = []
+
+    def open(self, served: Served, *, in_space: bool = False) -> playwright.Page:
+        """A page that shows the board."""
+        context = self._chromium.new_context(bypass_csp=True, viewport={"width": 1280, "height": 720})
+        self._contexts.append(context)
+        context.request.get(served.pages.url)  # which sets the cookie
+        page = context.new_page()
+        page.on("pageerror", lambda error: self.errors.append(str(error)))
+        page.set_default_timeout(30_000)
+        page.goto(served.pages.url.split("?", maxsplit=1)[0] + ("" if in_space else "?2d"))
+        until(page, "document.querySelector('#num-attitude-roll')?.textContent.length > 2")
+        return page
+
+    def close(self) -> None:
+        for context in self._contexts:
+            context.close()
+
+
+@pytest.fixture
+def browser(chromium: playwright.Browser) -> Iterator[Browser]:
+    one = Browser(chromium)
+    yield one
+    one.close()
+    assert one.errors == []
+
+
+@pytest.fixture
+def served() -> Iterator[Served]:
+    one = Served(Setup("solution", ideal=True))
+    yield one
+    one.close()
+
+
+def until(page: playwright.Page, condition: str) -> None:
+    page.wait_for_function(condition, polling=50)
+
+
+def test_dragging_the_board_turns_it_and_lights_its_led(browser: Browser, served: Served) -> None:
+    page = browser.open(served, in_space=True)
+    box = page.locator(".board-view").bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x, y + 80, steps=10)
+    page.mouse.move(x, y + 196, steps=10)  # 0.45 degrees a pixel: 88 degrees about the board's X
+    page.mouse.up()
+    until(page, "Math.abs(Number(document.querySelector('#num-attitude-roll').textContent) - 88.2) < 0.2")
+    until(page, "document.querySelector('[data-led=LED2]').dataset.on === 'true'")
+    assert page.get_attribute("[data-led=LED1]", "data-on") == "false"
+    page.click("text=Flat")
+    until(page, "document.querySelector('[data-led=LED2]').dataset.on === 'false'")
+    page.focus(".board-view")
+    for _ in range(17):
+        page.keyboard.press("ArrowRight")
+    until(page, "document.querySelector('[data-led=LED1]').dataset.on === 'true'")
+    until(page, "Number(document.querySelector('#num-attitude-pitch').textContent) === 85")
+
+
+def test_without_webgl_there_is_a_horizon(browser: Browser, served: Served) -> None:
+    page = browser.open(served)
+    assert page.evaluate("document.querySelector('.board-view').getContext('2d') !== null")
+
+
+def test_what_is_typed_goes_to_the_board_and_is_recorded(browser: Browser, served: Served) -> None:
+    page = browser.open(served)
+    until(page, "document.querySelector('.xterm-rows').textContent.includes('Pitch:')")
+    page.click(".screen")
+    page.keyboard.type("p")
+    page.fill("[placeholder^='Send hex']", "00 ff 0d")
+    page.press("[placeholder^='Send hex']", "Enter")
+    with page.expect_download() as download:
+        page.click("#record")
+    text = Path(download.value.path()).read_text(encoding="utf-8")
+    assert re.findall(r'hex = "([^"]*)"', text) == ["70", "00 ff 0d"]
+
+
+class Echo:
+    """Firmware that sends back what it gets, each byte in hexadecimal."""
+
+    def __init__(self, hal: Hal) -> None:
+        self._hal = hal
+
+    def main(self) -> None:
+        while True:
+            status, data = self._hal.HAL_UART_Receive(1, 1000)
+            if status == HAL_OK:
+                self._hal.HAL_UART_Transmit(f"<{data.hex()}>".encode(), 1000)
+
+    def HAL_TIM_PeriodElapsedCallback(self) -> None:
+        """The timer is not used."""
+
+
+def test_what_is_typed_is_echoed_byte_by_byte(browser: Browser) -> None:
+    served = Served(Setup(Echo))
+    try:
+        page = browser.open(served)
+        page.click(".screen")
+        page.keyboard.press("a")
+        until(page, "document.querySelector('.xterm-rows').textContent.includes('<61>')")
+        page.keyboard.press("Enter")
+        until(page, "document.querySelector('.xterm-rows').textContent.includes('<0d>')")
+        page.fill("[placeholder^='Send hex']", "ff")
+        page.press("[placeholder^='Send hex']", "Enter")
+        until(page, "document.querySelector('.xterm-rows').textContent.includes('<ff>')")
+    finally:
+        served.close()
+
+
+def test_the_plot_shows_truth_and_prints(browser: Browser, served: Served) -> None:
+    page = browser.open(served)
+    page.fill("#slide-pitch", "40")
+    until(page, "document.querySelector('#num-attitude-pitch').textContent === '40.0'")
+    until(page, "/Pitch: (39|40)[^]*Altitude: [^]*m/.test(document.querySelector('.xterm-rows').textContent)")
+    with page.expect_download() as download:
+        page.click("text=CSV")
+    header, *rows = Path(download.value.path()).read_text(encoding="utf-8").splitlines()
+    names = header.replace('"', "").split(",")
+    table = [dict(zip(names, row.split(","), strict=True)) for row in rows]
+    truth = [float(row["Pitch truth (deg)"]) for row in table if row["Pitch truth (deg)"]]
+    printed = [float(row["Pitch printed (deg)"]) for row in table if row["Pitch printed (deg)"]]
+    assert truth[-1] == 40
+    assert printed[-1] == pytest.approx(40, abs=0.5)
+    page.click("[data-subject=variables]")
+    page.fill("[placeholder='Add a variable']", "pitch")
+    page.press("[placeholder='Add a variable']", "Enter")
+    until(
+        page, "[...document.querySelectorAll('.u-legend th')].some(one => one.textContent.includes('pitch'))"
+    )
+    with page.expect_download() as picture:
+        page.click("text=PNG")
+    assert Path(picture.value.path()).read_bytes().startswith(b"\x89PNG")
+
+
+def test_firmware_is_dropped_and_a_file_is_followed(browser: Browser, tmp_path: Path) -> None:
+    program = tmp_path / "mine.elf"
+    program.write_bytes(prebuilt("template", "I2C2").read_bytes())
+    served = Served(Setup(str(program)))
+    try:
+        page = browser.open(served)
+        until(page, "document.querySelector('#firmware').selectedOptions[0].textContent === 'mine.elf'")
+        program.write_bytes(prebuilt("solution", "I2C2").read_bytes())
+        until(page, "document.querySelector('#notices').textContent.includes('loaded again')")
+        until(page, "document.querySelector('.xterm-rows').textContent.includes('Pitch:')")
+        page.set_input_files(
+            "input[type=file]",
+            {"name": "dropped.elf", "mimeType": "application/octet-stream", "buffer": program.read_bytes()},
+        )
+        until(page, "document.querySelector('#firmware').selectedOptions[0].textContent === 'dropped.elf'")
+        page.set_input_files(
+            "input[type=file]", {"name": "evil.py", "mimeType": "text/plain", "buffer": b"print(1)"}
+        )
+        until(page, "document.querySelector('#notices .error')?.textContent.includes('no firmware file')")
+    finally:
+        served.close()
+
+
+def test_a_scenarios_verdict_falls(browser: Browser, served: Served) -> None:
+    page = browser.open(served)
+    page.click("#tab-scenario")
+    page.select_option("#scenario", "led_x")
+    until(page, "document.querySelector('#question').textContent.includes('LED1')")
+    page.select_option("#speed", "max")
+    until(page, "document.querySelectorAll('#verdicts [data-state=met]').length === 5")
+    assert page.text_content("#verdict-count") == "5 of 5 expectations met"
+
+
+def test_pause_and_step(browser: Browser, served: Served) -> None:
+    page = browser.open(served)
+    page.click("#runner")
+    until(page, "document.body.dataset.state === 'paused'")
+    ticks = int(page.text_content("#fig-ticks"))
+    page.click("#step-tick")
+    until(page, f"Number(document.querySelector('#fig-ticks').textContent) === {ticks} + 1")
+    before = float(page.text_content("#time").split()[0])
+    page.click("#step-second")
+    until(page, f"Math.abs(parseFloat(document.querySelector('#time').textContent) - {before} - 1) < 0.0011")
+    page.click("#runner")
+    until(page, "document.body.dataset.state === 'running'")
+
+
+def test_registers_and_bus_are_decoded(browser: Browser, served: Served) -> None:
+    page = browser.open(served)
+    page.click("#tab-registers")
+    until(page, "document.querySelector('[data-register=CTRL1_XL]')?.textContent.includes('ODR_XL 10')")
+    page.click("#tab-bus")
+    until(page, "/LSM6DSL OUTX_L_XL/.test(document.querySelector('.bus-table').textContent)")
+    assert "mg" in page.text_content(".bus-table")
+
+
+def test_two_pages_show_one_board(browser: Browser, served: Served) -> None:
+    one, other = browser.open(served), browser.open(served)
+    one.fill("#slide-roll", "33")
+    for page in (one, other):
+        until(page, "document.querySelector('#num-attitude-roll').textContent === '33.0'")
+    other.close()
+    one.fill("#slide-roll", "-20")
+    until(one, "document.querySelector('#num-attitude-roll').textContent === '-20.0'")
+
+
+def test_the_page_finds_a_server_that_was_started_again(browser: Browser) -> None:
+    first = Served(Setup(None))
+    port = first.pages.address.port
+    first.close()
+    second = Served(Setup(None), port)
+    page = browser.open(second)
+    second.close()
+    until(page, "document.body.classList.contains('lost')")
+    third = Served(Setup("solution"), port)
+    try:
+        until(page, "!document.body.classList.contains('lost')")
+        until(page, "document.querySelector('#firmware').value === 'solution'")
+    finally:
+        third.close()
+
+
+class Evil(Echo):
+    """Firmware that prints what a page might take for its own."""
+
+    def main(self) -> None:
+        while True:
+            self._hal.HAL_UART_Transmit(b"<img src=x onerror=document.title='owned'>\x1b]0;owned\x07\n", 1000)
+            self._hal.HAL_Delay(200)
+
+
+def test_what_is_printed_cannot_become_part_of_the_page(browser: Browser) -> None:
+    served = Served(Setup(Evil))
+    try:
+        page = browser.open(served)
+        until(page, "document.querySelector('.xterm-rows').textContent.includes('<img src=x')")
+        assert page.evaluate("document.querySelectorAll('img').length") == 0
+        assert "owned" not in page.title()
+    finally:
+        served.close()

@@ -1,0 +1,185 @@
+// The hand: dragging, keys, sliders and gestures, all of them timeline entries. A target is sent at most 40 times a
+// second; the world follows it continuously in rate and acceleration.
+
+import { button, el, fixed, setText } from "./dom";
+import type { BoardPicture } from "./board3d";
+import type { Entry, Truth } from "./protocol";
+import { about, multiply, toAngles, toMatrix, type Angles, type Matrix } from "./rotation";
+
+const SEND_EVERY_MS = 25;
+const HELD_MS = 400; // after the last move the sliders follow the board again
+const DEGREES_PER_PIXEL = 0.45;
+
+interface Slider { input: HTMLInputElement; output: HTMLOutputElement; digits: number; unit: string }
+
+export class Hand {
+  readonly controls: HTMLElement;
+  private target: Matrix = toMatrix({ roll: 0, pitch: 0, yaw: 0 });
+  private metres = 0;
+  private movedAt = 0;
+  private timer = 0;
+  private turned = false;
+  private lifted = false;
+  private readonly sliders: Record<string, Slider> = {};
+
+  constructor(private readonly picture: BoardPicture, private readonly act: (entry: Entry) => void) {
+    this.controls = this.build();
+    this.grab();
+  }
+
+  follow(truth: Truth): void {
+    if (performance.now() - this.movedAt < HELD_MS) return;
+    this.target = truth.rotation;
+    this.metres = truth.altitude_m;
+    this.showAngles({ roll: truth.roll_deg, pitch: truth.pitch_deg, yaw: truth.yaw_deg });
+    this.showSlider("height", truth.altitude_m);
+  }
+
+  private turnTo(target: Matrix): void {
+    this.target = target;
+    this.turned = true;
+    this.showAngles(toAngles(target));
+    this.moved();
+  }
+
+  private turnBy(axis: [number, number, number], degrees: number, inBoard = false): void {
+    const turn = about(axis, degrees);
+    this.turnTo(inBoard ? multiply(this.target, turn) : multiply(turn, this.target));
+  }
+
+  private liftTo(metres: number): void {
+    this.metres = Math.min(Math.max(metres, -1), 10);
+    this.lifted = true;
+    this.showSlider("height", this.metres);
+    this.moved();
+  }
+
+  private moved(): void {
+    this.movedAt = performance.now();
+    if (!this.timer) {
+      this.send();
+      this.timer = window.setTimeout(() => {
+        this.timer = 0;
+        if (this.turned || this.lifted) this.moved();
+      }, SEND_EVERY_MS);
+    }
+  }
+
+  private send(): void {
+    if (this.turned) {
+      const { roll, pitch, yaw } = toAngles(this.target);
+      const short = (value: number): number => Number(fixed(value, 2));
+      this.act({ do: "follow_attitude", roll_deg: short(roll), pitch_deg: short(pitch), yaw_deg: short(yaw) });
+    }
+    if (this.lifted) this.act({ do: "follow_altitude", metres: Number(fixed(this.metres, 3)), time_constant: "300ms" });
+    this.turned = this.lifted = false;
+  }
+
+  private grab(): void {
+    const { element } = this.picture;
+    element.tabIndex = 0;
+    element.setAttribute("role", "application");
+    element.setAttribute("aria-label", "The board. Drag to turn it, Shift and drag to roll it about the line of sight. Arrow keys tilt, Q and E turn, Page Up and Page Down lift, 0 lays it flat.");
+    element.classList.add("board-view");
+    const held = new Map<number, [number, number]>();
+    element.addEventListener("pointerdown", (event) => {
+      element.setPointerCapture(event.pointerId);
+      held.set(event.pointerId, [event.clientX, event.clientY]);
+      element.focus();
+      event.preventDefault();
+    });
+    element.addEventListener("pointermove", (event) => {
+      const before = held.get(event.pointerId);
+      if (!before) return;
+      const dx = event.clientX - before[0], dy = event.clientY - before[1];
+      held.set(event.pointerId, [event.clientX, event.clientY]);
+      if (held.size > 1) this.liftTo(this.metres - dy * 0.01);
+      else if (event.shiftKey) this.turnBy(this.picture.towards, -dx * DEGREES_PER_PIXEL);
+      else {
+        this.turnBy(this.picture.right, dy * DEGREES_PER_PIXEL);
+        this.turnBy([0, 0, 1], dx * DEGREES_PER_PIXEL);
+      }
+    });
+    const release = (event: PointerEvent): void => void held.delete(event.pointerId);
+    element.addEventListener("pointerup", release);
+    element.addEventListener("pointercancel", release);
+    element.addEventListener("wheel", (event) => {
+      this.liftTo(this.metres - event.deltaY * 0.001);
+      event.preventDefault();
+    }, { passive: false });
+    element.addEventListener("keydown", (event) => {
+      const step = event.shiftKey ? 1 : 5;
+      const moves: Record<string, () => void> = {
+        ArrowUp: () => this.turnBy([1, 0, 0], -step, true),
+        ArrowDown: () => this.turnBy([1, 0, 0], step, true),
+        ArrowLeft: () => this.turnBy([0, 1, 0], -step, true),
+        ArrowRight: () => this.turnBy([0, 1, 0], step, true),
+        q: () => this.turnBy([0, 0, 1], step),
+        e: () => this.turnBy([0, 0, 1], -step),
+        PageUp: () => this.liftTo(this.metres + 0.1),
+        PageDown: () => this.liftTo(this.metres - 0.1),
+        "0": () => this.flat(),
+      };
+      const move = moves[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+      if (!move) return;
+      move();
+      event.preventDefault();
+    });
+  }
+
+  private flat(): void {
+    this.turnTo(toMatrix({ roll: 0, pitch: 0, yaw: 0 }));
+    this.liftTo(0);
+  }
+
+  private gesture(entry: Entry): void {
+    this.movedAt = 0;
+    this.act(entry);
+  }
+
+  private build(): HTMLElement {
+    const angle = (): void => {
+      const value = (name: string): number => Number(this.sliders[name]?.input.value ?? 0);
+      this.turnTo(toMatrix({ roll: value("roll"), pitch: value("pitch"), yaw: value("yaw") }));
+    };
+    const turn = { do: "turn_over", for: "1200ms", interrupts: true };
+    const gestures: [string, string, Entry][] = [
+      ["Tap", "A fingertip's blow from above", { do: "tap" }],
+      ["Shake", "To and fro for a second, 1 g at 5 Hz", { do: "shake", axis: "north", amplitude_g: 1, frequency_hz: 5, for: "1s" }],
+      ["Drop", "Free fall for 0.3 s, then caught", { do: "free_fall", for: "300ms", interrupts: true }],
+      ["Lift 1 m", "Up by a metre in two seconds", { do: "lift", metres: 1, for: "2s", interrupts: true }],
+      ["Lower 1 m", "Down by a metre in two seconds", { do: "lift", metres: -1, for: "2s", interrupts: true }],
+      ["Turn over", "Half round about the board's X axis", turn],
+      ["Eight", "The calibration's figure-of-eight, 12 seconds", { do: "figure_eight", for: "12s", interrupts: true }],
+      ["Magnet", "A magnet of 8 A m² passes 0.4 m to the east", { do: "pass_magnet", moment_am2: 8, distance_m: 0.4, speed_m_s: 1 }],
+    ];
+    return el("div", { class: "hand" },
+      el("div", { class: "sliders" },
+        this.slider("roll", "Roll", -180, 180, 0.5, 1, "°", angle),
+        this.slider("pitch", "Pitch", -90, 90, 0.5, 1, "°", angle),
+        this.slider("yaw", "Yaw", -180, 180, 0.5, 1, "°", angle),
+        this.slider("height", "Height", -1, 10, 0.01, 2, " m", () => this.liftTo(Number(this.sliders["height"]?.input.value ?? 0)))),
+      el("div", { class: "gestures", role: "group", "aria-label": "Gestures" },
+        button("Flat", "Lay the board flat on the floor, X to the north (0)", () => this.flat()),
+        ...gestures.map(([name, title, entry]) => button(name, title, () => this.gesture(entry)))));
+  }
+
+  private slider(name: string, text: string, low: number, high: number, step: number, digits: number, unit: string, change: () => void): HTMLElement {
+    const input = el("input", { type: "range", id: `slide-${name}`, min: String(low), max: String(high), step: String(step), value: "0", input: change });
+    const output = el("output", { for: `slide-${name}` });
+    this.sliders[name] = { input, output, digits, unit };
+    this.showSlider(name, 0);
+    return el("label", { class: "slider" }, el("span", {}, text), input, output);
+  }
+
+  private showAngles(angles: Angles): void {
+    for (const name of ["roll", "pitch", "yaw"] as const) this.showSlider(name, angles[name]);
+  }
+
+  private showSlider(name: string, value: number): void {
+    const slider = this.sliders[name];
+    if (!slider) return;
+    if (document.activeElement !== slider.input || performance.now() - this.movedAt > HELD_MS) slider.input.value = String(value);
+    setText(slider.output, fixed(value, slider.digits) + slider.unit);
+  }
+}

@@ -1,0 +1,244 @@
+// The plot: truth, what the firmware reads, what it prints, and its variables, over virtual time.
+
+import uPlot from "uplot";
+import { button, colour, download, el, setText } from "./dom";
+import type { History } from "./history";
+
+interface Channel { id: string; name: string; tint: string; kind: "truth" | "raw" | "print" | "var" }
+interface Subject { id: string; name: string; unit: string; channels: Channel[] }
+
+const XYZ: [string, string][] = [["x", "--axis-x"], ["y", "--axis-y"], ["z", "--axis-z"]];
+const TINTS = ["--accent", "--axis-x", "--axis-y", "--axis-z", "--tint-5", "--tint-6", "--tint-7", "--tint-8"];
+
+function vector(id: string, name: string, unit: string): Subject {
+  return {
+    id, name, unit,
+    channels: XYZ.flatMap(([axis, tint]): Channel[] => [
+      { id: `truth.${id}.${axis}`, name: `${axis} truth`, tint, kind: "truth" },
+      { id: `raw.${id}.${axis}`, name: `${axis} read`, tint, kind: "raw" },
+      { id: `print.${id}.${axis}`, name: `${axis} printed`, tint, kind: "print" },
+    ]),
+  };
+}
+
+function scalar(id: string, name: string, unit: string, raw = ""): Subject {
+  const channels: Channel[] = [
+    { id: `truth.${id}`, name: "truth", tint: "--muted", kind: "truth" },
+    { id: `print.${id}`, name: "printed", tint: "--accent", kind: "print" },
+  ];
+  if (raw) channels.push({ id: `raw.${raw}`, name: "read", tint: "--axis-z", kind: "raw" });
+  return { id, name, unit, channels };
+}
+
+const ANGLES: Subject = {
+  id: "angles", name: "Angles", unit: "deg",
+  channels: ([["Roll", "--axis-x"], ["Pitch", "--axis-y"], ["Yaw", "--axis-z"]] as const).flatMap(([name, tint]): Channel[] => [
+    { id: `truth.${name}`, name: `${name} truth`, tint, kind: "truth" },
+    { id: `print.${name}`, name: `${name} printed`, tint, kind: "print" },
+  ]),
+};
+const SUBJECTS: Subject[] = [
+  ANGLES, vector("ACC", "Acc", "mg"), vector("GYR", "Gyro", "mdps"), vector("MAG", "Mag", "mG"),
+  scalar("Pre", "Pressure", "hPa", "PRE"), scalar("Altitude", "Height", "m"),
+  { id: "variables", name: "Variables", unit: "", channels: [] },
+];
+
+export class Plot {
+  readonly element: HTMLElement;
+  watched: string[] = [];
+  onWatch: (names: string[]) => void = () => undefined;
+  private readonly area = el("div", { class: "area" });
+  private readonly names = el("datalist", { id: "variable-names" });
+  private readonly chips = el("span", { class: "chips" });
+  private readonly freezer: HTMLButtonElement;
+  private readonly tabs = el("div", { class: "tabs", role: "tablist", "aria-label": "What is plotted" });
+  private readonly adding: HTMLElement;
+  private subject: Subject = ANGLES;
+  private window = 20;
+  private frozenAt: number | null = null;
+  private chart: uPlot | null = null;
+  private shownIds = "";
+  private pending = false;
+  private zoomed = false;
+  private size = "";
+
+  constructor(private readonly history: History) {
+    this.freezer = button("Pause", "Hold the plot still; the board goes on", () => this.freeze(this.frozenAt === null));
+    const add = el("input", {
+      type: "text", list: "variable-names", placeholder: "Add a variable", "aria-label": "Add a global variable to the plot", class: "short", spellcheck: "false",
+      change: () => {
+        const name = add.value.trim();
+        if (name && !this.watched.includes(name) && this.watched.length < 16) this.watch([...this.watched, name]);
+        add.value = "";
+      },
+    });
+    this.adding = el("div", { class: "adding" }, add, this.names, this.chips);
+    const span = el("select", { "aria-label": "Seconds shown", change: () => { this.window = Number(span.value); this.freeze(false); } },
+      ...[5, 20, 60, 300].map((seconds) => el("option", { value: String(seconds), selected: seconds === this.window }, `${seconds} s`)));
+    for (const subject of SUBJECTS) {
+      this.tabs.append(el("button", { type: "button", role: "tab", "data-subject": subject.id, "aria-selected": String(subject === this.subject), click: () => this.choose(subject) }, subject.name));
+    }
+    this.element = el("section", { class: "panel plot", "aria-label": "Plot" },
+      el("header", {}, el("h2", {}, "Plot"), this.tabs, el("span", { class: "gap" }), span, this.freezer,
+        button("CSV", "Save what is shown as CSV", () => this.saveCsv()), button("PNG", "Save the picture", () => this.savePng())),
+      this.adding, this.area);
+    this.adding.hidden = true;
+  }
+
+  private choose(subject: Subject): void {
+    this.subject = subject;
+    for (const tab of this.tabs.children) tab.setAttribute("aria-selected", String(tab.getAttribute("data-subject") === subject.id));
+    this.adding.hidden = subject.id !== "variables";
+    this.rebuild();
+  }
+
+  offer(names: string[]): void {
+    this.names.replaceChildren(...names.map((name) => el("option", { value: name })));
+  }
+
+  private watch(names: string[]): void {
+    this.watched = names;
+    this.chips.replaceChildren(...names.map((name) => button(`${name} ×`, `Remove ${name}`, () => this.watch(this.watched.filter((one) => one !== name)))));
+    this.onWatch(names);
+    this.refresh();
+  }
+
+  freeze(on: boolean): void {
+    this.frozenAt = on ? (this.history.states.t.at(-1) ?? 0) : null;
+    this.zoomed = false;
+    setText(this.freezer, on ? "Follow" : "Pause");
+    this.freezer.setAttribute("aria-pressed", String(on));
+    this.refresh();
+  }
+
+  resize(): void {
+    const { clientWidth: width, clientHeight: height } = this.area;
+    if (!width || !height) return;
+    this.size = `${width} ${height}`;
+    if (!this.chart) this.rebuild();
+    const legend = this.chart?.root.querySelector(".u-legend");
+    this.chart?.setSize({ width, height: Math.max(80, height - (legend?.clientHeight ?? 0)) });
+  }
+
+  restyle(): void {
+    this.rebuild();
+  }
+
+  // At most once a frame, and not at all while it is frozen.
+  refresh(): void {
+    if (this.pending) return;
+    this.pending = true;
+    window.setTimeout(() => requestAnimationFrame(() => {
+      this.pending = false;
+      this.draw();
+    }), 40);
+  }
+
+  private channels(): Channel[] {
+    if (this.subject.id === "variables") {
+      const known = [...this.history.states.columns.keys()].filter((id) => id.startsWith("var."));
+      const wanted = known.filter((id) => this.watched.some((name) => id === `var.${name}` || id.startsWith(`var.${name}.`) || id.startsWith(`var.${name}[`)));
+      return wanted.map((id, index) => ({ id, name: id.slice(4), tint: TINTS[index % TINTS.length] ?? "--accent", kind: "var" }));
+    }
+    const { states, prints } = this.history;
+    return this.subject.channels.filter(({ id, kind }) => kind === "truth" || (kind === "print" ? prints : states).columns.has(id));
+  }
+
+  private data(channels: Channel[], from: number, to: number): uPlot.AlignedData {
+    const prints = channels.filter((one) => one.kind === "print"), others = channels.filter((one) => one.kind !== "print");
+    const left = this.history.states.slice(from, to, others.map((one) => one.id));
+    const right = this.history.prints.slice(from, to, prints.map((one) => one.id));
+    const nulls = [left, right].map((table) => table.map(() => 2)); // a gap in one table is no gap of the other's lines
+    const joined = uPlot.join([left as uPlot.AlignedData, right as uPlot.AlignedData], nulls);
+    const order = [...others, ...prints];
+    return [joined[0], ...channels.map((one) => joined[1 + order.indexOf(one)] ?? [])] as uPlot.AlignedData;
+  }
+
+  private draw(): void {
+    if (this.size !== `${this.area.clientWidth} ${this.area.clientHeight}`) this.resize();
+    const channels = this.channels();
+    if (!this.chart || channels.map((one) => one.id).join() !== this.shownIds) {
+      this.rebuild();
+      return;
+    }
+    if (this.zoomed) return;
+    const end = this.frozenAt ?? this.history.states.t.at(-1) ?? 0;
+    this.chart.setData(this.data(channels, end - this.window, end), false);
+    this.chart.setScale("x", { min: Math.max(0, end - this.window), max: Math.max(end, this.window) });
+  }
+
+  private rebuild(): void {
+    const { clientWidth: width, clientHeight: height } = this.area;
+    if (!width || !height) return;
+    this.chart?.destroy();
+    const channels = this.channels();
+    this.shownIds = channels.map((one) => one.id).join();
+    const ink = colour("--muted"), grid = { stroke: colour("--grid"), width: 1 };
+    const font = "11px system-ui, sans-serif";
+    const { unit } = this.subject;
+    this.chart = new uPlot({
+      width, height: Math.max(80, height - 30),
+      scales: { x: { time: false }, y: { range: (_chart, low, high) => around(low, high) } },
+      cursor: { drag: { x: true, y: false }, points: { size: 6 } },
+      legend: { live: true },
+      hooks: {
+        setSelect: [(chart) => {
+          if (chart.select.width < 5) return;
+          if (this.frozenAt === null) this.freeze(true);
+          this.zoomed = true;
+        }],
+        ready: [(chart) => chart.over.addEventListener("dblclick", () => this.freeze(false))],
+      },
+      axes: [
+        { stroke: ink, grid, ticks: grid, font, size: 28, values: (_chart, ticks) => ticks.map((one) => `${one} s`) },
+        { stroke: ink, grid, ticks: grid, font, size: 56, label: unit, labelFont: font, labelSize: 14 },
+      ],
+      series: [
+        { label: "t", value: (_chart, value) => (value === null ? "–" : `${value.toFixed(3)} s`) },
+        ...channels.map((one): uPlot.Series => ({
+          label: one.name, stroke: colour(one.tint), spanGaps: true,
+          width: one.kind === "truth" ? 1 : 1.6, dash: one.kind === "truth" ? [5, 4] : [],
+          points: { show: one.kind === "print", size: 5, fill: colour(one.tint) },
+          value: (_chart: uPlot, value: number | null) => (value === null ? "–" : `${value.toFixed(2)}${unit ? ` ${unit}` : ""}`),
+        })),
+      ],
+    }, this.data(channels, -1, 0), this.area);
+    const legend = this.chart.root.querySelector(".u-legend");
+    this.chart.setSize({ width, height: Math.max(80, height - (legend?.clientHeight ?? 0)) });
+    this.zoomed = false;
+    this.draw();
+  }
+
+  private saveCsv(): void {
+    const channels = this.channels();
+    const { min = 0, max = 0 } = this.chart?.scales["x"] ?? {};
+    const [times = [], ...columns] = this.data(channels, min, max);
+    const unit = this.subject.unit ? ` (${this.subject.unit})` : "";
+    const quoted = (text: string): string => `"${text.replaceAll('"', '""')}"`;
+    const lines = [["t_s", ...channels.map((one) => quoted(`${one.name}${unit}`))].join(",")];
+    times.forEach((t, row) => {
+      if (t >= min && t <= max) lines.push([t, ...columns.map((column) => column[row] ?? "")].join(","));
+    });
+    download(`${this.subject.id}.csv`, new Blob([lines.join("\n") + "\n"], { type: "text/csv" }));
+  }
+
+  private savePng(): void {
+    const source = this.chart?.ctx.canvas;
+    if (!source) return;
+    const canvas = el("canvas", { width: String(source.width), height: String(source.height) });
+    const context = canvas.getContext("2d");
+    if (!context) return;
+    context.fillStyle = colour("--surface");
+    context.fillRect(0, 0, canvas.width, canvas.height);
+    context.drawImage(source, 0, 0);
+    canvas.toBlob((blob) => blob && download(`${this.subject.id}.png`, blob));
+  }
+}
+
+// What is seen, with a margin, and no noise blown up to the whole height.
+function around(low: number | null, high: number | null): [number, number] {
+  if (low === null || high === null || !Number.isFinite(low)) return [-1, 1];
+  const least = Math.max(1e-6, Math.abs(high + low) * 0.0005, 0.02);
+  const margin = Math.max((high - low) * 0.08, least);
+  return [low - margin, high + margin];
+}

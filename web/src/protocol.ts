@@ -1,0 +1,85 @@
+// The messages of emulator/live/messages.py, and what carries them. The page knows a session only by these.
+
+export interface Field { name: string; msb: number; lsb: number; doc: string }
+export interface Register {
+  name: string; address: number; size: number; reset: number; access: string; doc: string; modelled: boolean;
+  fields: Field[];
+}
+export interface Part { name: string; doc: string; place: string; registers: Register[] }
+
+export interface Hello {
+  type: "hello"; board: string; version: string; leds: string[]; firmware: Record<string, string>;
+  scenarios: Record<string, string>; parts: Part[]; ways: string[];
+}
+export interface Status {
+  type: "status"; run: number; firmware: string; file: string; profile: string; scenario: string; question: string;
+  duration_s: number; state: "running" | "paused" | "failed"; speed: number | null; problem: string; notes: string[];
+  variables: string[]; recording: string;
+}
+export interface Truth {
+  rotation: number[]; roll_deg: number; pitch_deg: number; yaw_deg: number; altitude_m: number; rate_dps: number[];
+  acc_mg: number[]; mag_mgauss: number[]; pressure_hpa: number; temperature_degc: number; humidity_percent: number;
+}
+export interface State {
+  type: "state"; run: number; t_s: number; pace: number; leds: Record<string, boolean>; truth: Truth;
+  samples: Record<string, number[]>; variables: Record<string, number>; load: Record<string, number>; done: number;
+}
+export interface Text { type: "text"; run: number; position: number; text: string }
+export interface Printed { type: "printed"; t_s: number; values: Record<string, number>; truth: Record<string, number> }
+export interface Registers { type: "registers"; part: string; bytes: string }
+export interface Transfer {
+  t_s: number; bus: string; device: string; register: string; way: "read" | "write"; bytes: string; count: number;
+  meaning: string; result: string;
+}
+export interface Bus { type: "bus"; transfers: Transfer[] }
+export interface Verdict { key: string; kind: string; says: string; state: "open" | "met" | "failed"; found: string }
+export interface Verdicts { type: "verdicts"; verdicts: Verdict[]; over: boolean }
+export interface Finding { kind: string; summary: string; details: string[]; fatal: boolean }
+export interface Findings { type: "findings"; findings: Finding[] }
+export interface Recorded { type: "recorded"; text: string }
+export interface Notice { type: "notice"; kind: "error" | "info"; text: string }
+
+export type Event =
+  | Hello | Status | State | Text | Printed | Registers | Bus | Verdicts | Findings | Recorded | Notice;
+
+export type Entry = { do: string } & Record<string, unknown>;
+export type Command =
+  | { type: "do"; entry: Entry; id?: number }
+  | { type: "run" } | { type: "pause" } | { type: "reset" } | { type: "record" }
+  | { type: "step"; of: "tick" | "line" | "second" }
+  | { type: "speed"; factor: number | null }
+  | { type: "firmware"; name: string }
+  | { type: "upload"; name: string; data: string }
+  | { type: "play"; scenario: string | null }
+  | { type: "watch"; variables: string[]; registers: string | null; bus: boolean };
+
+export interface Session {
+  send(command: Command): void;
+  onEvent: (event: Event) => void;
+  onConnected: (connected: boolean) => void;
+}
+
+// A session over a WebSocket, found again when the server has been restarted. A worker that runs the board in the
+// browser would be another Session.
+export function overWebSocket(): Session {
+  let socket: WebSocket | null = null;
+  const session: Session = {
+    send(command) {
+      if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(command));
+    },
+    onEvent: () => undefined,
+    onConnected: () => undefined,
+  };
+  const connect = (): void => {
+    const opened = new WebSocket(`ws://${location.host}/session`);
+    socket = opened;
+    opened.onopen = () => session.onConnected(true);
+    opened.onmessage = (message) => session.onEvent(JSON.parse(String(message.data)) as Event);
+    opened.onclose = () => {
+      session.onConnected(false);
+      window.setTimeout(connect, 500);
+    };
+  };
+  connect();
+  return session;
+}
