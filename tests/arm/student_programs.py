@@ -57,6 +57,8 @@ class Program:
     add: tuple[str, ...] = ()
     """Files of tests/arm/mistakes that are put beside main.c, or in its place."""
     make: dict[str, str] = field(default_factory=dict)
+    loses: tuple[str, ...] = ()
+    """The checks of the lab's rubric that it does not pass, see tests/arm/graded_programs.py."""
 
 
 def programs(file: str) -> dict[str, Program]:
@@ -67,7 +69,8 @@ def programs(file: str) -> dict[str, Program]:
 
 def _program(name: str, entry: dict[str, Any]) -> Program:
     changes = tuple(Change(**change) for change in entry.pop("change", ()))
-    return Program(name, entry.pop("title"), changes, add=tuple(entry.pop("add", ())), **entry)
+    lists = {key: tuple(entry.pop(key, ())) for key in ("add", "loses")}
+    return Program(name, entry.pop("title"), changes, **lists, **entry)
 
 
 def is_buildable() -> bool:
@@ -78,7 +81,7 @@ def is_buildable() -> bool:
 def build(program: Program, optimisation: str, into: Path) -> Path:
     """The program's ELF file, in a new folder of ``into``; a change that does not fit is an error."""
     project = Path(mkdtemp(prefix=f"{program.name}-{optimisation}-", dir=into))
-    shutil.copytree(_base(optimisation, program.bus, into), project, dirs_exist_ok=True)
+    shutil.copytree(base(optimisation, program.bus, into), project, dirs_exist_ok=True)
     for name in program.add:
         target = project / ("main.c" if name.startswith("main_") else Path(name).name)
         shutil.copyfile(FOLDER / name, target)
@@ -87,21 +90,22 @@ def build(program: Program, optimisation: str, into: Path) -> Path:
         text = file.read_text()
         assert text.count(change.old) == change.times, f"{change.file} has not {change.old!r}"
         file.write_text(text.replace(change.old, change.new))
-    return _make(project, optimisation, program.bus, program.make)
+    return make(project, optimisation, program.bus, program.make)
 
 
 @cache
-def _base(optimisation: str, bus: str, into: Path) -> Path:
-    """The unchanged program, built."""
+def base(optimisation: str, bus: str, into: Path) -> Path:
+    """The unchanged student's program, built."""
     project = Path(mkdtemp(prefix=f"student-{optimisation}-{bus}-", dir=into))
     shutil.copytree(arm.sources() / "support", project / "support")
     shutil.copy2(arm.sources() / "scaffold" / "Makefile", project)
     shutil.copy2(FOLDER / "student" / "main.c", project)
-    _make(project, optimisation, bus, {})
+    make(project, optimisation, bus, {})
     return project
 
 
-def _make(project: Path, optimisation: str, bus: str, settings: dict[str, str]) -> Path:
+def make(project: Path, optimisation: str, bus: str, settings: dict[str, str]) -> Path:
+    """Its ELF file."""
     given = [f"{name}={value}" for name, value in settings.items()]
     command = ["make", "-s", f"OPT=-{optimisation}", f"BUS={bus}", *given]
     done = subprocess.run(command, cwd=project, capture_output=True, text=True, check=False)

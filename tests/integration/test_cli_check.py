@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -15,6 +16,7 @@ from firmware_model.arm import prebuilt
 from tests.arm import student_programs
 
 ROOT = Path(__file__).parents[2]
+STUDENT = ROOT / "docs" / "student.md"
 QUICK = "--exercise", "2"
 
 needs_compiler = pytest.mark.skipif(
@@ -73,6 +75,9 @@ def test_the_screen_is_one_screen(tmp_path: Path) -> None:
     done = fcu("check", "template-arm")
 
     lines = done.stdout.splitlines()
+    shown = re.search(r"```text\n(LAB3: .*?)```", STUDENT.read_text(encoding="utf-8"), re.DOTALL)
+    assert shown is not None
+    assert done.stdout.startswith(shown[1].replace("lab3.elf", "template-arm"))
     assert len(lines) <= 32
     assert max(map(len, lines)) <= 98
 

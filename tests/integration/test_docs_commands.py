@@ -24,6 +24,7 @@ KNOWN = {".", "pip", "pytest", "git", "pre-commit", "sphinx", "ruff", "mypy", "t
 CUT_SHORT = (0, 1, 4)
 """Exit codes of a scenario that has not come to its end: what it expects later has not been seen."""
 CAN_COMPILE = shutil.which("arm-none-eabi-gcc") is not None and shutil.which("make") is not None
+RUBRIC = next(block.values[0] for block in blocks("toml") if "[[exercise]]" in block.values[0])
 WORKFLOW = re.compile(r"^ +- run: ((?:fcu|make).*)$", re.MULTILINE)
 
 
@@ -40,6 +41,7 @@ def desk(folder: Path) -> Path:
     """What a student or a teacher has before typing."""
     shutil.copyfile(prebuilt("solution", "I2C2"), folder / "lab3.elf")
     shutil.copyfile(ROOT / "scenarios" / "led_x.toml", folder / "my_scenario.toml")
+    (folder / "mine.toml").write_text(RUBRIC, encoding="utf-8")
     return folder
 
 

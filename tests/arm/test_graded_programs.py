@@ -1,0 +1,110 @@
+"""Exercises done one after the other turn green one after the other; mistakes lose where they should.
+
+All of the class: ``python -m tests.arm.graded_programs``; here some of it, by the exercises that it is about.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from emulator import Board
+from emulator.grading.judge import judge
+from emulator.grading.rubric import Rubric, load_rubric
+from emulator.grading.verdict import Verdict
+from tests.arm import graded_programs, student_programs
+from tests.arm.graded_programs import EXERCISES, OPTIMISATION, lost, staged
+from tests.arm.student_programs import build
+
+MISTAKES = student_programs.programs("mistakes.toml")
+VARIANTS = student_programs.programs("variants.toml")
+
+needs_compiler = pytest.mark.skipif(
+    not student_programs.is_buildable(), reason="arm-none-eabi-gcc or make is not installed"
+)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("class")
+
+
+@pytest.fixture(scope="module")
+def rubric() -> Rubric:
+    return load_rubric("lab3")
+
+
+def green(verdict: Verdict) -> list[str]:
+    return [one.exercise for one in verdict.exercises if verdict.is_done(one.exercise)]
+
+
+def test_the_template_passes_exercise_1_and_nothing_else(rubric: Rubric) -> None:
+    assert green(judge("template-arm", rubric, seed=1)) == ["1"]
+
+
+def test_the_solution_passes_everything_on_another_board(rubric: Rubric) -> None:
+    verdict = judge("solution", rubric, seed=2)
+
+    assert (green(verdict), verdict.points) == (list(EXERCISES), rubric.max_points)
+
+
+@needs_compiler
+@pytest.mark.parametrize("done", [2, 3, 4])
+def test_an_exercise_that_is_done_turns_green_and_no_other(done: int, rubric: Rubric, folder: Path) -> None:
+    verdict = judge(staged(done, folder), rubric, seed=1)
+
+    assert green(verdict) == list(EXERCISES[:done])
+    assert lost(verdict) == graded_programs.expected(done)
+
+
+@needs_compiler
+@pytest.mark.parametrize(
+    ("name", "exercises"),
+    [
+        ("int16_overflow", "1"),
+        ("no_bdu", "1"),
+        ("print_in_callback", "1"),
+        ("ratio_upside_down", "2"),
+        ("integer_division", "2"),
+        ("fabsf_missing", "4"),
+        ("axis_negated", "5"),
+        ("led_inverted", "4"),
+    ],
+)
+def test_a_mistake_loses_where_it_should(name: str, exercises: str, rubric: Rubric, folder: Path) -> None:
+    program = MISTAKES[name]
+    verdict = judge(build(program, OPTIMISATION, folder), rubric, seed=1, exercises=exercises)
+
+    assert lost(verdict) == tuple(one for one in program.loses if one[0] in exercises)
+
+
+@needs_compiler
+@pytest.mark.parametrize(("name", "exercises"), [("flag_for_main", "1"), ("seldom", "5"), ("tasks", "4")])
+def test_another_right_way_loses_nothing(name: str, exercises: str, rubric: Rubric, folder: Path) -> None:
+    elf = build(VARIANTS[name], OPTIMISATION, folder)
+
+    assert lost(judge(elf, rubric, seed=1, exercises=exercises)) == ()
+
+
+@needs_compiler
+def test_constants_get_nothing_for_numbers(rubric: Rubric, folder: Path) -> None:
+    elf = build(graded_programs.CONSTANTS, OPTIMISATION, folder)
+    verdict = judge(elf, rubric, seed=1, exercises=["1", "2"])
+
+    wanted = tuple(one for one in graded_programs.CONSTANTS_LOSE if one[0] in "12")
+    assert lost(verdict) == wanted
+
+
+@pytest.mark.parametrize("run", ["sensors", "stairs", "tilt", "steep", "heading", "iron"])
+def test_what_is_drawn_is_possible_for_hands_and_sensors(run: str, rubric: Rubric) -> None:
+    """Within what the sensors measure at the lab's settings, and no tilt sensor is fooled by acceleration."""
+    for seed in range(25):
+        scenario = rubric.scenario(run, seed)
+        world = Board(scenario=scenario, seed=seed).world  # motions are planned ahead
+        t_s = np.linspace(0.0, scenario.duration_s, 400)
+        assert np.abs(world.angular_rate_dps(t_s)).max() < 1000
+        assert np.abs(np.linalg.norm(world.specific_force_g(t_s), axis=1) - 1).max() < 0.7
+        assert np.abs(world.magnetic_field_mgauss(t_s)).max() < 2000
+        assert 900 < world.pressure_hpa(t_s).min() <= world.pressure_hpa(t_s).max() < 1100
