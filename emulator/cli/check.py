@@ -143,7 +143,8 @@ def _build_failed(folder: Path, log: str) -> str:
     if any("not found" in line or "No such file" in line for line in lines if "arm-none-eabi" in line):
         return f"{folder}: the chip's compiler is missing; `fcu doctor` says how to get it"
     marks = ("error:", "undefined reference", "Error ")
-    errors = [line for mark in marks for line in lines if mark in line] or lines[-_ERRORS_SHOWN:]
+    found = ([line for line in lines if mark in line] for mark in marks)
+    errors = next(filter(None, found), lines[-_ERRORS_SHOWN:])
     shown = [f"  {line[:_WIDTH]}" for line in dict.fromkeys(errors)][:_ERRORS_SHOWN]
     end = f"  nothing was judged; mend the first error, then: fcu check {shlex.quote(str(folder))}"
     return "\n".join([f"{folder} does not build:", *shown, end])
@@ -230,21 +231,23 @@ class _Screen:
         """What is wrong with one exercise, and why."""
         checks = [check for check in self._verdict.of(name) if check.max_points > 0]
         wrong = [check for check in checks if check.outcome in ("failed", "partial")]
-        yield ""
-        yield f"Exercise {name}, what is not right yet:"
         causes = list(self._causes(name))
-        fatal = [cause for cause in causes if cause.fatal]
-        if not fatal:
-            for check in wrong[:_CHECKS_SHOWN]:
-                yield from _check(check)
-            if len(wrong) > _CHECKS_SHOWN:
-                yield f"  ... and {len(wrong) - _CHECKS_SHOWN} more"
+        yield ""
+        if causes and causes[0].fatal:
+            yield "The program does not go on:"
+            yield from _cause(causes[0])
+            return
+        yield f"Exercise {name}, what is not right yet:"
+        for check in wrong[:_CHECKS_SHOWN]:
+            yield from _check(check)
+        if len(wrong) > _CHECKS_SHOWN:
+            yield f"  ... and {len(wrong) - _CHECKS_SHOWN} more"
         for check in checks:
             if check.outcome == "unjudged":
                 yield from _wrapped(f"{check.title}: could not be judged: {check.unjudged_because}", "  ")
         if causes:
             yield "What the run shows:"
-            for cause in fatal[:1] or causes[:_CAUSES_SHOWN]:
+            for cause in causes[:_CAUSES_SHOWN]:
                 yield from _cause(cause)
 
     def _causes(self, name: str) -> Iterator[Cause]:
@@ -280,14 +283,16 @@ class _Screen:
         name = open_ones[0]
         seed = f" --seed {self._verdict.seed}" if self._verdict.seed else ""
         advice = self._rubric.exercise(name).next
-        yield from _wrapped(f"Next: {advice}" if advice else f"Next: exercise {name}.", "")
+        if list(self._causes(name)) or not advice:
+            advice = "mend what is said above, from the top, and look again."
+        yield from _wrapped(f"Next: {advice}", "")
         yield f"  {again} --exercise {name}{seed}"
         yield f"  fcu run {shlex.quote(self._firmware)}"
 
 
 def _check(check: CheckResult) -> Iterator[str]:
     yield from _wrapped(check.title, "  - ")
-    seen = "; ".join(filter(None, (check.actual, check.printed and f'such as "{check.printed}"')))
+    seen = "; ".join(filter(None, (check.actual, check.printed and f"such as {check.printed}")))
     for word, text in (("expected", check.expected), ("seen", seen), ("hint", check.hint)):
         if text:
             yield from _wrapped(f"{word}: {text}", "      ")

@@ -91,14 +91,17 @@ class NoFault(Check):
 
 
 class NoDiagnosis(Check):
-    """The diagnosis has nothing of these kinds to say at the end of the run."""
+    """The diagnosis has nothing of these kinds to say at the end of the run.
+
+    Of a program that cannot go on it says that alone, so such a program does not pass either.
+    """
 
     kind: Literal["no_diagnosis"]
     of: list[Kind] = Field(min_length=1)
 
     def judge(self, run: Judged) -> Miss | None:
         """The first one that it has."""
-        found = next((one for one in run.diagnoses if one.kind in self.of), None)
+        found = next((one for one in run.diagnoses if one.fatal or one.kind in self.of), None)
         if found is None:
             return None
         return Miss("wrong value", f"nothing to be said about: {', '.join(self.of)}", found.summary)

@@ -223,8 +223,8 @@ class _Run:
             points=round(share * check.points, 4),
             max_points=check.points,
             outcome=outcome,
-            expected="" if unjudged else "; ".join(miss.expected for miss in failed),
-            actual="" if unjudged else "; ".join(miss.seen for miss in failed),
+            expected="" if unjudged or not failed else failed[0].expected + _others(len(failed)),
+            actual="" if unjudged or not failed else failed[0].seen,
             printed="" if unjudged else next(filter(None, map(_first_printed, failed)), ""),
             hint=check.hint,
             visibility=check.visible,
@@ -297,7 +297,13 @@ class _Run:
 def _first_printed(miss: Miss) -> str:
     """The first line that is wrong; how far it is off is told elsewhere."""
     line = next((line[1:] for line in miss.diff if line.startswith("+")), "")
-    return line.partition("  (off by")[0]
+    text, _, when = line.partition("  (off by")[0].rpartition("  at ")
+    return f'"{text}" at {when}' if text else f'"{when}"' if when else ""
+
+
+def _others(failed: int) -> str:
+    """What else of a check is not met."""
+    return f" (and {failed - 1} more of this check)" if failed > 1 else ""
 
 
 def _shortened(text: str) -> str:

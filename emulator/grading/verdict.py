@@ -31,8 +31,8 @@ class CheckResult(_Part):
     """One check of a rubric.
 
     ``check`` is unique in the rubric ("3.pitch"). ``expected`` and ``actual`` are sentences for people, empty
-    where the check passed. ``printed``: the first line of the terminal that is wrong, and when; control
-    characters as escapes. ``detail`` says how much of it a student sees: everything, all but what was
+    where the check passed. ``printed``: the first line of the terminal that is wrong, in quotes, and when;
+    control characters as escapes. ``detail`` says how much of it a student sees: everything, all but what was
     expected, only that the check is there and its outcome, or not even its title. ``unjudged_because``: why
     nothing can be said; empty for every other outcome.
     """

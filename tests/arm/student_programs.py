@@ -58,7 +58,7 @@ class Program:
     """Files of tests/arm/mistakes that are put beside main.c, or in its place."""
     make: dict[str, str] = field(default_factory=dict)
     loses: tuple[str, ...] = ()
-    """The checks of the lab's rubric that it does not pass, see tests/arm/graded_programs.py."""
+    """The checks of the lab's rubric that it does not pass; see tests/arm/graded_programs.py."""
 
 
 def programs(file: str) -> dict[str, Program]:

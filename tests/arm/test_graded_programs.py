@@ -77,7 +77,7 @@ def test_a_mistake_loses_where_it_should(name: str, exercises: str, rubric: Rubr
     program = MISTAKES[name]
     verdict = judge(build(program, OPTIMISATION, folder), rubric, seed=1, exercises=exercises)
 
-    assert lost(verdict) == tuple(one for one in program.loses if one[0] in exercises)
+    assert lost(verdict) == tuple(one for one in graded_programs.loses(program) if one[0] in exercises)
 
 
 @needs_compiler
