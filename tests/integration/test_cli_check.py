@@ -118,7 +118,7 @@ def test_a_crash_is_explained_by_its_line(project: Path) -> None:
     done = fcu("check", str(project), "-e", "1")
 
     assert done.returncode == 3
-    assert "What the run shows:\n" in done.stdout
+    assert "The program does not go on:\n  HardFault at " in done.stdout
     assert "HAL_TIM_PeriodElapsedCallback(), main.c:" in done.stdout
 
 
