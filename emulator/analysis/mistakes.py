@@ -20,6 +20,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 
+from emulator.analysis.field import MAG, field_hint
 from emulator.analysis.numbers import ACC, ALTITUDE, GYR, PRESSURE, TILT, YAW, Group, hint
 from emulator.analysis.witness import LABELS, Lights, Seen, Witness
 from emulator.board.board import Board
@@ -31,7 +32,7 @@ from emulator.trace import BusTransfer
 from sensors.lis2mdl import LIS2MDL
 from sensors.lsm6dsl import LSM6DSL
 
-_GROUPS = (ACC, GYR, TILT, YAW, PRESSURE, ALTITUDE)
+_GROUPS = (ACC, GYR, MAG, TILT, YAW, PRESSURE, ALTITUDE)
 _SHOWN = 90
 
 
@@ -85,7 +86,7 @@ def _numbers(board: Board, lines: Sequence[Seen], where: _Where) -> Iterator[Dia
     for group in _GROUPS:
         if _rests_on(group) & wrong:
             continue
-        found = hint(lines, group)
+        found = field_hint(lines) if group is MAG else hint(lines, group)
         if found is None:
             continue
         wrong.add(group.label if group not in (TILT, YAW) else group.fields[0])
@@ -97,7 +98,7 @@ def _numbers(board: Board, lines: Sequence[Seen], where: _Where) -> Iterator[Dia
 
 
 def _number(value: float) -> str:
-    return f"{value:.0f}" if abs(value) >= 100 else f"{value:.3g}"
+    return f"{value:.0f}" if abs(value) >= 100 else f"{round(value, 3) + 0.0:.3g}"
 
 
 _ACC_MG = {0: (2, 0.061), 1: (16, 0.488), 2: (4, 0.122), 3: (8, 0.244)}  # by FS_XL (LSM6DSL datasheet 9.13)
@@ -122,10 +123,10 @@ def _full_scale(board: Board, group: Group, factor: float) -> tuple[str, ...]:
 
 
 def _rests_on(group: Group) -> set[str]:
-    if group is TILT:
+    if group in (TILT, MAG):  # what is wrong with one vector is wrong with the other, too
         return {ACC.label}
     if group is YAW:
-        return {ACC.label, "Pitch"}
+        return {ACC.label, MAG.label, "Pitch"}
     return {PRESSURE.label} if group is ALTITUDE else set()
 
 
@@ -230,7 +231,7 @@ def _switched_off(board: Board, lines: Sequence[Seen]) -> Iterator[Diagnosis]:
     off = (
         (ACC.label, lsm6dsl[0x10] >> 4 == 0, "accelerometer", "ODR_XL in the LSM6DSL's CTRL1_XL (10h)"),
         (GYR.label, lsm6dsl[0x11] >> 4 == 0, "gyroscope", "ODR_G in the LSM6DSL's CTRL2_G (11h)"),
-        ("MAG[x,y,z]", lis2mdl[0x60] & 2, "magnetometer", "MD in the LIS2MDL's CFG_REG_A (60h)"),
+        (MAG.label, lis2mdl[0x60] & 2, "magnetometer", "MD in the LIS2MDL's CFG_REG_A (60h)"),
     )
     for label, is_off, what, field in off:
         if label in labels and is_off:
@@ -254,7 +255,7 @@ def _blocks(board: Board, lines: Sequence[Seen]) -> Iterator[Diagnosis]:
         name
         for name, label, bit in (
             ("LSM6DSL (BDU in CTRL3_C, 12h)", ACC.label, lsm6dsl[0x12] & 0x40),
-            ("LIS2MDL (BDU in CFG_REG_C, 62h)", "MAG[x,y,z]", lis2mdl[0x62] & 0x10),
+            ("LIS2MDL (BDU in CFG_REG_C, 62h)", MAG.label, lis2mdl[0x62] & 0x10),
         )
         if label in labels and not bit
     ]

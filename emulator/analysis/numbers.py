@@ -180,22 +180,35 @@ def _of_vector(group: Group, rows: Sequence[_Row]) -> Iterator[Change]:
     )
 
 
-def _signed_axes(name: str) -> Iterator[Change]:
-    """All ways in which axes may be exchanged and negated, the simplest first."""
+Way = tuple[tuple[int, ...], tuple[int, ...]]
+"""Of each axis: which one it really is, and its sign."""
+
+
+def signed_axes() -> list[Way]:
+    """All ways in which axes may be exchanged and negated, the simplest first, without the right one."""
     ways = [
         (order, signs)
         for order in itertools.permutations(range(3))
         for signs in itertools.product((1, -1), repeat=3)
     ]
     ways.sort(key=lambda way: sum(n != m for n, m in enumerate(way[0])) + way[1].count(-1))
-    for order, signs in ways[1:]:
-        exchanged = [AXES[n] for n in range(3) if order[n] != n]
-        negated = [AXES[n] for n in range(3) if signs[n] < 0]
-        what = [f"{' and '.join(exchanged)} exchanged"] if exchanged else []
-        what += [f"{' and '.join(negated)} negated"] if negated else []
+    return list(ways[1:])
+
+
+def axes_in_words(order: Sequence[int], signs: Sequence[int]) -> str:
+    """A way in words, such as "x and y exchanged, y negated"."""
+    exchanged = [AXES[n] for n in range(3) if order[n] != n]
+    negated = [AXES[n] for n in range(3) if signs[n] < 0]
+    what = [f"{' and '.join(exchanged)} exchanged"] if exchanged else []
+    what += [f"{' and '.join(negated)} negated"] if negated else []
+    return ", ".join(what)
+
+
+def _signed_axes(name: str) -> Iterator[Change]:
+    for order, signs in signed_axes():
         yield Change(
             _rearranged(order, signs),
-            f"{name} has {', '.join(what)}",
+            f"{name} has {axes_in_words(order, signs)}",
             ("The board has X right, Y forward, Z up: X = -raw.Y, Y = raw.X, Z = raw.Z of the sensors.",),
         )
 

@@ -23,8 +23,9 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
@@ -38,13 +39,13 @@ from emulator.board.firmware import (
 from emulator.board.sensor_set import SensorSet
 from emulator.board.snapshot import Snapshot
 from emulator.board.terminal import Terminal
-from emulator.boards.description import BoardDescription, BoardSignals, SensorSettings
+from emulator.boards.description import BoardDescription, BoardSignals, Profile, SensorSettings
 from emulator.boards.fcu001v1 import FCU001V1
 from emulator.buses.gpio import Gpio, Led
 from emulator.buses.i2c import FAST_MODE_HZ, I2CBus, I2CMaster
 from emulator.buses.spi import SpiBus, SpiMaster
 from emulator.buses.uart import Uart
-from emulator.errors import InputError
+from emulator.errors import FcuError, InputError
 from emulator.python_cpu.cpu import PythonCpu
 from emulator.python_cpu.hal import Hal
 from emulator.python_cpu.timer import IntervalTimer
@@ -60,6 +61,8 @@ if TYPE_CHECKING:
 
 
 LONGEST_RUN_S = 1_000_000  # eleven days
+_TRIAL_STEP_S, _LONGEST_TRIAL_S = 0.02, 2.0
+_LONGEST_TRIAL_WALL_S = 5.0  # that of firmware which is to keep a machine busy; others take milliseconds
 
 
 class Board:
@@ -69,8 +72,9 @@ class Board:
     C), an ELF, HEX or BIN file for the chip, a callable that takes the HAL and returns the firmware, or None
     for none. ``scenario``: a name, a path or a loaded one; it brings its firmware unless another is given.
     ``profile``: how the sensors are wired (``"lab3"``: all on I2C2; ``"fcu001v1"``: on SPI2, as on the real
-    board); None: as the firmware needs it, where its file says so, else ``"lab3"``. ``seed``: which board of
-    the class this is, and its noise; None: the scenario's, else 0. ``ideal``: sensors without any error.
+    board); None: as the firmware needs it, as its file says or a trial shows, else ``"lab3"``.
+    ``seed``: which board of the class this is, and its noise; None: the scenario's, else 0. ``ideal``:
+    sensors without any error.
     ``cold_start``: False, as after the reset button, with sensors powered long before; True, with their
     supply switched on at t = 0, so that at first LSM6DSL (15 ms) and LIS2MDL (20 ms) do not answer: no
     acknowledge on I2C, 0xFF on SPI.
@@ -100,16 +104,18 @@ class Board:
         plan = _load(scenario, board, seed)
         if firmware is None and plan is not None:
             firmware = plan.firmware or None
-        self.booted = choice = choose(board, firmware, profile, plan.firmware_settings() if plan else None)
+        settings = plan.firmware_settings() if plan else None
+        tried = partial(self._reaches_sensors, firmware)
+        self.booted = choice = choose(board, firmware, profile, settings, tried)
         self.scenario = plan
         self.seed = seed if seed is not None else plan.seed if plan else 0
         self.clock = clock = Clock()
         self.trace = Trace()
         self.world = plan.create_world(lambda: clock.now_s) if plan else World(lambda: clock.now_s)
-        settings = plan.sensor_settings() if plan else SensorSettings()
+        parts = plan.sensor_settings() if plan else SensorSettings()
         if ideal:
-            settings = replace(settings, grade="ideal")
-        self.sensors = SensorSet(board, self.world, clock, settings, self.seed, 0 if cold_start else None)
+            parts = replace(parts, grade="ideal")
+        self.sensors = SensorSet(board, self.world, clock, parts, self.seed, 0 if cold_start else None)
         speed_hz = plan.i2c_speed_hz if plan else FAST_MODE_HZ
         i2c = {name: I2CBus(name, clock, self.trace, speed_hz) for name in board.i2c}
         spi = {name: SpiBus(name, clock, self.trace) for name in board.spi}
@@ -284,6 +290,19 @@ class Board:
             yield
         finally:
             self.restore(saved)
+
+    @classmethod
+    def _reaches_sensors(cls, firmware: str | Path | FirmwareFactory | None, profile: Profile) -> bool:
+        """Whether a sensor answers built firmware with this wiring, soon after power-on."""
+        board = cls(firmware, profile=profile.name, ideal=True)
+        if board.arm is not None:
+            board.arm.limits = replace(board.arm.limits, wall_s=_LONGEST_TRIAL_WALL_S)
+        with suppress(FcuError):  # which the real run will report
+            while board.now_s < _LONGEST_TRIAL_S:
+                board.run_for(_TRIAL_STEP_S)
+                if any(one.result == "ok" and one.device for one in board.recent_transfers()):
+                    return True
+        return False
 
     def _boot(self, choice: Choice) -> Backend:
         signals = self.signals

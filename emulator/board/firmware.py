@@ -7,7 +7,12 @@ file called ``lab3`` changes nothing.
 Firmware in Python has ``main()`` and ``HAL_TIM_PeriodElapsedCallback()``; firmware built for the chip is
 executed by :mod:`emulator.chip`. Built firmware also says how the sensors have to be wired, as far as its
 symbols tell: CubeMX names a peripheral's handle after it (``hspi2``, ``hi2c2``), and a linker drops the
-handle of a bus that is not used. A firmware with handles of both buses, or of neither, does not say.
+handle of a bus that is not used.
+
+Decision: a firmware with handles of both buses, or without symbols, is tried out on one wiring after the
+other, the usual one first, and gets the first on which a sensor answers it. That takes milliseconds, for the
+sensors are the first thing that a program sets up. The road not taken, to look into the code for the calls
+that are given a handle, fails with the first helper function or compiler option.
 """
 
 from __future__ import annotations
@@ -55,11 +60,13 @@ def choose(
     firmware: str | Path | FirmwareFactory | None,
     profile: str | None,
     settings: Settings | None = None,
+    reaches_sensors: Callable[[Profile], bool] = lambda _profile: False,
 ) -> Choice:
     """The firmware and the wiring for it. Raises InputError saying what is known, or what is wrong.
 
-    ``profile`` None: the one the firmware was built for where that can be seen, else the board's usual one.
-    ``settings`` are for the Python firmware model; built firmware has none.
+    ``profile`` None: the one the firmware was built for where that can be seen, or found out by
+    ``reaches_sensors``, which tries the firmware on a wiring; else the board's usual one. ``settings`` are
+    for the Python firmware model; built firmware has none.
     """
     wiring = board.profile(profile)
     if firmware is None:
@@ -67,7 +74,7 @@ def choose(
     if isinstance(firmware, str) and firmware in board.python_firmware:
         return _python(board, python_firmware(firmware, settings), firmware, wiring)
     if isinstance(firmware, str | Path):
-        choice = _built(board, firmware, profile, wiring)
+        choice = _built(board, firmware, profile, wiring, reaches_sensors)
         return replace(choice, notes=(*choice.notes, _SETTINGS_IGNORED)) if settings else choice
     if not callable(firmware):
         raise InputError(f"firmware is {firmware!r}; give a name, a file, or a callable that takes the HAL")
@@ -100,7 +107,13 @@ def _python(board: BoardDescription, factory: FirmwareFactory, name: str, wiring
     return Choice(wiring, name, factory=factory)
 
 
-def _built(board: BoardDescription, firmware: str | Path, profile: str | None, wiring: Profile) -> Choice:
+def _built(
+    board: BoardDescription,
+    firmware: str | Path,
+    profile: str | None,
+    wiring: Profile,
+    reaches_sensors: Callable[[Profile], bool],
+) -> Choice:
     from emulator.chip.image import load_firmware
 
     if isinstance(firmware, str) and firmware in board.built_firmware:
@@ -112,8 +125,10 @@ def _built(board: BoardDescription, firmware: str | Path, profile: str | None, w
         known = f"known: {', '.join(board.firmware)}; or give" if board.firmware else "give"
         raise InputError(f"unknown firmware {str(firmware)!r}; {known} an ELF, HEX or BIN file")
     image, reason = load_firmware(firmware), ""
-    if profile is None and image.symbols is not None:
+    if profile is None:
         wanted, why = _wanted_profile(board, image.symbols)
+        if wanted is None:
+            wanted, why = _tried_out(board, wiring, reaches_sensors)
         if wanted is not None and wanted is not wiring:
             wiring, reason = wanted, why
     return Choice(wiring, str(firmware), reason, image.notes, image=image)
@@ -125,8 +140,10 @@ def _is_file(firmware: str | Path) -> bool:
     return any(mark in firmware for mark in "./\\") or Path(firmware).exists()
 
 
-def _wanted_profile(board: BoardDescription, symbols: Symbols) -> tuple[Profile | None, str]:
+def _wanted_profile(board: BoardDescription, symbols: Symbols | None) -> tuple[Profile | None, str]:
     """The profile that the firmware needs, and what in it says so; None where it cannot be told."""
+    if symbols is None:
+        return None, ""
     found = [(profile, name) for profile in board.profiles for name in profile.symbols if name in symbols]
     wanted = {profile.name for profile, _ in found}
     if len(wanted) != 1:
@@ -134,6 +151,19 @@ def _wanted_profile(board: BoardDescription, symbols: Symbols) -> tuple[Profile 
     profile, symbol = found[0]
     others = " or ".join(other.bus for other in board.profiles if other.symbols and other is not profile)
     return profile, f"it has {symbol}, a handle of {profile.bus}, and none of {others or 'another bus'}"
+
+
+def _tried_out(
+    board: BoardDescription, usual: Profile, reaches_sensors: Callable[[Profile], bool]
+) -> tuple[Profile | None, str]:
+    """The first profile on which a sensor answers the firmware."""
+    others = [profile for profile in board.profiles if profile is not usual]
+    if not others or reaches_sensors(usual):
+        return None, ""
+    for profile in others:
+        if reaches_sensors(profile):
+            return profile, f"on trial a sensor answered it on {profile.bus}, and none on {usual.bus}"
+    return None, ""
 
 
 # -- what executes it ---------------------------------------------------------------------------------------

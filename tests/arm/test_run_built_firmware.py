@@ -29,10 +29,10 @@ def fcu(*arguments: str) -> subprocess.CompletedProcess[bytes]:
     )
 
 
-def flash_contents(program: str = "solution") -> bytes:
+def flash_contents(program: str = "solution", bus: str = "I2C2") -> bytes:
     """As a programmer would read the flash back."""
     contents = bytearray()
-    for segment in load_firmware(prebuilt(program)).segments:
+    for segment in load_firmware(prebuilt(program, bus)).segments:
         start = segment.address - FLASH
         contents.extend(b"\xff" * (start - len(contents)))
         contents[start : start + len(segment.data)] = segment.data
@@ -84,6 +84,29 @@ def test_the_wiring_follows_the_firmware_where_its_symbols_say_it() -> None:
     assert board.booted.profile.name == "fcu001v1"
     assert "hspi2" in board.booted.reason
     assert Board(firmware=prebuilt("template", "I2C2")).booted.profile.name == "lab3"
+
+
+@pytest.mark.parametrize("bus", ["I2C2", "SPI2"])
+def test_firmware_with_handles_of_both_buses_gets_the_wiring_it_uses(tmp_path: Path, bus: str) -> None:
+    """One handle more, under a name of the same length, in the table of names."""
+    other = b"\0hi2c2\0" if bus == "SPI2" else b"\0hspi2\0"
+    (tmp_path / "both.elf").write_bytes(prebuilt("solution", bus).read_bytes().replace(b"\0pitch\0", other))
+    board = Board(firmware=tmp_path / "both.elf")
+    used = {"I2C2": ("lab3", ""), "SPI2": ("fcu001v1", ON_SPI)}[bus]
+    assert (board.booted.profile.name, board.booted.reason) == used
+    assert Board(firmware=tmp_path / "both.elf", profile="lab3").booted.profile.name == "lab3"
+
+
+ON_SPI = "on trial a sensor answered it on SPI2, and none on I2C2"
+
+
+def test_a_file_without_symbols_gets_the_wiring_it_uses(tmp_path: Path) -> None:
+    (tmp_path / "lab3.bin").write_bytes(flash_contents(bus="SPI2"))
+    board = Board(firmware=tmp_path / "lab3.bin")
+    assert (board.booted.profile.name, board.booted.reason) == ("fcu001v1", ON_SPI)
+    assert board.now_s == 0
+    board.run_for(1.2)
+    assert b"LAB3 Init" in board.terminal.read()
 
 
 def test_a_file_without_symbols_runs_on_the_usual_wiring(tmp_path: Path) -> None:

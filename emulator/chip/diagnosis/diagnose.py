@@ -157,8 +157,8 @@ def _bus(cause: Cause, now_ps: int) -> Diagnosis | None:
 
 
 def _unselected(transfers: Transfers) -> Diagnosis | None:
-    """A program that talks to an SPI bus where no sensor is, and goes on all the same."""
-    cause = transfers.nobody_on_spi()
+    """A program that talks to sensors that are not there or do not answer, and goes on all the same."""
+    cause = transfers.nobody_on_spi() or transfers.silent_sensors()
     return cause and Diagnosis("bus", cause.short, tuple(cause.sentences), fatal=False)
 
 

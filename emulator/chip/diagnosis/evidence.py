@@ -60,6 +60,8 @@ def _answers(name: str, address: int) -> str:
 # -- the latest transfers on the sensors' buses -------------------------------------------------------------
 
 _TRANSFERS_SHOWN = 8
+_MANY = 6
+"""Reads in a row that give 0xFF only: no sensor measures -1 on all axes that often."""
 
 
 class Transfers:
@@ -106,6 +108,36 @@ class Transfers:
         if last.register == "WHO_AM_I" and last.read:
             return self._identity(last)
         return None
+
+    def silent_sensors(self) -> Cause | None:
+        """Sensors that are selected and never answer, in a program that goes on.
+
+        0xFF is a line that nobody drives. 0x00 may be a sensor that has measured nothing yet, so it counts
+        only where WHO_AM_I is among the registers that were read; that is 0x00 for no part.
+        """
+        reads = [transfer for transfer in self.latest if transfer.read]
+        values = {value for transfer in reads for value in transfer.read}
+        identified = any(transfer.register == "WHO_AM_I" for transfer in reads)
+        if values not in ({0xFF}, {0x00}) or not (identified or (len(reads) >= _MANY and values == {0xFF})):
+            return None
+        (value,) = values
+        bus, what = reads[-1].bus, "WHO_AM_I of every sensor" if identified else "every register"
+        sentences = self._dead_line(bus)
+        used = [one.name for one in self._i2c if one.recent_transfers()]
+        used += [one.name for one in self._spi if one.recent_transfers() or one.unheard]
+        for profile in self._signals.board.profiles:
+            if profile.bus not in used:
+                nothing = f"On {profile.bus} nothing was ever transferred"
+                sentences.append(f"{nothing}; firmware for it runs with profile {profile.name}.")
+        return Cause(f"{what} is read as 0x{value:02X} over {bus}", sentences)
+
+    def _dead_line(self, bus: str) -> list[str]:
+        if bus not in self._signals.spi:
+            return ["Is the register number the one that was meant?"]
+        return [
+            "Nobody drives the data line. The sensors answer on the line on which they listen (three wires),",
+            "in mode 3 (SPI_POLARITY_HIGH, SPI_PHASE_2EDGE), with one chip select low at a time.",
+        ]
 
     def nobody_on_spi(self) -> Cause | None:
         """Bytes on an SPI bus that has no sensor, whatever else there is."""

@@ -1,0 +1,125 @@
+"""MAG against the truth, as :mod:`emulator.analysis.numbers` holds the other numbers against it.
+
+Of a magnetic field every firmware prints another number for the same place: raw values have the board's hard
+iron in them, calibrated ones what MagCalibration has subtracted up to then. So a constant on each axis counts
+for nothing here; what is judged is how MAG changes while the board is turned, and only in the second half of
+the lines, where the field stays within what the first half has shown: there the calibration has its extremes.
+
+Decision: a board that has not been turned far enough gets no hint. While the extremes still grow, a right
+firmware's numbers change half as fast as the field, which looks like a wrong factor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from statistics import median
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from emulator.analysis.numbers import AXES, Group, Hint, axes_in_words, signed_axes
+from emulator.analysis.witness import Seen
+
+MAG = Group("MAG[x,y,z]", tuple(f"MAG.{axis}" for axis in AXES), 50.0, "mgauss", 1.5)
+_FEWEST = 5  # lines, and
+_SHARE = 0.9  # of the lines that must fit
+_TURNED = 400.0  # mgauss by which two axes have to change: a good part of a turn in the field of the earth
+_SLACK = 60.0  # mgauss beyond the first half's extremes
+_RIGHT_FACTOR = 1.15
+_HIGH_BYTES = 6  # of the earth's field, and of a board's hard iron, in steps of 256
+
+Numbers = NDArray[np.float64]
+
+
+class _Rows(NamedTuple):
+    """``values``: (N, 3) as printed; ``low`` and ``high``: (N, 3), between which the truth has been."""
+
+    seen: Sequence[Seen]
+    values: Numbers
+    low: Numbers
+    high: Numbers
+
+    @property
+    def middle(self) -> Numbers:
+        return (self.low + self.high) / 2
+
+    def residual(self, mapped_low: Numbers, mapped_high: Numbers, values: Numbers | None = None) -> float:
+        """How far the worst of nearly all rows is off when each axis may have a constant: mgauss."""
+        printed = self.values if values is None else values
+        offset = np.median(printed - (mapped_low + mapped_high) / 2, axis=0)
+        moved = printed - offset
+        off = np.maximum(np.maximum(mapped_low - moved, moved - mapped_high), 0.0).max(axis=1)
+        return float(np.quantile(off, _SHARE))
+
+
+def field_hint(lines: Sequence[Seen]) -> Hint | None:
+    """What has become of the magnetic field; None if it is right, nothing simple fits, or nobody can tell."""
+    rows = _judgeable([line for line in lines if line.label == MAG.label and line.values is not None])
+    if rows is None or rows.residual(rows.low, rows.high) <= MAG.far:
+        return None
+    return _of_axes(rows) or _of_factor(rows) or _of_bytes(rows)
+
+
+def _judgeable(seen: Sequence[Seen]) -> _Rows | None:
+    if len(seen) < 2 * _FEWEST:
+        return None
+    values = np.array([[line.values[name] for name in MAG.fields] for line in seen if line.values])
+    low = np.array([[line.truth[name].low for name in MAG.fields] for line in seen])
+    high = np.array([[line.truth[name].high for name in MAG.fields] for line in seen])
+    half = len(seen) // 2
+    inside = (low > low[:half].min(axis=0) - _SLACK) & (high < high[:half].max(axis=0) + _SLACK)
+    kept = [n for n in range(half, len(seen)) if inside[n].all()]
+    if len(kept) < _FEWEST:
+        return None
+    rows = _Rows([seen[n] for n in kept], values[kept], low[kept], high[kept])
+    return rows if (np.ptp(rows.middle, axis=0) > _TURNED).sum() >= 2 else None
+
+
+def _of_axes(rows: _Rows) -> Hint | None:
+    for order, signs in signed_axes():
+        ends = rows.low[:, order] * signs, rows.high[:, order] * signs
+        if rows.residual(np.minimum(*ends), np.maximum(*ends)) <= MAG.far / 2:
+            look = (
+                "Each axis may be off by a constant, the board's hard iron.",
+                "The board has X right, Y forward, Z up: X = -raw.Y, Y = raw.X, Z = raw.Z of the sensors.",
+            )
+            return Hint(f"MAG has {axes_in_words(order, signs)}", look, rows.seen[-1])
+    return None
+
+
+def _of_factor(rows: _Rows) -> Hint | None:
+    """One factor for all axes, from the least squares of what changes."""
+    truth = rows.middle - rows.middle.mean(axis=0)
+    printed = rows.values - rows.values.mean(axis=0)
+    factor = float((truth * printed).sum() / (truth * truth).sum())
+    if factor <= 0 or 1 / _RIGHT_FACTOR < factor < _RIGHT_FACTOR:
+        return None
+    if rows.residual(rows.low * factor, rows.high * factor) > MAG.far / 2 * max(factor, 0.5):
+        return None
+    look = (
+        "Each axis may be off by a constant, the board's hard iron; the changes are wrong by this factor.",
+        "Look at the factor between the raw value and the unit: the LIS2MDL has 1.5 mgauss/LSB.",
+    )
+    return Hint(f"MAG changes {factor:.3g} times as much as the truth", look, rows.seen[-1], factor)
+
+
+def _of_bytes(rows: _Rows) -> Hint | None:
+    """The high byte as the low one: it has few values, and the other one jumps by 256 steps at each."""
+    steps = rows.values / MAG.per_lsb
+    if all(np.ptp(axis) > 1_000 and _few_low_bytes(axis) for axis in steps.T[:2]):
+        look = (
+            "Its values jump by multiples of 384 mgauss, 256 steps of the sensor.",
+            "The sensors give the low byte first: (int16_t)(bytes[0] | bytes[1] << 8).",
+        )
+        return Hint("MAG has the true high byte as its low byte", look, rows.seen[-1])
+    return None
+
+
+def _few_low_bytes(steps: Numbers) -> bool:
+    """Whether the values lie closely together without multiples of 128; a constant moves them all.
+
+    Half of 256: the calibration subtracts half of the sum of two such values.
+    """
+    moved = steps - median(steps)
+    return bool(min(np.ptp((moved + 64) % 128), np.ptp(moved % 128)) <= _HIGH_BYTES)
