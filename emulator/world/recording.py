@@ -147,7 +147,7 @@ def _header(line: bytes, file: str) -> list[str]:
     for name in names:
         if name not in known:
             names_known = ", ".join(sorted(known))
-            raise RecordingError(file, 1, f"unknown column '{name[:40]}': known are {names_known}")
+            raise RecordingError(file, 1, f"unknown column '{_visible(name)}': known are {names_known}")
         if names.count(name) > 1:
             raise RecordingError(file, 1, f"column {name} appears twice")
     if "t_s" not in names:
@@ -196,8 +196,13 @@ def _rows(lines: Iterator[bytes], names: list[str], file: str) -> Array:
 
 def _refuse_number(cells: list[bytes], names: list[str], number: int, file: str) -> NoReturn:
     name, cell = next((name, cell) for name, cell in zip(names, cells, strict=True) if not _is_number(cell))
-    shown = cell.strip()[:40].decode("ascii", errors="backslashreplace")
+    shown = _visible(cell.strip().decode("ascii", errors="backslashreplace"))
     raise RecordingError(file, number, f"{name} is '{shown}': give a number such as 0.25")
+
+
+def _visible(text: str) -> str:
+    """The beginning of ``text``, its control characters as escapes: they would reach a terminal."""
+    return text[:40].encode("unicode_escape").decode("ascii").replace("\\\\", "\\")
 
 
 def _is_number(cell: bytes) -> bool:

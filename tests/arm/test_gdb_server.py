@@ -64,6 +64,14 @@ def test_without_a_debugger_the_board_runs(bench: Bench) -> None:
     assert bench.server.port > 0
 
 
+def test_a_debugger_that_comes_as_the_one_before_leaves_is_served(bench: Bench) -> None:
+    """Both are seen in the same moment."""
+    bench.connect().close()
+    client = bench.connect()
+
+    assert client.ask(b"?") == b"T05thread:1;"
+
+
 def test_a_board_that_is_to_wait_does_nothing_before_a_debugger_says_so() -> None:
     bench = Bench(halted=True)
     bench.run()

@@ -135,6 +135,21 @@ def test_absurd_vectors_are_refused(tmp_path: Path, group: str) -> None:
     assert f"{group.split(',')[2]} is 1e+300" in str(error)
 
 
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("t_s,ax_g,ay_g,az_g\n0,1,2,-0\x008\n", r"az_g is '-0\x008': give a number such as 0.25"),
+        ("t_s,p_hPa\n0,\x1b[31m\n", r"p_hPa is '\x1b[31m': give a number such as 0.25"),
+        ("t_s,p_\x07hPa\n0,1\n", r"unknown column 'p_\x07hPa'"),
+        ("t_s,p_hPa\n0,\u00e9\n", r"p_hPa is '\xc3\xa9'"),
+    ],
+)
+def test_what_was_wrong_is_shown_without_control_characters(tmp_path: Path, text: str, message: str) -> None:
+    said = str(refusal(write(tmp_path, text)))
+    assert message in said
+    assert said.isprintable()
+
+
 def test_binary_is_refused(tmp_path: Path) -> None:
     assert refusal(write(tmp_path, bytes(range(256)) * 4)).line == 1
     assert refusal(write(tmp_path, b"t_s,p_hPa\n0,970\n\x00\xff\x1b[2J,1\n")).line == 3

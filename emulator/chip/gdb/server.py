@@ -118,7 +118,10 @@ class GdbServer:
         waiting: list[socket.socket | _Caller] = [self._listener, *self._callers]
         if self._client is not None:
             waiting.append(self._client)
-        for ready in select.select(waiting, [], [], patience_s)[0]:
+        found = select.select(waiting, [], [], patience_s)[0]
+        if self._client in found:  # perhaps it leaves: who wants its place is asked in after that
+            found = [ready for ready in found if ready is not self._listener]
+        for ready in found:
             if ready is self._listener:
                 self._accept()
             elif isinstance(ready, _Caller):

@@ -1,0 +1,48 @@
+"""A few tries of each campaign of ``python -m tests.attacks``, and a short soak."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.attacks.__main__ import ATTACKS, row
+from tests.attacks.attack import Attack, carry_out
+
+linux = pytest.mark.skipif(sys.platform != "linux", reason="/proc, /dev/full and POSIX signals")
+FEW = {"gdb connections": 20, "scenarios": 60, "recordings": 60, "ELF files": 40, "HEX files": 40}
+SEED = 2  # the usual campaign has another
+
+
+@linux
+@pytest.mark.usefixtures("interruptible")
+@pytest.mark.parametrize("attack", ATTACKS, ids=lambda attack: attack.name)
+def test_nothing_is_broken(attack: Attack, tmp_path: Path) -> None:
+    tries = FEW.get(attack.name, 3)
+    outcome = carry_out(attack, tries, SEED, tmp_path)
+    assert outcome.broken == ()
+    assert outcome.tries == tries == sum(outcome.outcomes.values())
+
+
+def test_what_breaks_is_told(tmp_path: Path) -> None:
+    def tries(number, random, folder):  # type: ignore[no-untyped-def]
+        yield "held"
+        raise KeyError("pitch")
+
+    outcome = carry_out(Attack("one", 2, tries), 2, SEED, tmp_path)
+    assert outcome.broken == ("KeyError: 'pitch'",)
+    assert "| one | 1 | held 1; BROKEN KeyError: 'pitch' |" in row(outcome)
+
+
+@linux
+@pytest.mark.parametrize("firmware", ["lab3", "solution"])
+def test_a_long_run_takes_no_more_than_a_short_one(firmware: str) -> None:
+    """Two hours are ``python -m tests.soak``; here the middle of a minute is held against its end."""
+    from tests.soak import soak
+
+    first, *_, middle, last = soak(firmware, 40.0, every_s=10.0)
+    assert [first.ticks > 0, middle.ticks > 0] == [True, True]
+    assert abs(last.ticks - middle.ticks) <= 250  # a slice's
+    assert last.descriptors == middle.descriptors
+    assert last.memory_mib - middle.memory_mib < 2
