@@ -45,13 +45,14 @@ def leaving_readers(tries: int, random: Random, folder: Path) -> Iterator[str]:
     """``fcu run | head``: the reader takes some bytes and goes."""
     del folder
     for _ in range(tries):
-        process = _started(*_QUICK)
-        assert process.stdout is not None
-        os.read(process.stdout.fileno(), random.choice((1, 100, 600)))
-        process.stdout.close()
-        assert process.stderr is not None
-        errors = process.stderr.read()
-        yield _told(process.wait(_LONGEST_S), errors, {0, 4})
+        with _started(*_QUICK) as process:
+            assert process.stdout is not None
+            assert process.stderr is not None
+            os.read(process.stdout.fileno(), random.choice((1, 100, 600)))
+            process.stdout.close()
+            errors = process.stderr.read()
+            code = process.wait(_LONGEST_S)
+        yield _told(code, errors, {0, 4})
 
 
 def floods(tries: int, random: Random, folder: Path) -> Iterator[str]:
