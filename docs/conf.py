@@ -16,6 +16,8 @@ copyright = "the fcu-emulator contributors"  # noqa: A001  Sphinx reads it by th
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.viewcode"]
 html_theme = "furo"
 html_title = "fcu-emulator"
+html_static_path = ["_static"]
+html_css_files = ["wrap.css"]
 html_show_sphinx = False
 html_copy_source = False
 
