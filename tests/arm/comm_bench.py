@@ -24,31 +24,12 @@ PINS = [("B", 10, 4), ("B", 3, 9), ("B", 13, 5), ("B", 15, 5)]
 """What firmware has to switch over: I2C2's SCL and SDA, SPI2's SCK and data."""
 
 
-class CommBench:
-    """I2C2, SPI2 and both DMA controllers of one board, pins switched, the sensors on both buses."""
+class FakeProcessor:
+    """Accesses to the blocks of ``chip``, each a few instructions after the one before."""
 
-    def __init__(self, delays: Iterable[int] = ()) -> None:
-        self.board = board = Board(ideal=True)
-        self.clock, self.trace = board.clock, board.trace
-        self.clocks, self.irq = FakeClockTree(), FakeInterrupts(board.clock)
-        self.spi_bus = SpiBus("SPI2", board.clock, board.trace)
-        for part in board.sensors.parts:
-            self.spi_bus.attach(SPI2_CHIP_SELECTS[part.NAME], part)
-        self.chip = chip = NativeChip(board.clock, board.trace, self.clocks, self.irq)
-        self.ram = chip.fcu.ram
-        self.i2c2, self.spi1, self.spi2 = chip["I2C2"], chip["SPI1"], chip["SPI2"]
-        self.dma1 = chip["DMA1"]
-        ConnectedI2c(chip.fcu, "I2C2", board.i2c2.bus, (("B", 10, 4), ("B", 3, 9)))
-        SpiWire(chip.fcu, "SPI2", self.spi_bus, chip.gpio)
-        connect_absent_part(chip.fcu, FCU001V1.absent[0], chip.gpio)
-        for port, pin, function in PINS:
-            chip.fcu.set_alternate(port, pin, function)
+    def __init__(self, chip: NativeChip, irq: FakeInterrupts, delays: Iterable[int]) -> None:
+        self.chip, self.irq = chip, irq
         self._delays: Iterator[int] = iter(delays)
-
-    @property
-    def next_ps(self) -> int:
-        """The earliest event of the chip or of the clock."""
-        return self.chip.next_ps
 
     def wait(self, duration_ps: int) -> None:
         """Firmware is busy elsewhere."""
@@ -90,6 +71,33 @@ class CommBench:
             if self.irq.level(number):
                 handler()
         raise AssertionError(f"interrupt {number} has not finished")
+
+
+class CommBench(FakeProcessor):
+    """I2C2, SPI2 and both DMA controllers of one board, pins switched, the sensors on both buses."""
+
+    def __init__(self, delays: Iterable[int] = ()) -> None:
+        self.board = board = Board(ideal=True)
+        self.clock, self.trace = board.clock, board.trace
+        self.clocks, irq = FakeClockTree(), FakeInterrupts(board.clock)
+        self.spi_bus = SpiBus("SPI2", board.clock, board.trace)
+        for part in board.sensors.parts:
+            self.spi_bus.attach(SPI2_CHIP_SELECTS[part.NAME], part)
+        chip = NativeChip(board.clock, board.trace, self.clocks, irq)
+        super().__init__(chip, irq, delays)
+        self.ram = chip.fcu.ram
+        self.i2c2, self.spi1, self.spi2 = chip["I2C2"], chip["SPI1"], chip["SPI2"]
+        self.dma1 = chip["DMA1"]
+        ConnectedI2c(chip.fcu, "I2C2", board.i2c2.bus, (("B", 10, 4), ("B", 3, 9)))
+        SpiWire(chip.fcu, "SPI2", self.spi_bus, chip.gpio)
+        connect_absent_part(chip.fcu, FCU001V1.absent[0], chip.gpio)
+        for port, pin, function in PINS:
+            chip.fcu.set_alternate(port, pin, function)
+
+    @property
+    def next_ps(self) -> int:
+        """The earliest event of the chip or of the clock."""
+        return self.chip.next_ps
 
     def notes(self) -> list[str]:
         return [note.text for note in self.trace.of(DeviceNote)]

@@ -35,14 +35,7 @@ class HalI2c:
 
     def mem_read(self, address: int, register: int, count: int) -> bytes:
         """HAL_I2C_Mem_Read, polled: four endings for 1, 2, 3 and more bytes."""
-        self._idle()
-        self._set(CR1, ACK)
-        self._send_address(address << 1)
-        self._clear_addr()
-        self._wait(TXE)
-        self._write(DR, register)
-        self._wait(TXE)
-        self._send_address(address << 1 | 1)
+        self._address_for_reading(address, register)
         if count == 1:
             self._clear(CR1, ACK)
             self._clear_addr()
@@ -170,14 +163,7 @@ class HalI2c:
 
     def mem_read_dma_address(self, address: int, register: int) -> None:
         """HAL_I2C_Mem_Read_DMA after the stream has been enabled: the address phase, then ADDR cleared."""
-        self._idle()
-        self._set(CR1, ACK)
-        self._send_address(address << 1)
-        self._clear_addr()
-        self._wait(TXE)
-        self._write(DR, register)
-        self._wait(TXE)
-        self._send_address(address << 1 | 1)
+        self._address_for_reading(address, register)
         self._set(CR2, LAST)
         self._set(CR2, DMAEN)
         self._clear_addr()
@@ -193,6 +179,17 @@ class HalI2c:
         self.bench.poll_clear(self.bench.i2c2, SR2, BUSY)
 
     # -- one access -------------------------------------------------------------------------------------
+
+    def _address_for_reading(self, address: int, register: int) -> None:
+        """The address, the register in the part, and the address again to read; ADDR is still set."""
+        self._idle()
+        self._set(CR1, ACK)
+        self._send_address(address << 1)
+        self._clear_addr()
+        self._wait(TXE)
+        self._write(DR, register)
+        self._wait(TXE)
+        self._send_address(address << 1 | 1)
 
     def _idle(self) -> None:
         self.wait_idle()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from fractions import Fraction
 
 import pytest
@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from emulator.buses.uart import Uart
-from emulator.chip.library import ChipBlock
 from emulator.chip.peripherals.usart import ConnectedUsarts, Usart, wire_terminal
 from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
 from emulator.trace import TerminalBytes
 from tests.arm.chip_fakes import NativeChip
+from tests.arm.comm_bench import ACCESS_PS, FakeProcessor
 
 SR, DR, BRR, CR1, CR2, CR3 = 0x00, 0x04, 0x08, 0x0C, 0x10, 0x14
 ORE, IDLE, RXNE, TC, TXE = 1 << 3, 1 << 4, 1 << 5, 1 << 6, 1 << 7
@@ -22,18 +22,18 @@ RE, TE, IDLEIE, RXNEIE, TCIE, TXEIE = 1 << 2, 1 << 3, 1 << 4, 1 << 5, 1 << 6, 1 
 UE, OVER8 = 1 << 13, 1 << 15
 DMAR, DMAT = 1 << 6, 1 << 7
 USART1_IRQ, DMA2_STREAM7_IRQ = 37, 70
-ACCESS_PS = 100_000  # a few instructions at 84 MHz
 RAM = 0x2000_0000
 FRAME_PS = Fraction(10 * 729 * PS_PER_S, 84_000_000)  # BRR 0x2D9
 delays = st.lists(st.sampled_from([0, 0, 20 * PS_PER_US, 200 * PS_PER_US]), max_size=60)
 
 
-class Bench:
+class Bench(FakeProcessor):
     """USART1 with a terminal; each access takes ``ACCESS_PS`` and, before it, one of ``delays`` more."""
 
     def __init__(self, delays: Iterable[int] = ()) -> None:
-        self.chip = chip = NativeChip()
-        self.clock, self.trace, self.irq, self.clocks = chip.clock, chip.trace, chip.irq, chip.clocks
+        chip = NativeChip()
+        super().__init__(chip, chip.irq, delays)
+        self.clock, self.trace, self.clocks = chip.clock, chip.trace, chip.clocks
         self.uart = Uart("USART1", chip.clock, chip.trace, 84_000_000)
         ConnectedUsarts(chip.fcu, {"USART1": self.uart})
         wire_terminal(chip.fcu, "USART1", ("A", 9, 7))
@@ -42,41 +42,10 @@ class Bench:
         assert isinstance(block, Usart)
         self.usart1, self.dma2 = block, chip["DMA2"]
         self.ram = chip.fcu.ram
-        self._delays = iter(delays)
 
     @property
     def text(self) -> str:
         return self.uart.received().decode("latin-1")
-
-    def wait(self, duration_ps: int) -> None:
-        self.chip.run_for(duration_ps)
-
-    def read(self, block: ChipBlock, offset: int) -> int:
-        self.wait(ACCESS_PS + next(self._delays, 0))
-        return block.read(offset)
-
-    def write(self, block: ChipBlock, offset: int, value: int) -> None:
-        self.wait(ACCESS_PS + next(self._delays, 0))
-        block.write(offset, value)
-
-    def modify(self, block: ChipBlock, offset: int, set_bits: int = 0, clear: int = 0) -> None:
-        self.write(block, offset, self.read(block, offset) & ~clear | set_bits)
-
-    def poll(self, block: ChipBlock, offset: int, bits: int) -> None:
-        for _ in range(100_000):
-            if self.read(block, offset) & bits:
-                return
-        raise AssertionError(f"bits {bits:#x} never came")
-
-    def serve(self, number: int, handler: Callable[[], None], until: Callable[[], bool]) -> None:
-        """Run the interrupt handler whenever its line is active, until ``until()``."""
-        for _ in range(1_000_000):
-            if until():
-                return
-            self.wait(ACCESS_PS)
-            if self.irq.level(number):
-                handler()
-        raise AssertionError(f"interrupt {number} has not finished")
 
     def notes(self) -> list[str]:
         return [text for _, text in self.chip.notes()]
