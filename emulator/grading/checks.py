@@ -21,7 +21,7 @@ from emulator.analysis.witness import Witness
 from emulator.board.board import Board
 from emulator.chip.diagnosis.report import Diagnosis, Kind
 from emulator.chip.firmware import ArmFirmware
-from emulator.errors import FcuError, NotJudgedError
+from emulator.errors import FirmwareError, NotJudgedError
 from emulator.scenario.expectations import (
     ExpectField,
     ExpectHardIron,
@@ -325,7 +325,7 @@ class Property(Check):
             raise NotJudgedError(f"{error.name} is not installed; pip install hypothesis pytest") from error
         try:
             found = counterexample(str(run.firmware), self.property, self.examples)
-        except FcuError as error:
+        except FirmwareError as error:
             return Miss("wrong value", self._text(), str(error).splitlines()[0])
         return None if found is None else Miss("wrong value", self._text(), found)
 

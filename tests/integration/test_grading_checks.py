@@ -1,0 +1,121 @@
+"""The kinds of checks that only rubrics have: what they say of a right program, and of a wrong one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from emulator.grading.judge import judge
+from emulator.grading.rubric import load_rubric
+from emulator.grading.verdict import CheckResult
+from tests.arm import student_programs
+
+WRONG_YAW = Path(__file__).parents[1] / "arm" / "calls" / "wrong_yaw.elf"
+STUCK = Path(__file__).parents[1] / "arm" / "broken" / "delay_in_callback.elf"
+
+
+def judged(folder: Path, expectation: str, firmware: str | Path, build_log: str | None = None) -> CheckResult:
+    """One check of one expectation, on a board that lies still for two and a half seconds."""
+    file = folder / "one.toml"
+    file.write_text(
+        f"""\
+schema = 1
+title = "One check"
+run.still = {{ duration = "2.5s" }}
+[[exercise]]
+id = "1"
+title = "Lie still"
+run = "still"
+[[exercise.check]]
+id = "one"
+title = "The check"
+expect = [{{ {expectation} }}]
+""",
+        encoding="utf-8",
+    )
+    (check,) = judge(firmware, load_rubric(file), seed=1, build_log=build_log).checks
+    return check
+
+
+QUIET = 'kind = "quiet_callback", from = "1.2s", for = "1s"'
+READS = 'kind = "reads", from = "1.5s", for = "500ms", least_hz = 799, most_hz = 801'
+
+
+@pytest.mark.parametrize(
+    "expectation",
+    [
+        'kind = "no_fault"',
+        'kind = "no_diagnosis", of = ["callback", "bus", "timer", "sensor"]',
+        'kind = "led_follows", led = "led1", angle = "pitch"',
+        f'{READS}, sensor = "accelerometer"',
+        f'{READS}, sensor = "gyroscope"',
+        f'{READS}, sensor = "magnetometer"',
+        f'{READS}, sensor = "barometer"',
+        QUIET,
+        'kind = "property", property = "pitch_is_the_inclination_of_the_x_axis", examples = 20',
+        'kind = "printed", name = "Pitch", longest_gap = "1.3s"',
+        'kind = "within", name = "Pitch", least = -10, most = 10',
+    ],
+)
+def test_the_solution_passes(tmp_path: Path, expectation: str) -> None:
+    check = judged(tmp_path, expectation, "solution")
+
+    assert (check.outcome, check.actual) == ("passed", "")
+
+
+@pytest.mark.parametrize(
+    ("expectation", "firmware", "actual"),
+    [
+        ('kind = "led_follows", led = "led1", angle = "pitch"', "template-arm", "lit at "),
+        (
+            f'{READS.replace("799", "900").replace("801", "950")}, sensor = "gyroscope"',
+            "solution",
+            "800 times",
+        ),
+        ('kind = "no_diagnosis", of = ["callback"]', STUCK, "stuck in HAL_Delay(), "),
+        ('kind = "within", name = "Pitch", least = 10, most = 20', "solution", "2 of 2 prints outside"),
+        ('kind = "printed", name = "Pitch", longest_gap = "1s"', "solution", "none for 1.109 s from 0 s on"),
+        ('kind = "printed", name = "Pitch", longest_gap = "1s"', "template-arm", "none among "),
+    ],
+)
+def test_a_wrong_program_is_told_why(tmp_path: Path, expectation: str, firmware: str, actual: str) -> None:
+    check = judged(tmp_path, expectation, firmware)
+
+    assert check.outcome == "failed"
+    assert check.actual.startswith(actual)
+
+
+def test_a_planted_wrap_error_is_found_in_the_compiled_function(tmp_path: Path) -> None:
+    law = "yaw_is_the_direction_of_the_x_axis_against_magnetic_north"
+    check = judged(tmp_path, f'kind = "property", property = "{law}"', WRONG_YAW)
+
+    assert check.outcome == "failed"
+    assert "yaw is " in check.actual
+
+
+def test_what_a_program_does_not_have_is_unjudged_and_no_zero(tmp_path: Path) -> None:
+    check = judged(tmp_path, 'kind = "property", property = "calibration_finds_any_offset"', "template-arm")
+
+    assert (check.outcome, check.points) == ("unjudged", 0.0)
+    assert "MagCalibration" in check.unjudged_because
+
+
+def test_warnings_are_counted_where_the_program_was_built(tmp_path: Path) -> None:
+    warning = "main.c:3:7: warning: unused variable 'x' [-Wunused-variable]\n"
+    found, none, unknown = (
+        judged(tmp_path, 'kind = "no_warnings"', "lab3", log) for log in (warning, "  CC main.c\n", None)
+    )
+
+    assert found.actual.startswith("1 warning, the first: main.c:3:7: warning: unused variable")
+    assert none.outcome == "passed"
+    assert unknown.outcome == "unjudged"
+
+
+@pytest.mark.skipif(not student_programs.is_buildable(), reason="arm-none-eabi-gcc or make is not installed")
+def test_a_print_in_the_callback_is_seen(tmp_path: Path) -> None:
+    program = student_programs.programs("mistakes.toml")["print_in_callback"]
+    check = judged(tmp_path, QUIET, student_programs.build(program, "O2", tmp_path))
+
+    assert check.outcome == "failed"
+    assert check.actual.startswith("one at 1.2")
