@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import shutil
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from tempfile import mkdtemp
 
@@ -92,14 +93,14 @@ def expected(done: int) -> tuple[str, ...]:
     )
 
 
-def a_class(into: Path) -> Iterator[tuple[str, Path, tuple[str, ...]]]:
-    """Name, ELF file and what it is to lose, one after the other."""
+def a_class(into: Path) -> Iterator[tuple[str, Callable[[], Path], tuple[str, ...]]]:
+    """Name, what builds its ELF file, and what it is to lose, one after the other."""
     for done in range(1, len(EXERCISES) + 1):
-        yield f"exercises 1 to {done}", staged(done, into), expected(done)
-    yield CONSTANTS.name, build(CONSTANTS, OPTIMISATION, into), CONSTANTS_LOSE
+        yield f"exercises 1 to {done}", partial(staged, done, into), expected(done)
+    yield CONSTANTS.name, partial(build, CONSTANTS, OPTIMISATION, into), CONSTANTS_LOSE
     for table in ("variants.toml", "mistakes.toml"):
         for program in student_programs.programs(table).values():
-            yield program.name, build(program, OPTIMISATION, into), loses(program)
+            yield program.name, partial(build, program, OPTIMISATION, into), loses(program)
 
 
 def _print_table(names: list[str]) -> int:
@@ -107,7 +108,7 @@ def _print_table(names: list[str]) -> int:
     for name, elf, should_lose in a_class(Path(mkdtemp())):
         if names and name not in names:
             continue
-        verdict = judge(elf, rubric, seed=1)
+        verdict = judge(elf(), rubric, seed=1)
         found = lost(verdict)
         sums = " ".join(f"{sum(one.points for one in verdict.of(exercise)):4g}" for exercise in EXERCISES)
         lines = [f"{name:<30} {verdict.points:5g}  {sums}  {' '.join(found)}"]
