@@ -5,6 +5,9 @@ The bus's clock follows from the registers that the firmware has set, the durati
 reads on the wire. How long the callback takes is estimated by sampling: the board is looked at many times, at
 moments spread over the timer's period, and the share of looks that find the callback running is its share of
 the time. So that figure has two digits.
+
+Decision: it is not given for firmware in Python, whose time passes in calls of the HAL and nowhere else: the
+share would be that of the bus, and would look like that of a processor.
 """
 
 from __future__ import annotations

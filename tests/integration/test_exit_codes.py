@@ -161,6 +161,15 @@ def test_a_reader_that_has_gone(arguments: tuple[str, ...]) -> None:
 
 
 @needs_full
+@posix
+@pytest.mark.parametrize("after", [">/dev/full", ">&-", "<&- >&- 2>&-"])
+def test_a_project_whose_next_steps_nobody_has_read(tmp_path: Path, after: str) -> None:
+    done = fcu("new", tmp_path / "mylab", after=after)
+    assert done.returncode == NOT_JUDGED
+    assert "Traceback" not in done.stderr
+
+
+@needs_full
 @pytest.mark.parametrize("expected", [GOOD, BAD])
 def test_a_terminals_text_that_is_lost_leaves_no_verdict(tmp_path: Path, expected: str) -> None:
     path = write(tmp_path, SECOND + expected)
