@@ -65,6 +65,8 @@ def run_board(options: RunOptions) -> ExitCode:
     Nothing is opened before the arguments have been understood; the links come first, the files last. Raises
     FcuError.
     """
+    if options.json is not None and options.json == options.trace:
+        raise InputError(f"--json and --trace both name {options.json}; give each a file of its own")
     board = _create_board(options)
     limits = _limits(board, options.limit)
     end_ps = _end(options, board)

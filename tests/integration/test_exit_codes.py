@@ -160,6 +160,19 @@ def test_a_reader_that_has_gone(arguments: tuple[str, ...]) -> None:
     assert done.stderr == "fcu: standard output: Broken pipe; what was printed is not complete\n"
 
 
+def test_names_of_files_send_nothing_to_the_terminal() -> None:
+    done = fcu("run", "a\x1b[31m\x07.elf")
+    assert done.returncode == WRONG_USE
+    assert done.stderr == "fcu: a\\x1b[31m\\x07.elf: does not exist; give the ELF, HEX or BIN file to run\n"
+
+
+def test_two_files_of_a_run_are_two(tmp_path: Path) -> None:
+    file = tmp_path / "run"
+    done = fcu("run", "--duration", "1s", "--json", file, "--trace", file)
+    assert (done.returncode, done.stdout) == (WRONG_USE, "")
+    assert done.stderr == f"fcu: --json and --trace both name {file}; give each a file of its own\n"
+
+
 @needs_full
 @posix
 @pytest.mark.parametrize("after", [">/dev/full", ">&-", "<&- >&- 2>&-"])
