@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import signal
 import subprocess
 import sys
 import tempfile
@@ -62,6 +63,7 @@ def main() -> int:
         sys.stdout.write(json.dumps(asdict(outcome)))
         return 0
     sys.stdout.write("| attack | tries | outcome | worst time | worst memory |\n|---|---|---|---|---|\n")
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's & has it ignored, and all below
     broken = False
     for name in given.attack or BY_NAME:
         command = [sys.executable, "-m", "tests.attacks", name, "--as-json", "--seed", str(given.seed)]
