@@ -99,10 +99,10 @@ def signals(tries: int, random: Random, folder: Path) -> Iterator[str]:
         _, errors = process.communicate(timeout=_LONGEST_S)
         killed = {-kind} if "nohup" not in name and name != "SIGPIPE" else set()  # before fcu was loaded
         code = process.returncode
-        if -code in killed or (code == 1 and "KeyboardInterrupt" in errors):
+        if code in killed or (code == 1 and "KeyboardInterrupt" in errors):
             yield f"{name}: ended while starting"
             continue
-        yield f"{name}: {_told(code, errors, {0, 4, 130} | killed)}"
+        yield f"{name}: {_told(code, errors, {0, 4, 130})}"
 
 
 def disks(tries: int, random: Random, folder: Path) -> Iterator[str]:
