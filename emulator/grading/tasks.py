@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import gc
 import hashlib
 from dataclasses import dataclass, field
 from importlib.metadata import version
@@ -57,6 +58,8 @@ def judge_task(task: Task) -> str:
             raise RejectedError(str(error).replace(f"{path}", path.name)) from None
         except OSError as error:
             raise NotJudgedError(f"this machine has run out of something: {error}") from error
+        finally:
+            gc.collect()  # boards refer to themselves; left to the collector's own time, their memory doubles
     return verdict
 
 

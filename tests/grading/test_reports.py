@@ -337,7 +337,7 @@ def test_every_print_has_its_mark_in_the_picture(
     others = drawn.count('class="beyond"') + drawn.count('class="none"')
 
     assert len(marks) + others == len(points)
-    assert all(0 <= float(x) <= 640 and 0 <= float(y) <= 190 for x, y in marks)
+    assert all(0 <= float(x) <= 440 and 0 <= float(y) <= 180 for x, y in marks)
     assert "nan" not in drawn
     assert "inf" not in drawn
 

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from emulator.grading.reports.markup import Html, element
 from emulator.grading.verdict import Series
 
-_WIDTH, _HEIGHT = 640.0, 190.0
+_WIDTH, _HEIGHT = 440.0, 180.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 58.0, 12.0, 26.0, 30.0
 _ROOM = 1.5  # how many times the truth's range printed numbers may be off before they are off the chart
 _WRAP = 180.0  # a step of a direction that is more than this goes the other way round
@@ -46,7 +46,7 @@ class _Frame:
             yield element("text", _label(value), x=place, y=bottom + 16, class_="tick", text_anchor="middle")
         yield element("line", x1=_LEFT, x2=right, y1=bottom, y2=bottom, class_="axis")
         yield element("text", unit, x=_LEFT - 6, y=_TOP - 10, class_="tick", text_anchor="end")
-        yield element("text", along, x=right, y=_HEIGHT - 2, class_="tick", text_anchor="end")
+        yield element("text", along, x=right, y=_HEIGHT - 4, class_="tick", text_anchor="end")
 
 
 def series_plot(series: Series) -> Html:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import takewhile
 
 from emulator.grading.reports.markup import Html, element, page
 from emulator.grading.reports.plots import series_plot, share_bar
 from emulator.grading.reports.style import STYLE
 from emulator.grading.results import Graded
-from emulator.grading.verdict import CheckResult, RunEvidence, Verdict
+from emulator.grading.verdict import Cause, CheckResult, RunEvidence, Verdict
 
 _MARKS = {"passed": "✓", "partial": "◐", "failed": "✗", "unjudged": "?"}
 _WORDS = {"passed": "passed", "partial": "partly passed", "failed": "not passed", "unjudged": "not judged"}
@@ -38,6 +39,7 @@ def _body(graded: Graded, title: str, after_due_date: bool) -> Iterator[Html]:
         yield from _build_log(graded)
     if verdict is None:
         return
+    yield from _causes(verdict)
     yield _overview(verdict)
     for exercise in verdict.exercises:
         checks = verdict.of(exercise.exercise)
@@ -71,6 +73,23 @@ def _build_log(graded: Graded) -> Iterator[Html]:
     yield element("pre", graded.build_log)
 
 
+def _causes(verdict: Verdict) -> Iterator[Html]:
+    """What the diagnosis says, each thing once and the fatal first: begin to read here."""
+    found = {cause.summary: cause for run in verdict.evidence for cause in run.causes}
+    if found:
+        yield element("h2", "What is wrong with the program")
+    yield from (_cause(cause) for cause in sorted(found.values(), key=lambda one: not one.fatal))
+
+
+def _cause(cause: Cause) -> Html:
+    """Its sentences; lists of registers, callers and transfers, which begin with a colon, are folded away."""
+    sentences = list(takewhile(lambda line: not line.endswith(":"), cause.details))
+    lists = "\n".join(cause.details[len(sentences) :])
+    more = element("details", element("summary", "Where exactly"), element("pre", lists)) if lists else None
+    lines = (element("p", line) for line in (cause.summary, *sentences))
+    return element("div", *lines, more, class_="cause fatal" if cause.fatal else "cause")
+
+
 def _overview(verdict: Verdict) -> Html:
     rows = []
     for exercise in verdict.exercises:
@@ -96,7 +115,7 @@ def _overview(verdict: Verdict) -> Html:
 
 def _check(check: CheckResult) -> Html:
     mark = element("span", _MARKS[check.outcome], class_=f"mark {check.outcome}", title=_WORDS[check.outcome])
-    worth = f"{number(check.points)} of {number(check.max_points)}"
+    worth = f"{number(check.points)} of {number(check.max_points)}" if check.max_points else "no points"
     if check.outcome == "unjudged":
         worth = f"not judged, {number(check.max_points)}"
     rows: list[Html] = []
@@ -136,10 +155,8 @@ def _run(run: RunEvidence) -> Iterator[Html]:
     yield element("p", "; ".join(facts), class_="quiet")
     if run.stopped:
         yield element("div", element("p", f"The run {run.stopped}"), class_="cause fatal")
-    for cause in run.causes:
-        lines = (element("p", line) for line in (cause.summary, *cause.details))
-        yield element("div", *lines, class_="cause fatal" if cause.fatal else "cause")
-    yield from map(series_plot, run.series)
+    if run.series:
+        yield element("div", *map(series_plot, run.series), class_="plots")
     text = run.terminal or "(nothing was printed)"
     yield element("details", element("summary", "The terminal"), element("pre", text))
     if run.replay:

@@ -44,9 +44,10 @@ td.who { min-width: 8rem; }
 .passed { color: var(--good); } .failed { color: var(--bad); } .partial { color: var(--part); }
 .unjudged { color: var(--open); }
 .mark { font-weight: 700; }
-figure { margin: .8rem 0; }
+.plots { display: grid; grid-template-columns: repeat(auto-fill, minmax(22rem, 1fr)); gap: .2rem 1rem; }
+figure { margin: .5rem 0; }
 figcaption { font-size: .9rem; color: var(--quiet); }
-svg.plot { width: 100%; height: auto; display: block; }
+svg.plot { width: 100%; max-width: 40rem; height: auto; display: block; }
 svg.share { width: 7rem; height: .55rem; }
 svg text { font: 11px system-ui, sans-serif; fill: var(--quiet); }
 svg .warn { fill: var(--bad); }
@@ -66,6 +67,6 @@ summary { cursor: pointer; color: var(--printed); }
   margin: .6rem 0; }
 .cause.fatal { border-color: var(--bad); }
 .cause p:first-child { font-weight: 600; }
-@media (max-width: 32rem) { .check dl { grid-template-columns: 1fr; } }
+@media (max-width: 32rem) { .check dl, .plots { grid-template-columns: 1fr; } }
 @media print { body { max-width: none; } .check, figure, .cause { break-inside: avoid; } }
 """
