@@ -396,6 +396,32 @@ def run_autograder(folder: Path) -> subprocess.CompletedProcess[str]:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Gradescope runs Linux")
+def test_gradescopes_setup_installs_the_package_and_hides_the_rubric(autograder: Path) -> None:
+    """apt-get and venv are played by a script that notes how it was called."""
+    source, played = autograder / "source", autograder / "played"
+    played.mkdir()
+    noting = f'#!/bin/sh\necho "${{0##*/}} $*" >> {played}/calls\n'
+    for name in ("apt-get", "python3", "pip"):
+        (played / name).write_text(noting, encoding="utf-8")
+        (played / name).chmod(0o755)
+    setup = source / "setup.sh"
+    setup.write_text(setup.read_text(encoding="utf-8").replace("/opt/fcu/bin", str(played)), encoding="utf-8")
+    (source / "fcu_emulator-1.0-py3-none-any.whl").touch()
+    path = f"{played}{os.pathsep}{os.environ['PATH']}"
+    subprocess.run([str(setup)], env={**os.environ, "PATH": path}, check=True)
+    calls = (played / "calls").read_text(encoding="utf-8").splitlines()
+
+    assert calls[0] == "apt-get update"
+    assert calls[1].startswith("apt-get install -y ")
+    assert {"gcc-arm-none-eabi", "libnewlib-arm-none-eabi", "make", "python3-venv"} <= set(calls[1].split())
+    assert calls[2:] == [
+        "python3 -m venv /opt/fcu",
+        f"pip install {source}/fcu_emulator-1.0-py3-none-any.whl",
+    ]
+    assert stat.S_IMODE(source.stat().st_mode) == 0o700
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Gradescope runs Linux")
 def test_gradescopes_autograder_runs_in_its_folders(autograder: Path) -> None:
     shutil.copyfile(prebuilt("template"), autograder / "submission" / "lab3.elf")
     done = run_autograder(autograder)
