@@ -89,7 +89,7 @@ class Grader:
         except _UnjudgedError as error:
             return self._result(submission, "unjudged", str(error), log=log)
         firmware = task.name
-        if not verdict.unjudged:
+        if verdict.counts:
             return self._result(submission, "judged", "", verdict, firmware, log)
         reasons = dict.fromkeys(check.unjudged_because for check in verdict.unjudged)
         status = "partly" if verdict.max_points else "unjudged"

@@ -39,8 +39,8 @@ class Store:
             return None
 
     def keep(self, task: Task, verdict: Verdict) -> None:
-        """Keep a verdict; one with checks that could not be judged is not worth keeping."""
-        if not verdict.unjudged:
+        """Keep a verdict; one that is no grade, because something could not be judged, is not worth it."""
+        if verdict.counts:
             write_atomically(self._path(task), verdict.to_json())
 
     def _path(self, task: Task) -> Path:

@@ -146,6 +146,18 @@ class Verdict(_Part):
         """The checks of which nothing can be said."""
         return tuple(check for check in self.checks if check.outcome == "unjudged")
 
+    @property
+    def counts(self) -> bool:
+        """Whether everything that gives points could be judged, so that :attr:`points` is a grade."""
+        return not any(check.max_points for check in self.unjudged)
+
+    def points_of(self, exercise: str) -> float | None:
+        """What an exercise has got; None if it was not judged, or not wholly."""
+        checks = self.of(exercise)
+        if not checks or any(check.outcome == "unjudged" and check.max_points for check in checks):
+            return None
+        return _sum(check.points for check in checks)
+
     def of(self, exercise: str) -> tuple[CheckResult, ...]:
         """The checks of one exercise."""
         return tuple(check for check in self.checks if check.exercise == exercise)

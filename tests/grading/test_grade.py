@@ -46,6 +46,11 @@ run = "still"
 id = "acc"
 title = "The accelerometer is printed"
 expect = [{ kind = "field", name = "ACC.z", value = 1000, tolerance = 100 }]
+[[exercise.check]]
+id = "warnings"
+title = "The compiler has no warnings"
+points = 0
+expect = [{ kind = "no_warnings" }]
 
 [[exercise]]
 id = "2"

@@ -250,6 +250,22 @@ def test_only_what_was_judged_has_points() -> None:
     assert json.loads(found.to_json())["schema"] == 1
 
 
+def test_a_check_without_points_that_could_not_be_judged_keeps_nobody_from_a_grade() -> None:
+    """The compiler's warnings of a program that was handed in built."""
+    aside = check("1.w", points=0, max_points=0, outcome="unjudged", unjudged_because="not built here")
+    one = graded(verdict=verdict(check("1.a", points=2, outcome="passed"), aside))
+    row = next(csv.DictReader(io.StringIO(grades_csv(whole(one)))))
+    suite = ET.fromstring(junit_xml(whole(one)))[0]
+    results = gradescope_results(one, 2, 1)
+
+    assert one.verdict is not None
+    assert one.verdict.counts
+    assert (row["points"], row["exercise_1"]) == ("2", "2")
+    assert (suite.attrib["errors"], suite.attrib["skipped"]) == ("0", "1")
+    assert_is_gradescopes(results)
+    assert [test["number"] for test in results["tests"]] == ["1.a"]
+
+
 def test_the_hardest_check_comes_first() -> None:
     found = whole(
         graded(

@@ -142,10 +142,8 @@ def _everybody(graded: GradedClass) -> Html:
 
 
 def _of_exercise(one: Graded, exercise: str) -> str:
-    checks = one.verdict.of(exercise) if one.verdict else ()
-    if not checks or any(check.outcome == "unjudged" for check in checks):
-        return "–"  # noqa: RUF001
-    return number(sum(check.points for check in checks))
+    points = one.verdict.points_of(exercise) if one.verdict else None
+    return "–" if points is None else number(points)  # noqa: RUF001
 
 
 def _link(one: Graded) -> Html:

@@ -34,16 +34,9 @@ def grades_csv(graded: GradedClass) -> str:
     table.writerow([*columns, "status", "reason"])
     for one in graded.submissions:
         row = [one.id, one.name, one.email, _points(one.points), _points(graded.max_points)]
-        row += [_points(_of(one, exercise)) for exercise in exercises]
+        row += [_points(one.verdict.points_of(name) if one.verdict else None) for name in exercises]
         table.writerow([_cell(text) for text in (*row, one.status, one.reason)])
     return sink.getvalue()
-
-
-def _of(one: Graded, exercise: str) -> float | None:
-    checks = one.verdict.of(exercise) if one.verdict else ()
-    if not checks or any(check.outcome == "unjudged" for check in checks):
-        return None
-    return round(sum(check.points for check in checks), 4)
 
 
 def _points(value: float | None) -> str:
@@ -65,9 +58,10 @@ def junit_xml(graded: GradedClass) -> str:
     for one in graded.submissions:
         checks = one.verdict.checks if one.verdict else ()
         failed = sum(check.outcome in ("failed", "partial") for check in checks)
-        unjudged = sum(check.outcome == "unjudged" for check in checks)
+        unjudged = sum(check.outcome == "unjudged" and check.max_points > 0 for check in checks)
         counts = {"tests": len(checks) or 1, "failures": failed, "errors": unjudged if checks else 1}
-        suite = ET.SubElement(root, "testsuite", name=visible(one.shown_name), skipped="0")
+        skipped = sum(check.outcome == "unjudged" and not check.max_points for check in checks)
+        suite = ET.SubElement(root, "testsuite", name=visible(one.shown_name), skipped=str(skipped))
         suite.attrib |= {name: str(count) for name, count in counts.items()}
         for check in checks:
             _case(suite, graded.rubric, check)
@@ -82,7 +76,8 @@ def _case(suite: ET.Element, rubric: str, check: CheckResult) -> None:
     name = visible(f"{check.check} {check.title}")
     case = ET.SubElement(suite, "testcase", classname=f"{rubric}.{check.exercise}", name=name, time="0")
     if check.outcome == "unjudged":
-        ET.SubElement(case, "error", message=visible(check.unjudged_because), type="unjudged")
+        kind = "error" if check.max_points else "skipped"
+        ET.SubElement(case, kind, message=visible(check.unjudged_because), type="unjudged")
     elif check.outcome != "passed":
         said = f"{check.points:g} of {check.max_points:g} points"
         failure = ET.SubElement(case, "failure", message=said, type=check.outcome)
@@ -119,7 +114,9 @@ def gradescope_results(one: Graded, max_points: float, seconds: float) -> dict[s
     warnings = f"Warnings of the compiler:\n{one.build_log}" if one.build_log else ""
     results["extra_data"] |= {"rubric_digest": verdict.rubric_digest, "version": verdict.version}
     tests = [
-        _gradescope_test(check, shown) for check, shown in zip(verdict.checks, verdict.allowed(), strict=True)
+        _gradescope_test(check, shown)
+        for check, shown in zip(verdict.checks, verdict.allowed(), strict=True)
+        if check.outcome != "unjudged"  # it gives no points, else there were no grade
     ]
     said = f"{verdict.points:g} of {max_points:g} points. {warnings}"
     return {**results, "score": verdict.points, "output": visible(said.strip(), lines=True), "tests": tests}

@@ -116,7 +116,7 @@ def _overview(verdict: Verdict) -> Html:
 def _check(check: CheckResult) -> Html:
     mark = element("span", _MARKS[check.outcome], class_=f"mark {check.outcome}", title=_WORDS[check.outcome])
     worth = f"{number(check.points)} of {number(check.max_points)}" if check.max_points else "no points"
-    if check.outcome == "unjudged":
+    if check.outcome == "unjudged" and check.max_points:
         worth = f"not judged, {number(check.max_points)}"
     rows: list[Html] = []
     for name, text in (
