@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from emulator.links import ByteLink
 from emulator.live import messages
 from emulator.live.messages import Command, Event
 from emulator.live.session import Session, Setup
@@ -38,13 +39,14 @@ class Page:
         end_s: float = 1.0,
         record: Path | None = None,
         on_event: Callable[[Event], None] = lambda _event: None,
+        links: Sequence[ByteLink] = (),
     ) -> None:
         self.events: list[Event] = []
         self._script = list(script)
         self._end_s = end_s
         self._on_event = on_event
         wall = Wall()
-        self.session = Session(setup, self._hear, record, wall, wall.wait)
+        self.session = Session(setup, self._hear, record, wall, wall.wait, links)
         self.session.attach(self)
 
     def run(self) -> Session:

@@ -294,6 +294,9 @@ def grade(
     "--record", type=click.Path(path_type=Path), help="Save what is done to the board as a scenario (TOML)."
 )
 @click.option("--duration", metavar="TIME", help="End after this much virtual time, such as 1h.")
+@click.option(
+    "--serial", multiple=True, metavar="LINK", help="Share the terminal, as of fcu run; may be repeated."
+)
 def web(
     firmware: str | None,
     scenario: str | None,
@@ -304,6 +307,7 @@ def web(
     no_browser: bool,
     record: Path | None,
     duration: str | None,
+    serial: tuple[str, ...],
 ) -> ExitCode:
     """Show the board live in the browser: hold it, see it, plot it.
 
@@ -311,7 +315,9 @@ def web(
     """
     from emulator.cli.web import WebOptions, serve_board
 
-    options = WebOptions(firmware, scenario, profile, seed, ideal, port, not no_browser, record, duration)
+    options = WebOptions(
+        firmware, scenario, profile, seed, ideal, port, not no_browser, record, duration, serial
+    )
     return serve_board(options)
 
 

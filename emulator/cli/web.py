@@ -14,6 +14,7 @@ import click
 from emulator.cli.exit_codes import ExitCode
 from emulator.cli.run import interruptible, to_stderr
 from emulator.errors import InputError
+from emulator.links import ByteLink, open_link
 from emulator.live.server import PageServer
 from emulator.live.session import Session, Setup
 from emulator.time.clock import PS_PER_S
@@ -33,6 +34,7 @@ class WebOptions:
     browser: bool
     record: Path | None
     duration: str | None = None
+    serial: tuple[str, ...] = ()
 
 
 def serve_board(options: WebOptions) -> ExitCode:
@@ -43,7 +45,11 @@ def serve_board(options: WebOptions) -> ExitCode:
     with ExitStack() as stack:
         server = PageServer(options.port)
         stack.callback(server.close)
-        session = Session(setup, server.publish, options.record)
+        links: list[ByteLink] = []
+        for spec in dict.fromkeys(options.serial):
+            links.append(open_link(spec, say=to_stderr))
+            stack.callback(links[-1].close)
+        session = Session(setup, server.publish, options.record, links=links)
         session.end_s = _end_s(options.duration)
         server.controls = session
         booted = session.board.booted
@@ -51,6 +57,9 @@ def serve_board(options: WebOptions) -> ExitCode:
         for note in booted.notes:
             to_stderr(note)
         to_stderr(f"page: {server.url}")
+        for link in links:
+            for line in link.announce():
+                to_stderr(line)
         to_stderr("Ctrl-C ends it")
         if options.browser:
             threading.Thread(target=webbrowser.open, args=(server.url,), daemon=True).start()

@@ -18,7 +18,7 @@ import math
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -28,6 +28,7 @@ from emulator.analysis.witness import Witness
 from emulator.board.board import Board
 from emulator.board.firmware import FirmwareFactory
 from emulator.errors import FcuError, FirmwareError, InputError
+from emulator.links import ByteLink
 from emulator.live import messages, view
 from emulator.live.files import FileWatch, UploadedFile
 from emulator.live.messages import Command, Event
@@ -45,13 +46,15 @@ Publish = Callable[[Event, object | None], None]
 """``publish(event, client)``: to one client, or to all when ``client`` is None."""
 
 _FRAME_S = 0.02  # wall time between two states
-_SLICE_S = 0.01  # wall time of a slice
+_SLICE_S = 0.02  # wall time of a slice; a command cuts it short
+_ANSWER_S = 0.005  # wall time between two states while commands come
 _HEARTBEAT_S = 0.5  # between two states while nothing changes
 _SLOWLY_S = 0.1  # between two looks at registers and bus
 _FINDINGS_S = 2.0
 _VERDICTS_S = 0.5
 _WATCH_S = 0.2
 _LAG_FORGIVEN_S = 0.25
+_TYPED_AHEAD = 2048  # bytes of a link on their way to the board
 _MOST_WAITING = 1000  # commands
 _HISTORY = 64 << 10  # bytes of the terminal for who comes later
 _STEP_PS = {"second": PS_PER_S, "line": 10 * PS_PER_S, "tick": PS_PER_S}  # at most
@@ -73,7 +76,8 @@ class Setup:
 class Session:
     """A board, its pace, and what is done with it. Raises FcuError when the first board cannot be built.
 
-    ``record``: the file that gets the session as a scenario, at its end and at each power-on.
+    ``record``: the file that gets the session as a scenario, at its end and at each power-on. ``links``:
+    others who share the terminal.
     """
 
     setup: Setup
@@ -84,6 +88,7 @@ class Session:
     _load: view.Load
     _file: FileWatch | None
     _slice_s: float
+    _carried: int
 
     def __init__(
         self,
@@ -92,11 +97,13 @@ class Session:
         record: Path | None = None,
         wall_clock_s: Callable[[], float] = time.monotonic,
         wait: Callable[[threading.Event, float], object] = threading.Event.wait,
+        links: Sequence[ByteLink] = (),
     ) -> None:
         self._publish = publish
         self._record = record
         self._wall_s = wall_clock_s
         self._wait_for = wait
+        self._links = links
         self._commands: deque[tuple[object, Command]] = deque()
         self._wake = threading.Event()
         self._clients: dict[object, messages.Watch] = {}
@@ -142,6 +149,7 @@ class Session:
         try:
             while not self.stopped and self.board.now_s < self.end_s:
                 self._advance()
+                self._serve_links()
                 self._take_commands()
                 self._show()
                 self._wait()
@@ -155,6 +163,20 @@ class Session:
         """Write the recording, if one is wanted. Raises FcuError."""
         if self._record is not None:
             self.recording.save(self._record)
+
+    def _serve_links(self) -> None:
+        """What is printed goes to the links; what they bring is typed, and recorded."""
+        terminal = self.board.terminal
+        if not self._links:
+            return
+        printed, self._carried = terminal.since(self._carried)
+        for link in self._links:
+            if printed:
+                link.send(printed)
+            room = _TYPED_AHEAD - terminal.typing_left
+            typed = link.receive(room) if room > 0 and self.state == "running" else b""
+            if typed:
+                self._perform(parse_entry({"do": "send", "hex": typed.hex()}))
 
     def _wait(self) -> None:
         if self.state != "running":
@@ -232,13 +254,13 @@ class Session:
         self._file = FileWatch(firmware) if isinstance(firmware, str | Path) else None
         self._slice_s = _SLICE_S
         self._set_origin()
-        self._position = 0
+        self._position = self._carried = 0
         self._line_rest = b""
         self._done = 0
         self._full = False
         self._last_ps = 0
         self._next_frame_s = self._next_slow_s = self._next_findings_s = self._next_verdicts_s = 0.0
-        self._next_watch_s = 0.0
+        self._next_watch_s = self._last_frame_s = 0.0
         self._findings: list[dict[str, Any]] = []
         self._verdicts: list[dict[str, str]] = []
         self._registers: dict[str, str] = {}
@@ -280,6 +302,7 @@ class Session:
             case messages.Do(entry=entry, id=number):
                 self._perform(parse_entry(entry, self.board.description))
                 self._done = number
+                self._next_frame_s = min(self._next_frame_s, self._last_frame_s + _ANSWER_S)
             case messages.Run():
                 if self.state == "paused":
                     self._set_state("running")
@@ -375,7 +398,8 @@ class Session:
     # -- what is shown ----------------------------------------------------------------------------------
 
     def _greet(self, client: object) -> None:
-        self._publish(hello(self.board), client)
+        ways = [line for link in self._links for line in link.announce()]
+        self._publish(hello(self.board, ways), client)
         self._publish(self._status(), client)
         self._publish(self._text(max(0, self.board.terminal.position - _HISTORY)), client)
         self._publish(messages.Verdicts(self._verdicts, False), client)
@@ -418,7 +442,7 @@ class Session:
             self._position = self.board.terminal.position
             return
         if wall_s >= self._next_frame_s and (self._changed or wall_s >= self._next_frame_s + _HEARTBEAT_S):
-            self._next_frame_s = wall_s + _FRAME_S
+            self._last_frame_s, self._next_frame_s = wall_s, wall_s + _FRAME_S
             self._changed = False
             self._show_text()
             self._publish(self._state(wall_s), None)
@@ -537,8 +561,8 @@ class _Careful:
             self._refused.append(error)
 
 
-def hello(board: Board) -> messages.Hello:
-    """What does not change while a session lives."""
+def hello(board: Board, ways: list[str]) -> messages.Hello:
+    """What does not change while a session lives; ``ways``: how else its serial line is reached."""
     from importlib.metadata import version
 
     return messages.Hello(
@@ -548,7 +572,7 @@ def hello(board: Board) -> messages.Hello:
         firmware=dict(board.description.firmware),
         scenarios=scenario_names(),
         parts=view.vocabulary(board),
-        ways=[],
+        ways=ways,
     )
 
 

@@ -9,6 +9,7 @@ import pytest
 
 from emulator import Board
 from emulator.errors import FcuError
+from emulator.links import MemoryLink
 from emulator.live import messages
 from emulator.live.messages import Event
 from emulator.live.session import Session, Setup
@@ -208,3 +209,13 @@ def test_the_recorded_file_is_a_scenario_that_says_how_to_play_it(tmp_path: Path
         "follow_attitude",
         "lift",
     ]
+
+
+def test_a_link_shares_the_terminal_and_what_it_types_is_recorded() -> None:
+    link = MemoryLink()
+    page = Page(Setup("solution"), end_s=2, links=[link])
+    link.feed(b"a\xff")
+    session = page.run()
+    assert bytes(link.sent) == session.board.terminal.text.encode("latin-1")[: len(link.sent)]
+    assert b"LAB3 Init" in link.sent
+    assert 'hex = "61 ff"' in session.recording.text()

@@ -117,6 +117,7 @@ session.onEvent = (event: Event) => {
       firmware.replaceChildren(el("option", { value: "", hidden: true }), ...Object.entries(event.firmware).map(([name, text]) => el("option", { value: name, title: text }, name)));
       scenario.offer(event.scenarios);
       registers.declare(event.parts);
+      world.tellWays(event.ways);
       leds.replaceChildren(...event.leds.map((name) => (lamps[name] = el("span", { class: "led", "data-led": name, "data-on": "false" }, el("i", {}), name))));
       break;
     case "status":

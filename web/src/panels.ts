@@ -11,6 +11,7 @@ export class World {
   readonly element = el("div", { class: "world" });
   private readonly rows: Record<string, Cells> = {};
   private readonly bar = el("i", {});
+  private readonly ways = el("ul", { class: "ways", id: "ways" });
   private readonly figures: Record<string, HTMLElement> = {};
 
   constructor(act: (entry: Entry) => void) {
@@ -62,7 +63,8 @@ export class World {
         el("div", { class: "setting earth" }, el("span", { title: "The Earth's field: north, east, down" }, "Field"), ...field, el("span", { class: "unit" }, "µT N E D"))),
       el("h3", {}, "Timing"),
       el("div", { class: "callback", title: "Time in the callback of each period" }, el("span", { class: "bar" }, this.bar), (this.figures["callback"] = el("span", { id: "fig-callback" }))),
-      el("dl", { class: "figures" }, figure("rate", "Timer"), figure("ticks", "Ticks"), figure("late", "Late, lost"), figure("wait", "Longest wait"), figure("bus", "Sensor bus"), figure("serial", "Serial line")));
+      el("dl", { class: "figures" }, figure("rate", "Timer"), figure("ticks", "Ticks"), figure("late", "Late, lost"), figure("wait", "Longest wait"), figure("bus", "Sensor bus"), figure("serial", "Serial line")),
+      el("h3", {}, "From elsewhere"), this.ways);
   }
 
   show({ truth, samples, load }: State): void {
@@ -90,6 +92,12 @@ export class World {
     const hertz = of("bus_hz");
     this.say("bus", hertz ? `${of("bus_is_i2c") ? "I2C" : "SPI"} ${hertz >= 1e6 ? `${fixed(hertz / 1e6, 3)} MHz` : `${fixed(hertz / 1e3, 0)} kHz`}` : "not used");
     this.say("serial", `${of("baud")} baud, ${fixed(100 * of("line_share"), 1)} % busy`);
+  }
+
+  tellWays(lines: string[]): void {
+    const serial = lines.length ? lines : ["serial port: start with fcu web FIRMWARE --serial port (or tcp)"];
+    const debug = "debugger: fcu run FIRMWARE --gdb 3333, then in gdb: target remote 127.0.0.1:3333";
+    this.ways.replaceChildren(...[...serial, debug].map((line) => el("li", {}, line)));
   }
 
   private put(id: string, values: number[] | undefined, digits: number): void {
