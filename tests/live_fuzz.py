@@ -10,6 +10,7 @@ import random
 import sys
 import threading
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import Any
 
 from emulator.live.messages import commands
@@ -55,6 +56,7 @@ def fuzzed(seed: int, count: int) -> Iterator[str | bytes]:
 
 def main() -> None:
     """Send them, and say how the board is."""
+    from websockets.exceptions import ConnectionClosed
     from websockets.sync.client import ClientConnection, connect
 
     from emulator.live.server import PageServer
@@ -71,9 +73,10 @@ def main() -> None:
                 taken = threading.Event()
 
                 def hear(client: ClientConnection = client, taken: threading.Event = taken) -> None:
-                    for event in client:
-                        if str(event).startswith('{"type":"recorded"'):
-                            taken.set()
+                    with suppress(ConnectionClosed):
+                        for event in client:
+                            if str(event).startswith('{"type":"recorded"'):
+                                taken.set()
 
                 threading.Thread(target=hear, daemon=True).start()
                 for message in fuzzed(1, count):
