@@ -229,6 +229,10 @@ class Board:
         """Make everything as it was; a snapshot of this board may be restored as often as wanted."""
         snapshot.restore(self)
 
+    def handles(self, block: str) -> bool:
+        """Whether the firmware is handling an interrupt of a block ("TIM9") now."""
+        return self._run.backend.handles(block)
+
     def supply_current_ua(self) -> dict[str, float]:
         """What each sensor draws in microampere as firmware has configured it, by part name."""
         return self.sensors.supply_current_ua()
@@ -337,6 +341,11 @@ class _NoFirmware:
     def variable(self, name: str) -> Any:
         """There is no firmware, so there are no variables."""
         raise KeyError(name)
+
+    def handles(self, block: str) -> bool:
+        """Nothing runs."""
+        del block
+        return False
 
 
 class _Run:

@@ -185,6 +185,10 @@ class Backend(Protocol):
         """A global variable of the firmware by its C name. Raises KeyError if there is none."""
         ...
 
+    def handles(self, block: str) -> bool:
+        """Whether an interrupt of a block ("TIM9") is being handled now."""
+        ...
+
 
 class PythonFirmware:
     """Firmware written in Python, on the HAL."""
@@ -199,6 +203,10 @@ class PythonFirmware:
     def run_until_ps(self, at_ps: int) -> None:
         """Run up to and including ``at_ps``."""
         self._cpu.run_until_ps(at_ps)
+
+    def handles(self, block: str) -> bool:
+        """The callback's timer has the only interrupt."""
+        return block == self.timer.name and self._cpu.in_interrupt
 
     def variable(self, name: str) -> Any:
         """An attribute of the application."""

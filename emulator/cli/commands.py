@@ -39,6 +39,10 @@ def cli() -> None:
 )
 @click.option("--ideal", is_flag=True, help="Sensors without noise, offset or scale error.")
 @click.option("--trace", type=click.Path(path_type=Path), help="Write every event to a JSON-lines file.")
+@click.option("--vcd", type=click.Path(path_type=Path), help="Write the board's wires, for logic analysers.")
+@click.option(
+    "--perfetto", type=click.Path(path_type=Path), help="Write a time line of functions, buses and LEDs."
+)
 @click.option("--quiet", "-q", is_flag=True, help="Nothing on stderr but a scenario's verdict.")
 @click.option(
     "--gdb",
@@ -70,6 +74,8 @@ def run(
     seed: int | None,
     ideal: bool,
     trace: Path | None,
+    vcd: Path | None,
+    perfetto: Path | None,
     quiet: bool,
     gdb: int | None,
     halt: bool,
@@ -107,8 +113,28 @@ def run(
         limit=limit,
         json=json,
         notes=notes,
+        vcd=vcd,
+        perfetto=perfetto,
     )
     return run_board(options)
+
+
+@cli.command()
+@click.argument("record", metavar="RUN", type=click.Path(path_type=Path))
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="The picture, PNG, SVG or PDF by its name. Default: RUN with .png.",
+)
+def plot(record: Path, output: Path | None) -> None:
+    """Draw what a run has printed over the truth of the same moments.
+
+    RUN is the file of fcu run --json.
+    """
+    from emulator.cli.plot import draw_record
+
+    draw_record(record, output)
 
 
 @cli.command()

@@ -20,7 +20,7 @@ from emulator.cli.exit_codes import ExitCode, code_of, with_losses
 from emulator.cli.isolated import announcement as isolation_announcement
 from emulator.cli.run_record import Record
 from emulator.cli.run_report import Explainer, ProgressDisplay, summary
-from emulator.errors import FcuError, InputError, LinkError
+from emulator.errors import FcuError, InputError, LinkError, OutputError
 from emulator.isolation import limits_of_worker
 from emulator.links import Addressed, ByteLink, open_link
 from emulator.links.runner import Progress, Runner
@@ -57,6 +57,8 @@ class RunOptions:
     limit: tuple[str, ...] = ()
     json: Path | None = None
     notes: bool = False
+    vcd: Path | None = None
+    perfetto: Path | None = None
 
 
 def run_board(options: RunOptions) -> ExitCode:
@@ -78,6 +80,7 @@ def run_board(options: RunOptions) -> ExitCode:
         if options.trace is not None:
             board.trace.write_to(options.trace, limits.trace_bytes if limits else LARGEST_FILE)
             stack.callback(board.trace.close)
+        views = _views(options, board, limits, stack)
         record = Record(board, links, options.json, stack)
         say = record.hear if options.quiet else record.hear_and(to_stderr)
         for line in _announcement(options, board, speed, links):
@@ -89,6 +92,7 @@ def run_board(options: RunOptions) -> ExitCode:
         runner = Runner(board, links, end_ps, speed, exceeded, debugger=debugger)
         show = ProgressDisplay() if speed is None and not options.quiet else None
         explainer = Explainer(board, say)
+        record.witness = explainer.witness
 
         def between_slices(progress: Progress) -> None:
             explainer.look()
@@ -112,6 +116,7 @@ def run_board(options: RunOptions) -> ExitCode:
             code = _judge(board, runner, record)
             explainer.conclude()
             board.trace.close()
+            _close_views(views, say)
         except FcuError as error:
             record.write(code_of(error), str(error))
             raise
@@ -178,6 +183,46 @@ def _door(board: Board, links: list[ByteLink], stack: ExitStack) -> Door | None:
         return None
     stack.callback(door.close)
     return door
+
+
+class View(Protocol):
+    """A file for other tools that is written during the run."""
+
+    def close(self) -> None:
+        """Write what is left. Raises OutputError."""
+
+    def report(self) -> list[str]:
+        """Return lines about what is not in it."""
+        ...
+
+
+def _views(options: RunOptions, board: Board, limits: Limits | None, stack: ExitStack) -> list[View]:
+    """The views that are asked for; where the run fails, they are closed with ``stack``."""
+    most_bytes = limits.trace_bytes if limits else LARGEST_FILE
+    views: list[View] = []
+    if options.vcd is not None:
+        from emulator.views.vcd import VcdFile
+
+        views.append(VcdFile(board, options.vcd, most_bytes))
+    if options.perfetto is not None:
+        from emulator.views.perfetto import PerfettoFile
+
+        views.append(PerfettoFile(board, options.perfetto, most_bytes))
+    for view in views:
+        stack.callback(_close, view)
+    return views
+
+
+def _close_views(views: list[View], say: Callable[[str], None]) -> None:
+    for view in views:
+        view.close()
+        for line in view.report():
+            say(line)
+
+
+def _close(view: View) -> None:
+    with suppress(OutputError):  # the run has failed already, and says why
+        view.close()
 
 
 def _announcement(

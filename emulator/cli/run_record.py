@@ -16,6 +16,10 @@ notes           what a part refuses, forbids or does not model: what, device, te
 serial          what was lost of the terminal's text, for each link
 expectations    how many there are and hold, and for each that does not: key, kind, fault, expected, seen,
                 diff; null when they were not looked at, and ``unchecked`` then says why
+printed         the lab's lines, the latest 1,000: label, time, values by field (null if the line has another
+                format), and of each field the truth, from its smallest to its largest value of the moments
+                before
+leds            when the LEDs changed, as far as looked at (20 times a second): time, then each LED's state
 lines           everything else that was said on stderr, or would have been without ``--quiet``
 ==============  ==========================================================================================
 """
@@ -23,12 +27,13 @@ lines           everything else that was said on stderr, or would have been with
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, suppress
 from io import TextIOWrapper
 from pathlib import Path
 from typing import Any
 
+from emulator.analysis.witness import Witness
 from emulator.board.board import Board
 from emulator.cli.exit_codes import ExitCode
 from emulator.cli.run_report import chip_events, failed_transfers, notes, received_bytes_lost
@@ -49,6 +54,7 @@ class Record:
         self.wall_s = 0.0
         self.result: Result | None = None
         self.unchecked = ""
+        self.witness: Witness | None = None
         self._board = board
         self._links = links
         self._path = path
@@ -131,6 +137,8 @@ class Record:
             "serial": [{"undelivered": link.undelivered(), "report": link.report()} for link in self._links],
             "expectations": self._expectations(),
             "unchecked": self.unchecked or None,
+            "printed": list(_printed(self.witness)) if self.witness else [],
+            "leds": list(_leds(self.witness)) if self.witness else [],
             "lines": self._lines,
         }
 
@@ -155,3 +163,21 @@ class Record:
             ],
             "reports": list(result.reports),
         }
+
+
+def _printed(witness: Witness) -> Iterator[dict[str, Any]]:
+    for seen in witness.lines:
+        yield {
+            "label": seen.label,
+            "at_s": round(seen.at_s, 6),
+            "values": dict(seen.values) if seen.values is not None else None,
+            "truth": {name: [one.low, one.high] for name, one in seen.truth.items()},
+        }
+
+
+def _leds(witness: Witness) -> Iterator[list[float | bool]]:
+    before: tuple[bool, bool] | None = None
+    for light in witness.lights:
+        if (light.led1, light.led2) != before:
+            before = light.led1, light.led2
+            yield [round(light.at_s, 6), *before]

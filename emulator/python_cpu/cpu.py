@@ -118,6 +118,11 @@ class PythonCpu:
                 f"the firmware failed at {self._clock.now_s:.6f} s: {type(error).__name__}: {error}"
             ) from error
 
+    @property
+    def in_interrupt(self) -> bool:
+        """Whether a handler is running."""
+        return self._active != _THREAD_PRIORITY
+
     # -- what the firmware's HAL uses -------------------------------------------------------------------
 
     def take_interrupts(self) -> None:

@@ -38,6 +38,8 @@ ONLY_IN = {
     "pydantic": ("emulator/scenario", "emulator/grading/"),
     "click": ("emulator/cli",),
     "rich": ("emulator/cli",),
+    "vcd": ("emulator/views/",),
+    "matplotlib": ("emulator/views/",),
     "websockets": ("emulator/live/server.py",),
 }
 ROOMS = (
@@ -59,6 +61,7 @@ ROOMS = (
     "emulator",
     "adapters",
     "analysis",
+    "views",
     "live",
     "strategies",
     "testing",

@@ -1,0 +1,41 @@
+"""``fcu plot``: the record of a run as a picture."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import click
+
+from emulator.errors import InputError
+
+_LARGEST_RECORD = 64 << 20
+
+
+def draw_record(record: Path, output: Path | None) -> None:
+    """Draw the file of ``fcu run --json`` and say where the picture is. Raises InputError."""
+    from emulator.views.plot import draw
+
+    picture = output or record.with_suffix(".png")
+    draw(_read(record), picture)
+    click.echo(f"fcu: {picture}", err=True)
+
+
+def _read(record: Path) -> dict[str, Any]:
+    try:
+        with record.open("rb") as file:
+            text = file.read(_LARGEST_RECORD + 1)
+    except (OSError, ValueError) as error:
+        raise InputError(f"{record}: {getattr(error, 'strerror', None) or error}") from error
+    if len(text) > _LARGEST_RECORD:
+        raise InputError(
+            f"{record}: larger than {_LARGEST_RECORD >> 20} MiB; fcu run --json writes smaller ones"
+        )
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{record}: no JSON ({error}); give the file of fcu run --json") from error
+    if not isinstance(found, dict) or not isinstance(found.get("printed"), list):
+        raise InputError(f"{record}: not the record of a run; give the file of fcu run --json")
+    return found

@@ -1,0 +1,199 @@
+"""``--perfetto FILE``: a run on a time line, for https://ui.perfetto.dev and ``chrome://tracing``.
+
+Rows: what the firmware executes (functions, nested, with interrupts inside what they interrupt), each bus,
+the serial line, and what was noted; curves: how much of the time the timer's callback took, and the LEDs.
+
+Functions are found by looking at the stack every ``LOOK_PS``, as a sampling profiler does: what is shorter
+may be missing, and beginning and end of everything else are true to one look. Firmware in Python has no stack
+of the chip's; of it, main and callback are shown.
+
+Decision: the JSON of "Trace Event Format" (Google, 2016), which both viewers read and any program can. The
+road not taken, Perfetto's protocol buffers, is a third of the size and needs a generated module. Each event
+is written when it has ended, so memory does not grow, and the file's size is bounded.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from fractions import Fraction
+from itertools import zip_longest
+from pathlib import Path
+from typing import Any
+
+from emulator.board.board import Board
+from emulator.time.clock import PS_PER_MS, PS_PER_US, Periodic
+from emulator.trace import (
+    LARGEST_FILE,
+    BusTransfer,
+    DeviceNote,
+    Fault,
+    GpioEdge,
+    TerminalBytes,
+    TickLate,
+    TickLost,
+    TraceEvent,
+)
+from emulator.views.bounded import BoundedFile
+
+LOOK_PS = 100 * PS_PER_US
+_LOAD_EVERY = 200  # looks
+_MOST_ARGUMENT_BYTES = 64
+_PROCESS = 1
+_FIRMWARE, _NOTES, _SERIAL, _FIRST_BUS = 1, 2, 3, 10
+_SP, _LR, _PC = 13, 14, 15
+
+
+class PerfettoFile:
+    """Writes what happens on ``board`` from now on. Raises LinkError if the file cannot be opened."""
+
+    def __init__(self, board: Board, path: Path, most_bytes: int = LARGEST_FILE) -> None:
+        self._board = board
+        self._file = BoundedFile(path, "--perfetto", most_bytes)
+        self._first = True
+        self._stack_now = _stack_of(board)
+        self._open: list[tuple[str, int]] = []  # functions being executed, the outermost first, since when
+        self._looks = self._in_callback = 0
+        self._closed = False
+        signals = board.signals
+        self._buses = {name: _FIRST_BUS + at for at, name in enumerate((*signals.i2c, *signals.spi))}
+        self._file.write('{"displayTimeUnit":"ms","traceEvents":[\n')
+        self._name_rows()
+        self._unsubscribe = board.trace.subscribe(self._hear)
+        self._looking = Periodic(board.clock, board.clock.now_ps, Fraction(LOOK_PS), self._look)
+
+    def close(self) -> None:
+        """End what is going on, and the file. Raises OutputError; a second call does nothing."""
+        if self._closed:
+            return
+        self._closed = True
+        self._looking.cancel()
+        self._unsubscribe()
+        try:
+            self._show_stack([])
+            self._file.write("\n]}\n")
+        finally:
+            self._file.close()
+
+    def report(self) -> list[str]:
+        """Return no line: nothing is left out."""
+        return []
+
+    def _name_rows(self) -> None:
+        board = self._board
+        rows = {_FIRMWARE: "firmware", _NOTES: "notes", _SERIAL: board.terminal.uart.name}
+        rows |= {number: name for name, number in self._buses.items()}
+        title = f"{board.description.name}, {board.booted.name}"
+        self._write({"ph": "M", "name": "process_name", "args": {"name": title}})
+        for row, name in rows.items():
+            self._write({"ph": "M", "name": "thread_name", "tid": row, "args": {"name": name}})
+            self._write({"ph": "M", "name": "thread_sort_index", "tid": row, "args": {"sort_index": row}})
+
+    # -- functions ------------------------------------------------------------------------------------------
+
+    def _look(self) -> None:
+        board = self._board
+        self._show_stack(self._stack_now())
+        self._looks += 1
+        self._in_callback += board.handles(board.timer.name)
+        if self._looks == _LOAD_EVERY:
+            share = 100 * self._in_callback / _LOAD_EVERY
+            self._counter("callback", {f"{board.timer.name} %": round(share, 1)})
+            self._looks = self._in_callback = 0
+
+    def _show_stack(self, functions: list[str]) -> None:
+        """End what is no longer executed, the innermost first, and begin what is new."""
+        now_ps = self._board.clock.now_ps
+        before = [name for name, _ in self._open]
+        if functions and functions[0] in before[1:]:  # its callers were not found this time
+            functions = before[: before.index(functions[0])] + functions
+        same = 0
+        for (was, _), now in zip_longest(self._open, functions, fillvalue=("", 0)):
+            if not was or was != now:
+                break
+            same += 1
+        while len(self._open) > same:
+            name, began_ps = self._open.pop()
+            self._span(_FIRMWARE, name, began_ps, now_ps)
+        self._open += [(name, now_ps) for name in functions[same:]]
+
+    # -- everything else ------------------------------------------------------------------------------------
+
+    def _hear(self, event: TraceEvent) -> None:
+        board = self._board
+        if isinstance(event, BusTransfer):
+            name = f"{event.device or f'0x{event.address:02X}'} {event.register}".strip()
+            data = {
+                "written": event.written[:_MOST_ARGUMENT_BYTES].hex(" "),
+                "read": event.read[:_MOST_ARGUMENT_BYTES].hex(" "),
+                "bytes": len(event.written) + len(event.read),
+                "result": event.result,
+            }
+            self._span(self._buses[event.bus], name, event.t_ps, event.end_ps, data)
+        elif isinstance(event, TerminalBytes):
+            text = event.data[:_MOST_ARGUMENT_BYTES].decode("latin-1")
+            end_ps = event.t_ps + board.terminal.uart.frames_ps(len(event.data))
+            self._span(_SERIAL, event.direction, event.t_ps, end_ps, {"text": text, "bytes": len(event.data)})
+        elif isinstance(event, GpioEdge):
+            for name, led in board.leds.items():
+                if led.pin == event.pin:
+                    self._counter(name, {"on": int(led.on)})
+        elif isinstance(event, TickLate):
+            self._note(event, f"{event.timer} tick {event.late_ps / PS_PER_MS:.3f} ms late")
+        elif isinstance(event, TickLost):
+            self._note(event, f"{event.timer}: {event.count} ticks lost")
+        elif isinstance(event, Fault):
+            self._note(event, f"{event.where}: {event.text}")
+        elif isinstance(event, DeviceNote):
+            self._note(event, f"{event.device}: {event.text}")
+
+    def _span(
+        self, row: int, name: str, begin_ps: int, end_ps: int, arguments: dict[str, Any] | None = None
+    ) -> None:
+        event = {"ph": "X", "name": name, "tid": row, "ts": _us(begin_ps), "dur": _us(end_ps - begin_ps)}
+        self._write(event | ({"args": arguments} if arguments else {}))
+
+    def _note(self, event: TraceEvent, text: str) -> None:
+        self._write({"ph": "i", "s": "t", "name": text, "tid": _NOTES, "ts": _us(event.t_ps)})
+
+    def _counter(self, name: str, values: dict[str, float]) -> None:
+        self._write({"ph": "C", "name": name, "ts": _us(self._board.clock.now_ps), "args": values})
+
+    def _write(self, event: dict[str, Any]) -> None:
+        text = json.dumps({"pid": _PROCESS} | event, separators=(",", ":"))
+        self._file.write(text if self._first else f",\n{text}")
+        self._first = False
+
+
+def _us(ps: int) -> float:
+    return ps / PS_PER_US
+
+
+def _stack_of(board: Board) -> Callable[[], list[str]]:
+    """What gives the functions that are being executed, the outermost first."""
+    firmware = board.arm
+    if firmware is None:
+        timer = board.timer.name
+
+        def python_stack() -> list[str]:
+            return ["main", f"{timer} callback"] if board.handles(timer) else ["main"]
+
+        return python_stack
+
+    from emulator.chip.diagnosis.backtrace import Backtrace, Places
+
+    core = firmware.chip.core
+    places = Places(firmware.image)
+    backtrace = Backtrace(places, core.peek, core.memory)
+    names: dict[int, str] = {}
+
+    def name_of(address: int) -> str:
+        if address not in names:
+            names[address] = places.function_name(address) or f"0x{address:08X}"
+        return names[address]
+
+    def chip_stack() -> list[str]:
+        calls = backtrace.calls(core.register(_PC), core.register(_LR), core.register(_SP))
+        return [name_of(call.address) for call in reversed(calls)]
+
+    return chip_stack

@@ -1,0 +1,151 @@
+"""The record of a run as a picture: what was printed over the truth of the same moments.
+
+One panel for each kind of line, points for what was printed, a bar for what the world was in the moments
+before (a printed number is a little old), and the LEDs below. Colours are those of Okabe and Ito, which
+people with any colour vision tell apart.
+
+Drawn with matplotlib, of the extra ``views``, without a window.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from emulator.errors import InputError, LinkError
+
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
+KINDS = (".png", ".svg", ".pdf")
+_AXES = {  # of the label up to its first bracket or colon
+    "ACC": "acceleration, mg",
+    "GYR": "rate, mdps",
+    "MAG": "field, mG",
+    "Pre": "pressure, hPa",
+    "Pitch": "angles, deg",
+    "Altitude": "altitude, m",
+}
+
+
+def draw(record: Mapping[str, Any], picture: Path) -> None:
+    """Draw ``record``, the JSON of ``fcu run --json``, into ``picture``, whose ending says which kind.
+
+    Raises InputError if nothing in it can be drawn or the package is missing, LinkError for the file.
+    """
+    if picture.suffix.lower() not in KINDS:
+        raise InputError(f"{picture}: give a name that ends in {', '.join(KINDS)}")
+    try:
+        import matplotlib as mpl
+    except ImportError as error:
+        raise InputError(
+            "fcu plot needs the package matplotlib: pip install 'fcu-emulator[views]'"
+        ) from error
+    try:
+        panels = _panels(record["printed"])
+        lights = [(float(at), [bool(one) for one in on]) for at, *on in record.get("leds", [])]
+        end_s = float(record.get("virtual_s", 0.0))
+    except (TypeError, ValueError, KeyError, AttributeError) as error:
+        raise InputError("the record is damaged; make it again with fcu run --json") from error
+    if not panels:
+        raise InputError("nothing in this run's lines could be read, so there is nothing to draw")
+    settings: Any = {
+        "svg.hashsalt": "fcu",
+        "font.size": 9,
+        "axes.spines.top": False,
+        "axes.spines.right": False,
+    }
+    with mpl.rc_context(settings):
+        figure = _figure(panels, lights, end_s, _title(record))
+        try:
+            metadata = {"Date": None} if picture.suffix.lower() == ".svg" else None
+            figure.savefig(picture, dpi=120, metadata=metadata)
+        except OSError as error:
+            raise LinkError(
+                f"{picture}: {error.strerror or error}; give a path that can be written"
+            ) from error
+
+
+class _Field:
+    """One printed number over the run: times, values, and the truth from ``low`` to ``high``."""
+
+    def __init__(self) -> None:
+        self.at_s: list[float] = []
+        self.printed: list[float] = []
+        self.low: list[float] = []
+        self.high: list[float] = []
+
+
+def _panels(lines: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, _Field]]:
+    """Fields by label, in the order of appearance."""
+    panels: dict[str, dict[str, _Field]] = {}
+    for line in lines:
+        values = line["values"]
+        if values is None:
+            continue
+        fields = panels.setdefault(str(line["label"]), {})
+        for name, value in values.items():
+            field = fields.setdefault(str(name), _Field())
+            low, high = line["truth"].get(name, (math.nan, math.nan))
+            field.at_s.append(float(line["at_s"]))
+            field.printed.append(float(value))
+            field.low.append(float(low))
+            field.high.append(float(high))
+    return panels
+
+
+def _title(record: Mapping[str, Any]) -> str:
+    board = record.get("board") or {}
+    scenario = Path(str(board["scenario"])).stem if board.get("scenario") else ""
+    parts = [
+        str(board.get("firmware", "")),
+        scenario,
+        f"seed {board.get('seed', 0)}",
+        str(record.get("verdict", "")),
+    ]
+    return "   ·   ".join(part for part in parts if part)
+
+
+def _figure(
+    panels: Mapping[str, Mapping[str, _Field]],
+    lights: Sequence[tuple[float, Sequence[bool]]],
+    end_s: float,
+    title: str,
+) -> Any:
+    from matplotlib.figure import Figure
+
+    heights = [2.0] * len(panels) + [0.6] * bool(lights)
+    figure = Figure(figsize=(10, 0.9 + sum(heights)), layout="constrained")
+    figure.suptitle(f"{title}\npoints: printed, bars and lines: the truth in the moments before", fontsize=10)
+    axes = figure.subplots(len(heights), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
+    for (label, fields), panel in zip(panels.items(), axes, strict=False):
+        _draw_panel(panel, label, fields)
+    if lights:
+        _draw_lights(axes[-1], lights, end_s)
+    axes[-1].set_xlabel("virtual time, s")
+    if end_s > 0:
+        axes[-1].set_xlim(0, end_s)
+    return figure
+
+
+def _draw_panel(panel: Any, label: str, fields: Mapping[str, _Field]) -> None:
+    for (name, field), colour in zip(fields.items(), COLOURS * 4, strict=False):
+        middle = [(low + high) / 2 for low, high in zip(field.low, field.high, strict=True)]
+        panel.plot(field.at_s, middle, color=colour, alpha=0.3, linewidth=1)
+        panel.vlines(field.at_s, field.low, field.high, color=colour, alpha=0.3, linewidth=6)
+        panel.plot(field.at_s, field.printed, ".", markersize=5, color=colour, label=name)
+    panel.set_ylabel(_AXES.get(re.split(r"[\[:]", label)[0], label))
+    panel.ticklabel_format(axis="y", useOffset=False)
+    panel.grid(visible=True, alpha=0.25)
+    panel.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+
+
+def _draw_lights(panel: Any, lights: Sequence[tuple[float, Sequence[bool]]], end_s: float) -> None:
+    count = len(lights[0][1])
+    for number in range(count):
+        until = [at for at, _ in lights[1:]] + [end_s]
+        lit = [(at, end - at) for (at, on), end in zip(lights, until, strict=True) if on[number]]
+        panel.broken_barh(lit, (count - 1 - number + 0.15, 0.7), color="#E69F00")
+    panel.set_ylim(0, count)
+    panel.set_yticks([count - 0.5 - number for number in range(count)], [f"LED{n + 1}" for n in range(count)])

@@ -1,0 +1,320 @@
+"""A run for other tools: wires that sigrok decodes to the trace's transfers, a time line, a picture."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import re
+import shutil
+import struct
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from emulator import Board
+from emulator.cli.plot import draw_record
+from emulator.errors import InputError, LinkError, OutputError
+from emulator.trace import BusTransfer, TerminalBytes
+from emulator.views import waves
+from emulator.views.perfetto import PerfettoFile
+from emulator.views.plot import draw
+from emulator.views.vcd import VcdFile
+from tests.integration.test_docs import fcu
+
+ALL_BYTES = bytes(range(256))
+needs_sigrok = pytest.mark.skipif(shutil.which("sigrok-cli") is None, reason="sigrok-cli is not installed")
+
+
+@pytest.fixture(params=[("solution", None), ("lab3", None), ("solution", "fcu001v1")], ids=str)
+def recorded(request: pytest.FixtureRequest, tmp_path: Path) -> tuple[Board, Path]:
+    """A board that has run until it measures, and its wires."""
+    firmware, profile = request.param
+    return record_wires(tmp_path, firmware, profile)
+
+
+def record_wires(folder: Path, firmware: str, profile: str | None) -> tuple[Board, Path]:
+    board = Board(firmware=firmware, profile=profile)
+    board.run_for(1.06)
+    board.trace.record_all()
+    board.run_until_ps(board.clock.now_ps + 1)
+    path = folder / "run.vcd"
+    with contextlib.closing(VcdFile(board, path)):
+        board.run_for(0.06)
+    return board, path
+
+
+def sigrok(path: Path, decoder: str, annotations: str) -> list[str]:
+    done = subprocess.run(
+        ["sigrok-cli", "-i", str(path), "-P", decoder, "-A", annotations],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=120,
+    )
+    return [line.partition(": ")[2] for line in done.stdout.splitlines()]
+
+
+def whole(board: Board) -> list[BusTransfer]:
+    """The transfers that lie in the file from beginning to end."""
+    begin = board.clock.now_ps - 60 * 10**9
+    return [one for one in board.trace.of(BusTransfer) if one.t_ps >= begin]
+
+
+@needs_sigrok
+def test_sigrok_decodes_the_traces_transfers(recorded: tuple[Board, Path]) -> None:
+    board, path = recorded
+    transfers = whole(board)
+    assert len(transfers) > 50
+    if board.booted.profile.bus == "I2C2":
+        lines = sigrok(path, "i2c:scl=I2C2_SCL:sda=I2C2_SDA", "i2c=addr-data")
+        expected = [line for one in transfers for line in as_i2c(one)]
+    else:
+        wires = "clk=SPI2_SCK:mosi=SPI2_SDIO:cs=SPI2_CS_LSM6DSL:cpol=1:cpha=1"
+        lines = sigrok(path, f"spi:{wires}", "spi=mosi-data")
+        mine = [one for one in transfers if one.device == "LSM6DSL"]
+        expected = [f"{byte:02X}" for one in mine for byte in one.written + one.read]
+    assert len(lines) > 0.9 * len(expected)  # the last transfer may be cut off
+    assert lines == expected[: len(lines)]
+
+
+def as_i2c(one: BusTransfer) -> Iterator[str]:
+    """What sigrok's decoder says of a transfer."""
+    if one.written:
+        yield from ("Start", "Write", f"Address write: {one.address:02X}", "ACK")
+        for byte in one.written:
+            yield from (f"Data write: {byte:02X}", "ACK")
+    if one.read:
+        start = "Start repeat" if one.written else "Start"
+        yield from (start, "Read", f"Address read: {one.address:02X}", "ACK")
+        for number, byte in enumerate(one.read, 1):
+            yield from (f"Data read: {byte:02X}", "NACK" if number == len(one.read) else "ACK")
+    yield "Stop"
+
+
+@needs_sigrok
+def test_sigrok_decodes_the_text(tmp_path: Path) -> None:
+    board = Board(firmware="solution")
+    path = tmp_path / "run.vcd"
+    with contextlib.closing(VcdFile(board, path)):
+        board.run_for(0.001)  # a line is idle before its first frame
+        board.terminal.write(ALL_BYTES)
+        board.run_for(0.05)
+    wires = "uart:rx=USART1_TX:tx=USART1_RX:baudrate=115200:format=hex"
+    read = sigrok(path, wires, "uart=rx-data")
+    typed = sigrok(path, wires, "uart=tx-data")
+    printed = bytes.fromhex("".join(read))
+    assert len(printed) > 30
+    assert printed == board.terminal.text.encode("latin-1")[: len(printed)]
+    assert bytes.fromhex("".join(typed)) == ALL_BYTES
+
+
+def changes(path: Path) -> dict[str, list[tuple[int, int]]]:
+    """Of each wire its changes, times in ps: what the format's standard says, read anew."""
+    text = path.read_text(encoding="ascii")
+    assert "$timescale 10 ns $end" in text
+    names = dict(re.findall(r"\$var wire 1 (\S+) (\S+) \$end", text))
+    found: dict[str, list[tuple[int, int]]] = {name: [] for name in names.values()}
+    at = 0
+    for line in text.split("$enddefinitions $end")[1].split():
+        if line.startswith("#"):
+            assert int(line[1:]) >= at
+            at = int(line[1:])
+        elif line[0] in "01":
+            found[names[line[1:]]].append((at * 10_000, int(line[0])))
+    return found
+
+
+def test_wires_show_leds_interrupt_pins_and_the_callback(tmp_path: Path) -> None:
+    board = Board(firmware="solution", ideal=True)
+    board.world.set_attitude(0, 86, 0)
+    board.run_for(1.0)
+    path = tmp_path / "run.vcd"
+    with contextlib.closing(VcdFile(board, path)) as file:
+        board.run_for(0.15)
+        board.i2c2.write(0x6B, b"\x0d\x01")  # data ready of the accelerometer on INT1
+        board.run_for(0.1)
+    found = changes(path)
+    assert [level for _, level in found["LEDs_LED1"]][-1] == int(board.led1.on) == 1
+    assert [level for _, level in found["LEDs_LED2"]][-1] == int(board.led2.on) == 0
+    assert sum(level for at, level in found["LSM6DSL_INT1"] if at > 1.15e12) > 5
+    began = [at for at, level in found["firmware_TIM9_callback"] if level]
+    apart = [b - a for a, b in zip(began[-20:], began[-19:], strict=False)]
+    assert sum(apart) / len(apart) == pytest.approx(1.25e9, rel=0.02)
+    assert file.report() == []
+
+
+def test_the_same_run_gives_the_same_file_and_prints_the_same(tmp_path: Path) -> None:
+    texts, files = [], []
+    for _ in range(2):
+        board, path = record_wires(tmp_path, "solution", None)
+        texts.append(board.terminal.text)
+        files.append(path.read_bytes())
+    assert files[0] == files[1]
+    unseen = Board(firmware="solution")
+    unseen.run_until_ps(board.clock.now_ps)
+    assert texts == [unseen.terminal.text] * 2
+
+
+def test_a_message_that_was_refused_is_drawn_to_its_nack() -> None:
+    nack = BusTransfer(
+        0, 21 * 100, "I2C2", 0x6B, "LSM6DSL", "X", b"\x10\x40", b"", "I2C 0x6B: no acknowledge of data byte 1"
+    )
+    edges = list(waves.i2c(nack, "SCL", "SDA") or ())
+    rising = [at for at, wire, level in edges if (wire, level) == ("SCL", 1)]
+    levels = [[level for t, wire, level in edges if wire == "SDA" and t <= at][-1] for at in rising[:-1]]
+    assert levels == [1, 1, 0, 1, 0, 1, 1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]
+    broken = BusTransfer(0, 100, "I2C2", 0x6B, "", "", b"", b"", "bus error")
+    assert waves.i2c(broken, "SCL", "SDA") is None
+
+
+@pytest.mark.parametrize("kind", [VcdFile, PerfettoFile])
+def test_a_file_that_becomes_too_large_ends_the_run(kind: Any, tmp_path: Path) -> None:
+    board = Board(firmware="lab3")
+    file = kind(board, tmp_path / "large", 20_000)
+    with contextlib.suppress(OutputError):  # here, or when the rest is written
+        board.run_for(3)
+    with pytest.raises(OutputError, match=r"has reached 20000 bytes; .* --limit trace_bytes=NUMBER$"):
+        file.close()
+    assert (tmp_path / "large").stat().st_size <= 20_000
+
+
+@pytest.mark.parametrize("kind", [VcdFile, PerfettoFile])
+def test_a_path_that_cannot_be_written_is_told(kind: Any, tmp_path: Path) -> None:
+    with pytest.raises(LinkError, match="give a path that can be written"):
+        kind(Board(), tmp_path / "missing" / "file")
+
+
+# -- the time line ------------------------------------------------------------------------------------------
+
+
+def time_line(tmp_path: Path, firmware: str) -> tuple[Board, list[dict[str, Any]]]:
+    board = Board(firmware=firmware)
+    board.trace.record_all()
+    path = tmp_path / "run.json"
+    with contextlib.closing(PerfettoFile(board, path)):
+        board.run_for(1.2)
+    found = json.loads(path.read_text(encoding="ascii"))
+    assert found["displayTimeUnit"] in ("ms", "ns")
+    return board, found["traceEvents"]
+
+
+REQUIRED = {
+    "X": {"name", "pid", "tid", "ts", "dur"},
+    "i": {"name", "pid", "tid", "ts", "s"},
+    "C": {"name", "pid", "ts", "args"},
+    "M": {"name", "pid", "args"},
+}
+"""Keys that "Trace Event Format" asks of each phase."""
+
+
+@pytest.mark.parametrize("firmware", ["solution", "lab3"])
+def test_the_time_line_is_well_formed(firmware: str, tmp_path: Path) -> None:
+    _, events = time_line(tmp_path, firmware)
+    assert {event["ph"] for event in events} >= {"X", "C", "M"}
+    for event in events:
+        assert REQUIRED[event["ph"]] <= event.keys(), event
+    for row in {event["tid"] for event in events if event["ph"] == "X"}:
+        spans = sorted(
+            ((one["ts"], -one["dur"]) for one in events if one["ph"] == "X" and one["tid"] == row),
+        )
+        ends: list[float] = []  # of the spans that contain this one
+        for begin, minus in spans:
+            while ends and ends[-1] <= begin + 1e-3:
+                ends.pop()
+            assert not ends or begin - minus <= ends[-1] + 1e-3, "a span reaches out of the one around it"
+            ends.append(begin - minus)
+
+
+def test_the_time_line_has_the_traces_transfers_and_text(tmp_path: Path) -> None:
+    board, events = time_line(tmp_path, "solution")
+    rows = {event["args"]["name"]: event["tid"] for event in events if event["name"] == "thread_name"}
+    shown = [one for one in events if one["ph"] == "X" and one["tid"] == rows["I2C2"]]
+    expected = board.trace.of(BusTransfer)
+    assert [(one["name"], one["ts"], one["args"]["read"]) for one in shown] == [
+        (f"{one.device} {one.register}", one.t_ps / 1e6, one.read.hex(" ")) for one in expected
+    ]
+    printed = sum(
+        one["args"]["bytes"] for one in events if one.get("tid") == rows["USART1"] and one["ph"] == "X"
+    )
+    assert printed == sum(len(one.data) for one in board.trace.of(TerminalBytes))
+
+
+def test_the_time_line_shows_functions_in_their_callers(tmp_path: Path) -> None:
+    _, events = time_line(tmp_path, "solution")
+    calls = [one for one in events if one["ph"] == "X" and one["tid"] == 1]
+    inner = [one for one in calls if one["name"] == "HAL_TIM_PeriodElapsedCallback"]
+    assert len(inner) > 50
+    assert sum(one["dur"] for one in calls if one["name"] == "main") > 0.9 * 1_200_000
+    load = [one["args"]["TIM9 %"] for one in events if one["name"] == "callback"]
+    late = sum(one["dur"] for one in inner if one["ts"] >= 1_100_000) / 100_000
+    assert late == pytest.approx(sum(load[-5:]) / 500, abs=0.05)
+
+
+# -- the picture --------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def record(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("record")
+    fcu("fcu run lab3 --scenario led_x --json run.json -q", folder)
+    return folder / "run.json"
+
+
+def test_a_record_holds_what_was_printed_with_its_truth(record: Path) -> None:
+    found = json.loads(record.read_text(encoding="utf-8"))
+    angles = [one for one in found["printed"] if one["label"].startswith("Pitch")]
+    last = angles[-1]
+    low, high = last["truth"]["Pitch"]
+    assert low - 1 <= last["values"]["Pitch"] <= high + 1
+    assert any(led1 for _, led1, _ in found["leds"])
+
+
+def test_a_record_becomes_a_picture(record: Path) -> None:
+    done = fcu("fcu plot run.json", record.parent)
+    picture = (record.parent / "run.png").read_bytes()
+    assert done.stderr == "fcu: run.png\n"
+    assert picture.startswith(b"\x89PNG")
+    assert min(struct.unpack(">II", picture[16:24])) > 1000
+
+
+def test_a_picture_says_what_is_drawn(record: Path, tmp_path: Path) -> None:
+    draw(json.loads(record.read_text(encoding="utf-8")), tmp_path / "run.svg")
+    picture = (tmp_path / "run.svg").read_text(encoding="utf-8")
+    for text in ("angles, deg", "Pitch", "LED2", "led_x", "virtual time, s"):
+        assert text in picture
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "no JSON"),
+        ("[1]", "not the record of a run"),
+        ("[" * 100_000, "no JSON"),
+        ('{"printed": []}', "nothing in this run's lines could be read"),
+        ('{"printed": [1]}', "the record is damaged"),
+        (
+            '{"printed": [{"label": "x", "values": {"a": "b"}, "at_s": 0, "truth": {}}]}',
+            "the record is damaged",
+        ),
+    ],
+)
+def test_what_is_no_record_is_told_in_one_line(tmp_path: Path, text: str, message: str) -> None:
+    (tmp_path / "run.json").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=message) as caught:
+        draw_record(tmp_path / "run.json", None)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_picture_of_an_unknown_kind_names_the_known_ones(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"give a name that ends in \.png, \.svg, \.pdf$"):
+        draw({"printed": []}, tmp_path / "run.gif")
+
+
+def test_fcu_run_writes_both(tmp_path: Path) -> None:
+    done = fcu("fcu run lab3 --duration 300ms --speed max --vcd a.vcd --perfetto a.json", tmp_path)
+    assert done.returncode == 0
+    assert "$enddefinitions" in (tmp_path / "a.vcd").read_text(encoding="ascii")
+    assert json.loads((tmp_path / "a.json").read_text(encoding="ascii"))["traceEvents"]
