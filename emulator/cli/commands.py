@@ -151,6 +151,40 @@ def terminal(where: str | None, board: str | None) -> ExitCode:
     return converse(where, board)
 
 
+@cli.command(context_settings={"ignore_unknown_options": True})  # a number may be negative
+@click.argument(
+    "gesture",
+    required=False,
+    type=click.Choice(["lift", "tap", "shake", "fall", "eight", "over", "magnet", "reset"]),
+)
+@click.argument("amount", type=float, required=False)
+@click.option("--roll", type=float, metavar="DEG", help="Turn to this angle; those not given stay.")
+@click.option("--pitch", type=float, metavar="DEG")
+@click.option("--yaw", type=float, metavar="DEG")
+@click.option("--for", "duration", metavar="TIME", help="How long it takes, such as 1s. Default: as a hand.")
+@click.option("--axis", type=click.Choice(["north", "west", "up"]), help="Of tap and shake.")
+@click.option("--board", metavar="PROCESS", help="Of several boards that run, the one in this process.")
+def move(
+    gesture: str | None,
+    amount: float | None,
+    roll: float | None,
+    pitch: float | None,
+    yaw: float | None,
+    duration: str | None,
+    axis: str | None,
+    board: str | None,
+) -> None:
+    """Move the board that runs: fcu move --roll 30 --for 1s, fcu move lift 2, fcu move tap.
+
+    AMOUNT is the metres of lift and magnet (how far away it passes), the g of tap and shake, the turns of
+    eight. reset lays the board flat on the floor. Without a move: how the board lies.
+    """
+    from emulator.cli.move import MoveOptions
+    from emulator.cli.move import move as move_board
+
+    move_board(MoveOptions(gesture, amount, roll, pitch, yaw, duration, axis, board))
+
+
 @cli.command()
 @click.argument("first", metavar="A")
 @click.argument("second", metavar="B")

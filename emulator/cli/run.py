@@ -174,10 +174,11 @@ def _open(spec: str, board: Board, say: Callable[[str], None], stack: ExitStack)
 def _door(board: Board, links: list[ByteLink], stack: ExitStack) -> Door | None:
     """How another fcu finds this board, which somebody watches; a run does without where it cannot be had."""
     from emulator.links.running import Door
+    from emulator.live.moved import Moved
 
     serial = [link.address for link in links if isinstance(link, Addressed)]
     try:
-        door = Door(board.booted.name, serial, lambda message: {"error": f"unknown message {message!r}"})
+        door = Door(board.booted.name, serial, Moved(board).answer)
     except LinkError as error:
         to_stderr(f"no other fcu will find this board: {error}")
         return None

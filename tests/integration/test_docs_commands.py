@@ -59,8 +59,8 @@ def execute(command: str, fails: bool, folder: Path) -> Path:
     """Give the folder in which the next command runs."""
     program, *arguments = shlex.split(command)
     program = program.removeprefix(".venv/bin/")
-    if command.startswith("fcu terminal"):
-        return folder  # needs a board that runs: test_cli_terminal.py
+    if command.startswith(("fcu terminal", "fcu move")):
+        return folder  # need a board that runs: test_cli_terminal.py, test_cli_move.py
     if program == "cd":
         return folder / arguments[0]
     if program == "fcu":

@@ -31,7 +31,7 @@ class Running:
     def __init__(self, link: ByteLink) -> None:
         self.board = Board(firmware="lab3")
         self._runner = Runner(self.board, [link], None, 1.0)
-        self._thread = threading.Thread(target=self._runner.run)
+        self._thread = threading.Thread(target=self._run)
 
     def __enter__(self) -> Running:
         self._thread.start()
@@ -40,6 +40,10 @@ class Running:
     def __exit__(self, *_: object) -> None:
         self._runner.stop()
         self._thread.join(DEADLINE_S)
+
+    def _run(self) -> None:
+        with self.board:  # firmware in Python ends in the thread in which it ran
+            self._runner.run()
 
     def typed(self) -> int:
         """How many bytes have come in: the lab's firmware reads none, so all but the first are overruns."""

@@ -1,0 +1,146 @@
+"""``fcu move``: the board that runs is moved from another terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import click
+
+from emulator.errors import InputError
+from emulator.links.running import RunningBoard, the_running_board
+from emulator.time.durations import parse_duration
+
+_ANGLES = ("roll_deg", "pitch_deg", "yaw_deg")
+
+
+@dataclass(frozen=True)
+class MoveOptions:
+    """The arguments of ``fcu move`` as typed; an angle that is None stays as it is."""
+
+    gesture: str | None
+    amount: float | None
+    roll: float | None = None
+    pitch: float | None = None
+    yaw: float | None = None
+    duration: str | None = None
+    axis: str | None = None
+    board: str | None = None
+
+
+@dataclass(frozen=True)
+class Gesture:
+    """What a word does: timeline entries made of (amount, time, axis)."""
+
+    usual: float | None
+    """The number after the word when none is given; None: it takes no number."""
+    entries: Callable[[float, str | None, str | None], list[dict[str, Any]]]
+    takes_time: bool = True
+    takes_axis: bool = False
+
+
+GESTURES = {
+    "lift": Gesture(
+        1.0,
+        lambda metres, time, _: [{"do": "lift", "metres": metres, "for": time or "1s"}],
+    ),
+    "tap": Gesture(
+        3.0,
+        lambda g, time, axis: [
+            {"do": "tap", "amplitude_g": g, "axis": axis or "up"} | ({"for": time} if time else {})
+        ],
+        takes_axis=True,
+    ),
+    "shake": Gesture(
+        0.5,
+        lambda g, time, axis: [
+            {"do": "shake", "amplitude_g": g, "frequency_hz": 5, "axis": axis or "north", "for": time or "1s"}
+        ],
+        takes_axis=True,
+    ),
+    "fall": Gesture(
+        None,
+        lambda _, time, __: [{"do": "free_fall", "for": time or "300ms"}],
+    ),
+    "eight": Gesture(
+        1.0,
+        lambda turns, time, _: [{"do": "figure_eight", "turns": int(turns), "for": time or "4s"}],
+    ),
+    "over": Gesture(
+        None,
+        lambda _, time, __: [{"do": "turn_over", "for": time or "1s"}],
+    ),
+    "magnet": Gesture(
+        0.1,
+        lambda metres, _, __: [
+            {"do": "pass_magnet", "moment_am2": 1, "distance_m": metres, "speed_m_s": 0.3}
+        ],
+        takes_time=False,
+    ),
+    "reset": Gesture(
+        None,
+        lambda _, __, ___: [{"do": "follow_attitude"}, {"do": "follow_altitude", "metres": 0}],
+        takes_time=False,
+    ),
+}
+
+
+def move(options: MoveOptions) -> None:
+    """Move the board that runs, and say how it lies. Raises InputError."""
+    board = the_running_board(options.board)
+    truth = _asked(board, {"type": "truth"})
+    for entry in entries(options, truth):
+        truth = _asked(board, {"type": "do", "entry": entry})
+    click.echo(f"{board.name}: {_shown(truth)}")
+
+
+def entries(options: MoveOptions, truth: dict[str, Any]) -> list[dict[str, Any]]:
+    """The timeline entries that the arguments mean, for a board that lies as ``truth`` says."""
+    if options.duration is not None:
+        try:
+            parse_duration(options.duration)
+        except ValueError as error:
+            raise InputError(f"--for {error}") from error
+    angles = dict(zip(_ANGLES, (options.roll, options.pitch, options.yaw), strict=True))
+    turned = any(angle is not None for angle in angles.values())
+    if options.gesture is None:
+        if not turned and (options.duration or options.axis):
+            raise InputError("say how to move: an angle such as --roll 30, or a word such as lift")
+        return [_turn(angles, options.duration, truth)] if turned else []
+    if turned:
+        raise InputError(f"{options.gesture} and an angle are two moves; give them one after the other")
+    gesture = GESTURES[options.gesture]
+    if options.amount is not None and gesture.usual is None:
+        raise InputError(f"{options.gesture} takes no number")
+    if options.duration is not None and not gesture.takes_time:
+        raise InputError(f"{options.gesture} takes no --for")
+    if options.axis is not None and not gesture.takes_axis:
+        raise InputError(f"{options.gesture} takes no --axis")
+    amount = (gesture.usual or 0.0) if options.amount is None else options.amount
+    if options.gesture == "eight" and amount % 1:
+        raise InputError(f"turns is {amount:g}: give a whole number")
+    return gesture.entries(amount, options.duration, options.axis)
+
+
+def _turn(angles: dict[str, float | None], duration: str | None, truth: dict[str, Any]) -> dict[str, Any]:
+    """To the angles given, the others as they are."""
+    target = {name: truth[name] if angle is None else angle for name, angle in angles.items()}
+    how = {"do": "follow_attitude"} if duration is None else {"do": "rotate_to", "for": duration}
+    return how | target
+
+
+def _asked(board: RunningBoard, message: dict[str, Any]) -> dict[str, Any]:
+    """How the board lies, after what it was told. Raises InputError with the board's own words."""
+    (answer,) = board.ask(message)
+    if "error" in answer:
+        raise InputError(str(answer["error"]))
+    truth = answer.get("truth")
+    if not isinstance(truth, dict):
+        raise InputError(f"the board {board.name} answers {str(answer)[:80]}: another version of fcu?")
+    return {"t_s": answer.get("t_s", 0.0)} | truth
+
+
+def _shown(truth: dict[str, Any]) -> str:
+    roll, pitch, yaw = (f"{name[:-4]} {truth[name]:.1f}" for name in _ANGLES)
+    return f"at {truth['t_s']:.3f} s {roll}, {pitch}, {yaw} deg, {truth['altitude_m']:.2f} m"

@@ -1,0 +1,243 @@
+"""``fcu move``: a board that runs is moved from another terminal."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import random
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+import pytest
+
+from emulator import Board
+from emulator.cli.commands import cli
+from emulator.cli.move import GESTURES, MoveOptions, entries, move
+from emulator.errors import InputError
+from emulator.links.runner import Runner
+from emulator.links.running import Door, running_boards
+from emulator.live.moved import Moved
+
+DEADLINE_S = 20.0
+FLAT = {"roll_deg": 1.0, "pitch_deg": 2.0, "yaw_deg": 3.0, "altitude_m": 0.0}
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A runtime folder of this test's own."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.setenv("LOCALAPPDATA", str(tmp_path))
+
+
+@contextlib.contextmanager
+def running(board: Board) -> Iterator[Board]:
+    """The board in real time, with its door, as ``fcu run`` has it."""
+    with contextlib.closing(Door("lab3", [], Moved(board).answer)) as door:
+        runner = Runner(board, [], None, 1.0)
+        thread = threading.Thread(target=lambda: runner.run(lambda _: door.serve()))
+        thread.start()
+        try:
+            yield board
+        finally:
+            runner.stop()
+            thread.join(DEADLINE_S)
+
+
+def attitude(board: Board, at_s: float) -> list[float]:
+    return [round(float(one), 3) for one in board.world.attitude_deg(np.array([at_s]))[0]]
+
+
+def options(gesture: str | None = None, amount: float | None = None, **more: Any) -> MoveOptions:
+    return MoveOptions(gesture, amount, **more)
+
+
+# -- what the arguments mean --------------------------------------------------------------------------------
+
+
+def test_an_angle_alone_is_a_hand_and_leaves_the_others_as_they_are() -> None:
+    assert entries(options(roll=30.0), FLAT) == [
+        {"do": "follow_attitude", "roll_deg": 30.0, "pitch_deg": 2.0, "yaw_deg": 3.0}
+    ]
+
+
+def test_with_a_time_it_takes_that_time() -> None:
+    (entry,) = entries(options(roll=30.0, yaw=-90.0, duration="1s"), FLAT)
+    assert entry == {"do": "rotate_to", "for": "1s", "roll_deg": 30.0, "pitch_deg": 2.0, "yaw_deg": -90.0}
+
+
+def test_the_command_line_knows_the_words() -> None:
+    (argument,) = [one for one in cli.commands["move"].params if one.name == "gesture"]
+    assert isinstance(argument.type, click.Choice)
+    assert list(argument.type.choices) == list(GESTURES)
+
+
+@pytest.mark.parametrize("word", GESTURES)
+def test_every_word_is_something_that_the_board_does(word: str) -> None:
+    board = Board()
+    for entry in entries(options(word), FLAT):
+        assert "truth" in Moved(board).answer({"type": "do", "entry": entry})
+    board.run_for(0.01)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        (options("fall", 3.0), "fall takes no number"),
+        (options("reset", duration="1s"), "reset takes no --for"),
+        (options("lift", axis="up"), "lift takes no --axis"),
+        (options("tap", roll=3.0), "tap and an angle are two moves"),
+        (options("eight", 1.5), "turns is 1.5: give a whole number"),
+        (options(roll=3.0, duration="3"), "--for is '3'; give a number and a unit"),
+        (options(duration="3s"), "say how to move"),
+    ],
+)
+def test_what_does_not_fit_is_said_in_one_line(given: MoveOptions, message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        entries(given, FLAT)
+    assert message in str(caught.value)
+
+
+# -- a board that runs --------------------------------------------------------------------------------------
+
+
+def test_the_board_turns_and_says_how_it_lies(capsys: pytest.CaptureFixture[str]) -> None:
+    with running(Board(ideal=True)) as board:  # without firmware, which one thread runs
+        move(options(pitch=30.0, duration="100ms"))
+        move(options("lift", 2.0, duration="200ms"))
+        end_s = board.now_s + 1.0
+    board.run_until(end_s)
+    assert attitude(board, board.now_s) == [0.0, 30.0, 0.0]
+    assert board.world.altitude_m(np.array([board.now_s]))[0] == pytest.approx(2.0)
+    first, second = capsys.readouterr().out.splitlines()
+    assert first.startswith("lab3: at ")
+    assert "roll 0.0, pitch " in second
+
+
+def test_reset_brings_it_back(capsys: pytest.CaptureFixture[str]) -> None:
+    board = Board()
+    board.world.set_attitude(10, 20, 30)
+    board.world.set_altitude(5)
+    with running(board):
+        move(options("reset"))
+    board.run_for(2.0)
+    assert attitude(board, board.now_s) == [0.0, 0.0, 0.0]
+    assert board.world.altitude_m(np.array([board.now_s]))[0] == pytest.approx(0.0)
+
+
+def test_what_the_world_refuses_is_said_and_the_board_goes_on() -> None:
+    with running(Board()):
+        with pytest.raises(InputError, match="metres"):
+            move(options("lift", 1e9))
+        move(options("tap"))
+
+
+def test_a_board_that_plays_a_scenario_is_not_moved() -> None:
+    board = Board(scenario="desk")
+    with pytest.raises(InputError, match="the board plays the scenario desk, which moves it"):
+        Moved(board).answer({"type": "do", "entry": {"do": "tap"}})
+    assert Moved(board).answer({"type": "truth"})["t_s"] == 0.0
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        {},
+        {"type": "reset"},
+        {"type": "do"},
+        {"type": "do", "entry": {}},
+        {"type": "do", "entry": {"do": "tap", "for": "1h", "at": "3s"}},
+        {"type": "do", "entry": {"do": "replay", "csv": "/etc/passwd"}},
+        {"type": "do", "entry": {"do": "follow_attitude", "roll_deg": float("nan")}},
+        {"type": ["do"], "entry": 3},
+    ],
+)
+def test_other_messages_are_errors_of_one_line_and_change_nothing(message: dict[str, Any]) -> None:
+    board = Board()
+    with pytest.raises(InputError) as caught:
+        Moved(board).answer(message)
+    assert "\n" not in str(caught.value)
+    assert attitude(board, 1.0) == [0.0, 0.0, 0.0]
+
+
+def test_a_thousand_random_messages_do_not_stop_the_board() -> None:
+    draw = random.Random(8)
+    words = [
+        "do",
+        "type",
+        "entry",
+        "tap",
+        "lift",
+        "for",
+        "1s",
+        "roll_deg",
+        1,
+        -1e308,
+        None,
+        [],
+        {},
+        "truth",
+        True,
+    ]
+    with running(Board()) as board:
+        (found,) = running_boards()
+        with socket.create_connection(("127.0.0.1", found.port), DEADLINE_S) as connection:
+            connection.sendall(json.dumps({"token": found.token}).encode() + b"\n")
+            lines = connection.makefile("rb")
+            lines.readline()
+            for _ in range(1000):
+                entry = {str(draw.choice(words)): draw.choice(words) for _ in range(3)} | {
+                    "do": draw.choice(words)
+                }
+                message = {"type": draw.choice(words), "entry": entry}
+                connection.sendall(json.dumps(message).encode() + b"\n")
+            answers = [json.loads(lines.readline()) for _ in range(1000)]
+        assert all(answer.keys() <= {"error", "truth", "t_s"} for answer in answers)
+        before_s = board.now_s
+        move(options("tap"))
+    assert board.now_s >= before_s
+
+
+# -- the command --------------------------------------------------------------------------------------------
+
+
+def fcu_move(*arguments: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "emulator", "move", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+
+
+def test_the_command_moves_a_run_in_another_process(tmp_path: Path) -> None:
+    run = [
+        sys.executable,
+        "-m",
+        "emulator",
+        "run",
+        "lab3",
+        "--serial",
+        f"file:{tmp_path / 'text'}",
+        "--speed",
+        "1",
+    ]
+    with subprocess.Popen(run, stderr=subprocess.PIPE) as board:
+        assert board.stderr is not None
+        while b"to the file" not in board.stderr.readline():
+            pass
+        while not running_boards():
+            pass
+        done = fcu_move("--roll", "-30", "--for", "50ms")
+        assert (done.returncode, done.stderr) == (0, "")
+        assert fcu_move("lift", "-0.5").returncode == 0
+        assert fcu_move("lift", "much").returncode == 2
+        assert fcu_move("dance").returncode == 2
+        board.terminate()
+    done = fcu_move("tap")
+    assert done.returncode == 2
+    assert (
+        done.stderr == "fcu: no board runs; start one in another terminal, such as: fcu run --serial port\n"
+    )
