@@ -13,6 +13,7 @@ import os
 import sys
 import traceback
 from contextlib import suppress
+from io import TextIOWrapper
 from typing import TYPE_CHECKING, TextIO
 
 if TYPE_CHECKING:
@@ -29,6 +30,7 @@ _NOT_JUDGED = 4  # as in emulator.cli.exit_codes, which may itself be what canno
 def main() -> None:
     """Run the command line and exit with its code."""
     _start_quickly()
+    _write_what_can_be_written()
     code = int(execute(sys.argv[1:]))
     for stream in (sys.stdout, sys.stderr):
         if stream is not None and not _flushed(stream) and stream is sys.stdout and code in (0, 1):
@@ -40,6 +42,18 @@ def _start_quickly() -> None:
     """Two habits of the libraries that would be a sixth of each command's start, and help none of ours."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # numpy's threads: matrices here are 3 x 3
     gc.set_threshold(20_000)  # new objects before the next search for garbage; modules, when loaded, stay
+
+
+def _write_what_can_be_written() -> None:
+    """A character that the system's encoding does not have becomes a question mark, and no error.
+
+    On Windows, what goes into a file or a pipe is in the old encoding of the country, which has no Greek, and
+    a degree sign at another place. The road not taken, UTF-8 whatever the system says, is what its own
+    programs could not read.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper) and stream.errors == "strict":
+            stream.reconfigure(errors="replace")
 
 
 def execute(arguments: Sequence[str]) -> ExitCode | int:
@@ -76,7 +90,7 @@ def _execute(arguments: Sequence[str]) -> ExitCode | int:
 
     try:
         if sys.stdout is None and _prints(arguments):
-            raise OutputError("standard output is closed; give it somewhere to go, such as > /dev/null")
+            raise OutputError(f"standard output is closed; give it somewhere to go, such as > {os.devnull}")
         try:
             code = cli.main(list(arguments), prog_name="fcu", standalone_mode=False, obj=arguments)
         except SystemExit as error:  # click's own answer to a broken pipe: 1, without a word

@@ -7,7 +7,6 @@ them is known. Details are shown of the first exercise that is not done: that is
 
 from __future__ import annotations
 
-import shlex
 import shutil
 import subprocess
 import sys
@@ -24,6 +23,7 @@ from emulator.errors import InputError, LinkError
 from emulator.grading.judge import JudgeProgress, judge
 from emulator.grading.rubric import Rubric, load_rubric
 from emulator.grading.verdict import Cause, CheckResult, RunEvidence, Verdict
+from emulator.system_words import quoted
 
 _WIDTH = 98
 _ELF = "lab3.elf"
@@ -146,7 +146,7 @@ def _build_failed(folder: Path, log: str) -> str:
     found = ([line for line in lines if mark in line] for mark in marks)
     errors = next(filter(None, found), lines[-_ERRORS_SHOWN:])
     shown = [f"  {line[:_WIDTH]}" for line in dict.fromkeys(errors)][:_ERRORS_SHOWN]
-    end = f"  nothing was judged; mend the first error, then: fcu check {shlex.quote(str(folder))}"
+    end = f"  nothing was judged; mend the first error, then: fcu check {quoted(str(folder))}"
     return "\n".join([f"{folder} does not build:", *shown, end])
 
 
@@ -270,10 +270,10 @@ class _Screen:
                 yield from _wrapped(f"By the way: {check.actual}", "")
 
     def _next(self, open_ones: Sequence[str]) -> Iterator[str]:
-        target = shlex.quote(self._options.target)
+        target = quoted(self._options.target)
         again = f"fcu check {target}" if self._options.target != "." else "fcu check"
         if self._options.rubric != "lab3":
-            again += f" --rubric {shlex.quote(self._options.rubric)}"
+            again += f" --rubric {quoted(self._options.rubric)}"
         yield ""
         if not open_ones:
             which = "Everything asked for" if self._options.exercises else "Everything"
@@ -287,7 +287,7 @@ class _Screen:
             advice = "mend what is said above, from the top, and look again."
         yield from _wrapped(f"Next: {advice}", "")
         yield f"  {again} --exercise {name}{seed}"
-        yield f"  fcu run {shlex.quote(self._firmware)}"
+        yield f"  fcu run {quoted(self._firmware)}"
 
 
 def _check(check: CheckResult) -> Iterator[str]:

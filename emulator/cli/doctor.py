@@ -15,18 +15,18 @@ from pathlib import Path
 import click
 
 from emulator.errors import FcuError
+from emulator.system_words import how_to_install
 
 _PACKAGES = ("numpy", "greenlet", "click", "pydantic", "pygeomag", "pyserial")
 _TERMINALS = {
-    "screen": "screen",
-    "minicom": "minicom",
+    **({"screen": "screen", "minicom": "minicom"} if sys.platform != "win32" else {"ttermpro": "Tera Term"}),
     "putty": "PuTTY",
     "pyserial-miniterm": "pyserial-miniterm",
 }
 _BUILD_TOOLS = {
-    "arm-none-eabi-gcc": "the compiler for fcu new: sudo apt install gcc-arm-none-eabi, or CubeIDE's",
-    "make": "for the projects of fcu new: sudo apt install make",
-    "gdb-multiarch": "the debugger for fcu run --gdb: sudo apt install gdb-multiarch",
+    "arm-none-eabi-gcc": "the compiler for fcu new, or CubeIDE's",
+    "make": "for the projects of fcu new",
+    "gdb-multiarch": "the debugger for fcu run --gdb",
 }
 _SPEED_TEST_S = 2.0
 
@@ -46,7 +46,7 @@ def examine() -> bool:
     findings += [
         _library(),
         *map(_boots, ("lab3", "solution")),
-        _pty(),
+        _port(),
         *_terminals(),
         *_build_tools(),
     ]
@@ -95,15 +95,16 @@ def _boots(firmware: str) -> Finding:
     return Finding(True, f"the firmware {firmware} boots and runs at {factor:.1f} x real time", needed=True)
 
 
-def _pty() -> Finding:
+def _port() -> Finding:
     from emulator.links import open_link
 
     try:
-        link = open_link("pty")
+        link = open_link("port")
     except FcuError as error:
-        return Finding(False, f"serial port as a pseudo-terminal: {error}")
+        return Finding(False, f"serial port for terminal programs: {error}")
+    where = link.announce()[0].removeprefix("serial: ").partition(";")[0]
     link.close()
-    return Finding(True, "serial port as a pseudo-terminal: fcu run --serial pty")
+    return Finding(True, f"serial port for terminal programs: fcu run --serial port: {where}")
 
 
 def _terminals() -> list[Finding]:
@@ -114,13 +115,14 @@ def _terminals() -> list[Finding]:
         if shutil.which(command, path=path):
             findings.append(Finding(True, f"terminal program {name}"))
         else:
-            how = "pip install pyserial" if "serial" in command else f"install the package {command}"
-            findings.append(Finding(False, f"terminal program {name}: optional; {how}"))
+            findings.append(Finding(False, f"terminal program {name}: optional; fcu terminal does as well"))
     return findings
 
 
 def _build_tools() -> list[Finding]:
     return [
-        Finding(True, tool) if shutil.which(tool) else Finding(False, f"{tool}: optional, {purpose}")
+        Finding(True, tool)
+        if shutil.which(tool)
+        else Finding(False, f"{tool}: optional, {purpose}: {how_to_install(tool)}")
         for tool, purpose in _BUILD_TOOLS.items()
     ]

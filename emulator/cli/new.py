@@ -6,7 +6,6 @@ lab's computers and in CubeIDE, and a student can look into everything the chip 
 
 from __future__ import annotations
 
-import shlex
 import shutil
 from pathlib import Path
 
@@ -14,6 +13,7 @@ import click
 
 from emulator.boards.fcu001v1 import FCU001V1
 from emulator.errors import InputError
+from emulator.system_words import how_to_install, quoted
 from firmware_model import arm
 
 _SUPPORT = ("*.c", "*.h", "*.ld", "*.mk")
@@ -59,12 +59,11 @@ def _write(directory: Path, bus: str) -> None:
 
 def _say_what_is_next(directory: Path, bus: str) -> None:
     click.echo(f"{directory}: the LAB3 template, sensors on {bus}. Your program is main.c. Next:\n")
-    click.echo(f"  cd {shlex.quote(str(directory))}")
+    click.echo(f"  cd {quoted(str(directory))}")
     click.echo("  make")
     click.echo(f"  fcu run lab3.elf{_PROFILE[bus]}")
     click.echo("  fcu check")
     if shutil.which(_COMPILER) is None:
         click.echo(
-            f"\n{_COMPILER} is not on the PATH: sudo apt install gcc-arm-none-eabi, "
-            "or see README.md for CubeIDE's."
+            f"\n{_COMPILER} is not on the PATH: {how_to_install(_COMPILER)}, or see README.md for CubeIDE's."
         )

@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-import shlex
-import subprocess
 import sys
 from pathlib import Path
 
 from emulator.loopback import HOST
-
-
-def quoted(text: str) -> str:
-    """Return ``text`` as one word of the shell: of cmd and PowerShell on Windows, elsewhere of sh."""
-    return subprocess.list2cmdline([text]) if sys.platform == "win32" else shlex.quote(text)
+from emulator.system_words import quoted
 
 
 def miniterm() -> str:

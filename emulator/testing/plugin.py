@@ -18,7 +18,6 @@ transfers, the diagnosis, and the command that runs the same board by hand, in t
 from __future__ import annotations
 
 import re
-import shlex
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -211,12 +210,14 @@ def evidence(board: Board) -> Iterator[tuple[str, str]]:
 
 def command(board: Board) -> str:
     """The command line that runs this board; what the test did to it is not part of it."""
+    from emulator.system_words import command_line
+
     words = ["fcu", "run"]
     words += [str(board.booted.name)] if board.booted.name else []
     words += ["--scenario", str(board.scenario.file)] if board.scenario else []
     words += ["--profile", board.booted.profile.name, "--seed", str(board.seed)]
     words += ["--duration", f"{max(board.now_s, 0.001):.3f}s", "--speed", "max"]
-    return shlex.join(words)
+    return command_line(words)
 
 
 def _visible(line: str) -> str:

@@ -46,6 +46,7 @@ ROOMS = (
     "sensors",
     "firmware_model",
     "errors",
+    "system_words",
     "loopback",
     "isolation",
     "time",

@@ -1,0 +1,47 @@
+"""Words that differ from system to system: a shell's quoting, and how a program is installed.
+
+Advice for macOS and Windows is from their package managers' and makers' own pages (docs/student.md says the
+same); what was tried is Debian's.
+"""
+
+from __future__ import annotations
+
+import shlex
+import subprocess
+import sys
+from collections.abc import Iterable, Mapping
+
+_DEBIAN = "sudo apt install {}"
+_INSTALL: Mapping[str, Mapping[str, str]] = {
+    "arm-none-eabi-gcc": {
+        "linux": _DEBIAN.format("gcc-arm-none-eabi libnewlib-arm-none-eabi"),
+        "darwin": "brew install --cask gcc-arm-embedded",
+        "win32": '"Arm GNU Toolchain" for arm-none-eabi from developer.arm.com, with its path in PATH',
+    },
+    "make": {
+        "linux": _DEBIAN.format("make"),
+        "darwin": "xcode-select --install",
+        "win32": "pacman -S make, in MSYS2",
+    },
+    "gdb-multiarch": {
+        "linux": _DEBIAN.format("gdb-multiarch"),
+        "darwin": "brew install --cask gcc-arm-embedded, which has arm-none-eabi-gdb",
+        "win32": '"Arm GNU Toolchain" from developer.arm.com, which has arm-none-eabi-gdb',
+    },
+}
+
+
+def quoted(word: str) -> str:
+    """``word`` as one word of the shell: of cmd and PowerShell on Windows, elsewhere of sh."""
+    return subprocess.list2cmdline([word]) if sys.platform == "win32" else shlex.quote(word)
+
+
+def command_line(words: Iterable[str]) -> str:
+    """A command as it is typed."""
+    return " ".join(map(quoted, words))
+
+
+def how_to_install(program: str) -> str:
+    """What installs ``program`` on this system; systems that are not named do as Debian's users do."""
+    ways = _INSTALL[program]
+    return ways.get(sys.platform, ways["linux"])
