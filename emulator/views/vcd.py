@@ -98,7 +98,7 @@ class VcdFile:
         for part in board.sensors:
             for pin in part.pins():
                 wire = self._wire(part.NAME, pin.name.upper(), pin.level or 0)
-                pin.listen(self._edge_of(wire))
+                pin.observe(self._edge_of(wire))
         self._wire("firmware", self._callback, 0)
 
     def _wire(self, scope: str, name: str, level: int) -> str:
