@@ -74,6 +74,11 @@ class Lights:
     led1: bool
     led2: bool
 
+    @property
+    def on(self) -> tuple[bool, bool]:
+        """Whether each is lit, in the board's order."""
+        return self.led1, self.led2
+
 
 class Witness:
     """Watches ``board`` from now on."""

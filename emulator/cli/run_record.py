@@ -178,6 +178,6 @@ def _printed(witness: Witness) -> Iterator[dict[str, Any]]:
 def _leds(witness: Witness) -> Iterator[list[float | bool]]:
     before: tuple[bool, bool] | None = None
     for light in witness.lights:
-        if (light.led1, light.led2) != before:
-            before = light.led1, light.led2
+        if light.on != before:
+            before = light.on
             yield [round(light.at_s, 6), *before]
