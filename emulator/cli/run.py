@@ -67,8 +67,7 @@ def run_board(options: RunOptions) -> ExitCode:
     Nothing is opened before the arguments have been understood; the links come first, the files last. Raises
     FcuError.
     """
-    if options.json is not None and options.json == options.trace:
-        raise InputError(f"--json and --trace both name {options.json}; give each a file of its own")
+    _check_files(options)
     board = _create_board(options)
     limits = _limits(board, options.limit)
     end_ps = _end(options, board)
@@ -83,10 +82,8 @@ def run_board(options: RunOptions) -> ExitCode:
         views = _views(options, board, limits, stack)
         record = Record(board, links, options.json, stack)
         say = record.hear if options.quiet else record.hear_and(to_stderr)
-        for line in _announcement(options, board, speed, links):
+        for line in _announcement(options, board, speed, links, debugger):
             say(line)
-        if debugger is not None:
-            say(announcement(debugger))
         door = _door(board, links, stack) if speed is not None else None
         exceeded = _exceeded(board, limits, paced=speed is not None)
         runner = Runner(board, links, end_ps, speed, exceeded, debugger=debugger)
@@ -123,6 +120,17 @@ def run_board(options: RunOptions) -> ExitCode:
         code = with_losses(code, sum(link.undelivered() for link in links))
         record.write(code)
         return code
+
+
+def _check_files(options: RunOptions) -> None:
+    """Two outputs in one file would destroy each other."""
+    named: dict[Path, str] = {}
+    for option in ("json", "trace", "vcd", "perfetto"):
+        path: Path | None = getattr(options, option)
+        if path is not None and path in named:
+            raise InputError(f"--{named[path]} and --{option} both name {path}; give each a file of its own")
+        if path is not None:
+            named[path] = option
 
 
 def _create_board(options: RunOptions) -> Board:
@@ -227,7 +235,11 @@ def _close(view: View) -> None:
 
 
 def _announcement(
-    options: RunOptions, board: Board, speed: float | None, links: list[ByteLink]
+    options: RunOptions,
+    board: Board,
+    speed: float | None,
+    links: list[ByteLink],
+    debugger: GdbServer | None,
 ) -> Iterator[str]:
     booted = board.booted
     pace = "as fast as possible" if speed is None else f"at {speed:g} x real time"
@@ -239,6 +251,8 @@ def _announcement(
     yield from booted.notes
     for link in links:
         yield from link.announce()
+    if debugger is not None:
+        yield announcement(debugger)
 
 
 def _limits(board: Board, settings: tuple[str, ...]) -> Limits | None:
