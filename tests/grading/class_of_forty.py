@@ -127,10 +127,12 @@ def main(out: Path, names: list[str]) -> int:
     with TemporaryDirectory() as scratch:
         folder = Path(scratch) / "submissions"
         write_hostile(folder)
-        for name, elf, expected in graded_programs.a_class(Path(scratch)):
+        for name, build, expected in graded_programs.a_class(Path(scratch)):
+            if names and name not in names:
+                continue
             loses[name] = expected
             (folder / name).mkdir()
-            shutil.copyfile(elf, folder / name / "lab3.elf")
+            shutil.copyfile(build(), folder / name / "lab3.elf")
         for path in folder.iterdir() if names else ():
             if path.stem not in names:
                 shutil.rmtree(path) if path.is_dir() else path.unlink()
