@@ -315,11 +315,14 @@ class Load:
 
 
 def _speeds(board: Board) -> dict[str, float]:
-    """Clock rates of the buses that the firmware uses, and the serial line's bit rate."""
+    """Clock rates of the buses that the firmware uses, and the serial line's bit rate.
+
+    Firmware in Python uses its profile's bus; its transfers are kept only while somebody looks at them.
+    """
     found: dict[str, float] = {"baud": round(10 * PS_PER_S / board.terminal.uart.frames_ps(1))}
     buses: list[Any] = [*board.signals.i2c.values(), *board.signals.spi.values()]
     for bus in buses:
-        if bus.recent_transfers():
+        if bus.recent_transfers() or (board.arm is None and bus.name == board.booted.profile.bus):
             found["bus_hz"] = bus.speed_hz
             found["bus_is_i2c"] = isinstance(bus, I2CBus)
     return found
