@@ -66,7 +66,7 @@ def execute(command: str, fails: bool, folder: Path) -> Path:
     if program == "fcu":
         command = command.removeprefix(".venv/bin/")
         done = fcu(command if fails else with_an_end(command), folder, check=False)
-        cut_short = " diff " in command or "--scenario" in command
+        cut_short = " diff " in command or "--scenario" in command or command == "fcu check"
         assert done.returncode in ((1,) if fails else CUT_SHORT if cut_short else (0,)), done.stderr
         assert "Traceback" not in done.stderr
     elif program == "make" and CAN_COMPILE and (folder / "Makefile").exists():

@@ -41,6 +41,7 @@ def test_announce_names_the_port_and_commands_to_paste(tmp_path: Path) -> None:
         first, *commands = link.announce()
         assert f"{port} ({port.readlink()})" in first
     assert commands == [
+        f"  fcu terminal '{port}'",
         f"  screen '{port}' 115200",
         f"  minicom -D '{port}' -b 115200",
         f"  {sys.executable} -m serial.tools.miniterm '{port}' 115200",
