@@ -208,9 +208,7 @@ class LimitsTable(Table):
 # -- The file -----------------------------------------------------------------------------------------------
 
 
-MOST_ENTRIES = (
-    10_000  # of the timeline, five minutes of a hand on a live board; what needs more is a recording
-)
+MOST_ENTRIES = 10_000  # of the timeline: five minutes of a hand on a live board
 MOST_EXPECTATIONS = 1_000
 
 AnyExpectation = Annotated[

@@ -18,7 +18,7 @@ from emulator.scenario import load_scenario, run
 from emulator.scenario.expectations import SearchPatience
 from emulator.scenario.loader import scenario_error
 from emulator.scenario.resources import Resources
-from emulator.scenario.schema import scenario_file
+from emulator.scenario.schema import MOST_ENTRIES, scenario_file
 from tests.scenario_files import HEAD, SHORT, refusal, write
 
 HOLD = '[[timeline]]\ndo = "hold"\nfor = "1s"\n'
@@ -65,7 +65,11 @@ HOLD = '[[timeline]]\ndo = "hold"\nfor = "1s"\n'
             "timeline[0].at",
             "after the scenario's end",
         ),
-        (HEAD + "[[timeline]]\ndo = 'hold'\nfor = '1s'\nto = 3", "timeline[0].to", "known here: at, for, do"),
+        (
+            HEAD + "[[timeline]]\ndo = 'hold'\nfor = '1s'\nto = 3",
+            "timeline[0].to",
+            "known here: at, interrupts, for, do",
+        ),
         (HEAD + "[[timeline]]\ndo = 'send'", "timeline[0]", "either text"),
         (HEAD + "[[timeline]]\ndo = 'send'\ntext = '€'", "timeline[0]", "not Latin-1"),
         (HEAD + "[[timeline]]\ndo = 'send'\nhex = '0x0d'", "timeline[0].hex", "hexadecimal"),
@@ -175,8 +179,8 @@ def test_a_number_beyond_every_range(tmp_path: Path) -> None:
 
 
 def test_a_timeline_without_end(tmp_path: Path) -> None:
-    error = refusal(tmp_path, HEAD + HOLD * 1001)
-    assert (error.key, error.problem) == ("timeline", "has more than 1000 entries")
+    error = refusal(tmp_path, HEAD + "timeline=[" + "{do='hold'}," * (MOST_ENTRIES + 1) + "]")
+    assert (error.key, error.problem) == ("timeline", f"has more than {MOST_ENTRIES} entries")
 
 
 def test_a_golden_text_that_is_too_large(tmp_path: Path) -> None:
