@@ -311,7 +311,7 @@ class Stoppable(Protocol):
 
 
 @contextmanager
-def interruptible(runner: Stoppable) -> Iterator[None]:
+def interruptible(run: Stoppable) -> Iterator[None]:
     """Ctrl-C ends the run at the next slice, with its summary; a second one ends the program.
 
     A signal that is ignored already stays so: that is how ``nohup`` says that the run is to outlive the
@@ -320,7 +320,7 @@ def interruptible(runner: Stoppable) -> Iterator[None]:
 
     def stop(number: int, frame: FrameType | None) -> None:
         del frame
-        runner.stop()
+        run.stop()
         signal.signal(number, before[number])
 
     if threading.current_thread() is not threading.main_thread():

@@ -22,20 +22,7 @@ from emulator.board.board import Board
 from emulator.chip.diagnosis.report import Diagnosis, Kind
 from emulator.chip.firmware import ArmFirmware
 from emulator.errors import FirmwareError, NotJudgedError
-from emulator.scenario.expectations import (
-    ExpectField,
-    ExpectHardIron,
-    ExpectLed,
-    ExpectLine,
-    ExpectNever,
-    ExpectPrinted,
-    ExpectRegex,
-    ExpectText,
-    ExpectTicks,
-    ExpectWithin,
-    LedName,
-    Seen,
-)
+from emulator.scenario.expectations import Kinds, LedName, Seen
 from emulator.scenario.printed import visible
 from emulator.scenario.result import Miss
 from emulator.scenario.tables import Duration, Length, Table
@@ -333,20 +320,7 @@ class Property(Check):
         return re.sub("_", " ", self.property)
 
 
-ScenarioKind = (
-    ExpectLine
-    | ExpectRegex
-    | ExpectNever
-    | ExpectField
-    | ExpectLed
-    | ExpectTicks
-    | ExpectHardIron
-    | ExpectText
-    | ExpectPrinted
-    | ExpectWithin
-)
-
 AnyCheck = Annotated[
-    ScenarioKind | NoFault | NoDiagnosis | NoWarnings | LedFollows | Reads | QuietCallback | Property,
+    Kinds | NoFault | NoDiagnosis | NoWarnings | LedFollows | Reads | QuietCallback | Property,
     Field(discriminator="kind"),
 ]

@@ -544,3 +544,18 @@ def fault_between(wanted: str, found: str | None) -> Fault:
 
 def _form(line: str) -> str:
     return _NUMBER.sub("#", line)
+
+
+Kinds = (
+    ExpectLine
+    | ExpectRegex
+    | ExpectNever
+    | ExpectField
+    | ExpectLed
+    | ExpectTicks
+    | ExpectHardIron
+    | ExpectText
+    | ExpectPrinted
+    | ExpectWithin
+)
+"""All kinds, told apart by ``kind``."""

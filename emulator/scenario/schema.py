@@ -25,19 +25,7 @@ from pydantic_core import CoreSchema, core_schema
 from emulator.boards.description import BoardDescription, SensorSettings
 from emulator.boards.fcu001v1 import FCU001V1
 from emulator.buses.i2c import FAST_MODE_HZ
-from emulator.scenario.expectations import (
-    ExpectField,
-    ExpectHardIron,
-    ExpectLed,
-    ExpectLine,
-    ExpectNever,
-    ExpectPrinted,
-    ExpectRegex,
-    ExpectText,
-    ExpectTicks,
-    ExpectWithin,
-    FieldName,
-)
+from emulator.scenario.expectations import FieldName, Kinds
 from emulator.scenario.tables import (
     LED_NAMES,
     PART_NAMES,
@@ -211,19 +199,7 @@ class LimitsTable(Table):
 MOST_ENTRIES = 10_000  # of the timeline: five minutes of a hand on a live board
 MOST_EXPECTATIONS = 1_000
 
-AnyExpectation = Annotated[
-    ExpectLine
-    | ExpectRegex
-    | ExpectNever
-    | ExpectField
-    | ExpectLed
-    | ExpectTicks
-    | ExpectHardIron
-    | ExpectText
-    | ExpectPrinted
-    | ExpectWithin,
-    Field(discriminator="kind"),
-]
+AnyExpectation = Annotated[Kinds, Field(discriminator="kind")]
 
 
 class ReportTable(Table):

@@ -68,7 +68,7 @@ class Approach:
 
 
 @dataclass(frozen=True, eq=False)
-class FollowedLine:
+class FollowedHeight:
     """An altitude on its way to ``target_m``."""
 
     target_m: float
@@ -77,7 +77,7 @@ class FollowedLine:
     @classmethod
     def begin(
         cls, start_s: float, time_constant_s: float, target_m: float, state: tuple[float, float, float]
-    ) -> FollowedLine:
+    ) -> FollowedHeight:
         """From position, speed and acceleration ``state`` at ``start_s``."""
         position, speed, acceleration = (np.array([value]) for value in state)
         approach = Approach.of(start_s, time_constant_s, position - target_m, speed, acceleration)

@@ -27,7 +27,7 @@ from emulator.world.attitude import (
     figure_eights,
     matrix_to_euler,
 )
-from emulator.world.follow import SETTLED, FollowedAttitude, FollowedLine
+from emulator.world.follow import SETTLED, FollowedAttitude, FollowedHeight
 from emulator.world.height import Height, Lift, Parabola, RecordedHeight, Rest, Shake
 from emulator.world.magnetism import Magnet, ned_to_nwu_mgauss
 from emulator.world.recording import MEASURED, Interpolation, Recording
@@ -148,7 +148,7 @@ class World(Truth):
         now, before = np.array([start]), self._height.at(start)
         laws = before.position_m, before.speed_m_s, before.acceleration_m_s2
         position, speed, acceleration = (float(law(now)[0]) for law in laws)
-        hand = FollowedLine.begin(start, time_constant, target_m, (position, speed, acceleration))
+        hand = FollowedHeight.begin(start, time_constant, target_m, (position, speed, acceleration))
         return self._plan_height((start, hand), (start + SETTLED * time_constant, Rest(target_m)))
 
     # -- motions, each a few pieces on a track --------------------------------------------------------------
