@@ -14,14 +14,14 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from dataclasses import dataclass, fields
 from functools import lru_cache
 from json.encoder import encode_basestring_ascii as quoted
 from pathlib import Path
 from typing import Any, ClassVar, TypeAlias, TypeVar
 
-from emulator.errors import LinkError, OutputError
+from emulator.errors import OutputError
+from emulator.files import BoundedFile
 from emulator.time.clock import PS_PER_S
 
 
@@ -208,7 +208,6 @@ _NAMES = {
 
 _KEPT = 200_000  # rare events in memory; older ones are dropped and counted
 _KEPT_IN_DETAIL = 4_000_000  # after record_all(), several minutes of the lab's firmware
-_BUFFER = 1 << 18  # bytes of a file: some 400 ms of the lab's firmware
 LARGEST_FILE = 4 << 30
 """Bytes of a file unless another bound is given: some two hours of the lab's firmware."""
 
@@ -229,7 +228,7 @@ class Trace:
         self._events: deque[TraceEvent] = deque()
         self._keep_detail = False
         self._subscribers: list[tuple[Subscriber, bool]] = []
-        self._files: list[_TraceFile] = []
+        self._files: list[BoundedFile] = []
 
     def __len__(self) -> int:
         return len(self._events)
@@ -267,7 +266,7 @@ class Trace:
         What cannot be written later, or would make the file larger than ``most_bytes``, is an OutputError
         that comes out of the run.
         """
-        self._files.append(_TraceFile(path, most_bytes))
+        self._files.append(BoundedFile(path, f"trace file {path}", most_bytes))
         self._look_who_listens()
 
     def add(self, event: TraceEvent) -> None:
@@ -333,7 +332,7 @@ class Trace:
             if wants_detail or not detail:
                 subscriber(event)
 
-    def _write(self, file: _TraceFile, text: str) -> None:
+    def _write(self, file: BoundedFile, text: str) -> None:
         try:
             file.write(text)
         except OutputError:
@@ -346,43 +345,3 @@ class Trace:
             self._events.popleft()
             self.dropped += 1
         self._events.append(event)
-
-
-class _TraceFile:
-    """A JSON-lines file with a buffer; what cannot be written ends the run."""
-
-    def __init__(self, path: str | Path, most_bytes: int) -> None:
-        self._path = path
-        self._most = self._left = most_bytes
-        try:
-            self._file = Path(path).open("w", buffering=_BUFFER, encoding="ascii", newline="\n")
-        except OSError as error:
-            raise LinkError(
-                f"trace file {path}: {error.strerror or error}; give a path that can be written"
-            ) from error
-
-    def write(self, text: str) -> None:
-        """Append lines, all of them or none. Raises OutputError."""
-        self._left -= len(text)  # it is ASCII
-        if self._left < 0:
-            self.close()
-            raise OutputError(
-                f"trace file {self._path}: it has reached {self._most} bytes; the run was stopped; "
-                "to allow more: --limit trace_bytes=NUMBER"
-            )
-        try:
-            self._file.write(text)
-        except OSError as error:
-            with suppress(OSError):  # which would be this one again
-                self._file.close()
-            raise self._failed(error) from error
-
-    def close(self) -> None:
-        """Write what is left. Raises OutputError."""
-        try:
-            self._file.close()
-        except OSError as error:
-            raise self._failed(error) from error
-
-    def _failed(self, error: OSError) -> OutputError:
-        return OutputError(f"trace file {self._path}: {error.strerror or error}; the run was stopped")

@@ -21,8 +21,8 @@ import click
 from emulator.boards.fcu001v1 import FCU001V1
 from emulator.cli.exit_codes import ExitCode
 from emulator.errors import InputError
+from emulator.files import write_atomically
 from emulator.grading.build import Builder
-from emulator.grading.files import write_atomically
 from emulator.grading.grading import Grader
 from emulator.grading.reports.class_page import summary
 from emulator.grading.reports.machine import gradescope_results

@@ -11,7 +11,7 @@ import hashlib
 import json
 from pathlib import Path
 
-from emulator.grading.files import write_atomically
+from emulator.files import write_atomically
 from emulator.grading.rubric import Rubric
 from emulator.grading.tasks import Task
 from emulator.grading.verdict import Verdict

@@ -1,19 +1,20 @@
 """Where a session with a page is reached: its port and token, kept in a folder that is this user's alone.
 
-So a page that was left open finds the server again when it is started anew on the same port, and other
-programs of this user find running boards. Whoever may read the folder could open the page just as well.
+So a page that was left open finds the server again when it is started anew on the same port. Whoever may read
+the folder could open the page just as well.
 """
 
 from __future__ import annotations
 
 import json
-import os
 import secrets
-import stat
-import tempfile
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
+
+from emulator.errors import LinkError, OutputError
+from emulator.files import write_atomically
+from emulator.links.runtime_folder import runtime_folder
 
 _TOKEN_LENGTH = 32
 
@@ -52,15 +53,11 @@ def fresh(port: int) -> Address:
 
 
 def publish(address: Address) -> None:
-    """Let this user's other programs find it; without a folder of its own nobody does."""
+    """Keep it for the next server on this port; without a folder of this user's own it is not kept."""
     folder = _folder()
-    if folder is None:
-        return
-    with suppress(OSError):
-        handle, name = tempfile.mkstemp(dir=folder)
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            json.dump(asdict(address), file)
-        Path(name).replace(_file(folder, address.port))
+    if folder is not None:
+        with suppress(OutputError):
+            write_atomically(_file(folder, address.port), json.dumps(asdict(address)), private=True)
 
 
 def withdraw(address: Address) -> None:
@@ -71,33 +68,13 @@ def withdraw(address: Address) -> None:
             _file(folder, address.port).unlink()
 
 
-def known() -> list[Address]:
-    """Addresses of sessions of this user, the latest first; some may have ended."""
-    folder = _folder()
-    if folder is None:
-        return []
-    found = []
-    for path in folder.glob("web-*.json"):
-        with suppress(OSError, ValueError, TypeError, KeyError):
-            table = json.loads(path.read_text(encoding="utf-8"))
-            found.append((path.stat().st_mtime, Address(int(table["port"]), str(table["token"]))))
-    return [address for _, address in sorted(found, key=lambda one: one[0], reverse=True)]
-
-
 def _file(folder: Path, port: int) -> Path:
     return folder / f"web-{port}.json"
 
 
 def _folder() -> Path | None:
     """A folder that nobody else can look into; None where there is none, or somebody else made it."""
-    user = (
-        str(os.getuid()) if hasattr(os, "getuid") else "user"
-    )  # on Windows the temporary folder is one's own
-    folder = Path(tempfile.gettempdir()) / f"fcu-emulator-web-{user}"
     try:
-        folder.mkdir(mode=0o700, exist_ok=True)
-        status = folder.lstat()
-    except OSError:
+        return runtime_folder("fcu web", "the page's token is not kept")
+    except LinkError:
         return None
-    private = not hasattr(os, "getuid") or (status.st_uid == os.getuid() and not status.st_mode & 0o077)
-    return folder if stat.S_ISDIR(status.st_mode) and private else None

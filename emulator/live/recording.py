@@ -7,13 +7,11 @@ are left out; the session may have ended before them.
 
 from __future__ import annotations
 
-import os
-import tempfile
-from contextlib import suppress
 from pathlib import Path
 
 from emulator.board.board import Board
-from emulator.errors import InputError, LinkError
+from emulator.errors import InputError, LinkError, OutputError
+from emulator.files import write_atomically
 from emulator.scenario.schema import MOST_ENTRIES
 from emulator.scenario.timeline import Entry
 from emulator.scenario.written import key_text, names_files, table_text, timeline
@@ -76,20 +74,10 @@ class SessionRecording:
 
     def save(self, path: Path) -> None:
         """Write the file, whole or not at all. Raises LinkError."""
-        text = self.text()
         try:
-            handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-            try:
-                with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
-                    file.write(text)
-                Path(name).replace(path)
-            except OSError:
-                with suppress(OSError):
-                    Path(name).unlink()
-                raise
-        except OSError as error:
-            problem = f"{error.strerror or error}; give a path that can be written"
-            raise LinkError(f"--record {path}: {problem}") from error
+            write_atomically(path, self.text())
+        except OutputError as error:
+            raise LinkError(f"--record {error}; give a path that can be written") from error
 
 
 def _given(table: dict[str, object]) -> dict[str, object]:

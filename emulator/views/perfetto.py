@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from emulator.board.board import Board
+from emulator.files import BoundedFile
 from emulator.time.clock import PS_PER_MS, PS_PER_US, Periodic
 from emulator.trace import (
     LARGEST_FILE,
@@ -34,7 +35,6 @@ from emulator.trace import (
     TickLost,
     TraceEvent,
 )
-from emulator.views.bounded import BoundedFile
 
 LOOK_PS = 100 * PS_PER_US
 _LOAD_EVERY = 200  # looks
@@ -49,7 +49,7 @@ class PerfettoFile:
 
     def __init__(self, board: Board, path: Path, most_bytes: int = LARGEST_FILE) -> None:
         self._board = board
-        self._file = BoundedFile(path, "--perfetto", most_bytes)
+        self._file = BoundedFile(path, f"--perfetto {path}", most_bytes)
         self._first = True
         self._stack_now = _stack_of(board)
         self._open: list[tuple[str, int]] = []  # functions being executed, the outermost first, since when

@@ -20,10 +20,10 @@ from typing import Any
 
 from emulator.board.board import Board
 from emulator.errors import InputError
+from emulator.files import BoundedFile
 from emulator.time.clock import PS_PER_S, PS_PER_US, Periodic
 from emulator.trace import LARGEST_FILE, BusTransfer, GpioEdge, TerminalBytes, TraceEvent
 from emulator.views import waves
-from emulator.views.bounded import BoundedFile
 
 LOOK_PS = 20 * PS_PER_US
 HELD_PS = PS_PER_S
@@ -37,7 +37,7 @@ class VcdFile:
     def __init__(self, board: Board, path: Path, most_bytes: int = LARGEST_FILE) -> None:
         writer_class = _writer_class()
         self._board = board
-        self._file = BoundedFile(path, "--vcd", most_bytes)
+        self._file = BoundedFile(path, f"--vcd {path}", most_bytes)
         self._writer = writer_class(
             self._file,
             timescale="10 ns",

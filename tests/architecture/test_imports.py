@@ -50,6 +50,7 @@ ROOMS = (
     "loopback",
     "isolation",
     "time",
+    "files",
     "trace",
     "world",
     "buses",

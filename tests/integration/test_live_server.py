@@ -191,7 +191,7 @@ def test_a_server_started_again_on_its_port_lets_the_open_page_in_again() -> Non
             PageServer(port)
     with running(Setup(None), port) as (pages, _):
         assert pages.address.token == token
-        assert pages.address in address.known()
+        assert pages.address == address.address_for(port)
     address.withdraw(pages.address)
 
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 from contextlib import suppress
 from pathlib import Path
 
-from emulator.grading.files import write_atomically
+from emulator.files import write_atomically
 from emulator.grading.reports.class_page import class_page
 from emulator.grading.reports.machine import grades_csv, junit_xml
 from emulator.grading.reports.student_page import student_page

@@ -1,0 +1,85 @@
+"""Files that are whole or not there, and files that grow up to a bound."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from contextlib import suppress
+from pathlib import Path
+
+from emulator.errors import LinkError, OutputError
+
+_BUFFER = 1 << 18
+
+
+def write_atomically(path: Path, data: bytes | str, *, private: bool = False) -> None:
+    """Put ``data`` into the file ``path``: who reads it, or is interrupted, never sees half of it.
+
+    Folders are made as needed. ``private``: nobody but this user may read it. Raises OutputError.
+    """
+    contents = data.encode("utf-8") if isinstance(data, str) else data
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(prefix=".", suffix=".tmp", dir=path.parent)
+        try:
+            with os.fdopen(handle, "wb") as file:
+                file.write(contents)
+            if not private:  # mkstemp makes files for the owner alone
+                Path(name).chmod(0o644)
+            Path(name).replace(path)
+        except BaseException:
+            with suppress(OSError):
+                Path(name).unlink()
+            raise
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
+
+
+class BoundedFile:
+    """An ASCII file that grows up to ``most_bytes``; what cannot be written ends the run.
+
+    ``what``: as messages call it, such as ``trace file run.jsonl``. The file is made, or emptied; raises
+    LinkError when it cannot be.
+    """
+
+    def __init__(self, path: str | Path, what: str, most_bytes: int) -> None:
+        self._what = what
+        self._most = self._left = most_bytes
+        try:
+            self._file = Path(path).open("w", buffering=_BUFFER, encoding="ascii", newline="\n")
+        except (OSError, ValueError) as error:  # ValueError: a null character
+            problem = getattr(error, "strerror", None) or error
+            raise LinkError(f"{what}: {problem}; give a path that can be written") from error
+
+    def write(self, text: str) -> int:
+        """Append text, all of it or nothing, and return its length. Raises OutputError."""
+        self._left -= len(text)
+        if self._left < 0:
+            self.close()
+            raise OutputError(
+                f"{self._what}: it has reached {self._most} bytes; the run was stopped; "
+                "to allow more: --limit trace_bytes=NUMBER"
+            )
+        try:
+            return self._file.write(text)
+        except OSError as error:
+            raise self._failed(error) from error
+
+    def flush(self) -> None:
+        """Hand the system what is buffered. Raises OutputError."""
+        try:
+            self._file.flush()
+        except OSError as error:
+            raise self._failed(error) from error
+
+    def close(self) -> None:
+        """Write what is left. Raises OutputError; a second call does nothing."""
+        try:
+            self._file.close()
+        except OSError as error:
+            raise self._failed(error) from error
+
+    def _failed(self, error: OSError) -> OutputError:
+        with suppress(OSError):  # which would be this one again
+            self._file.close()
+        return OutputError(f"{self._what}: {error.strerror or error}; the run was stopped")
