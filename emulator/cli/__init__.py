@@ -139,15 +139,10 @@ def _report_bug() -> None:
 def _complain(line: str) -> None:
     if sys.stderr is None:  # closed before we were started
         return
+    from emulator.text import visible
+
     with suppress(OSError, ValueError):  # stderr may be full or gone
-        sys.stderr.write(f"fcu: {_visible(line)}\n")
-
-
-def _visible(line: str) -> str:
-    """A line with its control characters as escapes: names of files may come from strangers."""
-    return "".join(
-        sign if sign.isprintable() else sign.encode("unicode_escape").decode("ascii") for sign in line
-    )
+        sys.stderr.write(f"fcu: {visible(line)}\n")
 
 
 def _flushed(stream: TextIO) -> bool:

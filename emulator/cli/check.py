@@ -24,6 +24,7 @@ from emulator.grading.judge import JudgeProgress, judge
 from emulator.grading.rubric import Rubric, load_rubric
 from emulator.grading.verdict import Cause, CheckResult, RunEvidence, Verdict
 from emulator.system_words import quoted
+from emulator.text import visible
 
 _WIDTH = 98
 _ELF = "lab3.elf"
@@ -139,7 +140,7 @@ def _make(folder: Path) -> str:
 
 
 def _build_failed(folder: Path, log: str) -> str:
-    lines = [_printable(line) for line in log.splitlines() if line.strip()]
+    lines = [visible(line) for line in log.splitlines() if line.strip()]
     if any("not found" in line or "No such file" in line for line in lines if "arm-none-eabi" in line):
         return f"{folder}: the chip's compiler is missing; `fcu doctor` says how to get it"
     marks = ("error:", "undefined reference", "Error ")
@@ -148,10 +149,6 @@ def _build_failed(folder: Path, log: str) -> str:
     shown = [f"  {line[:_WIDTH]}" for line in dict.fromkeys(errors)][:_ERRORS_SHOWN]
     end = f"  nothing was judged; mend the first error, then: fcu check {quoted(str(folder))}"
     return "\n".join([f"{folder} does not build:", *shown, end])
-
-
-def _printable(line: str) -> str:
-    return "".join(char if char.isprintable() else " " for char in line)
 
 
 # -- Progress -----------------------------------------------------------------------------------------------
@@ -197,7 +194,7 @@ class _Screen:
     def lines(self) -> Iterator[str]:
         """All of it."""
         verdict = self._verdict
-        yield f"{verdict.rubric_title}: {_printable(self._firmware)}, board {verdict.seed}"
+        yield f"{verdict.rubric_title}: {visible(self._firmware)}, board {verdict.seed}"
         yield ""
         for one in verdict.exercises:
             if one.exercise in self._names:
@@ -299,9 +296,9 @@ def _check(check: CheckResult) -> Iterator[str]:
 
 
 def _cause(cause: Cause) -> Iterator[str]:
-    yield from _wrapped(_printable(cause.summary), "  ")
+    yield from _wrapped(visible(cause.summary), "  ")
     for sentence in cause.details[:_SENTENCES_SHOWN]:
-        yield from _wrapped(_printable(sentence.strip()), "      ")
+        yield from _wrapped(visible(sentence.strip()), "      ")
 
 
 def _stop(run: RunEvidence) -> Iterator[Cause]:

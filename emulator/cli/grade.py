@@ -33,10 +33,10 @@ from emulator.grading.rubric import Rubric, load_rubric
 from emulator.grading.store import Store
 from emulator.grading.submissions import Submission, Take, find_submissions
 from emulator.grading.tasks import code_digest
-from emulator.grading.text import one_line
 from emulator.grading.verdict import ExerciseTitle
 from emulator.grading.workers import DaskWorkers, LocalWorkers
 from emulator.isolation import Limits
+from emulator.text import one_line
 
 if TYPE_CHECKING:
     from click._termui_impl import ProgressBar

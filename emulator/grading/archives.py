@@ -21,7 +21,7 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Final
 
 from emulator.errors import InputError
-from emulator.grading.text import one_line
+from emulator.text import one_line
 
 _DIRECTORY_ENTRY = re.compile(re.escape(b"PK\x01\x02"))
 _ENCRYPTED = 0x1

@@ -33,7 +33,7 @@ from emulator.boards.fcu001v1 import FCU001V1
 from emulator.errors import InputError, NotJudgedError
 from emulator.files import write_atomically
 from emulator.grading.submissions import Firmware, RejectedError, Source
-from emulator.grading.text import one_line, visible
+from emulator.text import one_line, visible
 from firmware_model import arm
 
 COMPILER: Final = "arm-none-eabi-gcc"

@@ -22,9 +22,9 @@ from emulator.grading.rubric import Rubric
 from emulator.grading.store import Store
 from emulator.grading.submissions import Firmware, RejectedError, Submission, Take
 from emulator.grading.tasks import Task, code_digest, judge_task
-from emulator.grading.text import one_line
 from emulator.grading.verdict import Verdict
 from emulator.isolation import Limits
+from emulator.text import one_line
 
 _MORE_THREADS = 2  # than tasks at a time: what is taken and built while the workers judge
 

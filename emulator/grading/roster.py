@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Final
 
 from emulator.errors import InputError
-from emulator.grading.text import one_line
+from emulator.text import one_line
 
 _LARGEST = 8 << 20  # bytes
 _MOST_ROWS = 100_000

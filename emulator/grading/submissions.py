@@ -28,7 +28,7 @@ from typing import Final, Literal, TypeAlias
 from emulator.errors import InputError
 from emulator.grading.archives import CLASS, ArchiveError, unpack
 from emulator.grading.roster import Roster, Student
-from emulator.grading.text import one_line
+from emulator.text import one_line
 
 Take: TypeAlias = Literal["source", "firmware"]
 

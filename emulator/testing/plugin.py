@@ -24,6 +24,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import pytest
 
+from emulator.text import visible
+
 if TYPE_CHECKING:
     from emulator.board.board import Board
 
@@ -190,7 +192,7 @@ def evidence(board: Board) -> Iterator[tuple[str, str]]:
     """What a reader needs after a failure, by title."""
     lines = board.terminal.text.splitlines() or ["(nothing was printed)"]
     dropped = [f"... {len(lines) - _TERMINAL_LINES} lines before"] if len(lines) > _TERMINAL_LINES else []
-    shown = [*dropped, *(_visible(line) for line in lines[-_TERMINAL_LINES:])]
+    shown = [*dropped, *(visible(line) for line in lines[-_TERMINAL_LINES:])]
     yield f"terminal at {board.now_s:.3f} s", "\n".join(shown)
     latest = board.recent_transfers()[-_TRANSFERS:]
     if latest:
@@ -218,10 +220,6 @@ def command(board: Board) -> str:
     words += ["--profile", board.booted.profile.name, "--seed", str(board.seed)]
     words += ["--duration", f"{max(board.now_s, 0.001):.3f}s", "--speed", "max"]
     return command_line(words)
-
-
-def _visible(line: str) -> str:
-    return "".join(char if char.isprintable() else f"\\x{ord(char):02x}" for char in line)
 
 
 def _shown(pattern: Pattern | None) -> str:

@@ -51,6 +51,7 @@ ROOMS = (
     "isolation",
     "time",
     "files",
+    "text",
     "trace",
     "world",
     "buses",

@@ -24,8 +24,8 @@ from emulator.grading.reports.student_page import student_page
 from emulator.grading.reports.writer import Reports
 from emulator.grading.results import Graded, GradedClass, pseudonym, report_name
 from emulator.grading.roster import Student
-from emulator.grading.text import one_line, visible
 from emulator.grading.verdict import Cause, CheckResult, ExerciseTitle, RunEvidence, Series, Verdict
+from emulator.text import one_line, visible
 
 EVIL = "<script>alert(1)</script>\"'><img src=x onerror=alert(1)>\x1b[31m\x00\u202e]]>&amp;"
 

@@ -15,8 +15,8 @@ from xml.etree import ElementTree as ET
 
 from emulator.errors import NotJudgedError
 from emulator.grading.results import Graded, GradedClass
-from emulator.grading.text import visible
 from emulator.grading.verdict import CheckResult
+from emulator.text import visible
 
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 """What a spreadsheet takes for a formula at the beginning of a cell (OWASP, CSV injection)."""

@@ -20,7 +20,7 @@ import html
 from collections.abc import Iterable
 from typing import TypeAlias
 
-from emulator.grading.text import visible
+from emulator.text import visible
 
 
 class Html(str):
