@@ -184,3 +184,10 @@ class Patience:
             self._left = left
             self._progress_s = now_s
         return max(0.0, min(self._deadline_s, self._progress_s + STALL_S) - now_s)
+
+
+def losses(name: object, *counts: tuple[int, str]) -> list[str]:
+    """The line of :meth:`ByteLink.report` about bytes lost on ``name``, each a number and why."""
+    reasons = [f"{count} {why}" for count, why in counts if count]
+    lost = sum(count for count, _ in counts)
+    return [f"serial: {lost} bytes lost on {name}: {', '.join(reasons)}"] if lost else []

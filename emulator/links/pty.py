@@ -38,7 +38,7 @@ from pathlib import Path
 
 from emulator.errors import LinkError
 from emulator.links import programs
-from emulator.links.byte_link import Backlog, Patience
+from emulator.links.byte_link import Backlog, Patience, losses
 from emulator.links.port_name import PortName, claim_port
 
 assert sys.platform != "win32"  # for mypy, which then knows what the system has
@@ -147,16 +147,11 @@ class PtyLink:
 
     def report(self) -> list[str]:
         """Return one line if bytes were lost."""
-        reasons = [
-            f"{count} {why}"
-            for count, why in (
-                (self._lost_absent, "while nobody had it open"),
-                (self._lost_slow, "because its reader was too slow"),
-            )
-            if count
-        ]
-        lost = self._lost_absent + self._lost_slow
-        return [f"serial: {lost} bytes lost on {self.path}: {', '.join(reasons)}"] if lost else []
+        return losses(
+            self.path,
+            (self._lost_absent, "while nobody had it open"),
+            (self._lost_slow, "because its reader was too slow"),
+        )
 
     def undelivered(self) -> int:
         """Return how many bytes a reader was too slow for; what nobody was there to read is none of them."""

@@ -31,7 +31,7 @@ import time
 
 from emulator.errors import LinkError
 from emulator.links import programs
-from emulator.links.byte_link import Backlog, Patience
+from emulator.links.byte_link import Backlog, Patience, losses
 from emulator.loopback import HOST, LARGEST_PORT, listen
 
 FIRST_LIMIT = 1024 * 1024
@@ -230,20 +230,16 @@ class TcpLink:
 
     def report(self) -> list[str]:
         """Return a line if bytes were lost, and one if readers were turned away."""
-        reasons = [
-            f"{count} {why}"
-            for count, why in (
-                (self._lost_absent, "while nobody was connected"),
-                (self._lost_slow, "because a reader was too slow"),
-                (self._left_unread, "that readers left unread"),
-            )
-            if count
-        ]
-        name = self.address
-        lost = self._lost_absent + self._lost_slow + self._left_unread
-        lines = [f"serial: {lost} bytes lost on {name}: {', '.join(reasons)}"] if lost else []
+        lines = losses(
+            self.address,
+            (self._lost_absent, "while nobody was connected"),
+            (self._lost_slow, "because a reader was too slow"),
+            (self._left_unread, "that readers left unread"),
+        )
         if self._refused:
-            lines.append(f"serial: {name} has turned {self._refused} away: {MOST_READERS} were connected")
+            lines.append(
+                f"serial: {self.address} has turned {self._refused} away: {MOST_READERS} were connected"
+            )
         return lines
 
     def undelivered(self) -> int:
