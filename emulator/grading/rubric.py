@@ -273,7 +273,7 @@ def json_schema() -> dict[str, Any]:
 
 
 def _folder() -> Path:
-    return Path(str(files("rubrics")))
+    return Path(str(files("scenarios") / "rubrics"))
 
 
 def _shipped(name: str) -> Path:

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-COPIED = ("building", "docs", "emulator", "firmware_model", "rubrics", "scenarios", "sensors", "tests")
+COPIED = ("building", "docs", "emulator", "firmware_model", "scenarios", "sensors", "tests")
 CC = "gcc"
 SANITIZE = "-fsanitize=address,undefined"
 BUILD = {"CC": CC, "CFLAGS": f"-g -O1 -fno-sanitize-recover=all {SANITIZE}", "LDFLAGS": SANITIZE}

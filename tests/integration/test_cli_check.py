@@ -147,7 +147,7 @@ def test_a_machine_without_make_is_told_so(project: Path, tmp_path: Path) -> Non
 
 
 def test_a_rubric_file_is_checked_and_its_schema_is_printed(tmp_path: Path) -> None:
-    checked = fcu("rubric", "check", str(ROOT / "rubrics" / "lab3.toml"))
+    checked = fcu("rubric", "check", str(ROOT / "scenarios" / "rubrics" / "lab3.toml"))
     wrong = tmp_path / "wrong.toml"
     wrong.write_text("schema = 1\ntitel = 1\n", encoding="utf-8")
 

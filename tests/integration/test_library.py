@@ -22,7 +22,7 @@ from emulator.chip.native import loader
 ROOT = Path(emulator.__file__).parents[1]
 BUILD = Path("building", "library.py")
 NATIVE = Path("emulator", "chip", "native")
-PACKAGES = "emulator", "firmware_model", "sensors", "scenarios", "rubrics"
+PACKAGES = "emulator", "firmware_model", "sensors", "scenarios"
 SHORT = "--duration", "1.5s", "--speed", "max", "-q"
 
 
