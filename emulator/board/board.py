@@ -212,7 +212,10 @@ class Board:
         return _named(self._spi, name, "SPI bus")
 
     def recent_transfers(self) -> list[BusTransfer]:
-        """The latest transfers on all buses, the last one last; a few of each bus are always kept."""
+        """The latest transfers of the chip on all buses, the last one last; a few of each bus are kept.
+
+        Firmware in Python reads by the burst, of which none is kept: subscribe to the trace for those.
+        """
         latest = [one for bus in self.signals.i2c.values() for one in bus.recent_transfers()]
         latest += [one for bus in self.signals.spi.values() for one in bus.recent_transfers()]
         return sorted(latest, key=lambda transfer: transfer.t_ps)

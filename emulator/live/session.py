@@ -370,13 +370,17 @@ class Session:
             raise InputError("the firmware has failed; reset the board, or load another firmware")
         board, began_s = self.board, self._wall_s()
         end_ps = board.clock.now_ps + _STEP_PS[of]
-        ticks, lines = board.timer.ticks, _lines(board)
+        ticks, position = board.timer.ticks, board.terminal.position
         while board.clock.now_ps < end_ps and self._wall_s() - began_s < _STEP_WALL_S:
             self._run_until(min(board.clock.now_ps + _STEP_SLICE_PS[of], end_ps))
             if self.state == "failed":
                 return
-            if (of == "tick" and board.timer.ticks != ticks) or (of == "line" and _lines(board) != lines):
+            if of == "tick" and board.timer.ticks != ticks:
                 break
+            if of == "line":
+                printed, position = board.terminal.since(position)
+                if b"\n" in printed:
+                    break
         self._set_state("paused")
 
     def _set_state(self, state: str) -> None:
@@ -588,7 +592,3 @@ def _as_it_is(board: Board) -> list[dict[str, Any]]:
     if metres:
         entries.append({"do": "follow_altitude", "metres": metres, "time_constant": "1ms"})
     return entries
-
-
-def _lines(board: Board) -> int:
-    return board.terminal.uart.received().count(b"\n") + board.terminal.uart.dropped
