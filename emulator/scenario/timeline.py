@@ -13,10 +13,20 @@ from pydantic import Field, PlainSerializer, PlainValidator, ValidationInfo, Wit
 from emulator.buses.i2c import FaultKind, I2CFault
 from emulator.scenario.board_view import BoardView
 from emulator.scenario.resources import resources_of
-from emulator.scenario.tables import PART_NAMES, Duration, FieldTable, Length, Table, board_of, within
+from emulator.scenario.tables import (
+    PART_NAMES,
+    Duration,
+    FieldTable,
+    Length,
+    Table,
+    Vector,
+    board_of,
+    within,
+)
 from emulator.time.clock import NEVER_PS, PS_PER_S, to_ps
 from emulator.time.durations import shown
 from emulator.world import Recording, World, limits
+from emulator.world.hand import TREMOR_HZ, TREMOR_MG, WRIST_M
 from emulator.world.magnetism import Magnet
 
 # -- What every entry has: when it is, how long it takes, what it moves, what it does -----------------------
@@ -263,6 +273,31 @@ class Replay(Entry):
         world.replay(self.csv.recording, start_s)
 
 
+class TakeInHand(Entry):
+    """A hand holds the board from now on: it turns about the wrist, and trembles."""
+
+    MOVES: ClassVar[frozenset[str]] = ALTITUDE
+    do: Literal["take_in_hand"]
+    wrist_m: Vector = WRIST_M
+    tremor_mg: Annotated[float, within(limits.TREMOR)] = TREMOR_MG
+    tremor_hz: Annotated[float, within(limits.TREMOR_FREQUENCY)] = TREMOR_HZ
+
+    def plan(self, world: World, start_s: float) -> None:
+        """World.take_in_hand."""
+        world.take_in_hand(self.wrist_m, self.tremor_mg, self.tremor_hz, start_s)
+
+
+class PutDown(Entry):
+    """No hand holds the board any more."""
+
+    MOVES: ClassVar[frozenset[str]] = ALTITUDE
+    do: Literal["put_down"]
+
+    def plan(self, world: World, start_s: float) -> None:
+        """World.put_down."""
+        world.put_down(start_s)
+
+
 # -- What happens at one moment -----------------------------------------------------------------------------
 
 
@@ -465,6 +500,8 @@ AnyEntry = Annotated[
     | DisturbField
     | PassMagnet
     | Replay
+    | TakeInHand
+    | PutDown
     | SetAttitude
     | FollowAttitude
     | FollowAltitude

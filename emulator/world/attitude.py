@@ -112,6 +112,27 @@ def to_board(matrix: Array, vector: Array) -> Array:
     return seen
 
 
+def euler_rates(euler: Array, speed: Array, bend: Array) -> tuple[Array, Array]:
+    """Angular rate (N, 3) in board axes and its derivative, of Euler angles with two derivatives, all in rad.
+
+    Diebel 2006, section 8.2: Euler rates to body rates; the second is the first's derivative.
+    """
+    roll, pitch, _ = euler.T
+    (roll_s, pitch_s, yaw_s), (roll_b, pitch_b, yaw_b) = speed.T, bend.T
+    sr, cr, sp, cp = np.sin(roll), np.cos(roll), np.sin(pitch), np.cos(pitch)
+    across, along = pitch_s * cr + yaw_s * cp * sr, yaw_s * cp * cr - pitch_s * sr
+    rate = np.stack((roll_s - yaw_s * sp, across, along), axis=1)
+    faster = np.stack(
+        (
+            roll_b - yaw_b * sp - yaw_s * pitch_s * cp,
+            pitch_b * cr + yaw_b * cp * sr - yaw_s * pitch_s * sp * sr + roll_s * along,
+            yaw_b * cp * cr - yaw_s * pitch_s * sp * cr - pitch_b * sr - roll_s * across,
+        ),
+        axis=1,
+    )
+    return rate, faster
+
+
 # -- Pieces of the track ------------------------------------------------------------------------------------
 
 
@@ -124,6 +145,10 @@ class Attitude(Protocol):
 
     def rate_dps(self, t_s: Array, /) -> Array:
         """Angular rate in board axes, (N, 3) deg/s."""
+        ...
+
+    def acceleration_dps2(self, t_s: Array, /) -> Array:
+        """Angular acceleration in board axes, the rate's derivative, (N, 3) deg/s2."""
         ...
 
     def euler_deg(self, t_s: Array, /) -> Array:
@@ -145,6 +170,10 @@ class Held:
 
     def rate_dps(self, _t_s: Array, /) -> Array:
         """No rate, (1, 3)."""
+        return self._rate_dps
+
+    def acceleration_dps2(self, _t_s: Array, /) -> Array:
+        """None, (1, 3)."""
         return self._rate_dps
 
     def euler_deg(self, _t_s: Array, /) -> Array:
@@ -175,6 +204,10 @@ class Turn:
         """Angular rate in board axes, (N, 3)."""
         return math.degrees(self.angle_rad) * self.profile.speed(t_s)[:, np.newaxis] * self.axis
 
+    def acceleration_dps2(self, t_s: Array) -> Array:
+        """Angular acceleration in board axes, (N, 3)."""
+        return math.degrees(self.angle_rad) * self.profile.acceleration(t_s)[:, np.newaxis] * self.axis
+
     def euler_deg(self, t_s: Array) -> Array:
         """Roll, pitch, yaw (N, 3)."""
         return matrix_to_euler(self.rotation(t_s))
@@ -196,12 +229,24 @@ class Twist:
 
     def rate_dps(self, t_s: Array) -> Array:
         """Angular rate in board axes, (N, 3): the first axis is itself turned about the second."""
-        axes = self.second + to_board(about(self.second, self._angle(t_s)), self.first[np.newaxis])
+        axes = self.second + self._first(t_s)
         return 360.0 * self.profile.speed(t_s)[:, np.newaxis] * axes
+
+    def acceleration_dps2(self, t_s: Array) -> Array:
+        """Angular acceleration in board axes, (N, 3)."""
+        first = self._first(t_s)
+        turning = 2.0 * np.pi * self.profile.speed(t_s)[:, np.newaxis] ** 2 * np.cross(first, self.second)
+        faster = self.profile.acceleration(t_s)[:, np.newaxis] * (self.second + first)
+        both: Array = 360.0 * (faster + turning)
+        return both
 
     def euler_deg(self, t_s: Array) -> Array:
         """Roll, pitch, yaw (N, 3)."""
         return matrix_to_euler(self.rotation(t_s))
+
+    def _first(self, t_s: Array) -> Array:
+        """The first axis as the board, turned about the second, sees it, (N, 3)."""
+        return to_board(about(self.second, self._angle(t_s)), self.first[np.newaxis])
 
     def _angle(self, t_s: Array) -> Array:
         return 2.0 * np.pi * self.profile.progress(t_s)
@@ -220,17 +265,26 @@ class Sweep:
         return euler_to_matrix(self.euler_deg(t_s))
 
     def rate_dps(self, t_s: Array) -> Array:
-        """Angular rate in board axes, (N, 3) (Diebel 2006, section 8.2: Euler rates to body rates)."""
-        roll, pitch, _ = np.radians(self.euler_deg(t_s)).T
-        roll_rate, pitch_rate, yaw_rate = (self.profile.speed(t_s)[:, np.newaxis] * self.change_deg).T
-        x = roll_rate - yaw_rate * np.sin(pitch)
-        y = pitch_rate * np.cos(roll) + yaw_rate * np.cos(pitch) * np.sin(roll)
-        z = yaw_rate * np.cos(pitch) * np.cos(roll) - pitch_rate * np.sin(roll)
-        return np.stack((x, y, z), axis=1)
+        """Angular rate in board axes, (N, 3)."""
+        euler = np.radians(self.euler_deg(t_s))
+        rate: Array = np.degrees(euler_rates(euler, self._speed(t_s), np.zeros((1, 3)))[0])
+        return rate
+
+    def acceleration_dps2(self, t_s: Array) -> Array:
+        """Angular acceleration in board axes, (N, 3)."""
+        euler = np.radians(self.euler_deg(t_s))
+        bend = self.profile.acceleration(t_s)[:, np.newaxis] * np.radians(self.change_deg)
+        faster: Array = np.degrees(euler_rates(euler, self._speed(t_s), bend)[1])
+        return faster
 
     def euler_deg(self, t_s: Array) -> Array:
         """Roll, pitch, yaw (N, 3), unwrapped."""
         return self.start_deg + self.profile.progress(t_s)[:, np.newaxis] * self.change_deg
+
+    def _speed(self, t_s: Array) -> Array:
+        """Euler rates, (N, 3) rad/s."""
+        speed: Array = self.profile.speed(t_s)[:, np.newaxis] * np.radians(self.change_deg)
+        return speed
 
 
 @dataclass(frozen=True, eq=False)
@@ -256,6 +310,10 @@ class RecordedAttitude:
         speed = np.degrees(angle) / (self.row_s[row + 1] - self.row_s[row])
         moving = (t_s >= self.row_s[0]) & (t_s < self.row_s[-1])
         return np.where(moving, speed, 0.0)[:, np.newaxis] * axis
+
+    def acceleration_dps2(self, _t_s: Array) -> Array:
+        """None, (1, 3): each arc has a constant rate, and the jumps between arcs are left out."""
+        return np.zeros((1, 3))
 
     def euler_deg(self, t_s: Array) -> Array:
         """Roll, pitch, yaw (N, 3)."""

@@ -123,9 +123,9 @@ class FollowedAttitude:
         target = euler_to_matrix(target_deg[np.newaxis])[0]
         axis, angle = axis_and_angle((target.T @ rotation)[np.newaxis])
         x = axis * angle[:, np.newaxis]
-        inverse = np.linalg.inv(_jacobian(x)[0])
+        inverse = np.linalg.inv(jacobian(x)[0])
         speed = inverse @ rate
-        bend = inverse @ (acceleration - _turned_on(x, speed[np.newaxis])[0])
+        bend = inverse @ (acceleration - turned_on(x, speed[np.newaxis])[0])
         return cls(target, Approach.of(start_s, time_constant_s, x[0], speed, bend))
 
     def rotation(self, t_s: Array, /) -> Array:
@@ -139,13 +139,13 @@ class FollowedAttitude:
     def rate_dps(self, t_s: Array, /) -> Array:
         """Angular rate in board axes, (N, 3) deg/s."""
         x, speed, _ = self.approach.derivatives(t_s)
-        rate: Array = np.degrees(np.einsum("nij,nj->ni", _jacobian(x), speed))
+        rate: Array = np.degrees(np.einsum("nij,nj->ni", jacobian(x), speed))
         return rate
 
     def acceleration_dps2(self, t_s: Array, /) -> Array:
         """Angular acceleration in board axes, (N, 3) deg/s2."""
         x, speed, bend = self.approach.derivatives(t_s)
-        turned: Array = np.einsum("nij,nj->ni", _jacobian(x), bend) + _turned_on(x, speed)
+        turned: Array = np.einsum("nij,nj->ni", jacobian(x), bend) + turned_on(x, speed)
         degrees: Array = np.degrees(turned)
         return degrees
 
@@ -157,7 +157,7 @@ class FollowedAttitude:
 SMALL = 0.05  # rad; below it the series are exact to 1e-13, above it the quotients lose no digits that matter
 
 
-def _jacobian(x: Array) -> Array:
+def jacobian(x: Array) -> Array:
     """J with rate = J(x) dx/dt: 1 - A [x] + B [x]^2 for rotation vectors x (N, 3); (N, 3, 3)."""
     cross = _cross(x)
     a, b, _, _ = _coefficients(x)
@@ -165,7 +165,7 @@ def _jacobian(x: Array) -> Array:
     return jacobian
 
 
-def _turned_on(x: Array, v: Array) -> Array:
+def turned_on(x: Array, v: Array) -> Array:
     """The angular acceleration that a constant dx/dt = v has, (N, 3): (dJ/dt) v."""
     _, b, a_slope, b_slope = (one[:, 0] for one in _coefficients(x))
     along = (x * v).sum(axis=1, keepdims=True)

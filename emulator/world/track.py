@@ -138,6 +138,10 @@ class Profile(Protocol):
         """Its first derivative in 1/s."""
         ...
 
+    def acceleration(self, t_s: Array) -> Array:
+        """Its second derivative in 1/s2."""
+        ...
+
 
 @dataclass(frozen=True)
 class Linear:
@@ -153,6 +157,10 @@ class Linear:
     def speed(self, t_s: Array) -> Array:
         """Its first derivative in 1/s."""
         return np.full(t_s.shape, 1.0 / self.duration_s)
+
+    def acceleration(self, t_s: Array) -> Array:
+        """None; the jumps at both ends are left out."""
+        return np.zeros(t_s.shape)
 
 
 @dataclass(frozen=True)

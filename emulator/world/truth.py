@@ -22,6 +22,7 @@ import numpy.typing as npt
 from emulator.errors import InputError
 from emulator.world import limits
 from emulator.world.attitude import Attitude, Held, matrix_to_euler, to_board
+from emulator.world.hand import Grip
 from emulator.world.height import Height, Rest, Shake
 from emulator.world.magnetism import Magnet, ned_to_nwu_mgauss
 from emulator.world.track import Array, Constant, Overlays, Track
@@ -54,6 +55,7 @@ ZURICH_FIELD_UT = (21.5, 0.0, 43.0)  # the World Magnetic Model at Zurich, round
 ROOM_DEGC = 25.0
 ROOM_PERCENT = 45.0
 UP = np.array([0.0, 0.0, 1.0])
+NOTHING = np.zeros((1, 3))
 HALF_TURN_DEG = 180.0
 
 Signal = Callable[[Array], Array]
@@ -79,6 +81,7 @@ class Truth:
         floor_hpa = isa_pressure_hpa(limits.ALTITUDE.check("floor_altitude_m", floor_altitude_m))
         self._attitude: Track[Attitude] = Track(Held(np.zeros(3)))
         self._height: Track[Height] = Track(Rest(0.0))
+        self._grip: Track[Grip | None] = Track(None)
         self._shakes: Overlays[Shake] = Overlays()
         self._gravity = Track(Constant(STANDARD_GRAVITY))
         self._earth = Track(Constant(ned_to_nwu_mgauss(*ZURICH_FIELD_UT)))
@@ -182,6 +185,7 @@ class Truth:
         tracks: tuple[Track[Any], ...] = (
             self._attitude,
             self._height,
+            self._grip,
             self._gravity,
             self._earth,
             self._hard_iron,
@@ -200,25 +204,45 @@ class Truth:
         return _sampled(lambda t: self._signals[name].evaluate(t, _of_signal), t_s)
 
     def _rotation(self, t_s: Array) -> Array:
-        return self._attitude.evaluate(t_s, lambda piece, t: piece.rotation(t))
+        return self._grip.evaluate(t_s, self._rotation_in)
+
+    def _rotation_in(self, grip: Grip | None, t_s: Array) -> Array:
+        steady = self._attitude.evaluate(t_s, lambda piece, t: piece.rotation(t))
+        return steady if grip is None else grip.rotation(steady, t_s)
 
     def _rate_dps(self, t_s: Array) -> Array:
-        return self._attitude.evaluate(t_s, lambda piece, t: piece.rate_dps(t))
+        return self._grip.evaluate(t_s, self._rate_in)
+
+    def _rate_in(self, grip: Grip | None, t_s: Array) -> Array:
+        steady = self._attitude.evaluate(t_s, lambda piece, t: piece.rate_dps(t))
+        return steady if grip is None else grip.rate_dps(steady, t_s)
 
     def _motion_m_s2(self, t_s: Array) -> Array:
-        """Acceleration along the world's axes, (N, 3)."""
+        """Acceleration along the world's axes, (N, 3), but for what a grip adds."""
         lift = self._height.evaluate(t_s, lambda piece, t: piece.acceleration_m_s2(t))
         total: Array = self._shakes.total(t_s, Shake.acceleration_m_s2) + lift[:, np.newaxis] * UP
         return total
 
+    def _carried_in(self, grip: Grip | None, t_s: Array) -> Array:
+        """What a grip adds, board axes, (N, 3)."""
+        if grip is None:
+            return NOTHING
+        rate = self._attitude.evaluate(t_s, lambda piece, t: piece.rate_dps(t))
+        faster = self._attitude.evaluate(t_s, lambda piece, t: piece.acceleration_dps2(t))
+        return grip.carried_m_s2(rate, faster, t_s)
+
     def _force_g(self, t_s: Array) -> Array:
         force = self._motion_m_s2(t_s) + self._gravity.evaluate(t_s, Constant.value)[:, np.newaxis] * UP
-        return to_board(self._rotation(t_s), force) / STANDARD_GRAVITY
+        carried = self._grip.evaluate(t_s, self._carried_in)
+        felt: Array = to_board(self._rotation(t_s), force) + carried
+        return felt / STANDARD_GRAVITY
 
     def _linear_g(self, signal: Signal, t_s: Array) -> Array:
         """Of one piece of the specific force's track."""
         if signal == self._laws["acc"]:
-            moving, resting = self._motion_m_s2(t_s) / STANDARD_GRAVITY, np.zeros(1)
+            motion = to_board(self._rotation(t_s), self._motion_m_s2(t_s))
+            motion = motion + self._grip.evaluate(t_s, self._carried_in)
+            moving, resting = motion / STANDARD_GRAVITY, np.zeros(1)
         else:
             moving, resting = signal(t_s), self._gravity.evaluate(t_s, Constant.value) / STANDARD_GRAVITY
         linear: Array = np.abs(np.linalg.norm(moving, axis=1) - resting)
@@ -232,7 +256,12 @@ class Truth:
 
     def _altitude_m(self, t_s: Array) -> Array:
         height = self._height.evaluate(t_s, lambda piece, t: piece.position_m(t))
-        return height + self._shakes.total(t_s, Shake.displacement_m)[:, 2]
+        rise = self._grip.evaluate(t_s, self._rise_in)
+        return height + rise + self._shakes.total(t_s, Shake.displacement_m)[:, 2]
+
+    def _rise_in(self, grip: Grip | None, t_s: Array) -> Array:
+        """What turning about the wrist adds to the height, (N,)."""
+        return NOTHING[:, 0] if grip is None else grip.rise_m(self._rotation_in(grip, t_s))
 
     def _pressure_hpa(self, t_s: Array) -> Array:
         floor_hpa = self._floor_pressure.evaluate(t_s, Constant.value)

@@ -28,6 +28,7 @@ from emulator.world.attitude import (
     matrix_to_euler,
 )
 from emulator.world.follow import SETTLED, FollowedAttitude, FollowedHeight
+from emulator.world.hand import TREMOR_HZ, TREMOR_MG, WRIST_M, Grip, Tremor
 from emulator.world.height import Height, Lift, Parabola, RecordedHeight, Rest, Shake
 from emulator.world.magnetism import Magnet, ned_to_nwu_mgauss
 from emulator.world.recording import MEASURED, Interpolation, Recording
@@ -69,7 +70,9 @@ class World(Truth):
 
     def set_altitude(self, metres: float) -> None:
         """Put the board ``metres`` above the floor, without acceleration; a shake goes on around it."""
-        self._plan_height((self._now_s(), Rest(limits.ALTITUDE.check("metres", metres))))
+        now = self._now_s()
+        rest_m = limits.ALTITUDE.check("metres", metres) - self._rise_at(now)
+        self._plan_height((now, Rest(rest_m)))
 
     def set_pressure(self, hpa: float) -> None:
         """Let the weather make it ``hpa`` at the board's present altitude: another pressure at the floor."""
@@ -150,6 +153,53 @@ class World(Truth):
         position, speed, acceleration = (float(law(now)[0]) for law in laws)
         hand = FollowedHeight.begin(start, time_constant, target_m, (position, speed, acceleration))
         return self._plan_height((start, hand), (start + SETTLED * time_constant, Rest(target_m)))
+
+    # -- a hand that holds the board ------------------------------------------------------------------------
+
+    def take_in_hand(
+        self,
+        wrist_m: npt.ArrayLike = WRIST_M,
+        tremor_mg: float = TREMOR_MG,
+        tremor_hz: float = TREMOR_HZ,
+        start_s: float | None = None,
+    ) -> float:
+        """From now on a hand holds the board, and all turning is about its wrist, with a tremor.
+
+        ``wrist_m`` (3,): where the wrist is, board axes; also an elbow, for larger movements. ``tremor_mg``:
+        how strong the tremor is at the back of the hand, peak, 0 for none (:mod:`emulator.world.hand`).
+        What lifts the board moves the hand; what turning in it raises and lowers comes on top. A recording of
+        the attitude has arcs at constant rate, of which only the centripetal acceleration is felt.
+        """
+        arm = np.asarray(wrist_m, dtype=object)
+        if arm.shape != (3,):
+            raise InputError(f"wrist_m is {wrist_m!r}: give three numbers, where the wrist is in board axes")
+        wrist = np.array([limits.ARM.check("wrist_m", value) for value in arm])
+        peak = limits.TREMOR.check("tremor_mg", tremor_mg) / 1000.0 * STANDARD_GRAVITY
+        frequency = limits.TREMOR_FREQUENCY.check("tremor_hz", tremor_hz)
+        start = self._start(start_s)
+        self._let_go(start)
+        tremor = Tremor.of(start, wrist, peak, frequency) if peak else None
+        taken = Grip(wrist, tremor, 0.0).above_wrist_m(self._rotation_at(start)[np.newaxis])
+        self._grip.plan(start, Grip(wrist, tremor, float(taken[0])))
+        self._changed(start, ("acc", "gyro", "mag", "pressure"))
+        return start
+
+    def put_down(self, start_s: float | None = None) -> float:
+        """Let the board rest at the height that it has, in no hand; turning goes on, if it turns."""
+        start = self._start(start_s)
+        self._let_go(start)
+        self._changed(start, ("acc", "gyro", "mag", "pressure"))
+        return start
+
+    def _let_go(self, start_s: float) -> None:
+        """The height of the board becomes the height track's own, and no grip is planned any more."""
+        rise_m = self._rise_at(start_s)
+        if self._grip.at(start_s) is not None:
+            self._plan_height((start_s, Rest(self._height_at(start_s) + rise_m)))
+        self._grip.plan(start_s, None)
+
+    def _rise_at(self, t_s: float) -> float:
+        return float(self._rise_in(self._grip.at(t_s), np.array([t_s]))[0])
 
     # -- motions, each a few pieces on a track --------------------------------------------------------------
 
