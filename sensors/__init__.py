@@ -11,6 +11,7 @@ register_file      memory, hooks, and how a burst is read and written
 register           how registers and their bits are declared
 output             data-ready, overrun, block data update and byte order of output registers
 sampling           which sample is the latest at a given time
+front_end          what comes before a sample: analog stage, clipping, filter before decimation
 filters            digital filters on samples
 errors             how a real part deviates: offset, scale, drift, noise
 declaration        what a part says about itself: signals, bus, functions

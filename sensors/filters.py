@@ -60,6 +60,18 @@ def low_pass(cutoff: float) -> Section:
     return gain, 2 * gain, gain, 2 * (k * k - 1) * norm, (1 - math.sqrt(2) * k + k * k) * norm
 
 
+def fourth_order_low_pass(cutoff: float) -> tuple[Section, Section]:
+    """Fourth-order Butterworth low-pass; ``cutoff`` as of :func:`low_pass`."""
+    k = math.tan(math.pi * cutoff)
+    sections: list[Section] = []
+    for angle in (math.pi / 8, 3 * math.pi / 8):
+        damping = 2 * math.cos(angle)
+        norm = 1 / (1 + damping * k + k * k)
+        gain = k * k * norm
+        sections.append((gain, 2 * gain, gain, 2 * (k * k - 1) * norm, (1 - damping * k + k * k) * norm))
+    return sections[0], sections[1]
+
+
 def high_pass(cutoff: float) -> Section:
     """Second-order high-pass; ``cutoff`` is its -3 dB frequency over the sample rate, below 0.5."""
     _, _, _, a1, a2 = low_pass(cutoff)

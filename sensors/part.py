@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import ClassVar, Protocol, Self, TypeAlias
+from typing import ClassVar, Protocol, Self, TypeAlias, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,8 +26,23 @@ from sensors.sampling import NEVER_PS, PS_PER_S, SampleStream, Times
 Signal: TypeAlias = Callable[[Times], NDArray[np.float64]]
 """A physical quantity at the given times: shape (n, 3) in the sensor's own axes, or (n,) for a scalar.
 
-Where a part says so, n may be 1 for what is the same at all times asked for.
+Where a part says so, n may be 1 for what is the same at all times asked for. A plain function gives what a
+sensor's converter and its filters make of the world; a signal that is :class:`Agitated` is the world itself.
 """
+
+
+@runtime_checkable
+class Agitated(Protocol):
+    """A signal that knows when it moves fast and has to be looked at closely (``sensors.front_end``)."""
+
+    def __call__(self, t_s: Times, /) -> NDArray[np.float64]:
+        """As :data:`Signal`."""
+        ...
+
+    def agitated(self, from_s: float, to_s: float, pace_s: float) -> list[tuple[float, float]]:
+        """When, between these times, it jumps, or moves from rest to rest in less than ``pace_s``."""
+        ...
+
 
 PS_PER_MS = PS_PER_S // 1000
 

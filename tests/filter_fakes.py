@@ -27,9 +27,14 @@ def sine(hz: float, amplitude: float) -> Signal:
     return signal
 
 
-def measured(channel: Channel, writes: Writes, hz: float, skip: int, count: int = 600) -> complex:
-    """Gain and phase of a sine on X, from ``count`` samples after the first ``skip``."""
-    chip = Chip("LSM6DSL")
+def measured(
+    channel: Channel, writes: Writes, hz: float, skip: int, count: int = 600, *, world: bool = False
+) -> complex:
+    """Gain and phase of a sine on X, from ``count`` samples after the first ``skip``.
+
+    ``world``: the sine is what the world does, and not what the converter's filters make of it.
+    """
+    chip = Chip("LSM6DSL", agitated=world)
     amplitude = 25_000 * channel.scales[0][1]
     chip.world.signals[channel.name] = sine(hz, amplitude)
     chip.configure(writes)

@@ -54,10 +54,27 @@ def step(before: Signal, after: Signal, at_s: float) -> Signal:
     return signal
 
 
-class FakeWorld:
-    """The signals of all parts by channel name, each to be replaced at any time."""
+class Moving:
+    """A signal that says of itself that it always moves fast."""
 
-    def __init__(self) -> None:
+    def __init__(self, signal: Signal) -> None:
+        self._signal = signal
+
+    def __call__(self, t_s: Array) -> Array:
+        return self._signal(t_s)
+
+    def agitated(self, from_s: float, to_s: float, pace_s: float) -> list[tuple[float, float]]:
+        return [(from_s, to_s)]
+
+
+class FakeWorld:
+    """The signals of all parts by channel name, each to be replaced at any time.
+
+    Plain functions: what the parts' converters give; ``agitated``: what the world does.
+    """
+
+    def __init__(self, agitated: bool = False) -> None:
+        self._agitated = agitated
         self.signals: dict[str, Signal] = {
             "acceleration_g": constant(0.0, 0.0, 1.0),
             "angular_rate_dps": constant(0.0, 0.0, 0.0),
@@ -71,7 +88,7 @@ class FakeWorld:
         def now_connected(t_s: Array) -> Array:
             return self.signals[channel](t_s)
 
-        return now_connected
+        return Moving(now_connected) if self._agitated else now_connected
 
 
 @dataclass(frozen=True)
@@ -328,8 +345,8 @@ FACTS = {
 class Chip:
     """One part with its world and its time; ``read`` and ``write`` happen at ``t_ps``."""
 
-    def __init__(self, name: str, errors: Any = None, seed: int = 0) -> None:
-        self.world = FakeWorld()
+    def __init__(self, name: str, errors: Any = None, seed: int = 0, *, agitated: bool = False) -> None:
+        self.world = FakeWorld(agitated)
         self.part = FACTS[name].build(self.world, errors, seed)
         self.t_ps = 0
         self.notes: list[tuple[str, str]] = []

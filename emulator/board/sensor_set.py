@@ -104,9 +104,9 @@ def _build(
     part = mounted.part
     signals: dict[str, Signal] = {}
     for quantity in part.SIGNALS:
-        signal: Signal = world.sensed(quantity.name, one_row=quantity.one_row)
+        signal = world.sensed(quantity.name, one_row=quantity.one_row)
         turned = quantity.axes == 3
-        signals[quantity.name] = _turned(signal, _mounting(mounted, settings.mountings)) if turned else signal
+        signals[quantity.name] = signal.turned(_mounting(mounted, settings.mountings)) if turned else signal
     errors = _replace(part.ERRORS.of_grade(settings.grade, seed), settings.figures.get(mounted.key, {}))
     return part.build(signals, errors, seed, powered_on_ps=powered_on_ps)
 
@@ -118,10 +118,6 @@ def _mounting(mounted: MountedPart, chosen: Mapping[str, str]) -> Matrix:
         known = ", ".join(mounted.mountings)
         raise InputError(f"unknown {mounted.mounting_key} {name!r}; known: {known}")
     return mounted.mountings[name]
-
-
-def _turned(signal: Signal, mounting: Matrix) -> Signal:
-    return lambda t_s: signal(t_s) @ mounting.T
 
 
 def _refuse_unknown(settings: SensorSettings, board: BoardDescription) -> None:

@@ -139,6 +139,11 @@ def euler_rates(euler: Array, speed: Array, bend: Array) -> tuple[Array, Array]:
 class Attitude(Protocol):
     """A piece of attitude; every result's first axis is N, or 1 for one that does not move."""
 
+    @property
+    def pace_s(self) -> float:
+        """In how many seconds it gets from one rest to another, or turns a quarter; 0: it jumps."""
+        ...
+
     def rotation(self, t_s: Array, /) -> Array:
         """Board to world, (N, 3, 3)."""
         ...
@@ -158,6 +163,8 @@ class Attitude(Protocol):
 
 class Held:
     """At rest at ``euler_deg`` (3,); the angles are kept as given, for a later sweep to start from."""
+
+    pace_s = math.inf
 
     def __init__(self, euler_deg: Array) -> None:
         self._euler_deg = np.array(euler_deg, dtype=np.float64)[np.newaxis]
@@ -190,6 +197,11 @@ class Turn:
     angle_rad: float
     profile: Profile
 
+    @property
+    def pace_s(self) -> float:
+        """All of it."""
+        return self.profile.duration_s
+
     @classmethod
     def between(cls, start: Array, end: Array, profile: Profile) -> Turn:
         """The shortest arc between two rotations (3, 3)."""
@@ -221,6 +233,11 @@ class Twist:
     first: Array
     second: Array
     profile: Profile
+
+    @property
+    def pace_s(self) -> float:
+        """A quarter of it."""
+        return self.profile.duration_s / 4.0
 
     def rotation(self, t_s: Array) -> Array:
         """Board to world, (N, 3, 3)."""
@@ -260,6 +277,11 @@ class Sweep:
     change_deg: Array
     profile: Profile
 
+    @property
+    def pace_s(self) -> float:
+        """All of it, or a quarter of a turn."""
+        return self.profile.duration_s / max(float(np.abs(self.change_deg).max()) / 90.0, 1.0)
+
     def rotation(self, t_s: Array) -> Array:
         """Board to world, (N, 3, 3)."""
         return euler_to_matrix(self.euler_deg(t_s))
@@ -294,6 +316,7 @@ class RecordedAttitude:
     row_s: Array  # (M,), strictly increasing
     row_deg: Array  # (M, 3)
     start_s: float  # when its time 0 is
+    pace_s = 0.0
 
     def rotation(self, t_s: Array) -> Array:
         """Board to world, (N, 3, 3)."""

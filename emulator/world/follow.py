@@ -44,6 +44,11 @@ class Approach:
     b: Array
     c: Array
 
+    @property
+    def pace_s(self) -> float:
+        """Until nearly all of the way is done: (1 + wt + (wt)^2 / 2) exp(-wt) is 0.01."""
+        return 8.4 / self.w
+
     @classmethod
     def of(
         cls, start_s: float, time_constant_s: float, x: Array, speed: Array, acceleration: Array
@@ -73,6 +78,11 @@ class FollowedHeight:
 
     target_m: float
     approach: Approach
+
+    @property
+    def pace_s(self) -> float:
+        """Until nearly all of the way is done."""
+        return self.approach.pace_s
 
     @classmethod
     def begin(
@@ -108,6 +118,11 @@ class FollowedAttitude:
 
     target: Array
     approach: Approach
+
+    @property
+    def pace_s(self) -> float:
+        """Until nearly all of the way is done."""
+        return self.approach.pace_s
 
     @classmethod
     def begin(

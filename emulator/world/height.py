@@ -7,6 +7,7 @@ this would take in reality is left out.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -18,6 +19,11 @@ from emulator.world.track import Array, MinimumJerk
 
 class Height(Protocol):
     """A piece of altitude; a result's length is N, or 1 for one that does not move."""
+
+    @property
+    def pace_s(self) -> float:
+        """In how many seconds it gets from one rest to another; 0: it jumps."""
+        ...
 
     def position_m(self, t_s: Array, /) -> Array:
         """Metres above the room's floor, (N,)."""
@@ -34,6 +40,8 @@ class Height(Protocol):
 
 class Rest:
     """At rest at ``position_m``."""
+
+    pace_s = math.inf
 
     def __init__(self, position_m: float) -> None:
         self._position = np.array([position_m])
@@ -60,6 +68,11 @@ class Lift:
     metres: float
     profile: MinimumJerk
 
+    @property
+    def pace_s(self) -> float:
+        """All of it."""
+        return self.profile.duration_s
+
     def position_m(self, t_s: Array, /) -> Array:
         """Metres above the room's floor, (N,)."""
         return self.from_m + self.metres * self.profile.progress(t_s)
@@ -81,6 +94,7 @@ class Parabola:
     from_m: float
     speed: float
     acceleration: float
+    pace_s = math.inf  # the acceleration does not change
 
     def position_m(self, t_s: Array, /) -> Array:
         """Metres above the room's floor, (N,)."""
@@ -108,6 +122,7 @@ class RecordedHeight:
     row_m: Array
     row_m_s2: Array
     start_s: float
+    pace_s = 0.0
 
     def position_m(self, t_s: Array, /) -> Array:
         """Metres above the room's floor, (N,)."""

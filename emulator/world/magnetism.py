@@ -82,6 +82,11 @@ class Magnet:
     distance_m: float
     speed_m_s: float
 
+    @property
+    def pace_s(self) -> float:
+        """How long it is as near as at its closest."""
+        return self.distance_m / self.speed_m_s
+
     @classmethod
     def starting_at(cls, start_s: float, moment_am2: float, distance_m: float, speed_m_s: float) -> Magnet:
         """The pass that begins at ``start_s`` out of reach."""

@@ -87,6 +87,8 @@ class Track(Generic[P]):
 class Constant:
     """A value (shape S) that does not change, as a piece: always (1, *S)."""
 
+    pace_s = math.inf
+
     def __init__(self, value: npt.ArrayLike) -> None:
         self._value = np.array(value, dtype=np.float64)[np.newaxis]
 
@@ -124,11 +126,50 @@ class Overlays(Generic[P]):
         return total
 
 
+class Agitation:
+    """When a quantity jumps or moves fast, so that sensors have to look closely; nothing else is forgotten.
+
+    A jump takes no time; a motion has a pace, the seconds that it takes to get from one rest to another.
+    """
+
+    def __init__(self) -> None:
+        self._motions: list[tuple[float, float, float]] = []
+
+    def add(self, start_s: float, end_s: float, pace_s: float = 0.0) -> None:
+        """A motion of this pace from ``start_s`` to ``end_s``; by default one with jumps.
+
+        What begins with the world's time is no jump: it was so before.
+        """
+        motion = start_s, end_s, pace_s
+        if end_s <= 0.0:
+            return
+        if not self._motions or self._motions[-1] != motion:  # a slider while time stands still
+            self._motions.append(motion)
+
+    def forget(self, before_s: float) -> None:
+        """Drop what ended before ``before_s``."""
+        if self._motions:
+            self._motions = [motion for motion in self._motions if motion[1] >= before_s]
+
+    def between(self, from_s: float, to_s: float, pace_s: float) -> list[tuple[float, float]]:
+        """Begin and end of the motions between these times that are faster than ``pace_s``."""
+        return [
+            (start_s, end_s)
+            for start_s, end_s, taken_s in self._motions
+            if taken_s < pace_s and start_s <= to_s and end_s >= from_s
+        ]
+
+
 # -- The pace of a motion: progress from 0 to 1, and its exact derivatives in time --------------------------
 
 
 class Profile(Protocol):
     """Progress from 0 to 1; ``t_s`` (N,) -> (N,)."""
+
+    @property
+    def duration_s(self) -> float:
+        """How long it takes."""
+        ...
 
     def progress(self, t_s: Array) -> Array:
         """The part done."""

@@ -25,7 +25,7 @@ from emulator.world.attitude import Attitude, Held, matrix_to_euler, to_board
 from emulator.world.hand import Grip
 from emulator.world.height import Height, Rest, Shake
 from emulator.world.magnetism import Magnet, ned_to_nwu_mgauss
-from emulator.world.track import Array, Constant, Overlays, Track
+from emulator.world.track import Agitation, Array, Constant, Overlays, Track
 
 # -- Air pressure over the room's floor ---------------------------------------------------------------------
 
@@ -100,6 +100,7 @@ class Truth:
             "humidity": self._humidity_percent,
         }
         self._signals = {name: Track(law) for name, law in self._laws.items()}
+        self._agitation = {name: Agitation() for name in self._laws}
 
     def rotation(self, t_s: npt.ArrayLike) -> Array:
         """Board to world, (N, 3, 3)."""
@@ -152,7 +153,7 @@ class Truth:
         """Relative humidity of the air, (N,); nothing else depends on it."""
         return self._signal("humidity", t_s)
 
-    def sensed(self, quantity: str, *, one_row: bool = False) -> Signal:
+    def sensed(self, quantity: str, *, one_row: bool = False) -> Sensed:
         """What a sensor measures, by the name of the quantity (:data:`QUANTITIES`), in the board's axes.
 
         Of times (N,), with a row for each; with ``one_row``, for who asks 6,664 times a second, a single row
@@ -161,10 +162,8 @@ class Truth:
         """
         if quantity not in QUANTITIES:
             raise InputError(f"the world has no {quantity!r}; it has {', '.join(QUANTITIES)}")
-        track = self._signals[QUANTITIES[quantity]]
-        if one_row:
-            return lambda t_s: track.evaluate(t_s, _of_signal)
-        return lambda t_s: _sampled(lambda t: track.evaluate(t, _of_signal), t_s)
+        name = QUANTITIES[quantity]
+        return Sensed(self._signals[name], self._agitation[name], one_row)
 
     def altitude_m(self, t_s: npt.ArrayLike) -> Array:
         """Height above the room's floor, (N,)."""
@@ -197,6 +196,8 @@ class Truth:
         )
         for track in tracks:
             track.forget(before_s)
+        for agitation in self._agitation.values():
+            agitation.forget(before_s)
         self._shakes.forget(before_s)
         self._disturbances.forget(before_s)
 
@@ -272,6 +273,33 @@ class Truth:
 
     def _humidity_percent(self, t_s: Array) -> Array:
         return self._humidity.evaluate(t_s, Constant.value)
+
+
+class Sensed:
+    """One quantity as a sensor sees it: its values by time, and when it moves fast.
+
+    Before power-on the world stood as it stands at power-on: filters look back that far.
+    """
+
+    def __init__(
+        self, track: Track[Signal], agitation: Agitation, one_row: bool, turned: Array | None = None
+    ) -> None:
+        self._track, self._agitation, self._one_row, self._turned = track, agitation, one_row, turned
+
+    def turned(self, mounting: npt.ArrayLike) -> Sensed:
+        """The same vector in a sensor's axes: ``mounting`` (3, 3) times the board's."""
+        return Sensed(self._track, self._agitation, self._one_row, np.asarray(mounting, dtype=np.float64).T)
+
+    def __call__(self, t_s: Array) -> Array:
+        """Values at ``t_s`` (N,): N rows, or with ``one_row`` a single one where all are the same."""
+        values = self._track.evaluate(np.maximum(t_s, 0.0), _of_signal)
+        if not self._one_row:
+            values = np.array(np.broadcast_to(values, (t_s.size, *values.shape[1:])))
+        return values if self._turned is None else values @ self._turned
+
+    def agitated(self, from_s: float, to_s: float, pace_s: float) -> list[tuple[float, float]]:
+        """When, within these times, it jumps, or moves from rest to rest in less than ``pace_s``."""
+        return self._agitation.between(from_s, to_s, pace_s)
 
 
 def _of_signal(signal: Signal, t_s: Array) -> Array:

@@ -8,7 +8,8 @@ disturbances are the exception: they add up and drop nothing.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -303,7 +304,10 @@ class World(Truth):
         direction = np.array(SHAKE_DIRECTIONS[axis])
         end = start + periods / frequency
         self._shakes.add(start, end, Shake(start, direction, amplitude, angular))
-        self._changed(start, ("acc", "pressure") if axis == "up" else ("acc",))
+        signals = ("acc", "pressure") if axis == "up" else ("acc",)
+        for signal in signals:
+            self._agitation[signal].add(start, end)
+        self._changed(start, signals)
         return end
 
     def tap(
@@ -352,6 +356,7 @@ class World(Truth):
         for group, values in recording.groups.items():
             if group in MEASURED:
                 self._signals[group].plan(start, Interpolation(row_s, values, start))
+                self._agitation[group].add(start, end)
             elif group == "altitude":
                 moving = RecordedHeight(row_s, values, recording.climb_m_s2, start)
                 self._plan_height((start, moving), (end, Rest(float(values[-1]))))
@@ -366,6 +371,7 @@ class World(Truth):
     def _set(self, track: Track[Constant], value: npt.ArrayLike, signal: str) -> None:
         now = self._now_s()
         track.plan(now, Constant(value))
+        self._agitation[signal].add(now, now)
         self._changed(now, (signal,))
 
     def _start(self, start_s: float | None) -> float:
@@ -398,6 +404,7 @@ class World(Truth):
         """Plan (start, piece) in order; the last one is at rest, and its start is the end returned."""
         for start_s, piece in pieces:
             self._attitude.plan(start_s, piece)
+        self._agitate(pieces, ("acc", "gyro", "mag"))
         self._changed(pieces[0][0], ("acc", "gyro", "mag"))
         return pieces[-1][0]
 
@@ -405,11 +412,26 @@ class World(Truth):
         """Likewise for the altitude."""
         for start_s, piece in pieces:
             self._height.plan(start_s, piece)
+        self._agitate(pieces, ("acc", "pressure"))
         self._changed(pieces[0][0], ("acc", "pressure"))
         return pieces[-1][0]
 
+    def _agitate(self, pieces: Sequence[tuple[float, Attitude | Height]], signals: Iterable[str]) -> None:
+        """These pieces move these signals; where one begins there may be a jump, unless it follows a hand."""
+        for signal in signals:
+            agitation = self._agitation[signal]
+            for (start_s, piece), (end_s, _) in pairwise(pieces):
+                agitation.add(start_s, end_s, piece.pace_s)
+            if not isinstance(pieces[0][1], FollowedAttitude | FollowedHeight):
+                for start_s, _ in pieces:
+                    agitation.add(start_s, start_s)
+
     def _disturb(self, start_s: float, end_s: float, disturbance: Disturbance) -> float:
         self._disturbances.add(start_s, end_s, disturbance)
+        mag = self._agitation["mag"]
+        mag.add(start_s, end_s, disturbance.pace_s)
+        mag.add(start_s, start_s)
+        mag.add(end_s, end_s)
         self._changed(start_s, ("mag",))
         return end_s
 

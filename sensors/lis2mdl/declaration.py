@@ -57,7 +57,11 @@ FUNCTIONS = (
         "AN5069 3 and 7",
         "the registers answer during REBOOT, and after power-on (Board(cold_start=True)) not for 20 ms",
     ),
-    Function("modes, rates, turn-on and conversion times", "AN5069 3, Table 8"),
+    Function(
+        "modes, rates, turn-on and conversion times",
+        "AN5069 3, Table 8",
+        "a sample is the mean of the field over the conversion that ends with it",
+    ),
     Function(
         "magnetic measurement",
         "datasheet Table 3",

@@ -1,8 +1,8 @@
 """The LIS2MDL's measurement: from magnetic field to counts (datasheet Table 3; AN5069 sections 3, 8 and 9).
 
-A measurement is the field, plus or minus Hoff by the polarity of the last pulse, plus noise. In continuous
-mode OFF_CANC gives the mean of the last two, one of each polarity, so Hoff cancels. LPF is the same mean
-without a change of polarity.
+A measurement is the field, its mean over the conversion (``sensors.front_end``), plus or minus Hoff by the
+polarity of the last pulse, plus noise. In continuous mode OFF_CANC gives the mean of the last two, one of
+each polarity, so Hoff cancels. LPF is the same mean without a change of polarity.
 
 Decisions: LPF is the mean of two measurements. Its shape is not documented; the mean of two has its -3 dB
 point at exactly ODR/4 and lowers white noise by the square root of two, which is what Table 3 says of both
@@ -35,6 +35,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sensors.errors import Deviation, NoiseSource, noise_key
+from sensors.front_end import averaged
 from sensors.lis2mdl.declaration import LIS2MDLErrors
 from sensors.lis2mdl.interrupt import InterruptSettings
 from sensors.lis2mdl.registers import CFG_REG_A, CFG_REG_B, CFG_REG_C, OFFSET_X_REG
@@ -95,6 +96,7 @@ class MagnetometerSettings:
 
     rate: Fraction  # Hz
     turn_on_ps: int  # also the time of a single measurement (AN5069 Table 8)
+    conversion_s: float  # of one polarity
     averaging: bool  # OFF_CANC or LPF in continuous mode
     alternating: bool  # set and reset pulses in turn
     periodic_set: bool  # Set_FREQ = 0
@@ -115,6 +117,7 @@ class MagnetometerSettings:
         offsets = np.frombuffer(mem, dtype="<i2", count=3, offset=OFFSET_X_REG.addr).tolist()
         return cls(
             rate=rate,
+            conversion_s=turn_on_us / 1e6,
             turn_on_ps=turn_on_us * PS_PER_S // 10**6 + (int(PS_PER_S / rate) if cancelling else 0),
             averaging=averaging,
             alternating=cancelling and (continuous or bool(filters & CFG_REG_B.OFF_CANC_ONE_SHOT.mask)),
@@ -178,12 +181,15 @@ class Magnetometer:
         """Counts, neither rounded nor saturated, shape (3, n)."""
         settings = self.settings
         numbers = np.arange(number, number + len(t_s))
-        signal, sign = self._field_mgauss(t_s), self.pulses.polarity(numbers).astype(np.float64)
+        signal, sign = (
+            averaged(self._field_mgauss, t_s, settings.conversion_s),
+            self.pulses.polarity(numbers).astype(np.float64),
+        )
         if settings.averaging:
             earlier_s, earlier = t_s - float(1 / settings.rate), numbers - 1
             if number == self.pulses.first and not settings.alternating:  # the filter starts with its first
                 earlier_s[0], earlier[0] = t_s[0], number
-            signal = (signal + self._field_mgauss(earlier_s)) / 2
+            signal = (signal + averaged(self._field_mgauss, earlier_s, settings.conversion_s)) / 2
             sign = (sign + self.pulses.polarity(earlier)) / 2
         field = self._deviation.apply(signal, t_s, self._temperature_degc)
         if self._set_reset_offset.any():

@@ -1,5 +1,7 @@
 """The LPS22HB's measurement: from pressure and temperature to counts (datasheet Tables 3, 4, 17 and 18).
 
+A conversion takes the mean of the pressure while it lasts (``sensors.front_end``).
+
 Filter. EN_LPFP is a low-pass on the sampled pressure, -3 dB at ODR/9 or ODR/20 (its order and shape: see
 ``sensors.filters``). Decision: the pressure's low-pass starts settled, with the first sample after the rate
 or the filter has been set or LPFP_RES has been read; one-shot measurements do not pass through it, nor does
@@ -31,6 +33,7 @@ from numpy.typing import NDArray
 
 from sensors.errors import NoiseSource, noise_key
 from sensors.filters import Chain, SampledFilter, chain, low_pass
+from sensors.front_end import averaged
 from sensors.lps22hb.declaration import REFERENCE_DEGC, LPS22HBErrors
 from sensors.lps22hb.registers import CTRL_REG1, RES_CONF
 from sensors.part import Signal
@@ -135,7 +138,8 @@ class Barometer:
 
     def _measured_hpa(self, number: int, t_s: Times) -> NDArray[np.float64]:
         """What the converter gives, (n,)."""
-        hpa = self._deviating_hpa(self._pressure_hpa(t_s), t_s)
+        conversion_s = _ONE_SHOT_PS[self.settings.low_current] / PS_PER_S
+        hpa = self._deviating_hpa(averaged(self._pressure_hpa, t_s, conversion_s), t_s)
         if self._noise_rms_hpa:
             factor = _LOW_CURRENT_NOISE if self.settings.low_current else 1.0
             hpa = hpa + factor * self._noise_rms_hpa * self._noise.block(number, len(t_s))[0]

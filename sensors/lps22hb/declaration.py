@@ -64,7 +64,8 @@ FUNCTIONS = (
     Function(
         "one shot",
         "datasheet 9.6",
-        "13 ms in low noise and 5 ms in low current, figures of the sister part LPS22HH",
+        "13 ms in low noise and 5 ms in low current, figures of the sister part LPS22HH; a sample, also "
+        "one at a rate, is the mean of the pressure over that time",
     ),
     Function(
         "low-pass filter",

@@ -1,14 +1,15 @@
 """The LSM6DSL's accelerometer: from specific force to counts (datasheet Table 3; AN5040 sections 3 and 4).
 
-World, deviation, noise and self-test are added up as samples at the output data rate and go through the
-filters the registers select; the user offset is added after them. Noise is white before the filters. In high
+The world passes the analog stage, the converter and LPF1 before decimation (``sensors.front_end``).
+Deviation, noise and self-test are added as samples at the output data rate, and all go through the filters
+the registers select; the user offset is added after them. Noise is white before the analog stage. In high
 performance it has the datasheet's density; in low-power and normal mode its RMS at a bandwidth of ODR/2,
 and at ODR/9, is the datasheet's.
 
 Filters (datasheet figures 5, 7 and 8; AN5040 3.7). Order and shape are not documented: see
-``sensors.filters``. Decisions: the output's filters run at the output data rate, so that a cut-off of ODR/2
-is what sampling leaves, no filter at all; low-pass filters begin settled on their first sample; slope and
-high-pass filters begin with zero, as AN5040 3.7 says of the slope filter.
+``sensors.filters``. Decisions: LPF1 at ODR/2, or at 740 Hz outside high performance, is the filter before
+decimation, and all others run at the output data rate; low-pass filters begin settled on their first sample;
+slope and high-pass filters begin with zero, as AN5040 3.7 says of the slope filter.
 
 The event functions look at the same samples with other filters: analog chain and LPF1 only, and LPF2 after it
 for LOW_PASS_ON_6D; no composite filter, no user offset. They are computed while an event function is on, and
@@ -44,6 +45,7 @@ from sensors.filters import (
     high_pass,
     low_pass,
 )
+from sensors.front_end import FrontEnd, Kernel, kernel
 from sensors.lsm6dsl.declaration import LSM6DSLErrors
 from sensors.lsm6dsl.registers import (
     CTRL1_XL,
@@ -198,14 +200,15 @@ _DIVISOR = (50, 100, 9, 400)  # CTRL8_XL.HPCF_XL: cut-off of LPF2 and of the hig
 _SLOPE_CODE = 0  # of HPCF_XL, with HP_SLOPE_XL_EN
 _ANALOG_WIDE_HZ, _ANALOG_NARROW_HZ = 1500, 400
 _ANALOG_WIDE_FROM_HZ = 1666
+_LPF1_LOW_POWER_HZ = 740  # whatever the rate
 
 
-def accelerometer_chain(mem: bytearray, odr_hz: float, *, high_performance: bool) -> Chain | None:
+def accelerometer_chain(mem: bytearray, odr_hz: float) -> Chain | None:
     """The filters of the accelerometer's output as the main register bank says; None where there are none."""
     if not odr_hz:
         return None
     control = mem[CTRL8_XL.addr]
-    sections = _analog(mem, odr_hz, high_performance=high_performance)
+    sections: list[Section] = []
     high_pass_path = bool(control & CTRL8_XL.HP_SLOPE_XL_EN.mask)
     if high_pass_path or control & CTRL8_XL.LPF2_XL_EN.mask:
         narrow = control & CTRL8_XL.INPUT_COMPOSITE.mask
@@ -229,26 +232,24 @@ def accelerometer_chain(mem: bytearray, odr_hz: float, *, high_performance: bool
     return chain(tuple(sections), start) if sections else None
 
 
-def event_filters(mem: bytearray, odr_hz: float, *, high_performance: bool) -> EventFilters:
+def event_filters(mem: bytearray, odr_hz: float) -> EventFilters:
     """What the event functions get: LPF1 as INPUT_COMPOSITE selects it, and LPF2 after it for 6D.
 
     Their slope and high-pass filters hang on the composite filter's input (datasheet figure 8).
     """
     if not odr_hz:
         return EventFilters(None, None)
-    sections = _analog(mem, odr_hz, high_performance=high_performance)
-    if mem[CTRL8_XL.addr] & CTRL8_XL.INPUT_COMPOSITE.mask:
-        sections.append(low_pass(1 / 4))
+    sections = [low_pass(1 / 4)] if mem[CTRL8_XL.addr] & CTRL8_XL.INPUT_COMPOSITE.mask else []
     lpf2 = low_pass(1 / _DIVISOR[CTRL8_XL.HPCF_XL.get(mem[CTRL8_XL.addr])])
     return EventFilters(tuple(sections), (*sections, lpf2))
 
 
-def _analog(mem: bytearray, odr_hz: float, *, high_performance: bool) -> list[Section]:
-    sections: list[Section] = []
-    if high_performance:
-        wide = odr_hz >= _ANALOG_WIDE_FROM_HZ and not mem[CTRL1_XL.addr] & CTRL1_XL.BW0_XL.mask
-        add_low_pass(sections, _ANALOG_WIDE_HZ if wide else _ANALOG_NARROW_HZ, odr_hz)
-    return sections
+def analog_hz(mem: bytearray, odr_hz: float, *, high_performance: bool) -> float | None:
+    """The cut-off of the analog stage, which only high performance has."""
+    if not high_performance:
+        return None
+    wide = odr_hz >= _ANALOG_WIDE_FROM_HZ and not mem[CTRL1_XL.addr] & CTRL1_XL.BW0_XL.mask
+    return _ANALOG_WIDE_HZ if wide else _ANALOG_NARROW_HZ
 
 
 def slow_to_settle(mem: bytearray) -> bool:
@@ -284,10 +285,23 @@ class AccelerometerSettings:
     scale: int  # FS_XL code
     chain: Chain | None
     event_filters: EventFilters
+    analog_hz: float | None
     mode: Mode
     noise_rms_factor: float  # before the chain: mg RMS for each ug/sqrt(Hz) of the part's noise density
     self_test: int
     user_offset_mg: tuple[float, float, float]
+
+    def kernel(self, rate_hz: float) -> Kernel:
+        """What comes before samples at ``rate_hz``: the analog stage, and LPF1 before decimation."""
+        lpf1_hz = _LPF1_LOW_POWER_HZ if self.analog_hz is None else None
+        return kernel(rate_hz, self.analog_hz, lpf1_hz, 32768 * MG_PER_LSB[self.scale] / 1000)
+
+    def noise_chain(self) -> Chain | None:
+        """What the analog stage makes of white noise at the output rate; None if all comes through."""
+        sections: list[Section] = []
+        if self.analog_hz is not None and self.odr_hz:
+            add_low_pass(sections, self.analog_hz, self.odr_hz)
+        return chain(tuple(sections), "settled") if sections else None
 
     @classmethod
     def decode(cls, mem: bytearray) -> AccelerometerSettings:
@@ -297,7 +311,7 @@ class AccelerometerSettings:
         high_performance = not mem[CTRL6_C.addr] & CTRL6_C.XL_HM_MODE.mask
         odr = _odr(code, high_performance=high_performance)
         low_power = not high_performance and (code <= _LOW_POWER_LAST_CODE or code == _ODR_LOWEST_CODE)
-        filters = accelerometer_chain(mem, odr, high_performance=not low_power)
+        filters = accelerometer_chain(mem, odr)
         if low_power:
             factor = _LOW_POWER_RMS_FACTOR[scale] / 80 * _low_power_excess(mem[CTRL8_XL.addr], filters)
         else:
@@ -306,7 +320,8 @@ class AccelerometerSettings:
             odr_hz=odr,
             scale=scale,
             chain=filters,
-            event_filters=event_filters(mem, odr, high_performance=not low_power),
+            event_filters=event_filters(mem, odr),
+            analog_hz=analog_hz(mem, odr, high_performance=not low_power),
             mode=Mode(odr, not low_power, slow_to_settle(mem)),
             noise_rms_factor=factor,
             self_test=_SELF_TEST_SIGN[CTRL5_C.ST_XL.get(mem[CTRL5_C.addr])],
@@ -341,7 +356,6 @@ class Accelerometer:
     def __init__(
         self, acceleration_g: Signal, temperature_degc: Signal, errors: LSM6DSLErrors, seed: int
     ) -> None:
-        self._acceleration_g = acceleration_g
         self._temperature_degc = temperature_degc
         self._density = errors.acc_noise_ug_rthz
         self._noise = NoiseSource(noise_key(seed, "LSM6DSL", "XL"), 3)
@@ -353,12 +367,15 @@ class Accelerometer:
         )
         self.rate_factor = errors.rate_factor
         self.stream = SampleStream(6, self.produce)
+        self._front_end = FrontEnd(acceleration_g, self.stream.times_s)
+        self._analog_noise = SampledFilter(self._noise.block)
         self._filter = SampledFilter(self._unfiltered)
         self.for_events = EventSamples(self._unfiltered)
         self.stream.when_world_changes(self._filter.forget)
         self.stream.when_world_changes(self.for_events.forget)
+        self._noise_chain: Chain | None = None
         self.settings = AccelerometerSettings(
-            0, 0, None, EventFilters(None, None), _OFF, 0.0, 0, (0.0, 0.0, 0.0)
+            0, 0, None, EventFilters(None, None), None, _OFF, 0.0, 0, (0.0, 0.0, 0.0)
         )
 
     @property
@@ -382,6 +399,11 @@ class Accelerometer:
             self.stream.settled_number = number + discards
         self.for_events.settings_change(settings.event_filters, number, restarts=restarts)
         self.settings = settings
+        if settings.odr_hz:
+            self._front_end.configure(settings.kernel(float(self.rate)))
+        if (settings.analog_hz, settings.odr_hz) != (old.analog_hz, old.odr_hz):
+            self._noise_chain = settings.noise_chain()
+            self._analog_noise.restart(self._noise_chain, number)
 
     def produce(self, number: int, t_s: Times) -> bytes:
         """Samples as little-endian X, Y, Z int16."""
@@ -397,9 +419,10 @@ class Accelerometer:
     def _sampled(self, number: int, t_s: Times) -> Array:
         """Unfiltered, (3, n), or (3, 1) where all are the same."""
         settings = self.settings
-        mg = self._deviation.apply(1000 * self._acceleration_g(t_s), t_s, self._temperature_degc)
+        mg = self._deviation.apply(1000 * self._front_end.block(number, t_s), t_s, self._temperature_degc)
         if self._density:
-            mg = mg + self._density * settings.noise_rms_factor * self._noise.block(number, len(t_s))
+            noise = self._noise if self._noise_chain is None else self._analog_noise
+            mg = mg + self._density * settings.noise_rms_factor * noise.block(number, len(t_s))
         if settings.self_test:
             mg += settings.self_test * SELF_TEST_MG
         return mg

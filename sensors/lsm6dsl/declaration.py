@@ -74,8 +74,9 @@ FUNCTIONS = (
     Function(
         "accelerometer: filter chain",
         "AN5040 3.7",
-        "second-order Butterworth filters at the output data rate with the documented cut-offs; order and "
-        "shape are not documented",
+        "converted at 6664 Hz, clipped there at full scale; analog stage and later filters second-order "
+        "Butterworth at the documented cut-offs, LPF1 at ODR/2 fourth order; neither orders and shapes nor "
+        "the converter's rate are documented",
     ),
     Function(
         "gyroscope: rates, modes, full scales, sleep",
@@ -86,8 +87,8 @@ FUNCTIONS = (
     Function(
         "gyroscope: filter chain",
         "AN5040 3.8, Table 19",
-        "one second-order Butterworth low-pass at the overall cut-off; the rest of the documented phase at "
-        "20 Hz is a plain delay",
+        "converted at 6664 Hz, a fourth-order low-pass at ODR/2 before decimation; then one second-order "
+        "Butterworth low-pass at the overall cut-off; the rest of the documented phase at 20 Hz is a delay",
     ),
     Function(
         "gyroscope: start",

@@ -1,6 +1,7 @@
 """The LSM6DSL's gyroscope: from angular rate to counts (datasheet Table 3; AN5040 section 3).
 
-World, deviation, noise and self-test go through the selected filters as in the accelerometer.
+World, deviation, noise and self-test go through the selected filters as in the accelerometer, the world
+through a filter before decimation first (``sensors.front_end``), whose delay is part of the one below.
 
 After power-down the drive takes 35 ms to start, the typical turn-on time of the datasheet's Table 4, then
 sampling begins; out of sleep it begins at once. ``LSM6DSLErrors.gyro_turn_on_ms`` sets another time. Road not
@@ -41,6 +42,7 @@ from sensors.filters import (
     low_pass,
     response,
 )
+from sensors.front_end import FrontEnd, kernel
 from sensors.lsm6dsl.accelerometer import ODR_HZ, Mode, add_low_pass
 from sensors.lsm6dsl.declaration import LSM6DSLErrors
 from sensors.lsm6dsl.registers import CTRL2_G, CTRL4_C, CTRL5_C, CTRL6_C, CTRL7_G
@@ -210,7 +212,6 @@ class Gyroscope:
     def __init__(
         self, angular_rate_dps: Signal, temperature_degc: Signal, errors: LSM6DSLErrors, seed: int
     ) -> None:
-        self._angular_rate_dps = angular_rate_dps
         self._temperature_degc = temperature_degc
         self._density = errors.gyro_noise_mdps_rthz
         self._noise = NoiseSource(noise_key(seed, "LSM6DSL", "G"), 3)
@@ -221,6 +222,7 @@ class Gyroscope:
             errors.gyro_scale_drift_percent_per_degc,
         )
         self.stream = SampleStream(6, self.produce)
+        self._front_end = FrontEnd(angular_rate_dps, self.stream.times_s)
         self._filter = SampledFilter(self._unfiltered)
         self.stream.when_world_changes(self._filter.forget)
         self._turn_on_ps = round(errors.gyro_turn_on_ms * _PS_PER_MS)
@@ -252,6 +254,10 @@ class Gyroscope:
                 filters = chain(filters.sections, "zero")
             self._filter.restart(filters, number)
         self.settings = settings
+        if settings.odr_hz:
+            rate_hz, highest = float(self.rate), 32768 * MDPS_PER_LSB[settings.scale] / 1000
+            delay_s = settings.filters.delay_s
+            self._front_end.configure(kernel(rate_hz, None, None, highest, delay_s), delay_s)
 
     def drive_start_ps(self, now_ps: int) -> int:
         """How long the drive still needs before sampling can begin."""
@@ -270,8 +276,7 @@ class Gyroscope:
     def _sampled(self, number: int, t_s: Times) -> Array:
         """Unfiltered, (3, n), or (3, 1) where all are the same."""
         settings = self.settings
-        signal = self._angular_rate_dps(t_s - settings.filters.delay_s)
-        dps = self._deviation.apply(signal, t_s, self._temperature_degc)
+        dps = self._deviation.apply(self._front_end.block(number, t_s), t_s, self._temperature_degc)
         if self._density:
             noise = self._noise.block(number, len(t_s))
             dps = dps + self._density * settings.noise_rms_factor / 1000 * noise

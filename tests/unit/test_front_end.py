@@ -1,0 +1,226 @@
+"""What the world does faster than a sensor samples: filtered before it is sampled, clipped where it is
+converted.
+
+The witness is scipy: the documented analog stage as an analog filter (``scipy.signal.butter``), and
+convolution.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import signal as scipy_signal
+
+from emulator.world import Recording, World
+from sensors.front_end import CONVERTER_HZ, FrontEnd, averaged, kernel
+from sensors.lis2mdl import LIS2MDL
+from sensors.lps22hb import LPS22HB
+from sensors.lsm6dsl import LSM6DSL
+from tests.sensor_fakes import Moving
+
+PS_PER_S = 10**12
+G = 9.80665
+CTRL1_XL, CTRL6_C, OUTX_L_XL = 0x10, 0x15, 0x28
+MG_PER_LSB = 0.061
+
+
+def shaken(hz: float, amplitude_g: float) -> Moving:
+    """To and fro along X."""
+
+    def force_g(t_s: np.ndarray) -> np.ndarray:
+        return np.stack([amplitude_g * np.cos(2 * np.pi * hz * t_s), 0 * t_s, 0 * t_s], axis=1)
+
+    return Moving(force_g)
+
+
+def still(axes: int) -> Moving:
+    return Moving(lambda t_s: np.zeros((len(t_s), axes)) if axes > 1 else np.full(len(t_s), 25.0))
+
+
+def acceleration_mg(force: Moving, ctrl1_xl: int, odr_hz: float, count: int, ctrl6_c: int = 0) -> np.ndarray:
+    """X of ``count`` samples after the hundredth."""
+    part = LSM6DSL(force, still(3), still(1))
+    part.write(CTRL6_C, bytes([ctrl6_c]), 0)
+    part.write(CTRL1_XL, bytes([ctrl1_xl]), 0)
+    times_ps = [int((n + 0.5) / odr_hz * PS_PER_S) for n in range(100, 100 + count)]
+    return np.array([np.frombuffer(part.read(OUTX_L_XL, 2, t), "<i2")[0] for t in times_ps]) * MG_PER_LSB
+
+
+def butterworth(order: int, cutoff_hz: float, hz: float) -> float:
+    b, a = scipy_signal.butter(order, 2 * np.pi * cutoff_hz, analog=True)
+    return float(abs(scipy_signal.freqs(b, a, [2 * np.pi * hz])[1][0]))
+
+
+@pytest.mark.parametrize(
+    ("ctrl1_xl", "odr_hz", "analog_hz"),
+    [(0x20, 26, 400), (0x40, 104, 400), (0x70, 833, 400), (0x80, 1666, 1500), (0x90, 3332, 1500)],
+)
+@pytest.mark.parametrize("of_odr", [0.11, 0.37, 0.58, 1.37])
+def test_the_response_of_the_accelerometer_is_the_documented_bandwidth(
+    ctrl1_xl: int, odr_hz: float, analog_hz: float, of_odr: float
+) -> None:
+    """Analog stage and LPF1 at ODR/2 (AN5040 3.7), also above half the output rate, where samples alias."""
+    hz = of_odr * odr_hz
+    converter_hz = odr_hz * round(CONVERTER_HZ / odr_hz)
+    digital = scipy_signal.butter(4, odr_hz / 2, fs=converter_hz)
+    lpf1 = abs(scipy_signal.freqz(*digital, [hz], fs=converter_hz)[1][0])
+    expected = butterworth(2, analog_hz, hz) * lpf1
+    mg = acceleration_mg(shaken(hz, 1.9), ctrl1_xl, odr_hz, 150)
+    assert np.sqrt(2 * np.mean(mg**2)) / 1900 == pytest.approx(expected, abs=0.02 + 0.03 * expected)
+
+
+@pytest.mark.parametrize("hz", [300.0, 1000.0, 6664.0, 9999.0])
+def test_vibration_far_above_the_output_rate_is_hardly_seen(hz: float) -> None:
+    assert np.abs(acceleration_mg(shaken(hz, 1.9), 0x40, 104, 100)).max() < 10
+
+
+def test_vibration_at_the_output_rate_does_not_come_back_as_a_constant() -> None:
+    """It did: 0.5 g at 104 Hz were a constant 480 mg more."""
+    mg = acceleration_mg(shaken(104.0, 0.5), 0x40, 104, 100)
+    assert np.abs(mg).max() < 500 * butterworth(4, 52, 104) * 1.05
+
+
+def test_low_power_passes_740_hz_whatever_the_rate() -> None:
+    mg = acceleration_mg(shaken(313.0, 1.9), 0x50, 208, 300, ctrl6_c=0x10)
+    assert np.sqrt(2 * np.mean(mg**2)) / 1900 == pytest.approx(butterworth(2, 740, 313), rel=0.05)
+
+
+def test_vibration_beyond_full_scale_is_clipped_before_it_is_averaged() -> None:
+    """1 g and 3 g to and fro at 2 g full scale: what is above 2 g is lost, so the mean is far below 1 g."""
+    hz, fine_hz = 200.0, CONVERTER_HZ * 16
+    t_s = np.arange(0, 1, 1 / fine_hz)
+    analog = butterworth(2, 400, hz)
+    clipped = np.clip(1.0 + 3.0 * analog * np.cos(2 * np.pi * hz * t_s), -2.0, 2.0)
+    around_1_g = Moving(lambda t: shaken(hz, 3.0)(t) + np.array([1.0, 0.0, 0.0]))
+    mg = acceleration_mg(around_1_g, 0x40, 104, 100)
+    assert clipped.mean() < 0.75
+    assert mg.mean() == pytest.approx(1000 * clipped.mean(), abs=10)
+
+
+@given(
+    st.integers(0, 300), st.lists(st.integers(1, 70), min_size=1, max_size=8), st.sampled_from([52.0, 833.0])
+)
+@settings(max_examples=25)
+def test_a_sample_does_not_depend_on_the_block_it_is_computed_in(
+    first: int, counts: list[int], rate_hz: float
+) -> None:
+    world = World()
+    world.shake("up", 0.7, 61.0, 0.5)
+    world.sweep("roll", 300, 0.3)
+
+    def times_s(number: int, count: int) -> np.ndarray:
+        return np.arange(number, number + count) / rate_hz
+
+    def front_end() -> FrontEnd:
+        made = FrontEnd(world.sensed("acceleration_g", one_row=True), times_s)
+        made.configure(kernel(rate_hz, 400.0, None, 2.0))
+        return made
+
+    total = sum(counts)
+    whole = np.broadcast_to(front_end().block(first, times_s(first, total)), (total, 3))
+    pieces, at = [], first
+    for count in counts:
+        piece = front_end().block(at, times_s(at, count))
+        pieces.append(np.broadcast_to(piece, (count, 3)))
+        at += count
+    np.testing.assert_array_equal(np.concatenate(pieces), whole)
+
+
+@pytest.mark.parametrize("rate_hz", [52.0, 833.0])
+def test_what_is_taken_for_slow_differs_little_from_what_is_looked_at_closely(rate_hz: float) -> None:
+    world = World()
+    use = kernel(rate_hz, 400.0, None, 2.0)
+    duration_s = use.delay_s * 26
+    world.lift(duration_s**2, duration_s, start_s=1.0)  # 5.8 m/s2 at most, whatever it lasts
+    sensed = world.sensed("acceleration_g", one_row=True)
+    numbers = np.arange(int((1.0 + 0.4 * duration_s) * rate_hz), int((1.0 + 0.9 * duration_s) * rate_hz))
+    t_s = numbers / rate_hz
+    assert sensed.agitated(t_s[0], t_s[-1], use.delay_s * 25) == []
+    closely = FrontEnd(Moving(sensed), lambda number, count: np.arange(number, number + count) / rate_hz)
+    closely.configure(use)
+    at_once = sensed(t_s - use.delay_s)
+    np.testing.assert_allclose(closely.block(int(numbers[0]), t_s)[:, 2], at_once[:, 2], atol=2e-3)
+
+
+def test_what_is_set_with_the_board_s_time_was_so_before() -> None:
+    """A scenario's first attitude is no jump: the first sample already is what all others are."""
+    world = World()
+    world.set_attitude(0, -30, 0)
+    part = LSM6DSL(world.sensed("acceleration_g", one_row=True), still(3), still(1))
+    part.write(CTRL1_XL, b"\x40", 0)
+    readings = [part.read(OUTX_L_XL, 6, int(n * PS_PER_S / 104) + 1) for n in range(1, 30)]
+    assert set(readings[1:]) == {readings[0]}
+    assert np.frombuffer(readings[0], "<i2")[0] * MG_PER_LSB == pytest.approx(500, abs=0.1)
+
+
+def test_shaking_at_a_low_rate_takes_little_memory() -> None:
+    """A sample at 12.5 Hz is 2,132 looks at the world; those of 400 samples are not held at once."""
+    asked: list[int] = []
+
+    def force_g(t_s: np.ndarray) -> np.ndarray:
+        asked.append(len(t_s))
+        return np.stack([np.cos(2 * np.pi * 3 * t_s), 0 * t_s, 0 * t_s], axis=1)
+
+    use = kernel(12.5, 400.0, None, 2.0)
+    samples = use.samples(force_g, np.arange(use.lead + 400) / 12.5)
+    assert samples.shape == (400, 3)
+    assert sum(asked) > 400 * 2132
+    assert max(asked) < 400_000
+
+
+def test_a_still_world_is_asked_once_for_all_samples() -> None:
+    """A board at rest costs what it did before there was a front end."""
+    asked: list[int] = []
+    world = World()
+    world.set_attitude(20, 30, 40)
+    sensed = world.sensed("acceleration_g", one_row=True)
+
+    class Counted(Moving):
+        def __call__(self, t_s: np.ndarray) -> np.ndarray:
+            asked.append(len(t_s))
+            return sensed(t_s)
+
+        def agitated(self, from_s: float, to_s: float, pace_s: float) -> list[tuple[float, float]]:
+            return sensed.agitated(from_s, to_s, pace_s)
+
+    front_end = FrontEnd(Counted(sensed), lambda number, count: np.arange(number, number + count) / 104)
+    front_end.configure(kernel(104.0, 400.0, None, 2.0))
+    assert front_end.block(1000, np.arange(1000, 1500) / 104).shape == (1, 3)
+    assert asked == [500]
+
+
+def test_magnetometer_and_barometer_average_over_their_conversion() -> None:
+    """A field turns 30 times in 9.4 ms, a pressure swings 6 times in 13 ms: their means are seen."""
+
+    def field(t_s: np.ndarray) -> np.ndarray:
+        turning = 2 * np.pi * t_s * 30 / 0.0094
+        return np.stack([100 + 900 * np.cos(turning), 900 * np.sin(turning), 0 * t_s], axis=1)
+
+    magnetometer = LIS2MDL(Moving(field), still(1))
+    magnetometer.write(0x60, b"\x8c", 0)
+    x, y, _ = np.frombuffer(magnetometer.read(0x68, 6, PS_PER_S), "<i2") * 1.5
+    assert (x, y) == (pytest.approx(100, abs=2), pytest.approx(0, abs=2))
+    barometer = LPS22HB(Moving(lambda t_s: 1000 + 5 * np.cos(2 * np.pi * 6 / 0.013 * t_s)), still(1))
+    barometer.write(0x10, b"\x50", 0)
+    low, middle, high = barometer.read(0x28, 3, PS_PER_S)
+    assert (low | middle << 8 | high << 16) / 4096 == pytest.approx(1000, abs=0.1)
+
+
+def test_a_mean_over_a_ramp_is_its_middle() -> None:
+    ramp = Moving(lambda t_s: 3.0 * t_s)
+    np.testing.assert_allclose(averaged(ramp, np.array([1.0, 2.0]), 0.02), [2.97, 5.97])
+
+
+def test_a_recorded_vibration_is_filtered_like_any_other() -> None:
+    world = World()
+    t_s = np.arange(0, 1, 1e-3)
+    rows = np.stack([0 * t_s, 0 * t_s, 1 + np.cos(2 * np.pi * 250 * t_s)], axis=1)
+    world.replay(Recording("vibration.csv", t_s, {"acc": rows}))
+    front_end = FrontEnd(
+        world.sensed("acceleration_g"), lambda number, count: np.arange(number, number + count) / 104
+    )
+    front_end.configure(kernel(104.0, 400.0, None, 4.0))
+    felt = front_end.block(20, np.arange(20, 80) / 104)
+    np.testing.assert_allclose(felt[:, 2], 1.0, atol=5e-3)
