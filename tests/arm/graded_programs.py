@@ -42,6 +42,7 @@ CONSTANTS = Program(
     (
         Change("main.c", "acc.AXIS_X, acc.AXIS_Y, acc.AXIS_Z);", "0, 0, 1000);"),
         Change("main.c", "gyro.AXIS_X, gyro.AXIS_Y, gyro.AXIS_Z);", "0, 0, 0);"),
+        Change("main.c", "mag.AXIS_X, mag.AXIS_Y, mag.AXIS_Z);", "200, 0, -400);"),
         Change("main.c", '"Pre: %f hPa \\n\\r", press', '"Pre: %f hPa \\n\\r", 985.0'),
         Change("main.c", "pitch, roll, azimuth);\n    PRINTF", "0.0, 0.0, 0.0);\n    PRINTF"),
         Change("main.c", '"Altitude: %f m \\n\\r", alt', '"Altitude: %f m \\n\\r", 0 * alt'),
@@ -51,7 +52,7 @@ CONSTANTS = Program(
 )
 
 CONSTANTS_LOSE = (
-    *("1.acc", "1.gyr", "1.pre", "2.altitude"),
+    *("1.acc", "1.gyr", "1.mag", "1.pre", "2.altitude"),
     *("3.pitch", "3.roll", "3.yaw", "3.led1", "4.led2", "5.yaw"),
 )
 
