@@ -11,7 +11,8 @@ import subprocess
 import sys
 from collections.abc import Iterable, Mapping
 
-_DEBIAN = "sudo apt install {}"
+_APT = "sudo apt install "
+_DEBIAN = _APT + "{}"
 _INSTALL: Mapping[str, Mapping[str, str]] = {
     "arm-none-eabi-gcc": {
         "linux": _DEBIAN.format("gcc-arm-none-eabi libnewlib-arm-none-eabi"),
@@ -23,12 +24,24 @@ _INSTALL: Mapping[str, Mapping[str, str]] = {
         "darwin": "xcode-select --install",
         "win32": "pacman -S make, in MSYS2",
     },
+    "bwrap": {
+        "linux": _DEBIAN.format("bubblewrap"),
+        "darwin": "a container of Linux, with bubblewrap in it",
+        "win32": "WSL, with bubblewrap in it",
+    },
     "gdb-multiarch": {
         "linux": _DEBIAN.format("gdb-multiarch"),
         "darwin": "brew install --cask gcc-arm-embedded, which has arm-none-eabi-gdb",
         "win32": '"Arm GNU Toolchain" from developer.arm.com, which has arm-none-eabi-gdb',
     },
 }
+
+
+def how_to_install_all(programs: Iterable[str]) -> str:
+    """What installs these programs: one command where one does it, else what to do one after the other."""
+    ways = list(dict.fromkeys(map(how_to_install, programs)))
+    packages = [way.removeprefix(_APT) for way in ways]
+    return _APT + " ".join(packages) if all(map(str.__ne__, ways, packages)) else "; ".join(ways)
 
 
 def quoted(word: str) -> str:

@@ -19,7 +19,8 @@ from pathlib import Path
 import click
 
 from emulator.cli.exit_codes import ExitCode
-from emulator.errors import InputError, LinkError
+from emulator.errors import InputError, LinkError, OutputError
+from emulator.files import write_atomically
 from emulator.grading.judge import JudgeProgress, judge
 from emulator.grading.rubric import Rubric, load_rubric
 from emulator.grading.verdict import Cause, CheckResult, RunEvidence, Verdict
@@ -45,6 +46,7 @@ class CheckOptions:
     exercises: tuple[str, ...]
     seed: int
     json: Path | None
+    save: Path | None = None
 
 
 def check_program(options: CheckOptions) -> ExitCode:
@@ -71,6 +73,8 @@ def check_program(options: CheckOptions) -> ExitCode:
     shown = verdict.for_student()
     if options.json is not None:
         _write(options.json, shown)
+    if options.save is not None:
+        _save(options.save, shown)
     for line in _Screen(shown, rubric, options, firmware).lines():
         click.echo(line)
     return exit_code(shown)
@@ -91,6 +95,15 @@ def _write(path: Path, verdict: Verdict) -> None:
     except OSError as error:
         problem = f"{error.strerror or error}; give a path that can be written"
         raise LinkError(f"--json {path}: {problem}") from error
+
+
+def _save(folder: Path, verdict: Verdict) -> None:
+    for run in verdict.evidence:
+        if run.replay:
+            try:
+                write_atomically(folder / f"{run.run}.toml", run.replay)
+            except OutputError as error:
+                raise LinkError(f"--save {error}; give a folder that can be written") from error
 
 
 # -- Building -----------------------------------------------------------------------------------------------
@@ -249,22 +262,29 @@ class _Screen:
 
     def _causes(self, name: str) -> Iterator[Cause]:
         """What the diagnosis says about the runs of what failed, each once, the worst first."""
-        wrong = {check.check for check in self._verdict.of(name) if check.outcome != "passed"}
-        table = self._rubric.exercise(name)
-        runs = {self._rubric.run_of(table, one) for one in table.check if f"{name}.{one.id}" in wrong}
         found: dict[str, Cause] = {}
-        for run in self._verdict.evidence_of(name):
-            if run.run in runs:
-                for cause in (*_stop(run), *run.causes):
-                    found.setdefault(_without_numbers(cause.summary), cause)
+        for run in self._failed_runs(name):
+            for cause in (*_stop(run), *run.causes):
+                found.setdefault(_without_numbers(cause.summary), cause)
         return iter(sorted(found.values(), key=lambda cause: not cause.fatal))
 
+    def _failed_runs(self, name: str) -> list[RunEvidence]:
+        """The runs that the checks look at which an exercise has not passed."""
+        wrong = {one.check for one in self._verdict.of(name) if one.max_points and one.outcome != "passed"}
+        table = self._rubric.exercise(name)
+        runs = {self._rubric.run_of(table, one) for one in table.check if f"{name}.{one.id}" in wrong}
+        return [run for run in self._verdict.evidence_of(name) if run.run in runs]
+
     def _remarks(self) -> Iterator[str]:
-        """What costs no points."""
-        for check in self._verdict.checks:
-            if check.max_points == 0 and check.outcome == "failed":
-                yield ""
-                yield from _wrapped(f"By the way: {check.actual}", "")
+        """What costs no points; of a program that does not go on, nothing else matters."""
+        if any(run.stopped for run in self._verdict.evidence):
+            return
+        failed = [one for one in self._verdict.checks if one.max_points == 0 and one.outcome == "failed"]
+        if failed:
+            yield ""
+            yield "By the way, what costs no points:"
+            for check in failed:
+                yield from _check(check)
 
     def _next(self, open_ones: Sequence[str]) -> Iterator[str]:
         target = quoted(self._options.target)
@@ -275,16 +295,23 @@ class _Screen:
         if not open_ones:
             which = "Everything asked for" if self._options.exercises else "Everything"
             yield f"{which} is right. On another board of the class:"
-            yield f"  {again} --seed {self._verdict.seed + 1}"
+            yield f"  {again} --seed {self._options.seed + 1}"
             return
         name = open_ones[0]
-        seed = f" --seed {self._verdict.seed}" if self._verdict.seed else ""
+        seed = f" --seed {self._options.seed}" if self._options.seed else ""
         advice = self._rubric.exercise(name).next
         if list(self._causes(name)) or not advice:
             advice = "mend what is said above, from the top, and look again."
         yield from _wrapped(f"Next: {advice}", "")
         yield f"  {again} --exercise {name}{seed}"
-        yield f"  fcu run {quoted(self._firmware)}"
+        run = f"  fcu run {quoted(self._firmware)}"
+        yield run
+        replays = [one.run for one in self._failed_runs(name) if one.replay]
+        folder = self._options.save
+        if folder is not None:
+            yield from (f"{run} --scenario {quoted(str(folder / f'{one}.toml'))}" for one in replays)
+        elif replays:
+            yield f"  {again} --exercise {name}{seed} --save motions     to run its motions by hand"
 
 
 def _check(check: CheckResult) -> Iterator[str]:

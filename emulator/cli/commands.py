@@ -411,7 +411,15 @@ def new(directory: Path, bus: str) -> None:
     "--rubric", default="lab3", show_default=True, metavar="NAME|FILE", help="What is asked of the program."
 )
 @click.option("--json", type=click.Path(path_type=Path), help="Write what is shown to a JSON file as well.")
-def check(target: str, exercise: tuple[str, ...], seed: int, rubric: str, json: Path | None) -> ExitCode:
+@click.option(
+    "--save",
+    type=click.Path(path_type=Path, file_okay=False),
+    metavar="DIR",
+    help="Save the motions as scenarios, for fcu run --scenario.",
+)
+def check(
+    target: str, exercise: tuple[str, ...], seed: int, rubric: str, json: Path | None, save: Path | None
+) -> ExitCode:
     """Say which exercises are done, what is wrong with the next one, and what to do.
 
     FOLDER is a project of `fcu new`, which is built first; without it, the one you are in. FILE is an ELF,
@@ -420,7 +428,7 @@ def check(target: str, exercise: tuple[str, ...], seed: int, rubric: str, json: 
     """
     from emulator.cli.check import CheckOptions, check_program
 
-    return check_program(CheckOptions(target, rubric, exercise, seed, json))
+    return check_program(CheckOptions(target, rubric, exercise, seed, json, save))
 
 
 @cli.command()

@@ -33,6 +33,7 @@ from emulator.boards.fcu001v1 import FCU001V1
 from emulator.errors import InputError, NotJudgedError
 from emulator.files import write_atomically
 from emulator.grading.submissions import Firmware, RejectedError, Source
+from emulator.system_words import how_to_install_all
 from emulator.text import one_line, visible
 from firmware_model import arm
 
@@ -262,10 +263,13 @@ def _last_line(log: str) -> str:
 
 
 def _to_install(missing: Sequence[str]) -> str:
-    packages = {COMPILER: "gcc-arm-none-eabi libnewlib-arm-none-eabi", "make": "make", SANDBOX: "bubblewrap"}
-    install = " ".join(packages[name] for name in missing)
-    ways = ["or grade ELF files only: --take firmware"]
+    """What to install, and what else there is to do; the sandbox is a thing of Linux."""
+    to_be_had = [name for name in missing if name != SANDBOX or sys.platform.startswith("linux")]
+    what = f"building source needs {' and '.join(missing)}"
+    ways = [f"{what}: {how_to_install_all(to_be_had)}" if to_be_had else what]
+    if SANDBOX not in to_be_had and SANDBOX in missing:
+        ways.append(f"{SANDBOX} is there on Linux alone, in a container, too")
+    ways.append("or grade ELF files only: --take firmware")
     if SANDBOX in missing:
         ways.append("or, if you trust every submission, --build-without-sandbox")
-    what = f"building source needs {' and '.join(missing)}"
-    return f"{what}: sudo apt install {install}; {'; '.join(ways)}"
+    return "; ".join(ways)

@@ -36,7 +36,8 @@ class Grader:
     ``rubric_name``: what workers load it by. ``builder``: gives the builder when the first source is met, so
     that a class of ELF files needs no compiler. ``slots``: how many tasks the workers do at a time.
     ``store``: None to judge everything anew. ``limits``: of each worker process; None leaves them to the
-    cluster. ``shown``: whom the reports name.
+    cluster. ``shown``: whom the reports name; whom
+    they name otherwise, they show without the seed, which is made of the id.
     """
 
     rubric: Rubric
@@ -152,13 +153,16 @@ class Grader:
         log: str = "",
     ) -> Graded:
         student = self.shown(submission.student)
+        seed: int | None = self.rubric.seed_for(submission.student.id)
+        if student != submission.student and not self.rubric.same_for_all:
+            seed, verdict = None, verdict and verdict.without_seed()
         return Graded(
             id=student.id,
             name=student.name,
             email=student.email,
             status=status,
             reason=one_line(reason, 400),
-            seed=self.rubric.seed_for(submission.student.id),
+            seed=seed,
             firmware=firmware,
             build_log=log,
             report=report_name(student.id),

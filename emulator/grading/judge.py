@@ -31,16 +31,19 @@ from emulator.grading.verdict import (
     Series,
     Verdict,
 )
-from emulator.scenario.expectations import Expectation, ExpectField, Seen
+from emulator.scenario.expectations import Expectation, ExpectField, ExpectText, Seen
 from emulator.scenario.printed import FORMAT_OF_FIELD
 from emulator.scenario.result import Miss
 from emulator.scenario.scenario import judged
 from emulator.scenario.schema import ReportTable
+from emulator.scenario.written import names_files, scenario_text
 from emulator.time.clock import PS_PER_S, to_ps
 from emulator.time.durations import seconds
 
 _SLICE_S = 0.25  # of virtual time, between two words about progress
 _NO_WALL_S = 1e12
+_NOT_REPLAYED = frozenset({"expect", "report", "firmware"})
+"""Of a scenario's file: a rubric's checks and a student's program take their place."""
 
 
 @dataclass(frozen=True)
@@ -272,7 +275,24 @@ class _Run:
             ticks_lost=timer.lost,
             timer_hz=timer.rate_hz if timer.ticks else None,
             stopped=self._stop() if self.stopped else "",
+            replay=self._replay(),
         )
+
+    def _replay(self) -> str:
+        """The run as a scenario: what was drawn, and those of the checks that scenarios can expect."""
+        if names_files(self.scenario.contents.timeline):
+            return ""  # which the rubric's author has, and no student
+        expected = [one for check in self.checks for one in check.expect]
+        known = [one for one in expected if isinstance(one, Expectation) and not isinstance(one, ExpectText)]
+        others = dict.fromkeys(one.kind for one in expected if one not in known)
+        table = {key: value for key, value in self.scenario.table.items() if key not in _NOT_REPLAYED}
+        as_in_a_file = (one.model_dump(mode="json", by_alias=True, exclude_unset=True) for one in known)
+        table |= {"seed": self.seed, "expect": [{"kind": one.pop("kind"), **one} for one in as_in_a_file]}
+        table |= {"report": [{"field": name, "against": "truth"} for name in self.fields]}
+        comment = f"# {self.rubric.name}, run {self.name}, board {self.seed}\n"
+        if others:
+            comment += f"# The rubric also looks at what no scenario expects: {', '.join(others)}\n"
+        return comment + scenario_text({key: value for key, value in table.items() if value != []})
 
     def _series(self, name: str) -> Series:
         line_format = FORMAT_OF_FIELD[name]

@@ -161,6 +161,11 @@ class Rubric:
         assert name is not None  # which the constructor has made sure of
         return name
 
+    @property
+    def same_for_all(self) -> bool:
+        """Whether everybody has the same board."""
+        return isinstance(self._seed, int)
+
     def seed_for(self, student: str) -> int:
         """The board of a student, by whatever identifies him or her; the rubric's own where it has one."""
         if isinstance(self._seed, int):

@@ -79,8 +79,9 @@ class RunEvidence(_Part):
 
     ``terminal``: begin and end of what was printed, Latin-1 decoded, control characters as they came: whoever
     shows it escapes it. ``stopped``: what ended the run before its time, or "". ``replay``: the scenario as
-    TOML, with the numbers that were drawn from the seed; shown to a student only when all checks of the run
-    are (``for_student`` empties it otherwise).
+    TOML, with the numbers that were drawn from the seed, which ``fcu run --scenario`` plays; shown to a
+    student only when all checks of the run are (``for_student`` empties it otherwise), and empty for a run
+    that plays files of the rubric's author.
     """
 
     run: str
@@ -117,7 +118,8 @@ class Verdict(_Part):
     rubric_title: str
     rubric_digest: str
     firmware_digest: str
-    seed: int
+    seed: int | None
+    """None in anonymous reports: it is made of the student's id."""
     version: str
     """Of the emulator."""
     exercises: tuple[ExerciseTitle, ...]
@@ -190,6 +192,11 @@ class Verdict(_Part):
             "hidden_checks": self.hidden_checks + len(self.checks) - len(visible),
         }
         return self.model_copy(update=changed)
+
+    def without_seed(self) -> Verdict:
+        """Without what says which board of the class it was, and so whose: for anonymous reports."""
+        evidence = tuple(one.model_copy(update={"replay": ""}) for one in self.evidence)
+        return self.model_copy(update={"seed": None, "evidence": evidence})
 
     def allowed(self) -> tuple[CheckResult, ...]:
         """All checks, with as much detail as a student may see who is shown the check."""

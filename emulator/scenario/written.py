@@ -71,6 +71,20 @@ def timeline(entries: Iterable[tuple[int, Entry]]) -> str:
     return f"timeline = [\n{''.join(lines)}]\n"
 
 
+def scenario_text(table: Mapping[str, Any]) -> str:
+    """A whole file from what stands in it, such as ``Scenario.table``; each table of an array has a line."""
+    keys = {key: value for key, value in table.items() if not isinstance(value, Mapping)}
+    tables = {key: value for key, value in table.items() if isinstance(value, Mapping)}
+    return "".join((*map(_top_level, keys, keys.values()), *map(table_text, tables, tables.values())))
+
+
+def _top_level(key: str, value: Any) -> str:
+    if not isinstance(value, list) or not all(isinstance(one, Mapping) for one in value):
+        return key_text(key, value)
+    lines = "".join(f"    {_value(one)},\n" for one in value)
+    return f"{_key(key)} = [\n{lines}]\n"
+
+
 def names_files(entries: Iterable[Entry]) -> bool:
     """Whether one of them reads a file beside its scenario."""
     return any(isinstance(entry, Replay) for entry in entries)

@@ -41,13 +41,21 @@ def green(verdict: Verdict) -> list[str]:
 
 
 def test_the_template_passes_exercise_1_and_nothing_else(rubric: Rubric) -> None:
-    assert green(judge("template-arm", rubric, seed=1)) == ["1"]
+    verdict = judge("template-arm", rubric, seed=1)
+
+    assert green(verdict) == ["1"]
+    assert {one.check for one in verdict.checks if one.outcome == "unjudged"} == {
+        *("1.warnings", "2.formula", "3.formulas", "5.calibration")
+    }
 
 
 def test_the_solution_passes_everything_on_another_board(rubric: Rubric) -> None:
     verdict = judge("solution", rubric, seed=2)
 
     assert (green(verdict), verdict.points) == (list(EXERCISES), rubric.max_points)
+    assert [one.check for one in verdict.checks if one.outcome != "passed"] == [
+        "1.warnings"
+    ]  # not built here
 
 
 @needs_compiler

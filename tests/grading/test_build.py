@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
+import sys
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
@@ -162,11 +163,23 @@ def test_the_bus_decides_what_is_built(builder: Builder) -> None:
         assert other.build(source).firmware.data != builder.build(source).firmware.data
 
 
-def test_a_machine_without_tools_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("system", "words"),
+    [
+        ("linux", ["needs arm-none-eabi-gcc and make and bwrap: sudo apt install "]),
+        ("linux", ["gcc-arm-none-eabi libnewlib-arm-none-eabi make bubblewrap; or grade ELF"]),
+        ("darwin", ["brew install --cask gcc-arm-embedded; xcode-select --install; ", "on Linux alone"]),
+    ],
+)
+def test_a_machine_without_tools_says_what_to_install(
+    monkeypatch: pytest.MonkeyPatch, system: str, words: list[str]
+) -> None:
     monkeypatch.setenv("PATH", "/nowhere")
+    monkeypatch.setattr(sys, "platform", system)
     with pytest.raises(InputError) as refused:
         Builder()
 
-    assert "sudo apt install gcc-arm-none-eabi libnewlib-arm-none-eabi make bubblewrap" in str(refused.value)
+    assert all(one in str(refused.value) for one in words)
+    assert ("apt" in str(refused.value)) is (system == "linux")
     assert "--build-without-sandbox" in str(refused.value)
     assert "--take firmware" in str(refused.value)

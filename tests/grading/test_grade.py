@@ -204,11 +204,13 @@ def test_anonymous_reports_name_nobody(submissions: Path, rubric: Path, out: Pat
     grade(submissions, "--rubric", rubric, "--out", out, "--roster", roster)
     grade(submissions, "--rubric", rubric, "--out", out, "--roster", roster, "--anonymous")
     files = [path for path in out.rglob("*") if path.is_file() and "kept" not in path.parts]
+    seeds = [str(load_rubric(rubric).seed_for(student)) for student in ("17-4711", "ada", "bob")]
 
     assert len(files) == 4 + 7 + 2
     for path in files:
         text = path.name + path.read_text(encoding="utf-8")
         assert not [name for name in ("4711", "Bob", "bob", "ada") if name in text], path
+        assert not [seed for seed in seeds if seed in text], path
     key = (out / "kept" / "who-is-who.csv").read_text(encoding="utf-8")
     assert "17-4711,Bob Bobson" in key
     assert sorted(row["points"] for row in table(out).values() if row["points"]) == ["1", "3"]

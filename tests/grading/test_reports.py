@@ -373,6 +373,13 @@ def test_the_distribution_counts_everybody(values: list[float], most: float) -> 
     assert sum(map(int, re.findall(r"<title>(\d+) with", drawn))) == len(values)
 
 
+def test_who_lacks_half_a_point_does_not_stand_with_those_who_have_all() -> None:
+    drawn = histogram([19.5, 20.0, 19.0, 0.5], 20.0)
+
+    found = re.findall(r"<title>(.*?)</title>", drawn)
+    assert found == ["1 with 0 points to 1", "2 with 19 points to 20", "1 with 20 points, all"]
+
+
 # -- Gradescope ---------------------------------------------------------------------------------------------
 
 VISIBILITIES = {"hidden", "after_due_date", "after_published", "visible"}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -68,7 +69,20 @@ def test_the_template_is_told_what_to_do_next(tmp_path: Path) -> None:
     assert "  2   not yet     0 of 4    Altitude from the pressure\n" in done.stdout
     assert "  - the altitude follows the stairs, 0 m at the floor\n" in done.stdout
     assert 'seen: no line "Altitude: %f m"' in done.stdout
-    assert done.stdout.endswith("  fcu check --exercise 2\n  fcu run lab3.elf\n")
+    assert "\n  fcu check --exercise 2\n  fcu run lab3.elf\n" in done.stdout
+    assert done.stdout.splitlines()[-1].split("  ")[1] == "fcu check --exercise 2 --save motions"
+
+
+def test_a_failed_check_is_replayed_by_the_command_that_is_printed(tmp_path: Path) -> None:
+    done = fcu("check", "template-arm", *QUICK, "--seed", "7", "--save", "my motions", folder=tmp_path)
+    again = shlex.split(done.stdout.splitlines()[-1])
+    replayed = fcu(*again[1:], "--speed", "max", folder=tmp_path)
+
+    assert again == ["fcu", "run", "template-arm", "--scenario", "my motions/stairs.toml"]
+    assert replayed.returncode == 1
+    assert "seed 7" in replayed.stderr
+    assert 'no line "Altitude: %f m" among 158' in replayed.stderr
+    assert fcu("run", "solution", *again[3:], "--quiet", folder=tmp_path).returncode == 0
 
 
 def test_the_screen_is_one_screen(tmp_path: Path) -> None:
@@ -96,7 +110,8 @@ def test_a_folder_is_built_and_a_warning_is_told(project: Path) -> None:
     first, second = fcu("check", str(project), "-e", "1"), fcu("check", str(project), "-e", "1")
 
     assert first.returncode == 0, first.stderr
-    assert "By the way: 1 warning, the first: main.c:" in first.stdout
+    assert "By the way, what costs no points:\n  - the compiler has no warnings\n" in first.stdout
+    assert "seen: 1 warning, the first: main.c:" in first.stdout
     assert first.stdout == second.stdout
 
 

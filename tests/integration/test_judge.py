@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from emulator import Board, run
 from emulator.errors import InputError
 from emulator.grading.judge import JudgeProgress, judge, reworded
 from emulator.grading.rubric import Rubric, load_rubric
@@ -52,6 +53,18 @@ def rubric(tmp_path: Path) -> Rubric:
     path = tmp_path / "mine.toml"
     path.write_text(RUBRIC, encoding="utf-8")
     return load_rubric(path)
+
+
+def test_a_run_that_is_shown_can_be_run_again_by_hand(rubric: Rubric, tmp_path: Path) -> None:
+    verdict = judge("lab3", rubric, seed=3)
+    (evidence,), (shown,) = verdict.evidence, verdict.for_student(after_due_date=True).evidence
+    (tmp_path / "again.toml").write_text(evidence.replay, encoding="utf-8")
+    board = Board("lab3", scenario=tmp_path / "again.toml")
+    result = run(board)
+
+    assert (board.seed, board.terminal.text) == (3, evidence.terminal)
+    assert [one.key for one in result.findings] == ["expect[1]", "expect[3]"]
+    assert shown.replay == ""  # a check of the exercise shows its name alone
 
 
 def test_points_are_given_for_the_share_of_expectations_that_are_met(rubric: Rubric) -> None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import pairwise
 
 from emulator.grading.reports.markup import Html, element
 from emulator.grading.verdict import Series
@@ -127,24 +128,26 @@ def _legend(off: int, without: int) -> Iterator[Html]:
 
 
 def histogram(values: Sequence[float], most: float) -> Html:
-    """How many have how many points, 0 to ``most``: a column for each point, or for some at 25 and more."""
+    """How many have how many points, 0 to ``most``: a column for each point, or for some at 25 and more.
+
+    A column has its left edge, and not its right one; the last is of those who have all points.
+    """
     step = max(1, math.ceil(most / 25))
-    counts = [0] * (math.ceil(most / step) + 1)
-    for value in values:
-        counts[min(len(counts) - 1, max(0, math.floor(value / step + 0.5)))] += 1
-    frame = _Frame((-0.5 * step, (len(counts) - 0.5) * step), (0.0, max(4.0, max(counts) * 1.05)))
-    width = frame.x(step) - frame.x(0)
+    edges = [*(step * index for index in range(math.ceil(most / step))), most, most + step]
+    counts = [sum(low <= value < high for value in values) for low, high in pairwise(edges[:-1])]
+    counts.append(sum(value >= most for value in values))
+    frame = _Frame((0.0, most + step), (0.0, max(4.0, max(counts) * 1.05)))
     bars = [
         element(
             "rect",
-            element("title", f"{count} with {index * step} points"),
-            x=frame.x(index * step - step / 2) + 1,
+            element("title", f"{count} with {low:g} points" + (f" to {high:g}" if low < most else ", all")),
+            x=frame.x(low) + 1,
             y=frame.y(count),
-            width=max(width - 2, 1),
+            width=max(frame.x(high) - frame.x(low) - 2, 1),
             height=frame.y(0) - frame.y(count),
             class_="bar",
         )
-        for index, count in enumerate(counts)
+        for count, (low, high) in zip(counts, pairwise(edges), strict=True)
         if count
     ]
     return _svg([*frame.axes("students", "points"), *bars], "how many students have how many points")

@@ -10,6 +10,7 @@ from emulator.grading.reports.plots import series_plot, share_bar
 from emulator.grading.reports.style import STYLE
 from emulator.grading.results import Graded
 from emulator.grading.verdict import Cause, CheckResult, RunEvidence, Verdict
+from emulator.system_words import command_line
 
 _MARKS = {"passed": "✓", "partial": "◐", "failed": "✗", "unjudged": "?"}
 _WORDS = {"passed": "passed", "partial": "partly passed", "failed": "not passed", "unjudged": "not judged"}
@@ -47,13 +48,13 @@ def _body(graded: Graded, title: str, after_due_date: bool) -> Iterator[Html]:
             yield element(
                 "h2", f"Exercise {exercise.exercise}: {exercise.title}", id=f"e-{exercise.exercise}"
             )
-            yield from map(_check, checks)
+            yield from (_check(one) for one in checks if one.max_points or one.outcome != "unjudged")
             yield from _links(verdict.evidence_of(exercise.exercise))
     if verdict.hidden_checks:
         some = "one check is" if verdict.hidden_checks == 1 else f"{verdict.hidden_checks} checks are"
         yield element("p", f"Besides, {some} not shown here.", class_="quiet")
     for evidence in verdict.evidence:
-        yield from _run(evidence)
+        yield from _run(evidence, graded.firmware)
     yield _footer(graded, verdict)
 
 
@@ -146,7 +147,7 @@ def _links(evidence: tuple[RunEvidence, ...]) -> Iterator[Html]:
         yield element("p", "What the board showed: ", *links, class_="quiet")
 
 
-def _run(run: RunEvidence) -> Iterator[Html]:
+def _run(run: RunEvidence, firmware: str) -> Iterator[Html]:
     yield element("h2", f"Run: {run.question}", id=f"r-{run.run}")
     facts = [f"{run.duration_s:g} s of virtual time"]
     if run.timer_hz is not None:
@@ -160,13 +161,17 @@ def _run(run: RunEvidence) -> Iterator[Html]:
     text = run.terminal or "(nothing was printed)"
     yield element("details", element("summary", "The terminal"), element("pre", text))
     if run.replay:
-        how = "The same run on your machine: save this as run.toml, then fcu run lab3.elf --scenario run.toml"
         yield element(
-            "details", element("summary", "The scenario"), element("p", how), element("pre", run.replay)
+            "details",
+            element("summary", "The same run on your machine"),
+            element("p", f"Save this as {run.run}.toml, then:"),
+            element("pre", command_line(["fcu", "run", firmware, "--scenario", f"{run.run}.toml"])),
+            element("pre", run.replay),
         )
 
 
 def _footer(graded: Graded, verdict: Verdict) -> Html:
-    what = f"{graded.firmware}, SHA-256 {verdict.firmware_digest[:16]}; seed {verdict.seed}"
+    what = f"{graded.firmware}, SHA-256 {verdict.firmware_digest[:16]}"
+    what += f"; seed {verdict.seed}" if verdict.seed is not None else ""
     by = f"rubric {verdict.rubric}, fcu-emulator {verdict.version}"
     return element("p", f"Judged: {what}; {by}.", class_="quiet")
