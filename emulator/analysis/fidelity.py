@@ -1,4 +1,4 @@
-"""The fidelity tables, of the sensors and of the chip's registers, made from the code.
+"""The fidelity tables, of the sensors, of the chip's registers and of the board itself, made from the code.
 
 ``python -m emulator.analysis.fidelity docs/fidelity.md`` rewrites them.
 
@@ -11,6 +11,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from emulator.boards.deviations import BoardErrors
 from emulator.chip.registers import BLOCKS, KINDS
 from emulator.errors import InputError
 from sensors import PARTS, Part
@@ -19,6 +20,8 @@ BEGIN = "<!-- fidelity: made by python -m emulator.analysis.fidelity docs/fideli
 END = "<!-- end of fidelity -->"
 BEGIN_CHIP = "<!-- the chip's registers: made by python -m emulator.analysis.fidelity docs/fidelity.md -->"
 END_CHIP = "<!-- end of the chip's registers -->"
+BEGIN_BOARD = "<!-- the board itself: made by python -m emulator.analysis.fidelity docs/fidelity.md -->"
+END_BOARD = "<!-- end of the board itself -->"
 
 
 def table() -> str:
@@ -45,6 +48,14 @@ def chip_table() -> str:
     return "\n".join(lines)
 
 
+def board_table() -> str:
+    """The table of what a board draws from its seed beside its parts, without a newline at the end."""
+    lines = ["| figure | in a real board | unit | source |", "|---|---|---|---|"]
+    for name, figure in BoardErrors.figures().items():
+        lines.append(f"| `{name}`: {figure.doc} | {figure.size} | {figure.unit} | {figure.source} |")
+    return "\n".join(lines)
+
+
 def without_behaviour(part: type[Part]) -> list[str]:
     """Every register and field of a part, banks included, that can be accessed but does nothing."""
     return [name for bank in part.maps().values() for name in bank.without_behaviour()]
@@ -53,7 +64,8 @@ def without_behaviour(part: type[Part]) -> list[str]:
 def rewrite(text: str) -> str:
     """``text`` with the tables between the markers brought up to date; raises InputError without markers."""
     found = False
-    for begin, end, made in ((BEGIN, END, table), (BEGIN_CHIP, END_CHIP, chip_table)):
+    tables = (BEGIN, END, table), (BEGIN_CHIP, END_CHIP, chip_table), (BEGIN_BOARD, END_BOARD, board_table)
+    for begin, end, made in tables:
         before, opened, rest = text.partition(begin)
         _, closed, after = rest.partition(end)
         if opened and closed:

@@ -40,6 +40,7 @@ from emulator.board.sensor_set import SensorSet
 from emulator.board.snapshot import Snapshot
 from emulator.board.terminal import Terminal
 from emulator.boards.description import BoardDescription, BoardSignals, Profile, SensorSettings
+from emulator.boards.deviations import BoardErrors
 from emulator.boards.fcu001v1 import FCU001V1
 from emulator.buses.gpio import Gpio, Led
 from emulator.buses.i2c import FAST_MODE_HZ, I2CBus, I2CMaster
@@ -74,7 +75,7 @@ class Board:
     ``profile``: how the sensors are wired (``"lab3"``: all on I2C2; ``"fcu001v1"``: on SPI2, as on the real
     board); None: as the firmware needs it, as its file says or a trial shows, else ``"lab3"``.
     ``seed``: which board of the class this is, and its noise; None: the scenario's, else 0. ``ideal``:
-    sensors without any error.
+    sensors without any error, on a board without iron.
     ``cold_start``: False, as after the reset button, with sensors powered long before; True, with their
     supply switched on at t = 0, so that at first LSM6DSL (15 ms) and LIS2MDL (20 ms) do not answer: no
     acknowledge on I2C, 0xFF on SPI.
@@ -111,10 +112,15 @@ class Board:
         self.seed = seed if seed is not None else plan.seed if plan else 0
         self.clock = clock = Clock()
         self.trace = Trace()
-        self.world = plan.create_world(lambda: clock.now_s) if plan else World(lambda: clock.now_s)
         parts = plan.sensor_settings() if plan else SensorSettings()
         if ideal:
             parts = replace(parts, grade="ideal")
+        own = BoardErrors.of_grade(parts.grade, self.seed)
+        if plan:
+            self.world = plan.create_world(lambda: clock.now_s, own)
+        else:
+            self.world = World(lambda: clock.now_s)
+            self.world.set_iron(own.hard_iron_mgauss, own.soft_iron())
         self.sensors = SensorSet(board, self.world, clock, parts, self.seed, 0 if cold_start else None)
         speed_hz = plan.i2c_speed_hz if plan else FAST_MODE_HZ
         i2c = {name: I2CBus(name, clock, self.trace, speed_hz) for name in board.i2c}

@@ -23,6 +23,7 @@ from typing import Any, Protocol
 from weakref import WeakKeyDictionary
 
 from emulator.boards.description import SensorSettings
+from emulator.boards.deviations import BoardErrors
 from emulator.errors import InputError, ScenarioError
 from emulator.links.runner import Runner
 from emulator.scenario.board_view import BoardView, TerminalView
@@ -164,9 +165,10 @@ class Scenario:
         """How the sensors deviate."""
         return self.contents.sensors.settings()
 
-    def create_world(self, now_s: Callable[[], float]) -> World:
-        """The world at power-on."""
+    def create_world(self, now_s: Callable[[], float], own: BoardErrors | None = None) -> World:
+        """The world at power-on, of a board with these deviations where the file gives none."""
         table = self.contents.world
+        own = own or BoardErrors()
         try:
             floor_m = table.floor_altitude_m
             if floor_m is None and table.place is not None:
@@ -175,9 +177,7 @@ class Scenario:
             world.set_attitude(table.roll_deg, table.pitch_deg, table.yaw_deg)
             if self._field_ut is not None:
                 world.set_magnetic_field(*self._field_ut)
-            world.set_hard_iron(*table.hard_iron_mgauss)
-            if table.soft_iron is not None:
-                world.set_soft_iron(table.soft_iron)
+            world.set_iron(table.hard_iron_mgauss or own.hard_iron_mgauss, table.soft_iron or own.soft_iron())
             if table.gravity is not None:
                 world.set_gravity(table.gravity)
             if table.temperature_degc is not None:

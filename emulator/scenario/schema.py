@@ -121,7 +121,10 @@ class PlaceTable(Table):
 
 
 class WorldTable(Table):
-    """[world]: the state at power-on; what is not given is the world's default (Zurich, flat, 25 degC)."""
+    """[world]: the state at power-on; what is not given is the world's default (Zurich, flat, 25 degC).
+
+    Iron that is not given is drawn by the sensors' grade, none on an ideal board.
+    """
 
     roll_deg: Annotated[float, within(limits.ANGLE)] = 0.0
     pitch_deg: Annotated[float, within(limits.ANGLE)] = 0.0
@@ -132,7 +135,7 @@ class WorldTable(Table):
     floor_altitude_m: Annotated[float, within(limits.ALTITUDE)] | None = None
     field: FieldTable | None = None
     place: PlaceTable | None = None
-    hard_iron_mgauss: Vector = (0.0, 0.0, 0.0)
+    hard_iron_mgauss: Vector | None = None
     soft_iron: Matrix | None = None
     gravity: Annotated[float, within(limits.GRAVITY)] | None = None
 

@@ -109,6 +109,11 @@ class World(Truth):
         checked = [[limits.SOFT_IRON.check("soft iron", value) for value in row] for row in rows]
         self._set(self._soft_iron, checked, "mag")
 
+    def set_iron(self, hard_mgauss: npt.ArrayLike, soft: npt.ArrayLike) -> None:
+        """Both at once, as a board has them."""
+        self.set_hard_iron(*np.asarray(hard_mgauss).tolist())
+        self.set_soft_iron(soft)
+
     def set_gravity(self, m_s2: float) -> None:
         """Another gravity than the standard 9.80665 m/s2; a free fall keeps the one it began with."""
         self._set(self._gravity, limits.GRAVITY.check("m_s2", m_s2), "acc")

@@ -30,6 +30,7 @@ SECONDS = {
     "flat": 2.3,
     "free_fall": 2.3,  # on the way up
     "hand": 3.3,  # waved to and fro
+    "iron": 2.3,
     "led_x": 4.6,  # LED1 comes on
     "led_y": 2.3,
     "magnet_passes_by": 2.3,

@@ -9,7 +9,19 @@ from pathlib import Path
 import pytest
 
 from emulator import InputError
-from emulator.analysis.fidelity import BEGIN, BEGIN_CHIP, END, END_CHIP, chip_table, rewrite, table
+from emulator.analysis.fidelity import (
+    BEGIN,
+    BEGIN_BOARD,
+    BEGIN_CHIP,
+    END,
+    END_BOARD,
+    END_CHIP,
+    board_table,
+    chip_table,
+    rewrite,
+    table,
+)
+from emulator.boards.deviations import BoardErrors
 from emulator.chip.registers import BLOCKS
 from sensors import PARTS
 
@@ -47,10 +59,18 @@ def test_a_page_without_markers_is_refused(text: str) -> None:
         rewrite(text)
 
 
-def test_the_page_has_a_table_of_the_sensors_and_one_of_the_chip() -> None:
+def test_the_page_has_tables_of_the_sensors_of_the_chip_and_of_the_board() -> None:
     text = (ROOT / "docs" / "fidelity.md").read_text(encoding="utf-8")
+    markers = (BEGIN, END, BEGIN_CHIP, END_CHIP, BEGIN_BOARD, END_BOARD)
 
-    assert all(text.count(marker) == 1 for marker in (BEGIN, END, BEGIN_CHIP, END_CHIP))
+    assert all(text.count(marker) == 1 for marker in markers)
+
+
+def test_the_boards_table_has_every_figure_with_its_size_and_source() -> None:
+    rows = board_table().splitlines()[2:]
+
+    assert [row.split("`")[1] for row in rows] == list(BoardErrors.figures())
+    assert any(row.endswith("| +-300 | mgauss | published calibrations of other boards |") for row in rows)
 
 
 def test_the_chips_table_names_each_block_and_what_it_lacks() -> None:

@@ -29,6 +29,7 @@ BREAKS = {
     "flat": ('grade = "typical"', 'grade = "typical"\n[sensors.lsm6dsl]\nacc_bias_mg = [70, 0, 0]'),
     "free_fall": ('do = "free_fall"', 'do = "hold"'),
     "hand": ('do = "take_in_hand"', 'do = "put_down"'),
+    "iron": ('do = "figure_eight"', 'do = "hold"'),
     "led_x": ("pitch_deg", "roll_deg"),
     "led_y": ("roll_deg", "pitch_deg"),
     "magnet_passes_by": ("moment_am2 = 8", "moment_am2 = 80"),

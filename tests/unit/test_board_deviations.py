@@ -1,0 +1,79 @@
+"""A board's own iron: none on an ideal one, drawn from the seed on a typical one, or what a file gives."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from emulator import Board
+from emulator.boards.deviations import BoardErrors
+
+LIMITS = {"hard_iron_mgauss": 300.0, "soft_iron_percent": 9.0, "soft_iron_across_percent": 6.0}
+HEAD = 'schema = 1\nquestion = "?"\nduration = "1s"\n'
+
+
+def iron(board: Board) -> tuple[np.ndarray, np.ndarray]:
+    """Hard iron (3,) and the soft iron's matrix (3, 3), from fields alone."""
+    board.world.set_magnetic_field(0, 0, 0)
+    hard = board.world.magnetic_field_mgauss([0.0])[0]
+    columns = []
+    for north, east, down in ((100, 0, 0), (0, -100, 0), (0, 0, -100)):  # X, Y and Z of a level board, NED
+        board.world.set_magnetic_field(north, east, down)
+        columns.append((board.world.magnetic_field_mgauss([0.0])[0] - hard) / 1000)
+    return hard, np.array(columns).T
+
+
+def scenario(tmp_path: Path, text: str) -> Board:
+    path = tmp_path / "one.toml"
+    path.write_text(HEAD + text, encoding="utf-8")
+    return Board(scenario=path)
+
+
+def test_an_ideal_board_has_no_iron() -> None:
+    hard, soft = iron(Board(ideal=True))
+    assert not hard.any()
+    np.testing.assert_allclose(soft, np.eye(3), atol=1e-12)
+
+
+def test_each_board_has_its_own_and_keeps_it() -> None:
+    first, again, other = (iron(Board(seed=seed)) for seed in (7, 7, 8))
+    for one, same, different in zip(first, again, other, strict=True):
+        np.testing.assert_array_equal(one, same)
+        assert np.abs(one - different).max() > 1e-3
+    np.testing.assert_allclose(first[1], first[1].T, atol=1e-12)
+
+
+def test_a_hundred_boards_are_inside_the_limits_and_spread_over_them() -> None:
+    assert {entry.name for entry in fields(BoardErrors)} == set(LIMITS)
+    boards = [BoardErrors.of_grade("typical", seed) for seed in range(100)]
+    for name, limit in LIMITS.items():
+        figures = np.array([getattr(board, name) for board in boards])
+        assert np.abs(figures).max() <= limit
+        assert figures.std() == pytest.approx(limit / 3, rel=0.15)
+        assert abs(figures.mean()) < limit / 3 * 3 / np.sqrt(figures.size)
+    worst = BoardErrors.of_grade("worst", 1)
+    assert all(np.all(np.abs(getattr(worst, name)) == limit) for name, limit in LIMITS.items())
+
+
+def test_soft_iron_only_bends_a_field() -> None:
+    """Iron weakens or strengthens; it does not turn a field round: no factor is far from 1 at the limits."""
+    for seed in range(100):
+        factors = np.linalg.eigvalsh(BoardErrors.of_grade("worst", seed).soft_iron())
+        assert 0.75 < factors.min() < factors.max() < 1.25
+
+
+def test_what_a_file_gives_takes_the_place_of_what_is_drawn(tmp_path: Path) -> None:
+    hard, soft = iron(scenario(tmp_path, "[world]\nhard_iron_mgauss = [1, 2, 3]\n"))
+    np.testing.assert_allclose(hard, [1, 2, 3])
+    assert np.abs(soft - np.eye(3)).max() > 1e-3
+    hard, soft = iron(scenario(tmp_path, "[world]\nsoft_iron = [[1, 0, 0], [0, 2, 0], [0, 0, 1]]\n"))
+    assert np.abs(hard).max() > 1
+    np.testing.assert_allclose(soft, np.diag([1, 2, 1]), atol=1e-12)
+    hard, soft = iron(scenario(tmp_path, "[world]\nhard_iron_mgauss = [0, 0, 0]\n"))
+    np.testing.assert_allclose(hard, 0, atol=1e-9)
+    hard, soft = iron(scenario(tmp_path, "[sensors]\ngrade = 'ideal'\n"))
+    np.testing.assert_allclose(hard, 0, atol=1e-9)
+    np.testing.assert_allclose(soft, np.eye(3), atol=1e-12)

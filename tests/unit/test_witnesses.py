@@ -1,0 +1,45 @@
+"""Independent programs find what the world has put into the sensors (``python -m tests.witnesses`` prints it)."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests import witnesses
+
+
+@pytest.fixture(scope="module")
+def moved() -> witnesses.Moved:
+    return witnesses.moved_by_hand()
+
+
+@pytest.mark.parametrize(
+    ("name", "moved_deg", "gravity_deg"),
+    [
+        ("accelerometer alone", (3.0, 9.0), 1.0),
+        ("imufusion", (0.0, 1.5), 1.2),
+        ("ahrs, Madgwick", (0.0, 2.5), 0.5),
+    ],
+)
+def test_filters_recover_the_attitude_of_a_board_that_a_hand_moves(
+    moved: witnesses.Moved, name: str, moved_deg: tuple[float, float], gravity_deg: float
+) -> None:
+    """Tilt: right at rest; while moved off by what motion adds to gravity, as taking that away again shows."""
+    pytest.importorskip(witnesses.FILTERS[name][0])
+    still, waved, without_motion = witnesses.attitude_errors(moved, name)
+    assert still < 0.5  # a tremor, of 10 mg at most
+    assert moved_deg[0] < waved < moved_deg[1]
+    assert without_motion < min(waved, gravity_deg)
+
+
+def test_a_passing_magnet_is_magpylibs_dipole() -> None:
+    pytest.importorskip("magpylib")
+    difference, field = witnesses.magnet_difference_mgauss()
+    assert difference < 1e-6 * field
+
+
+def test_the_earths_field_is_that_of_the_models_makers() -> None:
+    """To 0.1 nT, the last digit that NCEI gives in its test values."""
+    pytest.importorskip("wmm")
+    difference, field = witnesses.field_difference_nt()
+    assert field > 40_000
+    assert difference < 0.1
