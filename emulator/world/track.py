@@ -146,6 +146,14 @@ class Agitation:
         if not self._motions or self._motions[-1] != motion:  # a slider while time stands still
             self._motions.append(motion)
 
+    def end(self, end_s: float) -> None:
+        """What has no end yet ends at ``end_s``."""
+        self._motions = [
+            (start_s, end_s if end == math.inf else end, pace_s)
+            for start_s, end, pace_s in self._motions
+            if start_s <= end_s or end < math.inf
+        ]
+
     def forget(self, before_s: float) -> None:
         """Drop what ended before ``before_s``."""
         if self._motions:

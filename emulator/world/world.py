@@ -8,6 +8,7 @@ disturbances are the exception: they add up and drop nothing.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from itertools import pairwise
 from typing import Literal
@@ -41,6 +42,7 @@ HISTORY_S = 5.0  # kept behind now; sensors evaluate from about now on
 ZURICH_ALTITUDE_M = 408.0
 EULER_AXES = ("roll", "pitch", "yaw")
 TIME_CONSTANT_S = 0.1  # of a hand that is followed
+HELD_SIGNALS = ("acc", "gyro", "mag")  # what a trembling hand moves; of its height no barometer sees anything
 SHAKE_DIRECTIONS = {"north": (1.0, 0.0, 0.0), "west": (0.0, 1.0, 0.0), "up": (0.0, 0.0, 1.0)}
 
 
@@ -187,6 +189,9 @@ class World(Truth):
         tremor = Tremor.of(start, wrist, peak, frequency) if peak else None
         taken = Grip(wrist, tremor, 0.0).above_wrist_m(self._rotation_at(start)[np.newaxis])
         self._grip.plan(start, Grip(wrist, tremor, float(taken[0])))
+        if tremor is not None:
+            for signal in HELD_SIGNALS:
+                self._agitation[signal].add(start, math.inf, tremor.pace_s)
         self._changed(start, ("acc", "gyro", "mag", "pressure"))
         return start
 
@@ -203,6 +208,9 @@ class World(Truth):
         if self._grip.at(start_s) is not None:
             self._plan_height((start_s, Rest(self._height_at(start_s) + rise_m)))
         self._grip.plan(start_s, None)
+        for signal in HELD_SIGNALS:
+            self._agitation[signal].end(start_s)
+            self._agitation[signal].add(start_s, start_s)
 
     def _rise_at(self, t_s: float) -> float:
         return float(self._rise_in(self._grip.at(t_s), np.array([t_s]))[0])

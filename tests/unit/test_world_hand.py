@@ -170,3 +170,16 @@ def test_a_still_world_in_no_hand_has_one_row() -> None:
 def test_a_hand_that_is_none_is_refused(change: dict[str, object]) -> None:
     with pytest.raises(InputError, match=next(iter(change))):
         World().take_in_hand(**change)  # type: ignore[arg-type]
+
+
+def test_sensors_look_closely_while_a_hand_trembles_and_no_longer() -> None:
+    now = [0.0]
+    world = World(lambda: now[0])
+    felt = world.sensed("acceleration_g")
+    world.take_in_hand(tremor_mg=10, tremor_hz=8)
+    assert felt.agitated(100.0, 101.0, pace_s=0.1)  # half a period of 9 Hz is faster than that
+    assert not felt.agitated(100.0, 101.0, pace_s=0.05)
+    now[0] = 50.0
+    world.put_down()
+    assert not felt.agitated(100.0, 101.0, pace_s=0.1)
+    assert felt.agitated(50.0, 51.0, pace_s=0.0) or felt.agitated(49.0, 51.0, pace_s=0.1)
