@@ -19,18 +19,34 @@ Mode: TypeAlias = Literal[0, 1, 2, 3]
 
 
 @dataclass(frozen=True)
+class Output:
+    """Where the registers of a part have a quantity.
+
+    ``size`` bytes for each axis from sub-address ``address`` on, X first, little endian (after reset, where a
+    part can do both); ``zero`` is the value that reads 0, in the quantity's unit. A step is as large as
+    ``sample_range`` says, which may depend on the full scale.
+    """
+
+    address: int
+    size: int = 2
+    zero: float = 0.0
+
+
+@dataclass(frozen=True)
 class Quantity:
     """A physical quantity that a part measures: one of the signals it is built with.
 
     ``name``: as the constructor and ``sample_range`` call it; ``unit``: of its values; ``axes``: 3 for a
     vector in the sensor's own axes, an array of shape (n, 3), or 1 for a scalar, (n,); ``doc``: what it is;
-    ``one_row``: the part takes a single row where the signal is the same at all times asked for.
+    ``output``: where the result is read; ``one_row``: the part takes a single row where the signal is the
+    same at all times asked for.
     """
 
     name: str
     unit: str
     axes: Literal[1, 3]
     doc: str
+    output: Output
     one_row: bool = False
 
 

@@ -11,6 +11,7 @@ from emulator.links import ByteLink
 from emulator.live import messages
 from emulator.live.messages import Command, Event
 from emulator.live.session import Session, Setup
+from emulator.python_cpu.hal import Hal
 
 
 class Wall:
@@ -71,3 +72,20 @@ class Page:
 def do(**entry: Any) -> messages.Do:
     """A command of a timeline entry; ``for_`` stands for ``for``."""
     return messages.Do({key.rstrip("_"): value for key, value in entry.items()})
+
+
+class Reader:
+    """Firmware in Python that reads both values of a hygrometer at once."""
+
+    def __init__(self, hal: Hal) -> None:
+        self._hal = hal
+
+    def main(self) -> None:
+        """As in C."""
+        self._hal.HAL_I2C_Mem_Write(0x5F << 1, 0x20, b"\x83")
+        while True:
+            self._hal.HAL_Delay(100)
+            self._hal.HAL_I2C_Mem_Read(0x5F << 1, 0xA8, 4)
+
+    def HAL_TIM_PeriodElapsedCallback(self) -> None:
+        """The timer is not used."""

@@ -71,13 +71,13 @@ class Lights:
     at_s: float
     pitch: float
     roll: float
-    led1: bool
-    led2: bool
+    lit: Mapping[str, bool]
+    """By the LED's name."""
 
     @property
-    def on(self) -> tuple[bool, bool]:
+    def on(self) -> tuple[bool, ...]:
         """Whether each is lit, in the board's order."""
-        return self.led1, self.led2
+        return tuple(self.lit.values())
 
 
 class Witness:
@@ -118,8 +118,8 @@ class Witness:
             self.callback_seen += board.arm.handles(board.timer.name)
         if self._looks % _LIGHTS_EVERY == 0:
             pitch, roll = lab_angles(board.world.specific_force_g(np.array([board.now_s])))
-            lights = board.led1.on, board.led2.on
-            self.lights.append(Lights(board.now_s, float(pitch[0]), float(roll[0]), *lights))
+            lit = {name: led.on for name, led in board.leds.items()}
+            self.lights.append(Lights(board.now_s, float(pitch[0]), float(roll[0]), lit))
 
     def _add(self, raw: bytes, at_s: float) -> None:
         text = raw.decode("latin-1").strip(" \r\t")

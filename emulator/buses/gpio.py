@@ -18,7 +18,7 @@ kept here for firmware in Python; where there is a chip, its own pins (:class:`C
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Protocol, TypeAlias
 
 from emulator.time.clock import Clock
@@ -160,6 +160,14 @@ class Gpio:
     def level(self, port: str, pin: int) -> int | None:
         """The level that results; None while the pin floats."""
         return self._pin(port, pin).level()
+
+    def pins(self) -> Iterable[tuple[str, int]]:
+        """Port letter and number of every pin."""
+        return self._pins.keys()
+
+    def output(self, port: str, pin: int) -> int | None:
+        """What the chip's output stage drives; None while it drives nothing."""
+        return self._pin(port, pin).output
 
     def driven(self, port: str, pin: int) -> int | None:
         """The level without the weak pull resistors: what can light a LED; None when nobody drives."""

@@ -176,7 +176,7 @@ def _printed(witness: Witness) -> Iterator[dict[str, Any]]:
 
 
 def _leds(witness: Witness) -> Iterator[list[float | bool]]:
-    before: tuple[bool, bool] | None = None
+    before: tuple[bool, ...] | None = None
     for light in witness.lights:
         if light.on != before:
             before = light.on

@@ -143,7 +143,7 @@ class LedFollows(Check):
                 side_since = steep, look.at_s
             if steep is None or look.at_s - side_since[1] < self.settle / PS_PER_S:
                 continue
-            if getattr(look, self.led) is not steep:
+            if look.lit[self.led.upper()] is not steep:
                 wrong.append((look.at_s, getattr(look, self.angle), steep))
         if not wrong:
             return None

@@ -125,11 +125,14 @@ class Play(Command):
 
 @dataclass(frozen=True)
 class Watch(Command):
-    """Show these: global variables by name (``pitch``, ``acc.AXIS_X``), a part's registers, the bus."""
+    """Show these: global variables by name (``pitch``, ``acc.AXIS_X``), the registers of a sensor or of a
+    block of the chip by its name, the bus, the pins.
+    """
 
     variables: list[str] = field(default_factory=list)
     registers: str | None = None
     bus: bool = False
+    pins: bool = False
 
     def __post_init__(self) -> None:
         if len(self.variables) > MOST_VARIABLES or any(len(one) > _LONGEST_NAME for one in self.variables):
@@ -151,14 +154,17 @@ class Event:
 
 @dataclass(frozen=True)
 class Hello(Event):
-    """The first message: what does not change. ``parts``: registers as declared, see ``view``."""
+    """The first message: what does not change. ``parts``: the sensors' names; ``outputs``: what they measure,
+    see :func:`emulator.live.transfers.outputs`.
+    """
 
     board: str
     version: str
     leds: list[str]
     firmware: dict[str, str]
     scenarios: dict[str, str]
-    parts: list[dict[str, Any]]
+    parts: list[str]
+    outputs: list[dict[str, Any]]
     ways: list[str]
     """The commands that open the serial port and the debugger from elsewhere."""
 
@@ -183,6 +189,8 @@ class Status(Event):
     notes: list[str]
     variables: list[str]
     """Names of the firmware's global variables."""
+    blocks: list[str]
+    """Names of the chip's blocks; none with firmware in Python."""
     recording: str
 
 
@@ -190,8 +198,9 @@ class Status(Event):
 class State(Event):
     """Where the board is now, 50 times a second: of several that wait, the latest will do.
 
-    ``truth``: see :func:`emulator.live.view.truth`. ``samples``: what the firmware has read last, by
-    quantity. ``load``: callback, timer and bus. ``done``: the id of the latest :class:`Do`.
+    ``truth``: see :func:`emulator.live.view.truth`. ``samples``: what the firmware has read last, by the ids
+    of the outputs in :class:`Hello`. ``load``: callback, timer and bus. ``done``: the id of the latest
+    :class:`Do`.
     """
 
     run: int
@@ -224,11 +233,26 @@ class Printed(Event):
 
 
 @dataclass(frozen=True)
+class Declared(Event):
+    """The registers of a sensor (its main bank) or of a block, see ``registers.declaration``."""
+
+    part: dict[str, Any]
+
+
+@dataclass(frozen=True)
 class Registers(Event):
-    """A part's registers by address in hexadecimal, two digits each, of the main bank."""
+    """The registers of a sensor or of a block by name, in hexadecimal; ``note``: what is to be known."""
 
     part: str
-    bytes: str
+    values: dict[str, str]
+    note: str
+
+
+@dataclass(frozen=True)
+class Pins(Event):
+    """The pins and their levels, see :func:`emulator.live.pins.pins`."""
+
+    pins: list[dict[str, Any]]
 
 
 @dataclass(frozen=True)

@@ -51,6 +51,7 @@ _FILES = {
 _LATEST = {
     messages.State: "state",
     messages.Bus: "bus",
+    messages.Pins: "pins",
     messages.Verdicts: "verdicts",
     messages.Findings: "findings",
     messages.Status: "status",

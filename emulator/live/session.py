@@ -29,7 +29,7 @@ from emulator.board.board import Board
 from emulator.board.firmware import FirmwareFactory
 from emulator.errors import FcuError, FirmwareError, InputError
 from emulator.links import ByteLink
-from emulator.live import messages, view
+from emulator.live import messages, pins, registers, transfers, view
 from emulator.live.files import FileWatch, UploadedFile
 from emulator.live.messages import Command, Event
 from emulator.live.recording import SessionRecording
@@ -64,13 +64,14 @@ _STEP_WALL_S = 5.0
 
 @dataclass(frozen=True)
 class Setup:
-    """What is run: the arguments of :class:`Board`."""
+    """What is run: the kind of board, and the arguments of :class:`Board`."""
 
     firmware: str | Path | FirmwareFactory | None = None
     scenario: str | None = None
     profile: str | None = None
     seed: int | None = None
     ideal: bool = False
+    kind: type[Board] = Board
 
 
 class Session:
@@ -84,7 +85,7 @@ class Session:
     board: Board
     recording: SessionRecording
     witness: Witness
-    _transfers: view.Transfers
+    _transfers: transfers.Transfers
     _load: view.Load
     _file: FileWatch | None
     _slice_s: float
@@ -232,12 +233,12 @@ class Session:
         """Power on. With ``hold`` the world is as it was: a hand has the board. Raises FcuError."""
         plan: Scenario | None = None
         if setup.scenario is not None:
-            plan = load_scenario(setup.scenario)
+            plan = load_scenario(setup.scenario, setup.kind.description)
             plan.ahead = False
         firmware = setup.firmware
         if firmware is None and plan is None:
-            firmware = Board.description.default_firmware
-        board = Board(firmware, scenario=plan, profile=setup.profile, seed=setup.seed, ideal=setup.ideal)
+            firmware = setup.kind.description.default_firmware or None
+        board = setup.kind(firmware, scenario=plan, profile=setup.profile, seed=setup.seed, ideal=setup.ideal)
         if board.arm is not None:
             board.arm.limits = replace(board.arm.limits, wall_s=1e9, terminal_bytes=1 << 40)
         held = _as_it_is(self.board) if hold and plan is None and self.setup.scenario is None else []
@@ -249,7 +250,7 @@ class Session:
         self.recording = SessionRecording(board, setup.ideal)
         self.run_number += 1
         self.witness = Witness(board)
-        self._transfers = view.Transfers(board)
+        self._transfers = transfers.Transfers(board)
         self._load = view.Load(board, self.witness)
         self._file = FileWatch(firmware) if isinstance(firmware, str | Path) else None
         self._slice_s = _SLICE_S
@@ -263,7 +264,7 @@ class Session:
         self._next_watch_s = self._last_frame_s = 0.0
         self._findings: list[dict[str, Any]] = []
         self._verdicts: list[dict[str, str]] = []
-        self._registers: dict[str, str] = {}
+        self._registers: dict[str, messages.Registers] = {}
         self._pace = 0.0
         self._paced_from = self._wall_s(), 0.0
         self._changed = True
@@ -426,6 +427,7 @@ class Session:
             problem=self.problem,
             notes=list(board.booted.notes),
             variables=view.variable_names(board),
+            blocks=registers.block_names(board),
             recording=str(self._record or ""),
         )
 
@@ -476,7 +478,7 @@ class Session:
             pace=round(self._pace, 3) if self.state == "running" else 0.0,
             leds={name: led.on for name, led in board.leds.items()},
             truth=view.truth(board),
-            samples=view.samples(board, self._transfers.latest()),
+            samples=transfers.samples(board, self._transfers.latest()),
             variables=values,
             load=self._load.figures(),
             done=self._done,
@@ -505,14 +507,20 @@ class Session:
         return messages.Printed(board.now_s, finite, truth)
 
     def _show_slowly(self) -> None:
-        parts = {watch.registers for watch in self._clients.values() if watch.registers}
-        for part in parts & {one.NAME for one in self.board.sensors}:
-            shown = view.registers(self.board, part)
-            if shown != self._registers.get(part):
-                self._registers[part] = shown
-                self._publish(messages.Registers(part, shown), None)
-        if any(watch.bus for watch in self._clients.values()):
-            self._publish(messages.Bus(view.transfers(self.board, self._transfers.latest())), None)
+        board, watches = self.board, self._clients.values()
+        for name in {watch.registers for watch in watches if watch.registers}:
+            if name not in self._registers:
+                if not registers.known(board, name):
+                    continue
+                self._publish(messages.Declared(registers.declaration(board, name)), None)
+            shown = messages.Registers(name, registers.values(board, name), registers.note(board, name))
+            if shown != self._registers.get(name):
+                self._registers[name] = shown
+                self._publish(shown, None)
+        if any(watch.bus for watch in watches):
+            self._publish(messages.Bus(transfers.transfers(board, self._transfers.latest())), None)
+        if any(watch.pins for watch in watches):
+            self._publish(messages.Pins(pins.pins(board)), None)
 
     def _look_for_verdicts(self) -> None:
         board, plan = self.board, self.board.scenario
@@ -575,7 +583,8 @@ def hello(board: Board, ways: list[str]) -> messages.Hello:
         leds=list(board.leds),
         firmware=dict(board.description.firmware),
         scenarios=scenario_names(),
-        parts=view.vocabulary(board),
+        parts=[part.NAME for part in board.sensors],
+        outputs=transfers.outputs(board),
         ways=ways,
     )
 

@@ -1,16 +1,11 @@
-"""What is shown of a board while it runs. Looking changes nothing: registers are shown as they stand in the
-part's memory, so an output register has the sample that was read last, and reading a status here clears no
-bit.
-
-Samples are what the firmware itself has read last on its bus, decoded with the part's own full scale of the
-moment. The road not taken, asking the sensors, would show samples that no firmware has seen.
+"""What is shown of a board while it runs: the world, variables, how busy everything is. Looking changes
+nothing. Transfers, registers and pins are in files of their own.
 """
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
@@ -18,12 +13,8 @@ from emulator.analysis.witness import Witness
 from emulator.board.board import Board
 from emulator.buses.i2c import I2CBus
 from emulator.time.clock import PS_PER_S
-from emulator.trace import BusTransfer, TraceEvent
 from emulator.world.track import Array
-from sensors.part import Part
-from sensors.register import RegisterMap
 
-_KEPT = 16  # transfers of firmware in Python
 _MOST_LEAVES = 16  # numbers of one variable that are shown
 _LOOKS_OF_LOAD = 400  # of the witness: two seconds of virtual time
 
@@ -65,153 +56,6 @@ def _short(value: Any) -> float:
 
 def _vector(values: Any) -> list[float]:
     return [_short(one) for one in values]
-
-
-# -- What the bus carries -----------------------------------------------------------------------------------
-
-
-class Output(NamedTuple):
-    """What a burst from an output register means: a quantity of the part, as the page calls it."""
-
-    shown: str
-    quantity: str
-    bytes_each: int
-    axes: int
-    unit: str
-    scale: float
-    """The unit shown over the part's own."""
-
-
-OUTPUTS: Mapping[tuple[str, str], Output] = {
-    ("LSM6DSL", "OUTX_L_XL"): Output("ACC", "acceleration_g", 2, 3, "mg", 1000.0),
-    ("LSM6DSL", "OUTX_L_G"): Output("GYR", "angular_rate_dps", 2, 3, "mdps", 1000.0),
-    ("LIS2MDL", "OUTX_L_REG"): Output("MAG", "magnetic_field_mgauss", 2, 3, "mG", 1.0),
-    ("LPS22HB", "PRESS_OUT_XL"): Output("PRE", "pressure_hpa", 3, 1, "hPa", 1.0),
-    ("LPS22HB", "TEMP_OUT_L"): Output("TEMP", "temperature_degc", 2, 1, "°C", 1.0),
-}
-
-
-def decoded(board: Board, transfer: BusTransfer) -> tuple[Output, list[float]] | None:
-    """The values that a read of output registers brought; None for any other transfer.
-
-    Little endian, as all three parts are after reset; the zero of a temperature is the part's.
-    """
-    output = OUTPUTS.get((transfer.device, transfer.register))
-    if output is None or len(transfer.read) < output.bytes_each * output.axes:
-        return None
-    low, high, lsb = board.sensors[transfer.device].sample_range(output.quantity)
-    zero = 0.0
-    if output.quantity == "temperature_degc":
-        zero = (low + high + lsb) / 2
-    values = []
-    for axis in range(output.axes):
-        raw = transfer.read[axis * output.bytes_each : (axis + 1) * output.bytes_each]
-        count = int.from_bytes(raw, "little", signed=True)
-        values.append(round((zero + count * lsb) * output.scale, 3))
-    return output, values
-
-
-class Transfers:
-    """The latest transfers. The chip keeps a few; those of firmware in Python are taken down here."""
-
-    def __init__(self, board: Board) -> None:
-        self._board = board
-        self._kept: deque[BusTransfer] = deque(maxlen=_KEPT)
-        self._unsubscribe: Callable[[], object] = bool
-        if board.arm is None:
-            self._unsubscribe = board.trace.subscribe(self._hear)
-
-    def latest(self) -> list[BusTransfer]:
-        """The latest last."""
-        return list(self._kept) if self._board.arm is None else self._board.recent_transfers()
-
-    def close(self) -> None:
-        """Hear no more."""
-        self._unsubscribe()
-
-    def _hear(self, event: TraceEvent) -> None:
-        if isinstance(event, BusTransfer):
-            self._kept.append(event)
-
-
-def samples(board: Board, latest: Sequence[BusTransfer]) -> dict[str, list[float]]:
-    """What the firmware has read last, by quantity, in the sensor's own axes."""
-    found = {}
-    for transfer in latest:
-        read = decoded(board, transfer)
-        if read is not None:
-            found[read[0].shown] = read[1]
-    return found
-
-
-def transfers(board: Board, latest: Sequence[BusTransfer]) -> list[dict[str, Any]]:
-    """The latest transfers on all buses, for people."""
-    return [_transfer(board, one) for one in latest]
-
-
-def _transfer(board: Board, transfer: BusTransfer) -> dict[str, Any]:
-    read = decoded(board, transfer)
-    meaning = ""
-    if read is not None:
-        output, values = read
-        meaning = " ".join(f"{value:g}" for value in values) + f" {output.unit}"
-    data = transfer.read or transfer.written[1:]
-    return {
-        "t_s": transfer.t_ps / PS_PER_S,
-        "bus": transfer.bus,
-        "device": transfer.device or f"0x{transfer.address:02X}",
-        "register": transfer.register,
-        "way": "read" if transfer.read else "write",
-        "bytes": data[:32].hex(" "),
-        "count": len(data),
-        "meaning": meaning,
-        "result": transfer.result,
-    }
-
-
-# -- Registers ----------------------------------------------------------------------------------------------
-
-
-def vocabulary(board: Board) -> list[dict[str, Any]]:
-    """Each part's registers and fields as declared, for the page to decode with."""
-    return [
-        {
-            "name": part.NAME,
-            "doc": ", ".join(quantity.doc for quantity in part.SIGNALS),
-            "place": _place(board, part),
-            "registers": list(_declared(part.MAP)),
-        }
-        for part in board.sensors
-    ]
-
-
-def _place(board: Board, part: Part) -> str:
-    profile = board.booted.profile
-    place = profile.places.get(part.NAME)
-    return f"{profile.bus}, {f'0x{place:02X}' if isinstance(place, int) else place}"
-
-
-def _declared(registers: RegisterMap) -> Iterator[dict[str, Any]]:
-    for one in registers.registers:
-        yield {
-            "name": one.__name__,
-            "address": one.addr,
-            "size": one.size,
-            "reset": one.reset,
-            "access": one.access,
-            "doc": (one.__doc__ or "").strip().splitlines()[0] if one.__doc__ else "",
-            "modelled": one.modelled,
-            "fields": [
-                {"name": bits.name, "msb": bits.msb, "lsb": bits.lsb, "doc": bits.doc}
-                for bits in one.fields
-                if not bits.overlay
-            ],
-        }
-
-
-def registers(board: Board, part: str) -> str:
-    """The main bank of a part as it stands, in hexadecimal. Raises InputError for an unknown part."""
-    return bytes(board.sensors[part].registers.mem).hex()
 
 
 # -- Variables ----------------------------------------------------------------------------------------------

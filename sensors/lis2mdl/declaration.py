@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from sensors.declaration import Bus, Function, Quantity
+from sensors.declaration import Bus, Function, Output, Quantity
 from sensors.errors import PartErrors, Vec3, drawn, drawn_by_axis, fixed, noise
 
 SIGNALS = (
-    Quantity("magnetic_field_mgauss", "mgauss", 3, "magnetic field"),
-    Quantity("temperature_degc", "degC", 1, "temperature of the part"),
+    Quantity("magnetic_field_mgauss", "mgauss", 3, "magnetic field", Output(0x68)),
+    Quantity("temperature_degc", "degC", 1, "temperature of the part", Output(0x6E, zero=25.0)),
 )
 
 BUS = Bus(

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from sensors.declaration import Bus, Function, Quantity
+from sensors.declaration import Bus, Function, Output, Quantity
 from sensors.errors import PartErrors, drawn, noise
 
 SIGNALS = (
-    Quantity("pressure_hpa", "hPa", 1, "air pressure"),
-    Quantity("temperature_degc", "degC", 1, "temperature of the part"),
+    Quantity("pressure_hpa", "hPa", 1, "air pressure", Output(0x28, size=3)),
+    Quantity("temperature_degc", "degC", 1, "temperature of the part", Output(0x2B)),
 )
 
 BUS = Bus(i2c_addresses=(0x5C, 0x5D), spi_wires=4, source="datasheet 7")

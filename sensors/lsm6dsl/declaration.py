@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import ClassVar
 
-from sensors.declaration import Bus, Function, Quantity
+from sensors.declaration import Bus, Function, Output, Quantity
 from sensors.errors import PartErrors, Vec3, drawn, drawn_by_axis, fixed, noise
 
 SIGNALS = (
-    Quantity("acceleration_g", "g", 3, "specific force", one_row=True),
-    Quantity("angular_rate_dps", "dps", 3, "angular rate", one_row=True),
-    Quantity("temperature_degc", "degC", 1, "temperature of the part", one_row=True),
+    Quantity("acceleration_g", "g", 3, "specific force", Output(0x28), one_row=True),
+    Quantity("angular_rate_dps", "dps", 3, "angular rate", Output(0x22), one_row=True),
+    Quantity("temperature_degc", "degC", 1, "temperature of the part", Output(0x20, zero=25.0), one_row=True),
 )
 
 BUS = Bus(i2c_addresses=(0x6A, 0x6B), spi_wires=4, source="datasheet 6")

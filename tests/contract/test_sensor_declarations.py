@@ -15,7 +15,7 @@ from sensors.part import Part
 from sensors.register import ADDRESSES, Register, RegisterMap
 from sensors.spi import READ, SpiTarget
 from sensors.subaddress import SubaddressTarget
-from tests.sensor_fakes import PARTS
+from tests.sensor_fakes import CHANNELS, PARTS, Channel
 
 parts = pytest.mark.parametrize("part", PARTS.values(), ids=list(PARTS))
 WORLD = {
@@ -37,6 +37,23 @@ def test_a_part_is_built_from_the_signals_it_declares(part: type[Part]) -> None:
         assert low < high
         assert lsb > 0
         assert quantity.name.endswith(quantity.unit.lower())
+
+
+@parts
+def test_what_it_measures_is_read_where_a_register_can_be_read(part: type[Part]) -> None:
+    for quantity in part.SIGNALS:
+        first = quantity.output.address
+        for address in range(first, first + quantity.output.size * quantity.axes):
+            register = part.MAP.at[address]
+            assert register is not None
+            assert register.access == "r"
+
+
+@pytest.mark.parametrize("channel", CHANNELS, ids=str)
+def test_outputs_are_where_the_datasheet_has_them(channel: Channel) -> None:
+    (quantity,) = (one for one in PARTS[channel.part].SIGNALS if one.name == channel.name)
+    output = quantity.output
+    assert (output.address, output.size, output.zero) == (channel.address, channel.width, channel.zero)
 
 
 @parts

@@ -15,7 +15,8 @@ from emulator.live.messages import Event
 from emulator.live.session import Session, Setup
 from emulator.scenario import load_scenario
 from firmware_model.arm import prebuilt
-from tests.live_fakes import Page, do
+from tests.live_fakes import Page, Reader, do
+from tests.recipe import GreenhouseBoard
 
 SCRIPT = [
     (1.2, do(do="follow_attitude", pitch_deg=30)),
@@ -109,16 +110,99 @@ def test_states_come_in_order_with_truth_samples_and_variables() -> None:
     assert last.truth["pitch_deg"] == pytest.approx(30)
     assert last.variables["pitch"] == pytest.approx(30, abs=0.2)
     assert last.variables["acc.AXIS_X"] == pytest.approx(-500, abs=3)
-    assert last.samples["ACC"] == pytest.approx([0, 500, 866], abs=3)
+    assert last.samples["LSM6DSL.acceleration_g"] == pytest.approx([0, 500, 866], abs=3)
     assert last.load["rate_hz"] == 800
     printed = page.of(messages.Printed)[-1]
     assert printed.values["Altitude"] == pytest.approx(0, abs=0.2)
+    declared = page.of(messages.Declared)[0].part
+    assert [one["name"] for one in declared["registers"]].count("WHO_AM_I") == 1
     registers = page.of(messages.Registers)[-1]
-    assert bytes.fromhex(registers.bytes)[0x0F] == 0x6A
+    assert registers.values["WHO_AM_I"] == "6A"
+    assert len(registers.values["OUT_XL"]) == 12
     assert any(one["meaning"].endswith(" mg") for one in page.of(messages.Bus)[-1].transfers)
     text = "".join(one.text for one in page.of(messages.Text))
     assert text == page.session.board.terminal.text[: len(text)]
     assert "Pitch:" in text
+
+
+def test_a_block_of_the_chip_is_declared_and_shown_as_a_debugger_sees_it() -> None:
+    page = Page(
+        Setup("solution"), [(0.0, messages.Watch([], "TIM9")), (1.2, messages.Watch([], "TIM10"))], 1.5
+    )
+    session = page.run()
+    assert session.board.arm is not None
+    names = [event.part["name"] for event in page.of(messages.Declared)]
+    assert list(dict.fromkeys(names)) == ["TIM9", "TIM10"]
+    fields = {
+        one["name"]: [bits["name"] for bits in one["fields"]]
+        for one in page.of(messages.Declared)[0].part["registers"]
+    }
+    assert "CEN" in fields["CR1"]
+    shown = [event for event in page.of(messages.Registers) if event.part == "TIM9"]
+    assert shown[0].note == "TIM9 has no clock: its enable bit in RCC is not set"  # it has not booted yet
+    assert int(shown[-1].values["CR1"], 16) & 1
+    assert shown[-1].note == ""
+    status = page.of(messages.Status)[-1]
+    assert {"TIM9", "NVIC", "GPIOB", "RCC"} <= set(status.blocks)
+
+
+def test_firmware_in_python_has_no_chip_to_look_into() -> None:
+    page = Page(Setup("lab3"), [(0.0, messages.Watch([], "TIM9"))], 0.5)
+    page.run()
+    assert page.of(messages.Status)[-1].blocks == []
+    assert page.of(messages.Registers) == []
+
+
+@pytest.mark.parametrize("profile", ["lab3", "fcu001v1"])
+def test_the_pins_and_their_levels(profile: str) -> None:
+    script = [(0.0, messages.Watch(pins=True)), (0.5, do(do="set_attitude", pitch_deg=86))]
+    page = Page(Setup("solution", profile=profile, ideal=True), script, 3.0)
+    session = page.run()
+    first, last = (
+        {one["name"]: one for one in event.pins}
+        for event in page.of(messages.Pins)[:: len(page.of(messages.Pins)) - 1]
+    )
+    assert first["PB5"]["level"] is None  # before the firmware has made it an output
+    assert last["PB5"] == {"name": "PB5", "use": "LED1, lit while low", "mode": "output", "level": 0}
+    assert session.board.led1.on
+    assert last["PA9"]["mode"] == "AF7"
+    assert last["LSM6DSL INT1"]["level"] == 0
+    if profile == "lab3":
+        assert last["PB10"]["mode"] == "AF4"
+        assert last["PB3"]["use"] == "I2C2 SDA, AF9"
+    else:
+        selects = [name for name, one in last.items() if one["use"].endswith("chip select")]
+        assert selects == ["PA8", "PB12", "PC13"]
+
+
+def test_a_page_that_looks_at_everything_changes_nothing() -> None:
+    looks = messages.Watch(["pitch"], "SCB", bus=True, pins=True)
+    pages = [Page(Setup("solution", seed=5), [(0.0, watch)], 2.0) for watch in (messages.Watch(), looks)]
+    one, other = (bytes(page.run().board.terminal.uart.received()) for page in pages)
+    shortest = min(len(one), len(other))
+    assert shortest > 300
+    assert one[:shortest] == other[:shortest]
+
+
+def test_a_sensor_that_is_new_is_shown_by_what_it_declares() -> None:
+    script = [
+        (0.0, messages.Watch([], "HTX221", bus=True, pins=True)),
+        (0.2, do(do="set_humidity", humidity_percent=62.5)),
+        (0.2, do(do="set_temperature", temperature_degc=21.25)),
+    ]
+    page = Page(Setup(Reader, ideal=True, kind=GreenhouseBoard), script, 1.0)
+    page.run()
+    hello = page.of(messages.Hello)[0]
+    assert (hello.board, hello.leds, hello.parts) == ("greenhouse", ["GREEN"], ["HTX221", "LPS22HB"])
+    ids = {one["id"]: one["unit"] for one in hello.outputs}
+    assert ids["HTX221.relative_humidity_percent"] == "%"
+    last = page.of(messages.State)[-1]
+    assert last.samples == {"HTX221.relative_humidity_percent": [62.5], "HTX221.temperature_degc": [21.25]}
+    assert last.truth["humidity_percent"] == 62.5
+    reads = [one for one in page.of(messages.Bus)[-1].transfers if one["way"] == "read"]
+    assert reads[-1]["meaning"] == "62.5 %, 21.25 °C"
+    assert page.of(messages.Registers)[-1].values["WHO_AM_I"] == "BD"
+    assert [one["name"] for one in page.of(messages.Pins)[-1].pins][:2] == ["PA2", "PA5"]
 
 
 def test_a_scenarios_verdicts_fall_while_it_plays() -> None:

@@ -75,6 +75,7 @@ export class History {
     const values: Record<string, number> = {
       "truth.Roll": truth.roll_deg, "truth.Pitch": truth.pitch_deg, "truth.Yaw": truth.yaw_deg,
       "truth.Altitude": truth.altitude_m, "truth.Pre": truth.pressure_hpa, "truth.Temp": truth.temperature_degc,
+      "truth.Hum": truth.humidity_percent,
     };
     XYZ.forEach((axis, index) => {
       values[`truth.ACC.${axis}`] = truth.acc_mg[index] ?? 0;

@@ -9,10 +9,12 @@ import { button, download, el, fixed, setText } from "./dom";
 import { Hand } from "./hand";
 import { History } from "./history";
 import { boardIn2d } from "./horizon";
-import { BusView, DiagnosisView, RegisterView, ScenarioView, World } from "./panels";
+import { BusView, DiagnosisView, PinView, ScenarioView } from "./panels";
 import { Plot } from "./plot";
+import { RegisterView } from "./registers";
 import { overWebSocket, type Command, type Entry, type Event, type Finding, type State, type Status } from "./protocol";
 import { Serial } from "./serial";
+import { World } from "./world";
 
 const SPEEDS: [string, number | null][] = [["0.01", 0.01], ["0.1", 0.1], ["0.5", 0.5], ["1", 1], ["2", 2], ["5", 5], ["10", 10], ["max", null]];
 const LARGEST_FIRMWARE = 8 << 20;
@@ -32,6 +34,7 @@ const plot = new Plot(history);
 const world = new World(act);
 const registers = new RegisterView();
 const bus = new BusView();
+const pins = new PinView();
 const scenario = new ScenarioView((name) => send({ type: "play", scenario: name }));
 const diagnosis = new DiagnosisView();
 
@@ -52,7 +55,7 @@ const connection = el("span", { class: "connection", id: "connection" });
 const badge = el("span", { class: "badge", hidden: true });
 
 const panes: [string, string, HTMLElement][] = [
-  ["world", "World", world.element], ["registers", "Registers", registers.element], ["bus", "Bus", bus.element],
+  ["world", "World", world.element], ["registers", "Registers", registers.element], ["bus", "Bus", bus.element], ["pins", "Pins", pins.element],
   ["scenario", "Scenario", scenario.element], ["diagnosis", "Diagnosis", diagnosis.element],
 ];
 let pane = "world";
@@ -75,7 +78,7 @@ function open(id: string): void {
 }
 
 function watch(): void {
-  send({ type: "watch", variables: plot.watched, registers: pane === "registers" ? registers.part : null, bus: pane === "bus" });
+  send({ type: "watch", variables: plot.watched, registers: pane === "registers" ? registers.part : null, bus: pane === "bus", pins: pane === "pins" });
 }
 
 const view = el("div", { class: "view" }, picture.element, leds,
@@ -116,7 +119,9 @@ session.onEvent = (event: Event) => {
       document.title = `${event.board} – fcu`;
       firmware.replaceChildren(el("option", { value: "", hidden: true }), ...Object.entries(event.firmware).map(([name, text]) => el("option", { value: name, title: text }, name)));
       scenario.offer(event.scenarios);
-      registers.declare(event.parts);
+      registers.offer(event.parts);
+      plot.declare(event.outputs);
+      world.declare(event.outputs);
       world.tellWays(event.ways);
       leds.replaceChildren(...event.leds.map((name) => (lamps[name] = el("span", { class: "led", "data-led": name, "data-on": "false" }, el("i", {}), name))));
       break;
@@ -133,6 +138,12 @@ session.onEvent = (event: Event) => {
       break;
     case "printed":
       history.addPrinted(event);
+      break;
+    case "declared":
+      registers.declare(event.part);
+      break;
+    case "pins":
+      pins.show(event);
       break;
     case "registers":
       registers.show(event);
@@ -171,6 +182,7 @@ function showStatus(now: Status): void {
   document.body.dataset["state"] = now.state;
   speed.value = SPEEDS.find(([, factor]) => factor === now.speed)?.[0] ?? "1";
   plot.offer(now.variables);
+  registers.offerBlocks(now.blocks);
   scenario.status(now);
   showDiagnosis();
 }

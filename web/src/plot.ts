@@ -3,31 +3,41 @@
 import uPlot from "uplot";
 import { button, colour, download, el, setText } from "./dom";
 import type { History } from "./history";
+import type { Output } from "./protocol";
 
 interface Channel { id: string; name: string; tint: string; kind: "truth" | "raw" | "print" | "var" }
-interface Subject { id: string; name: string; unit: string; channels: Channel[] }
+interface Subject { id: string; name: string; unit: string; channels: Channel[]; quantity?: string }
 
 const XYZ: [string, string][] = [["x", "--axis-x"], ["y", "--axis-y"], ["z", "--axis-z"]];
 const TINTS = ["--accent", "--axis-x", "--axis-y", "--axis-z", "--tint-5", "--tint-6", "--tint-7", "--tint-8"];
 
-function vector(id: string, name: string, unit: string): Subject {
+function vector(id: string, name: string, unit: string, quantity: string): Subject {
   return {
-    id, name, unit,
+    id, name, unit, quantity,
     channels: XYZ.flatMap(([axis, tint]): Channel[] => [
       { id: `truth.${id}.${axis}`, name: `${axis} truth`, tint, kind: "truth" },
-      { id: `raw.${id}.${axis}`, name: `${axis} read`, tint, kind: "raw" },
       { id: `print.${id}.${axis}`, name: `${axis} printed`, tint, kind: "print" },
     ]),
   };
 }
 
-function scalar(id: string, name: string, unit: string, raw = ""): Subject {
-  const channels: Channel[] = [
-    { id: `truth.${id}`, name: "truth", tint: "--muted", kind: "truth" },
-    { id: `print.${id}`, name: "printed", tint: "--accent", kind: "print" },
-  ];
-  if (raw) channels.push({ id: `raw.${raw}`, name: "read", tint: "--axis-z", kind: "raw" });
-  return { id, name, unit, channels };
+function scalar(id: string, name: string, unit: string, quantity = ""): Subject {
+  return {
+    id, name, unit, quantity,
+    channels: [
+      { id: `truth.${id}`, name: "truth", tint: "--muted", kind: "truth" },
+      { id: `print.${id}`, name: "printed", tint: "--accent", kind: "print" },
+    ],
+  };
+}
+
+// What the firmware reads of a quantity, of all parts that measure it.
+function readings(outputs: Output[]): Channel[] {
+  return outputs.flatMap((one, index): Channel[] => {
+    const whose = outputs.length > 1 ? `${one.part} ` : "";
+    if (one.axes > 1) return XYZ.map(([axis, tint]) => ({ id: `raw.${one.id}.${axis}`, name: `${axis} ${whose}read`, tint, kind: "raw" }));
+    return [{ id: `raw.${one.id}`, name: `${whose}read`, tint: TINTS[(index + 3) % TINTS.length] ?? "--accent", kind: "raw" }];
+  });
 }
 
 const ANGLES: Subject = {
@@ -37,11 +47,27 @@ const ANGLES: Subject = {
     { id: `print.${name}`, name: `${name} printed`, tint, kind: "print" },
   ]),
 };
-const SUBJECTS: Subject[] = [
-  ANGLES, vector("ACC", "Acc", "mg"), vector("GYR", "Gyro", "mdps"), vector("MAG", "Mag", "mG"),
-  scalar("Pre", "Pressure", "hPa", "PRE"), scalar("Altitude", "Height", "m"),
-  { id: "variables", name: "Variables", unit: "", channels: [] },
+const QUANTITIES: Subject[] = [
+  vector("ACC", "Acc", "mg", "acceleration_g"), vector("GYR", "Gyro", "mdps", "angular_rate_dps"),
+  vector("MAG", "Mag", "mG", "magnetic_field_mgauss"), scalar("Pre", "Pressure", "hPa", "pressure_hpa"),
+  scalar("Hum", "Humidity", "%", "relative_humidity_percent"), scalar("Temp", "Temp", "°C", "temperature_degc"),
 ];
+const HEIGHT = scalar("Altitude", "Height", "m");
+const VARIABLES: Subject = { id: "variables", name: "Variables", unit: "", channels: [] };
+
+// What can be plotted of a board with these sensors; a quantity that has no page of its own gets one.
+function subjects(outputs: Output[]): Subject[] {
+  const known = QUANTITIES.map((one) => one.quantity);
+  const others = [...new Set(outputs.filter((one) => !known.includes(one.quantity)).map((one) => one.quantity))].map((quantity): Subject => {
+    const { doc = quantity, unit = "" } = outputs.find((one) => one.quantity === quantity) ?? {};
+    return { id: quantity, name: doc, unit, quantity, channels: [] };
+  });
+  const measured = [...QUANTITIES, ...others].flatMap((subject) => {
+    const own = outputs.filter((one) => one.quantity === subject.quantity);
+    return own.length ? [{ ...subject, channels: [...subject.channels, ...readings(own)] }] : [];
+  });
+  return [ANGLES, ...measured, HEIGHT, VARIABLES];
+}
 
 export class Plot {
   readonly element: HTMLElement;
@@ -75,14 +101,17 @@ export class Plot {
     this.adding = el("div", { class: "adding" }, add, this.names, this.chips);
     const span = el("select", { "aria-label": "Seconds shown", change: () => { this.window = Number(span.value); this.freeze(false); } },
       ...[5, 20, 60, 300].map((seconds) => el("option", { value: String(seconds), selected: seconds === this.window }, `${seconds} s`)));
-    for (const subject of SUBJECTS) {
-      this.tabs.append(el("button", { type: "button", role: "tab", "data-subject": subject.id, "aria-selected": String(subject === this.subject), click: () => this.choose(subject) }, subject.name));
-    }
     this.element = el("section", { class: "panel plot", "aria-label": "Plot" },
       el("header", {}, el("h2", {}, "Plot"), this.tabs, el("span", { class: "gap" }), span, this.freezer,
         button("CSV", "Save what is shown as CSV", () => this.saveCsv()), button("PNG", "Save the picture", () => this.savePng())),
       this.adding, this.area);
     this.adding.hidden = true;
+  }
+
+  declare(outputs: Output[]): void {
+    const offered = subjects(outputs);
+    this.tabs.replaceChildren(...offered.map((subject) => el("button", { type: "button", role: "tab", "data-subject": subject.id, click: () => this.choose(subject) }, subject.name)));
+    this.choose(offered.find((one) => one.id === this.subject.id) ?? ANGLES);
   }
 
   private choose(subject: Subject): void {

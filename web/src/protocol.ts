@@ -6,15 +6,16 @@ export interface Register {
   fields: Field[];
 }
 export interface Part { name: string; doc: string; place: string; registers: Register[] }
+export interface Output { id: string; part: string; quantity: string; doc: string; unit: string; axes: number }
 
 export interface Hello {
   type: "hello"; board: string; version: string; leds: string[]; firmware: Record<string, string>;
-  scenarios: Record<string, string>; parts: Part[]; ways: string[];
+  scenarios: Record<string, string>; parts: string[]; outputs: Output[]; ways: string[];
 }
 export interface Status {
   type: "status"; run: number; firmware: string; file: string; profile: string; scenario: string; question: string;
   duration_s: number; state: "running" | "paused" | "failed"; speed: number | null; problem: string; notes: string[];
-  variables: string[]; recording: string;
+  variables: string[]; blocks: string[]; recording: string;
 }
 export interface Truth {
   rotation: number[]; roll_deg: number; pitch_deg: number; yaw_deg: number; altitude_m: number; rate_dps: number[];
@@ -26,7 +27,10 @@ export interface State {
 }
 export interface Text { type: "text"; run: number; position: number; text: string }
 export interface Printed { type: "printed"; t_s: number; values: Record<string, number>; truth: Record<string, number> }
-export interface Registers { type: "registers"; part: string; bytes: string }
+export interface Declared { type: "declared"; part: Part }
+export interface Registers { type: "registers"; part: string; values: Record<string, string>; note: string }
+export interface Pin { name: string; use: string; mode: string; level: 0 | 1 | null }
+export interface Pins { type: "pins"; pins: Pin[] }
 export interface Transfer {
   t_s: number; bus: string; device: string; register: string; way: "read" | "write"; bytes: string; count: number;
   meaning: string; result: string;
@@ -40,7 +44,7 @@ export interface Recorded { type: "recorded"; text: string }
 export interface Notice { type: "notice"; kind: "error" | "info"; text: string }
 
 export type Event =
-  | Hello | Status | State | Text | Printed | Registers | Bus | Verdicts | Findings | Recorded | Notice;
+  | Hello | Status | State | Text | Printed | Declared | Registers | Pins | Bus | Verdicts | Findings | Recorded | Notice;
 
 export type Entry = { do: string } & Record<string, unknown>;
 export type Command =
@@ -51,7 +55,7 @@ export type Command =
   | { type: "firmware"; name: string }
   | { type: "upload"; name: string; data: string }
   | { type: "play"; scenario: string | null }
-  | { type: "watch"; variables: string[]; registers: string | null; bus: boolean };
+  | { type: "watch"; variables: string[]; registers: string | null; bus: boolean; pins: boolean };
 
 export interface Session {
   send(command: Command): void;

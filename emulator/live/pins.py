@@ -1,0 +1,69 @@
+"""The levels of the board's pins: what is soldered to the chip, what else the firmware drives, and the
+sensors' own pins.
+
+A sensor is brought up to now before its pins are looked at, which nobody else can notice: what it does then
+has become due already. Pins are not watched, so a pulse between two looks is not seen; the wires over time
+are in ``fcu run --vcd``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from emulator.board.board import Board
+from emulator.boards.description import Pin
+
+
+def pins(board: Board) -> list[dict[str, Any]]:
+    """Of each pin ``name``, ``use``, ``mode`` and ``level``: 0, 1, or null where nobody drives or pulls it.
+
+    ``mode`` is ``output``, ``input``, ``AF4`` (an alternate function by its number), or ``sensor`` for a pin
+    that leads nowhere.
+    """
+    return [*_of_chip(board), *_of_sensors(board)]
+
+
+def _of_chip(board: Board) -> Iterator[dict[str, Any]]:
+    gpio, uses = board.gpio, dict(_uses(board))
+    for where in gpio.pins():
+        driven = gpio.output(*where) is not None
+        if where not in uses and not driven:
+            continue
+        function = gpio.alternate(*where)
+        mode = f"AF{function}" if function is not None else "output" if driven else "input"
+        yield {
+            "name": _name(where),
+            "use": uses.get(where, "connected to nothing"),
+            "mode": mode,
+            "level": gpio.level(*where),
+        }
+
+
+def _of_sensors(board: Board) -> Iterator[dict[str, Any]]:
+    for part in board.sensors:
+        part.catch_up(board.clock.now_ps)
+        for pin in part.pins():
+            yield {"name": f"{part.NAME} {pin.name}", "use": "", "mode": "sensor", "level": pin.level}
+
+
+def _uses(board: Board) -> Iterator[tuple[Pin, str]]:
+    """What is soldered to the chip's pins, as the board's file says."""
+    description, profile = board.description, board.booted.profile
+    for led, where in description.leds.items():
+        yield where, f"{led}, lit while low"
+    for part, place in profile.chip_selects.items():
+        yield (place[1], int(place[2:])), f"{part} chip select"
+    for bus, wires in description.i2c.items():
+        for wire, name in ((wires.scl, "SCL"), (wires.sda, "SDA")):
+            yield wire[:2], f"{bus} {name}, AF{wire[2]}"
+    serial = description.serial
+    yield serial.tx[:2], f"{serial.block} TX, AF{serial.tx[2]}"
+    for absent in description.absent:
+        yield absent.chip_select, f"{absent.name} chip select; it is absent"
+        for where in absent.held:
+            yield where, f"held by {absent.name}"
+
+
+def _name(where: Pin) -> str:
+    return f"P{where[0]}{where[1]}"

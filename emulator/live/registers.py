@@ -1,0 +1,138 @@
+"""The registers of the sensors and of the chip's blocks, as declared and as they stand.
+
+Looking reads nothing: registers are shown as they stand in the part's memory, so an output register has the
+sample that was read last, and reading a status here clears no bit. Blocks of the chip are looked at as by a
+debugger (``peek``).
+
+A page gets the declaration of what it looks at, once, and then values. The road not taken, all declarations
+at the beginning, are 700 kB for the chip.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from emulator.board.board import Board
+from sensors.part import Part
+from sensors.register import RegisterMap
+
+if TYPE_CHECKING:
+    from emulator.chip.peripherals.peripheral import Peripheral
+    from emulator.chip.registers.block import DeclaredBlock
+
+
+def block_names(board: Board) -> list[str]:
+    """The blocks of the chip that can be looked at; none with firmware in Python."""
+    if board.arm is None:
+        return []
+    from emulator.chip.registers import BLOCKS
+
+    return [name for name in BLOCKS if _block(board, name) is not None]
+
+
+def known(board: Board, name: str) -> bool:
+    """Whether there is a sensor or a block of this name."""
+    return _part(board, name) is not None or name in block_names(board)
+
+
+def declaration(board: Board, name: str) -> dict[str, Any]:
+    """Registers and fields of a known sensor or block, in the order of its document.
+
+    ``name``, ``doc``, ``place``, and of each register ``name``, ``address``, ``size``, ``reset``, ``access``,
+    ``doc``, ``modelled`` and ``fields``.
+    """
+    part = _part(board, name)
+    if part is not None:
+        return {
+            "name": name,
+            "doc": ", ".join(quantity.doc for quantity in part.SIGNALS),
+            "place": _place(board, part),
+            "registers": list(_of_part(part.MAP)),
+        }
+    from emulator.chip.registers import BLOCKS
+
+    block = BLOCKS[name]
+    return {"name": name, "doc": block.title, "place": block.title, "registers": list(_of_block(block))}
+
+
+def values(board: Board, name: str) -> dict[str, str]:
+    """The registers of a known sensor or block by name, in hexadecimal."""
+    part = _part(board, name)
+    if part is not None:
+        memory = part.registers.mem
+        return {
+            one.__name__: bytes(memory[one.addr : one.addr + one.size])[::-1].hex().upper()
+            for one in part.MAP.registers
+        }
+    from emulator.chip.registers import BLOCKS
+
+    block = _block(board, name)
+    if block is None:
+        return {}
+    return {one.name: f"{block.peek(one.offset):08X}" for one in BLOCKS[name].registers}
+
+
+def note(board: Board, name: str) -> str:
+    """What is to be known about a block as it is now; empty if nothing is."""
+    block = _block(board, name) if _part(board, name) is None else None
+    if block is None or block.clocked:
+        return ""
+    return f"{name} has no clock: its enable bit in RCC is not set"
+
+
+def _part(board: Board, name: str) -> Part | None:
+    return next((one for one in board.sensors if name == one.NAME), None)
+
+
+def _block(board: Board, name: str) -> Peripheral | None:
+    """What has the block's registers."""
+    if board.arm is None:
+        return None
+    from emulator.chip.registers import SYSTEM_CONTROL_SPACE
+
+    place = "SCS" if name in SYSTEM_CONTROL_SPACE else name
+    return next((one for one in board.arm.chip.core.all_blocks if one.name == place), None)
+
+
+def _place(board: Board, part: Part) -> str:
+    profile = board.booted.profile
+    place = profile.places.get(part.NAME)
+    return f"{profile.bus}, {f'0x{place:02X}' if isinstance(place, int) else place}"
+
+
+def _of_part(registers: RegisterMap) -> Iterator[dict[str, Any]]:
+    for one in registers.registers:
+        yield {
+            "name": one.__name__,
+            "address": one.addr,
+            "size": one.size,
+            "reset": one.reset,
+            "access": one.access,
+            "doc": (one.__doc__ or "").strip().partition("\n")[0],
+            "modelled": one.modelled,
+            "fields": [
+                {"name": bits.name, "msb": bits.msb, "lsb": bits.lsb, "doc": bits.doc}
+                for bits in one.fields
+                if not bits.overlay
+            ],
+        }
+
+
+def _of_block(block: DeclaredBlock) -> Iterator[dict[str, Any]]:
+    for one in block.registers:
+        kind = one.declared
+        yield {
+            "name": one.name,
+            "address": one.offset,
+            "size": kind.size,
+            "reset": one.reset,
+            "access": kind.access,
+            "doc": (kind.__doc__ or "").strip().partition("\n")[0],
+            "modelled": kind.modelled,
+            "fields": [
+                {"name": field.name, "msb": field.msb, "lsb": field.lsb, "doc": field.bits.doc}
+                for field in one.fields()
+                if not field.bits.overlay
+            ],
+        }

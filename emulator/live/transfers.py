@@ -1,0 +1,168 @@
+"""What the buses carry, decoded for people: transfers, and the samples in them.
+
+Samples are what the firmware itself has read last, decoded by what the parts declare (``Quantity.output``)
+with the full scale of the moment. The road not taken, asking the sensors, would show samples that no firmware
+has seen.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import cache
+from typing import Any, NamedTuple
+
+from emulator.board.board import Board
+from emulator.time.clock import PS_PER_S
+from emulator.trace import BusTransfer, TraceEvent
+from sensors.declaration import Quantity
+from sensors.part import Part
+from sensors.register import ADDRESSES, RegisterMap
+
+_KEPT = 16  # transfers of firmware in Python
+_SHOWN_UNITS = {
+    "g": ("mg", 1000.0),
+    "dps": ("mdps", 1000.0),
+    "mgauss": ("mG", 1.0),
+    "degC": ("°C", 1.0),
+    "percent": ("%", 1.0),
+}
+"""The units that the lab prints, and how many of them are one of the parts' own."""
+
+
+class Sample(NamedTuple):
+    """A quantity that a part measures, and the values of all axes that have been read, in ``unit``."""
+
+    id: str
+    values: list[float]
+    unit: str
+
+
+def outputs(board: Board) -> list[dict[str, Any]]:
+    """Everything that the board's parts measure, for the page to label samples with."""
+    return [
+        {
+            "id": _id(part, quantity),
+            "part": part.NAME,
+            "quantity": quantity.name,
+            "doc": quantity.doc,
+            "unit": _shown(quantity)[0],
+            "axes": quantity.axes,
+        }
+        for part in board.sensors
+        for quantity in part.SIGNALS
+    ]
+
+
+def _id(part: Part, quantity: Quantity) -> str:
+    return f"{part.NAME}.{quantity.name}"
+
+
+def _shown(quantity: Quantity) -> tuple[str, float]:
+    return _SHOWN_UNITS.get(quantity.unit, (quantity.unit, 1.0))
+
+
+# -- The latest transfers -----------------------------------------------------------------------------------
+
+
+class Transfers:
+    """The latest transfers. The chip keeps a few; those of firmware in Python are taken down here."""
+
+    def __init__(self, board: Board) -> None:
+        self._board = board
+        self._kept: deque[BusTransfer] = deque(maxlen=_KEPT)
+        self._unsubscribe: Callable[[], object] = bool
+        if board.arm is None:
+            self._unsubscribe = board.trace.subscribe(self._hear)
+
+    def latest(self) -> list[BusTransfer]:
+        """The latest last."""
+        return list(self._kept) if self._board.arm is None else self._board.recent_transfers()
+
+    def close(self) -> None:
+        """Hear no more."""
+        self._unsubscribe()
+
+    def _hear(self, event: TraceEvent) -> None:
+        if isinstance(event, BusTransfer):
+            self._kept.append(event)
+
+
+def transfers(board: Board, latest: Sequence[BusTransfer]) -> list[dict[str, Any]]:
+    """The latest transfers on all buses, for people."""
+    return [_transfer(board, one) for one in latest]
+
+
+def _transfer(board: Board, transfer: BusTransfer) -> dict[str, Any]:
+    meanings = (
+        " ".join(f"{value:g}" for value in sample.values) + f" {sample.unit}"
+        for sample in decoded(board, transfer)
+    )
+    data = transfer.read or transfer.written[1:]
+    return {
+        "t_s": transfer.t_ps / PS_PER_S,
+        "bus": transfer.bus,
+        "device": transfer.device or f"0x{transfer.address:02X}",
+        "register": transfer.register,
+        "way": "read" if transfer.read else "write",
+        "bytes": data[:32].hex(" "),
+        "count": len(data),
+        "meaning": ", ".join(meanings),
+        "result": transfer.result,
+    }
+
+
+# -- The samples in them ------------------------------------------------------------------------------------
+
+
+def samples(board: Board, latest: Sequence[BusTransfer]) -> dict[str, list[float]]:
+    """What the firmware has read last, by the ids of :func:`outputs`, in the sensor's own axes."""
+    found: dict[str, list[float]] = {}
+    seen = set()
+    for transfer in reversed(latest):
+        kind = transfer.device, transfer.register, len(transfer.read)
+        if kind not in seen:  # of several alike, the latest
+            seen.add(kind)
+            for sample in decoded(board, transfer):
+                found.setdefault(sample.id, sample.values)
+    return found
+
+
+def decoded(board: Board, transfer: BusTransfer) -> Iterator[Sample]:
+    """The samples that a read of output registers has brought; none for any other transfer."""
+    part = next((part for part in board.sensors if transfer.device == part.NAME), None)
+    first = _addresses(part.MAP).get(transfer.register) if part is not None else None
+    if part is None or first is None or not transfer.read:
+        return
+    read: dict[int, int] = {}
+    for address, value in zip(_passed(board, part, transfer, first), transfer.read, strict=False):
+        read.setdefault(address, value)
+    for quantity in part.SIGNALS:
+        output = quantity.output
+        places = range(output.address, output.address + output.size * quantity.axes)
+        if all(place in read for place in places):
+            raw = bytes(read[place] for place in places)
+            lsb = part.sample_range(quantity.name)[2]
+            unit, scale = _shown(quantity)
+            values = [round((output.zero + count * lsb) * scale, 3) for count in _counts(raw, output.size)]
+            yield Sample(_id(part, quantity), values, unit)
+
+
+def _passed(board: Board, part: Part, transfer: BusTransfer, first: int) -> Iterable[int]:
+    """The sub-addresses of a burst from ``first`` on, without an end."""
+    bit = part.BUS.i2c_increment_bit if transfer.bus in board.description.i2c else part.BUS.spi_increment_bit
+    stays = bit and not (transfer.written and transfer.written[0] & bit)
+    while True:
+        yield first
+        first = first if stays else part.active.advance(first, 1)
+
+
+def _counts(raw: bytes, size: int) -> Iterator[int]:
+    for start in range(0, len(raw), size):
+        yield int.from_bytes(raw[start : start + size], "little", signed=True)
+
+
+@cache
+def _addresses(registers: RegisterMap) -> dict[str, int]:
+    """Sub-addresses by the datasheet's names."""
+    return {registers.name(address): address for address in range(ADDRESSES)}
