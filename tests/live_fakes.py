@@ -10,7 +10,8 @@ from typing import Any
 from emulator.links import ByteLink
 from emulator.live import messages
 from emulator.live.messages import Command, Event
-from emulator.live.session import Session, Setup
+from emulator.live.session import Session
+from emulator.live.setup import Setup
 from emulator.python_cpu.hal import Hal
 
 

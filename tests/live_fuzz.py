@@ -60,7 +60,8 @@ def main() -> None:
     from websockets.sync.client import ClientConnection, connect
 
     from emulator.live.server import PageServer
-    from emulator.live.session import Session, Setup
+    from emulator.live.session import Session
+    from emulator.live.setup import Setup
 
     count = int(sys.argv[1]) if len(sys.argv) > 1 else 10_000
     pages = PageServer()

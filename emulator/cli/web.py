@@ -16,7 +16,8 @@ from emulator.cli.run import interruptible, to_stderr
 from emulator.errors import InputError
 from emulator.links import ByteLink, open_link
 from emulator.live.server import PageServer
-from emulator.live.session import Session, Setup
+from emulator.live.session import Session
+from emulator.live.setup import Setup
 from emulator.time.clock import PS_PER_S
 from emulator.time.durations import parse_duration
 

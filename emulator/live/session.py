@@ -19,28 +19,25 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
-from functools import partial
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 from emulator.analysis.witness import Witness
 from emulator.board.board import Board
-from emulator.board.firmware import FirmwareFactory
 from emulator.errors import FcuError, FirmwareError, InputError
 from emulator.links import ByteLink
 from emulator.live import messages, pins, registers, transfers, view
 from emulator.live.files import FileWatch, UploadedFile
 from emulator.live.messages import Command, Event
 from emulator.live.recording import SessionRecording
-from emulator.scenario import load_scenario, scenario_names
-from emulator.scenario.board_view import BoardView
+from emulator.live.setup import Careful, Setup, as_it_is
+from emulator.scenario import scenario_names
 from emulator.scenario.printed import FORMATS, TRUTH
-from emulator.scenario.scenario import Scenario, perform_at
+from emulator.scenario.scenario import perform_at
 from emulator.scenario.timeline import Entry
 from emulator.scenario.written import parse_entry
 from emulator.time.clock import PS_PER_MS, PS_PER_S
-from emulator.world import World
 
 Publish = Callable[[Event, object | None], None]
 """``publish(event, client)``: to one client, or to all when ``client`` is None."""
@@ -60,18 +57,6 @@ _HISTORY = 64 << 10  # bytes of the terminal for who comes later
 _STEP_PS = {"second": PS_PER_S, "line": 10 * PS_PER_S, "tick": PS_PER_S}  # at most
 _STEP_SLICE_PS = {"second": 10 * PS_PER_MS, "line": PS_PER_MS, "tick": PS_PER_MS // 20}
 _STEP_WALL_S = 5.0
-
-
-@dataclass(frozen=True)
-class Setup:
-    """What is run: the kind of board, and the arguments of :class:`Board`."""
-
-    firmware: str | Path | FirmwareFactory | None = None
-    scenario: str | None = None
-    profile: str | None = None
-    seed: int | None = None
-    ideal: bool = False
-    kind: type[Board] = Board
 
 
 class Session:
@@ -231,17 +216,10 @@ class Session:
 
     def _begin(self, setup: Setup, hold: bool = False) -> None:
         """Power on. With ``hold`` the world is as it was: a hand has the board. Raises FcuError."""
-        plan: Scenario | None = None
-        if setup.scenario is not None:
-            plan = load_scenario(setup.scenario, setup.kind.description)
-            plan.ahead = False
-        firmware = setup.firmware
-        if firmware is None and plan is None:
-            firmware = setup.kind.description.default_firmware or None
-        board = setup.kind(firmware, scenario=plan, profile=setup.profile, seed=setup.seed, ideal=setup.ideal)
-        if board.arm is not None:
-            board.arm.limits = replace(board.arm.limits, wall_s=1e9, terminal_bytes=1 << 40)
-        held = _as_it_is(self.board) if hold and plan is None and self.setup.scenario is None else []
+        board = setup.power_on()
+        held = []
+        if hold and setup.scenario is None and self.setup.scenario is None:
+            held = as_it_is(self.board)
         if self.run_number:
             self.save()
             self._transfers.close()
@@ -252,7 +230,7 @@ class Session:
         self.witness = Witness(board)
         self._transfers = transfers.Transfers(board)
         self._load = view.Load(board, self.witness)
-        self._file = FileWatch(firmware) if isinstance(firmware, str | Path) else None
+        self._file = setup.watched()
         self._slice_s = _SLICE_S
         self._set_origin()
         self._position = self._carried = 0
@@ -359,7 +337,7 @@ class Session:
             at_ps += 1  # its place among other events of that time would not be the same in a recording
         self._last_ps = at_ps
         refused: list[FcuError] = []
-        perform_at(board, _Careful(entry, refused), at_ps)
+        perform_at(board, Careful(entry, refused), at_ps)
         self._run_until(at_ps)
         if refused:
             raise refused[0]
@@ -404,7 +382,7 @@ class Session:
 
     def _greet(self, client: object) -> None:
         ways = [line for link in self._links for line in link.announce()]
-        self._publish(hello(self.board, ways), client)
+        self._publish(view.hello(self.board, ways), client)
         self._publish(self._status(), client)
         self._publish(self._text(max(0, self.board.terminal.position - _HISTORY)), client)
         self._publish(messages.Verdicts(self._verdicts, False), client)
@@ -549,55 +527,3 @@ class _Attach(Command):
 
 class _Detach(Command):
     """A client has gone."""
-
-
-class _Careful:
-    """An entry that keeps what the world refuses, for who commanded it, instead of ending the run."""
-
-    def __init__(self, entry: Entry, refused: list[FcuError]) -> None:
-        self._entry = entry
-        self._refused = refused
-
-    def plan(self, world: World, start_s: float) -> None:
-        """As the entry."""
-        self._try(partial(self._entry.plan, world, start_s))
-
-    def act(self, board: BoardView, from_ps: int) -> None:
-        """As the entry."""
-        self._try(partial(self._entry.act, board, from_ps))
-
-    def _try(self, action: Callable[[], None]) -> None:
-        try:
-            action()
-        except InputError as error:
-            self._refused.append(error)
-
-
-def hello(board: Board, ways: list[str]) -> messages.Hello:
-    """What does not change while a session lives; ``ways``: how else its serial line is reached."""
-    from importlib.metadata import version
-
-    return messages.Hello(
-        board=board.description.name,
-        version=version("fcu-emulator"),
-        leds=list(board.leds),
-        firmware=dict(board.description.firmware),
-        scenarios=scenario_names(),
-        parts=[part.NAME for part in board.sensors],
-        outputs=transfers.outputs(board),
-        ways=ways,
-    )
-
-
-def _as_it_is(board: Board) -> list[dict[str, Any]]:
-    """The entries that bring another board where this one is held."""
-    now = view.instant(board)
-    world = board.world
-    roll, pitch, yaw = (round(float(one), 2) + 0.0 for one in world.attitude_deg(now)[0])
-    metres = round(float(world.altitude_m(now)[0]), 3) + 0.0
-    entries: list[dict[str, Any]] = []
-    if (roll, pitch, yaw) != (0, 0, 0):
-        entries.append({"do": "set_attitude", "roll_deg": roll, "pitch_deg": pitch, "yaw_deg": yaw})
-    if metres:
-        entries.append({"do": "follow_altitude", "metres": metres, "time_constant": "1ms"})
-    return entries

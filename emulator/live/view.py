@@ -12,11 +12,29 @@ import numpy as np
 from emulator.analysis.witness import Witness
 from emulator.board.board import Board
 from emulator.buses.i2c import I2CBus
+from emulator.live import messages, transfers
+from emulator.scenario import scenario_names
 from emulator.time.clock import PS_PER_S
 from emulator.world.track import Array
 
 _MOST_LEAVES = 16  # numbers of one variable that are shown
 _LOOKS_OF_LOAD = 400  # of the witness: two seconds of virtual time
+
+
+def hello(board: Board, ways: list[str]) -> messages.Hello:
+    """What does not change while a session lives; ``ways``: how else its serial line is reached."""
+    from importlib.metadata import version
+
+    return messages.Hello(
+        board=board.description.name,
+        version=version("fcu-emulator"),
+        leds=list(board.leds),
+        firmware=dict(board.description.firmware),
+        scenarios=scenario_names(),
+        parts=[part.NAME for part in board.sensors],
+        outputs=transfers.outputs(board),
+        ways=ways,
+    )
 
 
 # -- The world ----------------------------------------------------------------------------------------------

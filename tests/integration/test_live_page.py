@@ -15,7 +15,8 @@ from pathlib import Path
 import pytest
 
 from emulator.live.server import PageServer
-from emulator.live.session import Session, Setup
+from emulator.live.session import Session
+from emulator.live.setup import Setup
 from emulator.python_cpu.hal import HAL_OK, Hal
 from firmware_model.arm import prebuilt
 from tests.live_fakes import Reader

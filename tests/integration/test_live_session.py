@@ -12,7 +12,8 @@ from emulator.errors import FcuError
 from emulator.links import MemoryLink
 from emulator.live import messages
 from emulator.live.messages import Event
-from emulator.live.session import Session, Setup
+from emulator.live.session import Session
+from emulator.live.setup import Setup
 from emulator.scenario import load_scenario
 from firmware_model.arm import prebuilt
 from tests.live_fakes import Page, Reader, do

@@ -1,0 +1,89 @@
+"""What a session runs, how it powers on, and how a board is brought to where another one was held."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from emulator.board.board import Board
+from emulator.board.firmware import FirmwareFactory
+from emulator.errors import FcuError, InputError
+from emulator.live import view
+from emulator.live.files import FileWatch
+from emulator.scenario import load_scenario
+from emulator.scenario.board_view import BoardView
+from emulator.scenario.timeline import Entry
+from emulator.world import World
+
+
+@dataclass(frozen=True)
+class Setup:
+    """The kind of board, and its arguments."""
+
+    firmware: str | Path | FirmwareFactory | None = None
+    scenario: str | None = None
+    profile: str | None = None
+    seed: int | None = None
+    ideal: bool = False
+    kind: type[Board] = Board
+
+    def power_on(self) -> Board:
+        """A new board, whose firmware may run and print without an end. Raises FcuError."""
+        plan = None
+        if self.scenario is not None:
+            plan = load_scenario(self.scenario, self.kind.description)
+            plan.ahead = False
+        firmware = self._firmware()
+        board = self.kind(firmware, scenario=plan, profile=self.profile, seed=self.seed, ideal=self.ideal)
+        if board.arm is not None:
+            board.arm.limits = replace(board.arm.limits, wall_s=1e9, terminal_bytes=1 << 40)
+        return board
+
+    def watched(self) -> FileWatch | None:
+        """The file of the firmware, to be loaded again when it changes."""
+        firmware = self._firmware()
+        return FileWatch(firmware) if isinstance(firmware, str | Path) else None
+
+    def _firmware(self) -> str | Path | FirmwareFactory | None:
+        if self.firmware is None and self.scenario is None:
+            return self.kind.description.default_firmware or None
+        return self.firmware
+
+
+class Careful:
+    """An entry that keeps what the world refuses, for who commanded it, instead of ending the run."""
+
+    def __init__(self, entry: Entry, refused: list[FcuError]) -> None:
+        self._entry = entry
+        self._refused = refused
+
+    def plan(self, world: World, start_s: float) -> None:
+        """As the entry."""
+        self._try(partial(self._entry.plan, world, start_s))
+
+    def act(self, board: BoardView, from_ps: int) -> None:
+        """As the entry."""
+        self._try(partial(self._entry.act, board, from_ps))
+
+    def _try(self, action: Callable[[], None]) -> None:
+        try:
+            action()
+        except InputError as error:
+            self._refused.append(error)
+
+
+def as_it_is(board: Board) -> list[dict[str, Any]]:
+    """The entries that bring another board where this one is held."""
+    now = view.instant(board)
+    world = board.world
+    roll, pitch, yaw = (round(float(one), 2) + 0.0 for one in world.attitude_deg(now)[0])
+    metres = round(float(world.altitude_m(now)[0]), 3) + 0.0
+    entries: list[dict[str, Any]] = []
+    if (roll, pitch, yaw) != (0, 0, 0):
+        entries.append({"do": "set_attitude", "roll_deg": roll, "pitch_deg": pitch, "yaw_deg": yaw})
+    if metres:
+        entries.append({"do": "follow_altitude", "metres": metres, "time_constant": "1ms"})
+    return entries
