@@ -16,6 +16,17 @@ from emulator.cli.exit_codes import ExitCode
 Ignorable: TypeAlias = Literal["time", "numbers", "registers", "leds"]  # as in emulator.analysis.compare
 
 
+_ISOLATE = click.option(
+    "--isolate", is_flag=True, help="Run in a process of its own, with limits on memory, CPU and files."
+)
+_LIMIT_OF_PROCESS = click.option(
+    "--limit",
+    multiple=True,
+    metavar="NAME=NUMBER",
+    help="With --isolate: what the process may take, such as cpu_s=600; may be repeated.",
+)
+
+
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.version_option(package_name="fcu-emulator", message="fcu-emulator %(version)s")
 def cli() -> None:
@@ -59,9 +70,7 @@ def cli() -> None:
 )
 @click.option("--json", type=click.Path(path_type=Path), help="Write the whole summary to a JSON file.")
 @click.option("--notes", is_flag=True, help="At the end all notes, those of every right run, too.")
-@click.option(
-    "--isolate", is_flag=True, help="Run in a process of its own, with limits on memory, CPU and files."
-)
+@_ISOLATE
 @click.pass_context
 def run(
     context: click.Context,
@@ -215,7 +224,10 @@ def move(
     metavar="NAME=NUMBER",
     help="What each run may take, such as wall_s=60; may be repeated.",
 )
+@_ISOLATE
+@click.pass_context
 def diff(
+    context: click.Context,
     first: str,
     second: str,
     scenario: str,
@@ -228,12 +240,19 @@ def diff(
     ignore: tuple[Ignorable, ...],
     replay: bool,
     limit: tuple[str, ...],
+    isolate: bool,
 ) -> ExitCode:
     """Run firmwares A and B on the same scenario and show where they first differ.
 
     Compared are the terminal's lines, the register writes of each sensor, the edges of the LEDs, and the pace
     of all these. Exit code 0: no difference, 1: some, 2: wrong use, 3: both failed alike, 4: not comparable.
     """
+    from emulator.cli.isolated import in_worker, limits_of_run
+
+    isolated, limit = limits_of_run(limit, isolate)
+    if isolated is not None:
+        return in_worker(context.obj, isolated)
+
     from emulator.cli.diff import DiffOptions, compare_firmwares
 
     options = DiffOptions(
@@ -357,7 +376,11 @@ def grade(
 @click.option(
     "--serial", multiple=True, metavar="LINK", help="Share the terminal, as of fcu run; may be repeated."
 )
+@_LIMIT_OF_PROCESS
+@_ISOLATE
+@click.pass_context
 def web(
+    context: click.Context,
     firmware: str | None,
     scenario: str | None,
     profile: str | None,
@@ -368,11 +391,19 @@ def web(
     record: Path | None,
     duration: str | None,
     serial: tuple[str, ...],
+    limit: tuple[str, ...],
+    isolate: bool,
 ) -> ExitCode:
     """Show the board live in the browser: hold it, see it, plot it.
 
     FIRMWARE is what fcu run takes. A file is loaded again whenever it changes. Ctrl-C ends it.
     """
+    from emulator.cli.isolated import in_worker, limits_of_process
+
+    isolated = limits_of_process(limit, isolate)
+    if isolated is not None:
+        return in_worker(context.obj, isolated)
+
     from emulator.cli.web import WebOptions, serve_board
 
     options = WebOptions(
@@ -417,8 +448,19 @@ def new(directory: Path, bus: str) -> None:
     metavar="DIR",
     help="Save the motions as scenarios, for fcu run --scenario.",
 )
+@_LIMIT_OF_PROCESS
+@_ISOLATE
+@click.pass_context
 def check(
-    target: str, exercise: tuple[str, ...], seed: int, rubric: str, json: Path | None, save: Path | None
+    context: click.Context,
+    target: str,
+    exercise: tuple[str, ...],
+    seed: int,
+    rubric: str,
+    json: Path | None,
+    save: Path | None,
+    limit: tuple[str, ...],
+    isolate: bool,
 ) -> ExitCode:
     """Say which exercises are done, what is wrong with the next one, and what to do.
 
@@ -426,6 +468,12 @@ def check(
     HEX or BIN file, or a firmware's name. Exit code 0: all is right, 1: something is not, 2: it does not
     build or cannot be used, 3: it crashed or hung, 4: something could not be judged.
     """
+    from emulator.cli.isolated import in_worker, limits_of_process
+
+    isolated = limits_of_process(limit, isolate)
+    if isolated is not None:
+        return in_worker(context.obj, isolated)
+
     from emulator.cli.check import CheckOptions, check_program
 
     return check_program(CheckOptions(target, rubric, exercise, seed, json, save))

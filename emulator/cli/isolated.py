@@ -1,8 +1,9 @@
-"""``fcu run --isolate``: the same command in a worker process, and what is said when the worker dies."""
+"""``--isolate``: the same command in a worker process, and what is said when the worker dies."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import fields
 
 from emulator.cli.exit_codes import ExitCode
 from emulator.errors import InputError, NotJudgedError
@@ -20,6 +21,18 @@ def limits_of_run(settings: Sequence[str], isolate: bool) -> tuple[Limits | None
         raise InputError(f"limit {named}: limits a process; give --isolate as well")
     start_worker = isolate and limits_of_worker() is None
     return (limits or Limits()) if start_worker else None, others
+
+
+def limits_of_process(settings: Sequence[str], isolate: bool) -> Limits | None:
+    """The same for a command that leaves the board's own limits to others, such as a rubric.
+
+    Raises InputError for one of these, too.
+    """
+    limits, others = limits_of_run(settings, isolate)
+    if others:
+        known = ", ".join(field.name for field in fields(Limits))
+        raise InputError(f"limit {others[0]}: here only a process has limits: {known}")
+    return limits
 
 
 def in_worker(arguments: Sequence[str], limits: Limits) -> ExitCode:

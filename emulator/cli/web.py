@@ -12,8 +12,10 @@ from pathlib import Path
 import click
 
 from emulator.cli.exit_codes import ExitCode
+from emulator.cli.isolated import announcement
 from emulator.cli.run import interruptible, to_stderr
 from emulator.errors import InputError
+from emulator.isolation import limits_of_worker
 from emulator.links import ByteLink, open_link
 from emulator.live.server import PageServer
 from emulator.live.session import Session
@@ -55,14 +57,14 @@ def serve_board(options: WebOptions) -> ExitCode:
         server.controls = session
         booted = session.board.booted
         to_stderr(f"board {booted.profile.name}, firmware {booted.name}, seed {session.board.seed}")
-        for note in booted.notes:
+        for note in (*booted.notes, *announcement()):
             to_stderr(note)
         to_stderr(f"page: {server.url}")
         for link in links:
             for line in link.announce():
                 to_stderr(line)
         to_stderr("Ctrl-C ends it")
-        if options.browser:
+        if options.browser and limits_of_worker() is None:  # a browser would be under the limits, too
             threading.Thread(target=webbrowser.open, args=(server.url,), daemon=True).start()
         with interruptible(session):
             session.run()

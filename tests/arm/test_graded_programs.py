@@ -116,3 +116,13 @@ def test_what_is_drawn_is_possible_for_hands_and_sensors(run: str, rubric: Rubri
         assert np.abs(np.linalg.norm(world.specific_force_g(t_s), axis=1) - 1).max() < 0.7
         assert np.abs(world.magnetic_field_mgauss(t_s)).max() < 2000
         assert 900 < world.pressure_hpa(t_s).min() <= world.pressure_hpa(t_s).max() < 1100
+
+
+def test_on_every_board_both_leds_are_asked_for_on_both_sides(rubric: Rubric) -> None:
+    for seed in range(25):
+        scenario = rubric.scenario("steep", seed)
+        world = Board(scenario=scenario, seed=seed).world
+        force_g = world.specific_force_g(np.linspace(0.0, scenario.duration_s, 400))
+        inclination_deg = np.degrees(np.arcsin(force_g[:, :2].clip(-1, 1)))  # of the X and the Y axis
+        assert (inclination_deg.max(axis=0) > 83).all()
+        assert (inclination_deg.min(axis=0) < -83).all()

@@ -263,3 +263,45 @@ def test_a_request_before_the_worker_runs() -> None:
     assert process.returncode in (INTERRUPTED, HELD)
     assert "Traceback" not in errors
     assert not Path(f"/proc/{children[0]}").exists()
+
+
+# -- Every command that runs firmware -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("run", "lab3", "--duration", "200ms", "--quiet"),
+        ("diff", "lab3", "template", "--scenario", "desk", "--duration", "1s"),
+        ("check", "template-arm", "--exercise", "4"),
+    ],
+)
+def test_a_command_says_the_same_in_a_worker(command: tuple[str, ...]) -> None:
+    alone, isolated = fcu(*command), fcu(*command, "--isolate")
+
+    assert (isolated.returncode, isolated.stdout) == (alone.returncode, alone.stdout)
+
+
+@linux
+@pytest.mark.parametrize(
+    "command", [("diff", "lab3", "solution", "--scenario", "tilt_sweep"), ("check", "solution")]
+)
+def test_a_worker_that_takes_too_much_is_no_verdict(command: tuple[str, ...]) -> None:
+    done = fcu(*command, "--isolate", "--limit", "cpu_s=1")
+
+    assert done.returncode == NOT_JUDGED
+    assert done.stderr.startswith(f"{DIED}it took more than 1 s of processor time")
+
+
+def test_a_live_board_may_be_in_a_worker() -> None:
+    done = fcu("web", "--isolate", "--duration", "100ms")
+
+    assert done.returncode == HELD, done.stderr
+    assert "process of its own" in done.stderr
+
+
+def test_what_only_a_run_is_limited_to_is_refused_elsewhere() -> None:
+    done = fcu("check", "lab3", "--limit", "wall_s=3")
+
+    assert done.returncode == WRONG_USE
+    assert done.stderr.startswith("fcu: limit wall_s=3: here only a process has limits: memory_bytes, ")
