@@ -242,6 +242,14 @@ class Board:
         """Whether the firmware is handling an interrupt of a block ("TIM9") now."""
         return self._run.backend.handles(block)
 
+    def motor_duties(self) -> tuple[float, ...]:
+        """The duty of the PWM of each motor, 0 to 1; firmware in Python drives none."""
+        if self.arm is None:
+            return tuple(0.0 for _ in self.description.motors)
+        timers = self.arm.chip.timers
+        outputs = [timers[timer].pwm(channel) for timer, channel in self.description.motors]
+        return tuple(output.duty if output else 0.0 for output in outputs)
+
     def supply_current_ua(self) -> dict[str, float]:
         """What each sensor draws in microampere as firmware has configured it, by part name."""
         return self.sensors.supply_current_ua()

@@ -140,9 +140,9 @@ class BoardDescription:
     """One kind of board.
 
     ``i2c``: the chip's I2C blocks that lead to a bus, with their pins; ``spi``: likewise its SPI blocks.
-    ``leds``: each is lit while its pin is low. ``profiles``: the usual one first. ``python_firmware`` and
-    ``built_firmware``: what is shipped for it, names with descriptions; the latter also with the program's
-    name in :mod:`firmware_model.arm`.
+    ``leds``: each is lit while its pin is low. ``motors``: timer and channel of the PWM of each.
+    ``profiles``: the usual one first. ``python_firmware`` and ``built_firmware``: what is shipped for it,
+    names with descriptions; the latter also with the program's name in :mod:`firmware_model.arm`.
     """
 
     name: str
@@ -153,6 +153,7 @@ class BoardDescription:
     i2c: Mapping[str, I2cPins] = field(default_factory=dict)
     spi: tuple[str, ...] = ()
     leds: Mapping[str, Pin] = field(default_factory=dict)
+    motors: tuple[tuple[str, int], ...] = ()
     absent: tuple[AbsentPart, ...] = ()
     python_firmware: Mapping[str, str] = field(default_factory=dict)
     built_firmware: Mapping[str, tuple[str, str]] = field(default_factory=dict)

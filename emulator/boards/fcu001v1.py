@@ -45,6 +45,7 @@ FCU001V1 = BoardDescription(
     serial=SerialLine("USART1", tx=("A", 9, 7), clock_hz=84_000_000),  # PCLK2
     timer=CallbackTimer("TIM9", input_hz=84_000_000, priority=3),  # TIM1_BRK_TIM9_IRQn, APB2 timer clock
     leds={"LED1": ("B", 5), "LED2": ("B", 4)},
+    motors=(("TIM4", 1), ("TIM4", 2), ("TIM4", 3), ("TIM4", 4)),  # PB6 to PB9
     absent=(
         AbsentPart(
             "BlueNRG",

@@ -67,6 +67,10 @@ class BoardView(Protocol):
         """The timer of the callback."""
         ...
 
+    def motor_duties(self) -> tuple[float, ...]:
+        """The duty of the PWM of each motor, 0 to 1."""
+        ...
+
     def run_until_ps(self, at_ps: int) -> None:
         """Run up to and including ``at_ps`` picoseconds since power-on."""
         ...

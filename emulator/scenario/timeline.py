@@ -6,9 +6,18 @@ the union at the end. A motion calls the world's motion of the same name.
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import Field, PlainSerializer, PlainValidator, ValidationInfo, WithJsonSchema, model_validator
+from pydantic import (
+    Field,
+    PlainSerializer,
+    PlainValidator,
+    Strict,
+    ValidationInfo,
+    WithJsonSchema,
+    model_validator,
+)
 
 from emulator.buses.i2c import FaultKind, I2CFault
 from emulator.scenario.board_view import BoardView
@@ -298,6 +307,39 @@ class PutDown(Entry):
         world.put_down(start_s)
 
 
+Share = Annotated[float, within(limits.THROTTLE)]
+FOLLOWED_EVERY_PS = 10 * PS_PER_S // 1000
+
+
+class RunMotors(Entry):
+    """The four motors run from now on: one throttle for all, four, or as the firmware's own PWM says."""
+
+    LIVE: ClassVar[bool] = True
+    MOVES: ClassVar[frozenset[str]] = frozenset({"motors"})
+    do: Literal["run_motors"]
+    throttle: Share | Annotated[tuple[Share, Share, Share, Share], Strict(False)] | Literal["firmware"]
+
+    def plan(self, world: World, start_s: float) -> None:
+        """World.run_motors; what firmware does is not known before."""
+        world.run_motors(0.0 if self.throttle == "firmware" else self.throttle, start_s)
+
+    def act(self, board: BoardView, from_ps: int) -> None:
+        """Follow the firmware's PWM, 100 times a second."""
+        if self.throttle == "firmware":
+            follow_motors(board, from_ps, board.world.throttle)
+
+
+def follow_motors(board: BoardView, at_ps: int, before: tuple[float, ...]) -> None:
+    """Let the motors run as the PWM says at ``at_ps``, and from then on, until somebody else runs them."""
+    if board.world.throttle != before:
+        return
+    duties = board.motor_duties()
+    if duties != before:
+        board.world.run_motors(duties)
+    next_ps = at_ps + FOLLOWED_EVERY_PS
+    board.clock.schedule(next_ps, partial(follow_motors, board, next_ps, duties))
+
+
 # -- What happens at one moment -----------------------------------------------------------------------------
 
 
@@ -502,6 +544,7 @@ AnyEntry = Annotated[
     | Replay
     | TakeInHand
     | PutDown
+    | RunMotors
     | SetAttitude
     | FollowAttitude
     | FollowAltitude

@@ -59,6 +59,7 @@ EXCURSION = Range(0, 100, "m")
 ARM = Range(-2, 2, "m")  # from a wrist, an elbow or a shoulder to the board
 TREMOR = Range(0, 1_000, "mg")
 TREMOR_FREQUENCY = Range(2, 20, "Hz")
+THROTTLE = Range(0, 1, "")
 MOMENT = Range(-10_000, 10_000, "A m2")
 DISTANCE = Range(0.005, 1_000, "m")
 SPEED = Range(0.001, 1_000, "m/s")

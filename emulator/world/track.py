@@ -146,13 +146,11 @@ class Agitation:
         if not self._motions or self._motions[-1] != motion:  # a slider while time stands still
             self._motions.append(motion)
 
-    def end(self, end_s: float) -> None:
-        """What has no end yet ends at ``end_s``."""
-        self._motions = [
-            (start_s, end_s if end == math.inf else end, pace_s)
-            for start_s, end, pace_s in self._motions
-            if start_s <= end_s or end < math.inf
-        ]
+    def end(self, end_s: float, pace_s: float) -> None:
+        """What has this pace and no end yet ends at ``end_s``."""
+        for number, (start_s, end, pace) in enumerate(self._motions):
+            if end == math.inf and pace == pace_s:
+                self._motions[number] = min(start_s, end_s), end_s, pace_s
 
     def forget(self, before_s: float) -> None:
         """Drop what ended before ``before_s``."""

@@ -25,6 +25,7 @@ from emulator.world.attitude import Attitude, Held, matrix_to_euler, to_board
 from emulator.world.hand import Grip
 from emulator.world.height import Height, Rest, Shake
 from emulator.world.magnetism import Magnet, ned_to_nwu_mgauss
+from emulator.world.motors import Motors
 from emulator.world.track import Agitation, Array, Constant, Overlays, Track
 
 # -- Air pressure over the room's floor ---------------------------------------------------------------------
@@ -82,6 +83,7 @@ class Truth:
         self._attitude: Track[Attitude] = Track(Held(np.zeros(3)))
         self._height: Track[Height] = Track(Rest(0.0))
         self._grip: Track[Grip | None] = Track(None)
+        self._motors: Track[Motors | None] = Track(None)
         self._shakes: Overlays[Shake] = Overlays()
         self._gravity = Track(Constant(STANDARD_GRAVITY))
         self._earth = Track(Constant(ned_to_nwu_mgauss(*ZURICH_FIELD_UT)))
@@ -138,7 +140,7 @@ class Truth:
         return self._signal("gyro", t_s)
 
     def magnetic_field_mgauss(self, t_s: npt.ArrayLike) -> Array:
-        """What an ideal magnetometer measures, board axes, (N, 3): soft iron @ R^T field + hard iron."""
+        """What an ideal magnetometer measures, board axes, (N, 3): soft iron @ R^T field + own fields."""
         return self._signal("mag", t_s)
 
     def pressure_hpa(self, t_s: npt.ArrayLike) -> Array:
@@ -185,6 +187,7 @@ class Truth:
             self._attitude,
             self._height,
             self._grip,
+            self._motors,
             self._gravity,
             self._earth,
             self._hard_iron,
@@ -219,7 +222,7 @@ class Truth:
         return steady if grip is None else grip.rate_dps(steady, t_s)
 
     def _motion_m_s2(self, t_s: Array) -> Array:
-        """Acceleration along the world's axes, (N, 3), but for what a grip adds."""
+        """Acceleration along the world's axes, (N, 3), but for what is fixed to the board."""
         lift = self._height.evaluate(t_s, lambda piece, t: piece.acceleration_m_s2(t))
         total: Array = self._shakes.total(t_s, Shake.acceleration_m_s2) + lift[:, np.newaxis] * UP
         return total
@@ -232,17 +235,21 @@ class Truth:
         faster = self._attitude.evaluate(t_s, lambda piece, t: piece.acceleration_dps2(t))
         return grip.carried_m_s2(rate, faster, t_s)
 
+    def _on_board_m_s2(self, t_s: Array) -> Array:
+        """Acceleration by a hand's turning and by motors, board axes, (N, 3)."""
+        carried = self._grip.evaluate(t_s, self._carried_in)
+        return carried + self._motors.evaluate(t_s, _shaken_by)
+
     def _force_g(self, t_s: Array) -> Array:
         force = self._motion_m_s2(t_s) + self._gravity.evaluate(t_s, Constant.value)[:, np.newaxis] * UP
-        carried = self._grip.evaluate(t_s, self._carried_in)
-        felt: Array = to_board(self._rotation(t_s), force) + carried
+        felt: Array = to_board(self._rotation(t_s), force) + self._on_board_m_s2(t_s)
         return felt / STANDARD_GRAVITY
 
     def _linear_g(self, signal: Signal, t_s: Array) -> Array:
         """Of one piece of the specific force's track."""
         if signal == self._laws["acc"]:
             motion = to_board(self._rotation(t_s), self._motion_m_s2(t_s))
-            motion = motion + self._grip.evaluate(t_s, self._carried_in)
+            motion = motion + self._on_board_m_s2(t_s)
             moving, resting = motion / STANDARD_GRAVITY, np.zeros(1)
         else:
             moving, resting = signal(t_s), self._gravity.evaluate(t_s, Constant.value) / STANDARD_GRAVITY
@@ -253,7 +260,8 @@ class Truth:
         disturbance = self._disturbances.total(t_s, lambda piece, t: piece.value(t))
         field = to_board(self._rotation(t_s), self._earth.evaluate(t_s, Constant.value) + disturbance)
         distorted: Array = np.einsum("nij,nj->ni", self._soft_iron.evaluate(t_s, Constant.value), field)
-        return distorted + self._hard_iron.evaluate(t_s, Constant.value)
+        own = self._hard_iron.evaluate(t_s, Constant.value) + self._motors.evaluate(t_s, _magnetised_by)
+        return distorted + own
 
     def _altitude_m(self, t_s: Array) -> Array:
         height = self._height.evaluate(t_s, lambda piece, t: piece.position_m(t))
@@ -300,6 +308,14 @@ class Sensed:
     def agitated(self, from_s: float, to_s: float, pace_s: float) -> list[tuple[float, float]]:
         """When, within these times, it jumps, or moves from rest to rest in less than ``pace_s``."""
         return self._agitation.between(from_s, to_s, pace_s)
+
+
+def _shaken_by(motors: Motors | None, t_s: Array) -> Array:
+    return NOTHING if motors is None else motors.acceleration_m_s2(t_s)
+
+
+def _magnetised_by(motors: Motors | None, _t_s: Array) -> Array:
+    return NOTHING if motors is None else motors.field_mgauss()
 
 
 def _of_signal(signal: Signal, t_s: Array) -> Array:

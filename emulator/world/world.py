@@ -33,6 +33,7 @@ from emulator.world.follow import SETTLED, FollowedAttitude, FollowedHeight
 from emulator.world.hand import TREMOR_HZ, TREMOR_MG, WRIST_M, Grip, Tremor
 from emulator.world.height import Height, Lift, Parabola, RecordedHeight, Rest, Shake
 from emulator.world.magnetism import Magnet, ned_to_nwu_mgauss
+from emulator.world.motors import MOTORS, Motors
 from emulator.world.recording import MEASURED, Interpolation, Recording
 from emulator.world.track import Array, Constant, Linear, MinimumJerk, Track
 from emulator.world.truth import STANDARD_GRAVITY, Disturbance, Truth, pressure_ratio
@@ -204,16 +205,48 @@ class World(Truth):
 
     def _let_go(self, start_s: float) -> None:
         """The height of the board becomes the height track's own, and no grip is planned any more."""
-        rise_m = self._rise_at(start_s)
-        if self._grip.at(start_s) is not None:
+        rise_m, grip = self._rise_at(start_s), self._grip.at(start_s)
+        if grip is not None:
             self._plan_height((start_s, Rest(self._height_at(start_s) + rise_m)))
         self._grip.plan(start_s, None)
         for signal in HELD_SIGNALS:
-            self._agitation[signal].end(start_s)
+            if grip is not None and grip.tremor is not None:
+                self._agitation[signal].end(start_s, grip.tremor.pace_s)
             self._agitation[signal].add(start_s, start_s)
 
     def _rise_at(self, t_s: float) -> float:
         return float(self._rise_in(self._grip.at(t_s), np.array([t_s]))[0])
+
+    # -- motors on the board --------------------------------------------------------------------------------
+
+    @property
+    def throttle(self) -> tuple[float, ...]:
+        """At which share of the full voltage each of the motors runs now."""
+        running = self._motors.at(self._now_s())
+        return (0.0,) * MOTORS if running is None else tuple(running.throttle.tolist())
+
+    def run_motors(self, throttle: float | Sequence[float], start_s: float | None = None) -> float:
+        """From now on the four motors run at this share of the full voltage, 0 to 1: one for all, or four.
+
+        They shake the board and add the field of their current (:mod:`emulator.world.motors`); 0 stops them.
+        """
+        each = [throttle] * MOTORS if isinstance(throttle, int | float) else list(throttle)
+        if len(each) != MOTORS:
+            raise InputError(f"throttle is {throttle!r}: give one number from 0 to 1, or {MOTORS}")
+        shares = [limits.THROTTLE.check("throttle", share) for share in each]
+        start = self._start(start_s)
+        before = self._motors.at(start)
+        now = Motors.at(start, shares) if any(shares) else None
+        if before is None and now is None:
+            return start
+        if before is not None:
+            self._agitation["acc"].end(start, before.pace_s)
+        if now is not None:
+            self._agitation["acc"].add(start, math.inf, now.pace_s)
+        self._agitation["mag"].add(start, start)
+        self._motors.plan(start, now)
+        self._changed(start, ("acc", "mag"))
+        return start
 
     # -- motions, each a few pieces on a track --------------------------------------------------------------
 

@@ -34,6 +34,7 @@ SECONDS = {
     "led_x": 4.6,  # LED1 comes on
     "led_y": 2.3,
     "magnet_passes_by": 2.3,
+    "motors": 2.3,
     "slow_bus": 1.4,
     "stairs": 2.2,
     "tilt_sweep": 3.3,

@@ -33,6 +33,7 @@ BREAKS = {
     "led_x": ("pitch_deg", "roll_deg"),
     "led_y": ("roll_deg", "pitch_deg"),
     "magnet_passes_by": ("moment_am2 = 8", "moment_am2 = 80"),
+    "motors": ("throttle = 1", "throttle = 0.7"),
     "slow_bus": ('"100kHz"', '"400kHz"'),
     "stairs": ("pressure_noise_hpa = 0.0012", "pressure_noise_hpa = 0.1"),
     "tilt_sweep": ('grade = "ideal"', 'grade = "worst"'),
