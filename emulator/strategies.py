@@ -1,4 +1,4 @@
-"""Hypothesis strategies for what happens to a board: attitudes, sensor samples, fields, iron.
+"""Hypothesis strategies for what happens to a board: attitudes, sensor samples, fields, iron, motions.
 
 ::
 
@@ -9,6 +9,17 @@
     def test_pitch_stays_within_90_degrees(sample):
         ...                                    # sample.acc in mg, sample.mag in mgauss, as the lab has them
 
+Motions are whole scenarios, for a board that runs its firmware; the scenario file that shows a failure again
+is printed with it::
+
+    from emulator.strategies import motions
+
+    @given(motions(firmware="lab3.elf"))
+    def test_altitude_is_printed_as_a_number(motion):
+        board = Board("lab3.elf", scenario=motion.scenario)
+        board.run_for(motion.scenario.duration_s)
+        assert "nan" not in board.terminal.text
+
 Frames: the board's axes are X right, Y forward, Z up; an accelerometer at rest shows +1000 mg on the axis
 that points up. Attitudes are yaw, then pitch, then roll about the board's own axes, in degrees, as
 ``board.world.set_attitude`` has them. Edges (multiples of 90 degrees, and just beside them) come up often;
@@ -18,12 +29,21 @@ every example shrinks towards a board that lies flat and points north.
 from __future__ import annotations
 
 import math
+import os
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from pathlib import Path
+from typing import Any, TypeAlias
 
 import numpy as np
+from hypothesis import note
 from hypothesis import strategies as st
 
+from emulator.scenario.drawing import drawn
+from emulator.scenario.loader import is_path, load_scenario, read_toml, scenario_of
+from emulator.scenario.scenario import Scenario
+from emulator.scenario.written import scenario_text
+from emulator.system_words import command_line
 from emulator.world.attitude import euler_to_matrix
 from emulator.world.truth import ZURICH_FIELD_UT
 
@@ -133,6 +153,76 @@ def zero_vectors() -> st.SearchStrategy[tuple[Vector, Vector]]:
     anything = st.tuples(*[st.integers(-2000, 2000)] * 3)
     zero = st.just((0, 0, 0))
     return st.tuples(zero, zero) | st.tuples(zero, anything) | st.tuples(anything, zero)
+
+
+class Motion:
+    """What happens to the board: ``scenario`` is for ``Board(firmware, scenario=...)``, ``text`` its file."""
+
+    def __init__(self, scenario: Scenario, text: str) -> None:
+        self.scenario = scenario
+        self.text = text
+
+    def __repr__(self) -> str:
+        """Short; the file is noted beside the failing example."""
+        return f"Motion of {self.scenario.duration_s:g} s"
+
+
+@st.composite
+def motions(
+    draw: st.DrawFn,
+    scenario: str | os.PathLike[str] | None = None,
+    *,
+    firmware: str = "lab3",
+    poses: st.SearchStrategy[Pose] | None = None,
+    most_moves: int = 4,
+    expect: Sequence[Mapping[str, Any]] = (),
+) -> Motion:
+    """What may happen to a board in some seconds, which a hand can do.
+
+    Without ``scenario``: up to ``most_moves`` turns to ``poses`` (any, if none are given) and lifts, each
+    with a rest of 1.5 s after it, on a board of ideal sensors; ``expect`` are expectations as a scenario has
+    them. With the name or the file of a scenario that has draws (``{ draw = [20, 70] }``): that scenario,
+    and instead of its seed Hypothesis chooses what is drawn, their lower ends first.
+
+    When the test fails, the scenario file and the command that runs ``firmware`` through it are printed.
+    Raises ScenarioError, InputError.
+    """
+    if scenario is None:
+        path = Path("motion.toml")
+        timeline = draw(st.lists(_moves(attitudes() if poses is None else poses), max_size=most_moves))
+        table = _table([entry for move in timeline for entry in move], expect)
+    else:
+        path = load_scenario(scenario).path
+        share = st.floats(0.0, 1.0, exclude_max=True)
+        table = drawn(read_toml(path, "a scenario file"), lambda *_: draw(share), str(path))
+    text = scenario_text(table)
+    beside = "" if scenario is None or not is_path(scenario) else f", beside {path.name}"
+    run = command_line(["fcu", "run", firmware, "--scenario", "motion.toml", "--speed", "max"])
+    note(f"On the board: save as motion.toml{beside}, then\n\n    {run}\n\n{text}# end of motion.toml")
+    return Motion(scenario_of(table, path), text)
+
+
+def _moves(poses: st.SearchStrategy[Pose]) -> st.SearchStrategy[list[dict[str, Any]]]:
+    """A turn or a lift, and a rest, so that what is printed can follow."""
+    lengths = st.integers(500, 2000).map(lambda ms: f"{ms}ms")
+    turns = st.builds(lambda pose, length: {"do": "rotate_to", "for": length, **vars(pose)}, poses, lengths)
+    metres = st.floats(-5.0, 5.0).map(lambda height: round(height, 2) + 0.0)
+    lifts = st.builds(lambda height, length: {"do": "lift", "for": length, "metres": height}, metres, lengths)
+    return (turns | lifts).map(lambda move: [move, {"do": "hold", "for": "1500ms"}])
+
+
+def _table(timeline: list[dict[str, Any]], expect: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    start = {"do": "hold", "for": "2500ms"}  # the firmware's own, and the first second of printing
+    length_ms = sum(int(entry["for"].removesuffix("ms")) for entry in (start, *timeline))
+    table = {
+        "schema": 1,
+        "question": "Is it right while the board is moved?",
+        "duration": f"{length_ms}ms",
+        "timeline": [start, *timeline],
+        "expect": [dict(one) for one in expect],
+        "sensors": {"grade": "ideal"},
+    }
+    return {key: value for key, value in table.items() if value != []}
 
 
 def _shown(

@@ -5,14 +5,26 @@ from __future__ import annotations
 import shutil
 import subprocess
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
+import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import Phase, given, settings
 
 from emulator import Board, InputError
-from emulator.scenario import run
-from emulator.strategies import Pose, attitudes, fields, hard_irons, samples, soft_irons, zero_vectors
+from emulator.scenario import load_scenario, run
+from emulator.strategies import (
+    Motion,
+    Pose,
+    attitudes,
+    fields,
+    hard_irons,
+    motions,
+    samples,
+    soft_irons,
+    zero_vectors,
+)
 from emulator.testing.lab3 import Angles, Compiled, PythonModel, Subject, lab3_properties, replay
 from firmware_model import arm
 from tests.arm.call_programs import FOLDER
@@ -169,3 +181,64 @@ def _sample_at(pose: Pose) -> Any:
     from hypothesis import strategies as st
 
     return find(samples(st.just(pose)), lambda _: True)
+
+
+# -- motions ------------------------------------------------------------------------------------------------
+
+
+@settings(max_examples=40)
+@given(motions(expect=[{"kind": "printed", "name": "Pitch", "longest_gap": "1.5s"}]))
+def test_a_motion_is_one_that_hands_can_do_and_its_file_is_the_same_motion(motion: Motion) -> None:
+    world = Board("template", scenario=motion.scenario).world
+    t_s = np.linspace(0.0, motion.scenario.duration_s, 200)
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "motion.toml"
+        path.write_text(motion.text, encoding="utf-8")
+        again = load_scenario(path)
+
+    assert np.abs(world.angular_rate_dps(t_s)).max() < 1000
+    assert again.contents == motion.scenario.contents
+    assert again.table == motion.scenario.table
+
+
+TURN = """\
+schema = 1
+question = "Is the yaw right after a short calibration?"
+duration = "7s"
+[sensors]
+grade = "ideal"
+[[timeline]]
+do = "figure_eight"
+at = "0.5s"
+for = "3s"
+[[timeline]]
+do = "rotate_to"
+yaw_deg = { draw = [20, 170], either_sign = true }
+for = "1s"
+[[expect]]
+kind = "field"
+name = "Yaw"
+truth = true
+tolerance = 5
+from = "4.6s"
+"""
+
+
+def test_a_motion_finds_a_wrong_wrap_and_prints_the_file_that_shows_it_again(tmp_path: Path) -> None:
+    (tmp_path / "turn.toml").write_text(TURN, encoding="utf-8")
+
+    @settings(max_examples=12, phases=[Phase.generate], deadline=None, database=None, derandomize=True)
+    @given(motions(tmp_path / "turn.toml", firmware=str(WRONG_YAW)))
+    def law(motion: Motion) -> None:
+        assert run(Board(WRONG_YAW, scenario=motion.scenario)).passed
+
+    with pytest.raises(AssertionError) as caught:
+        law()
+    told = "\n".join(caught.value.__notes__)
+    command, scenario = told.split("\n\n", maxsplit=2)[1:]
+    path = tmp_path / "motion.toml"
+    path.write_text(scenario.partition("# end of motion.toml")[0], encoding="utf-8")
+
+    assert command.strip() == f"fcu run {WRONG_YAW} --scenario motion.toml --speed max"
+    assert not run(Board(WRONG_YAW, scenario=path)).passed
+    assert run(Board("solution", scenario=path)).passed

@@ -138,5 +138,11 @@ def _sentences(check: CheckResult) -> str:
     """What a check found, in words."""
     if check.outcome == "passed":
         return ""
-    parts = (("expected", check.expected), ("seen", check.actual), ("hint", check.hint))
+    printed = check.printed if check.printed != check.actual else ""
+    parts = (
+        ("expected", check.expected),
+        ("seen", check.actual),
+        ("such as", printed),
+        ("hint", check.hint),
+    )
     return "\n".join(f"{name}: {text}" for name, text in parts if text)

@@ -123,6 +123,7 @@ def _check(check: CheckResult) -> Html:
     for name, text in (
         ("expected", check.expected),
         ("seen", check.actual),
+        ("such as", check.printed if check.printed != check.actual else ""),
         ("because", check.unjudged_because),
         ("hint", check.hint if check.outcome in ("failed", "partial") else ""),
     ):
