@@ -376,6 +376,13 @@ def grade(
 @click.option(
     "--serial", multiple=True, metavar="LINK", help="Share the terminal, as of fcu run; may be repeated."
 )
+@click.option(
+    "--gdb",
+    type=click.IntRange(0, 65535),
+    metavar="PORT",
+    help="Let gdb debug the firmware, on this port of 127.0.0.1 (0: any free one).",
+)
+@click.option("--halt", is_flag=True, help="With --gdb: wait for gdb before the first instruction.")
 @_LIMIT_OF_PROCESS
 @_ISOLATE
 @click.pass_context
@@ -391,6 +398,8 @@ def web(
     record: Path | None,
     duration: str | None,
     serial: tuple[str, ...],
+    gdb: int | None,
+    halt: bool,
     limit: tuple[str, ...],
     isolate: bool,
 ) -> ExitCode:
@@ -407,7 +416,7 @@ def web(
     from emulator.cli.web import WebOptions, serve_board
 
     options = WebOptions(
-        firmware, scenario, profile, seed, ideal, port, not no_browser, record, duration, serial
+        firmware, scenario, profile, seed, ideal, port, not no_browser, record, duration, serial, gdb, halt
     )
     return serve_board(options)
 

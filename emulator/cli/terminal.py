@@ -16,6 +16,7 @@ import signal
 import socket
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from typing import Protocol
 
@@ -23,7 +24,7 @@ import click
 
 from emulator.cli.exit_codes import ExitCode
 from emulator.errors import InputError, LinkError
-from emulator.links.running import the_running_board
+from emulator.links.running import Conversation, RunningBoard, the_running_board
 from emulator.links.tcp import parse_port
 from emulator.loopback import HOST
 
@@ -36,6 +37,7 @@ else:
 LEAVE = b"\x1d"  # Ctrl-]
 _WAIT_S = 0.05
 _CHUNK = 4096
+_TYPED_AT_ONCE = 1024  # bytes of one message
 _BAUD = 115_200
 
 
@@ -109,13 +111,48 @@ class _SerialPort:
         self._device.close()
 
 
+class _DoorPort:
+    """The terminal of a board that has no port, by the door through which it is moved."""
+
+    def __init__(self, board: RunningBoard) -> None:
+        self._conversation = Conversation(board)
+        self._position: int | None = None
+        self._lock = threading.Lock()
+
+    def read(self) -> bytes | None:
+        try:
+            with self._lock:
+                answer = self._conversation.ask({"type": "text", "position": self._position})
+        except LinkError:
+            return None
+        if "text" not in answer:  # of another version of fcu
+            return None
+        self._position, data = int(answer["position"]), str(answer["text"]).encode("latin-1")
+        if not data:
+            time.sleep(_WAIT_S)
+        return data
+
+    def write(self, data: bytes) -> None:
+        for start in range(0, len(data), _TYPED_AT_ONCE):
+            entry = {"do": "send", "hex": data[start : start + _TYPED_AT_ONCE].hex()}
+            try:
+                with self._lock:
+                    answer = self._conversation.ask({"type": "do", "entry": entry})
+            except LinkError as error:
+                raise OSError(str(error)) from error
+            if "error" in answer:
+                click.echo(f"fcu: {answer['error']}\r", err=True)
+
+    def close(self) -> None:
+        self._conversation.close()
+
+
 def open_port(where: str | None, board: str | None = None) -> tuple[str, Port]:
     """A port by its name, and its name; without one, that of the board that runs. Raises InputError."""
     if where is None:
         running = the_running_board(board)
         if not running.serial:
-            which = f"the board {running.name} (process {running.process})"
-            raise InputError(f"{which} has no port; start it with --serial port")
+            return f"the board {running.name} (process {running.process})", _DoorPort(running)
         where = running.serial[0]
     kind, _, rest = where.partition(":")
     if kind == "tcp":

@@ -14,9 +14,10 @@ import click
 from emulator.cli.exit_codes import ExitCode
 from emulator.cli.isolated import announcement
 from emulator.cli.run import interruptible, to_stderr
-from emulator.errors import InputError
+from emulator.errors import InputError, LinkError
 from emulator.isolation import limits_of_worker
-from emulator.links import ByteLink, open_link
+from emulator.links import Addressed, ByteLink, open_link
+from emulator.links.running import Door
 from emulator.live.server import PageServer
 from emulator.live.session import Session
 from emulator.live.setup import Setup
@@ -38,11 +39,23 @@ class WebOptions:
     record: Path | None
     duration: str | None = None
     serial: tuple[str, ...] = ()
+    gdb: int | None = None
+    halt: bool = False
 
 
 def serve_board(options: WebOptions) -> ExitCode:
     """Serve a board until somebody ends it. Raises FcuError."""
-    setup = Setup(options.firmware, options.scenario, options.profile, options.seed, options.ideal)
+    if options.halt and options.gdb is None:
+        raise InputError("--halt waits for a debugger; give --gdb PORT as well, such as --gdb 3333")
+    setup = Setup(
+        options.firmware,
+        options.scenario,
+        options.profile,
+        options.seed,
+        options.ideal,
+        gdb=options.gdb,
+        halt=options.halt,
+    )
     if options.record is not None and not options.record.absolute().parent.is_dir():
         raise InputError(f"--record {options.record}: there is no folder {options.record.parent}")
     with ExitStack() as stack:
@@ -60,9 +73,9 @@ def serve_board(options: WebOptions) -> ExitCode:
         for note in (*booted.notes, *announcement()):
             to_stderr(note)
         to_stderr(f"page: {server.url}")
-        for link in links:
-            for line in link.announce():
-                to_stderr(line)
+        for line in session.ways():
+            to_stderr(line)
+        session.door = _door(session, links, stack)
         to_stderr("Ctrl-C ends it")
         if options.browser and limits_of_worker() is None:  # a browser would be under the limits, too
             threading.Thread(target=webbrowser.open, args=(server.url,), daemon=True).start()
@@ -71,6 +84,18 @@ def serve_board(options: WebOptions) -> ExitCode:
         if options.record is not None:
             click.echo(f"fcu: what was done is in {options.record}", err=True)
     return ExitCode.HELD
+
+
+def _door(session: Session, links: list[ByteLink], stack: ExitStack) -> Door | None:
+    """How another fcu finds this board; a session does without where it cannot be had."""
+    serial = [link.address for link in links if isinstance(link, Addressed)]
+    try:
+        door = Door(session.board.booted.name, serial, session.answer)
+    except LinkError as error:
+        to_stderr(f"no other fcu will find this board: {error}")
+        return None
+    stack.callback(door.close)
+    return door
 
 
 def _end_s(text: str | None) -> float:

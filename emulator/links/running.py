@@ -51,17 +51,42 @@ class RunningBoard:
 
     def ask(self, *messages: Message) -> list[dict[str, Any]]:
         """Send messages and return the answer to each. Raises LinkError when the board has gone."""
+        with closing(Conversation(self)) as conversation:
+            return [conversation.ask(message) for message in messages]
+
+
+class Conversation:
+    """A connection to a board's door. Raises LinkError when the board does not answer, then and later."""
+
+    def __init__(self, board: RunningBoard) -> None:
+        self._board = board
         try:
-            with closing(socket.create_connection((HOST, self.port), PATIENCE_S)) as connection:
-                lines = [json.dumps(one) for one in ({"token": self.token}, *messages)]
-                connection.sendall("".join(f"{line}\n" for line in lines).encode())
-                with connection.makefile("rb") as answers:
-                    heard = [_parsed(answers.readline(LONGEST_MESSAGE)) for _ in lines]
+            self._socket = socket.create_connection((HOST, board.port), PATIENCE_S)
+        except OSError as error:
+            raise self._gone(error) from error
+        self._answers = self._socket.makefile("rb")
+        try:
+            self.ask({"token": board.token})
+        except LinkError:
+            self.close()
+            raise
+
+    def ask(self, message: Message) -> dict[str, Any]:
+        """The answer to a message."""
+        try:
+            self._socket.sendall(json.dumps(message).encode() + b"\n")
+            return _parsed(self._answers.readline(LONGEST_MESSAGE))
         except (OSError, ValueError) as error:
-            raise LinkError(
-                f"the board {self.name} (process {self.process}) does not answer: {error}"
-            ) from error
-        return heard[1:]
+            raise self._gone(error) from error
+
+    def close(self) -> None:
+        """Leave."""
+        self._answers.close()
+        self._socket.close()
+
+    def _gone(self, error: Exception) -> LinkError:
+        board = self._board
+        return LinkError(f"the board {board.name} (process {board.process}) does not answer: {error}")
 
 
 # -- The board's side ---------------------------------------------------------------------------------------

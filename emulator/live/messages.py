@@ -173,7 +173,8 @@ class Hello(Event):
 class Status(Event):
     """What the board is: comes at the beginning, and whenever something of it changes.
 
-    ``run``: counts power-ons. ``state`` is ``running``, ``paused`` or ``failed``, and ``problem`` says why.
+    ``run``: counts power-ons. ``state`` is ``running``, ``paused``, ``failed``, where ``problem``
+    says why, or ``halted`` while a debugger holds the board.
     """
 
     run: int

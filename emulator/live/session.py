@@ -18,10 +18,10 @@ import math
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from emulator.analysis.witness import Witness
 from emulator.board.board import Board
@@ -30,6 +30,7 @@ from emulator.links import ByteLink
 from emulator.live import messages, pins, registers, transfers, view
 from emulator.live.files import FileWatch, UploadedFile
 from emulator.live.messages import Command, Event
+from emulator.live.moved import answered
 from emulator.live.recording import SessionRecording
 from emulator.live.setup import Careful, Setup, as_it_is
 from emulator.scenario import scenario_names
@@ -38,6 +39,10 @@ from emulator.scenario.scenario import perform_at
 from emulator.scenario.timeline import Entry
 from emulator.scenario.written import parse_entry
 from emulator.time.clock import PS_PER_MS, PS_PER_S
+
+if TYPE_CHECKING:
+    from emulator.chip.gdb.server import GdbServer
+    from emulator.links.running import Door
 
 Publish = Callable[[Event, object | None], None]
 """``publish(event, client)``: to one client, or to all when ``client`` is None."""
@@ -86,6 +91,10 @@ class Session:
         links: Sequence[ByteLink] = (),
     ) -> None:
         self._publish = publish
+        self.door: Door | None = None
+        """Where other programs speak to the board; served here, closed by whoever has opened it."""
+        self._debugger: GdbServer | None = None
+        self._halted = False
         self._record = record
         self._wall_s = wall_clock_s
         self._wait_for = wait
@@ -136,11 +145,15 @@ class Session:
             while not self.stopped and self.board.now_s < self.end_s:
                 self._advance()
                 self._serve_links()
+                if self.door is not None:
+                    self.door.serve()
                 self._take_commands()
                 self._show()
                 self._wait()
         finally:
             self.save()
+            if self._debugger is not None:
+                self._debugger.close()
             self.board.close()
             if self._uploaded is not None:
                 self._uploaded.remove()
@@ -160,7 +173,8 @@ class Session:
             if printed:
                 link.send(printed)
             room = _TYPED_AHEAD - terminal.typing_left
-            typed = link.receive(room) if room > 0 and self.state == "running" else b""
+            takes = room > 0 and self.state == "running" and not self._halted
+            typed = link.receive(room) if takes else b""
             if typed:
                 self._perform(parse_entry({"do": "send", "hex": typed.hex()}))
 
@@ -179,6 +193,8 @@ class Session:
     def _advance(self) -> None:
         """Let the board come to where the wall clock is; a slow machine does not race to catch up."""
         if self.state != "running":
+            if self._debugger is not None:
+                self._run_debugged(self._debugger, self.board.clock.now_ps)
             return
         now_s, wall_s = self.board.now_s, self._wall_s()
         if self.speed is None:
@@ -198,11 +214,21 @@ class Session:
 
     def _run_until(self, at_ps: int) -> None:
         try:
-            if at_ps > self.board.clock.now_ps:
+            if self._debugger is not None:
+                self._run_debugged(self._debugger, at_ps)
+            elif at_ps > self.board.clock.now_ps:
                 self.board.run_until_ps(at_ps)
         except FirmwareError as error:
             self._fail(str(error))
         self._changed = True
+
+    def _run_debugged(self, debugger: GdbServer, at_ps: int) -> None:
+        """Serve the debugger, and run unless it holds the board, which it may do at any moment."""
+        debugger.run_until_ps(at_ps)
+        self.stopped |= debugger.killed
+        if debugger.halted != self._halted:
+            self._halted = debugger.halted
+            self._set_state(self.state)
 
     def _fail(self, problem: str) -> None:
         self.state, self.problem = "failed", problem
@@ -216,6 +242,8 @@ class Session:
 
     def _begin(self, setup: Setup, hold: bool = False) -> None:
         """Power on. With ``hold`` the world is as it was: a hand has the board. Raises FcuError."""
+        if self._debugger is not None and setup.gdb is not None:
+            setup = replace(setup, gdb=self._debugger.port, halt=False)
         board = setup.power_on()
         held = []
         if hold and setup.scenario is None and self.setup.scenario is None:
@@ -223,8 +251,14 @@ class Session:
         if self.run_number:
             self.save()
             self._transfers.close()
+            if self._debugger is not None:
+                self._debugger.close()
             self.board.close()
         self.setup, self.board = setup, board
+        self._debugger, self._halted = None, False
+        if board.arm is not None or not self.run_number:
+            self._debugger = setup.debugger(board)
+            self._halted = self._debugger is not None and self._debugger.halted
         self.recording = SessionRecording(board, setup.ideal)
         self.run_number += 1
         self.witness = Witness(board)
@@ -250,7 +284,7 @@ class Session:
             self.state = "running"
         self.problem = ""
         for entry in held:
-            self._perform(parse_entry(entry, board.description))
+            self._perform(self._entry(entry))
 
     def _again(self, setup: Setup, why: str, hold: bool = True) -> None:
         """Power on with another firmware or scenario; what cannot be used is reported, and all stays."""
@@ -279,7 +313,7 @@ class Session:
         self._changed = True
         match command:
             case messages.Do(entry=entry, id=number):
-                self._perform(parse_entry(entry, self.board.description))
+                self._perform(self._entry(entry))
                 self._done = number
                 self._next_frame_s = min(self._next_frame_s, self._last_frame_s + _ANSWER_S)
             case messages.Run():
@@ -321,11 +355,23 @@ class Session:
             case _Detach():
                 self._clients.pop(client, None)
 
+    def answer(self, message: Mapping[str, Any]) -> dict[str, Any]:
+        """What :attr:`door` answers, as :class:`emulator.live.moved.Moved` does. Raises InputError."""
+        return answered(self.board, message, lambda table: self._perform(self._entry(table)))
+
+    def _entry(self, table: Mapping[str, Any]) -> Entry:
+        return parse_entry(table, self.board.description)
+
+    def _refuse_if_it_stands(self) -> None:
+        if self.state == "failed":
+            raise InputError("the firmware has failed; reset the board, or load another firmware")
+        if self._halted:
+            raise InputError("gdb holds the board; let it go on there (continue), or end gdb")
+
     def _perform(self, entry: Entry) -> None:
         """Do something to the board, one picosecond from now. Raises InputError."""
         board = self.board
-        if self.state == "failed":
-            raise InputError("the firmware has failed; reset the board, or load another firmware")
+        self._refuse_if_it_stands()
         if not self.recording.room and not self._full:
             self._full = True
             self._publish(
@@ -345,14 +391,13 @@ class Session:
 
     def _step(self, of: str) -> None:
         """Run to the next tick, line or second, for ten seconds of virtual time at most; then stand still."""
-        if self.state == "failed":
-            raise InputError("the firmware has failed; reset the board, or load another firmware")
+        self._refuse_if_it_stands()
         board, began_s = self.board, self._wall_s()
         end_ps = board.clock.now_ps + _STEP_PS[of]
         ticks, position = board.timer.ticks, board.terminal.position
         while board.clock.now_ps < end_ps and self._wall_s() - began_s < _STEP_WALL_S:
             self._run_until(min(board.clock.now_ps + _STEP_SLICE_PS[of], end_ps))
-            if self.state == "failed":
+            if self.state == "failed" or self._halted:
                 return
             if of == "tick" and board.timer.ticks != ticks:
                 break
@@ -380,9 +425,16 @@ class Session:
 
     # -- what is shown ----------------------------------------------------------------------------------
 
-    def _greet(self, client: object) -> None:
+    def ways(self) -> list[str]:
+        """The commands that open the serial port and the debugger from elsewhere."""
         ways = [line for link in self._links for line in link.announce()]
-        self._publish(view.hello(self.board, ways), client)
+        if self._debugger is not None:
+            waits = ", the firmware waits for it" if self._debugger.halted else ""
+            ways.append(f"gdb: target remote 127.0.0.1:{self._debugger.port}{waits}")
+        return ways
+
+    def _greet(self, client: object) -> None:
+        self._publish(view.hello(self.board, self.ways()), client)
         self._publish(self._status(), client)
         self._publish(self._text(max(0, self.board.terminal.position - _HISTORY)), client)
         self._publish(messages.Verdicts(self._verdicts, False), client)
@@ -400,7 +452,7 @@ class Session:
             scenario=plan.name if plan else "",
             question=plan.question if plan else "",
             duration_s=plan.duration_s if plan else 0.0,
-            state=self.state,
+            state="halted" if self._halted and self.state == "running" else self.state,
             speed=self.speed,
             problem=self.problem,
             notes=list(board.booted.notes),

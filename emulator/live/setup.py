@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from emulator.board.board import Board
 from emulator.board.firmware import FirmwareFactory
@@ -17,6 +17,9 @@ from emulator.scenario import load_scenario
 from emulator.scenario.board_view import BoardView
 from emulator.scenario.timeline import Entry
 from emulator.world import World
+
+if TYPE_CHECKING:
+    from emulator.chip.gdb.server import GdbServer
 
 
 @dataclass(frozen=True)
@@ -29,6 +32,10 @@ class Setup:
     seed: int | None = None
     ideal: bool = False
     kind: type[Board] = Board
+    gdb: int | None = None
+    """The port for a debugger, 0 for any; None: nobody may debug."""
+    halt: bool = False
+    """Whether the firmware waits for the debugger, the first time."""
 
     def power_on(self) -> Board:
         """A new board, whose firmware may run and print without an end. Raises FcuError."""
@@ -41,6 +48,14 @@ class Setup:
         if board.arm is not None:
             board.arm.limits = replace(board.arm.limits, wall_s=1e9, terminal_bytes=1 << 40)
         return board
+
+    def debugger(self, board: Board) -> GdbServer | None:
+        """What lets gdb debug a board, where that is wanted. Raises FcuError."""
+        if self.gdb is None:
+            return None
+        from emulator.chip.gdb.attach import serve
+
+        return serve(board, self.gdb, self.halt)
 
     def watched(self) -> FileWatch | None:
         """The file of the firmware, to be loaded again when it changes."""

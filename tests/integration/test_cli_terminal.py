@@ -208,12 +208,12 @@ def test_without_a_word_it_is_the_board_that_runs() -> None:
         port.close()
 
 
-def test_a_board_without_a_port_says_how_to_get_one() -> None:
-    with (
-        opened_door(),
-        pytest.raises(InputError, match=r"^the board lab3 .* has no port; start it with --serial port$"),
-    ):
-        open_port(None)
+def test_of_a_board_without_a_port_it_is_the_door_and_an_older_board_has_gone() -> None:
+    with opened_door():
+        name, port = open_port(None)
+        assert name.startswith("the board lab3 (process ")
+        with contextlib.closing(port):
+            assert port.read() is None
 
 
 @pytest.mark.parametrize(

@@ -178,7 +178,7 @@ function showStatus(now: Status): void {
   firmware.value = now.firmware;
   firmware.title = now.file ? `${now.file}, loaded again when it changes` : now.firmware;
   setText(runner, now.state === "running" ? "Pause" : "Run");
-  runner.disabled = now.state === "failed";
+  runner.disabled = now.state === "failed" || now.state === "halted";
   document.body.dataset["state"] = now.state;
   speed.value = SPEEDS.find(([, factor]) => factor === now.speed)?.[0] ?? "1";
   plot.offer(now.variables);
@@ -189,7 +189,7 @@ function showStatus(now: Status): void {
 
 function showState(state: State): void {
   setText(time, `${fixed(state.t_s, 3)} s`);
-  setText(pace, status?.state === "running" ? (state.pace ? `${fixed(state.pace, 2)} ×` : "") : status?.state ?? "");
+  setText(pace, status?.state === "running" ? (state.pace ? `${fixed(state.pace, 2)} ×` : "") : status?.state === "halted" ? "held by gdb" : status?.state ?? "");
   for (const [name, on] of Object.entries(state.leds)) {
     const lamp = lamps[name];
     if (lamp) lamp.dataset["on"] = String(on);
@@ -211,6 +211,8 @@ function showDiagnosis(): void {
 }
 
 function notify(text: string, kind: "error" | "info"): void {
+  const last = notices.lastElementChild;
+  if (last?.textContent === text) last.remove(); // the same again, as of each movement of a mouse
   const line = el("p", { class: kind }, text);
   notices.append(line);
   while (notices.children.length > 3) notices.firstChild?.remove();

@@ -14,7 +14,7 @@ export interface Hello {
 }
 export interface Status {
   type: "status"; run: number; firmware: string; file: string; profile: string; scenario: string; question: string;
-  duration_s: number; state: "running" | "paused" | "failed"; speed: number | null; problem: string; notes: string[];
+  duration_s: number; state: "running" | "paused" | "failed" | "halted"; speed: number | null; problem: string; notes: string[];
   variables: string[]; blocks: string[]; recording: string;
 }
 export interface Truth {

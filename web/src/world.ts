@@ -112,9 +112,10 @@ export class World {
   }
 
   tellWays(lines: string[]): void {
-    const serial = lines.length ? lines : ["serial port: start with fcu web FIRMWARE --serial port (or tcp)"];
-    const debug = "debugger: fcu run FIRMWARE --gdb 3333, then in gdb: target remote 127.0.0.1:3333";
-    this.ways.replaceChildren(...[...serial, debug].map((line) => el("li", {}, line)));
+    const ways = [...lines, "fcu move --roll 30, fcu terminal: from another terminal"];
+    if (!lines.some((line) => !line.startsWith("gdb:"))) ways.push("serial port: start with fcu web FIRMWARE --serial port (or tcp)");
+    if (!lines.some((line) => line.startsWith("gdb:"))) ways.push("debugger: start with fcu web FIRMWARE --gdb 3333");
+    this.ways.replaceChildren(...ways.map((line) => el("li", {}, line)));
   }
 
   private put(id: string, values: number[] | undefined, digits: number): void {

@@ -1,0 +1,212 @@
+"""A board that ``fcu web`` shows: moved and spoken to from another terminal, and held by a debugger."""
+
+from __future__ import annotations
+
+import socket
+import threading
+import tomllib
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from emulator.chip.gdb.packets import frame
+from emulator.cli.move import MoveOptions, move
+from emulator.cli.terminal import open_port
+from emulator.errors import InputError
+from emulator.links.running import Door, the_running_board
+from emulator.live import messages
+from emulator.live.messages import Event
+from emulator.live.session import Session
+from emulator.live.setup import Setup
+from emulator.loopback import HOST
+from emulator.time.clock import PS_PER_MS
+from tests.live_fakes import do
+
+DEADLINE_S = 30.0
+
+
+class Live:
+    """A session at real time in a thread of its own, with a door, and what it has said."""
+
+    def __init__(self, setup: Setup) -> None:
+        self.said: list[Event] = []
+        self.heard = threading.Condition()
+        self.session = Session(setup, self._publish)
+        self.session.attach(self)
+        self._door = Door("mine.elf", [], self.session.answer)
+        self.session.door = self._door
+        self._thread = threading.Thread(target=self.session.run)
+        self._thread.start()
+
+    def until_state(self, state: str) -> messages.Status:
+        """Wait for the next status with this state."""
+
+        def found() -> messages.Status | None:
+            statuses = [one for one in self.said if isinstance(one, messages.Status)]
+            return statuses[-1] if statuses and statuses[-1].state == state else None
+
+        with self.heard:
+            assert self.heard.wait_for(found, DEADLINE_S)
+        status = found()
+        assert status is not None
+        return status
+
+    def close(self) -> None:
+        self.session.stop()
+        self._thread.join(DEADLINE_S)
+        self._door.close()
+
+    def _publish(self, event: Event, client: object | None) -> None:
+        del client
+        with self.heard:
+            self.said.append(event)
+            self.heard.notify_all()
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A runtime folder of this test's own."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.setenv("LOCALAPPDATA", str(tmp_path))
+
+
+def live(setup: Setup) -> Iterator[Live]:
+    one = Live(setup)
+    yield one
+    one.close()
+
+
+@pytest.fixture
+def board() -> Iterator[Live]:
+    yield from live(Setup("solution", ideal=True))
+
+
+@pytest.fixture
+def debugged() -> Iterator[Live]:
+    yield from live(Setup("solution", ideal=True, gdb=0))
+
+
+class Debugger:
+    """Speaks GDB's protocol, without acknowledgements."""
+
+    def __init__(self, session: Session) -> None:
+        (way,) = (line for line in session.ways() if line.startswith("gdb:"))
+        self._socket = socket.create_connection((HOST, int(way.split(":")[-1])), DEADLINE_S)
+        self._answers = self._socket.makefile("rb")
+        self.ask(b"qSupported")
+
+    def say(self, packet: bytes) -> None:
+        self._socket.sendall(frame(packet))
+
+    def ask(self, packet: bytes) -> bytes:
+        self.say(packet)
+        answer = b""
+        while not answer.startswith(b"$"):
+            answer = self._until(b"#").lstrip(b"+")
+        self._answers.read(2)
+        self._socket.sendall(b"+")
+        return answer[1:-1]
+
+    def close(self) -> None:
+        self._answers.close()
+        self._socket.close()
+
+    def _until(self, end: bytes) -> bytes:
+        read = b""
+        while not read.endswith(end):
+            byte = self._answers.read(1)
+            assert byte
+            read += byte
+        return read
+
+
+def test_it_is_moved_and_the_movement_is_recorded(board: Live, capsys: pytest.CaptureFixture[str]) -> None:
+    move(MoveOptions(None, None, roll=30.0))
+    assert "mine.elf: at " in capsys.readouterr().out
+    board.close()
+    assert "follow_attitude" in board.session.recording.text()
+
+
+def test_a_board_without_a_port_has_a_terminal_through_its_door(board: Live) -> None:
+    where, port = open_port(None)
+    assert "mine.elf" in where
+    with closing(port):
+        read = b""
+        while b"Pitch:" not in read:
+            data = port.read()
+            assert data is not None
+            read += data
+        port.write(b"\x00\xffp" * 700)
+    board.close()
+    assert port.read() is None
+    timeline = tomllib.loads(board.session.recording.text())["timeline"]
+    assert bytes.fromhex("".join(entry["hex"] for entry in timeline)) == b"\x00\xffp" * 700
+
+
+def test_what_the_door_does_not_know_is_answered_in_a_line(board: Live) -> None:
+    del board
+    running = the_running_board()
+    pause, nonsense, far = running.ask(
+        {"type": "pause"}, {"type": "do", "entry": {"do": "fly"}}, {"type": "text", "position": 10**9}
+    )
+    assert pause["error"] == "a running board takes the messages do, truth and text, no 'pause'"
+    assert "fly" in nonsense["error"]
+    assert far["text"] == ""
+
+
+def test_while_a_debugger_holds_the_board_the_page_says_so_and_goes_on_living(debugged: Live) -> None:
+    session = debugged.session
+    debugged.until_state("running")
+    with closing(Debugger(session)) as gdb:
+        debugged.until_state("halted")
+        at_ps = session.board.clock.now_ps
+        assert len(gdb.ask(b"g")) > 100
+        session.post(debugged, do(do="tap"))
+        with pytest.raises(InputError, match="gdb holds the board"):
+            move(MoveOptions(None, None, roll=30.0))
+        assert session.board.clock.now_ps == at_ps
+        gdb.say(b"c")
+        debugged.until_state("running")
+    move(MoveOptions(None, None, roll=30.0))
+    notices = [one.text for one in debugged.said if isinstance(one, messages.Notice)]
+    assert notices == ["gdb holds the board; let it go on there (continue), or end gdb"]
+
+
+def test_after_a_reset_the_debugger_finds_the_board_at_the_same_port(debugged: Live) -> None:
+    session = debugged.session
+    before = session.ways()
+    with closing(Debugger(session)):
+        debugged.until_state("halted")
+        session.post(debugged, messages.Reset())
+        debugged.until_state("running")
+    assert session.ways() == before
+    assert session.run_number == 2
+    with closing(Debugger(session)):
+        debugged.until_state("halted")
+    debugged.until_state("running")
+
+
+def test_a_paused_page_answers_a_debugger_too(debugged: Live) -> None:
+    debugged.session.post(debugged, messages.Pause())
+    debugged.until_state("paused")
+    at_ps = debugged.session.board.clock.now_ps
+    with closing(Debugger(debugged.session)) as gdb:
+        assert gdb.ask(b"?").startswith(b"T")
+    assert 0 <= debugged.session.board.clock.now_ps - at_ps < PS_PER_MS  # it stops between two instructions
+
+
+def test_python_firmware_cannot_be_debugged() -> None:
+    with pytest.raises(InputError, match="a debugger needs firmware built for the chip"):
+        Session(Setup("lab3", gdb=0), lambda _event, _client: None)
+
+
+def test_with_halt_the_firmware_waits_for_the_debugger() -> None:
+    one = Live(Setup("solution", gdb=0, halt=True))
+    try:
+        one.until_state("halted")
+        assert one.session.board.clock.now_ps == 0
+        assert one.session.ways()[0].endswith("the firmware waits for it")
+    finally:
+        one.close()
