@@ -64,6 +64,8 @@ def main() -> int:
         return 0
     sys.stdout.write("| attack | tries | outcome | worst time | worst memory |\n|---|---|---|---|---|\n")
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's & has it ignored, and all below
+    if hasattr(signal, "SIGHUP"):
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)  # nohup likewise
     broken = False
     for name in given.attack or BY_NAME:
         command = [sys.executable, "-m", "tests.attacks", name, "--as-json", "--seed", str(given.seed)]

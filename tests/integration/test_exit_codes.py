@@ -270,6 +270,31 @@ def test_a_run_that_is_interrupted_is_not_judged(tmp_path: Path) -> None:
     assert "expectations not checked: the run was ended at" in errors
 
 
+def test_an_interrupt_that_python_drops_comes_again() -> None:
+    """In a destructor nothing can be raised: Python prints it and goes on."""
+    program = """
+import signal
+from emulator import cli
+
+class Destroyed:
+    def __del__(self):
+        signal.raise_signal(signal.SIGINT)
+
+def execute(arguments):
+    Destroyed()
+    while True:
+        pass
+
+signal.signal(signal.SIGINT, signal.default_int_handler)
+cli._execute = execute
+cli.main()
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=False, timeout=60
+    )
+    assert (done.returncode, done.stderr) == (130, "")
+
+
 def test_programs_read_the_summary(tmp_path: Path) -> None:
     file = tmp_path / "run.json"
     done = run_scenario(tmp_path, SECOND + GOOD + BAD, "--json", str(file), "--seed", "3")
