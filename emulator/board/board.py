@@ -115,7 +115,11 @@ class Board:
         parts = plan.sensor_settings() if plan else SensorSettings()
         if ideal:
             parts = replace(parts, grade="ideal")
-        own = BoardErrors.of_grade(parts.grade, self.seed)
+        own = (
+            plan.board_errors(parts.grade, self.seed)
+            if plan
+            else BoardErrors.of_grade(parts.grade, self.seed)
+        )
         if plan:
             self.world = plan.create_world(lambda: clock.now_s, own)
         else:
@@ -132,7 +136,7 @@ class Board:
         self.leds = {name: Led(name, self.gpio, *pin) for name, pin in board.leds.items()}
         """By name, in the order of the board's file."""
         self.signals = BoardSignals(
-            board, choice.profile, clock, self.trace, self.gpio, uart, i2c, spi, self.seed
+            board, choice.profile, clock, self.trace, self.gpio, uart, i2c, spi, self.seed, own
         )
         """What its chip's pins lead to."""
         self._caller: Caller | None = None

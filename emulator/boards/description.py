@@ -18,6 +18,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from emulator.boards.deviations import BoardErrors
 from emulator.buses.gpio import Gpio
 from emulator.buses.i2c import I2CBus
 from emulator.buses.spi import SpiBus
@@ -233,7 +234,7 @@ class BoardSignals:
     """What of the board the chip's pins lead to, as ``board`` lists it; ``profile``: where its sensors are.
 
     ``uart`` is at the block of ``board.serial``; ``i2c`` and ``spi`` are the buses by their blocks' names.
-    ``number``: of this board in its class, for the chip's unique id.
+    ``number``: of this board in its class, for the chip's unique id; ``errors``: how it deviates itself.
     """
 
     board: BoardDescription
@@ -245,3 +246,4 @@ class BoardSignals:
     i2c: Mapping[str, I2CBus]
     spi: Mapping[str, SpiBus]
     number: int = 0
+    errors: BoardErrors = field(default_factory=BoardErrors)

@@ -1,4 +1,4 @@
-"""How a real board deviates from an ideal one beside its sensors: its own iron.
+"""How a real board deviates from an ideal one beside its sensors: its own iron, and its oscillators.
 
 The steel of USB plug, battery and screws, and what it has been magnetised to, turn with the board: a field
 that is always the same (hard iron), and the Earth's field bent (soft iron). Both are drawn from the seed,
@@ -11,6 +11,10 @@ lead alone (-203, 69, 21 mgauss; diydrones.com, "compass calibration always abov
 offsets are beyond 115 mgauss, the root of the mean square of their soft iron is 6 % along an axis and 2.4 %
 between two. A sensor's own offset and sensitivity are in these numbers, and are drawn for themselves here
 (LIS2MDL: 60 mgauss, 7 %), so less is taken. ArduPilot calls an offset below 150 mgauss healthy.
+
+The chip's internal oscillator is trimmed to within 1 %, and firmware that runs from it has other bit rates
+and another tick than it believes. The quartz is exact unless ``hse_ppm`` says otherwise: no document gives
+its tolerance, usual ones are off by 30 ppm at most, a second in nine hours, which nobody sees in a lab.
 """
 
 from __future__ import annotations
@@ -21,14 +25,14 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from sensors.errors import PartErrors, Vec3, drawn_by_axis
+from sensors.errors import PartErrors, Vec3, drawn, drawn_by_axis, fixed
 
 _CALIBRATIONS = "published calibrations of other boards"
 
 
 @dataclass(frozen=True)
 class BoardErrors(PartErrors):
-    """Explicit numbers, axes those of the board; the default is a board without iron."""
+    """Explicit numbers, axes those of the board; the default is an ideal board."""
 
     PART: ClassVar[str] = "board"
 
@@ -40,6 +44,13 @@ class BoardErrors(PartErrors):
     )
     soft_iron_across_percent: Vec3 = drawn_by_axis(
         "between X and Y, X and Z, Y and Z: part of the field along the other axis", "%", 6.0, _CALIBRATIONS
+    )
+
+    hsi_percent: float = drawn(
+        "by how much the internal oscillator is faster", "%", 1.0, "STM32F401xB/C datasheet, HSI, 25 degC"
+    )
+    hse_ppm: float = fixed(
+        "by how much the quartz is faster", "ppm", 0.0, "not documented", (-1000.0, 1000.0)
     )
 
     def soft_iron(self) -> NDArray[np.float64]:

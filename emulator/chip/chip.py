@@ -22,7 +22,7 @@ from emulator.chip.peripherals.gpio import ConnectedPins
 from emulator.chip.peripherals.i2c import I2C_BLOCKS, ConnectedI2c
 from emulator.chip.peripherals.peripheral import InterruptInput, Peripheral, Soc
 from emulator.chip.peripherals.pwr import Pwr
-from emulator.chip.peripherals.rcc import Rcc
+from emulator.chip.peripherals.rcc import NOMINAL, Oscillators, Rcc
 from emulator.chip.peripherals.rtc import Rtc
 from emulator.chip.peripherals.spi import SpiWire, connect_absent_part
 from emulator.chip.peripherals.tim import connect_timers
@@ -42,10 +42,10 @@ class SystemBlocks:
     blocks by ``rcc.control(...)``.
     """
 
-    def __init__(self, soc: Soc, inputs: AdcInputs | None = None) -> None:
+    def __init__(self, soc: Soc, inputs: AdcInputs | None = None, oscillators: Oscillators = NOMINAL) -> None:
         lines = {number: InterruptInput(soc, number) for number in (0, 4, 5, 18)}
         self.pwr = Pwr(soc, *_place("PWR"))
-        self.rcc = Rcc(soc, *_place("RCC"), self.pwr, lines[5])
+        self.rcc = Rcc(soc, *_place("RCC"), self.pwr, lines[5], oscillators)
         soc.clocks = self.rcc
         self.flash = Flash(soc, *_place("FLASH"), lines[4])
         self.adc = Adc(soc, *_place("ADC1"), lines[18], inputs or AdcInputs())
@@ -75,7 +75,7 @@ class Chip:
         self.core = Core(signals.clock, signals.trace, segments, settings, memory)
         ConnectedPins(self.core, signals.gpio)
         self.soc = soc = Soc(signals.clock, signals.trace, signals.gpio, self._reset)
-        self.system = SystemBlocks(soc)
+        self.system = SystemBlocks(soc, oscillators=Oscillators.of(signals.errors))
         soc.dma = DmaLines(self.core)
         self.timers = connect_timers(self.core)
         """By name, "TIM1" to "TIM11"."""

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
@@ -35,6 +35,7 @@ from emulator.scenario.timeline import Entry
 from emulator.time.clock import PS_PER_S
 from emulator.time.durations import format_duration, seconds
 from emulator.world import World, earth_field
+from sensors.errors import Grade
 
 # -- From timeline entries to steps with absolute times -----------------------------------------------------
 
@@ -164,6 +165,10 @@ class Scenario:
     def sensor_settings(self) -> SensorSettings:
         """How the sensors deviate."""
         return self.contents.sensors.settings()
+
+    def board_errors(self, grade: Grade, seed: int) -> BoardErrors:
+        """How the board itself deviates: drawn, but for what the file gives."""
+        return replace(BoardErrors.of_grade(grade, seed), **self.contents.board)
 
     def create_world(self, now_s: Callable[[], float], own: BoardErrors | None = None) -> World:
         """The world at power-on, of a board with these deviations where the file gives none."""

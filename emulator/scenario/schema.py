@@ -23,6 +23,7 @@ from pydantic import (
 from pydantic_core import CoreSchema, core_schema
 
 from emulator.boards.description import BoardDescription, SensorSettings
+from emulator.boards.deviations import BoardErrors
 from emulator.boards.fcu001v1 import FCU001V1
 from emulator.buses.i2c import FAST_MODE_HZ
 from emulator.scenario.expectations import FieldName, Kinds
@@ -224,6 +225,7 @@ class ScenarioFile(Table):
     bus: BusTable = BusTable()
     world: WorldTable = WorldTable()
     sensors: SensorsTable = SensorsTable()
+    board: Annotated[dict[str, Any], Figures(BoardErrors)] = Field(default_factory=dict)
     timeline: list[AnyEntry] = Field(default_factory=list, max_length=MOST_ENTRIES)
     expect: list[AnyExpectation] = Field(default_factory=list, max_length=MOST_EXPECTATIONS)
     report: list[ReportTable] = Field(default_factory=list, max_length=MOST_EXPECTATIONS)

@@ -35,6 +35,7 @@ from emulator.scenario.tables import (
 from emulator.time.clock import NEVER_PS, PS_PER_S, to_ps
 from emulator.time.durations import shown
 from emulator.world import Recording, World, limits
+from emulator.world.air import DOOR_HPA
 from emulator.world.hand import TREMOR_HZ, TREMOR_MG, WRIST_M
 from emulator.world.magnetism import Magnet
 
@@ -240,6 +241,40 @@ class PassMagnet(Entry):
     def plan(self, world: World, start_s: float) -> None:
         """World.pass_magnet."""
         world.pass_magnet(self.moment_am2, self.distance_m, self.speed_m_s, start_s)
+
+
+class Weather(Motion):
+    """Let the air's pressure rise or fall, smoothly."""
+
+    MOVES: ClassVar[frozenset[str]] = frozenset({"weather"})
+    do: Literal["weather"]
+    change_hpa: Annotated[float, within(limits.PRESSURE_CHANGE)]
+
+    def plan(self, world: World, start_s: float) -> None:
+        """World.change_weather."""
+        world.change_weather(self.change_hpa, self.for_s, start_s)
+
+
+class Blow(Motion):
+    """A gusty wind."""
+
+    do: Literal["wind"]
+    speed_m_s: Annotated[float, within(limits.WIND)]
+
+    def plan(self, world: World, start_s: float) -> None:
+        """World.blow."""
+        world.blow(self.speed_m_s, self.for_s, start_s)
+
+
+class ShutDoor(Entry):
+    """A door is shut, or with a negative push torn open."""
+
+    do: Literal["door"]
+    push_hpa: Annotated[float, within(limits.PUSH)] = DOOR_HPA
+
+    def plan(self, world: World, start_s: float) -> None:
+        """World.shut_door."""
+        world.shut_door(self.push_hpa, start_s)
 
 
 class NamedRecording:
@@ -541,6 +576,9 @@ AnyEntry = Annotated[
     | Tap
     | DisturbField
     | PassMagnet
+    | Weather
+    | Blow
+    | ShutDoor
     | Replay
     | TakeInHand
     | PutDown

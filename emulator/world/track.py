@@ -101,9 +101,10 @@ class Constant:
 
 
 class Overlays(Generic[P]):
-    """Events with a start and an end whose vectors (N, 3) are summed."""
+    """Events with a start and an end whose vectors (N, 3), or of another width, are summed."""
 
-    def __init__(self) -> None:
+    def __init__(self, width: int = 3) -> None:
+        self._width = width
         self._events: list[tuple[float, float, P]] = []
 
     def add(self, start_s: float, end_s: float, event: P) -> None:
@@ -117,11 +118,11 @@ class Overlays(Generic[P]):
 
     def total(self, t_s: Array, function: Callable[[P, Array], Array]) -> Array:
         """Sum of ``function(event, t_s)`` at ``t_s`` (N,): (N, 3), or a row of zeros when nothing happens."""
-        total = np.zeros((1, 3))
+        total = np.zeros((1, self._width))
         for start_s, end_s, event in self._events:
             here = (t_s >= start_s) & (t_s < end_s)
             if here.any():
-                total = np.array(np.broadcast_to(total, (t_s.size, 3)))
+                total = np.array(np.broadcast_to(total, (t_s.size, self._width)))
                 total[here] += function(event, t_s[here])
         return total
 

@@ -21,6 +21,7 @@ import numpy.typing as npt
 
 from emulator.errors import InputError
 from emulator.world import limits
+from emulator.world.air import Drift, Puff
 from emulator.world.attitude import Attitude, Held, matrix_to_euler, to_board
 from emulator.world.hand import Grip
 from emulator.world.height import Height, Rest, Shake
@@ -90,7 +91,8 @@ class Truth:
         self._disturbances: Overlays[Disturbance] = Overlays()
         self._hard_iron = Track(Constant(np.zeros(3)))
         self._soft_iron = Track(Constant(np.eye(3)))
-        self._floor_pressure = Track(Constant(floor_hpa))
+        self._floor_pressure: Track[Constant | Drift] = Track(Constant(floor_hpa))
+        self._puffs: Overlays[Puff] = Overlays(width=1)
         self._temperature = Track(Constant(ROOM_DEGC))
         self._humidity = Track(Constant(ROOM_PERCENT))
         self._laws: dict[str, Signal] = {
@@ -202,6 +204,7 @@ class Truth:
         for agitation in self._agitation.values():
             agitation.forget(before_s)
         self._shakes.forget(before_s)
+        self._puffs.forget(before_s)
         self._disturbances.forget(before_s)
 
     def _signal(self, name: str, t_s: npt.ArrayLike) -> Array:
@@ -273,7 +276,8 @@ class Truth:
         return NOTHING[:, 0] if grip is None else grip.rise_m(self._rotation_in(grip, t_s))
 
     def _pressure_hpa(self, t_s: Array) -> Array:
-        floor_hpa = self._floor_pressure.evaluate(t_s, Constant.value)
+        floor_hpa = self._floor_pressure.evaluate(t_s, lambda piece, t: piece.value(t))
+        floor_hpa = floor_hpa + self._puffs.total(t_s, lambda puff, t: puff.value(t))[:, 0]
         return floor_hpa * pressure_ratio(self._altitude_m(t_s), self._temperature_degc(t_s))
 
     def _temperature_degc(self, t_s: Array) -> Array:

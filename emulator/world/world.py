@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from emulator.errors import InputError
 from emulator.world import limits
+from emulator.world.air import DOOR_HPA, DOOR_LASTS_S, Door, Drift, Puff, Wind
 from emulator.world.attitude import (
     Attitude,
     Held,
@@ -412,9 +413,44 @@ class World(Truth):
         self._changed(start, ())
         return end
 
+    # -- the air --------------------------------------------------------------------------------------------
+
+    def change_weather(self, change_hpa: float, duration_s: float, start_s: float | None = None) -> float:
+        """Let the pressure at the floor rise by ``change_hpa``, smoothly (negative: fall)."""
+        change = limits.PRESSURE_CHANGE.check("change_hpa", change_hpa)
+        start, end = self._span(start_s, duration_s)
+        from_hpa = float(self._floor_pressure.at(start).value(np.array([start]))[0])
+        to_hpa = limits.PRESSURE.check("pressure after the change", from_hpa + change)
+        drift = Drift(from_hpa, change, MinimumJerk(start, end - start))
+        self._floor_pressure.plan(start, drift)
+        self._floor_pressure.plan(end, Constant(to_hpa))
+        self._agitation["pressure"].add(start, end, drift.pace_s)
+        self._changed(start, ("pressure",))
+        return end
+
+    def blow(self, speed_m_s: float, duration_s: float, start_s: float | None = None) -> float:
+        """Let a gusty wind of this speed press on the windows (:mod:`emulator.world.air`)."""
+        speed = limits.WIND.check("speed_m_s", speed_m_s)
+        start, end = self._span(start_s, duration_s)
+        return self._puff(start, end, Wind(start, end, speed))
+
+    def shut_door(self, push_hpa: float = DOOR_HPA, start_s: float | None = None) -> float:
+        """Push air into the room for about a second; negative: a door is torn open."""
+        push = limits.PUSH.check("push_hpa", push_hpa)
+        start = self._start(start_s)
+        return self._puff(start, start + DOOR_LASTS_S, Door(start, push))
+
+    def _puff(self, start_s: float, end_s: float, puff: Puff) -> float:
+        self._puffs.add(start_s, end_s, puff)
+        self._agitation["pressure"].add(start_s, end_s, puff.pace_s)
+        self._changed(start_s, ("pressure",))
+        return end_s
+
     # -- changing the truth: when a change takes effect, what it drops, and who hears of it -----------------
 
-    def _set(self, track: Track[Constant], value: npt.ArrayLike, signal: str) -> None:
+    def _set(
+        self, track: Track[Constant] | Track[Constant | Drift], value: npt.ArrayLike, signal: str
+    ) -> None:
         now = self._now_s()
         track.plan(now, Constant(value))
         self._agitation[signal].add(now, now)

@@ -38,6 +38,7 @@ SECONDS = {
     "slow_bus": 1.4,
     "stairs": 2.2,
     "tilt_sweep": 3.3,
+    "weather": 2.3,
 }
 
 RESOLUTION = {

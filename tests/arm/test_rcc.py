@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from emulator.chip.chip import SystemBlocks
-from emulator.chip.peripherals.rcc import frequencies, pll
+from emulator.chip.peripherals.rcc import NOMINAL, Oscillators, frequencies, pll
 from emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US
 from tests.arm.chip_fakes import Chip, NativeChip
 
@@ -20,9 +20,9 @@ PWR_CR_DBP = 1 << 8
 class Board:
     """The chip's own blocks on a fake core."""
 
-    def __init__(self) -> None:
+    def __init__(self, oscillators: Oscillators = NOMINAL) -> None:
         self.chip = Chip()
-        self.blocks = SystemBlocks(self.chip.soc)
+        self.blocks = SystemBlocks(self.chip.soc, oscillators=oscillators)
         self.rcc = self.blocks.rcc
         self.native = NativeChip()
         self.rcc.control((*self.blocks, *self.native.fcu.blocks.values()))
@@ -60,6 +60,28 @@ def test_the_labs_settings_give_84_mhz() -> None:
     assert (rcc.sysclk_hz, rcc.hclk_hz) == (84_000_000, 84_000_000)
     assert (rcc.pclk1_hz, rcc.pclk2_hz) == (42_000_000, 84_000_000)
     assert (rcc.timer1_hz, rcc.timer2_hz) == (84_000_000, 84_000_000)
+    board.chip.run_for(PS_PER_S)
+    assert board.chip.notes() == []
+
+
+def test_oscillators_that_are_off_move_all_clocks_and_break_no_limit() -> None:
+    """Quartz 100 ppm fast: above 84 MHz by the tolerance, which the manual's limits do not mean."""
+    board = Board(Oscillators(hsi_hz=16_160_000, hse_hz=16_001_600))
+    assert board.rcc.hclk_hz == 16_160_000
+    board.to_84_mhz()
+    assert (board.rcc.hclk_hz, board.rcc.pclk1_hz) == (84_008_400, 42_004_200)
+    board.chip.run_for(PS_PER_S)
+    assert board.chip.notes() == []
+
+
+def test_60_mhz_from_an_internal_oscillator_that_is_fast_needs_one_wait_state() -> None:
+    board = Board(Oscillators(hsi_hz=16_160_000))
+    board.blocks.flash.write(0x00, 1)
+    board.rcc.write(PLLCFGR, 16 | 240 << 6 | 1 << 16)  # M 16, N 240, P 4
+    board.set_bits(CR, PLLON)
+    board.chip.run_for(100 * PS_PER_US)
+    board.rcc.write(CFGR, 0x0000_1002)
+    assert board.rcc.hclk_hz == 60_600_000
     board.chip.run_for(PS_PER_S)
     assert board.chip.notes() == []
 

@@ -36,6 +36,7 @@ BREAKS = {
     "motors": ("throttle = 1", "throttle = 0.7"),
     "slow_bus": ('"100kHz"', '"400kHz"'),
     "stairs": ("pressure_noise_hpa = 0.0012", "pressure_noise_hpa = 0.1"),
+    "weather": ("change_hpa = -0.6", "change_hpa = -0.2"),
     "tilt_sweep": ('grade = "ideal"', 'grade = "worst"'),
 }
 

@@ -11,7 +11,12 @@ import pytest
 from emulator import Board
 from emulator.boards.deviations import BoardErrors
 
-LIMITS = {"hard_iron_mgauss": 300.0, "soft_iron_percent": 9.0, "soft_iron_across_percent": 6.0}
+LIMITS = {
+    "hard_iron_mgauss": 300.0,
+    "soft_iron_percent": 9.0,
+    "soft_iron_across_percent": 6.0,
+    "hsi_percent": 1.0,
+}
 HEAD = 'schema = 1\nquestion = "?"\nduration = "1s"\n'
 
 
@@ -47,12 +52,12 @@ def test_each_board_has_its_own_and_keeps_it() -> None:
 
 
 def test_a_hundred_boards_are_inside_the_limits_and_spread_over_them() -> None:
-    assert {entry.name for entry in fields(BoardErrors)} == set(LIMITS)
+    assert {entry.name for entry in fields(BoardErrors)} == {*LIMITS, "hse_ppm"}
     boards = [BoardErrors.of_grade("typical", seed) for seed in range(100)]
     for name, limit in LIMITS.items():
         figures = np.array([getattr(board, name) for board in boards])
         assert np.abs(figures).max() <= limit
-        assert figures.std() == pytest.approx(limit / 3, rel=0.15)
+        assert figures.std() == pytest.approx(limit / 3, rel=0.2)
         assert abs(figures.mean()) < limit / 3 * 3 / np.sqrt(figures.size)
     worst = BoardErrors.of_grade("worst", 1)
     assert all(np.all(np.abs(getattr(worst, name)) == limit) for name, limit in LIMITS.items())
@@ -77,3 +82,25 @@ def test_what_a_file_gives_takes_the_place_of_what_is_drawn(tmp_path: Path) -> N
     hard, soft = iron(scenario(tmp_path, "[sensors]\ngrade = 'ideal'\n"))
     np.testing.assert_allclose(hard, 0, atol=1e-9)
     np.testing.assert_allclose(soft, np.eye(3), atol=1e-12)
+
+
+OSCILLATORS = "[board]\nhsi_percent = 0.8\nhse_ppm = -50\n[limits]\nterminal_bytes = 100000\n"
+
+
+def test_the_internal_oscillator_is_off_and_the_quartz_hardly(tmp_path: Path) -> None:
+    """After reset the chip runs from HSI; the shipped program starts the quartz and the PLL: 84 MHz."""
+    board = scenario(tmp_path, f"firmware = 'solution'\n{OSCILLATORS}")
+    assert board.arm is not None
+    clocks = board.arm.chip.system.rcc
+    assert clocks.hclk_hz == 16_128_000
+    board.run_until(1.2)
+    assert clocks.hclk_hz == 83_995_800
+    assert board.timer.rate_hz == pytest.approx(800 * (1 - 50e-6))
+    assert not board.arm.diagnosis()
+
+
+def test_a_typical_boards_internal_oscillator_is_within_one_percent() -> None:
+    percents = np.array([BoardErrors.of_grade("typical", seed).hsi_percent for seed in range(100)])
+    assert np.abs(percents).max() <= 1.0
+    assert percents.std() == pytest.approx(1 / 3, rel=0.25)
+    assert BoardErrors.of_grade("worst", 1).hse_ppm == 0.0

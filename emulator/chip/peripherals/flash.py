@@ -101,12 +101,11 @@ class Flash(Peripheral, declared=BLOCKS["FLASH"]):
         self._check = None
         needed = self._missing_wait_states()
         if needed:
-            setting = (
-                f"ACR.LATENCY = {self.registers[ACR] & 0xF} at HCLK = {self.soc.clocks.hclk_hz / 1e6:g} MHz"
-            )
+            hclk_mhz = self.soc.clocks.nominal_hclk_hz / 1e6
+            setting = f"ACR.LATENCY = {self.registers[ACR] & 0xF} at HCLK = {hclk_mhz:g} MHz"
             self.note("forbidden", f"{setting}; the flash needs {needed} wait states")
 
     def _missing_wait_states(self) -> int:
         """The number needed when there are too few; 0 when all is well."""
-        needed = max(-(-self.soc.clocks.hclk_hz // _HZ_PER_WAIT_STATE) - 1, 0)
+        needed = max(-(-self.soc.clocks.nominal_hclk_hz // _HZ_PER_WAIT_STATE) - 1, 0)
         return needed if needed > self.registers[ACR] & 0xF else 0

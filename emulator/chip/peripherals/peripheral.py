@@ -30,6 +30,8 @@ class ClockTree(Protocol):
 
     sysclk_hz: int
     hclk_hz: int
+    nominal_hclk_hz: int
+    """HCLK of a chip whose oscillators are exact, as the manual's limits are meant."""
     pclk1_hz: int
     pclk2_hz: int
     timer1_hz: int

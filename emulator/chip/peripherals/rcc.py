@@ -17,6 +17,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
 
+from emulator.boards.deviations import BoardErrors
 from emulator.chip.peripherals.peripheral import WORD, InterruptInput, Peripheral, Soc
 from emulator.chip.peripherals.pwr import Pwr
 from emulator.chip.registers import BLOCKS, rcc
@@ -34,6 +35,23 @@ HSI, HSE, PLL = range(3)  # RCC_CFGR.SW and SWS
 
 _AHB_SHIFT = (0, 0, 0, 0, 0, 0, 0, 0, 1, 2, 3, 4, 6, 7, 8, 9)  # there is no division by 32 (6.3.3)
 _APB_SHIFT = (0, 0, 0, 0, 1, 2, 3, 4)
+
+
+@dataclass(frozen=True)
+class Oscillators:
+    """How fast the two that can drive SYSCLK really run, in Hz."""
+
+    hsi_hz: int = HSI_HZ
+    hse_hz: int = HSE_HZ
+
+    @classmethod
+    def of(cls, errors: BoardErrors) -> Oscillators:
+        """Those of a board that deviates."""
+        return cls(round(HSI_HZ * (1 + errors.hsi_percent / 100)), round(HSE_HZ * (1 + errors.hse_ppm / 1e6)))
+
+
+NOMINAL = Oscillators()
+"""What the manual's limits are about: no part breaks them because its oscillator is within its tolerance."""
 
 
 @dataclass(frozen=True)
@@ -56,10 +74,10 @@ class PllOutput:
         return ""
 
 
-def pll(pllcfgr: int) -> PllOutput:
+def pll(pllcfgr: int, oscillators: Oscillators = NOMINAL) -> PllOutput:
     """The PLL's frequencies; M = 0 and 1 are not allowed and count as 1."""
     fields = rcc.PLLCFGR
-    source_hz = HSE_HZ if fields.PLLSRC.get(pllcfgr) else HSI_HZ
+    source_hz = oscillators.hse_hz if fields.PLLSRC.get(pllcfgr) else oscillators.hsi_hz
     m, n = max(fields.PLLM.get(pllcfgr), 1), fields.PLLN.get(pllcfgr)
     p, q = 2 * (fields.PLLP.get(pllcfgr) + 1), max(fields.PLLQ.get(pllcfgr), 1)
     vco_hz = source_hz * n // m
@@ -178,8 +196,17 @@ _SYSCLK_SOURCES = ("HSI", "HSE", "PLL")  # in the order of SW
 class Rcc(Peripheral, declared=BLOCKS["RCC"]):
     """Implements :class:`ClockTree`; :meth:`control` gives it the blocks that it feeds."""
 
-    def __init__(self, soc: Soc, name: str, base: int, pwr: Pwr, irq: InterruptInput) -> None:
+    def __init__(
+        self,
+        soc: Soc,
+        name: str,
+        base: int,
+        pwr: Pwr,
+        irq: InterruptInput,
+        oscillators: Oscillators = NOMINAL,
+    ) -> None:
         super().__init__(soc, name, base)
+        self._oscillators = oscillators
         self._pwr = pwr
         self._irq = irq
         self._blocks: dict[str, Peripheral] = {}
@@ -187,9 +214,9 @@ class Rcc(Peripheral, declared=BLOCKS["RCC"]):
         self._backup_listeners: list[Callable[[], None]] = []
         self._starting: dict[str, Event] = {}
         self._check: Event | None = None
-        self._pll_hz = 0
+        self._pll_hz = self._pll_nominal_hz = 0
         self._adopted: tuple[Frequencies, int] | None = None  # and the RTC's
-        self._adopt(frequencies(HSI_HZ, 0))
+        self._adopt(frequencies(oscillators.hsi_hz, 0), frequencies(HSI_HZ, 0))
 
     # -- for the other blocks ---------------------------------------------------------------------------
 
@@ -216,7 +243,7 @@ class Rcc(Peripheral, declared=BLOCKS["RCC"]):
             return 0
         if name == "HSE":
             divider = rcc.CFGR.RTCPRE.get(self.registers[CFGR])
-            return HSE_HZ // divider if divider >= 2 else 0
+            return self._oscillators.hse_hz // divider if divider >= 2 else 0
         return LSE_HZ if name == "LSE" else LSI_HZ
 
     def reset_because(self, reason: str) -> None:
@@ -313,10 +340,11 @@ class Rcc(Peripheral, declared=BLOCKS["RCC"]):
 
     def _start(self, name: str, source: _Source) -> None:
         if name == "PLL":
-            output = pll(self.registers[PLLCFGR])
-            self._pll_hz = output.p_hz
-            if output.problem():
-                self.note("forbidden", output.problem())
+            pllcfgr = self.registers[PLLCFGR]
+            nominal = pll(pllcfgr)
+            self._pll_hz, self._pll_nominal_hz = pll(pllcfgr, self._oscillators).p_hz, nominal.p_hz
+            if nominal.problem():
+                self.note("forbidden", nominal.problem())
             if not self._pll_hz:  # N is 0, a "wrong configuration" (6.3.2): nothing oscillates
                 return
         at_ps = self.soc.clock.now_ps + source.start_ps
@@ -343,25 +371,27 @@ class Rcc(Peripheral, declared=BLOCKS["RCC"]):
         if wanted < len(_SYSCLK_SOURCES) and self._ready(_SYSCLK_SOURCES[wanted]):
             self.registers[CFGR] = rcc.CFGR.SWS.put(self.registers[CFGR], wanted)
         used = rcc.CFGR.SWS.get(self.registers[CFGR])
-        sysclk_hz = (HSI_HZ, HSE_HZ, self._pll_hz)[used]
-        timpre = bool(rcc.DCKCFGR.TIMPRE.get(self.registers[DCKCFGR]))
-        self._adopt(frequencies(sysclk_hz, self.registers[CFGR], timpre=timpre))
+        true_hz = (self._oscillators.hsi_hz, self._oscillators.hse_hz, self._pll_hz)[used]
+        nominal_hz = (HSI_HZ, HSE_HZ, self._pll_nominal_hz)[used]
+        timpre, cfgr = bool(rcc.DCKCFGR.TIMPRE.get(self.registers[DCKCFGR])), self.registers[CFGR]
+        self._adopt(frequencies(true_hz, cfgr, timpre=timpre), frequencies(nominal_hz, cfgr, timpre=timpre))
 
-    def _adopt(self, clocks: Frequencies) -> None:
+    def _adopt(self, clocks: Frequencies, nominal: Frequencies) -> None:
         adopted = clocks, self.rtc_hz()
         if adopted == self._adopted:
             return
         self._adopted = adopted
+        self._nominal, self.nominal_hclk_hz = nominal, nominal.hclk_hz
         self.sysclk_hz, self.hclk_hz = clocks.sysclk_hz, clocks.hclk_hz
         self.pclk1_hz, self.pclk2_hz = clocks.pclk1_hz, clocks.pclk2_hz
         self.timer1_hz, self.timer2_hz = clocks.timer1_hz, clocks.timer2_hz
         for changed in self._listeners:
             changed()
-        if clocks.problem() and self._check is None:
+        if nominal.problem() and self._check is None:
             self._check = self.soc.clock.schedule(self.soc.clock.now_ps + _CHECK_AFTER_PS, self._judge)
 
     def _judge(self) -> None:
         self._check = None
-        problem = self._adopted[0].problem() if self._adopted else ""
+        problem = self._nominal.problem()
         if problem:
             self.note("forbidden", problem)

@@ -1,0 +1,99 @@
+"""What moves the air's pressure beside height: the weather, wind, a door.
+
+A barometer cannot tell any of it from height: 0.12 hPa are a metre. The weather drifts: a front changes the
+pressure by some hPa in an hour. Wind of speed v presses on a window by up to rho v^2 / 2 (Bernoulli), 0.15
+hPa at 5 m/s, and comes in gusts. A door that is shut pushes air into the room, which leaves it within a
+second.
+
+Decisions: gusts are a sum of lines from 0.05 to 1 Hz whose amplitude falls with their frequency, as that of
+a first-order Gauss-Markov process does, by which Sabatini and Genovese describe the short-term environment
+of a barometric altimeter (Sensors 13, 2013); they swing by half of the wind's pressure about nothing, RMS a
+quarter, and have always the same phases. How hard a door pushes has no source: 0.1 hPa are an assumption.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from emulator.world.track import Array, MinimumJerk
+
+DOOR_HPA = 0.1
+
+_AIR_KG_M3 = 1.2
+_PA_PER_HPA = 100.0
+_DOOR_S = 0.15  # after which the push is strongest
+DOOR_LASTS_S = 15 * _DOOR_S  # then 1e-5 of it is left
+_GUST_HZ = np.geomspace(0.05, 1.0, 12)
+_GUST_PHASES = 2.0 * np.pi * (np.arange(1.0, 13.0) * 0.6180339887498949 % 1.0)
+_GUST_ENDS_S = 1.0  # in which a wind begins, and in which it ends
+
+
+@dataclass(frozen=True)
+class Drift:
+    """The pressure at the floor from ``from_hpa`` by ``change_hpa``, smoothly."""
+
+    from_hpa: float
+    change_hpa: float
+    profile: MinimumJerk
+
+    @property
+    def pace_s(self) -> float:
+        """All of it."""
+        return self.profile.duration_s
+
+    def value(self, t_s: Array) -> Array:
+        """In hPa, (N,)."""
+        return self.from_hpa + self.change_hpa * self.profile.progress(t_s)
+
+
+class Puff(Protocol):
+    """Pressure that is added for a time; ``pace_s``: in how many seconds it gets from one rest to another."""
+
+    @property
+    def pace_s(self) -> float:
+        """As above."""
+        ...
+
+    def value(self, t_s: Array) -> Array:
+        """In hPa, (N, 1)."""
+        ...
+
+
+@dataclass(frozen=True)
+class Wind:
+    """Gusts of a wind of ``speed_m_s`` from ``start_s`` to ``end_s``."""
+
+    start_s: float
+    end_s: float
+    speed_m_s: float
+    pace_s = 0.5 / _GUST_HZ[-1]
+
+    def value(self, t_s: Array) -> Array:
+        """In hPa, (N, 1)."""
+        strength = 1.0 / _GUST_HZ
+        strength = strength / np.sqrt((strength**2).sum() / 2.0)
+        gusts = np.cos(2.0 * np.pi * (t_s - self.start_s)[:, np.newaxis] * _GUST_HZ + _GUST_PHASES) @ strength
+        rms_hpa = 0.25 * 0.5 * _AIR_KG_M3 * self.speed_m_s**2 / _PA_PER_HPA
+        ends_s = min(_GUST_ENDS_S, (self.end_s - self.start_s) / 2.0)
+        rises = MinimumJerk(self.start_s, ends_s).progress(t_s)
+        falls = MinimumJerk(self.end_s - ends_s, ends_s).progress(t_s)
+        blown: Array = rms_hpa * gusts * (rises - falls)
+        return blown[:, np.newaxis]
+
+
+@dataclass(frozen=True)
+class Door:
+    """A door that is shut at ``start_s``: a push that is strongest soon and is gone within a second."""
+
+    start_s: float
+    push_hpa: float
+    pace_s = _DOOR_S
+
+    def value(self, t_s: Array) -> Array:
+        """In hPa, (N, 1)."""
+        part = (t_s - self.start_s) / _DOOR_S
+        push: Array = self.push_hpa * part * np.exp(1.0 - part)
+        return push[:, np.newaxis]
