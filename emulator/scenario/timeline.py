@@ -151,10 +151,11 @@ class FigureEight(Motion):
     MOVES: ClassVar[frozenset[str]] = ATTITUDE
     do: Literal["figure_eight"]
     turns: int = Field(1, ge=1, le=100)
+    by: Literal["field", "hand"] = "field"
 
     def plan(self, world: World, start_s: float) -> None:
         """World.figure_eight."""
-        world.figure_eight(self.for_s, self.turns, start_s)
+        world.figure_eight(self.for_s, self.turns, start_s, self.by)
 
 
 class Lift(Motion):

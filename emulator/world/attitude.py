@@ -15,6 +15,10 @@ twists about pairs of board axes do it: in each the tip draws Viviani's curve, a
 sphere, and together the three pass all six ends exactly, for any field and starting attitude. Road not taken:
 a movement that does not know the field. To come within 2 mgauss of 480 from anywhere it must pass within 7
 degrees of every point of the sphere with each axis: some fifty turns, which no wrist makes in 20 seconds.
+
+Decision: beside it there is the figure that a hand draws, which does not know the field: two turns leave some
+20 mgauss of the hard iron in a field of 480, at most 32 by where it begins. How far a hand turns is an
+assumption: 150 deg of rolling (forearm and shoulder), 75 of nodding, 90 of turning about.
 """
 
 from __future__ import annotations
@@ -357,6 +361,54 @@ class RecordedAttitude:
 X, Y, Z = np.eye(3)
 EIGHTS = ((Z, Y), (Y, Z), (Z, X))  # with the field along X: lobes to +-Y, to +-Z, and from +X to -X
 APPROACH = 0.1  # the part of the time for reaching the field's direction, and again for coming back
+
+
+@dataclass(frozen=True, eq=False)
+class WavedEight:
+    """Figures-of-eight as a hand draws them, from rotation ``start`` (3, 3) and back, ``turns`` times.
+
+    The forearm rolls to and fro once while the board nods twice, and the body turns half as fast.
+    """
+
+    start: Array
+    turns: int
+    profile: MinimumJerk
+
+    @property
+    def pace_s(self) -> float:
+        """Between two rests of the nodding, in the middle, where it is fastest."""
+        return self.profile.duration_s / (4.0 * self.turns) / 1.875
+
+    def rotation(self, t_s: Array) -> Array:
+        """Board to world, (N, 3, 3)."""
+        return self.start @ euler_to_matrix(np.degrees(self._euler(t_s)[0]))
+
+    def rate_dps(self, t_s: Array) -> Array:
+        """Angular rate in board axes, (N, 3)."""
+        rate: Array = np.degrees(euler_rates(*self._euler(t_s))[0])
+        return rate
+
+    def acceleration_dps2(self, t_s: Array) -> Array:
+        """Angular acceleration in board axes, (N, 3)."""
+        faster: Array = np.degrees(euler_rates(*self._euler(t_s))[1])
+        return faster
+
+    def euler_deg(self, t_s: Array) -> Array:
+        """Roll, pitch, yaw (N, 3)."""
+        return matrix_to_euler(self.rotation(t_s))
+
+    def _euler(self, t_s: Array) -> tuple[Array, Array, Array]:
+        """Euler angles from the start, and two derivatives, (N, 3) in rad."""
+        laws = self.profile.progress, self.profile.speed, self.profile.acceleration
+        drawn, speed, bend = (
+            2.0 * np.pi * self.turns * law(t_s)[:, np.newaxis] * WAVED_PACES for law in laws
+        )
+        sine, cosine = WAVED_RAD * np.sin(drawn), WAVED_RAD * np.cos(drawn)
+        return sine, cosine * speed, cosine * bend - sine * speed**2
+
+
+WAVED_RAD = np.radians((150.0, 75.0, 90.0))  # about roll, pitch and yaw
+WAVED_PACES = np.array((1.0, 2.0, 0.5))
 
 
 def figure_eights(

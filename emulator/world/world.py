@@ -25,6 +25,7 @@ from emulator.world.attitude import (
     RecordedAttitude,
     Sweep,
     Turn,
+    WavedEight,
     X,
     euler_to_matrix,
     figure_eights,
@@ -286,14 +287,29 @@ class World(Truth):
         end_deg[EULER_AXES.index(axis)] = limits.ANGLE.check("to_deg", to_deg)
         return self._plan_attitude((start, Sweep(start_deg, end_deg - start_deg, pace)), (end, Held(end_deg)))
 
-    def figure_eight(self, duration_s: float, turns: int = 1, start_s: float | None = None) -> float:
-        """The calibration's figure-of-eight, ``turns`` times, back to where it began."""
+    def figure_eight(
+        self,
+        duration_s: float,
+        turns: int = 1,
+        start_s: float | None = None,
+        by: Literal["field", "hand"] = "field",
+    ) -> float:
+        """The calibration's figure-of-eight, ``turns`` times, back to where it began.
+
+        By the field it finds the hard iron exactly, whatever the field and the attitude; by a hand, which
+        does not know the field, nearly, if it is drawn at least twice (:mod:`emulator.world.attitude`).
+        """
         if limits.TURNS.check("turns", turns) % 1.0:
             raise InputError(f"turns is {turns!r}: give a whole number")
+        if by not in ("field", "hand"):
+            raise InputError(f"by is {by!r}: give one of field, hand")
         start, end = self._span(start_s, duration_s)
+        first, last = self._rotation_at(start), (end, Held(self._euler_deg_at(start)))
+        if by == "hand":
+            waved = WavedEight(first, int(turns), MinimumJerk(start, end - start))
+            return self._plan_attitude((start, waved), last)
         field = self._earth.at(start).value(np.array([start]))[0]
-        pieces = figure_eights(start, end - start, int(turns), self._rotation_at(start), field)
-        return self._plan_attitude(*pieces, (end, Held(self._euler_deg_at(start))))
+        return self._plan_attitude(*figure_eights(start, end - start, int(turns), first, field), last)
 
     def turn_over(self, duration_s: float, start_s: float | None = None) -> float:
         """Turn half round about the board's own X axis, as one looks at its underside (minimum jerk)."""

@@ -22,6 +22,7 @@ MOTIONS: dict[str, Callable[[World], object]] = {
     "linear sweep": lambda w: w.sweep("roll", 85, duration_s=4),
     "smooth sweep": lambda w: w.sweep("yaw", 390, duration_s=4, profile="minimum_jerk"),
     "figure_eight": lambda w: w.figure_eight(duration_s=4),
+    "figure_eight by a hand": lambda w: w.figure_eight(duration_s=4, turns=2, by="hand"),
     "turn_over": lambda w: w.turn_over(duration_s=4),
     "followed": lambda w: w.follow_attitude(80, -30, 120, time_constant_s=2.0),
     "lifted": lambda w: (w.lift(2.0, duration_s=4), w.rotate_to(60, 0, 0, duration_s=3)),
@@ -183,3 +184,22 @@ def test_sensors_look_closely_while_a_hand_trembles_and_no_longer() -> None:
     world.put_down()
     assert not felt.agitated(100.0, 101.0, pace_s=0.1)
     assert felt.agitated(50.0, 51.0, pace_s=0.0) or felt.agitated(49.0, 51.0, pace_s=0.1)
+
+
+@pytest.mark.parametrize("yaw", range(0, 360, 45))
+def test_a_figure_of_eight_by_a_hand_finds_the_hard_iron_nearly(yaw: int) -> None:
+    """The middle of the extremes, as the lab's MagCalibration takes it, and back to where it began."""
+    world = World()
+    world.set_attitude(0, 0, yaw)
+    world.set_hard_iron(120, -80, 45)
+    world.figure_eight(12, turns=2, by="hand")
+    seen = world.magnetic_field_mgauss(np.linspace(0, 12, 2401))
+    error = np.abs((seen.max(axis=0) + seen.min(axis=0)) / 2 - [120, -80, 45])
+    assert 2 < error.max() < 35
+    np.testing.assert_allclose(world.rotation([12.0]), world.rotation([0.0]), atol=1e-12)
+    assert np.abs(world.angular_rate_dps(np.linspace(0, 12, 2401))).max() < 500  # what a hand can do
+
+
+def test_a_figure_of_eight_by_nobody_is_refused() -> None:
+    with pytest.raises(InputError, match="by is 'foot'"):
+        World().figure_eight(4, by="foot")  # type: ignore[arg-type]

@@ -22,6 +22,7 @@ MOTIONS: dict[str, Callable[[World], float]] = {
     "pitch sweep": lambda w: w.sweep("pitch", -90, duration_s=4),
     "figure_eight": lambda w: w.figure_eight(duration_s=4),
     "two figure_eights": lambda w: w.figure_eight(duration_s=4, turns=2),
+    "figure_eights by a hand": lambda w: w.figure_eight(duration_s=4, turns=2, by="hand"),
     "replay": lambda w: w.replay(recorded_attitude()),
 }
 
