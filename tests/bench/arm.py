@@ -101,7 +101,7 @@ def _chip(source: str, seconds: float = 0.2) -> tuple[Board, float, int, int]:
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "program.bin"
         file.write_bytes(program(source))
-        board = Board(firmware=file)
+        board = Board(firmware=file, ideal=True)
     board.run_for(0.05)
     assert board.arm is not None
     core = board.arm.chip.core
