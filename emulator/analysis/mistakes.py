@@ -87,6 +87,8 @@ def _numbers(board: Board, lines: Sequence[Seen], where: _Where) -> Iterator[Dia
         if _rests_on(group) & wrong:
             continue
         found = field_hint(lines) if group is MAG else hint(lines, group)
+        if found is None and group is YAW:
+            yield from _beyond_a_half_turn(lines, where)
         if found is None:
             continue
         wrong.add(group.label if group not in (TILT, YAW) else group.fields[0])
@@ -95,6 +97,28 @@ def _numbers(board: Board, lines: Sequence[Seen], where: _Where) -> Iterator[Dia
         details = _shown(found.line), f"The truth is {truth} {group.unit}.", *sentences
         summary = f"{where.printed(found.line)}{found.summary}"
         yield Diagnosis("numbers", summary, details, fatal=False)
+
+
+_HALF_TURN = 180.5
+
+
+def _beyond_a_half_turn(lines: Sequence[Seen], where: _Where) -> Iterator[Diagnosis]:
+    """A yaw that the slides' atan2 cannot give; held against the truth only to say which wrap it is."""
+    bad = [line for line in lines if line.values and abs(line.values.get("Yaw", 0.0)) > _HALF_TURN]
+    if len(bad) < 2:
+        return
+    apart = [
+        abs((line.values["Yaw"] - line.truth["Yaw"].middle + 180) % 360 - 180) for line in bad if line.values
+    ]
+    right = sum(one < YAW.far for one in apart) >= len(bad) / 2
+    if right:
+        likely = "A whole turn too much: leave out what makes negative angles positive."
+    else:
+        likely = (
+            "Likely the wrap is wrong: beyond 180 degrees 360 are subtracted, below -180 added, nothing else."
+        )
+    details = _shown(bad[-1]), "atan2 gives -180 to 180 degrees, and so the slides have the yaw.", likely
+    yield Diagnosis("numbers", f"{where.printed(bad[-1])}Yaw is beyond 180 degrees", details, fatal=False)
 
 
 def _number(value: float) -> str:

@@ -15,7 +15,9 @@ from typing import Literal, TypeAlias
 from pydantic import BaseModel, ConfigDict, Field
 
 from emulator.grading.roster import Student
+from emulator.grading.rubric import is_shipped
 from emulator.grading.verdict import ExerciseTitle, Verdict
+from emulator.system_words import command_line
 
 Status: TypeAlias = Literal["judged", "partly", "unjudged", "rejected", "missing"]
 """Everything is judged; some checks could not be; none could be, through no fault of the program; what was
@@ -49,6 +51,15 @@ class Graded(_Part):
     def points(self) -> float | None:
         """The points, where they count; never a zero for what was not judged."""
         return self.verdict.points if self.verdict is not None and self.status == "judged" else None
+
+    @property
+    def again(self) -> str:
+        """The command that judges the same again; "" where the rubric is the teacher's alone."""
+        verdict = self.verdict
+        if verdict is None or verdict.seed is None or not is_shipped(verdict.rubric, verdict.rubric_digest):
+            return ""
+        options = ["--rubric", verdict.rubric, "--seed", str(verdict.seed), "--save", "motions"]
+        return command_line(["fcu", "check", self.firmware, *options])
 
     @property
     def shown_name(self) -> str:

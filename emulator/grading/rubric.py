@@ -22,6 +22,7 @@ import difflib
 import hashlib
 import json
 import os
+from functools import cache
 from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -249,6 +250,16 @@ def load_rubric(name: str | os.PathLike[str]) -> Rubric:
 def rubric_names() -> list[str]:
     """The shipped rubrics."""
     return [path.stem for path in sorted(_folder().glob("*.toml"))]
+
+
+def is_shipped(name: str, digest: str) -> bool:
+    """Whether everybody who has this package has the rubric of that name and digest."""
+    return name in rubric_names() and _shipped_digest(name) == digest
+
+
+@cache
+def _shipped_digest(name: str) -> str:
+    return load_rubric(name).digest
 
 
 def json_schema() -> dict[str, Any]:

@@ -24,6 +24,7 @@ from emulator.grading.reports.student_page import student_page
 from emulator.grading.reports.writer import Reports
 from emulator.grading.results import Graded, GradedClass, pseudonym, report_name
 from emulator.grading.roster import Student
+from emulator.grading.rubric import load_rubric
 from emulator.grading.verdict import Cause, CheckResult, ExerciseTitle, RunEvidence, Series, Verdict
 from emulator.text import one_line, visible
 
@@ -456,3 +457,25 @@ def test_gradescope_shows_why_a_submission_cannot_be_judged() -> None:
 def test_gradescope_gets_no_results_without_a_grade(status: str) -> None:
     with pytest.raises(NotJudgedError):
         gradescope_results(graded(status=status, reason="the worker died"), 6, 1)
+
+
+def test_who_has_the_rubric_is_told_the_command_that_judges_the_same() -> None:
+    known = {"rubric": "lab3", "rubric_digest": load_rubric("lab3").digest, "seed": 7}
+    found = verdict(check("1.a")).model_copy(update=known)
+    command = "fcu check 'my lab.elf' --rubric lab3 --seed 7 --save motions"
+    one = graded(firmware="my lab.elf", verdict=found)
+    others = (found.without_seed(), found.model_copy(update={"rubric_digest": "0"}))
+
+    assert command in Page(student_page(one, "LAB3")).text
+    assert command in gradescope_results(one, max_points=2, seconds=1)["output"]
+    for other in others:
+        assert "fcu check" not in student_page(graded(verdict=other), "LAB3")
+
+
+def test_a_failed_check_quotes_the_line_that_is_wrong() -> None:
+    found = verdict(check("1.a", printed='"Pitch: 5" at 3 s'))
+
+    assert "such as" in Page(student_page(graded(verdict=found), "LAB3")).text
+    assert (
+        'such as: "Pitch: 5" at 3 s' in gradescope_results(graded(verdict=found), 2, 1)["tests"][0]["output"]
+    )

@@ -118,7 +118,9 @@ def gradescope_results(one: Graded, max_points: float, seconds: float) -> dict[s
         for check, shown in zip(verdict.checks, verdict.allowed(), strict=True)
         if check.outcome != "unjudged"  # it gives no points, else there were no grade
     ]
-    said = f"{verdict.points:g} of {max_points:g} points. {warnings}"
+    again = f"The same on your machine: {one.again}" if one.again else ""
+    total = f"{verdict.points:g} of {max_points:g} points."
+    said = "\n".join(filter(None, (total, again, warnings)))
     return {**results, "score": verdict.points, "output": visible(said.strip(), lines=True), "tests": tests}
 
 

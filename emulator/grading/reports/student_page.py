@@ -42,6 +42,9 @@ def _body(graded: Graded, title: str, after_due_date: bool) -> Iterator[Html]:
         return
     yield from _causes(verdict)
     yield _overview(verdict)
+    if graded.again:
+        yield element("p", "The same on your machine:", class_="quiet")
+        yield element("pre", graded.again)
     for exercise in verdict.exercises:
         checks = verdict.of(exercise.exercise)
         if checks:
