@@ -42,6 +42,7 @@ def check(wheel: Path, target: Target) -> Iterator[str]:
         info = next(name for name in archive.namelist() if name.endswith(".dist-info/WHEEL"))
         tags = re.findall(r"^Tag: (\S+)$", archive.read(info).decode(), flags=re.MULTILINE)
     assert sorted(tags) == sorted(f"py3-none-{tag}" for tag in target.tag.split(".")), tags
+    yield f"{_carried(wheel)} files that are no program"
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "library")
         file.write_bytes(content)
@@ -54,6 +55,26 @@ def check(wheel: Path, target: Target) -> Iterator[str]:
     assert machine in _MACHINES[re.split("_(?=x86|a)", target.tag)[-1]], machine
     looks = {"linux": _linux, "darwin": _macos, "win32": _windows}
     yield from looks[target.system](library, wheel, target)
+
+
+def _carried(wheel: Path) -> int:
+    """How many files beside programs it has: the page, scenarios, rubrics and firmware, all that are here."""
+    root = Path(__file__).parents[1]
+    folders = {
+        "emulator/live/page": "*.*",
+        "scenarios": "*.toml",
+        "scenarios/rubrics": "*.toml",
+        "firmware_model/arm": "**/*.elf",
+    }
+    wanted = set()
+    for folder, pattern in folders.items():
+        found = {path.relative_to(root).as_posix() for path in (root / folder).glob(pattern)}
+        assert found, f"there is nothing in {folder}"
+        wanted |= found
+    with ZipFile(wheel) as archive:
+        missing = wanted - set(archive.namelist())
+    assert not missing, f"the wheel lacks {', '.join(sorted(missing))}"
+    return len(wanted)
 
 
 def _machine(library: Any) -> Any:

@@ -111,7 +111,7 @@ export function boardIn3d(): BoardPicture | null {
   let marks = new Group();
   const stalk = new Line(new BufferGeometry(), new LineBasicMaterial());
   scene.add(stalk);
-  const FLOOR = -0.62;
+  const FLOOR = -0.62, EDGE = 1.05;
 
   const restyle = (): void => {
     scene.remove(decoration);
@@ -120,21 +120,21 @@ export function boardIn3d(): BoardPicture | null {
     marks = new Group();
     const faint = new Color(colour("--grid")), ink = colour("--muted");
     const grid: Vector3[] = [];
-    for (let i = -4; i <= 4; i++) {
-      const at = i * 0.4;
-      grid.push(new Vector3(-1.6, at, FLOOR), new Vector3(1.6, at, FLOOR), new Vector3(at, -1.6, FLOOR), new Vector3(at, 1.6, FLOOR));
+    for (let i = -3; i <= 3; i++) {
+      const at = i * 0.35;
+      grid.push(new Vector3(-EDGE, at, FLOOR), new Vector3(EDGE, at, FLOOR), new Vector3(at, -EDGE, FLOOR), new Vector3(at, EDGE, FLOOR));
     }
     for (let i = 0; i < grid.length; i += 2) {
       const pair = new BufferGeometry().setFromPoints([grid[i] as Vector3, grid[i + 1] as Vector3]);
       decoration.add(new Line(pair, new LineBasicMaterial({ color: faint })));
     }
-    const winds: [string, number, number][] = [["N", 1.85, 0], ["W", 0, 1.85], ["S", -1.85, 0], ["E", 0, -1.85]];
+    const winds: [string, number, number][] = [["N", 1.2, 0], ["W", 0, 1.2], ["S", -1.2, 0], ["E", 0, -1.2]];
     for (const [name, x, y] of winds) {
-      const sprite = label(name, name === "N" ? colour("--accent") : ink, 0.3);
+      const sprite = label(name, name === "N" ? colour("--accent") : ink, 0.22);
       sprite.position.set(x, y, FLOOR);
       decoration.add(sprite);
     }
-    const corner = new Vector3(-1.6, 1.6, FLOOR);
+    const corner = new Vector3(-EDGE, EDGE, FLOOR);
     for (const [name, variable, direction] of AXES) {
       const fill = new Color(colour(variable)), along = new Vector3(...direction);
       const inWorld = arrow(along, 0.34, 0.012, fill);
@@ -180,7 +180,7 @@ export function boardIn3d(): BoardPicture | null {
       renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
       renderer.setSize(width, height, false);
       camera.aspect = width / height;
-      camera.fov = (2 * Math.atan(Math.max(0.38, 0.385 / camera.aspect)) * 180) / Math.PI;
+      camera.fov = (2 * Math.atan(Math.max(0.31, 0.31 / camera.aspect)) * 180) / Math.PI;
       camera.updateProjectionMatrix();
       draw();
     },

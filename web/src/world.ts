@@ -74,7 +74,8 @@ export class World {
       const cells = Array.from({ length: axes }, () => el("td", {}, "–"));
       this.rows[id] = cells;
       const name = outputs[index - 1]?.part === part ? "" : part;
-      return el("tr", { "data-output": id, title: doc }, el("th", { scope: "row" }, name), ...cells, ...(axes > 1 ? [] : [el("td", {}), el("td", {})]), el("td", { class: "unit" }, unit));
+      const beside = name === "" && axes === 1; // such as a thermometer, which most programs do not read
+      return el("tr", { "data-output": id, title: doc, hidden: beside }, el("th", { scope: "row" }, name), ...cells, ...(axes > 1 ? [] : [el("td", {}), el("td", {})]), el("td", { class: "unit" }, unit));
     }));
     const shown: [string, boolean][] = [
       ["pressure", felt("pressure_hpa")], ["temperature", felt("temperature_degc")], ["humidity", felt("relative_humidity_percent")],
@@ -91,7 +92,11 @@ export class World {
     this.put("rate", truth.rate_dps, 1);
     this.put("acc", truth.acc_mg, 0);
     this.put("mag", truth.mag_mgauss, 0);
-    for (const { id, axes } of this.outputs) this.put(id, samples[id], axes > 1 ? 0 : 2);
+    for (const { id, axes } of this.outputs) {
+      this.put(id, samples[id], axes > 1 ? 0 : 2);
+      const row = this.rows[id]?.[0]?.parentElement;
+      if (row && id in samples) row.hidden = false;
+    }
     this.set("altitude", truth.altitude_m, 2);
     this.set("pressure", truth.pressure_hpa, 2);
     this.set("temperature", truth.temperature_degc, 1);
