@@ -4,10 +4,16 @@ Each part has a dataclass of explicit numbers in the datasheet's units. Each num
 means, its limit or typical value and the document that says so; three named grades fill them from that:
 
 ``ideal``    no error; only the part's resolution and range remain
-``typical``  this part, drawn from the seed: a normal draw with a third of the datasheet's limit as its
-             standard deviation, cut at the limit; noise as the datasheet's typical figure
-``worst``    every offset, scale error, drift and cross-axis figure at the datasheet's limit, its sign drawn
-             from the seed; noise 1.5 times typical (no datasheet of the three gives a maximum for noise)
+``typical``  this part, drawn from the seed: a normal draw that ends at three standard deviations; noise as
+             the datasheet's typical figure
+``worst``    every offset, scale error, drift and cross-axis figure at three standard deviations, its sign
+             drawn from the seed; noise 1.5 times typical (no datasheet of the three has a maximum for it)
+
+A figure such as +-40 mg means one of three things, and each figure here says which (:data:`Kind`). Decision:
+a limit, minimum and maximum of a table or what ST calls the range of a population, is three standard
+deviations; what ST calls a standard deviation is one; a typical value, of which the datasheets say that it
+is not guaranteed and not how many parts keep it, is one as well, the usual reading. Road not taken: every
+figure as a limit, which makes boards three times better than they are.
 
 Rates are exact in every grade: none of the three datasheets gives a tolerance for them.
 
@@ -35,7 +41,14 @@ GRADES: tuple[Grade, ...] = get_args(Grade)
 ZERO: Vec3 = (0.0, 0.0, 0.0)
 
 _REFERENCE_DEGC = 25.0  # all three datasheets give their figures at 25 degC
-_NOISE_FACTOR = {"ideal": 0.0, "typical": 1.0, "worst": 1.5}
+Kind: TypeAlias = Literal["limit", "sigma", "typical"]
+"""Of a figure: no part deviates further; a standard deviation over many parts; a typical value, no more."""
+
+SIGMAS = 3.0
+"""At how many standard deviations a draw ends, and how many a limit is."""
+
+_KINDS: dict[Kind, str] = {"limit": "limit", "sigma": "1 sigma", "typical": "typ."}
+NOISE_FACTOR = {"ideal": 0.0, "typical": 1.0, "worst": 1.5}
 
 
 # -- figures ------------------------------------------------------------------------------------------------
@@ -45,27 +58,34 @@ _NOISE_FACTOR = {"ideal": 0.0, "typical": 1.0, "worst": 1.5}
 class Figure:
     """What is known about one number by which a part deviates.
 
-    ``limit``: no part deviates further, 0 for a number that is the same in every grade. ``typical_noise``: of
-    a noise figure, else 0. ``axes``: 3 for a number an axis. ``allowed``: lowest and highest value that makes
-    sense, None for any (of noise: any that is not negative).
+    ``deviation``: by how much parts deviate either way, as the source says it, 0 for a number that is the
+    same in every grade; ``kind``: what the source means by it. ``typical_noise``: of a noise figure, else 0.
+    ``axes``: 3 for a number an axis. ``allowed``: lowest and highest value that makes sense, None for any (of
+    noise: any that is not negative).
     """
 
     doc: str
     unit: str
     source: str
-    limit: float = 0.0
+    deviation: float = 0.0
+    kind: Kind = "limit"
     typical_noise: float = 0.0
     axes: Literal[1, 3] = 1
     allowed: tuple[float, float] | None = None
 
     @property
     def size(self) -> str:
-        """In a real part: ``+-40``, ``typically 80``, or ``0 to 1000`` where one may choose."""
-        if self.limit:
-            return f"+-{self.limit:g}"
+        """In a real part: ``+-60 (limit)``, ``typically 80``, or ``0 to 1000`` where one may choose."""
+        if self.deviation:
+            return f"+-{self.deviation:g} ({_KINDS[self.kind]})"
         if self.is_noise:
             return f"typically {self.typical_noise:g}"
         return "{:g} to {:g}".format(*self.allowed) if self.allowed else "any"
+
+    @property
+    def sigma(self) -> float:
+        """The standard deviation over many parts."""
+        return self.deviation / SIGMAS if self.kind == "limit" else self.deviation
 
     @property
     def is_noise(self) -> bool:
@@ -73,14 +93,14 @@ class Figure:
         return self.typical_noise > 0
 
 
-def drawn(doc: str, unit: str, limit: float, source: str) -> Any:
-    """A field of a :class:`PartErrors`: a number within +-``limit``, 0 in an ideal part."""
-    return field(default=0.0, metadata={"figure": Figure(doc, unit, source, limit=limit)})
+def drawn(doc: str, unit: str, deviation: float, source: str, kind: Kind = "limit") -> Any:
+    """A field of a :class:`PartErrors`: a number of either sign, 0 in an ideal part."""
+    return field(default=0.0, metadata={"figure": Figure(doc, unit, source, deviation, kind)})
 
 
-def drawn_by_axis(doc: str, unit: str, limit: float, source: str) -> Any:
+def drawn_by_axis(doc: str, unit: str, deviation: float, source: str, kind: Kind = "limit") -> Any:
     """Likewise three numbers, X, Y and Z in the sensor's own axes."""
-    return field(default=ZERO, metadata={"figure": Figure(doc, unit, source, limit=limit, axes=3)})
+    return field(default=ZERO, metadata={"figure": Figure(doc, unit, source, deviation, kind, axes=3)})
 
 
 def noise(doc: str, unit: str, typical: float, source: str) -> Any:
@@ -119,8 +139,8 @@ class PartErrors:
         draw = GradeDraw(grade, cls.PART, seed)
         numbers: dict[str, float | Vec3] = {}
         for name, figure in cls.figures().items():
-            if figure.limit:
-                numbers[name] = draw.vector(figure.limit) if figure.axes == 3 else draw.scalar(figure.limit)
+            if figure.deviation:
+                numbers[name] = draw.vector(figure.sigma) if figure.axes == 3 else draw.scalar(figure.sigma)
             elif figure.is_noise:
                 numbers[name] = draw.noise(figure.typical_noise)
         factory: Callable[..., Self] = cls
@@ -136,22 +156,24 @@ class GradeDraw:
         self._grade = grade
         self._random = np.random.default_rng([seed & (2**63 - 1), zlib.crc32(part.encode())])
 
-    def scalar(self, limit: float) -> float:
-        """A deviation within +-``limit``, in its unit."""
+    def scalar(self, sigma: float) -> float:
+        """A deviation of the standard deviation ``sigma``, in its unit."""
         normal, is_positive = self._random.standard_normal(), self._random.integers(2)
+        while abs(normal) > SIGMAS:
+            normal = self._random.standard_normal()
         if self._grade == "ideal":
             return 0.0
         if self._grade == "worst":
-            return limit if is_positive else -limit
-        return max(-limit, min(normal * limit / 3, limit))  # numpy's clip() takes twenty times as long
+            return SIGMAS * sigma if is_positive else -SIGMAS * sigma
+        return normal * sigma
 
-    def vector(self, limit: float) -> Vec3:
+    def vector(self, sigma: float) -> Vec3:
         """Three independent deviations, one an axis."""
-        return self.scalar(limit), self.scalar(limit), self.scalar(limit)
+        return self.scalar(sigma), self.scalar(sigma), self.scalar(sigma)
 
     def noise(self, typical: float) -> float:
         """The grade's noise figure from the typical one."""
-        return typical * _NOISE_FACTOR[self._grade]
+        return typical * NOISE_FACTOR[self._grade]
 
 
 # -- what they do to a signal ------------------------------------------------------------------------------

@@ -15,10 +15,13 @@ from emulator.boards.deviations import BoardErrors
 from emulator.chip.registers import BLOCKS, KINDS
 from emulator.errors import InputError
 from sensors import PARTS, Part
+from sensors.errors import NOISE_FACTOR, SIGMAS, Figure
 
 BEGIN = "<!-- fidelity: made by python -m emulator.analysis.fidelity docs/fidelity.md -->"
 END = "<!-- end of fidelity -->"
 BEGIN_CHIP = "<!-- the chip's registers: made by python -m emulator.analysis.fidelity docs/fidelity.md -->"
+BEGIN_FIGURES = "<!-- figures: made by python -m emulator.analysis.fidelity docs/fidelity.md -->"
+END_FIGURES = "<!-- end of figures -->"
 END_CHIP = "<!-- end of the chip's registers -->"
 BEGIN_BOARD = "<!-- the board itself: made by python -m emulator.analysis.fidelity docs/fidelity.md -->"
 END_BOARD = "<!-- end of the board itself -->"
@@ -56,16 +59,45 @@ def board_table() -> str:
     return "\n".join(lines)
 
 
+def figures_table() -> str:
+    """By how much real parts deviate, as Markdown, without a newline at the end."""
+    lines = [
+        "| part | figure | in the document | the document | `typical` | `worst` |",
+        "|---|---|---|---|---|---|",
+    ]
+    for part in PARTS.values():
+        for figure in part.ERRORS.figures().values():
+            if not figure.deviation and not figure.is_noise:
+                continue
+            what = f"{part.NAME} | {figure.doc}, {figure.unit} | {figure.size} | {figure.source}"
+            lines.append(f"| {what} | {_drawn(figure)} |")
+    return "\n".join(lines)
+
+
+def _drawn(figure: Figure) -> str:
+    """How a figure is drawn in a typical part, and what it is in a worst one."""
+    if figure.is_noise:
+        return f"{figure.typical_noise:g} | {NOISE_FACTOR['worst'] * figure.typical_noise:g}"
+    return f"sigma {figure.sigma:.3g} | +-{SIGMAS * figure.sigma:.3g}"
+
+
 def without_behaviour(part: type[Part]) -> list[str]:
     """Every register and field of a part, banks included, that can be accessed but does nothing."""
     return [name for bank in part.maps().values() for name in bank.without_behaviour()]
 
 
+_TABLES = (
+    (BEGIN, END, table),
+    (BEGIN_CHIP, END_CHIP, chip_table),
+    (BEGIN_FIGURES, END_FIGURES, figures_table),
+    (BEGIN_BOARD, END_BOARD, board_table),
+)
+
+
 def rewrite(text: str) -> str:
     """``text`` with the tables between the markers brought up to date; raises InputError without markers."""
     found = False
-    tables = (BEGIN, END, table), (BEGIN_CHIP, END_CHIP, chip_table), (BEGIN_BOARD, END_BOARD, board_table)
-    for begin, end, made in tables:
+    for begin, end, made in _TABLES:
         before, opened, rest = text.partition(begin)
         _, closed, after = rest.partition(end)
         if opened and closed:

@@ -27,6 +27,7 @@ _TABLE_3 = "datasheet Table 3"
 class LIS2MDLErrors(PartErrors):
     """Explicit numbers, axes in the sensor's own frame; the default is an ideal part.
 
+    Table 3 has a minimum and a maximum for offset and sensitivity, and typical values for their drift.
     No document gives a figure for the offset that cancellation removes. It is taken as twice the one that
     remains (60 mgauss), so that leaving cancellation out is seen. Nor does Table 3 give one for what an axis
     sees of the field along another: 1 % is taken, an axis tilted by 0.6 degrees.
@@ -36,8 +37,12 @@ class LIS2MDLErrors(PartErrors):
 
     bias_mgauss: Vec3 = drawn_by_axis("offset with offset cancellation", "mgauss", 60.0, _TABLE_3)
     scale_percent: Vec3 = drawn_by_axis("error of the sensitivity", "%", 7.0, _TABLE_3)
-    bias_drift_mgauss_per_degc: Vec3 = drawn_by_axis("drift of the offset", "mgauss/degC", 0.3, _TABLE_3)
-    scale_drift_percent_per_degc: float = drawn("drift of the sensitivity", "%/degC", 0.03, _TABLE_3)
+    bias_drift_mgauss_per_degc: Vec3 = drawn_by_axis(
+        "drift of the offset", "mgauss/degC", 0.3, _TABLE_3, "typical"
+    )
+    scale_drift_percent_per_degc: float = drawn(
+        "drift of the sensitivity", "%/degC", 0.03, _TABLE_3, "typical"
+    )
     noise_mgauss: float = noise(
         "RMS in high resolution without LPF and OFF_CANC; other modes follow Table 3", "mgauss", 4.5, _TABLE_3
     )
@@ -65,7 +70,7 @@ FUNCTIONS = (
     Function(
         "magnetic measurement",
         "datasheet Table 3",
-        "offset, sensitivity, drift and noise are drawn from the datasheet's limits; cross-axis figures, "
+        "offset, sensitivity, drift and noise are drawn from the datasheet's figures; cross-axis figures, "
         "which it does not give, from 1 %",
         "stray fields across an axis, which cut the range; offsets left behind by strong fields",
     ),

@@ -270,6 +270,6 @@ def test_defaults_stand_in_the_schema_as_in_a_file() -> None:
 
 def test_an_editor_is_told_what_a_sensors_figure_means() -> None:
     keys = json_schema()["$defs"]["LPS22HBErrors"]["properties"]
-    meaning = "offset before calibration, hPa; +-1 (datasheet Table 3)"
+    meaning = "offset before calibration, hPa; +-1 (typ.) (datasheet Table 3)"
 
     assert keys["pressure_bias_hpa"]["description"] == meaning
