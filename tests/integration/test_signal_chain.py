@@ -1,0 +1,24 @@
+"""The responses and the noise that ``python -m tests.signal_chain`` draws, each at a few points."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.signal_chain import Resting, Setting, allan_deviation, at_rest, gain, resting, settings
+
+
+@pytest.mark.parametrize("setting", settings(), ids=lambda setting: setting.name)
+def test_a_sensor_responds_to_vibration_as_theory_says(setting: Setting) -> None:
+    for of_odr in (0.23, 0.63):
+        hz = of_odr * setting.rate_hz
+        expected = float(setting.theory(np.array([hz]))[0])
+        assert gain(setting, hz, count=80) == pytest.approx(expected, abs=0.01 + 0.03 * expected)
+
+
+@pytest.mark.parametrize("part", resting(), ids=lambda part: part.channel.name)
+def test_noise_averages_out_as_white_noise_does(part: Resting) -> None:
+    """Of 200 means over a second the deviation is known to 5 %; three axes, and three of these."""
+    values = at_rest(part, 200)
+    found = allan_deviation(values, int(part.channel.rate_hz))
+    assert found == pytest.approx(np.full(found.shape, part.density / np.sqrt(2)), rel=0.25)
