@@ -26,7 +26,7 @@ BREAKS = {
     "compass_turn": ('do = "figure_eight"', 'do = "hold"'),
     "desk": ("23.058", "24.3"),
     "figure_eight": ('do = "figure_eight"', 'do = "hold"'),
-    "flat": ('grade = "typical"', 'grade = "typical"\n[sensors.lsm6dsl]\nacc_bias_mg = [70, 0, 0]'),
+    "flat": ('grade = "typical"', 'grade = "typical"\n[sensors.lsm6dsl]\nacc_bias_mg = [150, 0, 0]'),
     "free_fall": ('do = "free_fall"', 'do = "hold"'),
     "hand": ('do = "take_in_hand"', 'do = "put_down"'),
     "iron": ('do = "figure_eight"', 'do = "hold"'),
@@ -35,7 +35,7 @@ BREAKS = {
     "magnet_passes_by": ("moment_am2 = 8", "moment_am2 = 80"),
     "motors": ("throttle = 1", "throttle = 0.7"),
     "slow_bus": ('"100kHz"', '"400kHz"'),
-    "stairs": ("pressure_noise_hpa = 0.0012", "pressure_noise_hpa = 0.1"),
+    "stairs": ('grade = "typical"', 'grade = "typical"\n[sensors.lps22hb]\npressure_noise_hpa = 0.1'),
     "weather": ("change_hpa = -0.6", "change_hpa = -0.2"),
     "tilt_sweep": ('grade = "ideal"', 'grade = "worst"'),
 }
