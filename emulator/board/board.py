@@ -149,6 +149,8 @@ class Board:
         self._spi = {name: SpiMaster(bus, run.until_ps) for name, bus in spi.items()}
         self.terminal = Terminal(uart, clock, run.until_ps)
         self.terminal.diagnosis = _diagnosis_of(self.arm)
+        self.ideal = parts.grade == "ideal"
+        """Whether its sensors have no noise, offset or scale error."""
         self._named = {**self.leds, **self._i2c, **self._spi, board.timer.block: self.timer}
         vars(self).update((name.lower(), one) for name, one in self._named.items())
         if plan:

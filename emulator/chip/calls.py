@@ -23,7 +23,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from difflib import get_close_matches
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Final
 
@@ -405,9 +404,7 @@ def find_function(image: FirmwareImage, name: str, arguments: Sequence[Any]) -> 
     try:
         address, signature = symbols.function(name)
     except KeyError as problem:
-        hint = get_close_matches(name, symbols.function_names(), 1)
-        known = f"; is it {hint[0]!r}?" if hint and hint[0] != name else ""
-        raise InputError(f"{problem.args[0]}{known}") from None
+        raise InputError(problem.args[0]) from None
     if signature.is_variadic:
         raise InputError(f"{name}() takes a variable number of arguments, which cannot be called from here")
     if len(arguments) != len(signature.parameters):

@@ -7,6 +7,7 @@ them is known. Details are shown of the first exercise that is not done: that is
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 import sys
@@ -34,6 +35,12 @@ _CHECKS_SHOWN = 4  # that failed, of an exercise
 _CAUSES_SHOWN = 2
 _SENTENCES_SHOWN = 4  # of a cause
 _BUILD_S = 300.0
+_MARKS = (
+    re.compile("undefined reference|multiple definition|overflowed by"),  # collect2's "error:" says no more
+    re.compile("error:"),
+    re.compile("Error "),
+)
+"""What the lines of a build say that matter, the first kind that is there."""
 _LONGEST_LOG = 1 << 20
 
 
@@ -156,8 +163,8 @@ def _build_failed(folder: Path, log: str) -> str:
     lines = [visible(line) for line in log.splitlines() if line.strip()]
     if any("not found" in line or "No such file" in line for line in lines if "arm-none-eabi" in line):
         return f"{folder}: the chip's compiler is missing; `fcu doctor` says how to get it"
-    marks = ("error:", "undefined reference", "Error ")
-    found = ([line for line in lines if mark in line] for mark in marks)
+    here = f"{folder.resolve()}/"  # the linker names sources so
+    found = ([line.removeprefix(here) for line in lines if mark.search(line)] for mark in _MARKS)
     errors = next(filter(None, found), lines[-_ERRORS_SHOWN:])
     shown = [f"  {line[:_WIDTH]}" for line in dict.fromkeys(errors)][:_ERRORS_SHOWN]
     end = f"  nothing was judged; mend the first error, then: fcu check {quoted(str(folder))}"

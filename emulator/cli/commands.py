@@ -146,7 +146,7 @@ def plot(record: Path, output: Path | None) -> None:
     draw_record(record, output)
 
 
-@cli.command()
+@cli.command(short_help="Be the terminal of a board that runs.")
 @click.argument("where", required=False)
 @click.option("--board", metavar="PROCESS", help="Of several boards that run, the one in this process.")
 def terminal(where: str | None, board: str | None) -> ExitCode:
@@ -160,7 +160,10 @@ def terminal(where: str | None, board: str | None) -> ExitCode:
     return converse(where, board)
 
 
-@cli.command(context_settings={"ignore_unknown_options": True})  # a number may be negative
+@cli.command(
+    short_help="Move the board that runs: tilt, lift, tap, shake and so on.",
+    context_settings={"ignore_unknown_options": True},  # a number may be negative
+)
 @click.argument(
     "gesture",
     required=False,
@@ -194,7 +197,7 @@ def move(
     move_board(MoveOptions(gesture, amount, roll, pitch, yaw, duration, axis, board))
 
 
-@cli.command()
+@cli.command(short_help="Show where two firmwares first differ on the same scenario.")
 @click.argument("first", metavar="A")
 @click.argument("second", metavar="B")
 @click.option("--scenario", metavar="NAME|FILE", required=True, help="What both are put through.")
@@ -437,7 +440,7 @@ def new(directory: Path, bus: str) -> None:
     create_project(directory, bus)
 
 
-@cli.command()
+@cli.command(short_help="Say which exercises are done, and what to do next.")
 @click.argument("target", metavar="[FOLDER|FILE]", default=".")
 @click.option("--exercise", "-e", multiple=True, metavar="N", help="Only this one; may be repeated.")
 @click.option(
@@ -488,7 +491,7 @@ def check(
     return check_program(CheckOptions(target, rubric, exercise, seed, json, save))
 
 
-@cli.command()
+@cli.command(short_help="List the scenarios, and the question that each asks.")
 def scenarios() -> None:
     """List the scenarios that come with fcu, and the question each asks."""
     from emulator.cli.listings import list_scenarios
@@ -540,7 +543,7 @@ def rubric_schema() -> None:
     print_rubric_schema()
 
 
-@cli.command()
+@cli.command(short_help="Print the register map of a sensor or a block of the chip.")
 @click.argument("part", required=False)
 @click.option("--fidelity", is_flag=True, help="Instead, say what is modelled of each part, and how.")
 def registers(part: str | None, fidelity: bool) -> None:
@@ -553,7 +556,7 @@ def registers(part: str | None, fidelity: bool) -> None:
         print_registers(part)
 
 
-@cli.command()
+@cli.command(short_help="Say what works on this machine, and what to install.")
 def doctor() -> ExitCode:
     """Say what works on this machine, and what to install for the rest."""
     from emulator.cli.doctor import examine

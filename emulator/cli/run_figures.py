@@ -60,4 +60,6 @@ def _callback(board: Board, witness: Witness) -> Iterator[str]:
         return
     share = witness.callback_seen / witness.looks_at_callback
     period_ms = 1000 / timer.rate_hz
-    yield f"the callback takes about {share * period_ms:.2f} of {period_ms:.3g} ms, {100 * share:.0f} %"
+    digits = 2 if period_ms >= 1 else 3
+    took = f"{share * period_ms:.{digits}f} of {period_ms:.3g} ms"
+    yield f"the callback takes about {took}, {100 * share:.0f} %"

@@ -47,7 +47,9 @@ _LONGEST_LOG = 16_000  # characters that are kept of what the compiler says
 _NOBODY = 65534
 _HERE = "/build"  # where the compiler thinks it is
 _TEMPLATE = "/template"
-_FAILURE = re.compile(r"(?i)error:|undefined reference|out of memory|memory exhausted|overflowed by|stopped")
+_FAILURE = re.compile(
+    r"(?i)error:|undefined reference|multiple definition|out of memory|memory exhausted|overflowed by|stopped"
+)
 _LIMITED = (
     f"ulimit -t {_CPU_S}; ulimit -v {_MEMORY_KIB} 2>/dev/null; ulimit -f {_FILE_BLOCKS}; ulimit -c 0; "
     'exec "$@"'

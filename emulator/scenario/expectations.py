@@ -7,6 +7,7 @@ in the union of the schema.
 from __future__ import annotations
 
 import difflib
+import math
 import re
 import time
 from abc import ABC, abstractmethod
@@ -329,8 +330,11 @@ class ExpectField(Windowed):
         wrong = [(line, error) for line, error in errors if not abs(error) <= self.tolerance]
         if not wrong:
             return None
-        largest = max((abs(error) for _, error in wrong), default=0.0)
-        seen_text = f"{len(wrong)} of {len(lines)} prints off by up to {largest:.6g}"
+        sizes = [abs(error) for _, error in wrong if math.isfinite(error)]
+        seen_text = f"{len(sizes)} of {len(lines)} prints off by up to {max(sizes):.6g}" if sizes else ""
+        if len(sizes) < len(wrong):
+            none = f"{len(wrong) - len(sizes)} of {len(lines)}"
+            seen_text += f", {none} are nan or inf" if sizes else f"{none} prints are nan or inf"
         diff = tuple(f"{_printed(line)}  (off by {error:+.6g})" for line, error in wrong[:_DIFF_LINES])
         return Miss("wrong value", self._expected(), seen_text, diff)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -115,7 +116,7 @@ def against_truth(field: str, lines: Sequence[PrintedLine]) -> list[str]:
         t_s, printed, truth, error, flag = rows[index]
         table.append(f"{t_s:>7.3f} s {printed:>12.3f} {truth:>12.3f} {error:>+12.3f}{flag}")
     first, last = rows[0][3], rows[-1][3]
-    largest = max((row[3] for row in rows), key=abs)
+    largest = max((row[3] for row in rows if math.isfinite(row[3])), key=abs, default=math.nan)
     table.append(f"error: first {first:+.3f}, last {last:+.3f}, largest {largest:+.3f}, {len(rows)} prints")
     return table
 

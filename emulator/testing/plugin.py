@@ -35,6 +35,8 @@ TIMEOUT_S = 5.0
 _STEP_S = 0.01
 _TERMINAL_LINES = 40
 _TRANSFERS = 12
+_MARKER = ("scenario", "profile", "seed", "ideal", "cold_start")
+"""What the marker says by name."""
 
 
 class Dut:
@@ -150,9 +152,20 @@ def firmware(request: pytest.FixtureRequest) -> str | Path | None:
 def board(request: pytest.FixtureRequest, firmware: str | Path | None) -> Iterator[Board]:
     """A board with ``firmware``; the marker ``board`` may say scenario, profile, seed, ideal, cold_start."""
     from emulator.board.board import Board  # a run of pytest that needs no board does not load one
+    from emulator.errors import InputError
 
     marker = request.node.get_closest_marker("board")
-    with Board(firmware, **(marker.kwargs if marker is not None else {})) as made:
+    asked = marker.kwargs if marker is not None else {}
+    unknown = [name for name in asked if name not in _MARKER]
+    if unknown:
+        takes = ", ".join(_MARKER)
+        problem = f"the marker board has no {unknown[0]!r}; it takes a firmware, and {takes}"
+        pytest.fail(problem, pytrace=False)
+    try:
+        made = Board(firmware, **asked)
+    except InputError as error:
+        pytest.fail(str(error), pytrace=False)  # the test is wrong, not this package: its frames say nothing
+    with made:
         yield made
 
 
@@ -173,7 +186,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     """The marker is known."""
-    arguments = "firmware=None, *, scenario, profile, seed, ideal, cold_start"
+    arguments = f"firmware=None, *, {', '.join(_MARKER)}"
     config.addinivalue_line("markers", f"board({arguments}): what the fixture 'board' is made of")
 
 
@@ -190,7 +203,7 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) ->
 
 def evidence(board: Board) -> Iterator[tuple[str, str]]:
     """What a reader needs after a failure, by title."""
-    lines = board.terminal.text.splitlines() or ["(nothing was printed)"]
+    lines = board.terminal.text.replace("\r", "").splitlines() or ["(nothing was printed)"]
     dropped = [f"... {len(lines) - _TERMINAL_LINES} lines before"] if len(lines) > _TERMINAL_LINES else []
     shown = [*dropped, *(visible(line) for line in lines[-_TERMINAL_LINES:])]
     yield f"terminal at {board.now_s:.3f} s", "\n".join(shown)
@@ -218,6 +231,7 @@ def command(board: Board) -> str:
     words += [str(board.booted.name)] if board.booted.name else []
     words += ["--scenario", str(board.scenario.file)] if board.scenario else []
     words += ["--profile", board.booted.profile.name, "--seed", str(board.seed)]
+    words += ["--ideal"] if board.ideal else []
     words += ["--duration", f"{max(board.now_s, 0.001):.3f}s", "--speed", "max"]
     return command_line(words)
 

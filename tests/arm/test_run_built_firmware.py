@@ -136,6 +136,11 @@ def test_settings_for_the_python_firmware_are_not_dropped_in_silence(tmp_path: P
     assert b"[firmware_settings] are for firmware in Python" in done.stderr
 
 
+def test_a_misspelt_variable_says_what_is_near() -> None:
+    with pytest.raises(KeyError, match="no variable or function 'pich'; is it 'pitch'"):
+        Board("solution").variable("pich")
+
+
 def test_variables_are_read_by_their_c_names() -> None:
     board = Board(firmware="solution", ideal=True)
     board.run_for(1.1)

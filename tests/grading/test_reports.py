@@ -240,7 +240,7 @@ def test_only_what_was_judged_has_points() -> None:
     assert [row["exercise_1"] for row in rows] == ["2", "", "", "", ""]
     assert summary(found) == [
         "5 submissions: 1 judged, 4 not",
-        "of 2 points: mean 2.0, median 2.0; 1 have all of them",
+        "of 2 points: mean 2.0, median 2.0; 1 has all of them",
     ]
     text = Page(class_page(found)).text
     assert "Not judged: 4" in text

@@ -127,6 +127,18 @@ def test_what_does_not_build_is_not_judged(project: Path) -> None:
 
 
 @needs_compiler
+def test_a_misspelt_function_is_named_with_its_line(project: Path) -> None:
+    """The compiler only warns of it; what the linker says last is that something failed."""
+    change(project / "main.c", "    HAL_Delay(1000);", "    HAL_delay(1000);")
+    line = 1 + (project / "main.c").read_text(encoding="utf-8").split("HAL_delay")[0].count("\n")
+    done = fcu("check", str(project))
+
+    assert done.returncode == 2
+    assert f"fcu:   main.c:{line}: undefined reference to `HAL_delay'\n" in done.stderr
+    assert "collect2" not in done.stderr
+
+
+@needs_compiler
 def test_a_crash_is_explained_by_its_line(project: Path) -> None:
     crash = "  ReadSensorRawData(&acc, &gyro, &mag, &press);\n"
     change(project / "main.c", crash, f"{crash}  *(volatile int *)0x10 = 1;\n")

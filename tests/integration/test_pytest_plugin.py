@@ -141,4 +141,33 @@ def test_wrong_use_is_one_line(pytester: pytest.Pytester) -> None:
     result = pytester.runpytest_inprocess(*ARGUMENTS, "--firmware", "nowhere.elf")
 
     result.assert_outcomes(errors=1)
-    result.stdout.fnmatch_lines(["*nowhere.elf: does not exist*"])
+    result.stdout.fnmatch_lines(["nowhere.elf: does not exist*"])
+    assert "plugin.py" not in result.stdout.str()
+
+
+def test_a_misspelt_marker_is_one_line(pytester: pytest.Pytester) -> None:
+    marked = "@pytest.mark.board(sceanrio='desk')\ndef test_it(board):\n    pass\n"
+    pytester.makepyfile(f"import pytest\n\n{marked}")
+    result = pytester.runpytest_inprocess(*ARGUMENTS)
+
+    result.assert_outcomes(errors=1)
+    result.stdout.fnmatch_lines(["the marker board has no 'sceanrio'; it takes a firmware, and scenario, *"])
+    assert "plugin.py" not in result.stdout.str()
+
+
+def test_the_command_is_for_the_same_board(pytester: pytest.Pytester) -> None:
+    """A board without noise, whose text has one line for each that a terminal shows."""
+    pytester.makepyfile(
+        """
+        import pytest
+
+        @pytest.mark.board("template", ideal=True)
+        def test_it(board, dut):
+            dut.expect("Pre: .*hPa .*")
+            assert False
+        """
+    )
+    printed = pytester.runpytest_inprocess(*ARGUMENTS).stdout.str()
+
+    assert "fcu run template --profile lab3 --seed 0 --ideal --duration " in printed
+    assert "ACC[x,y,z] 0 mg 0 mg 1000 mg \nGYR[x,y,z] 0 mdps 0 mdps 0 mdps \n" in printed

@@ -164,6 +164,26 @@ def test_a_malformed_line_is_no_wrong_value() -> None:
         assert (miss.fault if miss else None) == fault, text
 
 
+def test_what_is_no_number_is_not_off_by_some() -> None:
+    expectation = ExpectField.model_validate(
+        {"kind": "field", "name": "Pitch", "value": 1.0, "tolerance": 0.1}
+    )
+    lines = [
+        PrintedLine(at, f"Pitch: {pitch} deg Roll: 2.000000 deg Yaw: 3.000000 deg", at)
+        for at, pitch in enumerate(("nan", "3.500000", "-inf", "1.000000", "2.000000"))
+    ]
+    board = Board()
+
+    def seen(*chosen: PrintedLine) -> str:
+        miss = expectation.judge(Seen(board, list(chosen), 10**12))
+        assert miss is not None
+        return miss.seen
+
+    assert seen(*lines) == "2 of 5 prints off by up to 2.5, 2 of 5 are nan or inf"
+    assert seen(lines[0], lines[3]) == "1 of 2 prints are nan or inf"
+    assert seen(lines[1], lines[3]) == "1 of 2 prints off by up to 2.5"
+
+
 @pytest.mark.parametrize("line_format", FORMATS, ids=lambda line_format: line_format.label)
 @given(data=st.data())
 def test_numbers_are_parsed_with_their_sign(line_format: object, data: st.DataObject) -> None:

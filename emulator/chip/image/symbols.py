@@ -14,6 +14,7 @@ import struct
 from bisect import bisect_right
 from collections import defaultdict
 from collections.abc import Callable
+from difflib import get_close_matches
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -102,9 +103,9 @@ class SymbolTable:
         symbols = self._by_name.get(name, [])
         return [symbol for symbol in symbols if not symbol.is_local][:1] or symbols
 
-    def function_names(self) -> list[str]:
-        """C names of all functions."""
-        return [name for name, symbols in self._by_name.items() if symbols[0].is_function]
+    def names(self) -> list[str]:
+        """C names of all variables and functions."""
+        return list(self._by_name)
 
     def object_at(self, address: int) -> Symbol | None:
         """The variable that ``address`` lies in."""
@@ -252,10 +253,6 @@ class Symbols:
         except DebugInfoError as problem:
             raise KeyError(f"what {name}() takes is unknown: {problem}") from None
 
-    def function_names(self) -> list[str]:
-        """Names of all functions that have an address."""
-        return self._table.function_names() if self._table else []
-
     def _function(self, name: str) -> tuple[int, Signature]:
         if self._functions is None:
             raise DebugInfoError("the debug information cannot be read")
@@ -277,7 +274,9 @@ class Symbols:
     def _symbol(self, name: str) -> Symbol:
         found = self._table.named(name) if self._table else []
         if not found:
-            raise KeyError(f"the firmware has no variable or function {name!r}")
+            near = get_close_matches(name, self._table.names() if self._table else [], 1)
+            known = f"; is it {near[0]!r}?" if near else ""
+            raise KeyError(f"the firmware has no variable or function {name!r}{known}")
         if len(found) > 1:
             files = ", ".join(sorted({symbol.file or "?" for symbol in found}))
             raise KeyError(f"{name!r} is static {len(found)} times ({files}); give one of them another name")
