@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 
 import click
 
@@ -28,16 +29,39 @@ def print_fidelity() -> None:
 
 
 def print_registers(name: str | None) -> None:
-    """Print the map of the sensor or block called ``name``; raises InputError naming what is known."""
+    """Print the map of the sensor or block called ``name``, or the registers called so.
+
+    Raises InputError naming what is known.
+    """
     wanted = (name or "").upper()
     block = next((one for own, one in BLOCKS.items() if own.upper() == wanted), None)
     if wanted in PARTS:
         _print_part(PARTS[wanted])
     elif block is not None:
         _print_block(block)
+    elif found := list(_called(wanted)):
+        click.echo("\n".join(found))
     else:
         parts, blocks = ", ".join(PARTS), ", ".join(BLOCKS)
-        raise InputError(f"unknown part {name or ''!r}; known: {parts}, and of the chip {blocks}")
+        raise InputError(
+            f"unknown part {name or ''!r}; known: {parts}, and of the chip {blocks}, and the registers of all"
+        )
+
+
+def _called(wanted: str) -> Iterator[str]:
+    """The lines of all registers of that name, and where they are."""
+    for part in PARTS.values():
+        for title, bank in part.maps().items():
+            for register in bank.registers:
+                if register.__name__.upper() == wanted:
+                    yield f"{part.NAME}{f', {title}' if title else ''}"
+                    yield from _with_fields(register)
+    for block in BLOCKS.values():
+        for word in block.registers:
+            if word.name.upper() == wanted:
+                yield block.name
+                yield _word_line(block, word)
+                yield from (_word_field_line(word, field) for field in word.fields())
 
 
 def _print_part(part: type[Part]) -> None:
@@ -74,11 +98,12 @@ def _figure_line(name: str, figure: Figure) -> str:
 
 
 def _lines(bank: RegisterMap) -> list[str]:
-    lines = []
-    for register in bank.registers:
-        lines.append(_register_line(register))
-        lines.extend(_field_line(bits, register) for bits in register.fields)
-    return lines
+    return [line for register in bank.registers for line in _with_fields(register)]
+
+
+def _with_fields(register: type[Register]) -> Iterator[str]:
+    yield _register_line(register)
+    yield from (_field_line(bits, register) for bits in register.fields)
 
 
 def _register_line(register: type[Register]) -> str:

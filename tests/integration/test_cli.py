@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -118,6 +119,19 @@ def test_registers_prints_the_map_with_meanings() -> None:
     assert "INT1_CTRL" in text
     assert "(not modelled)" in text
     assert "known: LSM6DSL, LIS2MDL, LPS22HB" in one_line_error("registers", "bme280")
+
+
+def test_a_register_is_shown_wherever_it_is() -> None:
+    text = fcu("registers", "who_am_i").stdout.decode()
+    assert re.findall(r"^(L\w+)$|: always (0x\w+)", text, re.MULTILINE) == [
+        ("LSM6DSL", ""),
+        ("", "0x6A"),
+        ("LIS2MDL", ""),
+        ("", "0x40"),
+        ("LPS22HB", ""),
+        ("", "0xB1"),
+    ]
+    assert fcu("registers", "SR1").stdout.decode().count("SMBALERT: ") == len(["I2C1", "I2C2", "I2C3"])
 
 
 def test_registers_begins_with_how_the_part_is_reached_and_ends_with_how_it_deviates() -> None:
