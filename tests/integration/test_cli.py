@@ -147,7 +147,7 @@ def test_registers_begins_with_how_the_part_is_reached_and_ends_with_how_it_devi
         "+-0.0025",
     ]
     deviations = fcu("registers", "lsm6dsl").stdout.decode().partition("deviations of")[2]
-    assert "zero-g offset (datasheet Table 3)" in deviations
+    assert "zero-g offset (datasheet Table 3; 4.6: a standard deviation)" in deviations
     assert "0 to 1000" in deviations
 
 
