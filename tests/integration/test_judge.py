@@ -34,7 +34,7 @@ points = 3
 partial = true
 hint = "Which axis?"
 expect = [
-  { kind = "field", name = "Pitch", truth = true, tolerance = 3 },
+  { kind = "field", name = "Pitch", truth = true, tolerance = 8 },
   { kind = "field", name = "Roll", value = 90, tolerance = 3 },
   { kind = "field", name = "Altitude", truth = true, tolerance = 3 },
 ]
