@@ -92,7 +92,7 @@ class Witness:
         self._began_s = board.now_s
         self._looks = 0
         self.looks_at_callback = 0
-        """How often built firmware was looked at while the callback's timer was ticking."""
+        """How often built firmware was looked at while the callback's timer ticked and no fault was handled."""
         self.callback_seen = 0
         """How often of these the timer's interrupt was being handled."""
         self._watching = Periodic(board.clock, board.clock.now_ps, _LOOK_PS, self._look)
@@ -113,7 +113,7 @@ class Witness:
                 self._began_s = board.now_s
             self._rest = rest[-4096:]
         self._looks += 1
-        if board.arm is not None and board.timer.ticks:
+        if board.arm is not None and board.timer.ticks and not board.arm.handles("Fault"):
             self.looks_at_callback += 1
             self.callback_seen += board.arm.handles(board.timer.name)
         if self._looks % _LIGHTS_EVERY == 0:

@@ -323,7 +323,10 @@ def _first_printed(miss: Miss) -> str:
 
 def _others(failed: int) -> str:
     """What else of a check is not met."""
-    return f" (and {failed - 1} more of this check)" if failed > 1 else ""
+    if failed <= 1:
+        return ""
+    others = "another thing is" if failed == 2 else f"{failed - 1} other things are"
+    return f" (and {others} not met)"
 
 
 def _shortened(text: str) -> str:

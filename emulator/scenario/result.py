@@ -106,7 +106,7 @@ def against_truth(field: str, lines: Sequence[PrintedLine]) -> list[str]:
     for line in lines:
         fields = FORMAT_OF_FIELD[field].parse(line.text)
         if fields is not None:
-            truth = float(line.truth[field][1][-1])
+            truth = round(float(line.truth[field][1][-1]), 3) + 0.0  # not -0.000
             error = line.error(field, fields[field], 0)
             rows.append((line.at_ps / PS_PER_S, fields[field], truth, error, _flag(field, line)))
     if not rows:

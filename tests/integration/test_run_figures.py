@@ -8,6 +8,8 @@ from typing import Any
 
 import pytest
 
+from emulator import Board
+from emulator.analysis.witness import Witness
 from emulator.cli.run_figures import _callback
 from tests.integration.test_cli import fcu
 
@@ -58,6 +60,20 @@ def test_a_short_period_keeps_its_digits() -> None:
     witness: Any = SimpleNamespace(looks_at_callback=1000, callback_seen=1000)
 
     assert list(_callback(board, witness)) == ["the callback takes about 0.125 of 0.125 ms, 100 %"]
+
+
+def test_the_time_in_a_faults_handler_is_not_the_callbacks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The callback's interrupt stays active below a fault that it has caused."""
+    board = Board(firmware="solution")
+    witness = Witness(board)
+    board.run_for(1.2)
+    before = witness.looks_at_callback, witness.callback_seen
+    assert board.arm is not None
+    monkeypatch.setattr(board.arm, "handles", lambda name: name in ("TIM9", "Fault"))
+    board.run_for(0.1)
+
+    assert before[0] > before[1] > 0
+    assert (witness.looks_at_callback, witness.callback_seen) == before
 
 
 def test_notes_of_every_right_run_are_shown_when_asked_for() -> None:
