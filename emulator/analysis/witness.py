@@ -92,7 +92,7 @@ class Witness:
         self._began_s = board.now_s
         self._looks = 0
         self.looks_at_callback = 0
-        """How often built firmware was looked at while the callback's timer ticked and no fault was handled."""
+        """How often built firmware was looked at while the timer ticked and no fault was handled."""
         self.callback_seen = 0
         """How often of these the timer's interrupt was being handled."""
         self._watching = Periodic(board.clock, board.clock.now_ps, _LOOK_PS, self._look)
