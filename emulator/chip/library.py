@@ -238,7 +238,7 @@ class FcuChip:
             raise MemoryError("the chip in C")
         self.handle = _pointer(handle)
         self._owner = _Owner()
-        weakref.finalize(self._owner, self.library.fcu_destroy, self.handle)
+        self._destroy = weakref.finalize(self._owner, self.library.fcu_destroy, self.handle)
         shared = (_i64 * 5).from_address(handle)
         self.shared = memoryview(shared).cast("B").cast("q")
         """now_ps, host_next_ps, until_ps, must_stop, detailed: the first members of struct Chip."""
@@ -246,7 +246,7 @@ class FcuChip:
         self.flash = self._memory(self.library.fcu_flash, FLASH_SIZE)
         self.ram = self._memory(self.library.fcu_ram, RAM_SIZE)
         self.system_memory = self._memory(self.library.fcu_system_memory, SYSTEM_MEMORY_SIZE)
-        self._memories = (
+        self._memories: tuple[tuple[int, memoryview[int]], ...] = (
             *((RAM, self.ram), (FLASH, self.flash)),
             *((0, self.flash), (SYSTEM_MEMORY, self.system_memory)),
         )
@@ -270,6 +270,13 @@ class FcuChip:
         """How many blocks are in C."""
         count: int = self.library.fcu_block_count(self.handle)
         return count
+
+    def close(self) -> None:
+        """Give C's memory back now, and not when the garbage collector comes; then nothing may be asked."""
+        nothing = memoryview(b"")
+        self.flash = self.ram = self.system_memory = self.shared = nothing
+        self._memories = ()
+        self._destroy()
 
     # -- memory and registers ---------------------------------------------------------------------------
 

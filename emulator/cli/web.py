@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import math
 import threading
 import webbrowser
@@ -80,7 +79,6 @@ def serve_board(options: WebOptions) -> ExitCode:
         to_stderr("Ctrl-C ends it")
         if options.browser and limits_of_worker() is None:  # a browser would be under the limits, too
             threading.Thread(target=webbrowser.open, args=(server.url,), daemon=True).start()
-        gc.set_threshold(700)  # Python's usual: a session is long, and what waits for the collector is large
         with interruptible(session):
             session.run()
         if options.record is not None:

@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 
 from emulator import Board
+from emulator.chip.cpu.bare_core import BareCore
+from emulator.chip.diagnosis import probe
 from firmware_model import arm
 from tests.arm.broken_programs import EXPECTED, FOLDER, RUN_S, diagnosed, run, without_times
 
@@ -39,6 +41,26 @@ def test_only_what_keeps_the_program_from_going_on_is_a_failure(name: str) -> No
     assert diagnosis.fatal is (name not in RUNS_ON)
     assert "\n" not in diagnosis.summary
     assert str(diagnosis).splitlines()[0] == diagnosis.summary
+
+
+@pytest.mark.parametrize("name", ["ended", "masked_delay", "fine_callback"])
+def test_what_a_diagnosis_tries_out_is_given_back(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A copy of the chip is more than a megabyte, and a live board is looked at for hours."""
+    copies: list[BareCore] = []
+
+    class Copy(BareCore):
+        def __init__(self) -> None:
+            super().__init__()
+            copies.append(self)
+
+    monkeypatch.setattr(probe, "BareCore", Copy)
+    board = Board(firmware=FOLDER / f"{name}.elf")
+    board.run_for(1.2)
+    assert board.arm is not None
+    board.arm.diagnosis()
+
+    assert copies
+    assert not any(len(copy.flash) for copy in copies)
 
 
 def test_every_program_has_an_expectation() -> None:

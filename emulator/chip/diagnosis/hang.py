@@ -284,9 +284,9 @@ class Hang:
         core = self._core
         words = range(core.register(_SP) & ~3, self._places.stack_top - _FRAME_BYTES + 1, 4)
         frames = [at for at in words if core.peek(at + _FRAME_PC) == address]
-        probe = Probe(core)
         if not frames:
             return None
+        probe = Probe(core)
         probe.resume(frames[-1])
         loop = probe.loop()
         if loop is None or loop.variables or loop.registers:

@@ -9,6 +9,7 @@ something: it is not called idle.
 
 from __future__ import annotations
 
+from contextlib import closing
 from dataclasses import dataclass
 
 from emulator.chip.cpu.bare_core import BareCore, Stop
@@ -39,7 +40,7 @@ class Loop:
 
 
 class Probe:
-    """A copy of ``core`` as it is now."""
+    """A copy of ``core`` as it is now, for one question: a live board asks for hours, and a copy is large."""
 
     def __init__(self, core: Core) -> None:
         self._core = core
@@ -68,7 +69,10 @@ class Probe:
 
     def loop(self) -> Loop | None:
         """The loop that the core is in; None if it is in none, or in one that does something."""
-        copy = self._copy
+        with closing(self._copy) as copy:
+            return self._loop(copy)
+
+    def _loop(self, copy: BareCore) -> Loop | None:
         state, ram = copy.core_state(), bytes(copy.ram)
         length, compared = 0, 1
         code: set[int] = set()
@@ -90,7 +94,10 @@ class Probe:
 
     def handle(self, exception: int) -> frozenset[int] | None:
         """Let the copy handle an exception: the addresses in RAM that have changed; None if it does more."""
-        copy = self._copy
+        with closing(self._copy) as copy:
+            return self._handle(copy, exception)
+
+    def _handle(self, copy: BareCore, exception: int) -> frozenset[int] | None:
         before = bytes(copy.ram)
         sp = copy.register(_SP)
         if not copy.enter_exception(exception, self._core.peek(_VTOR) or 0):
