@@ -87,12 +87,13 @@ GESTURES = {
 
 
 def move(options: MoveOptions) -> None:
-    """Move the board that runs, and say how it lies. Raises InputError."""
+    """Move the board that runs, and say from where; without a move, how it lies. Raises InputError."""
     board = the_running_board(options.board)
     truth = _asked(board, {"type": "truth"})
-    for entry in entries(options, truth):
+    planned = entries(options, truth)
+    for entry in planned:
         truth = _asked(board, {"type": "do", "entry": entry})
-    click.echo(f"{board.name}: {_shown(truth)}")
+    click.echo(f"{board.name}: {'moves from' if planned else 'lies at'} {_shown(truth)}")
 
 
 def entries(options: MoveOptions, truth: dict[str, Any]) -> list[dict[str, Any]]:
@@ -143,4 +144,4 @@ def _asked(board: RunningBoard, message: dict[str, Any]) -> dict[str, Any]:
 
 def _shown(truth: dict[str, Any]) -> str:
     roll, pitch, yaw = (f"{name[:-4]} {truth[name]:.1f}" for name in _ANGLES)
-    return f"at {truth['t_s']:.3f} s {roll}, {pitch}, {yaw} deg, {truth['altitude_m']:.2f} m"
+    return f"{roll}, {pitch}, {yaw} deg, {truth['altitude_m']:.2f} m ({truth['t_s']:.3f} s)"

@@ -116,7 +116,7 @@ def test_the_board_turns_and_says_how_it_lies(capsys: pytest.CaptureFixture[str]
     assert attitude(board, board.now_s) == [0.0, 30.0, 0.0]
     assert board.world.altitude_m(np.array([board.now_s]))[0] == pytest.approx(2.0)
     first, second = capsys.readouterr().out.splitlines()
-    assert first.startswith("lab3: at ")
+    assert first.startswith("lab3: moves from roll 0.0, pitch ")
     assert "roll 0.0, pitch " in second
 
 

@@ -124,7 +124,7 @@ class Debugger:
 
 def test_it_is_moved_and_the_movement_is_recorded(board: Live, capsys: pytest.CaptureFixture[str]) -> None:
     move(MoveOptions(None, None, roll=30.0))
-    assert "mine.elf: at " in capsys.readouterr().out
+    assert "mine.elf: moves from roll" in capsys.readouterr().out
     board.close()
     assert "follow_attitude" in board.session.recording.text()
 

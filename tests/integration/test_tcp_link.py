@@ -26,6 +26,7 @@ pytestmark = pytest.mark.filterwarnings("ignore:set(Daemon|Name)\\(:DeprecationW
 ALL_BYTES = bytes(range(256))
 BOOT = b"STEVAL-FCU001V1 FH rev.1.0 - Sep 2017\n\n"  # the lab's text
 DEADLINE_S = 20.0
+IAC = 255
 MIB = 1024 * 1024
 
 
@@ -146,6 +147,22 @@ def test_much_passes_both_ways_without_loss(link: TcpLink) -> None:
         until(lambda: len(board.typed) >= size)
         assert board.typed == data
     assert link.report() == []
+
+
+def test_a_mebibyte_passes_rfc2217_both_ways_without_loss(rfc2217: Rfc2217Link) -> None:
+    """Read and written as RFC 854 has it: 255 stands twice, and commands of three bytes begin with it."""
+    data = random.Random(1).randbytes(MIB)
+    doubled = data.replace(b"\xff", b"\xff\xff")
+    with Served(rfc2217) as board, connected(rfc2217) as connection:
+        board.print(data)
+        greeting = exactly(connection, 3)
+        while greeting[-3] == IAC and greeting[-2] != IAC:
+            greeting += exactly(connection, 3)
+        assert greeting[-3:] + exactly(connection, len(doubled) - 3) == doubled
+        connection.sendall(doubled)
+        until(lambda: len(board.typed) >= MIB)
+        assert board.typed == data
+    assert rfc2217.report() == []
 
 
 def test_text_printed_before_the_first_reader_is_kept_for_it(link: TcpLink) -> None:
