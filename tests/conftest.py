@@ -6,9 +6,14 @@ import signal
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import Phase, settings
+
+if TYPE_CHECKING:
+    from xdist.remote import Producer
+    from xdist.scheduler import WorkStealingScheduling
 
 # `pytest` and `python -m pytest` must find the same modules; only the second puts the root on the path.
 ROOT = str(Path(__file__).parents[1])
@@ -29,6 +34,18 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     from tests.slow import mark  # not before the root is on the path
 
     mark(items)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> WorkStealingScheduling:
+    """A process that has nothing left to do takes some from another.
+
+    Slow tests stand side by side, and pytest-xdist's usual way gives them all to one: half of the time of a
+    full run on two cores, one of them did nothing.
+    """
+    from xdist.scheduler import WorkStealingScheduling
+
+    return WorkStealingScheduling(config, log)
 
 
 @pytest.fixture
