@@ -87,12 +87,13 @@ def signals(tries: int, random: Random, folder: Path) -> Iterator[str]:
     for number in range(tries):
         name = _SIGNALS[number % len(_SIGNALS)]
         ignoring = "trap '' HUP;" if "nohup" in name else ""
-        outlives = bool(ignoring) or name == "SIGPIPE"
+        kind = getattr(signal, name.split()[0])
+        inherited = signal.getsignal(kind) is signal.SIG_IGN  # who runs this has said nohup
+        outlives = bool(ignoring) or inherited or name == "SIGPIPE"
         run = ("run", "lab3", "--duration", "1s", "--speed", "1") if outlives else _PACED
         isolated = ("--isolate",) if random.random() < 0.5 else ()
         process = _started(*run, *isolated, before=ignoring, stdout=subprocess.DEVNULL)
         time.sleep(random.uniform(0, 1.5))
-        kind = getattr(signal, name.split()[0])
         for _ in range(2 if name.endswith("twice") else 1):
             if process.poll() is None:
                 process.send_signal(kind)
