@@ -50,10 +50,14 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> WorkSte
 
 @pytest.fixture
 def interruptible() -> Iterator[None]:
-    """Programs that a test starts take Ctrl-C, also where the tests themselves were started to ignore it.
+    """Programs that a test starts take Ctrl-C and hang-ups, also where the tests were started to ignore them.
 
-    A shell starts a command with ``&`` so, and what is ignored is inherited.
+    A shell starts a command with ``&`` so, and ``nohup`` does; what is ignored is inherited.
     """
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    usual = {signal.SIGINT: signal.default_int_handler}
+    if sys.platform != "win32":
+        usual[signal.SIGHUP] = signal.SIG_DFL
+    before = {number: signal.signal(number, handler) for number, handler in usual.items()}
     yield
-    signal.signal(signal.SIGINT, before)
+    for number, handler in before.items():
+        signal.signal(number, handler)
