@@ -91,13 +91,13 @@ SETTINGS: list[tuple[Channel, Writes, float]] = [
     (MAGNETOMETER, ((CFG_REG_B, 0x02), (CFG_REG_A, 0x8C)), 3.0),
     (MAGNETOMETER, ((CFG_REG_A, 0x9C),), 9.0),
     (MAGNETOMETER, ((CFG_REG_B, 0x01), (CFG_REG_A, 0x9C)), 6.0),
-    # the one figure, of the filter at ODR/20, by the root of the bandwidth, in hPa
+    # in hPa; the datasheet has the first alone, the others are chosen (sensors/lps22hb/barometer.py)
     (PRESSURE, ((CTRL_REG1, 0x5C),), 0.0075),
     (
         PRESSURE,
         ((CTRL_REG1, 0x58),),
         0.0075 * 1.2,
-    ),  # no document: chosen, as sensors/lps22hb/barometer.py says
+    ),
     (PRESSURE, ((CTRL_REG1, 0x50),), 0.0075 * 1.4),
 ]
 
