@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import shutil
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from emulator.live.session import Session
 from emulator.live.setup import Setup
 from emulator.scenario import load_scenario
 from firmware_model.arm import prebuilt
-from tests.live_fakes import Page, Reader, do
+from tests.live_fakes import Page, Reader, Wall, do
 from tests.recipe import GreenhouseBoard
 
 SCRIPT = [
@@ -99,6 +100,22 @@ def test_it_pauses_steps_and_goes_on() -> None:
     assert 0 < tick_s - paused_s <= 0.00125 + 0.0001
     assert 0 < line_s - tick_s < 1.2
     assert second_s - line_s == pytest.approx(1, abs=1e-9)
+
+
+@pytest.mark.parametrize("takes_s", [(1e-5,), (1e-5, 1e-3, 1e-4, 1e-5, 2e-3)])
+def test_states_come_50_times_a_second(takes_s: tuple[float, ...]) -> None:
+    """Also when what the session does takes now longer and now shorter."""
+    page = Page(Setup("lab3", ideal=True), end_s=2.0)
+    wall, looks = Wall(), itertools.cycle(takes_s)
+
+    def wall_s() -> float:
+        wall.now_s += next(looks)
+        return wall.now_s
+
+    page.session._wall_s, page.session._wait_for = wall_s, wall.wait
+    page.run()
+    states = [one.t_s for one in page.of(messages.State) if one.t_s >= 1.0]
+    assert len(states) == pytest.approx(50, abs=5)
 
 
 def test_states_come_in_order_with_truth_samples_and_variables() -> None:
