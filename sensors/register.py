@@ -123,6 +123,11 @@ class Register:
     stored_mask: ClassVar[int]
     """Bits that keep what is written: "rw"."""
 
+    @classmethod
+    def meaning(cls) -> str:
+        """The first line of its docstring."""
+        return (cls.__doc__ or "").strip().partition("\n")[0]
+
     def __init_subclass__(
         cls,
         *,

@@ -11,7 +11,7 @@ that long on the wire. Only the latest lines are kept, however long the run is.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -28,6 +28,7 @@ _LOOK_PS = Fraction(487 * PS_PER_MS, 100)
 _INSTANTS = 9
 _LINES_KEPT, _LIGHTS_KEPT = 1_000, 4_000
 _LIGHTS_EVERY = 10  # looks
+_FAULTS = {"HardFault", "MemManage", "BusFault", "UsageFault"}  # ARMv7-M ARM B1.5.2
 LABELS = tuple(line_format.label for line_format in FORMATS)
 
 
@@ -113,13 +114,18 @@ class Witness:
                 self._began_s = board.now_s
             self._rest = rest[-4096:]
         self._looks += 1
-        if board.arm is not None and board.timer.ticks and not board.arm.handles("Fault"):
-            self.looks_at_callback += 1
-            self.callback_seen += board.arm.handles(board.timer.name)
+        if board.arm is not None and board.timer.ticks:
+            self._look_at_callback(board.arm.handled(), board.timer.name)
         if self._looks % _LIGHTS_EVERY == 0:
             pitch, roll = lab_angles(board.world.specific_force_g(np.array([board.now_s])))
             lit = {name: led.on for name, led in board.leds.items()}
             self.lights.append(Lights(board.now_s, float(pitch[0]), float(roll[0]), lit))
+
+    def _look_at_callback(self, handled: Sequence[str], timer: str) -> None:
+        """Its interrupt stays active below a fault that it has caused: that is no time of its own."""
+        if _FAULTS.isdisjoint(handled):
+            self.looks_at_callback += 1
+            self.callback_seen += any(timer in name for name in handled)
 
     def _add(self, raw: bytes, at_s: float) -> None:
         text = raw.decode("latin-1").strip(" \r\t")

@@ -54,6 +54,7 @@ from emulator.time.clock import Clock, to_ps
 from emulator.time.ticks import TickCounts
 from emulator.trace import BusTransfer, Trace
 from emulator.world import World
+from sensors.errors import Grade
 
 if TYPE_CHECKING:
     from emulator.chip.calls import Caller, Scratch
@@ -115,16 +116,7 @@ class Board:
         parts = plan.sensor_settings() if plan else SensorSettings()
         if ideal:
             parts = replace(parts, grade="ideal")
-        own = (
-            plan.board_errors(parts.grade, self.seed)
-            if plan
-            else BoardErrors.of_grade(parts.grade, self.seed)
-        )
-        if plan:
-            self.world = plan.create_world(lambda: clock.now_s, own)
-        else:
-            self.world = World(lambda: clock.now_s)
-            self.world.set_iron(own.hard_iron_mgauss, own.soft_iron())
+        self.world, own = _world_of(plan, parts.grade, self.seed, lambda: clock.now_s)
         self.sensors = SensorSet(board, self.world, clock, parts, self.seed, 0 if cold_start else None)
         speed_hz = plan.i2c_speed_hz if plan else FAST_MODE_HZ
         i2c = {name: I2CBus(name, clock, self.trace, speed_hz) for name in board.i2c}
@@ -386,6 +378,19 @@ class _Run:
 
 
 _One = TypeVar("_One")
+
+
+def _world_of(
+    plan: Scenario | None, grade: Grade, seed: int, now_s: Callable[[], float]
+) -> tuple[World, BoardErrors]:
+    """The world at power-on, and how the board in it deviates itself."""
+    if plan:
+        own = plan.board_errors(grade, seed)
+        return plan.create_world(now_s, own), own
+    own = BoardErrors.of_grade(grade, seed)
+    world = World(now_s)
+    world.set_iron(own.hard_iron_mgauss, own.soft_iron())
+    return world, own
 
 
 def _named(ones: Mapping[str, _One], name: str | None, what: str) -> _One:

@@ -62,7 +62,11 @@ class ArmFirmware:
 
     def handles(self, block: str) -> bool:
         """Whether an interrupt of a block ("TIM9") is being handled now."""
-        return any(block in exception_name(number) for number in bits(self.chip.core.active))
+        return any(block in name for name in self.handled())
+
+    def handled(self) -> list[str]:
+        """The exceptions being handled now, preempted ones included: "HardFault", "TIM1_BRK_TIM9"."""
+        return [exception_name(number) for number in bits(self.chip.core.active)]
 
     def diagnosis_text(self) -> str:
         """The same as text; "" if nothing is seen to be wrong."""

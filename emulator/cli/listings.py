@@ -109,10 +109,11 @@ def _with_fields(register: type[Register]) -> Iterator[str]:
 def _register_line(register: type[Register]) -> str:
     last = register.addr + register.size - 1
     address = f"0x{register.addr:02X}" + (f"-0x{last:02X}" if register.size > 1 else "")
-    meaning = (register.__doc__ or "").strip().splitlines()[0]
     mark = "" if register.modelled else " (not modelled)"
     reset = f"0x{register.reset:0{2 * register.size}X}"
-    return f"{address:<10} {_ACCESS[register.access]} {reset:<8} {register.__name__}: {meaning}{mark}"
+    return (
+        f"{address:<10} {_ACCESS[register.access]} {reset:<8} {register.__name__}: {register.meaning()}{mark}"
+    )
 
 
 def _field_line(bits: Bits, register: type[Register]) -> str:
@@ -134,10 +135,9 @@ def _print_block(block: DeclaredBlock) -> None:
 
 def _word_line(block: DeclaredBlock, register: BlockRegister) -> str:
     kind = register.declared
-    meaning = (kind.__doc__ or "").strip().splitlines()[0]
     mark = "" if kind.modelled else " (not modelled)"
     address = address_of(block.name, kind) - kind.addr + register.offset
-    return f"0x{address:08X} {kind.access:<5} 0x{register.reset:08X} {register.name}: {meaning}{mark}"
+    return f"0x{address:08X} {kind.access:<5} 0x{register.reset:08X} {register.name}: {kind.meaning()}{mark}"
 
 
 def _word_field_line(register: BlockRegister, field: Field) -> str:

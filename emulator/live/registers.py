@@ -109,7 +109,7 @@ def _of_part(registers: RegisterMap) -> Iterator[dict[str, Any]]:
             "size": one.size,
             "reset": one.reset,
             "access": one.access,
-            "doc": (one.__doc__ or "").strip().partition("\n")[0],
+            "doc": one.meaning(),
             "modelled": one.modelled,
             "fields": [
                 {"name": bits.name, "msb": bits.msb, "lsb": bits.lsb, "doc": bits.doc}
@@ -128,7 +128,7 @@ def _of_block(block: DeclaredBlock) -> Iterator[dict[str, Any]]:
             "size": kind.size,
             "reset": one.reset,
             "access": kind.access,
-            "doc": (kind.__doc__ or "").strip().partition("\n")[0],
+            "doc": kind.meaning(),
             "modelled": kind.modelled,
             "fields": [
                 {"name": field.name, "msb": field.msb, "lsb": field.lsb, "doc": field.bits.doc}

@@ -478,7 +478,7 @@ class Session:
             self._position = self.board.terminal.position
             return
         if wall_s >= self._next_frame_s and (self._changed or wall_s >= self._next_frame_s + _HEARTBEAT_S):
-            # From when it was due: from now on, each frame that comes a little late would let one be left out.
+            # Counted from when it was due: else a frame that comes a little late lets the next be left out.
             due_s = max(self._next_frame_s, wall_s - _FRAME_S / 2)
             self._last_frame_s, self._next_frame_s = wall_s, due_s + _FRAME_S
             self._changed = False

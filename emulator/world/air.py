@@ -27,6 +27,7 @@ _PA_PER_HPA = 100.0
 _DOOR_S = 0.15  # after which the push is strongest
 DOOR_LASTS_S = 15 * _DOOR_S  # then 1e-5 of it is left
 _GUST_HZ = np.geomspace(0.05, 1.0, 12)
+_GUST_SHARES = 1.0 / _GUST_HZ / np.sqrt((1.0 / _GUST_HZ**2).sum() / 2.0)  # of each line; RMS of all: 1
 _GUST_PHASES = 2.0 * np.pi * (np.arange(1.0, 13.0) * 0.6180339887498949 % 1.0)
 _GUST_ENDS_S = 1.0  # in which a wind begins, and in which it ends
 
@@ -73,9 +74,8 @@ class Wind:
 
     def value(self, t_s: Array) -> Array:
         """In hPa, (N, 1)."""
-        strength = 1.0 / _GUST_HZ
-        strength = strength / np.sqrt((strength**2).sum() / 2.0)
-        gusts = np.cos(2.0 * np.pi * (t_s - self.start_s)[:, np.newaxis] * _GUST_HZ + _GUST_PHASES) @ strength
+        angle = 2.0 * np.pi * (t_s - self.start_s)[:, np.newaxis] * _GUST_HZ + _GUST_PHASES
+        gusts = np.cos(angle) @ _GUST_SHARES
         rms_hpa = 0.25 * 0.5 * _AIR_KG_M3 * self.speed_m_s**2 / _PA_PER_HPA
         ends_s = min(_GUST_ENDS_S, (self.end_s - self.start_s) / 2.0)
         rises = MinimumJerk(self.start_s, ends_s).progress(t_s)

@@ -306,7 +306,7 @@ class Sensed:
         """Values at ``t_s`` (N,): N rows, or with ``one_row`` a single one where all are the same."""
         values = self._track.evaluate(np.maximum(t_s, 0.0), _of_signal)
         if not self._one_row:
-            values = np.array(np.broadcast_to(values, (t_s.size, *values.shape[1:])))
+            values = _rows(values, t_s.size)
         return values if self._turned is None else values @ self._turned
 
     def agitated(self, from_s: float, to_s: float, pace_s: float) -> list[tuple[float, float]]:
@@ -329,5 +329,9 @@ def _of_signal(signal: Signal, t_s: Array) -> Array:
 def _sampled(signal: Signal, t_s: npt.ArrayLike) -> Array:
     """The signal at ``t_s``, a constant's single row repeated, in an array of the caller's own."""
     times = np.atleast_1d(np.asarray(t_s, dtype=np.float64))
-    values = signal(times)
-    return np.array(np.broadcast_to(values, (times.size, *values.shape[1:])))
+    return _rows(signal(times), times.size)
+
+
+def _rows(values: Array, count: int) -> Array:
+    """A constant's single row repeated, in an array of the caller's own."""
+    return np.array(np.broadcast_to(values, (count, *values.shape[1:])))

@@ -45,7 +45,7 @@ HISTORY_S = 5.0  # kept behind now; sensors evaluate from about now on
 ZURICH_ALTITUDE_M = 408.0
 EULER_AXES = ("roll", "pitch", "yaw")
 TIME_CONSTANT_S = 0.1  # of a hand that is followed
-HELD_SIGNALS = ("acc", "gyro", "mag")  # what a trembling hand moves; of its height no barometer sees anything
+TURNED_SIGNALS = ("acc", "gyro", "mag")  # what turning the board moves
 SHAKE_DIRECTIONS = {"north": (1.0, 0.0, 0.0), "west": (0.0, 1.0, 0.0), "up": (0.0, 0.0, 1.0)}
 
 
@@ -193,16 +193,16 @@ class World(Truth):
         taken = Grip(wrist, tremor, 0.0).above_wrist_m(self._rotation_at(start)[np.newaxis])
         self._grip.plan(start, Grip(wrist, tremor, float(taken[0])))
         if tremor is not None:
-            for signal in HELD_SIGNALS:
+            for signal in TURNED_SIGNALS:  # of the height of a tremor no barometer sees anything
                 self._agitation[signal].add(start, math.inf, tremor.pace_s)
-        self._changed(start, ("acc", "gyro", "mag", "pressure"))
+        self._changed(start, (*TURNED_SIGNALS, "pressure"))
         return start
 
     def put_down(self, start_s: float | None = None) -> float:
         """Let the board rest at the height that it has, in no hand; turning goes on, if it turns."""
         start = self._start(start_s)
         self._let_go(start)
-        self._changed(start, ("acc", "gyro", "mag", "pressure"))
+        self._changed(start, (*TURNED_SIGNALS, "pressure"))
         return start
 
     def _let_go(self, start_s: float) -> None:
@@ -211,7 +211,7 @@ class World(Truth):
         if grip is not None:
             self._plan_height((start_s, Rest(self._height_at(start_s) + rise_m)))
         self._grip.plan(start_s, None)
-        for signal in HELD_SIGNALS:
+        for signal in TURNED_SIGNALS:
             if grip is not None and grip.tremor is not None:
                 self._agitation[signal].end(start_s, grip.tremor.pace_s)
             self._agitation[signal].add(start_s, start_s)
@@ -502,8 +502,8 @@ class World(Truth):
         """Plan (start, piece) in order; the last one is at rest, and its start is the end returned."""
         for start_s, piece in pieces:
             self._attitude.plan(start_s, piece)
-        self._agitate(pieces, ("acc", "gyro", "mag"))
-        self._changed(pieces[0][0], ("acc", "gyro", "mag"))
+        self._agitate(pieces, TURNED_SIGNALS)
+        self._changed(pieces[0][0], TURNED_SIGNALS)
         return pieces[-1][0]
 
     def _plan_height(self, *pieces: tuple[float, Height]) -> float:
