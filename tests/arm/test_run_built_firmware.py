@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from pathlib import Path
+from typing import ClassVar
 
 import pytest
 
@@ -14,6 +15,7 @@ from emulator.errors import InputError
 from emulator.scenario import check
 from emulator.trace import DeviceNote
 from firmware_model.arm import prebuilt
+from tests.arm.hostile_programs import program
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 FLASH = 0x0800_0000
@@ -115,6 +117,49 @@ def test_a_file_without_symbols_runs_on_the_usual_wiring(tmp_path: Path) -> None
     assert (board.booted.profile.name, board.booted.reason) == ("lab3", "")
     with pytest.raises(KeyError, match="no symbols"):
         board.variable("pitch")
+
+
+STORES = """
+reset:
+    mov32 r0, 0xE000E010       ; SYST_CSR
+again:
+    adds r1, #1
+    str r1, [r0]
+    b again
+fault:
+interrupt:
+    b interrupt
+"""
+FAULTS = """
+reset:
+    mov32 r0, 0xF0000000       ; no memory
+    ldr r1, [r0]
+    b reset
+fault:
+interrupt:
+    mrs r0, msp
+    ldr r1, [r0, #24]          ; the instruction after it
+    adds r1, #2
+    str r1, [r0, #24]
+    bx lr
+"""
+
+
+@pytest.mark.parametrize("source", [STORES, FAULTS])
+def test_the_trial_of_firmware_that_only_keeps_a_machine_busy_ends_early(tmp_path: Path, source: str) -> None:
+    """After so many accesses or faults, not after a time that depends on the machine."""
+
+    class Tried(Board):
+        ends: ClassVar[list[float]] = []
+
+        def run_for(self, seconds: float) -> None:
+            super().run_for(seconds)
+            self.ends.append(self.now_s)
+
+    (tmp_path / "busy.bin").write_bytes(program(source))
+    board = Tried(firmware=tmp_path / "busy.bin")
+    assert (board.booted.profile.name, board.booted.reason) == ("lab3", "")
+    assert 0 < max(Tried.ends) <= 0.1
 
 
 def test_a_named_program_is_there_for_both_wirings() -> None:

@@ -71,12 +71,12 @@ class FaultLog:
     """Listens to the core's faults from now on.
 
     ``origin`` is the latest one that is no consequence. A handler that returns has the same instruction fault
-    again: ``times`` in quick succession, last at ``last_ps``.
+    again: ``times`` in quick succession, last at ``last_ps``. ``seen`` counts all faults.
     """
 
     def __init__(self, core: Core) -> None:
         self._core = core
-        self.times = 0
+        self.seen = self.times = 0
         self.last_ps = 0
         self.latest: FaultRecord | None = None
         self.origin: FaultRecord | None = None
@@ -85,6 +85,7 @@ class FaultLog:
     def _record(self, fault: Fault) -> None:
         core = self._core
         now_ps = core.now_ps
+        self.seen += 1
         if self.origin is not None and self.origin.pc == core.pc and now_ps - self.last_ps <= _SOON_PS:
             self.times, self.last_ps = self.times + 1, now_ps
             return
