@@ -101,4 +101,8 @@ def as_it_is(board: Board) -> list[dict[str, Any]]:
         entries.append({"do": "set_attitude", "roll_deg": roll, "pitch_deg": pitch, "yaw_deg": yaw})
     if metres:
         entries.append({"do": "follow_altitude", "metres": metres, "time_constant": "1ms"})
+    magnet = world.magnet(board.now_s)
+    if magnet is not None:
+        place = dict(zip(("north_m", "west_m", "up_m"), (round(one, 4) for one in magnet[1:]), strict=True))
+        entries.append({"do": "follow_magnet", **place, "moment_am2": magnet[0]})
     return entries

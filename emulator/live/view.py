@@ -44,6 +44,7 @@ def truth(board: Board) -> dict[str, Any]:
     """What the world is at this moment, in the board's axes where it has any.
 
     ``rotation``: board to world (x north, y west, z up), nine numbers by rows.
+    ``magnet_m``: north, west and up of the board; null for none.
     """
     world, now = board.world, instant(board)
     rotation = world.rotation(now)[0]
@@ -54,6 +55,7 @@ def truth(board: Board) -> dict[str, Any]:
         "pitch_deg": _short(pitch),
         "yaw_deg": _short(yaw),
         "altitude_m": _short(world.altitude_m(now)[0]),
+        "magnet_m": None if (magnet := world.magnet(board.now_s)) is None else _vector(magnet[1:]),
         "rate_dps": _vector(world.angular_rate_dps(now)[0]),
         "acc_mg": _vector(1000.0 * world.specific_force_g(now)[0]),
         "mag_mgauss": _vector(world.magnetic_field_mgauss(now)[0]),

@@ -39,7 +39,7 @@ from emulator.scenario.printed import (
     same_banner,
     visible,
 )
-from emulator.scenario.resources import resources_of
+from emulator.scenario.resources import TextFile, resources_of
 from emulator.scenario.result import Fault, Miss
 from emulator.scenario.tables import LED_NAMES, Duration, Length, Table, board_of
 from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S
@@ -228,34 +228,15 @@ class ExpectNever(_Matching):
         return Miss("wrong value", expected, seen_text, (f"+{visible(first.text)}",))
 
 
-class NamedText:
-    """A text file's content and the path under which the scenario names it."""
-
-    def __init__(self, path: str, data: bytes) -> None:
-        self.path = path
-        self.data = data
-
-
-def _read_text(value: object, info: ValidationInfo) -> NamedText:
-    if not isinstance(value, str):
-        raise ValueError(f'is {shown(value)}; give a path in quotes, such as "golden.txt"')
-    return NamedText(value, resources_of(info).text(value, "the text the board is to print"))
-
-
 class ExpectText(Expectation):
     """Everything printed equals a file, byte by byte; its path counts from the scenario's folder."""
 
     kind: Literal["text"]
-    file: Annotated[
-        NamedText,
-        PlainValidator(_read_text),
-        PlainSerializer(lambda named: named.path),
-        WithJsonSchema({"type": "string"}),
-    ]
+    file: TextFile
 
     def judge(self, seen: Seen) -> Miss | None:
         """Only the banner may differ."""
-        expected = same_banner(self.file.data.decode("latin-1"))
+        expected = same_banner(self.file.content.decode("latin-1"))
         printed = same_banner(seen.board.terminal.text)
         if printed == expected:
             return None

@@ -18,14 +18,17 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import dataclass
 from pathlib import Path, PurePosixPath, PureWindowsPath
+from typing import Annotated, Generic, TypeVar
 
-from pydantic import ValidationInfo
+from pydantic import PlainSerializer, PlainValidator, ValidationInfo, WithJsonSchema
 
 from emulator.errors import RecordingError
 from emulator.time.durations import shown
 from emulator.world import Recording, load_recording
 
+Content = TypeVar("Content")
 MAX_FILE_BYTES = 1 << 20  # of a scenario or a text it names
 MAX_TOTAL_BYTES = 64 << 20  # of all files that a scenario names
 MAX_ELEMENTS = 10_000  # of one compiled pattern
@@ -107,6 +110,42 @@ def resources_of(info: ValidationInfo) -> Resources:
     """Those of the scenario that is being read; without a file, the working directory's."""
     resources = (info.context or {}).get("resources")
     return resources if isinstance(resources, Resources) else Resources(Path())
+
+
+# -- A file that a scenario names ---------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class Named(Generic[Content]):
+    """What a file holds, and the path under which the scenario names it."""
+
+    path: str
+    content: Content
+
+
+def _named_text(value: object, info: ValidationInfo) -> Named[bytes]:
+    name = _name(value, "golden.txt")
+    return Named(name, resources_of(info).text(name, "the text the board is to print"))
+
+
+def _named_recording(value: object, info: ValidationInfo) -> Named[Recording]:
+    name = _name(value, "walk.csv")
+    return Named(name, resources_of(info).recording(name))
+
+
+def _name(value: object, example: str) -> str:
+    if not isinstance(value, str):
+        raise ValueError(f'is {shown(value)}; give a path in quotes, such as "{example}"')
+    return value
+
+
+_AS_WRITTEN = PlainSerializer(lambda named: named.path)
+_SCHEMA = WithJsonSchema({"type": "string"})
+TextFile = Annotated[Named[bytes], PlainValidator(_named_text), _AS_WRITTEN, _SCHEMA]
+RecordingFile = Annotated[Named[Recording], PlainValidator(_named_recording), _AS_WRITTEN, _SCHEMA]
+
+
+# -- Bounds -------------------------------------------------------------------------------------------------
 
 
 def _elements(pattern: str) -> int:

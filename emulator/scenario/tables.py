@@ -125,3 +125,21 @@ BusSpeed = Annotated[
     PlainSerializer(lambda hertz: f"{hertz}Hz"),
     _json_string(_FREQUENCY, "400kHz"),
 ]
+
+
+def parse_address(value: object, info: ValidationInfo) -> int:
+    """A part's name, or a 7-bit address -> the address. ValueError says what would be right."""
+    known = board_of(info).addresses
+    if isinstance(value, str) and value in known:
+        return known[value]
+    if isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= 0x7F:
+        return value
+    names = ", ".join(f'"{name}"' for name in known)
+    raise ValueError(f"is {shown(value)}; give {names}, or a 7-bit address such as 0x6B")
+
+
+Address = Annotated[
+    int,
+    PlainValidator(parse_address),
+    WithJsonSchema({"anyOf": [{"enum": PART_NAMES}, {"type": "integer"}]}),
+]

@@ -14,30 +14,28 @@ from pydantic import (
     PlainSerializer,
     PlainValidator,
     Strict,
-    ValidationInfo,
     WithJsonSchema,
     model_validator,
 )
 
 from emulator.buses.i2c import FaultKind, I2CFault
 from emulator.scenario.board_view import BoardView
-from emulator.scenario.resources import resources_of
+from emulator.scenario.resources import RecordingFile
 from emulator.scenario.tables import (
-    PART_NAMES,
+    Address,
     Duration,
     FieldTable,
     Length,
     Table,
     Vector,
-    board_of,
     within,
 )
 from emulator.time.clock import NEVER_PS, PS_PER_S, to_ps
 from emulator.time.durations import shown
-from emulator.world import Recording, World, limits
+from emulator.world import World, limits
 from emulator.world.air import DOOR_HPA
 from emulator.world.hand import TREMOR_HZ, TREMOR_MG, WRIST_M
-from emulator.world.magnetism import Magnet
+from emulator.world.magnetism import MOMENT_AM2, Magnet
 
 # -- What every entry has: when it is, how long it takes, what it moves, what it does -----------------------
 
@@ -79,6 +77,7 @@ class Entry(Table):
 
 ATTITUDE = frozenset({"attitude"})
 ALTITUDE = frozenset({"altitude"})
+MAGNET = frozenset({"magnet"})
 CATCH_PS = 50 * PS_PER_S // 1000
 TAP_PS = 10 * PS_PER_S // 1000
 HAND_PS = 100 * PS_PER_S // 1000
@@ -278,44 +277,25 @@ class ShutDoor(Entry):
         world.shut_door(self.push_hpa, start_s)
 
 
-class NamedRecording:
-    """A recording and the path under which the scenario names it."""
-
-    def __init__(self, path: str, recording: Recording) -> None:
-        self.path = path
-        self.recording = recording
-
-
-def _read_recording(value: object, info: ValidationInfo) -> NamedRecording:
-    if not isinstance(value, str):
-        raise ValueError(f'is {shown(value)}; give a path in quotes, such as "walk.csv"')
-    return NamedRecording(value, resources_of(info).recording(value))
-
-
 class Replay(Entry):
     """Give a recording's signals, or follow its attitude; the path counts from the scenario's folder."""
 
     do: Literal["replay"]
-    csv: Annotated[
-        NamedRecording,
-        PlainValidator(_read_recording),
-        PlainSerializer(lambda named: named.path),
-        WithJsonSchema({"type": "string"}),
-    ]
+    csv: RecordingFile
 
     @property
     def length_ps(self) -> int:
         """Until its last row."""
-        return to_ps(float(self.csv.recording.t_s[-1]))
+        return to_ps(float(self.csv.content.t_s[-1]))
 
     @property
     def moves(self) -> frozenset[str]:
         """What its columns replace or move; measured signals count as motions of their own."""
-        return frozenset(self.csv.recording.groups)
+        return frozenset(self.csv.content.groups)
 
     def plan(self, world: World, start_s: float) -> None:
         """World.replay."""
-        world.replay(self.csv.recording, start_s)
+        world.replay(self.csv.content, start_s)
 
 
 class TakeInHand(Entry):
@@ -442,6 +422,33 @@ class FollowAltitude(Hand):
         world.follow_altitude(self.metres, self.time_constant_s, start_s)
 
 
+class FollowMagnet(Hand):
+    """Move a magnet to a place seen from the board, until another one is given."""
+
+    MOVES: ClassVar[frozenset[str]] = MAGNET
+    do: Literal["follow_magnet"]
+    north_m: Annotated[float, within(limits.PLACE)] = 0.0
+    west_m: Annotated[float, within(limits.PLACE)] = 0.0
+    up_m: Annotated[float, within(limits.PLACE)] = 0.0
+    moment_am2: Annotated[float, within(limits.MOMENT)] = MOMENT_AM2
+
+    def plan(self, world: World, start_s: float) -> None:
+        """World.follow_magnet."""
+        place = self.north_m, self.west_m, self.up_m
+        world.follow_magnet(*place, self.moment_am2, self.time_constant_s, start_s)
+
+
+class TakeMagnetAway(Jump):
+    """No hand holds a magnet near the board any more."""
+
+    MOVES: ClassVar[frozenset[str]] = MAGNET
+    do: Literal["take_magnet_away"]
+
+    def plan(self, world: World, start_s: float) -> None:
+        """World.take_magnet_away."""
+        world.take_magnet_away(start_s)
+
+
 class SetPressure(Jump):
     """The weather's pressure at the board's altitude of that moment."""
 
@@ -490,30 +497,13 @@ class SetField(Jump):
         world.set_magnetic_field(self.field.north_ut, self.field.east_ut, self.field.down_ut)
 
 
-def _parse_address(value: object, info: ValidationInfo) -> int:
-    known = board_of(info).addresses
-    if isinstance(value, str) and value in known:
-        return known[value]
-    if isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= 0x7F:
-        return value
-    names = ", ".join(f'"{name}"' for name in known)
-    raise ValueError(f"is {shown(value)}; give {names}, or a 7-bit address such as 0x6B")
-
-
 class Fault(Entry):
     """Break the sensor bus, for a time or for good; see I2CFault for the kinds."""
 
     do: Literal["fault"]
     kind: FaultKind
     for_: Length | None = Field(None, alias="for")
-    address: (
-        Annotated[
-            int,
-            PlainValidator(_parse_address),
-            WithJsonSchema({"anyOf": [{"enum": PART_NAMES}, {"type": "integer"}]}),
-        ]
-        | None
-    ) = None
+    address: Address | None = None
     byte_index: int = Field(0, ge=0, le=255)
 
     @property
@@ -587,6 +577,8 @@ AnyEntry = Annotated[
     | SetAttitude
     | FollowAttitude
     | FollowAltitude
+    | FollowMagnet
+    | TakeMagnetAway
     | SetPressure
     | SetTemperature
     | SetHumidity

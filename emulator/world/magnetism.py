@@ -1,4 +1,4 @@
-"""The Earth's field at a place, and a magnet that is moved past the board.
+"""The Earth's field at a place, and magnets near the board: one that passes, one that a hand moves.
 
 Units: a user gives NED microtesla; inside, fields are NWU milligauss (1 uT = 10 mgauss), the magnetometer's
 unit.
@@ -16,10 +16,12 @@ import numpy as np
 
 from emulator.errors import InputError
 from emulator.world import limits
+from emulator.world.follow import Approach
 from emulator.world.track import Array
 
 MGAUSS_PER_UT = 10.0
 MU0_4PI = 1.0  # mgauss m3 / (A m2)
+MOMENT_AM2 = 0.3  # of a bar of neodymium as large as a fingernail
 FELT_MGAUSS = 0.1  # a magnet whose field is weaker is out of reach: 1/15 of the LIS2MDL's step
 
 
@@ -99,8 +101,43 @@ class Magnet:
         from_magnet = np.zeros((t_s.size, 3))
         from_magnet[:, 0] = self.speed_m_s * (self.closest_s - t_s)
         from_magnet[:, 1] = self.distance_m
-        moment = np.array([0.0, self.moment_am2, 0.0])
-        squared = (from_magnet**2).sum(axis=1)[:, np.newaxis]
-        along = (from_magnet @ moment)[:, np.newaxis]
-        field: Array = MU0_4PI * (3.0 * along * from_magnet / squared - moment) / squared**1.5
-        return field
+        return dipole_mgauss(self.moment_am2, from_magnet)
+
+
+@dataclass(frozen=True, eq=False)
+class HeldMagnet:
+    """A dipole that points west, on its way to ``place_m`` (3,) seen from the magnetometer, NWU.
+
+    Without an ``approach`` it lies there.
+    """
+
+    moment_am2: float
+    place_m: Array
+    approach: Approach | None = None
+
+    def moving(self, t_s: Array) -> tuple[Array, Array, Array]:
+        """Where it is, its speed and its acceleration, each (N, 3), or (1, 3) where it lies."""
+        if self.approach is None:
+            return self.place_m[np.newaxis], np.zeros((1, 3)), np.zeros((1, 3))
+        deviation, speed, acceleration = self.approach.derivatives(t_s)
+        return self.place_m + deviation, speed, acceleration
+
+    def value(self, t_s: Array, /) -> Array:
+        """Its field at the board, NWU (N, 3), or (1, 3) where it lies."""
+        return dipole_mgauss(self.moment_am2, -self.moving(t_s)[0])
+
+
+def dipole_mgauss(moment_am2: float, from_magnet_m: Array) -> Array:
+    """The field of a dipole that points west, at places (N, 3) m from it, NWU: (3 (m.r) r / r^2 - m) / r^3.
+
+    Nearer than the nearest distance that a user may give, 5 mm, is within the magnet: the field is that of
+    5 mm in the same direction.
+    """
+    moment = np.array([0.0, moment_am2, 0.0])
+    distance = np.sqrt((from_magnet_m**2).sum(axis=1))[:, np.newaxis]
+    direction = from_magnet_m / np.where(distance == 0.0, 1.0, distance)
+    along = (direction @ moment)[:, np.newaxis]
+    field: Array = (
+        MU0_4PI * (3.0 * along * direction - moment) / np.maximum(distance, limits.DISTANCE.low) ** 3
+    )
+    return field

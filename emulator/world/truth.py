@@ -25,7 +25,7 @@ from emulator.world.air import Drift, Puff
 from emulator.world.attitude import Attitude, Held, matrix_to_euler, to_board
 from emulator.world.hand import Grip
 from emulator.world.height import Height, Rest, Shake
-from emulator.world.magnetism import Magnet, ned_to_nwu_mgauss
+from emulator.world.magnetism import HeldMagnet, Magnet, ned_to_nwu_mgauss
 from emulator.world.motors import Motors
 from emulator.world.track import Agitation, Array, Constant, Overlays, Track
 
@@ -89,6 +89,7 @@ class Truth:
         self._gravity = Track(Constant(STANDARD_GRAVITY))
         self._earth = Track(Constant(ned_to_nwu_mgauss(*ZURICH_FIELD_UT)))
         self._disturbances: Overlays[Disturbance] = Overlays()
+        self._magnet: Track[HeldMagnet | None] = Track(None)
         self._hard_iron = Track(Constant(np.zeros(3)))
         self._soft_iron = Track(Constant(np.eye(3)))
         self._floor_pressure: Track[Constant | Drift] = Track(Constant(floor_hpa))
@@ -173,6 +174,14 @@ class Truth:
         """Height above the room's floor, (N,)."""
         return _sampled(self._altitude_m, t_s)
 
+    def magnet(self, t_s: float) -> tuple[float, float, float, float] | None:
+        """The magnet that a hand holds, or None: its moment in A m2; metres north, west, up of the board."""
+        magnet = self._magnet.at(t_s)
+        if magnet is None:
+            return None
+        north, west, up = magnet.moving(np.array([t_s]))[0][0].tolist()
+        return magnet.moment_am2, north, west, up
+
     def hard_iron_mgauss(self, t_s: npt.ArrayLike) -> Array:
         """The board's own field at the magnetometer, board axes, (N, 3)."""
         return _sampled(lambda t: self._hard_iron.evaluate(t, Constant.value), t_s)
@@ -192,6 +201,7 @@ class Truth:
             self._motors,
             self._gravity,
             self._earth,
+            self._magnet,
             self._hard_iron,
             self._soft_iron,
             self._floor_pressure,
@@ -261,6 +271,7 @@ class Truth:
 
     def _field_mgauss(self, t_s: Array) -> Array:
         disturbance = self._disturbances.total(t_s, lambda piece, t: piece.value(t))
+        disturbance = disturbance + self._magnet.evaluate(t_s, _field_of)
         field = to_board(self._rotation(t_s), self._earth.evaluate(t_s, Constant.value) + disturbance)
         distorted: Array = np.einsum("nij,nj->ni", self._soft_iron.evaluate(t_s, Constant.value), field)
         own = self._hard_iron.evaluate(t_s, Constant.value) + self._motors.evaluate(t_s, _magnetised_by)
@@ -320,6 +331,10 @@ def _shaken_by(motors: Motors | None, t_s: Array) -> Array:
 
 def _magnetised_by(motors: Motors | None, _t_s: Array) -> Array:
     return NOTHING if motors is None else motors.field_mgauss()
+
+
+def _field_of(magnet: HeldMagnet | None, t_s: Array) -> Array:
+    return NOTHING if magnet is None else magnet.value(t_s)
 
 
 def _of_signal(signal: Signal, t_s: Array) -> Array:

@@ -31,10 +31,10 @@ from emulator.world.attitude import (
     figure_eights,
     matrix_to_euler,
 )
-from emulator.world.follow import SETTLED, FollowedAttitude, FollowedHeight
+from emulator.world.follow import SETTLED, Approach, FollowedAttitude, FollowedHeight
 from emulator.world.hand import TREMOR_HZ, TREMOR_MG, WRIST_M, Grip, Tremor
 from emulator.world.height import Height, Lift, Parabola, RecordedHeight, Rest, Shake
-from emulator.world.magnetism import Magnet, ned_to_nwu_mgauss
+from emulator.world.magnetism import MOMENT_AM2, HeldMagnet, Magnet, ned_to_nwu_mgauss
 from emulator.world.motors import MOTORS, Motors
 from emulator.world.recording import MEASURED, Interpolation, Recording
 from emulator.world.track import Array, Constant, Linear, MinimumJerk, Track
@@ -164,6 +164,49 @@ class World(Truth):
         position, speed, acceleration = (float(law(now)[0]) for law in laws)
         hand = FollowedHeight.begin(start, time_constant, target_m, (position, speed, acceleration))
         return self._plan_height((start, hand), (start + SETTLED * time_constant, Rest(target_m)))
+
+    def follow_magnet(
+        self,
+        north_m: float,
+        west_m: float,
+        up_m: float,
+        moment_am2: float = MOMENT_AM2,
+        time_constant_s: float = TIME_CONSTANT_S,
+        start_s: float | None = None,
+    ) -> float:
+        """Move a magnet to a place seen from the board, likewise, as a hand does that holds it near.
+
+        Its moment points west, as that of :meth:`pass_magnet`. It appears where it is first held, and moves
+        from there; another ``moment_am2`` is another magnet. Lifting the board lifts the magnet with it.
+        """
+        named = (("north_m", north_m), ("west_m", west_m), ("up_m", up_m))
+        place = np.array([limits.PLACE.check(name, value) for name, value in named])
+        limits.DISTANCE.check("distance of the magnet from the board", float(np.linalg.norm(place)))
+        moment = limits.MOMENT.check("moment_am2", moment_am2)
+        time_constant = limits.TIME_CONSTANT.check("time_constant_s", time_constant_s)
+        start = self._start(start_s)
+        before, lies = self._magnet.at(start), HeldMagnet(moment, place)
+        if before is None or before.moment_am2 != moment:
+            self._magnet.plan(start, lies)
+            self._agitation["mag"].add(start, start)
+            self._changed(start, ("mag",))
+            return start
+        position, speed, acceleration = (one[0] for one in before.moving(np.array([start])))
+        approach = Approach.of(start, time_constant, position - place, speed, acceleration)
+        end = start + SETTLED * time_constant
+        self._magnet.plan(start, HeldMagnet(moment, place, approach))
+        self._magnet.plan(end, lies)
+        self._agitation["mag"].add(start, end, approach.pace_s)
+        self._changed(start, ("mag",))
+        return end
+
+    def take_magnet_away(self, start_s: float | None = None) -> float:
+        """No hand holds a magnet near the board any more."""
+        start = self._start(start_s)
+        self._magnet.plan(start, None)
+        self._agitation["mag"].add(start, start)
+        self._changed(start, ("mag",))
+        return start
 
     # -- a hand that holds the board ------------------------------------------------------------------------
 

@@ -130,6 +130,32 @@ def test_dragging_the_board_turns_it_and_lights_its_led(browser: Browser, served
     until(page, "Number(document.querySelector('#num-attitude-pitch').textContent) === 85")
 
 
+def test_a_magnet_is_held_near_the_board_dragged_and_taken_away(browser: Browser, served: Served) -> None:
+    page = browser.open(served, in_space=True)
+    field = "Number(document.querySelector('#num-mag-{}').textContent)"
+    until(page, f"{field.format('x')} === 215 && {field.format('y')} === 0")
+    page.click("#magnet")  # 0.2 m to the north, pointing west: -m / r^3 = -37.5 mgauss there
+    until(page, f"{field.format('x')} === 215 && Math.abs({field.format('y')} + 37.5) <= 0.5")
+    box = page.locator(".board-view").bounding_box()
+    places = ((box["x"] + box["width"] * part / 20, box["y"] + box["height"] / 2) for part in range(10, 20))
+    for x, y in places:  # it is drawn somewhere at the right
+        page.mouse.move(x, y)
+        if page.locator(".board-view.on-magnet").count():
+            break
+    page.mouse.down()
+    page.mouse.move(x, y - 30, steps=5)
+    page.mouse.up()
+    until(page, "/^\\d+N \\d+W 0 cm$/.test(document.querySelector('#magnet-place').textContent)")
+    assert page.text_content("#num-attitude-roll") == "0.0"  # the board was not dragged
+    page.focus("#magnet")
+    for _ in range(3):
+        page.keyboard.press("PageUp")
+    until(page, "document.querySelector('#magnet-place').textContent.endsWith('W 3 cm')")
+    page.click("#magnet")
+    until(page, f"{field.format('x')} === 215 && {field.format('y')} === 0")
+    assert page.text_content("#magnet-place") == ""
+
+
 def test_without_webgl_there_is_a_horizon(browser: Browser, served: Served) -> None:
     page = browser.open(served)
     assert page.evaluate("document.querySelector('.board-view').getContext('2d') !== null")

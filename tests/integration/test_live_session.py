@@ -31,6 +31,9 @@ SCRIPT = [
     (2.1, do(do="tap")),
     (2.2, do(do="fault", kind="nack", address="LSM6DSL", for_="5ms")),
     (2.3, do(do="follow_attitude", roll_deg=85)),
+    (2.35, do(do="follow_magnet", north_m=0.1, up_m=-0.05)),
+    (2.37, do(do="follow_magnet", west_m=0.15, moment_am2=0.3)),
+    (2.45, do(do="take_magnet_away")),
     (2.5, do(do="pass_magnet", moment_am2=8, distance_m=0.4, speed_m_s=5)),
     (2.6, do(do="free_fall", for_="100ms", interrupts=True)),
 ]
@@ -69,6 +72,7 @@ def test_after_a_reset_the_recording_begins_anew_and_the_board_stays_where_the_h
 ) -> None:
     script = [
         (0.5, do(do="follow_attitude", pitch_deg=40, yaw_deg=10)),
+        (0.5, do(do="follow_magnet", west_m=-0.25, moment_am2=2)),
         (1.9, messages.Reset()),
         (1.9, do(do="tap", axis="north")),
     ]
@@ -76,6 +80,7 @@ def test_after_a_reset_the_recording_begins_anew_and_the_board_stays_where_the_h
     session = page.run()
     assert session.run_number == 2
     assert session.board.world.attitude_deg([2.0])[0] == pytest.approx([0, 40, 10], abs=0.01)
+    assert session.board.world.magnet(2.0) == (2, 0, -0.25, 0)
     assert (tmp_path / "session.toml").read_text(encoding="utf-8") == session.recording.text()
     assert everything(again(session, tmp_path, "solution")) == everything(session.board)
 

@@ -176,3 +176,28 @@ def test_the_speed_of_a_recording_is_the_slope_of_its_height() -> None:
     after = np.diff(world.altitude_m([1.2 + 1e-6, 1.2 + 2e-6]))[0] / 1e-6
     assert abs(before) > 0.5
     assert after == pytest.approx(before, rel=1e-3)
+
+
+place = st.tuples(*[st.floats(0.05, 0.5)] * 3)
+
+
+@given(steps=st.lists(st.tuples(st.floats(0.002, 0.3), place, st.floats(0.02, 0.5)), min_size=2, max_size=6))
+@settings(deadline=None, max_examples=60)
+def test_the_field_of_a_magnet_that_is_followed_is_smooth_and_ends_where_it_is_held(
+    steps: list[tuple[float, tuple[float, float, float], float]],
+) -> None:
+    clock = Clock()
+    world = World(clock)
+    times, end_s = [], 0.0
+    for pause_s, place_m, time_constant_s in steps:
+        clock.now_s += pause_s
+        times.append(clock.now_s)
+        end_s = world.follow_magnet(*place_m, time_constant_s=time_constant_s)
+    for at_s in times[1:]:
+        field = world.magnetic_field_mgauss([at_s - EPS_S, at_s, at_s + EPS_S])
+        before, after = np.diff(field, axis=0)
+        assert np.abs(after - before).max() < 1e-3 * np.abs(field).max()
+    there = World()
+    there.follow_magnet(*steps[-1][1])
+    resting = there.magnetic_field_mgauss([0.0])[0]
+    np.testing.assert_allclose(world.magnetic_field_mgauss([end_s - EPS_S, end_s])[0], resting, rtol=1e-6)

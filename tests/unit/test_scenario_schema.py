@@ -102,6 +102,12 @@ time_constant = "200ms"
 do = "follow_altitude"
 metres = 1
 [[timeline]]
+do = "follow_magnet"
+north_m = 0.1
+moment_am2 = -1
+[[timeline]]
+do = "take_magnet_away"
+[[timeline]]
 do = "turn_over"
 for = "1s"
 interrupts = true

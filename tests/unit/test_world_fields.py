@@ -6,7 +6,10 @@ import datetime as dt
 import math
 
 import numpy as np
+import numpy.typing as npt
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from emulator.errors import InputError
 from emulator.world import World, earth_field
@@ -70,6 +73,45 @@ def test_a_magnet_comes_and_goes_unnoticed() -> None:
     size = np.linalg.norm(change, axis=1)
     assert max(size[0], size[-1]) < 0.11
     assert size.argmax() == 1000
+
+
+def test_a_held_magnet_has_the_field_of_one_that_passes_there() -> None:
+    passing, held = World(), World()
+    end_s = passing.pass_magnet(moment_am2=0.5, distance_m=0.2, speed_m_s=0.5)
+    assert held.follow_magnet(north_m=0, west_m=-0.2, up_m=0, moment_am2=0.5) == 0
+    there = passing.magnetic_field_mgauss([end_s / 2])
+    np.testing.assert_allclose(held.magnetic_field_mgauss([0.0, 5.0]), np.repeat(there, 2, axis=0))
+    held.set_attitude(0, 0, 90)  # the magnet is where it was, the board's Y points to the south
+    np.testing.assert_allclose(held.magnetic_field_mgauss([0.0]), [[there[0, 1], -there[0, 0], there[0, 2]]])
+    held.take_magnet_away()
+    held.set_attitude(0, 0, 0)
+    np.testing.assert_allclose(held.magnetic_field_mgauss([0.0]), World().magnetic_field_mgauss([0.0]))
+
+
+@given(place=st.tuples(*[st.floats(-0.5, 0.5)] * 3).filter(lambda place: np.linalg.norm(place) > 0.05))
+def test_the_field_of_a_held_magnet_is_the_slope_of_its_potential(place: tuple[float, float, float]) -> None:
+    """Jackson, Classical Electrodynamics, section 5.6: outside, B is -grad (m . r / r^3)."""
+    world, step = World(), 1e-5 * np.eye(3)
+    world.follow_magnet(*place, moment_am2=0.3)
+
+    def potential(r: npt.NDArray[np.float64]) -> float:
+        return float(0.3 * r[1] / np.linalg.norm(r) ** 3)
+
+    r = -np.array(place)
+    slope = [(potential(r + one) - potential(r - one)) / 2e-5 for one in step]
+    field = (world.magnetic_field_mgauss([0.0]) - World().magnetic_field_mgauss([0.0]))[0]
+    np.testing.assert_allclose(field, np.negative(slope), rtol=1e-5, atol=1e-3)
+
+
+def test_a_magnet_that_is_led_through_the_board_has_a_finite_field() -> None:
+    world = World()
+    world.follow_magnet(-0.1, 0, 0)
+    world.follow_magnet(0.1, 0, 0, time_constant_s=0.1)
+    moving = world.magnetic_field_mgauss(np.linspace(0, 1, 5001))
+    assert np.isfinite(moving).all()
+    assert np.abs(moving).max() < 2.001 * 0.3 / 0.005**3 + 1000
+    with pytest.raises(InputError, match=r"distance of the magnet from the board is .*: give .* from 0\.005"):
+        world.follow_magnet(0.001, 0, 0)
 
 
 @pytest.mark.parametrize("attitude", [(0, 0, 0), (30, -50, 120), (0, 90, 0), (180, 0, -45)])

@@ -4,15 +4,19 @@
 
 import {
   AmbientLight, BoxGeometry, BufferGeometry, CanvasTexture, Color, ConeGeometry, CylinderGeometry, DirectionalLight,
-  Group, Line, LineBasicMaterial, Matrix4, Mesh, MeshStandardMaterial, PerspectiveCamera, PointLight, Scene, Sprite,
-  SpriteMaterial, SRGBColorSpace, Vector3, WebGLRenderer,
+  Group, Line, LineBasicMaterial, Matrix4, Mesh, MeshStandardMaterial, PerspectiveCamera, Plane, PointLight, Raycaster,
+  Scene, Sphere, Sprite, SpriteMaterial, SRGBColorSpace, Vector2, Vector3, WebGLRenderer,
 } from "three";
 import { colour } from "./dom";
+import type { Place } from "./protocol";
 import type { Matrix } from "./rotation";
 
 export interface BoardPicture {
   element: HTMLElement;
-  show(rotation: Matrix, altitude: number, leds: Record<string, boolean>): void;
+  show(rotation: Matrix, altitude: number, leds: Record<string, boolean>, magnet: Place | null): void;
+  // Whether the magnet is at this place of the window, and where a magnet at this height would be there.
+  onMagnet(event: MouseEvent): boolean;
+  under(event: MouseEvent, up: number): Place | null;
   restyle(): void;
   resize(): void;
   readonly right: [number, number, number];
@@ -22,6 +26,7 @@ export interface BoardPicture {
 const AXES: [string, string, [number, number, number]][] = [
   ["X", "--axis-x", [1, 0, 0]], ["Y", "--axis-y", [0, 1, 0]], ["Z", "--axis-z", [0, 0, 1]],
 ];
+const METRES = 0.2; // of the way to the magnet that a unit of the scene is; the board itself is drawn larger
 const LED_COLOURS: Record<string, number> = { LED1: 0xffb020, LED2: 0x38d67a };
 
 function label(text: string, fill: string, size: number, above = false): Sprite {
@@ -106,6 +111,9 @@ export function boardIn3d(): BoardPicture | null {
     lights[name] = { lamp, light, tint };
   });
   scene.add(board);
+  const magnet = new Group().add(box(0.14, 0.2, 0.1, [0, 0.1, 0], 0xc9302c, 0.45), box(0.14, 0.2, 0.1, [0, -0.1, 0], 0x2f5fc4, 0.45));
+  magnet.visible = false;
+  scene.add(magnet);
 
   let decoration = new Group();
   let marks = new Group();
@@ -167,7 +175,13 @@ export function boardIn3d(): BoardPicture | null {
     });
   };
   const element = renderer.domElement;
-  let shown = "";
+  const sight = new Raycaster();
+  const look = (event: MouseEvent): void => {
+    const area = element.getBoundingClientRect();
+    const x = (event.clientX - area.left) / area.width, y = (event.clientY - area.top) / area.height;
+    sight.setFromCamera(new Vector2(2 * x - 1, 1 - 2 * y), camera);
+  };
+  let shown = "", raised = 0;
   restyle();
   return {
     element,
@@ -184,15 +198,27 @@ export function boardIn3d(): BoardPicture | null {
       camera.updateProjectionMatrix();
       draw();
     },
-    show(rotation, altitude, leds) {
-      const height = 0.9 * Math.tanh(altitude / 6);
-      const key = `${rotation.join()} ${height.toFixed(4)} ${JSON.stringify(leds)}`;
+    onMagnet(event) {
+      look(event);
+      return magnet.visible && sight.ray.intersectsSphere(new Sphere(magnet.position, 0.24));
+    },
+    under(event, up) {
+      look(event);
+      const level = raised + up / METRES;
+      const at = sight.ray.intersectPlane(new Plane(new Vector3(0, 0, 1), -level), new Vector3());
+      return at && [at.x * METRES, at.y * METRES, up];
+    },
+    show(rotation, altitude, leds, place) {
+      const height = (raised = 0.9 * Math.tanh(altitude / 6));
+      const key = `${rotation.join()} ${height.toFixed(4)} ${JSON.stringify(leds)} ${String(place)}`;
       if (key === shown) return;
       shown = key;
       const [a = 1, b = 0, c = 0, d = 0, e = 1, f = 0, g = 0, h = 0, i = 1] = rotation;
       board.matrixAutoUpdate = false;
       board.matrix = new Matrix4().set(a, b, c, 0, d, e, f, 0, g, h, i, height, 0, 0, 0, 1);
       board.matrixWorldNeedsUpdate = true;
+      magnet.visible = place !== null;
+      if (place) magnet.position.set(place[0] / METRES, place[1] / METRES, height + place[2] / METRES);
       stalk.geometry.setFromPoints([new Vector3(0, 0, FLOOR), new Vector3(0, 0, height)]);
       for (const [name, on] of Object.entries(leds)) {
         const led = lights[name];

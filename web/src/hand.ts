@@ -3,12 +3,14 @@
 
 import { button, el, fixed, setText } from "./dom";
 import type { BoardPicture } from "./board3d";
-import type { Entry, Truth } from "./protocol";
+import type { Entry, Place, Truth } from "./protocol";
 import { about, multiply, toAngles, toMatrix, type Angles, type Matrix } from "./rotation";
 
 const SEND_EVERY_MS = 25;
 const HELD_MS = 400; // after the last move the sliders follow the board again
 const DEGREES_PER_PIXEL = 0.45;
+const FIRST_PLACE: Place = [0.2, 0, 0]; // of a magnet that is held near the board
+const NEAREST_M = 0.03, FARTHEST_M = 0.3; // where it is dragged to
 
 interface Slider { input: HTMLInputElement; output: HTMLOutputElement; digits: number; unit: string }
 
@@ -20,6 +22,10 @@ export class Hand {
   private timer = 0;
   private turned = false;
   private lifted = false;
+  private led = false;
+  private magnet: Place | null = null;
+  private readonly holder = button("Hold one", "Hold a magnet near the board, or take it away; drag it, or move it with the arrow keys, Page Up and Page Down", () => this.toggleMagnet(), { id: "magnet", "aria-pressed": "false" });
+  private readonly place = el("output", { for: "magnet", id: "magnet-place" });
   private readonly sliders: Record<string, Slider> = {};
 
   constructor(private readonly picture: BoardPicture, private readonly act: (entry: Entry) => void) {
@@ -33,6 +39,7 @@ export class Hand {
     this.metres = truth.altitude_m;
     this.showAngles({ roll: truth.roll_deg, pitch: truth.pitch_deg, yaw: truth.yaw_deg });
     this.showSlider("height", truth.altitude_m);
+    this.showMagnet(truth.magnet_m);
   }
 
   private turnTo(target: Matrix): void {
@@ -60,7 +67,7 @@ export class Hand {
       this.send();
       this.timer = window.setTimeout(() => {
         this.timer = 0;
-        if (this.turned || this.lifted) this.moved();
+        if (this.turned || this.lifted || this.led) this.moved();
       }, SEND_EVERY_MS);
     }
   }
@@ -72,7 +79,34 @@ export class Hand {
       this.act({ do: "follow_attitude", roll_deg: short(roll), pitch_deg: short(pitch), yaw_deg: short(yaw) });
     }
     if (this.lifted) this.act({ do: "follow_altitude", metres: Number(fixed(this.metres, 3)), time_constant: "300ms" });
-    this.turned = this.lifted = false;
+    if (this.led && this.magnet) {
+      const [north_m, west_m, up_m] = this.magnet.map((one) => Number(fixed(one, 3)));
+      this.act({ do: "follow_magnet", north_m, west_m, up_m });
+    }
+    this.turned = this.lifted = this.led = false;
+  }
+
+  private leadMagnet([north, west, up]: Place): void {
+    const distance = Math.hypot(north, west, up);
+    if (distance < NEAREST_M) return;
+    const scale = Math.min(1, FARTHEST_M / distance);
+    this.led = true;
+    this.showMagnet([north * scale, west * scale, up * scale]);
+    this.moved();
+  }
+
+  private toggleMagnet(): void {
+    if (!this.magnet) return this.leadMagnet(FIRST_PLACE);
+    this.showMagnet(null);
+    this.gesture({ do: "take_magnet_away" });
+  }
+
+  private showMagnet(place: Place | null): void {
+    this.magnet = place;
+    setText(this.holder, place ? "Take away" : "Hold one");
+    this.holder.setAttribute("aria-pressed", String(place !== null));
+    const side = (value: number, positive: string, negative: string): string => `${fixed(100 * Math.abs(value), 0)}${value < 0 ? negative : positive}`;
+    setText(this.place, place ? `${side(place[0], "N", "S")} ${side(place[1], "W", "E")} ${fixed(100 * place[2], 0)} cm` : "");
   }
 
   private grab(): void {
@@ -82,13 +116,21 @@ export class Hand {
     element.setAttribute("aria-label", "The board. Drag to turn it, Shift and drag to roll it about the line of sight. Arrow keys tilt, Q and E turn, Page Up and Page Down lift, 0 lays it flat.");
     element.classList.add("board-view");
     const held = new Map<number, [number, number]>();
+    let leads: number | null = null; // the pointer that drags the magnet
     element.addEventListener("pointerdown", (event) => {
       element.setPointerCapture(event.pointerId);
-      held.set(event.pointerId, [event.clientX, event.clientY]);
+      if (this.picture.onMagnet(event)) leads = event.pointerId;
+      else held.set(event.pointerId, [event.clientX, event.clientY]);
       element.focus();
       event.preventDefault();
     });
     element.addEventListener("pointermove", (event) => {
+      if (leads === event.pointerId) {
+        const place = this.picture.under(event, this.magnet?.[2] ?? 0);
+        if (place) this.leadMagnet(place);
+        return;
+      }
+      if (!held.size) element.classList.toggle("on-magnet", this.picture.onMagnet(event));
       const before = held.get(event.pointerId);
       if (!before) return;
       const dx = event.clientX - before[0], dy = event.clientY - before[1];
@@ -100,7 +142,10 @@ export class Hand {
         this.turnBy([0, 0, 1], dx * DEGREES_PER_PIXEL);
       }
     });
-    const release = (event: PointerEvent): void => void held.delete(event.pointerId);
+    const release = (event: PointerEvent): void => {
+      held.delete(event.pointerId);
+      if (leads === event.pointerId) leads = null;
+    };
     element.addEventListener("pointerup", release);
     element.addEventListener("pointercancel", release);
     element.addEventListener("wheel", (event) => {
@@ -127,6 +172,18 @@ export class Hand {
     });
   }
 
+  private readonly magnetKey = (event: KeyboardEvent): void => {
+    const step = event.shiftKey ? 0.05 : 0.01;
+    const moves: Record<string, Place> = { // one looks to the west: north is at the right
+      ArrowRight: [step, 0, 0], ArrowLeft: [-step, 0, 0], ArrowUp: [0, step, 0], ArrowDown: [0, -step, 0], PageUp: [0, 0, step], PageDown: [0, 0, -step],
+    };
+    const move = moves[event.key];
+    if (!move || !this.magnet) return;
+    const [north, west, up] = this.magnet;
+    this.leadMagnet([north + move[0], west + move[1], up + move[2]]);
+    event.preventDefault();
+  };
+
   private flat(): void {
     this.turnTo(toMatrix({ roll: 0, pitch: 0, yaw: 0 }));
     this.liftTo(0);
@@ -151,14 +208,15 @@ export class Hand {
       ["Lower 1 m", "Down by a metre in two seconds", { do: "lift", metres: -1, for: "2s", interrupts: true }],
       ["Turn over", "Half round about the board's X axis", turn],
       ["Eight", "The calibration's figure-of-eight, 12 seconds", { do: "figure_eight", for: "12s", interrupts: true }],
-      ["Magnet", "A magnet of 8 A m² passes 0.4 m to the east", { do: "pass_magnet", moment_am2: 8, distance_m: 0.4, speed_m_s: 1 }],
+      ["Magnet passes", "A magnet of 8 A m² passes 0.4 m to the east", { do: "pass_magnet", moment_am2: 8, distance_m: 0.4, speed_m_s: 1 }],
     ];
     return el("div", { class: "hand" },
       el("div", { class: "sliders" },
         this.slider("roll", "Roll", -180, 180, 0.5, 1, "°", angle),
         this.slider("pitch", "Pitch", -90, 90, 0.5, 1, "°", angle),
         this.slider("yaw", "Yaw", -180, 180, 0.5, 1, "°", angle),
-        this.slider("height", "Height", -1, 10, 0.01, 2, " m", () => this.liftTo(Number(this.sliders["height"]?.input.value ?? 0)))),
+        this.slider("height", "Height", -1, 10, 0.01, 2, " m", () => this.liftTo(Number(this.sliders["height"]?.input.value ?? 0))),
+        el("div", { class: "slider magnet", keydown: this.magnetKey }, el("span", {}, "Magnet"), this.holder, this.place)),
       el("div", { class: "gestures", role: "group", "aria-label": "Gestures" },
         button("Flat", "Lay the board flat on the floor, X to the north (0)", () => this.flat()),
         ...gestures.map(([name, title, entry]) => button(name, title, () => this.gesture(entry)))));

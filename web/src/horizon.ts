@@ -6,7 +6,7 @@ import { toAngles } from "./rotation";
 
 export function boardIn2d(): BoardPicture {
   const canvas = el("canvas");
-  let last: Parameters<BoardPicture["show"]> = [[1, 0, 0, 0, 1, 0, 0, 0, 1], 0, {}];
+  let last: Parameters<BoardPicture["show"]> = [[1, 0, 0, 0, 1, 0, 0, 0, 1], 0, {}, null];
 
   const draw = (): void => {
     const context = canvas.getContext("2d");
@@ -58,6 +58,8 @@ export function boardIn2d(): BoardPicture {
   };
   return {
     element: canvas, right: [1, 0, 0], towards: [0, -1, 0], restyle: draw, resize: draw,
+    onMagnet: () => false,
+    under: () => null,
     show(...now) {
       last = now;
       draw();

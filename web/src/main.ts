@@ -194,7 +194,7 @@ function showState(state: State): void {
     const lamp = lamps[name];
     if (lamp) lamp.dataset["on"] = String(on);
   }
-  picture.show(state.truth.rotation, state.truth.altitude_m, state.leds);
+  picture.show(state.truth.rotation, state.truth.altitude_m, state.leds, state.truth.magnet_m);
   hand.follow(state.truth);
   if (pane === "world") world.show(state);
   scenario.time(state.t_s);

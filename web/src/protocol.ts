@@ -17,8 +17,9 @@ export interface Status {
   duration_s: number; state: "running" | "paused" | "failed" | "halted"; speed: number | null; problem: string; notes: string[];
   variables: string[]; blocks: string[]; recording: string;
 }
+export type Place = [north: number, west: number, up: number];
 export interface Truth {
-  rotation: number[]; roll_deg: number; pitch_deg: number; yaw_deg: number; altitude_m: number; rate_dps: number[];
+  rotation: number[]; roll_deg: number; pitch_deg: number; yaw_deg: number; altitude_m: number; magnet_m: Place | null; rate_dps: number[];
   acc_mg: number[]; mag_mgauss: number[]; pressure_hpa: number; temperature_degc: number; humidity_percent: number;
 }
 export interface State {
