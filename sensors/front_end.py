@@ -9,7 +9,7 @@ digital low-pass; and the output rate takes every so-manyth of these.
 No document of the parts gives the converter's rate, the order of the filters, or where a part clips.
 Decisions:
 
-* The converter of the LSM6DSL runs at its highest output rate, 6664 Hz.
+* The converter of the LSM6DSL runs at its highest output rate, 6664 Hz by its own oscillator.
 * An analog stage is a second-order Butterworth low-pass, as all filters here (``sensors.filters``); the
   digital one before decimation has two such sections, the fourth-order Butterworth's, with its -3 dB at half
   the output rate: narrower filters that follow it at the output rate then keep their documented cut-off
@@ -141,21 +141,27 @@ def _every(values: Array, weights: Array, step: int) -> Array:
 
 @lru_cache(maxsize=64)  # boards share them; there are only so many settings
 def kernel(
-    output_hz: float, analog_hz: float | None, digital_hz: float | None, highest: float, delay_s: float = 0.0
+    output_hz: float,
+    analog_hz: float | None,
+    digital_hz: float | None,
+    highest: float,
+    delay_s: float = 0.0,
+    rate_factor: float = 1.0,
 ) -> Kernel:
-    """The kernel for ``output_hz`` samples a second.
+    """The kernel for ``output_hz`` samples a second, nominally.
 
     ``analog_hz``: cut-off of the analog stage, None without; ``digital_hz``: of a second-order low-pass
     before decimation, None for the usual one at half the output rate; ``delay_s``: of all together, if it is
-    more than that of the filters.
+    more than that of the filters; ``rate_factor``: by how much the part's clock is faster, and with it
+    all but the analog stage.
     """
     conversions = max(round(CONVERTER_HZ / output_hz), 1)
-    converter_hz = output_hz * conversions
+    converter_hz = output_hz * rate_factor * conversions
     look_s = 1 / (converter_hz * ANALOG_OVER)
     analog = (low_pass(analog_hz * look_s),) if analog_hz else ()
     digital: tuple[Section, ...] = ()
     if digital_hz is not None:
-        digital = (low_pass(digital_hz / converter_hz),)
+        digital = (low_pass(digital_hz * rate_factor / converter_hz),)
     elif conversions > 1:
         digital = fourth_order_low_pass(0.5 / conversions)
     own = Kernel(look_s, analog, digital, conversions, 0.0, highest)

@@ -3,10 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import ClassVar
 
 from sensors.declaration import Bus, Function, Output, Quantity
-from sensors.errors import PartErrors, Vec3, drawn, drawn_by_axis, fixed, noise
+from sensors.errors import (
+    PartErrors,
+    Vec3,
+    drawn,
+    drawn_by_axis,
+    fixed,
+    noise,
+    rate_deviation,
+    rate_factor,
+)
 
 SIGNALS = (
     Quantity("magnetic_field_mgauss", "mgauss", 3, "magnetic field", Output(0x68)),
@@ -53,6 +63,12 @@ class LIS2MDLErrors(PartErrors):
     cross_axis_percent: Vec3 = drawn_by_axis(
         "between X and Y, X and Z, Y and Z: part of the field along the other axis", "%", 1.0, "an assumption"
     )
+    odr_percent: float = rate_deviation()
+
+    @property
+    def rate_factor(self) -> Fraction:
+        """The part's true output data rates over the nominal ones."""
+        return rate_factor(self.odr_percent)
 
 
 FUNCTIONS = (
@@ -65,7 +81,8 @@ FUNCTIONS = (
     Function(
         "modes, rates, turn-on and conversion times",
         "AN5069 3, Table 8",
-        "a sample is the mean of the field over the conversion that ends with it",
+        "a sample is the mean of the field over the conversion that ends with it; how far the rates are off "
+        "is taken as the LSM6DSL's; turn-on and conversion times are the documented ones in every part",
     ),
     Function(
         "magnetic measurement",

@@ -94,7 +94,7 @@ _NOISE_FACTOR = {  # Table 3's RMS noise over 4.5 mgauss, by (low power, averagi
 class MagnetometerSettings:
     """What the registers say about a measurement."""
 
-    rate: Fraction  # Hz
+    rate: Fraction  # the part's own, Hz
     turn_on_ps: int  # also the time of a single measurement (AN5069 Table 8)
     conversion_s: float  # of one polarity
     averaging: bool  # OFF_CANC or LPF in continuous mode
@@ -105,14 +105,14 @@ class MagnetometerSettings:
     offset_counts: tuple[int, int, int]
 
     @classmethod
-    def decode(cls, mem: bytearray) -> MagnetometerSettings:
-        """Read the settings out of the registers."""
+    def decode(cls, mem: bytearray, rate_factor: Fraction = Fraction(1)) -> MagnetometerSettings:
+        """Read the settings out of the registers; ``rate_factor``: true rates over nominal ones."""
         config, filters = mem[CFG_REG_A.addr], mem[CFG_REG_B.addr]
         low_power = bool(config & CFG_REG_A.LP.mask)
         continuous = CFG_REG_A.MD.get(config) == _CONTINUOUS
         cancelling = bool(filters & CFG_REG_B.OFF_CANC.mask)
         averaging = continuous and (cancelling or bool(filters & CFG_REG_B.LPF.mask))
-        rate = Fraction(_ODR_HZ[CFG_REG_A.ODR.get(config)])
+        rate = _ODR_HZ[CFG_REG_A.ODR.get(config)] * rate_factor
         turn_on_us = 6400 if low_power else 9400
         offsets = np.frombuffer(mem, dtype="<i2", count=3, offset=OFFSET_X_REG.addr).tolist()
         return cls(
@@ -152,12 +152,13 @@ class Magnetometer:
         )
         self._set_reset_offset = np.array(errors.set_reset_offset_mgauss).reshape(3, 1)
         self.pulses = Pulses()
-        self.settings = MagnetometerSettings.decode(mem)
+        self._rate_factor = errors.rate_factor
+        self.settings = MagnetometerSettings.decode(mem, self._rate_factor)
         self.interrupt = InterruptSettings.decode(mem)
 
     def configure(self, mem: bytearray, number: int) -> None:
         """The registers may have changed: sample ``number`` is the first one under the new settings."""
-        settings = self.settings = MagnetometerSettings.decode(mem)
+        settings = self.settings = MagnetometerSettings.decode(mem, self._rate_factor)
         self.interrupt = InterruptSettings.decode(mem)
         self.pulses.configure(number, alternating=settings.alternating, periodic=settings.periodic_set)
 

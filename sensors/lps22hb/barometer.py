@@ -67,7 +67,7 @@ def _filter(divisor: int) -> Chain:
 class BarometerSettings:
     """What the registers say about a measurement."""
 
-    rate: Fraction  # Hz; 0 is power-down, where ONE_SHOT works
+    rate: Fraction  # nominal, Hz; 0 is power-down, where ONE_SHOT works
     low_current: bool
     divisor: int  # of the rate, for the low-pass's cut-off; 0: none. In continuous mode only
 
@@ -124,7 +124,7 @@ class Barometer:
             self._noise_rms_hpa = self._errors.pressure_noise_hpa * settings.conversion_noise()
         if settings.rate != was.rate:
             if settings.rate:
-                self.stream.start(now_ps, settings.rate)
+                self.stream.start(now_ps, settings.rate * self._errors.rate_factor)
             else:
                 self.stream.stop()
         if settings.rate != was.rate or settings.divisor != was.divisor:

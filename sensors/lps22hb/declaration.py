@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import ClassVar
 
 from sensors.declaration import Bus, Function, Output, Quantity
-from sensors.errors import PartErrors, drawn, noise
+from sensors.errors import PartErrors, drawn, noise, rate_deviation, rate_factor
 
 SIGNALS = (
     Quantity("pressure_hpa", "hPa", 1, "air pressure", Output(0x28, size=3)),
@@ -46,6 +47,12 @@ class LPS22HBErrors(PartErrors):
     pressure_drift_hpa_per_degc: float = drawn(
         "drift from 25 degC on", "hPa/degC", 0.1 / (_FARTHEST_DEGC - REFERENCE_DEGC), _TABLE_3, "typical"
     )
+    odr_percent: float = rate_deviation()
+
+    @property
+    def rate_factor(self) -> Fraction:
+        """The part's true output data rates over the nominal ones."""
+        return rate_factor(self.odr_percent)
 
 
 FUNCTIONS = (
@@ -61,8 +68,7 @@ FUNCTIONS = (
         "datasheet Table 3",
         "accuracy over pressure and temperature is a straight line each; no document has the noise of "
         "settings other than the quietest: chosen for sensible heights, 0.012 hPa RMS in low current without "
-        "a filter",
-        "tolerance of the rates",
+        "a filter; how far the rates are off is taken as the LSM6DSL's",
     ),
     Function(
         "one shot",

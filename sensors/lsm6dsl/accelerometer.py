@@ -291,10 +291,11 @@ class AccelerometerSettings:
     self_test: int
     user_offset_mg: tuple[float, float, float]
 
-    def kernel(self, rate_hz: float) -> Kernel:
-        """What comes before samples at ``rate_hz``: the analog stage, and LPF1 before decimation."""
+    def kernel(self, rate_factor: float) -> Kernel:
+        """What comes before samples: the analog stage, and LPF1 before decimation."""
         lpf1_hz = _LPF1_LOW_POWER_HZ if self.analog_hz is None else None
-        return kernel(rate_hz, self.analog_hz, lpf1_hz, 32768 * MG_PER_LSB[self.scale] / 1000)
+        highest = 32768 * MG_PER_LSB[self.scale] / 1000
+        return kernel(self.odr_hz, self.analog_hz, lpf1_hz, highest, rate_factor=rate_factor)
 
     def noise_chain(self) -> Chain | None:
         """What the analog stage makes of white noise at the output rate; None if all comes through."""
@@ -400,7 +401,7 @@ class Accelerometer:
         self.for_events.settings_change(settings.event_filters, number, restarts=restarts)
         self.settings = settings
         if settings.odr_hz:
-            self._front_end.configure(settings.kernel(float(self.rate)))
+            self._front_end.configure(settings.kernel(float(self.rate_factor)))
         if (settings.analog_hz, settings.odr_hz) != (old.analog_hz, old.odr_hz):
             self._noise_chain = settings.noise_chain()
             self._analog_noise.restart(self._noise_chain, number)

@@ -7,7 +7,16 @@ from fractions import Fraction
 from typing import ClassVar
 
 from sensors.declaration import Bus, Function, Output, Quantity
-from sensors.errors import PartErrors, Vec3, drawn, drawn_by_axis, fixed, noise
+from sensors.errors import (
+    PartErrors,
+    Vec3,
+    drawn,
+    drawn_by_axis,
+    fixed,
+    noise,
+    rate_deviation,
+    rate_factor,
+)
 
 SIGNALS = (
     Quantity("acceleration_g", "g", 3, "specific force", Output(0x28), one_row=True),
@@ -26,11 +35,10 @@ _RANGE = "datasheet Table 3; 4.6: the range of many parts"
 class LSM6DSLErrors(PartErrors):
     """Explicit numbers, axes in the sensor's own frame; the default is an ideal part.
 
-    Two figures are the same in every grade and there to be set by hand: the datasheet has no tolerance for
-    the output data rates (parts that run a few percent fast or slow are well known), and for the gyroscope's
-    start it has a typical time only. Of the others, Table 4 has a minimum and a maximum for the thermometer's
-    offset; the figures of Table 3 are in its column of typical values, and the terminology of section 4.6
-    calls the zero-g offset's tolerance a standard deviation and the sensitivity's a range.
+    The gyroscope's start is the same in every grade and there to be set by hand: the datasheet has a typical
+    time only. Of the others, Table 4 has a minimum and a maximum for the thermometer's offset; the figures of
+    Table 3 are in its column of typical values, and the terminology of section 4.6 calls the zero-g offset's
+    tolerance a standard deviation and the sensitivity's a range. For the rates see :mod:`sensors.errors`.
     """
 
     PART: ClassVar[str] = "LSM6DSL"
@@ -57,14 +65,12 @@ class LSM6DSLErrors(PartErrors):
     gyro_noise_mdps_rthz: float = noise("density", "mdps/sqrt(Hz)", 4.0, _TABLE_3)
     temperature_offset_degc: float = drawn("offset of the thermometer", "degC", 15.0, _TABLE_4)
     gyro_turn_on_ms: float = fixed("start of the gyroscope's drive", "ms", 35.0, _TABLE_4, (0.0, 1000.0))
-    odr_percent: float = fixed(
-        "by how much every rate is faster", "%", 0.0, "not in the datasheet", (-20.0, 20.0)
-    )
+    odr_percent: float = rate_deviation()
 
     @property
     def rate_factor(self) -> Fraction:
         """The part's true output data rates over the nominal ones."""
-        return 1 + Fraction(self.odr_percent / 100).limit_denominator(10**6)
+        return rate_factor(self.odr_percent)
 
 
 FUNCTIONS = (
@@ -77,8 +83,8 @@ FUNCTIONS = (
     Function(
         "accelerometer: rates, modes, full scales, user offset",
         "AN5040 3 and 4.6",
-        "a changed configuration acts from the next sample on; the rates are exact unless odr_percent says "
-        "otherwise (no document gives a tolerance)",
+        "a changed configuration acts from the next sample on; how far the rates are off was chosen from "
+        "measured parts, and stays so over temperature",
         "what disturbs the samples that drivers discard after turn-on (AN5040 Table 13)",
     ),
     Function(
@@ -136,7 +142,11 @@ FUNCTIONS = (
         "the algorithm is not published; a step is a peak of the magnitude with a swing of the threshold",
     ),
     Function("tilt, absolute wrist tilt", "AN5040 6.3 and 6.4"),
-    Function("timestamp", "AN5040 6.5", "runs with TIMER_EN alone"),
+    Function(
+        "timestamp",
+        "AN5040 6.5",
+        "runs with TIMER_EN alone, and as much fast or slow as the rates: one oscillator, as in the LSM6DSO",
+    ),
     Function(
         "sensor hub, hard- and soft-iron correction",
         "AN5040 7",

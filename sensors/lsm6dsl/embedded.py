@@ -335,12 +335,13 @@ class EmbeddedFunctions:
         if control & CTRL10_C.PEDO_RST_STEP.mask:
             self._write_counter(0)
         wanted = control & sum(_EVENTS) if control & CTRL10_C.FUNC_EN.mask else 0
-        fast_enough = stream.running and stream.rate_hz >= _RATE_HZ
+        rate_hz = self._chip.nominal_hz(stream)
+        fast_enough = rate_hz >= _RATE_HZ
         was, self._on = self._on, wanted if fast_enough else 0
         self.active = bool(self._on)
         self._begin_and_end(was, now_ps)
         if fast_enough:
-            self._every = round(stream.rate_hz / _RATE_HZ)
+            self._every = round(rate_hz / _RATE_HZ)
             self._mg_per_lsb = MG_PER_LSB[CTRL1_XL.FS_XL.get(self._mem[CTRL1_XL.addr])]
             # A restarted stream counts from 0 again; one that goes on keeps its ticks.
             following = stream.latest(now_ps) + 1

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from fractions import Fraction
 from typing import Literal, Protocol, TypeAlias, get_args
 
 from sensors.pin import Pin
@@ -100,7 +101,8 @@ class Chip:
     ``registers``: the main bank; ``banks``: the embedded ones by their FUNC_CFG_ACCESS value; ``xl``, ``g``,
     ``temperature``: the sample streams, little-endian int16 words as in the output registers with BLE = 0;
     ``signals``: what functions raise for each other, for the pins and for the FIFO's trigger;
-    ``gates``: what data enable lets through; ``catch_up(now_ps)``: let every active feature do what is due;
+    ``gates``: what data enable lets through; ``rate_factor``: the part's true rates over the nominal ones;
+    ``catch_up(now_ps)``: let every active feature do what is due;
     ``note(now_ps, kind, text)``: the trace.
     """
 
@@ -114,6 +116,11 @@ class Chip:
     int2: Pin
     catch_up: Callable[[int], None]
     gates: Gates = field(default_factory=Gates)
+    rate_factor: Fraction = Fraction(1)
+
+    def nominal_hz(self, stream: SampleStream) -> Fraction:
+        """The rate of a sensor's stream as the registers say it; 0 when stopped."""
+        return stream.rate_hz / self.rate_factor
 
     def note(self, now_ps: int, kind: str, text: str) -> None:
         """A trace event of the part."""

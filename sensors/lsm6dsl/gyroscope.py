@@ -255,9 +255,9 @@ class Gyroscope:
             self._filter.restart(filters, number)
         self.settings = settings
         if settings.odr_hz:
-            rate_hz, highest = float(self.rate), 32768 * MDPS_PER_LSB[settings.scale] / 1000
-            delay_s = settings.filters.delay_s
-            self._front_end.configure(kernel(rate_hz, None, None, highest, delay_s), delay_s)
+            highest, delay_s = 32768 * MDPS_PER_LSB[settings.scale] / 1000, settings.filters.delay_s
+            before = kernel(settings.odr_hz, None, None, highest, delay_s, float(self._rate_factor))
+            self._front_end.configure(before, delay_s)
 
     def drive_start_ps(self, now_ps: int) -> int:
         """How long the drive still needs before sampling can begin."""

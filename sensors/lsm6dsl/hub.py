@@ -255,7 +255,7 @@ class Trigger:
         self.by_pin = bool(self._chip.registers.mem[MASTER_CONFIG.addr] & MASTER_CONFIG.START_CONFIG.mask)
         self._stream = self._chip.xl if self._chip.xl.running else self._chip.g
         if self._stream.running:
-            self._every = max(1, round(self._stream.rate_hz / _FASTEST_HZ))
+            self._every = max(1, round(self._chip.nominal_hz(self._stream) / _FASTEST_HZ))
         self.aim(now_ps)
 
     def aim(self, after_ps: int) -> None:

@@ -165,6 +165,7 @@ class LSM6DSL(Part):
             self.int1,
             self.int2,
             self.catch_up,
+            rate_factor=errors.rate_factor,
         )
         self._features = Features(
             self._chip,

@@ -6,7 +6,9 @@ sensors is not in power-down, and keeps its value otherwise; a sleeping gyroscop
 Decisions where the documents are silent: TIMER_EN alone starts it (the road not taken, FUNC_EN as for the
 other embedded functions, would stop Linux' driver, which sets TIMER_EN only); a change of TIMER_HR keeps the
 count and goes on in the new unit; stopping loses the part of a tick that had passed; a value other than 0xAA
-written to TIMESTAMP2_REG does nothing.
+written to TIMESTAMP2_REG does nothing. The counter runs from the oscillator of the sensors' rates, as in the
+LSM6DSO, whose INTERNAL_FREQ_FINE is one figure for both, and is as much fast or slow; the periods in
+milliseconds of the embedded functions are nominal in every part.
 """
 
 from __future__ import annotations
@@ -40,6 +42,7 @@ class Timestamp:
         self.active = False
         self._chip = chip
         self._mem = chip.registers.mem
+        self._factor_num, self._factor_den = chip.rate_factor.as_integer_ratio()
         self._count = 0  # at ``_since_ps``
         self._since_ps = 0
         self._high_resolution = 0
@@ -51,7 +54,8 @@ class Timestamp:
         """The counter at ``at_ps``, not before the last change of its configuration."""
         if not self.active:
             return self._count
-        return (self._count + (at_ps - self._since_ps) // _TICK_PS[self._high_resolution]) % _COUNTS
+        passed = (at_ps - self._since_ps) * self._factor_num
+        return (self._count + passed // (_TICK_PS[self._high_resolution] * self._factor_den)) % _COUNTS
 
     def configure(self, now_ps: int) -> None:
         """Start, stop or change the unit, as the registers say."""
@@ -81,7 +85,8 @@ class Timestamp:
         if not self.active or self._chip.signals["TIMER"]:
             return NEVER_PS
         ticks = max(0, _WARNING[self._high_resolution] - self._count)
-        return self._since_ps + ticks * _TICK_PS[self._high_resolution]
+        passed = ticks * _TICK_PS[self._high_resolution] * self._factor_den
+        return self._since_ps - (-passed // self._factor_num)
 
     def _restart(self, count: int, now_ps: int) -> None:
         self._count, self._since_ps = count, now_ps

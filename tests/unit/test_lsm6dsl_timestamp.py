@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sensors.lsm6dsl import LSM6DSLErrors
 from tests.sensor_fakes import PS_PER_MS, PS_PER_S, PS_PER_US, Chip
 
 CTRL1_XL, CTRL2_G, CTRL3_C, CTRL4_C, CTRL10_C = 0x10, 0x11, 0x12, 0x13, 0x19
@@ -34,6 +35,27 @@ def test_a_tick_comes_exactly_when_it_is_due(wake_up_dur: int, tick_ps: int, tic
     assert count(chip) == ticks - 1
     chip.wait(1)
     assert count(chip) == ticks
+
+
+@resolutions
+@pytest.mark.parametrize("percent", [-5, 4])
+def test_it_is_as_fast_as_the_sensors_rates(wake_up_dur: int, tick_ps: int, percent: int) -> None:
+    """The LSM6DSO has one figure for both; of the LSM6DSL no document says."""
+    chip = Chip("LSM6DSL", LSM6DSLErrors(odr_percent=percent))
+    chip.configure(((WAKE_UP_DUR, wake_up_dur), (CTRL1_XL, 0x40), (CTRL10_C, TIMER_EN)))
+    chip.t_ps = -(-1000 * tick_ps * 100 // (100 + percent)) - 1
+    assert count(chip) == 999
+    chip.wait(1)
+    assert count(chip) == 1000
+
+
+def test_the_warning_of_a_slow_part_comes_when_its_counter_is_there() -> None:
+    chip = Chip("LSM6DSL", LSM6DSLErrors(odr_percent=-5))
+    chip.configure(((MD1_CFG, INT1_TIMER), (WAKE_UP_DUR, TIMER_HR), (CTRL1_XL, 0x40), (CTRL10_C, TIMER_EN)))
+    due_ps = -(-0xFF0000 * FAST_PS * 100 // 95)
+    assert chip.part.next_event_ps() == due_ps
+    chip.t_ps = due_ps
+    assert count(chip) == 0xFF0000
 
 
 @resolutions
