@@ -24,7 +24,7 @@ from emulator.scenario import scenario_names
 from tests.arm.agreement import Track, numbers_of, ran, replayed, text_of
 
 SECONDS = {
-    "clocks": 4.4,  # the beat has begun
+    "clocks": 4.4,  # the vibration has begun
     "compass_turn": 3.3,  # figure-of-eight from 2 s on
     "desk": 2.2,
     "figure_eight": 2.3,
