@@ -16,14 +16,14 @@ is not guaranteed and not how many parts keep it, is one as well, the usual read
 figure as a limit, which makes boards three times better than they are.
 
 Rates. The parts count their output data rates with oscillators of their own, and none of the three
-datasheets gives a tolerance: ST calls the rates typical values. Decision: 2.5 % are taken as a standard
-deviation (:func:`rate_deviation`), the root of the mean square of what is known of single parts, rounded down
-since exact ones are not reported: an LSM6DS3TR-C, of the LSM6DSL's registers and identity, at 431.3 Hz for
-416 (+3.7 %); two of the family at 105 and at 103 Hz for 104 (+1 and -1 %); an ISM330DHCX, whose register
-INTERNAL_FREQ_FINE tells by how much its rates are off, in steps of 0.15 % up to 19 %, and which holds +4 %.
-Of LIS2MDL and LPS22HB nobody has published any, and the same is taken. Roads not taken: the 19 % that the
-register can say, which would be parts that nobody has seen; exact rates, with which 416 Hz and a program's
-800 Hz keep step for ever.
+datasheets gives a tolerance: ST calls the rates typical values. Decision: the standard deviation of the
+output data rates is 2.5 % (:func:`rate_deviation`), the root of the mean square of what is known of single
+parts, rounded down since exact ones are not reported: an LSM6DS3TR-C, of the LSM6DSL's registers and
+identity, at 431.3 Hz for 416 (+3.7 %); two of the family at 105 and at 103 Hz for 104 (+1 and -1 %); an
+ISM330DHCX, whose register INTERNAL_FREQ_FINE tells by how much its rates are off, in steps of 0.15 % up to
+19 %, and which holds +4 %. Of LIS2MDL and LPS22HB nobody has published any, and the same is taken. Roads
+not taken: the 19 % that the register can say, which would be parts that nobody has seen; exact rates, with
+which 416 Hz and a program's 800 Hz keep step for ever.
 
 Noise is white, and a pure function of a key and the sample index. A counter-based generator (Philox) is asked
 for fixed pages of samples; page ``p`` of a key always holds the same numbers, whatever was drawn before. So a
