@@ -8,12 +8,12 @@ import json
 import os
 import secrets
 import sys
-import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from time import monotonic
 from typing import TYPE_CHECKING
 
 import click
@@ -44,6 +44,8 @@ if TYPE_CHECKING:
 _OF_A_WORKER = Limits(memory_bytes=1 << 30, cpu_s=1800, file_bytes=256 << 20)
 """LAB3's rubric takes some ten seconds of processor time and 150 MB."""
 _MOST_LISTED = 20
+_TENTHS = 10
+_LINES_APART_S, _LONGEST_SILENCE_S = 10.0, 120.0
 _LARGEST_METADATA = 1 << 20
 
 
@@ -162,9 +164,9 @@ def _pseudonyms(kept: Path, submissions: list[Submission]) -> dict[str, Student]
 
 @contextmanager
 def _progress(length: int) -> Iterator[Callable[[Graded], None]]:
-    """A bar on stderr; nothing where that is no terminal."""
+    """A bar on stderr; a line now and then where that is no terminal, as in a log of CI."""
     if sys.stderr is None or not sys.stderr.isatty():
-        yield _ignore
+        yield _ProgressLines(length).advance
         return
     bar: ProgressBar[Graded | None]
     with click.progressbar(
@@ -173,8 +175,29 @@ def _progress(length: int) -> Iterator[Callable[[Graded], None]]:
         yield lambda graded: bar.update(1, graded)
 
 
-def _ignore(graded: Graded) -> None:
-    """Where nobody watches."""
+class _ProgressLines:
+    """A line at each tenth of a class and after two minutes without one, never two within ten seconds.
+
+    What a log is read for is that something goes on, and how far it is; a line for each student would bury
+    everything else.
+    """
+
+    def __init__(self, length: int) -> None:
+        self._length = length
+        self._done = self._told = 0
+        self._began_s = self._told_s = monotonic()
+
+    def advance(self, graded: Graded) -> None:
+        """One more is done; the last one is told by the summary."""
+        del graded
+        self._done += 1
+        now_s = monotonic()
+        silent_s = now_s - self._told_s
+        tenths = [_TENTHS * count // self._length for count in (self._told, self._done)]
+        due = tenths[1] > tenths[0] or silent_s >= _LONGEST_SILENCE_S
+        if due and silent_s >= _LINES_APART_S and self._done < self._length:
+            self._told, self._told_s = self._done, now_s
+            _say(f"{self._done} of {self._length} submissions done after {now_s - self._began_s:.0f} s")
 
 
 def _progress_name(graded: Graded | None) -> str | None:
@@ -206,7 +229,7 @@ def _say(line: str) -> None:
 
 def _grade_for_gradescope(options: GradeOptions, autograder: Path) -> ExitCode:
     """The submission in ``autograder``/submission, judged into ``autograder``/results/results.json."""
-    began_s = time.monotonic()
+    began_s = monotonic()
     rubric = load_rubric(options.rubric)
     folder = autograder / "submission"
     if not folder.is_dir():
@@ -216,7 +239,7 @@ def _grade_for_gradescope(options: GradeOptions, autograder: Path) -> ExitCode:
     submission = Submission(_submitter(autograder / "submission_metadata.json"), folder)
     with _grader(options, rubric, None, None) as grader:
         _, graded = next(grader.grade([submission]))
-    results = gradescope_results(graded, rubric.max_points, time.monotonic() - began_s)
+    results = gradescope_results(graded, rubric.max_points, monotonic() - began_s)
     file = autograder / "results" / "results.json"
     write_atomically(file, json.dumps(results, indent=1) + "\n")
     click.echo(f"{file}: {results['score']:g} of {rubric.max_points:g} points")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import itertools
 import json
 import os
 import shutil
@@ -121,8 +122,13 @@ def table(out: Path) -> dict[str, dict[str, str]]:
 
 
 def test_a_class_is_graded_and_what_is_bad_costs_only_itself(
-    submissions: Path, rubric: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    submissions: Path,
+    rubric: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    monkeypatch.setattr("emulator.cli.grade.monotonic", lambda: 0.0)
     out = tmp_path / "out"
     before = set(tmp_path.iterdir())
 
@@ -146,7 +152,28 @@ def test_a_class_is_graded_and_what_is_bad_costs_only_itself(
     said = capsys.readouterr()
     assert said.out.startswith("7 submissions: 2 judged, 5 not\n")
     assert said.out.endswith(f"reports: {out / 'index.html'}\n")
-    assert said.err == ""  # no terminal, no progress
+    assert said.err == ""  # no time has passed
+
+
+def test_a_log_is_told_now_and_then_how_far_a_class_is(
+    rubric: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At tenths ten seconds apart, of which some are missed and one is two minutes in coming."""
+    folder = tmp_path / "submissions"
+    folder.mkdir()
+    for number in range(20):
+        (folder / f"{number}.elf").write_text("this is no program")
+    took_s = [0.5] * 8 + [8] + [10] * 3 + [130] + [0.1] * 7
+    clock_s = itertools.accumulate(took_s, initial=0)
+    monkeypatch.setattr("emulator.cli.grade.monotonic", lambda: next(clock_s))
+
+    assert grade(folder, "--rubric", rubric, "--out", tmp_path / "out") == 0
+    assert capsys.readouterr().err.splitlines() == [
+        "fcu: 9 of 20 submissions done after 12 s",
+        "fcu: 10 of 20 submissions done after 22 s",
+        "fcu: 12 of 20 submissions done after 42 s",
+        "fcu: 13 of 20 submissions done after 172 s",
+    ]
 
 
 def test_a_second_run_emulates_nothing_and_a_changed_hint_is_in_the_reports(
