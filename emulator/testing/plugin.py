@@ -10,9 +10,9 @@ Installed with the package (entry point ``pytest11``)::
 
 ``firmware`` is what ``--firmware FILE`` says, else the marker's first argument, else ``lab3``; parametrise
 the fixture of that name to run one test over several. All times are virtual seconds: nothing waits, and a
-test does not depend on how fast the machine is. A failed test shows the end of the terminal, the latest
-transfers, the diagnosis, and the command that runs the same board by hand, in the JUnit file too where
-``junit_logging = "system-out"``. Boards share nothing, so tests run in any number of processes.
+test does not depend on how fast the machine is. A failed test shows the end of the terminal, the last
+transfers before it ended, the diagnosis, and the command that runs the same board by hand, in the JUnit file
+too where ``junit_logging = "system-out"``. Boards share nothing, so tests run in any number of processes.
 """
 
 from __future__ import annotations
@@ -210,7 +210,7 @@ def evidence(board: Board) -> Iterator[tuple[str, str]]:
     latest = board.recent_transfers()[-_TRANSFERS:]
     if latest:
         yield (
-            "latest transfers",
+            f"transfers before {board.now_s:.3f} s",
             "\n".join(
                 f"{one.t_ps / 1e12:.6f} s  {one.bus} {one.device or hex(one.address)} {one.register} "
                 f"written {one.written.hex(' ') or '-'} read {one.read.hex(' ') or '-'} {one.result}"

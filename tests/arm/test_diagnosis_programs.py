@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from emulator import Board
+from emulator import Board, I2CNackError
 from emulator.chip.cpu.bare_core import BareCore
 from emulator.chip.diagnosis import probe
 from firmware_model import arm
@@ -61,6 +61,22 @@ def test_what_a_diagnosis_tries_out_is_given_back(name: str, monkeypatch: pytest
 
     assert copies
     assert not any(len(copy.flash) for copy in copies)
+
+
+def test_of_transfers_that_nobody_answered_these_are_shown_not_the_last_ones_of_the_run() -> None:
+    board = Board(firmware="solution")
+    board.run_for(1.5)
+    for _ in range(2):
+        with pytest.raises(I2CNackError):
+            board.i2c2.write(0x35, b"\x0f")
+    board.run_for(0.5)
+    assert board.arm is not None
+    diagnosis = board.arm.diagnosis()
+
+    assert diagnosis is not None
+    assert diagnosis.summary.startswith("no answer at I2C2 address 0x35: ")
+    shown = diagnosis.details[diagnosis.details.index("the last of them:") + 1 :]
+    assert [line.split("  ", 2)[2] for line in shown] == ["I2C2 0x35: no acknowledge of its address"] * 2
 
 
 def test_every_program_has_an_expectation() -> None:

@@ -12,7 +12,7 @@ from emulator.chip.chip import Chip
 from emulator.chip.cpu.core import Core
 from emulator.chip.cpu.fault_log import CORE, FaultLog, FaultRecord, word_of
 from emulator.chip.diagnosis.backtrace import NOTE, Backtrace, Places
-from emulator.chip.diagnosis.evidence import BlockNotes, Transfers, nobody
+from emulator.chip.diagnosis.evidence import TRANSFERS_SHOWN, BlockNotes, Transfers, nobody
 from emulator.chip.diagnosis.faults import fault_report
 from emulator.chip.diagnosis.hang import Hang
 from emulator.chip.diagnosis.memory_use import flash_nearly_full, ram_nearly_full
@@ -132,19 +132,20 @@ def _without_clock(notes: BlockNotes) -> Diagnosis | None:
 def _unanswered(arm: RunningFirmware, transfers: Transfers) -> Diagnosis | None:
     """Transfers to addresses where no device is, in a program that goes on all the same."""
     signals = arm.signals
-    failed = Counter(
-        (event.bus, event.address)
+    failed = [
+        event
         for event in signals.trace.of(BusTransfer)
         if event.bus in signals.i2c and event.result != "ok" and not event.device
-    )
+    ]
     if not failed:
         return None
-    (bus, address), count = failed.most_common(1)[0]
+    ((bus, address), count), *_ = Counter((one.bus, one.address) for one in failed).most_common(1)
     cause = nobody(signals, signals.i2c[bus], address)
+    these = [one for one in failed if (one.bus, one.address) == (bus, address)][-TRANSFERS_SHOWN:]
     details = (
         *cause.sentences,
         f"{count} transfer{'s' * (count > 1)} failed so; the program goes on without them.",
-        *section("last transfers", transfers.lines()),
+        *section("the last of them", transfers.texts(these)),
     )
     return Diagnosis("bus", cause.short, details, fatal=False)
 

@@ -4,7 +4,7 @@ blocks of the chip that cannot work, as the trace has noted it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from emulator.boards.description import BoardSignals
 from emulator.buses.i2c import I2CBus
@@ -59,7 +59,7 @@ def _answers(name: str, address: int) -> str:
 
 # -- the latest transfers on the sensors' buses -------------------------------------------------------------
 
-_TRANSFERS_SHOWN = 8
+TRANSFERS_SHOWN = 8
 _MANY = 6
 """Reads in a row that give 0xFF only: no sensor measures -1 on all axes that often."""
 
@@ -73,7 +73,7 @@ class Transfers:
         self._now_ps = signals.clock.now_ps
         every = [transfer for bus in self._i2c for transfer in bus.recent_transfers()]
         every += [transfer for bus in self._spi for transfer in bus.recent_transfers()]
-        self.latest = sorted(every, key=lambda transfer: transfer.t_ps)[-_TRANSFERS_SHOWN:]
+        self.latest = sorted(every, key=lambda transfer: transfer.t_ps)[-TRANSFERS_SHOWN:]
 
     @property
     def last_ps(self) -> int:
@@ -83,13 +83,17 @@ class Transfers:
 
     def lines(self) -> list[str]:
         """One line each, the latest one last."""
-        lines = [f"{at(transfer.t_ps)}  {_text(transfer, self._signals.i2c)}" for transfer in self.latest]
+        lines = self.texts(self.latest)
         lines += [
             f"{at(bus.unheard[-1][0])}  {bus.name} {unheard}, while no sensor was selected"
             for bus in self._spi
             if (unheard := self._unheard(bus))
         ]
         return lines
+
+    def texts(self, transfers: Iterable[BusTransfer]) -> list[str]:
+        """A line for each of some transfers."""
+        return [f"{at(transfer.t_ps)}  {_text(transfer, self._signals.i2c)}" for transfer in transfers]
 
     def cause(self) -> Cause | None:
         """What went wrong with the latest one."""
