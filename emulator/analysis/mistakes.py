@@ -21,12 +21,13 @@ import re
 from collections.abc import Iterator, Sequence
 
 from emulator.analysis.field import MAG, field_hint
+from emulator.analysis.leds import led_hints
 from emulator.analysis.numbers import ACC, ALTITUDE, GYR, PRESSURE, TILT, YAW, Group, hint
-from emulator.analysis.witness import LABELS, Lights, Seen, Witness
+from emulator.analysis.witness import LABELS, Seen, Witness
 from emulator.board.board import Board
 from emulator.chip.diagnosis.backtrace import Places
 from emulator.chip.diagnosis.printing import PrintedLines
-from emulator.chip.diagnosis.report import Diagnosis
+from emulator.chip.diagnosis.report import KEEPS_SAMPLES_AWAY, Diagnosis
 from emulator.chip.firmware import ArmFirmware
 from emulator.trace import BusTransfer
 from sensors.lis2mdl import LIS2MDL
@@ -45,8 +46,7 @@ def explain(board: Board, witness: Witness) -> list[Diagnosis]:
     if found and found[0].fatal:
         return found[:1]
     lines = list(witness.lines)
-    without_samples = any(one.kind in ("callback", "timer", "bus", "clock") for one in found)
-    if not lines or without_samples:
+    if not lines or any(one.kind in KEEPS_SAMPLES_AWAY for one in found):
         return found
     where = _Where(board.arm)
     judged = [*_misread(board), *_switched_off(board, lines), *_blocks(board, lines)]
@@ -54,7 +54,7 @@ def explain(board: Board, witness: Witness) -> list[Diagnosis]:
     if not (judged or not_numbers or any(one.kind == "printing" for one in found)):
         not_numbers += _misprinted_ints(lines, where)
         judged += _numbers(board, lines, where)
-    return [*found, *judged, *not_numbers, *_leds(board, witness.lights)]
+    return [*found, *judged, *not_numbers, *led_hints(board, witness)]
 
 
 class _Where:
@@ -293,70 +293,3 @@ def _blocks(board: Board, lines: Sequence[Seen]) -> Iterator[Diagnosis]:
             ),
             fatal=False,
         )
-
-
-# -- LEDs ---------------------------------------------------------------------------------------------------
-
-_STEEP, _FLAT = 85.0, 75.0
-_STEADY = 4  # looks at the LEDs in a row: 0.2 s
-
-
-def _leds(board: Board, lights: Sequence[Lights]) -> Iterator[Diagnosis]:
-    leds = board.arm.signals.board.leds if board.arm is not None else {}
-    for name, pin in leds.items():
-        if board.arm is not None and _is_no_output(board.arm, pin):
-            yield Diagnosis(
-                "led",
-                f"{name} is switched and its pin P{pin[0]}{pin[1]} is no output",
-                (
-                    f"The bit in GPIO{pin[0]}_ODR is set, and MODER has the pin as an input, as after reset.",
-                    f"BSP_LED_Init({name}) is missing; it belongs before the first BSP_LED_Off().",
-                ),
-                fatal=False,
-            )
-    if {"LED1", "LED2"} <= board.leds.keys():  # as in the lab
-        yield from _led("LED1", "pitch", [(one.at_s, one.pitch, one.lit["LED1"]) for one in lights])
-        yield from _led("LED2", "roll", [(one.at_s, one.roll, one.lit["LED2"]) for one in lights])
-
-
-def _led(name: str, angle: str, seen: Sequence[tuple[float, float, bool]]) -> Iterator[Diagnosis]:
-    """How a LED follows an angle: lit beyond 80 degrees to one side only, or the other way round."""
-    on = {-1: 0, 0: 0, 1: 0}
-    off = dict(on)
-    for index in range(_STEADY, len(seen)):
-        sides = {_side(one) for _, one, _ in seen[index - _STEADY : index + 1]}
-        if len(sides) == 1 and (side := sides.pop()) is not None:
-            (on if seen[index][2] else off)[side] += 1
-    few = 3 * _STEADY
-    for side, dark in ((1, -1), (-1, 1)):
-        if on[side] > few and off[dark] > few and not off[side] and not on[dark] and not on[0]:
-            beyond = "-80" if dark < 0 else "80"
-            yield Diagnosis(
-                "led",
-                f"{name} is lit when {angle} is beyond {80 * side:+d} degrees, and dark beyond {beyond}",
-                (f"Likely fabsf() is missing: if (fabsf({angle}) > 80) means both sides.",),
-                fatal=False,
-            )
-    steep_off, steep_on = off[1] + off[-1], on[1] + on[-1]
-    if on[0] > few and not off[0] and steep_off > few and not steep_on:
-        yield Diagnosis(
-            "led",
-            f"{name} is dark when {angle} is beyond 80 degrees, and lit otherwise",
-            (
-                "Are BSP_LED_On() and BSP_LED_Off() exchanged?",
-                "The LEDs are lit while their pins are low: GPIO_PIN_RESET lights them.",
-            ),
-            fatal=False,
-        )
-
-
-def _side(angle: float) -> int | None:
-    if abs(angle) < _FLAT:
-        return 0
-    return None if abs(angle) < _STEEP else (1 if angle > 0 else -1)
-
-
-def _is_no_output(arm: ArmFirmware, pin: tuple[str, int]) -> bool:
-    port, number = pin
-    block = arm.chip.core.blocks[f"GPIO{port}"]
-    return block.peek(0x14) >> number & 1 == 1 and block.peek(0x00) >> 2 * number & 3 == 0

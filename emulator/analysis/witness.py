@@ -72,6 +72,8 @@ class Lights:
     at_s: float
     pitch: float
     roll: float
+    force_g: float
+    """The true force's modulus: near 1 where the angles are those of a board at rest."""
     lit: Mapping[str, bool]
     """By the LED's name."""
 
@@ -117,9 +119,11 @@ class Witness:
         if board.arm is not None and board.timer.ticks:
             self._look_at_callback(board.arm.handled(), board.timer.name)
         if self._looks % _LIGHTS_EVERY == 0:
-            pitch, roll = lab_angles(board.world.specific_force_g(np.array([board.now_s])))
+            force = board.world.specific_force_g(np.array([board.now_s]))
+            pitch, roll = lab_angles(force)
             lit = {name: led.on for name, led in board.leds.items()}
-            self.lights.append(Lights(board.now_s, float(pitch[0]), float(roll[0]), lit))
+            force_g = float(np.linalg.norm(force))
+            self.lights.append(Lights(board.now_s, float(pitch[0]), float(roll[0]), force_g, lit))
 
     def _look_at_callback(self, handled: Sequence[str], timer: str) -> None:
         """Its interrupt stays active below a fault that it has caused: that is no time of its own."""

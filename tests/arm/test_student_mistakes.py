@@ -98,6 +98,7 @@ def test_the_page_shows_at_least_thirty_mistakes_and_no_other() -> None:
     shown = {name.removesuffix("_O0") for name in student_programs.examples()}
 
     assert shown == set(MISTAKES)
+    assert all(student_programs.examples().values())
     assert len(shown) >= 30
     assert len(VARIANTS) >= 12
 

@@ -24,6 +24,9 @@ Kind: TypeAlias = Literal[
     "led",
 ]
 
+KEEPS_SAMPLES_AWAY: frozenset[Kind] = frozenset({"callback", "timer", "bus", "clock"})
+"""Kinds of what lets no samples come, or not in time: numbers are wrong then whatever the arithmetic is."""
+
 _INDENT = "  "
 
 

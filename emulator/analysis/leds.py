@@ -1,0 +1,168 @@
+"""LEDs that do not follow the board: their pins, the side of an angle to which they are lit, and toggling.
+
+In the lab a LED is lit while an angle is beyond 80 degrees to either side, LED1 by the pitch, LED2 by the
+roll. Looked at is only what is well away from 80 degrees, where noise and offsets cannot switch a right
+program's LED, and only programs that print angles, from their first line of them on: before, LEDs are dark,
+and in the template they are toggled to show that it runs.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from itertools import groupby, pairwise
+from statistics import median
+from typing import NamedTuple
+
+from emulator.analysis.witness import Witness
+from emulator.board.board import Board
+from emulator.chip.diagnosis.backtrace import Places
+from emulator.chip.diagnosis.report import Diagnosis
+from emulator.chip.firmware import ArmFirmware
+from emulator.trace import GpioEdge
+
+_STEEP, _FLAT = 85.0, 75.0
+_STEADY = 4  # looks at the LEDs in a row: 0.2 s
+
+
+class _Look(NamedTuple):
+    """A LED at a moment, and the angle that it is to show."""
+
+    at_s: float
+    angle: float
+    lit: bool
+    force_g: float
+
+
+def led_hints(board: Board, witness: Witness) -> Iterator[Diagnosis]:
+    """What is wrong with the LEDs."""
+    leds = board.arm.signals.board.leds if board.arm is not None else {}
+    for name, pin in leds.items():
+        if board.arm is not None and _is_no_output(board.arm, pin):
+            yield Diagnosis(
+                "led",
+                f"{name} is switched and its pin P{pin[0]}{pin[1]} is no output",
+                (
+                    f"The bit in GPIO{pin[0]}_ODR is set, and MODER has the pin as an input, as after reset.",
+                    f"BSP_LED_Init({name}) is missing; it belongs before the first BSP_LED_Off().",
+                ),
+                fatal=False,
+            )
+    if {"LED1", "LED2"} <= board.leds.keys():  # as in the lab
+        since_s = next((line.at_s for line in witness.lines if line.label == "Pitch:"), math.inf)
+        lights = [one for one in witness.lights if one.at_s > since_s]
+        for name, angle in (("LED1", "pitch"), ("LED2", "roll")):
+            looks = [_Look(one.at_s, getattr(one, angle), one.lit[name], one.force_g) for one in lights]
+            yield from _sides(name, angle, looks)
+            yield from _toggled(board, name, angle, looks)
+
+
+def _is_no_output(arm: ArmFirmware, pin: tuple[str, int]) -> bool:
+    port, number = pin
+    block = arm.chip.core.blocks[f"GPIO{port}"]
+    return block.peek(0x14) >> number & 1 == 1 and block.peek(0x00) >> 2 * number & 3 == 0
+
+
+def _side(angle: float) -> int | None:
+    if abs(angle) < _FLAT:
+        return 0
+    return None if abs(angle) < _STEEP else (1 if angle > 0 else -1)
+
+
+# -- lit beyond 80 degrees to one side only, or the other way round -----------------------------------------
+
+
+def _sides(name: str, angle: str, looks: Sequence[_Look]) -> Iterator[Diagnosis]:
+    on = {-1: 0, 0: 0, 1: 0}
+    off = dict(on)
+    for index in range(_STEADY, len(looks)):
+        sides = {_side(one.angle) for one in looks[index - _STEADY : index + 1]}
+        if len(sides) == 1 and (side := sides.pop()) is not None:
+            (on if looks[index].lit else off)[side] += 1
+    few = 3 * _STEADY
+    for side, dark in ((1, -1), (-1, 1)):
+        if on[side] > few and off[dark] > few and not off[side] and not on[dark] and not on[0]:
+            beyond = "-80" if dark < 0 else "80"
+            yield Diagnosis(
+                "led",
+                f"{name} is lit when {angle} is beyond {80 * side:+d} degrees, and dark beyond {beyond}",
+                (f"Likely fabsf() is missing: if (fabsf({angle}) > 80) means both sides.",),
+                fatal=False,
+            )
+    steep_off, steep_on = off[1] + off[-1], on[1] + on[-1]
+    if on[0] > few and not off[0] and steep_off > few and not steep_on:
+        yield Diagnosis(
+            "led",
+            f"{name} is dark when {angle} is beyond 80 degrees, and lit otherwise",
+            (
+                "Are BSP_LED_On() and BSP_LED_Off() exchanged?",
+                "The LEDs are lit while their pins are low: GPIO_PIN_RESET lights them.",
+            ),
+            fatal=False,
+        )
+
+
+# -- toggled, so that it is wrong half of the time ----------------------------------------------------------
+
+_FEWEST_EDGES = 4
+_STILL_G = 0.05
+_REGULAR, _MOSTLY = 0.25, 0.9  # of the usual interval; of all intervals
+_TOGGLE = "BSP_LED_Toggle"
+_CALLBACK = "HAL_TIM_PeriodElapsedCallback"
+
+
+def _toggled(board: Board, name: str, angle: str, looks: Sequence[_Look]) -> Iterator[Diagnosis]:
+    """A LED that changes at regular intervals while the board is still.
+
+    Chatter of a right program, near 80 degrees or on a board that is shaken, is not regular.
+    """
+    pin = board.led(name).pin
+    edges_s = [edge.t_s for edge in board.trace.of(GpioEdge) if edge.pin == pin]
+    for side, still in groupby(looks, key=lambda one: _side(one.angle) if _is_still(one) else None):
+        stretch = list(still)[_STEADY:]
+        if side is None or not stretch:
+            continue
+        from_s, to_s = stretch[0].at_s, stretch[-1].at_s
+        interval_s = _regular_interval([at_s for at_s in edges_s if from_s <= at_s <= to_s])
+        if interval_s is None:
+            continue
+        each = abs(interval_s * board.timer.rate_hz - 1) < _REGULAR if board.timer.ticks else False
+        every = f"{interval_s:.3g} s" if interval_s >= 0.1 else f"{1000 * interval_s:.3g} ms"
+        when = f"while {angle} is {round(stretch[len(stretch) // 2].angle)} degrees"
+        yield Diagnosis(
+            "led",
+            f"{name} is toggled every {every}{', in each callback,' if each else ''} {when}",
+            (
+                *_who_toggles(board.arm, each),
+                "A LED that is toggled is wrong half of the time.",
+                f"BSP_LED_On({name}) where fabsf({angle}) > 80, BSP_LED_Off({name}) otherwise.",
+            ),
+            fatal=False,
+        )
+        return
+
+
+def _is_still(look: _Look) -> bool:
+    return abs(look.force_g - 1) < _STILL_G
+
+
+def _regular_interval(edges_s: Sequence[float]) -> float | None:
+    """The usual time between two edges; None where they are few or nearly all intervals are not alike."""
+    if len(edges_s) < _FEWEST_EDGES:
+        return None
+    intervals_s = [after - before for before, after in pairwise(edges_s)]
+    usual_s = median(intervals_s)
+    alike = sum(abs(one - usual_s) <= _REGULAR * usual_s for one in intervals_s)
+    return usual_s if alike >= _MOSTLY * len(intervals_s) else None
+
+
+def _who_toggles(arm: ArmFirmware | None, in_callback: bool) -> Iterator[str]:
+    if arm is None:
+        return
+    places = Places(arm.image)
+    for function in (_CALLBACK,) if in_callback else ("main", _CALLBACK):
+        start = places.address_of(function)
+        call = start and places.call_of((_TOGGLE,), start, arm.chip.core.memory)
+        if call:
+            yield f"{_TOGGLE}() is called from {places.place(call[0])}."
+            return
