@@ -3,6 +3,10 @@
 A folder is built first, as ``make`` does it, its own sources always, so that what the compiler says about
 them is known. Details are shown of the first exercise that is not done: that is where work goes on;
 ``--exercise`` shows another.
+
+Decision: what keeps the program from its samples, or main() from running, is said before the checks that
+fail, and their hints are left out: a hint about a formula leads away from a callback that is too slow. Other
+causes stand below the checks, whose hints they make precise.
 """
 
 from __future__ import annotations
@@ -19,6 +23,7 @@ from pathlib import Path
 
 import click
 
+from emulator.chip.diagnosis.report import KEEPS_SAMPLES_AWAY
 from emulator.cli.exit_codes import ExitCode
 from emulator.errors import InputError, LinkError, OutputError
 from emulator.files import write_atomically
@@ -254,17 +259,25 @@ class _Screen:
             yield "The program does not go on:"
             yield from _cause(causes[0])
             return
-        yield f"Exercise {name}, what is not right yet:"
+        first = [cause for cause in causes if cause.kind in KEEPS_SAMPLES_AWAY][:_CAUSES_SHOWN]
+        besides = [cause for cause in causes if cause not in first][: _CAUSES_SHOWN - len(first)]
+        if first:
+            yield f"Exercise {name}, mend this first, the rest may follow from it:"
+            for cause in first:
+                yield from _cause(cause)
+            yield "What is not right yet:"
+        else:
+            yield f"Exercise {name}, what is not right yet:"
         for check in wrong[:_CHECKS_SHOWN]:
-            yield from _check(check)
+            yield from _check(check, hint=not first)
         if len(wrong) > _CHECKS_SHOWN:
             yield f"  ... and {len(wrong) - _CHECKS_SHOWN} more"
         for check in checks:
             if check.outcome == "unjudged":
                 yield from _wrapped(f"{check.title}: could not be judged: {check.unjudged_because}", "  ")
-        if causes:
-            yield "What the run shows:"
-            for cause in causes[:_CAUSES_SHOWN]:
+        if besides:
+            yield "What the run shows besides:" if first else "What the run shows:"
+            for cause in besides:
                 yield from _cause(cause)
 
     def _causes(self, name: str) -> Iterator[Cause]:
@@ -321,10 +334,11 @@ class _Screen:
             yield f"  {again} --exercise {name}{seed} --save motions     to run its motions by hand"
 
 
-def _check(check: CheckResult) -> Iterator[str]:
+def _check(check: CheckResult, *, hint: bool = True) -> Iterator[str]:
     yield from _wrapped(check.title, "  - ")
     seen = "; ".join(filter(None, (check.actual, check.printed and f"such as {check.printed}")))
-    for word, text in (("expected", check.expected), ("seen", seen), ("hint", check.hint)):
+    shown = check.hint if hint else ""
+    for word, text in (("expected", check.expected), ("seen", seen), ("hint", shown)):
         if text:
             yield from _wrapped(f"{word}: {text}", "      ")
 
