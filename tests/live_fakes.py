@@ -32,7 +32,10 @@ class Wall:
 
 
 class Page:
-    """A client that sends ``script``, (virtual seconds, command), and ends the session after ``end_s``."""
+    """A client that sends ``script``, (virtual seconds, command), and ends the session after ``end_s``.
+
+    Firmware that has failed and is not replaced ends it, too: virtual time does not come to ``end_s`` then.
+    """
 
     def __init__(
         self,
@@ -47,6 +50,7 @@ class Page:
         self._script = list(script)
         self._end_s = end_s
         self._on_event = on_event
+        self._failed = False
         wall = Wall()
         self.session = Session(setup, self._hear, record, wall, wall.wait, links)
         self.session.attach(self)
@@ -64,9 +68,12 @@ class Page:
         self.events.append(event)
         self._on_event(event)
         if isinstance(event, messages.State):
+            posted = False
             while self._script and event.t_s >= self._script[0][0]:
-                self.session.post(self, self._script.pop(0)[1])
-            if event.t_s >= self._end_s and not self._script:
+                posted = self.session.post(self, self._script.pop(0)[1])
+            failed_before, self._failed = self._failed, self.session.state == "failed"
+            for_good = failed_before and self._failed and not posted
+            if for_good or (event.t_s >= self._end_s and not self._script):
                 self.session.stop()
 
 

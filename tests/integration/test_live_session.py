@@ -15,6 +15,7 @@ from emulator.live import messages
 from emulator.live.messages import Event
 from emulator.live.session import Session
 from emulator.live.setup import Setup
+from emulator.python_cpu.hal import Hal
 from emulator.scenario import load_scenario
 from firmware_model.arm import prebuilt
 from tests.live_fakes import Page, Reader, Wall, do
@@ -300,6 +301,29 @@ def test_firmware_that_fails_is_reported_and_another_one_is_loaded() -> None:
     assert "failed" in states
     assert states[-1] == "running"
     assert any("has failed" in one.text for one in page.of(messages.Notice))
+
+
+class Broken:
+    """Firmware in Python that fails after half a second."""
+
+    def __init__(self, hal: Hal) -> None:
+        self._hal = hal
+
+    def main(self) -> None:
+        self._hal.HAL_Delay(500)
+        raise ValueError("no such thing")
+
+    def HAL_TIM_PeriodElapsedCallback(self) -> None:
+        """The timer is not used."""
+
+
+def test_a_page_whose_firmware_has_failed_for_good_ends() -> None:
+    page = Page(Setup(Broken, ideal=True), [(3, do(do="tap"))], end_s=5)
+    session = page.run()
+
+    assert session.state == "failed"
+    assert "no such thing" in page.of(messages.Status)[-1].problem
+    assert session.board.now_s < 1
 
 
 def test_what_cannot_be_run_is_an_error_at_once(tmp_path: Path) -> None:
