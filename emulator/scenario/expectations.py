@@ -36,6 +36,7 @@ from emulator.scenario.printed import (
     MAX_SETTLE_PS,
     PrintedLine,
     deviation,
+    nearest_truth,
     same_banner,
     visible,
 )
@@ -325,7 +326,9 @@ class ExpectField(Windowed):
         return line.error(self.name, printed, self.settle)
 
     def _expected(self) -> str:
-        reference = "the truth" if self.value is None else f"{self.value:g}"
+        reference = f"{self.value:g}" if self.value is not None else "the truth"
+        if self.truth and self.settle:
+            reference += f" ({nearest_truth(self.settle)})"
         return f"{self.name} within {self.tolerance:g} of {reference}{self.window_text()}"
 
 

@@ -128,6 +128,11 @@ def deviation(field: str, printed: float, wanted: float) -> float:
     return (difference + 180.0) % 360.0 - 180.0 if field in ANGLES else difference
 
 
+def nearest_truth(settle_ps: int) -> str:
+    """What :meth:`PrintedLine.error` holds a number against, in words."""
+    return f"the nearest of the last {settle_ps / PS_PER_MS:g} ms"
+
+
 # -- When each line was printed -----------------------------------------------------------------------------
 
 

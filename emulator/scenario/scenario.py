@@ -236,7 +236,12 @@ class Scenario:
             failure = judged(expectation, seen)
             if failure is not None:
                 findings.append(Finding(f"expect[{number}]", expectation.kind, failure))
-        reports = [text for report in self.reports for text in against_truth(report.field, seen.lines)]
+        settle_ps = self._fields_of_interest()
+        reports = [
+            text
+            for report in self.reports
+            for text in against_truth(report.field, seen.lines, settle_ps[report.field])
+        ]
         return Result(len(self.expectations), tuple(findings), tuple(reports))
 
     def seen(self, board: BoardView) -> Seen:

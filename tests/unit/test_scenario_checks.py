@@ -217,9 +217,25 @@ def test_only_the_banner_may_be_either() -> None:
 
 def test_a_report_compares_prints_with_the_truth(tmp_path: Path) -> None:
     result = play(tmp_path, f"{IDEAL}[[report]]\nfield = 'Pitch'\nagainst = 'truth'\n")
-    assert result.reports[0] == "Pitch against the truth"
+    assert result.reports[0] == "Pitch against the truth at the moment of printing"
     assert result.reports[-1] == "error: first +0.000, last +0.000, largest +0.000, 2 prints"
     assert len(result.reports) == 5
+
+
+def test_a_report_and_an_expectation_say_which_truth_they_take(tmp_path: Path) -> None:
+    """A sweep of 20 degrees a second: what is printed is a little old, and one print has two errors."""
+    turn = "[[timeline]]\ndo = 'sweep'\naxis = 'pitch'\nto_deg = 30\nat = '1s'\nfor = '1.5s'\n"
+    field = "[[expect]]\nkind = 'field'\nname = 'Pitch'\ntruth = true\ntolerance = 0.0001\n"
+    report = "[[report]]\nfield = 'Pitch'\nagainst = 'truth'\n"
+    result = play(tmp_path, f"{IDEAL}{turn}{field}{report}")
+    (finding,) = result.findings
+    *_, summary, counted = result.reports
+
+    assert finding.miss.expected == "Pitch within 0.0001 of the truth (the nearest of the last 50 ms)"
+    largest, taken = (float(line.split("largest ")[1].split(",")[0]) for line in (summary, counted))
+    assert summary.startswith("error: first ")
+    assert counted.startswith("against the truth as expectations take it, the nearest of the last 50 ms: ")
+    assert abs(taken) < 0.05 < abs(largest)
 
 
 def test_a_report_of_what_is_never_printed_says_so(tmp_path: Path) -> None:
