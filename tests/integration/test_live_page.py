@@ -363,3 +363,13 @@ def test_what_is_printed_cannot_become_part_of_the_page(browser: Browser) -> Non
         assert "owned" not in page.title()
     finally:
         served.close()
+
+
+@pytest.mark.parametrize("width", [360, 420])
+def test_on_a_phone_nothing_sticks_out(width: int, browser: Browser, served: Served) -> None:
+    page = browser.open(served)
+    page.set_viewport_size({"width": width, "height": 800})
+    for pane in ("world", "registers", "bus", "pins", "scenario", "diagnosis"):
+        page.click(f"#tab-{pane}")
+        until(page, f"!document.querySelector('#pane-{pane}, .{pane}').hidden")
+        assert page.evaluate("document.documentElement.scrollWidth") == width, pane
