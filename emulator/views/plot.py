@@ -1,8 +1,9 @@
 """The record of a run as a picture: what was printed over the truth of the same moments.
 
 One panel for each kind of line, points for what was printed, a bar for what the world was in the moments
-before (a printed number is a little old), and the LEDs below. Colours are those of Okabe and Ito, which
-people with any colour vision tell apart.
+before (a printed number is a little old), and the LEDs below. A colour says which number it is, its shape
+whether it was printed: a legend beside each panel for the one, a legend on top for the other. Colours are
+those of Okabe and Ito, which people with any colour vision tell apart.
 
 Drawn with matplotlib, of the extra ``views``, without a window.
 """
@@ -99,7 +100,7 @@ def _title(record: Mapping[str, Any]) -> str:
     board = record.get("board") or {}
     scenario = Path(str(board["scenario"])).stem if board.get("scenario") else ""
     parts = [
-        str(board.get("firmware", "")),
+        Path(str(board.get("firmware", ""))).name,
         scenario,
         f"seed {board.get('seed', 0)}",
         str(record.get("verdict", "")),
@@ -117,7 +118,8 @@ def _figure(
 
     heights = [2.0] * len(panels) + [0.6] * bool(lights)
     figure = Figure(figsize=(10, 0.9 + sum(heights)), layout="constrained")
-    figure.suptitle(f"{title}\npoints: printed, bars and lines: the truth in the moments before", fontsize=10)
+    figure.suptitle(title, fontsize=10, x=0.01, horizontalalignment="left")
+    figure.legend(handles=_signs(), loc="outside upper right", ncols=2, frameon=False)
     axes = figure.subplots(len(heights), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
     for (label, fields), panel in zip(panels.items(), axes, strict=False):
         _draw_panel(panel, label, fields)
@@ -129,16 +131,36 @@ def _figure(
     return figure
 
 
+_PRINTED: Any = {"marker": "o", "markersize": 3.5, "linestyle": "none"}
+_TRUTH: Any = {"alpha": 0.35, "linewidth": 1.5}
+_BAR: Any = {"alpha": 0.35, "linewidth": 6}
+
+
+def _signs() -> list[Any]:
+    """What a point and what a line with a bar stand for, in a colour that no field has."""
+    from matplotlib.lines import Line2D
+
+    bar = {"marker": "|", "markersize": 10, "markeredgewidth": _BAR["linewidth"]}
+    return [
+        Line2D([], [], color="black", **_PRINTED, label="printed"),
+        Line2D([], [], color="black", **_TRUTH, **bar, label="truth, a bar for the moments before a print"),
+    ]
+
+
 def _draw_panel(panel: Any, label: str, fields: Mapping[str, _Field]) -> None:
-    for (name, field), colour in zip(fields.items(), COLOURS * 4, strict=False):
+    from matplotlib.patches import Patch
+
+    colours = dict(zip(fields, COLOURS * 4, strict=False))
+    for name, field in fields.items():
         middle = [(low + high) / 2 for low, high in zip(field.low, field.high, strict=True)]
-        panel.plot(field.at_s, middle, color=colour, alpha=0.3, linewidth=1)
-        panel.vlines(field.at_s, field.low, field.high, color=colour, alpha=0.3, linewidth=6)
-        panel.plot(field.at_s, field.printed, ".", markersize=5, color=colour, label=name)
+        panel.plot(field.at_s, middle, color=colours[name], **_TRUTH)
+        panel.vlines(field.at_s, field.low, field.high, color=colours[name], **_BAR)
+        panel.plot(field.at_s, field.printed, color=colours[name], **_PRINTED)
     panel.set_ylabel(_AXES.get(re.split(r"[\[:]", label)[0], label))
     panel.ticklabel_format(axis="y", useOffset=False)
     panel.grid(visible=True, alpha=0.25)
-    panel.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+    names = [Patch(color=colour, label=name) for name, colour in colours.items()]
+    panel.legend(handles=names, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
 
 
 def _draw_lights(panel: Any, lights: Sequence[tuple[float, Sequence[bool]]], end_s: float) -> None:

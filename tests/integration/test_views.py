@@ -283,8 +283,9 @@ def test_a_record_becomes_a_picture(record: Path) -> None:
 def test_a_picture_says_what_is_drawn(record: Path, tmp_path: Path) -> None:
     draw(json.loads(record.read_text(encoding="utf-8")), tmp_path / "run.svg")
     picture = (tmp_path / "run.svg").read_text(encoding="utf-8")
-    for text in ("angles, deg", "Pitch", "LED2", "led_x", "virtual time, s"):
+    for text in ("angles, deg", "Pitch", "LED2", "led_x", "virtual time, s", "printed"):
         assert text in picture
+    assert picture.count("<!-- truth, a bar for the moments before a print -->") == 1
 
 
 @pytest.mark.parametrize(
