@@ -22,7 +22,7 @@ from pathlib import Path
 import pytest
 
 LIST = Path(__file__).with_name("slow.txt")
-SLOW_S = 0.8
+SLOW_S = 0.4
 _MEASURED = "FCU_MEASURED_TESTS"  # names the file that the measuring process writes
 
 
