@@ -4,10 +4,10 @@ Each part has a dataclass of explicit numbers in the datasheet's units. Each num
 means, its limit or typical value and the document that says so; three named grades fill them from that:
 
 ``ideal``    no error; only the part's resolution and range remain
-``typical``  this part, drawn from the seed: a normal draw that ends at three standard deviations; noise as
-             the datasheet's typical figure
+``typical``  this part, drawn from the seed: a normal draw that ends at three standard deviations; noise and
+             other strengths, which have no sign, as the typical figure
 ``worst``    every offset, scale error, drift and cross-axis figure at three standard deviations, its sign
-             drawn from the seed; noise 1.5 times typical (no datasheet of the three has a maximum for it)
+             drawn from the seed; strengths 1.5 times typical (no datasheet has a maximum of its noise)
 
 A figure such as +-40 mg means one of three things, and each figure here says which (:data:`Kind`). Decision:
 a limit, minimum and maximum of a table or what ST calls the range of a population, is three standard
@@ -57,7 +57,7 @@ SIGMAS = 3.0
 """At how many standard deviations a draw ends, and how many a limit is."""
 
 _KINDS: dict[Kind, str] = {"limit": "limit", "sigma": "1 sigma", "typical": "typ."}
-NOISE_FACTOR = {"ideal": 0.0, "typical": 1.0, "worst": 1.5}
+STRENGTHS = {"ideal": 0.0, "typical": 1.0, "worst": 1.5}
 
 
 # -- figures ------------------------------------------------------------------------------------------------
@@ -68,9 +68,9 @@ class Figure:
     """What is known about one number by which a part deviates.
 
     ``deviation``: by how much parts deviate either way, as the source says it, 0 for a number that is the
-    same in every grade; ``kind``: what the source means by it. ``typical_noise``: of a noise figure, else 0.
+    same in every grade; ``kind``: what the source means by it. ``typical``: of a strength, else 0.
     ``axes``: 3 for a number an axis. ``allowed``: lowest and highest value that makes sense, None for any (of
-    noise: any that is not negative).
+    a strength: any that is not negative).
     """
 
     doc: str
@@ -78,7 +78,7 @@ class Figure:
     source: str
     deviation: float = 0.0
     kind: Kind = "limit"
-    typical_noise: float = 0.0
+    typical: float = 0.0
     axes: Literal[1, 3] = 1
     allowed: tuple[float, float] | None = None
 
@@ -87,8 +87,8 @@ class Figure:
         """In a real part: ``+-60 (limit)``, ``typically 80``, or ``0 to 1000`` where one may choose."""
         if self.deviation:
             return f"+-{self.deviation:g} ({_KINDS[self.kind]})"
-        if self.is_noise:
-            return f"typically {self.typical_noise:g}"
+        if self.is_strength:
+            return f"typically {self.typical:g}"
         return "{:g} to {:g}".format(*self.allowed) if self.allowed else "any"
 
     @property
@@ -97,9 +97,9 @@ class Figure:
         return self.deviation / SIGMAS if self.kind == "limit" else self.deviation
 
     @property
-    def is_noise(self) -> bool:
-        """Whether the number is the strength of a noise, which cannot be negative."""
-        return self.typical_noise > 0
+    def is_strength(self) -> bool:
+        """Whether the number is the strength of a noise or of another effect, which cannot be negative."""
+        return self.typical > 0
 
 
 def drawn(
@@ -131,9 +131,14 @@ def drawn_by_axis(doc: str, unit: str, deviation: float, source: str, kind: Kind
     return field(default=ZERO, metadata={"figure": Figure(doc, unit, source, deviation, kind, axes=3)})
 
 
+def strength(doc: str, unit: str, typical: float, source: str) -> Any:
+    """A field of a :class:`PartErrors`: how strong an effect is that has no sign, 0 in an ideal part."""
+    return field(default=0.0, metadata={"figure": Figure(doc, unit, source, typical=typical)})
+
+
 def noise(doc: str, unit: str, typical: float, source: str) -> Any:
-    """A field of a :class:`PartErrors`: how strong a noise is, 0 in an ideal part."""
-    return field(default=0.0, metadata={"figure": Figure(doc, unit, source, typical_noise=typical)})
+    """Likewise how strong a noise is."""
+    return strength(doc, unit, typical, source)
 
 
 def fixed(doc: str, unit: str, value: float, source: str, allowed: tuple[float, float] | None = None) -> Any:
@@ -169,8 +174,8 @@ class PartErrors:
         for name, figure in cls.figures().items():
             if figure.deviation:
                 numbers[name] = draw.vector(figure.sigma) if figure.axes == 3 else draw.scalar(figure.sigma)
-            elif figure.is_noise:
-                numbers[name] = draw.noise(figure.typical_noise)
+            elif figure.is_strength:
+                numbers[name] = draw.strength(figure.typical)
         factory: Callable[..., Self] = cls
         return factory(**numbers)
 
@@ -199,9 +204,9 @@ class GradeDraw:
         """Three independent deviations, one an axis."""
         return self.scalar(sigma), self.scalar(sigma), self.scalar(sigma)
 
-    def noise(self, typical: float) -> float:
-        """The grade's noise figure from the typical one."""
-        return typical * NOISE_FACTOR[self._grade]
+    def strength(self, typical: float) -> float:
+        """The grade's figure from the typical one."""
+        return typical * STRENGTHS[self._grade]
 
 
 # -- what they do to a signal ------------------------------------------------------------------------------

@@ -15,7 +15,7 @@ from emulator.boards.deviations import BoardErrors
 from emulator.chip.registers import BLOCKS, KINDS
 from emulator.errors import InputError
 from sensors import PARTS, Part
-from sensors.errors import NOISE_FACTOR, SIGMAS, Figure
+from sensors.errors import SIGMAS, STRENGTHS, Figure
 
 BEGIN = "<!-- fidelity: made by python -m emulator.analysis.fidelity docs/fidelity.md -->"
 END = "<!-- end of fidelity -->"
@@ -67,7 +67,7 @@ def figures_table() -> str:
     ]
     for part in PARTS.values():
         for figure in part.ERRORS.figures().values():
-            if not figure.deviation and not figure.is_noise:
+            if not figure.deviation and not figure.is_strength:
                 continue
             what = f"{part.NAME} | {figure.doc}, {figure.unit} | {figure.size} | {figure.source}"
             lines.append(f"| {what} | {_drawn(figure)} |")
@@ -76,8 +76,8 @@ def figures_table() -> str:
 
 def _drawn(figure: Figure) -> str:
     """How a figure is drawn in a typical part, and what it is in a worst one."""
-    if figure.is_noise:
-        return f"{figure.typical_noise:g} | {NOISE_FACTOR['worst'] * figure.typical_noise:g}"
+    if figure.is_strength:
+        return f"{figure.typical:g} | {STRENGTHS['worst'] * figure.typical:g}"
     return f"sigma {figure.sigma:.3g} | +-{SIGMAS * figure.sigma:.3g}"
 
 

@@ -119,6 +119,7 @@ class Board:
         if ideal:
             parts = replace(parts, grade="ideal")
         self.world, own = _world_of(plan, parts.grade, self.seed, lambda: clock.now_s)
+        self.world.warm_up(own.heating_degc, own.thermal_s, cold=cold_start)
         self.sensors = SensorSet(board, self.world, clock, parts, self.seed, 0 if cold_start else None)
         speed_hz = plan.i2c_speed_hz if plan else FAST_MODE_HZ
         i2c = {name: I2CBus(name, clock, self.trace, speed_hz) for name in board.i2c}

@@ -15,6 +15,8 @@ between two. A sensor's own offset and sensitivity are in these numbers, and are
 The chip's internal oscillator is trimmed to within 1 %, and firmware that runs from it has other bit rates
 and another tick than it believes. The quartz is exact unless ``hse_ppm`` says otherwise: no document gives
 its tolerance, usual ones are off by 30 ppm at most, a second in nine hours, which nobody sees in a lab.
+
+It is warmer than the air by what it draws, and follows the air in its time (:mod:`emulator.world.warmth`).
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from sensors.errors import PartErrors, Vec3, drawn, drawn_by_axis, fixed
+from sensors.errors import PartErrors, Vec3, drawn, drawn_by_axis, fixed, strength
 
 _CALIBRATIONS = "published calibrations of other boards"
 
@@ -51,6 +53,13 @@ class BoardErrors(PartErrors):
     )
     hse_ppm: float = fixed(
         "by how much the quartz is faster", "ppm", 0.0, "not documented", (-1000.0, 1000.0)
+    )
+
+    heating_degc: float = strength(
+        "by how much the board is warmer than the air", "degC", 5.0, "its size and supply current"
+    )
+    thermal_s: float = strength(
+        "time constant with which it becomes so", "s", 200.0, "its size and thickness"
     )
 
     def soft_iron(self) -> NDArray[np.float64]:

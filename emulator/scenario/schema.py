@@ -85,7 +85,7 @@ def _meaning(figure: Figure) -> str:
 
 def _number(figure: Figure) -> Any:
     """The type of a key: one number or three, within what makes sense."""
-    lowest = 0.0 if figure.is_noise else -LARGEST_FIGURE
+    lowest = 0.0 if figure.is_strength else -LARGEST_FIGURE
     low, high = figure.allowed or (lowest, LARGEST_FIGURE)
     number = Annotated[float, Field(ge=low, le=high)]
     return Annotated[tuple[number, number, number], Strict(False)] if figure.axes == 3 else number

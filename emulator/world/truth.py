@@ -28,6 +28,7 @@ from emulator.world.height import Height, Rest, Shake
 from emulator.world.magnetism import HeldMagnet, Magnet, ned_to_nwu_mgauss
 from emulator.world.motors import Motors
 from emulator.world.track import Agitation, Array, Constant, Overlays, Track
+from emulator.world.warmth import Warmth
 
 # -- Air pressure over the room's floor ---------------------------------------------------------------------
 
@@ -66,7 +67,7 @@ QUANTITIES = {
     "angular_rate_dps": "gyro",
     "magnetic_field_mgauss": "mag",
     "pressure_hpa": "pressure",
-    "temperature_degc": "temperature",
+    "temperature_degc": "warmth",
     "relative_humidity_percent": "humidity",
 }
 """What parts measure, as they declare it, and the world's signal that gives it."""
@@ -95,6 +96,7 @@ class Truth:
         self._floor_pressure: Track[Constant | Drift] = Track(Constant(floor_hpa))
         self._puffs: Overlays[Puff] = Overlays(width=1)
         self._temperature = Track(Constant(ROOM_DEGC))
+        self._warmth = Track(Warmth())
         self._humidity = Track(Constant(ROOM_PERCENT))
         self._laws: dict[str, Signal] = {
             "acc": self._force_g,
@@ -102,6 +104,7 @@ class Truth:
             "mag": self._field_mgauss,
             "pressure": self._pressure_hpa,
             "temperature": self._temperature_degc,
+            "warmth": self._board_degc,
             "humidity": self._humidity_percent,
         }
         self._signals = {name: Track(law) for name, law in self._laws.items()}
@@ -153,6 +156,10 @@ class Truth:
     def temperature_degc(self, t_s: npt.ArrayLike) -> Array:
         """Air temperature, (N,), the same at every height."""
         return self._signal("temperature", t_s)
+
+    def board_temperature_degc(self, t_s: npt.ArrayLike) -> Array:
+        """What the thermometers of an ideal part on the board measure, (N,)."""
+        return self._signal("warmth", t_s)
 
     def relative_humidity_percent(self, t_s: npt.ArrayLike) -> Array:
         """Relative humidity of the air, (N,); nothing else depends on it."""
@@ -206,6 +213,7 @@ class Truth:
             self._soft_iron,
             self._floor_pressure,
             self._temperature,
+            self._warmth,
             self._humidity,
             *self._signals.values(),
         )
@@ -293,6 +301,9 @@ class Truth:
 
     def _temperature_degc(self, t_s: Array) -> Array:
         return self._temperature.evaluate(t_s, Constant.value)
+
+    def _board_degc(self, t_s: Array) -> Array:
+        return self._temperature_degc(t_s) + self._warmth.evaluate(t_s, lambda warmth, t: warmth.value(t))
 
     def _humidity_percent(self, t_s: Array) -> Array:
         return self._humidity.evaluate(t_s, Constant.value)

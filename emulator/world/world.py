@@ -39,6 +39,7 @@ from emulator.world.motors import MOTORS, Motors
 from emulator.world.recording import MEASURED, Interpolation, Recording
 from emulator.world.track import Array, Constant, Linear, MinimumJerk, Track
 from emulator.world.truth import STANDARD_GRAVITY, Disturbance, Truth, pressure_ratio
+from emulator.world.warmth import Warmth
 
 NOW_TOLERANCE_S = 1e-9  # now comes from integer picoseconds: the same instant may differ in the last bit
 HISTORY_S = 5.0  # kept behind now; sensors evaluate from about now on
@@ -88,8 +89,21 @@ class World(Truth):
         self._set(self._floor_pressure, here / ratio, "pressure")
 
     def set_temperature(self, degc: float) -> None:
-        """Another temperature of the air; the pressure at the floor stays."""
-        self._set(self._temperature, limits.TEMPERATURE.check("degc", degc), "temperature")
+        """Another temperature of the air; the pressure at the floor stays, the board follows in its time."""
+        now_degc = limits.TEMPERATURE.check("degc", degc)
+        now = self._now_s()
+        if now > 0.0:  # what it is when the world begins, it has been for long
+            change_degc = now_degc - float(self._temperature.at(now).value(np.array([now]))[0])
+            self._warmth.plan(now, self._warmth.at(now).after(change_degc, now))
+        self._set(self._temperature, now_degc, "temperature", "warmth")
+
+    def warm_up(self, heating_degc: float, time_constant_s: float, *, cold: bool = False) -> None:
+        """Say when the world begins how much warmer than the air the board is (:mod:`emulator.world.warmth`).
+
+        ``cold``: it is switched on now, and only becomes so.
+        """
+        rest_degc = -heating_degc if cold and time_constant_s else 0.0
+        self._warmth = Track(Warmth(heating_degc, time_constant_s, 0.0, rest_degc))
 
     def set_humidity(self, percent: float) -> None:
         """Another relative humidity of the air."""
@@ -461,8 +475,9 @@ class World(Truth):
         end = start + float(row_s[-1])
         for group, values in recording.groups.items():
             if group in MEASURED:
-                self._signals[group].plan(start, Interpolation(row_s, values, start))
-                self._agitation[group].add(start, end)
+                for signal in ("temperature", "warmth") if group == "temperature" else (group,):
+                    self._signals[signal].plan(start, Interpolation(row_s, values, start))
+                    self._agitation[signal].add(start, end)
             elif group == "altitude":
                 moving = RecordedHeight(row_s, values, recording.climb_m_s2, start)
                 self._plan_height((start, moving), (end, Rest(float(values[-1]))))
@@ -508,12 +523,13 @@ class World(Truth):
     # -- changing the truth: when a change takes effect, what it drops, and who hears of it -----------------
 
     def _set(
-        self, track: Track[Constant] | Track[Constant | Drift], value: npt.ArrayLike, signal: str
+        self, track: Track[Constant] | Track[Constant | Drift], value: npt.ArrayLike, *signals: str
     ) -> None:
         now = self._now_s()
         track.plan(now, Constant(value))
-        self._agitation[signal].add(now, now)
-        self._changed(now, (signal,))
+        for signal in signals:
+            self._agitation[signal].add(now, now)
+        self._changed(now, signals)
 
     def _start(self, start_s: float | None) -> float:
         """``start_s`` checked; None is now."""

@@ -1,0 +1,108 @@
+"""How warm the board is: heating after power-on, and air that changes, against the differential equation."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from emulator import Board
+from emulator.world import World
+from tests.scenario_files import write
+
+HEATING_DEGC, TAU_S = 4.0, 100.0
+
+
+class Clocked:
+    """A world whose time is set by hand."""
+
+    def __init__(self, cold: bool = True) -> None:
+        self.now_s = 0.0
+        self.world = World(lambda: self.now_s)
+        self.world.warm_up(HEATING_DEGC, TAU_S, cold=cold)
+
+    def at(self, t_s: float) -> float:
+        return float(self.world.board_temperature_degc(t_s)[0])
+
+
+def test_a_board_that_is_switched_on_becomes_warmer_than_the_air() -> None:
+    board = Clocked()
+    assert board.at(0) == 25
+    assert board.at(TAU_S) == pytest.approx(25 + HEATING_DEGC * (1 - np.exp(-1)), abs=1e-9)
+    assert board.at(1e5) == pytest.approx(29, abs=1e-9)
+    np.testing.assert_array_equal(board.world.temperature_degc([0, 1e5]), [25, 25])
+
+
+def test_a_board_that_has_been_on_for_long_is_warm() -> None:
+    board = Clocked(cold=False)
+    np.testing.assert_array_equal(board.world.board_temperature_degc([0, 1, 1e4]), [29, 29, 29])
+
+
+def test_an_ideal_board_has_the_airs_temperature_at_once() -> None:
+    clock = [0.0]
+    world = World(lambda: clock[0])
+    world.warm_up(0.0, 0.0, cold=True)
+    clock[0] = 5.0
+    world.set_temperature(-10)
+    np.testing.assert_array_equal(world.board_temperature_degc([4.999, 5.0, 5.001]), [25, -10, -10])
+
+
+def test_it_follows_the_air_as_a_body_that_stores_heat() -> None:
+    """Against scipy's integration of tau dT/dt = air + heating - T, through four changes, one of them twice."""
+    board, changes = Clocked(), [(0.0, 15.0), (30.0, 35.0), (30.0, 5.0), (130.0, 20.0), (131.0, 40.0)]
+    for at_s, degc in changes:
+        board.now_s = at_s
+        board.world.set_temperature(degc)
+    board.now_s = 300.0
+
+    def slope(t_s: float, degc: np.ndarray[tuple[int], np.dtype[np.float64]]) -> list[float]:
+        air = next(value for at_s, value in reversed(changes) if at_s <= t_s)
+        return [(air + HEATING_DEGC - degc[0]) / TAU_S]
+
+    times = np.arange(135.0, 300.0, 5.0)  # the world keeps no more of its past
+    solved = solve_ivp(slope, (0, 300), [15.0], t_eval=times, max_step=0.1, rtol=1e-9)
+    np.testing.assert_allclose(board.world.board_temperature_degc(times), solved.y[0], atol=1e-2)
+
+
+def test_what_the_world_begins_with_has_been_so_for_long(tmp_path: Path) -> None:
+    settings = "[sensors]\ngrade = 'ideal'\n[world]\ntemperature_degc = 5\n[board]\nthermal_s = 100\n"
+    board = Board(scenario=write(tmp_path, f"schema = 1\nquestion = '?'\nduration = '2s'\n{settings}"))
+    np.testing.assert_array_equal(board.world.board_temperature_degc([0, 1, 2]), [5, 5, 5])
+
+
+def test_a_recorded_temperature_is_taken_as_it_is(tmp_path: Path) -> None:
+    (tmp_path / "warm.csv").write_text("t_s,temp_C\n0,10\n1,20\n")
+    text = "schema = 1\nquestion = '?'\nduration = '2s'\n[[timeline]]\ndo = 'replay'\ncsv = 'warm.csv'\n"
+    board = Board(scenario=write(tmp_path, text))
+    np.testing.assert_allclose(board.world.board_temperature_degc([0, 0.5, 1.5]), [10, 15, 20])
+
+
+THERMOMETERS = {  # how each is switched on; OUT_TEMP and its counts in a degree
+    "lsm6dsl": ((0x10, 0x40), 0x20, 256),
+    "lis2mdl": ((0x60, 0x8C), 0x6E, 8),
+    "lps22hb": ((0x10, 0x50), 0x2B, 100),
+}
+
+
+@pytest.mark.parametrize("cold", [True, False])
+def test_the_thermometers_of_a_cold_board_show_it(cold: bool) -> None:
+    """Over a minute: 5 degC (exp(-1 / 200) - exp(-61 / 200)) of a typical board."""
+    board = Board(cold_start=cold)
+    readings = []
+    for _ in range(2):
+        board.run_for(1)
+        row = []
+        for part, ((control, value), address, counts) in THERMOMETERS.items():
+            chip = board.sensors[part.upper()]
+            if not readings:
+                chip.write(control, bytes((value,)), board.clock.now_ps - 10**11)
+            raw = chip.read(address, 2, board.clock.now_ps)
+            row.append(int.from_bytes(raw, "little", signed=True) / counts)
+        readings.append(row)
+        board.run_for(59)
+    risen = np.subtract(*reversed(readings))
+    expected = 5 * (np.exp(-1 / 200) - np.exp(-61 / 200)) if cold else 0.0
+    for rise, (_, _, counts) in zip(risen, THERMOMETERS.values(), strict=True):
+        assert rise == pytest.approx(expected, abs=1.01 / counts)
