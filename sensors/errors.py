@@ -280,27 +280,28 @@ def noise_key(seed: int, *names: str | int) -> int:
 
 
 class NoiseSource:
-    """Standard normal noise with ``channels`` independent channels."""
+    """Standard normal noise with ``channels`` independent channels, drawn ``page`` samples at a time."""
 
-    def __init__(self, key: int, channels: int) -> None:
+    def __init__(self, key: int, channels: int, page: int = _PAGE) -> None:
         self._key = key
         self._channels = channels
+        self._length = page
         self._pages: dict[int, NDArray[np.float64]] = {}
 
     def block(self, first: int, count: int) -> NDArray[np.float64]:
         """Samples ``first`` to ``first + count - 1``, shape (channels, count), unit variance."""
-        start, end = first // _PAGE, (first + count - 1) // _PAGE
+        start, end = first // self._length, (first + count - 1) // self._length
         pages = [self._page(number) for number in range(start, end + 1)]
-        offset = first - start * _PAGE
+        offset = first - start * self._length
         drawn = pages[0] if len(pages) == 1 else np.concatenate(pages, axis=1)
         return drawn[:, offset : offset + count]
 
     def _page(self, number: int) -> NDArray[np.float64]:
         page = self._pages.get(number)
         if page is None:
-            if len(self._pages) >= 2:  # a block spans two pages at most; older ones are drawn again if asked
+            if len(self._pages) >= 2:  # a block mostly spans two; older ones are drawn again if asked
                 self._pages.pop(next(iter(self._pages)))
             bits = np.random.Philox(key=self._key, counter=[0, 0, 0, number])
-            page = np.random.Generator(bits).standard_normal((self._channels, _PAGE))
+            page = np.random.Generator(bits).standard_normal((self._channels, self._length))
             self._pages[number] = page
         return page

@@ -5,7 +5,7 @@ Writes two pictures to FOLDER and prints two tables:
 - the frequency response of each sensor at five settings: a sine of the world, seen through the registers,
   against the analog stage, the filter before decimation and the digital filters of scipy, or the mean over a
   conversion;
-- the overlapping Allan deviation of every axis over 20 virtual minutes at rest, against white noise by the
+- the overlapping Allan deviation of every axis over 20 virtual minutes at rest, against what follows from the
   datasheets' figures. It is written here, because it is five lines.
 """
 
@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 import click
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy import signal
 
 from sensors.front_end import CONVERTER_HZ
@@ -222,7 +223,11 @@ def _responses(folder: Path) -> None:
 
 
 class Resting(NamedTuple):
-    """``density``: of white noise in the middle of the band, by the datasheet, in ``unit`` per sqrt(Hz)."""
+    """What should be seen of a part at rest.
+
+    ``density``: of white noise in the middle of the band, by the datasheet, in ``unit`` per sqrt(Hz);
+    ``instability``: of the bias, in ``unit``.
+    """
 
     channel: Channel
     writes: Writes
@@ -230,15 +235,21 @@ class Resting(NamedTuple):
     density: float
     unit: str
     scale: float
+    instability: float = 0.0
+
+    def deviation(self, seconds: ArrayLike) -> Array:
+        """The Allan deviation by these figures, of means over so many seconds (IEEE Std 952)."""
+        white = self.density / np.sqrt(2 * np.asarray(seconds, dtype=np.float64))
+        return np.hypot(white, np.sqrt(2 * np.log(2) / np.pi) * self.instability)
 
 
 def resting() -> list[Resting]:
     """A part with nothing but its noise, at rates that are not thousands of samples a second."""
-    acceleration = LSM6DSLErrors(acc_noise_ug_rthz=80.0)
-    rate = LSM6DSLErrors(gyro_noise_mdps_rthz=4.0)
+    acceleration = LSM6DSLErrors(acc_noise_ug_rthz=80.0, acc_bias_instability_ug=40.0)
+    rate = LSM6DSLErrors(gyro_noise_mdps_rthz=4.0, gyro_bias_instability_dph=3.0)
     return [
-        Resting(ACCELEROMETER, ((0x10, 0x40),), acceleration, 80.0, "ug", 1e6),
-        Resting(GYROSCOPE, ((0x11, 0x40),), rate, 4.0, "mdps", 1e3),
+        Resting(ACCELEROMETER, ((0x10, 0x40),), acceleration, 80.0, "ug", 1e6, 40.0),
+        Resting(GYROSCOPE, ((0x11, 0x40),), rate, 4.0, "mdps", 1e3, 3.0 / 3.6),
         # RMS of white noise up to half the rate
         Resting(
             MAGNETOMETER, ((0x60, 0x8C),), LIS2MDLErrors(noise_mgauss=4.5), 4.5 / np.sqrt(50), "mgauss", 1.0
@@ -286,14 +297,14 @@ def _allan(folder: Path) -> None:
         found = np.array([allan_deviation(values, int(m)) for m in lengths])
         tau_s = lengths / rate_hz
         axes.loglog(tau_s, found, "o", markersize=3)
-        axes.loglog(tau_s, part.density / np.sqrt(2 * tau_s), "k-", label="white noise by the figures")
+        axes.loglog(tau_s, part.deviation(tau_s), "k-", label="by the figures")
         axes.set(title=part.channel.name, xlabel="averaged over, s", ylabel=part.unit)
         axes.grid(which="both", alpha=0.3)
         axes.legend(fontsize=8)
         cells = []
         for seconds in (1, 10, 100):
             ours = allan_deviation(values, int(seconds * rate_hz)).mean()
-            cells.append(f"{ours:.3g} ({part.density / np.sqrt(2 * seconds):.3g})")
+            cells.append(f"{ours:.3g} ({float(part.deviation(seconds)):.3g})")
         click.echo(f"| {part.channel.name}, {part.unit} | {' | '.join(cells)} |")
     figure.suptitle(f"Allan deviation at rest, {MINUTES} virtual minutes, each axis")
     figure.savefig(folder / "allan.png", dpi=70)

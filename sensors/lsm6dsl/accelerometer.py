@@ -45,6 +45,7 @@ from sensors.filters import (
     high_pass,
     low_pass,
 )
+from sensors.flicker import Flicker
 from sensors.front_end import FrontEnd, Kernel, kernel
 from sensors.lsm6dsl.declaration import LSM6DSLErrors
 from sensors.lsm6dsl.registers import (
@@ -360,11 +361,16 @@ class Accelerometer:
         self._temperature_degc = temperature_degc
         self._density = errors.acc_noise_ug_rthz
         self._noise = NoiseSource(noise_key(seed, "LSM6DSL", "XL"), 3)
+        self._flicker: Flicker | None = None
+        if errors.acc_bias_instability_ug:
+            instability_mg = errors.acc_bias_instability_ug / 1000
+            self._flicker = Flicker(seed, "LSM6DSL", "XL", channels=3, bias_instability=instability_mg)
         self._deviation = Deviation(
             errors.acc_bias_mg,
             errors.acc_scale_percent,
             errors.acc_bias_drift_mg_per_degc,
             errors.acc_scale_drift_percent_per_degc,
+            errors.acc_cross_axis_percent,
         )
         self.rate_factor = errors.rate_factor
         self.stream = SampleStream(6, self.produce)
@@ -424,6 +430,8 @@ class Accelerometer:
         if self._density:
             noise = self._noise if self._noise_chain is None else self._analog_noise
             mg = mg + self._density * settings.noise_rms_factor * noise.block(number, len(t_s))
+        if self._flicker is not None:
+            mg = mg + self._flicker.block(t_s)
         if settings.self_test:
             mg += settings.self_test * SELF_TEST_MG
         return mg

@@ -16,6 +16,7 @@ from sensors.errors import (
     noise,
     rate_deviation,
     rate_factor,
+    strength,
 )
 
 SIGNALS = (
@@ -29,6 +30,7 @@ BUS = Bus(i2c_addresses=(0x6A, 0x6B), spi_wires=4, source="datasheet 6")
 _TABLE_3, _TABLE_4 = "datasheet Table 3", "datasheet Table 4"
 _OFFSET = "datasheet Table 3; 4.6: a standard deviation"
 _RANGE = "datasheet Table 3; 4.6: the range of many parts"
+_SISTER = "datasheet of the ISM330DHCX"
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,10 @@ class LSM6DSLErrors(PartErrors):
     time only. Of the others, Table 4 has a minimum and a maximum for the thermometer's offset; the figures of
     Table 3 are in its column of typical values, and the terminology of section 4.6 calls the zero-g offset's
     tolerance a standard deviation and the sensitivity's a range. For the rates see :mod:`sensors.errors`.
+
+    What this datasheet leaves out is taken from that of the ISM330DHCX, a later part of the same sensing
+    principle and about the same noise: its gyroscope's bias instability, and the accelerometer's cross-axis
+    sensitivity, which stands for the gyroscope's as well. The accelerometer's bias instability has no source.
     """
 
     PART: ClassVar[str] = "LSM6DSL"
@@ -66,6 +72,18 @@ class LSM6DSLErrors(PartErrors):
     temperature_offset_degc: float = drawn("offset of the thermometer", "degC", 15.0, _TABLE_4)
     gyro_turn_on_ms: float = fixed("start of the gyroscope's drive", "ms", 35.0, _TABLE_4, (0.0, 1000.0))
     odr_percent: float = rate_deviation()
+    acc_bias_instability_ug: float = strength("bias instability", "ug", 40.0, "an assumption")
+    gyro_bias_instability_dph: float = strength("bias instability", "deg/h", 3.0, _SISTER)
+    acc_cross_axis_percent: Vec3 = drawn_by_axis(
+        "between X and Y, X and Z, Y and Z: part of what the other axis feels", "%", 0.5, _SISTER, "typical"
+    )
+    gyro_cross_axis_percent: Vec3 = drawn_by_axis(
+        "between X and Y, X and Z, Y and Z: part of the rate about the other one",
+        "%",
+        0.5,
+        _SISTER,
+        "typical",
+    )
 
     @property
     def rate_factor(self) -> Fraction:
@@ -98,7 +116,7 @@ FUNCTIONS = (
         "gyroscope: rates, modes, full scales, sleep",
         "AN5040 3.8",
         "clips at 16 bits, not at the nominal full scale",
-        "bias instability, sensitivity to acceleration: the datasheet has no figures",
+        "sensitivity to acceleration: the datasheet has no figures",
     ),
     Function(
         "gyroscope: filter chain",
@@ -116,8 +134,9 @@ FUNCTIONS = (
     Function(
         "errors and noise",
         "datasheet Table 3",
-        "typical parts are drawn from the figures below",
-        "cross-axis sensitivity and non-linearity, for which the datasheet has no figures",
+        "typical parts are drawn from the figures below; bias instability and cross-axis sensitivity, of "
+        "which the datasheet has no figures, from those of the ISM330DHCX",
+        "non-linearity, for which the datasheet has no figures",
     ),
     Function("self-test", "AN5040 figures 36 and 37", "one shift inside the limits, the same in every part"),
     Function(

@@ -42,6 +42,7 @@ from sensors.filters import (
     low_pass,
     response,
 )
+from sensors.flicker import Flicker
 from sensors.front_end import FrontEnd, kernel
 from sensors.lsm6dsl.accelerometer import ODR_HZ, Mode, add_low_pass
 from sensors.lsm6dsl.declaration import LSM6DSLErrors
@@ -215,11 +216,16 @@ class Gyroscope:
         self._temperature_degc = temperature_degc
         self._density = errors.gyro_noise_mdps_rthz
         self._noise = NoiseSource(noise_key(seed, "LSM6DSL", "G"), 3)
+        self._flicker: Flicker | None = None
+        if errors.gyro_bias_instability_dph:
+            instability_dps = errors.gyro_bias_instability_dph / 3600
+            self._flicker = Flicker(seed, "LSM6DSL", "G", channels=3, bias_instability=instability_dps)
         self._deviation = Deviation(
             errors.gyro_bias_dps,
             errors.gyro_scale_percent,
             errors.gyro_bias_drift_dps_per_degc,
             errors.gyro_scale_drift_percent_per_degc,
+            errors.gyro_cross_axis_percent,
         )
         self.stream = SampleStream(6, self.produce)
         self._front_end = FrontEnd(angular_rate_dps, self.stream.times_s)
@@ -280,6 +286,8 @@ class Gyroscope:
         if self._density:
             noise = self._noise.block(number, len(t_s))
             dps = dps + self._density * settings.noise_rms_factor / 1000 * noise
+        if self._flicker is not None:
+            dps = dps + self._flicker.block(t_s)
         if settings.self_test:
             dps += settings.self_test * SELF_TEST_DPS[settings.scale]
         return dps

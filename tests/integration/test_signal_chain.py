@@ -17,8 +17,8 @@ def test_a_sensor_responds_to_vibration_as_theory_says(setting: Setting) -> None
 
 
 @pytest.mark.parametrize("part", resting(), ids=lambda part: part.channel.name)
-def test_noise_averages_out_as_white_noise_does(part: Resting) -> None:
+def test_noise_averages_out_as_the_figures_say(part: Resting) -> None:
     """Of 200 means over a second the deviation is known to 5 %; three axes, and three of these."""
     values = at_rest(part, 200)
     found = allan_deviation(values, int(part.channel.rate_hz))
-    assert found == pytest.approx(np.full(found.shape, part.density / np.sqrt(2)), rel=0.25)
+    assert found == pytest.approx(np.full(found.shape, part.deviation(1.0)), rel=0.25)

@@ -17,6 +17,7 @@ LIMITS = {
     "soft_iron_across_percent": 6.0,
     "hsi_percent": 1.0,
 }
+STRENGTHS = {"heating_degc": 5.0, "thermal_s": 200.0}
 HEAD = 'schema = 1\nquestion = "?"\nduration = "1s"\n'
 
 
@@ -52,7 +53,7 @@ def test_each_board_has_its_own_and_keeps_it() -> None:
 
 
 def test_a_hundred_boards_are_inside_the_limits_and_spread_over_them() -> None:
-    assert {entry.name for entry in fields(BoardErrors)} == {*LIMITS, "hse_ppm"}
+    assert {entry.name for entry in fields(BoardErrors)} == {*LIMITS, *STRENGTHS, "hse_ppm"}
     boards = [BoardErrors.of_grade("typical", seed) for seed in range(100)]
     for name, limit in LIMITS.items():
         figures = np.array([getattr(board, name) for board in boards])
@@ -61,6 +62,9 @@ def test_a_hundred_boards_are_inside_the_limits_and_spread_over_them() -> None:
         assert abs(figures.mean()) < limit / 3 * 3 / np.sqrt(figures.size)
     worst = BoardErrors.of_grade("worst", 1)
     assert all(np.all(np.abs(getattr(worst, name)) == limit) for name, limit in LIMITS.items())
+    for name, typical in STRENGTHS.items():
+        assert {getattr(board, name) for board in boards} == {typical}
+        assert getattr(worst, name) == 1.5 * typical
 
 
 def test_soft_iron_only_bends_a_field() -> None:

@@ -215,7 +215,10 @@ SIGMAS: dict[type, dict[str, float]] = {
         "gyro_bias_drift_dps_per_degc": 0.015 * TYPICAL,
         "gyro_scale_drift_percent_per_degc": 0.007 * TYPICAL,
         "temperature_offset_degc": 15.0 * LIMIT,
-        "odr_percent": 2.5 * TYPICAL,
+        "odr_percent": 2.5 * TYPICAL,  # of measured parts, here and below
+        # the datasheet of the ISM330DHCX
+        "acc_cross_axis_percent": 0.5 * TYPICAL,
+        "gyro_cross_axis_percent": 0.5 * TYPICAL,
     },
     LIS2MDLErrors: {
         "bias_mgauss": 60.0 * LIMIT,
@@ -236,7 +239,12 @@ SIGMAS: dict[type, dict[str, float]] = {
     },
 }
 NOISE_FIGURES: dict[type, dict[str, float]] = {
-    LSM6DSLErrors: {"acc_noise_ug_rthz": 80.0, "gyro_noise_mdps_rthz": 4.0},
+    LSM6DSLErrors: {
+        "acc_noise_ug_rthz": 80.0,
+        "gyro_noise_mdps_rthz": 4.0,
+        "acc_bias_instability_ug": 40.0,
+        "gyro_bias_instability_dph": 3.0,  # the datasheet of the ISM330DHCX
+    },
     LIS2MDLErrors: {"noise_mgauss": 4.5},
     LPS22HBErrors: {"pressure_noise_hpa": 0.0075},
 }

@@ -50,7 +50,7 @@ def test_an_ideal_board_has_the_airs_temperature_at_once() -> None:
 
 
 def test_it_follows_the_air_as_a_body_that_stores_heat() -> None:
-    """Against scipy's integration of tau dT/dt = air + heating - T, through four changes, one of them twice."""
+    """Against scipy's integration of tau dT/dt = air + heating - T, through four changes."""
     board, changes = Clocked(), [(0.0, 15.0), (30.0, 35.0), (30.0, 5.0), (130.0, 20.0), (131.0, 40.0)]
     for at_s, degc in changes:
         board.now_s = at_s
