@@ -166,6 +166,15 @@ class PartErrors:
         """Every number's declaration by its name, in the order of declaration."""
         return {entry.name: entry.metadata["figure"] for entry in fields(cls)}
 
+    def mounted(self) -> NDArray[np.float64]:
+        """How the part sits on its board, (3, 3): what it measures = this @ the vector where it should sit.
+
+        To first order in the small angles of ``misalignment_deg``, which a part need not have. Decision: they
+        are 1 degree at most, for which there is no source: 50 um at one end of a package of 3 mm.
+        """
+        x, y, z = np.radians(getattr(self, "misalignment_deg", ZERO)).tolist()
+        return np.array([[1.0, z, -y], [-z, 1.0, x], [y, -x, 1.0]])
+
     @classmethod
     def of_grade(cls, grade: Grade, seed: int) -> Self:
         """One part of the given grade; the same seed always gives the same part. ValueError for no grade."""

@@ -102,12 +102,13 @@ def _build(
     mounted: MountedPart, world: World, settings: SensorSettings, seed: int, powered_on_ps: int | None
 ) -> Part:
     part = mounted.part
+    errors = _replace(part.ERRORS.of_grade(settings.grade, seed), settings.figures.get(mounted.key, {}))
     signals: dict[str, Signal] = {}
     for quantity in part.SIGNALS:
         signal = world.sensed(quantity.name, one_row=quantity.one_row)
-        turned = quantity.axes == 3
-        signals[quantity.name] = signal.turned(_mounting(mounted, settings.mountings)) if turned else signal
-    errors = _replace(part.ERRORS.of_grade(settings.grade, seed), settings.figures.get(mounted.key, {}))
+        if quantity.axes == 3:
+            signal = signal.turned(errors.mounted() @ _mounting(mounted, settings.mountings))
+        signals[quantity.name] = signal
     return part.build(signals, errors, seed, powered_on_ps=powered_on_ps)
 
 

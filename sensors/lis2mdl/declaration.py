@@ -64,6 +64,9 @@ class LIS2MDLErrors(PartErrors):
         "between X and Y, X and Z, Y and Z: part of the field along the other axis", "%", 1.0, "an assumption"
     )
     odr_percent: float = rate_deviation()
+    misalignment_deg: Vec3 = drawn_by_axis(
+        "by how much it is turned on its board about X, Y, Z", "deg", 1.0, "an assumption"
+    )
 
     @property
     def rate_factor(self) -> Fraction:

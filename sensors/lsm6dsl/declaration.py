@@ -72,6 +72,9 @@ class LSM6DSLErrors(PartErrors):
     temperature_offset_degc: float = drawn("offset of the thermometer", "degC", 15.0, _TABLE_4)
     gyro_turn_on_ms: float = fixed("start of the gyroscope's drive", "ms", 35.0, _TABLE_4, (0.0, 1000.0))
     odr_percent: float = rate_deviation()
+    misalignment_deg: Vec3 = drawn_by_axis(
+        "by how much it is turned on its board about X, Y, Z", "deg", 1.0, "an assumption"
+    )
     acc_bias_instability_ug: float = strength("bias instability", "ug", 40.0, "an assumption")
     gyro_bias_instability_dph: float = strength("bias instability", "deg/h", 3.0, _SISTER)
     acc_cross_axis_percent: Vec3 = drawn_by_axis(

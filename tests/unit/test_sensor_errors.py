@@ -216,6 +216,7 @@ SIGMAS: dict[type, dict[str, float]] = {
         "gyro_scale_drift_percent_per_degc": 0.007 * TYPICAL,
         "temperature_offset_degc": 15.0 * LIMIT,
         "odr_percent": 2.5 * TYPICAL,  # of measured parts, here and below
+        "misalignment_deg": 1.0 * LIMIT,  # in no document
         # the datasheet of the ISM330DHCX
         "acc_cross_axis_percent": 0.5 * TYPICAL,
         "gyro_cross_axis_percent": 0.5 * TYPICAL,
@@ -228,6 +229,7 @@ SIGMAS: dict[type, dict[str, float]] = {
         # in no document: the model's stated assumptions
         "set_reset_offset_mgauss": 120.0 * LIMIT,
         "cross_axis_percent": 1.0 * LIMIT,
+        "misalignment_deg": 1.0 * LIMIT,
         "odr_percent": 2.5 * TYPICAL,
     },
     LPS22HBErrors: {

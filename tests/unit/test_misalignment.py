@@ -1,0 +1,43 @@
+"""Sensors that sit a little turned on their board: what they measure is the true vector in turned axes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from emulator import Board
+from sensors import PARTS, Part
+from sensors.lsm6dsl import LSM6DSLErrors
+from tests.scenario_files import write
+
+HEAD = "schema = 1\nquestion = '?'\nduration = '2s'\n[sensors]\ngrade = 'ideal'\n"
+
+
+@pytest.mark.parametrize("turned_deg", [(1.0, 0.0, 0.0), (0.0, -0.7, 0.0), (0.3, 0.5, -1.0)])
+def test_a_turned_part_measures_in_its_own_axes(turned_deg: tuple[float, float, float]) -> None:
+    """Against scipy's rotation; to first order, of which 1 degree leaves 2e-4."""
+    found = LSM6DSLErrors(misalignment_deg=turned_deg).mounted()
+    exact = Rotation.from_rotvec(np.radians(turned_deg)).inv().as_matrix()
+    np.testing.assert_allclose(found, exact, atol=2e-4)
+
+
+def test_gravity_of_a_level_board_is_seen_aslant(tmp_path: Path) -> None:
+    """The part is turned about its own X: Y sees the sine of 1 degree of gravity."""
+    figures = "[sensors.lsm6dsl]\nmisalignment_deg = [1, 0, 0]\n"
+    board = Board(scenario=write(tmp_path, HEAD + figures))
+    board.run_for(1.9)
+    raw = board.sensors["LSM6DSL"].read(0x28, 6, board.clock.now_ps)
+    x, y, z = np.frombuffer(raw, "<i2") * 0.122
+    assert x == pytest.approx(0, abs=0.1)
+    assert y == pytest.approx(1000 * np.sin(np.radians(1)), abs=0.1)
+    assert z == pytest.approx(1000, abs=0.2)
+
+
+@pytest.mark.parametrize("part", PARTS.values(), ids=lambda part: part.NAME)
+def test_ideal_parts_and_those_without_axes_are_not_turned(part: type[Part]) -> None:
+    np.testing.assert_array_equal(part.ERRORS().mounted(), np.eye(3))
+    has_axes = any(quantity.axes == 3 for quantity in part.SIGNALS)
+    assert np.any(part.ERRORS.of_grade("typical", 1).mounted() != np.eye(3)) == has_axes
