@@ -215,10 +215,11 @@ class Truth:
             self._temperature,
             self._warmth,
             self._humidity,
-            *self._signals.values(),
         )
         for track in tracks:
             track.forget(before_s)
+        for signal in self._signals.values():
+            signal.forget(before_s)
         for agitation in self._agitation.values():
             agitation.forget(before_s)
         self._shakes.forget(before_s)

@@ -36,6 +36,7 @@ SECONDS = {
     "led_y": 2.3,
     "magnet_passes_by": 2.3,
     "motors": 2.3,
+    "outside": 6.4,  # the air has become colder
     "slow_bus": 1.4,
     "stairs": 2.2,
     "tilt_sweep": 3.3,

@@ -35,6 +35,7 @@ BREAKS = {
     "led_y": ("roll_deg", "pitch_deg"),
     "magnet_passes_by": ("moment_am2 = 8", "moment_am2 = 80"),
     "motors": ("throttle = 1", "throttle = 0.7"),
+    "outside": ("thermal_s = 20", "thermal_s = 0"),
     "slow_bus": ('"100kHz"', '"400kHz"'),
     "stairs": ('grade = "typical"', 'grade = "typical"\n[sensors.lps22hb]\npressure_noise_hpa = 0.1'),
     "weather": ("change_hpa = -0.6", "change_hpa = -0.2"),
