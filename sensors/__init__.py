@@ -14,6 +14,7 @@ sampling           which sample is the latest at a given time
 front_end          what comes before a sample: analog stage, clipping, filter before decimation
 filters            digital filters on samples
 errors             how a real part deviates: offset, scale, drift, noise
+flicker            the slow wandering of an offset
 declaration        what a part says about itself: signals, bus, functions
 part, pin          the base of every part, and its interrupt pins
 =================  ====================================================================================

@@ -142,9 +142,9 @@ def test_registers_begins_with_how_the_part_is_reached_and_ends_with_how_it_devi
     )
     assert "keys of [sensors.lps22hb] in a scenario:" in text
     assert text.rstrip().splitlines()[-1].split()[:3] == [
-        "pressure_drift_hpa_per_degc",
-        "hPa/degC",
-        "+-0.0025",
+        "odr_percent",
+        "%",
+        "+-2.5",
     ]
     deviations = fcu("registers", "lsm6dsl").stdout.decode().partition("deviations of")[2]
     assert "zero-g offset (datasheet Table 3; 4.6: a standard deviation)" in deviations

@@ -345,9 +345,14 @@ class Hang:
         )
 
     def _outermost(self, loop: Loop) -> int:
-        """Of the functions that the loop goes through the one that the others are called from."""
-        inside = [call.address for call in self._calls if {call.address, call.address - 2} & loop.code]
-        return inside[-1] if inside else self._pc
+        """Of the functions that the loop goes through the one that the others are called from.
+
+        Where it calls none, its last instruction: where it is just now says as much, but with an inlined
+        function it would be another line each time.
+        """
+        calls = [call.address for call in self._calls if call.address != self._pc]
+        inside = [address for address in calls if {address, address - 2} & loop.code]
+        return inside[-1] if inside else max(loop.code, default=self._pc)
 
     def _report(self, place: int, cause: Cause, *, fatal: bool = True) -> Diagnosis:
         where = self._places.place(place)
