@@ -201,10 +201,7 @@ class World(Truth):
         start = self._start(start_s)
         before, lies = self._magnet.at(start), HeldMagnet(moment, place)
         if before is None or before.moment_am2 != moment:
-            self._magnet.plan(start, lies)
-            self._agitation["mag"].add(start, start)
-            self._changed(start, ("mag",))
-            return start
+            return self._put_magnet(lies, start)
         position, speed, acceleration = (one[0] for one in before.moving(np.array([start])))
         approach = Approach.of(start, time_constant, position - place, speed, acceleration)
         end = start + SETTLED * time_constant
@@ -216,11 +213,14 @@ class World(Truth):
 
     def take_magnet_away(self, start_s: float | None = None) -> float:
         """No hand holds a magnet near the board any more."""
-        start = self._start(start_s)
-        self._magnet.plan(start, None)
-        self._agitation["mag"].add(start, start)
-        self._changed(start, ("mag",))
-        return start
+        return self._put_magnet(None, self._start(start_s))
+
+    def _put_magnet(self, magnet: HeldMagnet | None, start_s: float) -> float:
+        """At once, without a way."""
+        self._magnet.plan(start_s, magnet)
+        self._agitation["mag"].add(start_s, start_s)
+        self._changed(start_s, ("mag",))
+        return start_s
 
     # -- a hand that holds the board ------------------------------------------------------------------------
 
