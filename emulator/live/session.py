@@ -179,12 +179,22 @@ class Session:
                 self._perform(parse_entry({"do": "send", "hex": typed.hex()}))
 
     def _wait(self) -> None:
-        if self.state != "running":
-            self._wait_for(self._wake, _FRAME_S if self._changed else _SLOWLY_S)
-        elif self.speed is not None:
-            ahead_s = self._due_wall_s(self.board.now_s) + _SLICE_S - self._wall_s()
-            self._wait_for(self._wake, min(max(ahead_s, 0.0), _SLICE_S))
+        pause_s = self._pause_s()
+        if pause_s > 0.0:
+            self._wait_for(self._wake, pause_s)
         self._wake.clear()
+
+    def _pause_s(self) -> float:
+        """Wall time until the next slice or state is due, whichever is earlier."""
+        running = self.state == "running"
+        if running and self.speed is None:
+            return 0.0
+        wall_s, longest_s = self._wall_s(), _SLOWLY_S
+        if running:
+            longest_s = min(self._due_wall_s(self.board.now_s) + _SLICE_S - wall_s, _SLICE_S)
+        state_s = self._next_frame_s - wall_s
+        waited_for = self._clients and (state_s > 0.0 or self._changed)
+        return min(state_s, longest_s) if waited_for else longest_s
 
     def _due_wall_s(self, virtual_s: float) -> float:
         assert self.speed is not None
@@ -274,6 +284,8 @@ class Session:
         self._last_ps = 0
         self._next_frame_s = self._next_slow_s = self._next_findings_s = self._next_verdicts_s = 0.0
         self._next_watch_s = self._last_frame_s = 0.0
+        self._truth: dict[str, Any] = {}
+        self._truth_s = 0.0
         self._findings: list[dict[str, Any]] = []
         self._verdicts: list[dict[str, str]] = []
         self._registers: dict[str, messages.Registers] = {}
@@ -500,6 +512,9 @@ class Session:
         if wall_s - since_s >= 1.0:
             self._pace = (board.now_s - from_s) / (wall_s - since_s)
             self._paced_from = wall_s, board.now_s
+        if not self._truth or not board.world.rests(self._truth_s, board.now_s):
+            self._truth = view.truth(board)
+        self._truth_s = board.now_s
         names = dict.fromkeys(name for watch in self._clients.values() for name in watch.variables)
         values: dict[str, float] = {}
         for name in names:
@@ -509,7 +524,7 @@ class Session:
             t_s=board.now_s,
             pace=round(self._pace, 3) if self.state == "running" else 0.0,
             leds={name: led.on for name, led in board.leds.items()},
-            truth=view.truth(board),
+            truth=self._truth,
             samples=transfers.samples(board, self._transfers.latest()),
             variables=values,
             load=self._load.figures(),

@@ -15,6 +15,7 @@ from emulator.buses.i2c import I2CBus
 from emulator.live import messages, transfers
 from emulator.scenario import scenario_names
 from emulator.time.clock import PS_PER_S
+from emulator.world.attitude import matrix_to_euler
 from emulator.world.track import Array
 
 _MOST_LEAVES = 16  # numbers of one variable that are shown
@@ -47,8 +48,8 @@ def truth(board: Board) -> dict[str, Any]:
     ``magnet_m``: north, west and up of the board; null for none.
     """
     world, now = board.world, instant(board)
-    rotation = world.rotation(now)[0]
-    roll, pitch, yaw = world.attitude_deg(now)[0]
+    rotation = world.rotation(now)
+    roll, pitch, yaw = matrix_to_euler(rotation)[0]
     return {
         "rotation": [round(float(one), 6) for one in rotation.flat],
         "roll_deg": _short(roll),

@@ -158,6 +158,10 @@ class Agitation:
         if self._motions:
             self._motions = [motion for motion in self._motions if motion[1] >= before_s]
 
+    def rests(self, from_s: float, to_s: float) -> bool:
+        """Whether nothing moves between these times, however slowly."""
+        return not any(start_s <= to_s and end_s >= from_s for start_s, end_s, _ in self._motions)
+
     def between(self, from_s: float, to_s: float, pace_s: float) -> list[tuple[float, float]]:
         """Begin and end of the motions between these times that are faster than ``pace_s``."""
         return [

@@ -13,6 +13,7 @@ reference height is the sea. Source: U.S. Standard Atmosphere 1976, equation 33a
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from typing import Any
 
@@ -109,6 +110,7 @@ class Truth:
         }
         self._signals = {name: Track(law) for name, law in self._laws.items()}
         self._agitation = {name: Agitation() for name in self._laws}
+        self._forgotten_s = -math.inf
 
     def rotation(self, t_s: npt.ArrayLike) -> Array:
         """Board to world, (N, 3, 3)."""
@@ -189,6 +191,14 @@ class Truth:
         north, west, up = magnet.moving(np.array([t_s]))[0][0].tolist()
         return magnet.moment_am2, north, west, up
 
+    def rests(self, from_s: float, to_s: float) -> bool:
+        """Whether nothing changes from ``from_s`` to ``to_s``; False if it is not known any more."""
+        return (
+            from_s >= self._forgotten_s
+            and self._warmth.at(to_s).rests(from_s)
+            and all(agitation.rests(from_s, to_s) for agitation in self._agitation.values())
+        )
+
     def hard_iron_mgauss(self, t_s: npt.ArrayLike) -> Array:
         """The board's own field at the magnetometer, board axes, (N, 3)."""
         return _sampled(lambda t: self._hard_iron.evaluate(t, Constant.value), t_s)
@@ -201,6 +211,7 @@ class Truth:
 
     def _forget(self, before_s: float) -> None:
         """Drop the past, so that live changes by the million take no memory."""
+        self._forgotten_s = max(self._forgotten_s, before_s)
         tracks: tuple[Track[Any], ...] = (
             self._attitude,
             self._height,
@@ -361,4 +372,4 @@ def _sampled(signal: Signal, t_s: npt.ArrayLike) -> Array:
 
 def _rows(values: Array, count: int) -> Array:
     """A constant's single row repeated, in an array of the caller's own."""
-    return np.array(np.broadcast_to(values, (count, *values.shape[1:])))
+    return values.repeat(count, axis=0) if len(values) == 1 else values.copy()

@@ -38,13 +38,15 @@ class Warmth:
     start_s: float = 0.0
     rest_degc: float = 0.0
 
+    def rests(self, from_s: float) -> bool:
+        """Whether nothing changes any more from ``from_s`` on."""
+        return not self.rest_degc or from_s - self.start_s > _GONE * self.time_constant_s
+
     def value(self, t_s: Array) -> Array:
         """In degC: (N,), or (1,) where it no longer changes."""
-        if not self.rest_degc or t_s.size == 0:
+        if t_s.size == 0 or self.rests(t_s.min()):
             return np.array([self.heating_degc])
         passed = (t_s - self.start_s) / self.time_constant_s
-        if passed.min() > _GONE:
-            return np.array([self.heating_degc])
         left: Array = self.heating_degc + self.rest_degc * np.exp(-passed)
         return left
 

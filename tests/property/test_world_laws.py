@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import trapezoid
 
 from emulator.world import World
+from emulator.world.recording import Recording
 from emulator.world.track import Array
 
 tilt = st.floats(-89.9, 89.9)
@@ -103,3 +106,93 @@ def test_integrating_the_rate_gives_the_angle(angle: float, duration: float) -> 
     t = np.linspace(0, duration, 2001)
     turned = trapezoid(world.angular_rate_dps(t)[:, 2], t)
     np.testing.assert_allclose(turned, angle, atol=1e-3)
+
+
+EVERYTHING = (
+    "rotation",
+    "altitude_m",
+    "specific_force_g",
+    "angular_rate_dps",
+    "magnetic_field_mgauss",
+    "pressure_hpa",
+    "temperature_degc",
+    "board_temperature_degc",
+    "relative_humidity_percent",
+)
+RECORDING = Recording(
+    "recording.csv",
+    np.array([0.0, 0.3, 0.6]),
+    {"pressure": np.array([990.0, 980.0, 985.0]), "attitude": np.array([[0, 0, 0], [9, 0, 0], [9, 5, 0.0]])},
+)
+CHANGES: tuple[Callable[[World, float], object], ...] = (
+    lambda world, size: world.set_attitude(90 * size, 0, 0),
+    lambda world, size: world.set_altitude(size),
+    lambda world, size: world.set_pressure(900 + size),
+    lambda world, size: world.set_temperature(20 + size),
+    lambda world, size: world.set_humidity(50 * size),
+    lambda world, size: world.set_magnetic_field(20 * size, 0, 40),
+    lambda world, size: world.set_hard_iron(100 * size, 0, 0),
+    lambda world, size: world.set_soft_iron(np.eye(3) * (1 + size)),
+    lambda world, size: world.set_gravity(9 + size),
+    lambda world, size: world.follow_attitude(20, 90 * size, 0),
+    lambda world, size: world.follow_altitude(size),
+    lambda world, size: world.follow_magnet(0.1 + size, 0, 0),
+    lambda world, _: world.take_magnet_away(),
+    lambda world, size: world.take_in_hand(tremor_mg=10 * size),
+    lambda world, _: world.put_down(),
+    lambda world, size: world.run_motors(size),
+    lambda world, size: world.rotate_to(90 * size, 0, 0, 0.5),
+    lambda world, size: world.sweep("yaw", 90 * size, 0.5),
+    lambda world, size: world.figure_eight(0.5 + size),
+    lambda world, size: world.turn_over(0.1 + size),
+    lambda world, size: world.lift(size, 0.7),
+    lambda world, size: world.free_fall(0.1 + size / 2),
+    lambda world, size: world.shake("up", 0.3, 20, 0.1 + size),
+    lambda world, size: world.disturb_field(9 * size, 0, 0, 0.3),
+    lambda world, _: world.pass_magnet(0.3, 0.05, 2.0),
+    lambda world, _: world.replay(RECORDING),
+    lambda world, size: world.change_weather(size, 0.4),
+    lambda world, size: world.blow(9 * size, 1.0),
+    lambda world, _: world.shut_door(),
+)
+
+
+@given(
+    changes=st.lists(
+        st.tuples(st.floats(0.01, 0.5), st.sampled_from(CHANGES), st.sampled_from((0.0, 0.2, 0.9))),
+        max_size=6,
+    ),
+    spans=st.lists(st.tuples(st.floats(0.0, 4.0), st.floats(0.0, 2.0)), min_size=8, max_size=8),
+    thermal_s=st.sampled_from((0.0, 0.02, 200.0)),
+)
+@settings(deadline=None)
+def test_where_the_world_rests_nothing_changes(
+    changes: list[tuple[float, Callable[[World, float], object], float]],
+    spans: list[tuple[float, float]],
+    thermal_s: float,
+) -> None:
+    now_s = 0.0
+    world = World(lambda: now_s)
+    world.warm_up(5.0, thermal_s)
+    for after_s, change, size in changes:
+        now_s += after_s
+        change(world, size)
+    for from_s, lasts_s in spans:
+        if world.rests(from_s, from_s + lasts_s):
+            for name in EVERYTHING:
+                seen = getattr(world, name)(np.linspace(from_s, from_s + lasts_s, 9))
+                assert np.all(seen == seen[0]), name
+
+
+def test_a_world_rests_before_and_after_a_motion_and_not_where_it_has_forgotten() -> None:
+    now_s = 1.0
+    world = World(lambda: now_s)
+    world.lift(1.0, 0.5)
+    assert world.rests(0.0, 0.9)
+    assert not world.rests(0.0, 1.0)
+    assert not world.rests(1.2, 9.0)
+    assert world.rests(1.6, 9.0)
+    now_s = 20.0
+    world.set_humidity(30)
+    assert not world.rests(1.6, 9.0)
+    assert world.rests(20.1, 1000.0)
