@@ -121,6 +121,12 @@ def rate_deviation() -> Any:
     return drawn("by how much every rate is faster", "%", 2.5, "measured parts", "typical", (-20.0, 20.0))
 
 
+def heating_share() -> Any:
+    """The field ``heating_percent`` of a part with a thermometer: see :mod:`emulator.world.warmth`."""
+    doc = "by how much more than the board it is warmed at its place"
+    return drawn(doc, "%", 8.0, "the board's size and copper", "typical", (-100.0, 100.0))
+
+
 def rate_factor(odr_percent: float) -> Fraction:
     """A part's true rates over the nominal ones."""
     return 1 + Fraction(odr_percent / 100).limit_denominator(10**6)
@@ -174,6 +180,11 @@ class PartErrors:
         """
         x, y, z = np.radians(getattr(self, "misalignment_deg", ZERO)).tolist()
         return np.array([[1.0, z, -y], [-z, 1.0, x], [y, -x, 1.0]])
+
+    @property
+    def heating(self) -> float:
+        """Which part of the board's heating comes on top of it at the part's place; a part need not say."""
+        return float(getattr(self, "heating_percent", 0.0)) / 100.0
 
     @classmethod
     def of_grade(cls, grade: Grade, seed: int) -> Self:

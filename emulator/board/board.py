@@ -21,6 +21,7 @@ it.
 
 from __future__ import annotations
 
+import math
 import weakref
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, suppress
@@ -50,7 +51,7 @@ from emulator.errors import FcuError, InputError
 from emulator.python_cpu.cpu import PythonCpu
 from emulator.python_cpu.hal import Hal
 from emulator.python_cpu.timer import IntervalTimer
-from emulator.time.clock import Clock, to_ps
+from emulator.time.clock import PS_PER_S, Clock, to_ps
 from emulator.time.ticks import TickCounts
 from emulator.trace import BusTransfer, Trace
 from emulator.world import World
@@ -81,7 +82,7 @@ class Board:
     sensors without any error, on a board without iron.
     ``cold_start``: False, as after the reset button, with sensors powered long before; True, with their
     supply switched on at t = 0, so that at first LSM6DSL (15 ms) and LIS2MDL (20 ms) do not answer: no
-    acknowledge on I2C, 0xFF on SPI.
+    acknowledge on I2C, 0xFF on SPI. The board is as warm as the air then, and warms up.
 
     Times are seconds of virtual time since power-on. A board may be closed when it has done its work, by
     ``close()`` or at the end of a ``with`` block; what is only forgotten is cleared away as well.
@@ -119,8 +120,10 @@ class Board:
         if ideal:
             parts = replace(parts, grade="ideal")
         self.world, own = _world_of(plan, parts.grade, self.seed, lambda: clock.now_s)
-        self.world.warm_up(own.heating_degc, own.thermal_s, cold=cold_start)
-        self.sensors = SensorSet(board, self.world, clock, parts, self.seed, 0 if cold_start else None)
+        powered_on_ps = 0 if cold_start else plan.powered_on_ps if plan else None
+        powered_for_s = math.inf if powered_on_ps is None else -powered_on_ps / PS_PER_S
+        self.world.warm_up(own.heating_degc, own.thermal_s, powered_for_s)
+        self.sensors = SensorSet(board, self.world, clock, parts, self.seed, powered_on_ps)
         speed_hz = plan.i2c_speed_hz if plan else FAST_MODE_HZ
         i2c = {name: I2CBus(name, clock, self.trace, speed_hz) for name in board.i2c}
         spi = {name: SpiBus(name, clock, self.trace) for name in board.spi}

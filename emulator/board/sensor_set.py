@@ -105,7 +105,7 @@ def _build(
     errors = _replace(part.ERRORS.of_grade(settings.grade, seed), settings.figures.get(mounted.key, {}))
     signals: dict[str, Signal] = {}
     for quantity in part.SIGNALS:
-        signal = world.sensed(quantity.name, one_row=quantity.one_row)
+        signal = world.sensed(quantity.name, one_row=quantity.one_row, heating=errors.heating)
         if quantity.axes == 3:
             signal = signal.turned(errors.mounted() @ _mounting(mounted, settings.mountings))
         signals[quantity.name] = signal

@@ -31,6 +31,7 @@ from emulator.scenario.tables import (
     LED_NAMES,
     PART_NAMES,
     BusSpeed,
+    Duration,
     FieldTable,
     Length,
     Table,
@@ -220,6 +221,7 @@ class ScenarioFile(Table):
     question: str = Field(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f\x7f-\x9f]+$")  # printed
     firmware: str = ""
     seed: int = Field(0, ge=0, lt=2**63)
+    powered_for: Duration | None = None
     duration: Length = 10 * PS_PER_S
     firmware_settings: FirmwareTable = Field(default_factory=lambda: FirmwareTable.model_validate({}))
     bus: BusTable = BusTable()

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -97,7 +98,8 @@ class Truth:
         self._floor_pressure: Track[Constant | Drift] = Track(Constant(floor_hpa))
         self._puffs: Overlays[Puff] = Overlays(width=1)
         self._temperature = Track(Constant(ROOM_DEGC))
-        self._warmth = Track(Warmth())
+        self._heating = Warmth()
+        self._lag = Track(Warmth())
         self._humidity = Track(Constant(ROOM_PERCENT))
         self._laws: dict[str, Signal] = {
             "acc": self._force_g,
@@ -167,17 +169,19 @@ class Truth:
         """Relative humidity of the air, (N,); nothing else depends on it."""
         return self._signal("humidity", t_s)
 
-    def sensed(self, quantity: str, *, one_row: bool = False) -> Sensed:
+    def sensed(self, quantity: str, *, one_row: bool = False, heating: float = 0.0) -> Sensed:
         """What a sensor measures, by the name of the quantity (:data:`QUANTITIES`), in the board's axes.
 
         Of times (N,), with a row for each; with ``one_row``, for who asks 6,664 times a second, a single row
-        where it is the same at all of them, and rows are not the caller's own. Raises InputError for a
+        where it is the same at all of them, and rows are not the caller's own. ``heating``: which part of the
+        board's heating comes on top of it at the sensor's place, of a temperature. Raises InputError for a
         quantity that the world does not have.
         """
         if quantity not in QUANTITIES:
             raise InputError(f"the world has no {quantity!r}; it has {', '.join(QUANTITIES)}")
         name = QUANTITIES[quantity]
-        return Sensed(self._signals[name], self._agitation[name], one_row)
+        value_of = partial(self._warmed, heating) if heating and name == "warmth" else _of_signal
+        return Sensed(self._signals[name], self._agitation[name], one_row, value_of)
 
     def altitude_m(self, t_s: npt.ArrayLike) -> Array:
         """Height above the room's floor, (N,)."""
@@ -195,7 +199,8 @@ class Truth:
         """Whether nothing changes from ``from_s`` to ``to_s``; False if it is not known any more."""
         return (
             from_s >= self._forgotten_s
-            and self._warmth.at(to_s).rests(from_s)
+            and self._heating.rests(from_s)
+            and self._lag.at(to_s).rests(from_s)
             and all(agitation.rests(from_s, to_s) for agitation in self._agitation.values())
         )
 
@@ -224,7 +229,7 @@ class Truth:
             self._soft_iron,
             self._floor_pressure,
             self._temperature,
-            self._warmth,
+            self._lag,
             self._humidity,
         )
         for track in tracks:
@@ -315,10 +320,20 @@ class Truth:
         return self._temperature.evaluate(t_s, Constant.value)
 
     def _board_degc(self, t_s: Array) -> Array:
-        return self._temperature_degc(t_s) + self._warmth.evaluate(t_s, lambda warmth, t: warmth.value(t))
+        lag = self._lag.evaluate(t_s, lambda warmth, t: warmth.value(t))
+        return self._temperature_degc(t_s) + self._heating.value(t_s) + lag
+
+    def _warmed(self, more: float, signal: Signal, t_s: Array) -> Array:
+        """The temperature where a part of the heating comes on top; a recorded one as it is."""
+        degc = signal(t_s)
+        return degc + more * self._heating.value(t_s) if signal == self._laws["warmth"] else degc
 
     def _humidity_percent(self, t_s: Array) -> Array:
         return self._humidity.evaluate(t_s, Constant.value)
+
+
+def _of_signal(signal: Signal, t_s: Array) -> Array:
+    return signal(t_s)
 
 
 class Sensed:
@@ -328,17 +343,24 @@ class Sensed:
     """
 
     def __init__(
-        self, track: Track[Signal], agitation: Agitation, one_row: bool, turned: Array | None = None
+        self,
+        track: Track[Signal],
+        agitation: Agitation,
+        one_row: bool,
+        value_of: Callable[[Signal, Array], Array] = _of_signal,
+        turned: Array | None = None,
     ) -> None:
-        self._track, self._agitation, self._one_row, self._turned = track, agitation, one_row, turned
+        self._track, self._agitation, self._one_row = track, agitation, one_row
+        self._value_of, self._turned = value_of, turned
 
     def turned(self, mounting: npt.ArrayLike) -> Sensed:
         """The same vector in a sensor's axes: ``mounting`` (3, 3) times the board's."""
-        return Sensed(self._track, self._agitation, self._one_row, np.asarray(mounting, dtype=np.float64).T)
+        turned = np.asarray(mounting, dtype=np.float64).T
+        return Sensed(self._track, self._agitation, self._one_row, self._value_of, turned)
 
     def __call__(self, t_s: Array) -> Array:
         """Values at ``t_s`` (N,): N rows, or with ``one_row`` a single one where all are the same."""
-        values = self._track.evaluate(np.maximum(t_s, 0.0), _of_signal)
+        values = self._track.evaluate(np.maximum(t_s, 0.0), self._value_of)
         if not self._one_row:
             values = _rows(values, t_s.size)
         return values if self._turned is None else values @ self._turned
@@ -358,10 +380,6 @@ def _magnetised_by(motors: Motors | None, _t_s: Array) -> Array:
 
 def _field_of(magnet: HeldMagnet | None, t_s: Array) -> Array:
     return NOTHING if magnet is None else magnet.value(t_s)
-
-
-def _of_signal(signal: Signal, t_s: Array) -> Array:
-    return signal(t_s)
 
 
 def _sampled(signal: Signal, t_s: npt.ArrayLike) -> Array:

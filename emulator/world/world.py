@@ -94,16 +94,17 @@ class World(Truth):
         now = self._now_s()
         if now > 0.0:  # what it is when the world begins, it has been for long
             change_degc = now_degc - float(self._temperature.at(now).value(np.array([now]))[0])
-            self._warmth.plan(now, self._warmth.at(now).after(change_degc, now))
+            self._lag.plan(now, self._lag.at(now).after(change_degc, now))
         self._set(self._temperature, now_degc, "temperature", "warmth")
 
-    def warm_up(self, heating_degc: float, time_constant_s: float, *, cold: bool = False) -> None:
-        """Say when the world begins how much warmer than the air the board is (:mod:`emulator.world.warmth`).
+    def warm_up(self, heating_degc: float, time_constant_s: float, powered_for_s: float = math.inf) -> None:
+        """Say how much warmer than the air the board gets, before time begins (:mod:`emulator.world.warmth`).
 
-        ``cold``: it is switched on now, and only becomes so.
+        ``powered_for_s``: how long it has been switched on when time begins.
         """
-        rest_degc = -heating_degc if cold and time_constant_s else 0.0
-        self._warmth = Track(Warmth(heating_degc, time_constant_s, 0.0, rest_degc))
+        rest_degc = -heating_degc if time_constant_s else 0.0
+        self._heating = Warmth(heating_degc, rest_degc, time_constant_s, -powered_for_s)
+        self._lag = Track(Warmth(time_constant_s=time_constant_s))
 
     def set_humidity(self, percent: float) -> None:
         """Another relative humidity of the air."""

@@ -13,6 +13,7 @@ from sensors.errors import (
     drawn,
     drawn_by_axis,
     fixed,
+    heating_share,
     noise,
     rate_deviation,
     rate_factor,
@@ -67,6 +68,7 @@ class LIS2MDLErrors(PartErrors):
     misalignment_deg: Vec3 = drawn_by_axis(
         "by how much it is turned on its board about X, Y, Z", "deg", 1.0, "an assumption"
     )
+    heating_percent: float = heating_share()
 
     @property
     def rate_factor(self) -> Fraction:

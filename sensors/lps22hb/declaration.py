@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import ClassVar
 
 from sensors.declaration import Bus, Function, Output, Quantity
-from sensors.errors import PartErrors, drawn, noise, rate_deviation, rate_factor
+from sensors.errors import PartErrors, drawn, heating_share, noise, rate_deviation, rate_factor
 
 SIGNALS = (
     Quantity("pressure_hpa", "hPa", 1, "air pressure", Output(0x28, size=3)),
@@ -48,6 +48,7 @@ class LPS22HBErrors(PartErrors):
         "drift from 25 degC on", "hPa/degC", 0.1 / (_FARTHEST_DEGC - REFERENCE_DEGC), _TABLE_3, "typical"
     )
     odr_percent: float = rate_deviation()
+    heating_percent: float = heating_share()
 
     @property
     def rate_factor(self) -> Fraction:

@@ -13,6 +13,7 @@ from sensors.errors import (
     drawn,
     drawn_by_axis,
     fixed,
+    heating_share,
     noise,
     rate_deviation,
     rate_factor,
@@ -87,6 +88,7 @@ class LSM6DSLErrors(PartErrors):
         _SISTER,
         "typical",
     )
+    heating_percent: float = heating_share()
 
     @property
     def rate_factor(self) -> Fraction:

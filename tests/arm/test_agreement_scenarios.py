@@ -24,9 +24,11 @@ from emulator.scenario import scenario_names
 from tests.arm.agreement import Track, numbers_of, ran, replayed, text_of
 
 SECONDS = {
+    "askew": 3.3,  # figure-of-eight from 1.5 s on
     "clocks": 4.4,  # the vibration has begun
     "compass_turn": 3.3,  # figure-of-eight from 2 s on
     "desk": 2.2,
+    "drift": 2.3,
     "figure_eight": 2.3,
     "flat": 2.3,
     "free_fall": 2.3,  # on the way up
@@ -37,6 +39,7 @@ SECONDS = {
     "magnet_passes_by": 2.3,
     "motors": 2.3,
     "outside": 6.4,  # the air has become colder
+    "plugged_in": 4.3,  # 4 degrees warmer
     "slow_bus": 1.4,
     "stairs": 2.2,
     "tilt_sweep": 3.3,

@@ -23,9 +23,11 @@ date = 2026-06-01
 """
 BREAKS = {
     # What to change in a shipped file so that its expectations must fail: they do look at what they name.
+    "askew": ("acc_cross_axis_percent = [1.5", "acc_cross_axis_percent = [0"),
     "clocks": ("odr_percent = 2.5", "odr_percent = 0"),
     "compass_turn": ('do = "figure_eight"', 'do = "hold"'),
     "desk": ("23.058", "24.3"),
+    "drift": ("dph = 300", "dph = 3"),
     "figure_eight": ('do = "figure_eight"', 'do = "hold"'),
     "flat": ('grade = "typical"', 'grade = "typical"\n[sensors.lsm6dsl]\nacc_bias_mg = [150, 0, 0]'),
     "free_fall": ('do = "free_fall"', 'do = "hold"'),
@@ -36,6 +38,7 @@ BREAKS = {
     "magnet_passes_by": ("moment_am2 = 8", "moment_am2 = 80"),
     "motors": ("throttle = 1", "throttle = 0.7"),
     "outside": ("thermal_s = 20", "thermal_s = 0"),
+    "plugged_in": ("heating_percent = 30", "heating_percent = 0"),
     "slow_bus": ('"100kHz"', '"400kHz"'),
     "stairs": ('grade = "typical"', 'grade = "typical"\n[sensors.lps22hb]\npressure_noise_hpa = 0.1'),
     "weather": ("change_hpa = -0.6", "change_hpa = -0.2"),

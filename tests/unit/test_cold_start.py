@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+import numpy as np
 import pytest
 
 from emulator import Board, I2CNackError
@@ -130,3 +133,20 @@ def test_a_cold_board_behaves_as_any_other_once_it_is_warm() -> None:
         board.run_for(0.1)
         found.append(board.i2c2.write_read(0x6B, b"\x28", 6))
     assert found[0] == found[1] != bytes(6)
+
+
+def test_a_scenario_says_how_long_the_supply_has_been_on(tmp_path: Path) -> None:
+    text = "schema = 1\nquestion = '?'\nduration = '2s'\npowered_for = '{}'\n"
+    text += "[sensors]\ngrade = 'ideal'\n[board]\nheating_degc = 5\nthermal_s = 1\n"
+    register, identity = IDENTITY["LSM6DSL"]
+    for powered_ms in (0, 5, 15):
+        path = tmp_path / f"{powered_ms}.toml"
+        path.write_text(text.format(f"{powered_ms}ms"), encoding="utf-8")
+        board = Board(scenario=path)
+        warmer = 5 * (1 - np.exp(-powered_ms / 1000))
+        assert board.world.board_temperature_degc(0.0)[0] == pytest.approx(25 + warmer, abs=1e-12)
+        if powered_ms < BOOT_MS["LSM6DSL"]:
+            with pytest.raises(I2CNackError):
+                board.i2c2.write_read(ADDRESS["LSM6DSL"], bytes([register]), 1)
+        board.run_until_ps(max(BOOT_MS["LSM6DSL"] - powered_ms, 0) * PS_PER_MS)
+        assert board.i2c2.write_read(ADDRESS["LSM6DSL"], bytes([register]), 1) == bytes([identity])

@@ -358,7 +358,7 @@ def test_a_missing_file(tmp_path: Path) -> None:
 
 def test_an_unknown_name_lists_the_known_ones() -> None:
     with pytest.raises(
-        InputError, match=r"'stars'; did you mean stairs\?.*known: clocks, compass_turn, desk"
+        InputError, match=r"'stars'; did you mean stairs\?.*known: askew, clocks, compass_turn, desk"
     ):
         load_scenario("stars")
 

@@ -217,6 +217,7 @@ SIGMAS: dict[type, dict[str, float]] = {
         "temperature_offset_degc": 15.0 * LIMIT,
         "odr_percent": 2.5 * TYPICAL,  # of measured parts, here and below
         "misalignment_deg": 1.0 * LIMIT,  # in no document
+        "heating_percent": 8.0 * TYPICAL,  # an estimate, here and below
         # the datasheet of the ISM330DHCX
         "acc_cross_axis_percent": 0.5 * TYPICAL,
         "gyro_cross_axis_percent": 0.5 * TYPICAL,
@@ -231,6 +232,7 @@ SIGMAS: dict[type, dict[str, float]] = {
         "cross_axis_percent": 1.0 * LIMIT,
         "misalignment_deg": 1.0 * LIMIT,
         "odr_percent": 2.5 * TYPICAL,
+        "heating_percent": 8.0 * TYPICAL,
     },
     LPS22HBErrors: {
         "pressure_bias_hpa": 1.0 * TYPICAL,
@@ -238,6 +240,7 @@ SIGMAS: dict[type, dict[str, float]] = {
         "pressure_relative_hpa": 0.1 * TYPICAL,
         "pressure_drift_hpa_per_degc": 0.0025 * TYPICAL,  # 0.1 hPa at 65 degC
         "odr_percent": 2.5 * TYPICAL,
+        "heating_percent": 8.0 * TYPICAL,
     },
 }
 NOISE_FIGURES: dict[type, dict[str, float]] = {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ from scipy.integrate import solve_ivp
 
 from emulator import Board
 from emulator.world import World
+from emulator.world.recording import Recording
 from tests.scenario_files import write
 
 HEATING_DEGC, TAU_S = 4.0, 100.0
@@ -21,7 +23,7 @@ class Clocked:
     def __init__(self, cold: bool = True) -> None:
         self.now_s = 0.0
         self.world = World(lambda: self.now_s)
-        self.world.warm_up(HEATING_DEGC, TAU_S, cold=cold)
+        self.world.warm_up(HEATING_DEGC, TAU_S, 0.0 if cold else math.inf)
 
     def at(self, t_s: float) -> float:
         return float(self.world.board_temperature_degc(t_s)[0])
@@ -43,7 +45,7 @@ def test_a_board_that_has_been_on_for_long_is_warm() -> None:
 def test_an_ideal_board_has_the_airs_temperature_at_once() -> None:
     clock = [0.0]
     world = World(lambda: clock[0])
-    world.warm_up(0.0, 0.0, cold=True)
+    world.warm_up(0.0, 0.0, 0.0)
     clock[0] = 5.0
     world.set_temperature(-10)
     np.testing.assert_array_equal(world.board_temperature_degc([4.999, 5.0, 5.001]), [25, -10, -10])
@@ -104,5 +106,26 @@ def test_the_thermometers_of_a_cold_board_show_it(cold: bool) -> None:
         board.run_for(59)
     risen = np.subtract(*reversed(readings))
     expected = 5 * (np.exp(-1 / 200) - np.exp(-61 / 200)) if cold else 0.0
-    for rise, (_, _, counts) in zip(risen, THERMOMETERS.values(), strict=True):
-        assert rise == pytest.approx(expected, abs=1.01 / counts)
+    for rise, (part, (_, _, counts)) in zip(risen, THERMOMETERS.items(), strict=True):
+        share = 1 + board.sensors[part.upper()].ERRORS.of_grade("typical", 0).heating
+        assert rise == pytest.approx(share * expected, abs=1.01 / counts)
+
+
+def test_a_part_near_the_regulator_is_warmer_by_its_part_of_the_heating() -> None:
+    """Of the heating, not of what the board lags behind the air, nor of a recorded temperature."""
+    board = Clocked()
+    places = [board.world.sensed("temperature_degc", heating=share) for share in (0.0, 0.5, -0.25)]
+
+    def seen(t_s: float) -> list[float]:
+        return [float(place(np.array([t_s]))[0]) for place in places]
+
+    grown = HEATING_DEGC * (1 - np.exp(-1))
+    assert seen(0) == [25, 25, 25]
+    assert seen(TAU_S) == pytest.approx([25 + grown, 25 + 1.5 * grown, 25 + 0.75 * grown])
+    board.now_s = 30 * TAU_S
+    board.world.set_temperature(-5)
+    assert seen(board.now_s) == pytest.approx([29, 31, 28])
+    assert seen(60 * TAU_S) == pytest.approx([-1, 1, -2])
+    recording = Recording("warm.csv", np.array([0.0, 1.0]), {"temperature": np.array([10.0, 20.0])})
+    board.world.replay(recording, 70 * TAU_S)
+    assert seen(70 * TAU_S + 0.5) == [15, 15, 15]
