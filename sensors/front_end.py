@@ -50,7 +50,7 @@ ANALOG_OVER = 4
 
 _FORGOTTEN = 1e-7  # of a filter's response, what is cut off
 _SLOW = 25.0  # a motion that takes so many times the filters' delay passes them with an error below 1e-3
-_AVERAGED = 32  # looks at the world in a conversion whose inside is not known
+_AVERAGED, _FEW_AVERAGED = 32, 4  # looks at the world in a conversion whose inside is not known
 _SLOW_CONVERSIONS = 50.0  # likewise of a mean
 _LOOKS_AT_ONCE = 1 << 18  # this and the next bound the memory that shaking at a low output rate takes
 _PRODUCTS_AT_ONCE = 1 << 16
@@ -249,13 +249,15 @@ def averaged(signal: Signal, t_s: Times, conversion_s: float) -> Array:
     """
     if not isinstance(signal, Agitated):
         return signal(t_s)
-    middle = signal(t_s - conversion_s / 2)
-    moving = signal.agitated(t_s[0] - conversion_s, t_s[-1], conversion_s * _SLOW_CONVERSIONS)
-    if not moving:
-        return middle
-    touched = _touched(moving, t_s, conversion_s)
-    earlier_s = (np.arange(_AVERAGED) + 0.5) / _AVERAGED * conversion_s
-    looked = signal((t_s[touched, np.newaxis] - earlier_s).ravel())
-    samples = np.array(np.broadcast_to(middle, (len(t_s), *middle.shape[1:])))
-    samples[touched] = looked.reshape(-1, _AVERAGED, *looked.shape[1:]).mean(axis=1)
+    samples = signal(t_s - conversion_s / 2)
+    for looks, enough in ((_FEW_AVERAGED, 1), (_AVERAGED, _FEW_AVERAGED)):  # enough: for what is slower
+        pace_s = conversion_s * _SLOW_CONVERSIONS / enough
+        moving = signal.agitated(t_s[0] - conversion_s, t_s[-1], pace_s)
+        if not moving:
+            break
+        touched = _touched(moving, t_s, conversion_s)
+        earlier_s = (np.arange(looks) + 0.5) / looks * conversion_s
+        looked = signal((t_s[touched, np.newaxis] - earlier_s).ravel())
+        samples = samples.repeat(len(t_s), axis=0) if len(samples) == 1 else samples.copy()
+        samples[touched] = looked.reshape(-1, looks, *looked.shape[1:]).mean(axis=1)
     return samples

@@ -141,11 +141,14 @@ class Agitation:
 
         What begins with the world's time is no jump: it was so before.
         """
-        motion = start_s, end_s, pace_s
         if end_s <= 0.0:
             return
-        if not self._motions or self._motions[-1] != motion:  # a slider while time stands still
-            self._motions.append(motion)
+        if self._motions:  # a hand that is followed 50 times a second is one motion
+            first_s, last_s, pace = self._motions[-1]
+            if pace == pace_s and first_s <= start_s <= last_s:
+                self._motions[-1] = first_s, max(last_s, end_s), pace_s
+                return
+        self._motions.append((start_s, end_s, pace_s))
 
     def end(self, end_s: float, pace_s: float) -> None:
         """What has this pace and no end yet ends at ``end_s``."""

@@ -213,6 +213,25 @@ def test_a_mean_over_a_ramp_is_its_middle() -> None:
     np.testing.assert_allclose(averaged(ramp, np.array([1.0, 2.0]), 0.02), [2.97, 5.97])
 
 
+def test_a_mean_takes_as_many_looks_as_the_motion_needs_whatever_is_asked_for_with_it() -> None:
+    """Turned, lifted, tapped, turned slowly: against 500 looks, and against each sample asked for alone."""
+    world = World()
+    world.rotate_to(60, 0, 0, 0.3, start_s=1.0)
+    world.lift(0.2, 0.2, start_s=1.5)  # with 3 g
+    world.tap(start_s=2.0)
+    world.rotate_to(0, 0, 0, 5.0, start_s=3.0)
+    sensed = world.sensed("acceleration_g")
+    t_s, conversion_s = np.arange(0.5, 9.0, 0.01), 0.0094
+    together = averaged(sensed, t_s, conversion_s)
+    alone = np.concatenate([averaged(sensed, one, conversion_s) for one in t_s[:, np.newaxis]])
+    np.testing.assert_array_equal(together, alone)
+    earlier_s = (np.arange(500) + 0.5) / 500 * conversion_s
+    exact = sensed((t_s[:, np.newaxis] - earlier_s).ravel()).reshape(-1, 500, 3).mean(axis=1)
+    tapped = (t_s > 1.99) & (t_s < 2.03)
+    np.testing.assert_allclose(together[~tapped], exact[~tapped], atol=1e-3)
+    np.testing.assert_allclose(together[tapped], exact[tapped], atol=2e-2)
+
+
 def test_a_recorded_vibration_is_filtered_like_any_other() -> None:
     world = World()
     t_s = np.arange(0, 1, 1e-3)

@@ -224,6 +224,15 @@ def test_live_changes_take_no_memory(clock: Clock, world: World) -> None:
     np.testing.assert_allclose(world.attitude_deg([clock.now_s])[0, 0], 999 % 90)
 
 
+def test_a_hand_that_is_followed_is_one_motion(clock: Clock, world: World) -> None:
+    """Sensors go through the motions of the last seconds at each block: there were hundreds."""
+    for index in range(200):
+        clock.now_s += 0.02
+        world.follow_attitude(index % 90, 0, 0)
+    motions = world.sensed("acceleration_g").agitated(0.0, math.inf, math.inf)
+    assert motions == [(pytest.approx(0.02), pytest.approx(5.0))]
+
+
 def test_a_slider_dragged_while_time_stands_still_takes_no_memory(world: World) -> None:
     def drag(changes: int) -> int:
         for index in range(changes):
