@@ -98,10 +98,7 @@ class World(Truth):
         self._set(self._temperature, now_degc, "temperature", "warmth")
 
     def warm_up(self, heating_degc: float, time_constant_s: float, powered_for_s: float = math.inf) -> None:
-        """Say how much warmer than the air the board gets, before time begins (:mod:`emulator.world.warmth`).
-
-        ``powered_for_s``: how long it has been switched on when time begins.
-        """
+        """Say how the board warms up (:mod:`emulator.world.warmth`), on for so long when time begins."""
         rest_degc = -heating_degc if time_constant_s else 0.0
         self._heating = Warmth(heating_degc, rest_degc, time_constant_s, -powered_for_s)
         self._lag = Track(Warmth(time_constant_s=time_constant_s))
