@@ -47,21 +47,22 @@ if TYPE_CHECKING:
 Publish = Callable[[Event, object | None], None]
 """``publish(event, client)``: to one client, or to all when ``client`` is None."""
 
-_FRAME_S = 0.02  # wall time between two states
-_SLICE_S = 0.02  # wall time of a slice; a command cuts it short
-_ANSWER_S = 0.005  # wall time between two states while commands come
-_HEARTBEAT_S = 0.5  # between two states while nothing changes
-_SLOWLY_S = 0.1  # between two looks at registers and bus
-_FINDINGS_S = 2.0
-_VERDICTS_S = 0.5
-_WATCH_S = 0.2
-_LAG_FORGIVEN_S = 0.25
+# Wall time, s:
+_FRAME_S = 0.02  # between two frames (a State and the text until then) while something changes
+_ANSWER_S = 0.005  # between a frame and the next one that shows what a command has done
+_HEARTBEAT_S = 0.5  # beyond _FRAME_S, while nothing changes
+_SLICE_S = 0.02  # of a slice of the run; a command cuts it short
+_SLOWLY_S = 0.1  # between two looks at registers and bus, and the longest pause of a board that stands
+_FINDINGS_S, _VERDICTS_S, _WATCH_S = 2.0, 0.5, 0.2  # between two looks at these, and at the firmware's file
+_LAG_FORGIVEN_S = 0.25  # a board that is later than this is not hurried to catch up
+_STEP_WALL_S = 5.0  # of one step, at most
+# Virtual time of one step, at most, and how far the board runs between two looks whether it is done:
+_STEP_PS = {"second": PS_PER_S, "line": 10 * PS_PER_S, "tick": PS_PER_S}
+_STEP_SLICE_PS = {"second": 10 * PS_PER_MS, "line": PS_PER_MS, "tick": PS_PER_MS // 20}
+
 _TYPED_AHEAD = 2048  # bytes of a link on their way to the board
 _MOST_WAITING = 1000  # commands
-_HISTORY = 64 << 10  # bytes of the terminal for who comes later
-_STEP_PS = {"second": PS_PER_S, "line": 10 * PS_PER_S, "tick": PS_PER_S}  # at most
-_STEP_SLICE_PS = {"second": 10 * PS_PER_MS, "line": PS_PER_MS, "tick": PS_PER_MS // 20}
-_STEP_WALL_S = 5.0
+_HISTORY = 64 << 10  # bytes of the terminal for a client that comes later
 
 
 class Session:
@@ -185,16 +186,17 @@ class Session:
         self._wake.clear()
 
     def _pause_s(self) -> float:
-        """Wall time until the next slice or state is due, whichever is earlier."""
+        """Wall time until the next slice or frame is due, whichever is earlier; 0 or less if one is due."""
         running = self.state == "running"
         if running and self.speed is None:
             return 0.0
-        wall_s, longest_s = self._wall_s(), _SLOWLY_S
+        wall_s, pause_s = self._wall_s(), _SLOWLY_S
         if running:
-            longest_s = min(self._due_wall_s(self.board.now_s) + _SLICE_S - wall_s, _SLICE_S)
-        state_s = self._next_frame_s - wall_s
-        waited_for = self._clients and (state_s > 0.0 or self._changed)
-        return min(state_s, longest_s) if waited_for else longest_s
+            pause_s = min(self._due_wall_s(self.board.now_s) + _SLICE_S - wall_s, _SLICE_S)
+        frame_s = self._next_frame_s - wall_s
+        if self._clients and (frame_s > 0.0 or self._changed):  # else a frame is overdue, but has nothing new
+            pause_s = min(pause_s, frame_s)
+        return pause_s
 
     def _due_wall_s(self, virtual_s: float) -> float:
         assert self.speed is not None
@@ -508,12 +510,12 @@ class Session:
 
     def _state(self, wall_s: float) -> messages.State:
         board = self.board
-        since_s, from_s = self._paced_from
-        if wall_s - since_s >= 1.0:
-            self._pace = (board.now_s - from_s) / (wall_s - since_s)
+        from_wall_s, from_s = self._paced_from
+        if wall_s - from_wall_s >= 1.0:
+            self._pace = (board.now_s - from_s) / (wall_s - from_wall_s)
             self._paced_from = wall_s, board.now_s
         if not self._truth or not board.world.rests(self._truth_s, board.now_s):
-            self._truth = view.truth(board)
+            self._truth = view.truth(board)  # else what was shown last is still true: evaluating it is dear
         self._truth_s = board.now_s
         names = dict.fromkeys(name for watch in self._clients.values() for name in watch.variables)
         values: dict[str, float] = {}

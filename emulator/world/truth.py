@@ -199,8 +199,8 @@ class Truth:
         """Whether nothing changes from ``from_s`` to ``to_s``; False if it is not known any more."""
         return (
             from_s >= self._forgotten_s
-            and self._heating.rests(from_s)
-            and self._lag.at(to_s).rests(from_s)
+            and self._heating.settled(from_s)
+            and self._lag.at(to_s).settled(from_s)
             and all(agitation.rests(from_s, to_s) for agitation in self._agitation.values())
         )
 

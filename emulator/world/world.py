@@ -98,9 +98,9 @@ class World(Truth):
         self._set(self._temperature, now_degc, "temperature", "warmth")
 
     def warm_up(self, heating_degc: float, time_constant_s: float, powered_for_s: float = math.inf) -> None:
-        """Say how the board warms up (:mod:`emulator.world.warmth`), on for so long when time begins."""
-        rest_degc = -heating_degc if time_constant_s else 0.0
-        self._heating = Warmth(heating_degc, rest_degc, time_constant_s, -powered_for_s)
+        """Say how the board warms up (:mod:`emulator.world.warmth`), and since when it is on."""
+        excess_degc = -heating_degc if time_constant_s else 0.0
+        self._heating = Warmth(heating_degc, excess_degc, time_constant_s, -powered_for_s)
         self._lag = Track(Warmth(time_constant_s=time_constant_s))
 
     def set_humidity(self, percent: float) -> None:
