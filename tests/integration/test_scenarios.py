@@ -63,6 +63,22 @@ def test_a_shipped_scenario_fails_when_its_feature_breaks(tmp_path: Path, name: 
     assert not play(tmp_path, original.replace(old, new)).passed
 
 
+@pytest.mark.parametrize("profile", ["lab3", "fcu001v1"])
+def test_the_hand_holds_for_the_built_program_too(profile: str) -> None:
+    """It prints at other moments, and a student's own program at others again."""
+    result = run(Board("solution", profile=profile, scenario="hand"))
+    assert result.passed, "\n".join(result.lines)
+
+
+@pytest.mark.parametrize("later_ms", range(0, 900, 100))
+def test_the_hand_holds_wherever_a_print_falls_in_the_waving(tmp_path: Path, later_ms: int) -> None:
+    text = load_scenario("hand").path.read_text(encoding="utf-8")
+    assert 'at = "3s"' in text
+    later = text.replace('at = "3s"', f'at = "{3000 + later_ms}ms"').replace('"7s"', '"8s"')
+    result = play(tmp_path, later)
+    assert result.passed, "\n".join(result.lines)
+
+
 def test_the_desk_prints_the_golden_text(tmp_path: Path) -> None:
     """Four seconds of the slides' terminal, byte by byte."""
     text = load_scenario("desk").path.read_text(encoding="utf-8")
