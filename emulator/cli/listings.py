@@ -94,7 +94,7 @@ def _reached(bus: Bus) -> list[str]:
 
 def _figure_line(name: str, figure: Figure) -> str:
     axes = ", X, Y, Z" if figure.axes == 3 else ""
-    return f"{name:<35}{figure.unit + axes:<24}{figure.size:<16}{figure.doc} ({figure.source})"
+    return f"{name:<35}{figure.unit + axes:<24}{figure.size:<18}{figure.doc} ({figure.source})"
 
 
 def _lines(bank: RegisterMap) -> list[str]:

@@ -88,6 +88,10 @@ class Expectation(Table, ABC):
     """One ``[[expect]]`` table: schema and judgement in one class."""
 
     @abstractmethod
+    def wording(self) -> str:
+        """What is expected, as verdicts and the page say it."""
+
+    @abstractmethod
     def judge(self, seen: Seen) -> Miss | None:
         """How it is not met; None when it is."""
 
@@ -132,6 +136,11 @@ class ExpectLine(Windowed):
     text: str = Field(max_length=255)  # what PRINTF can send at once
     count: int | None = Field(None, ge=1)
 
+    def wording(self) -> str:
+        """The line, and how often."""
+        times = "" if self.count is None else f" {self.count} times"
+        return f"the line {shown_line(same_banner(self.text.strip()))}{times}{self.window_text()}"
+
     def judge(self, seen: Seen) -> Miss | None:
         """Compares whole lines, blanks around them aside."""
         wanted = same_banner(self.text.strip())
@@ -139,18 +148,16 @@ class ExpectLine(Windowed):
         found = lines.count(wanted)
         if found == self.count or (found and self.count is None):
             return None
-        times = "" if self.count is None else f" {self.count} times"
-        expected = f"the line {shown_line(wanted)}{times}{self.window_text()}"
         if found:
-            return Miss("wrong value", expected, f"{found} times")
+            return Miss("wrong value", self.wording(), f"{found} times")
         near = None
         if not seen.patience.exhausted:
             with seen.patience.limited():
                 near = nearest(wanted, lines)
         if near is None:
-            return Miss("missing", expected, f"{len(lines)} other lines")
+            return Miss("missing", self.wording(), f"{len(lines)} other lines")
         diff = (f"-{visible(wanted)}", f"+{visible(near)}")
-        return Miss(fault_between(wanted, near), expected, shown_line(near), diff)
+        return Miss(fault_between(wanted, near), self.wording(), shown_line(near), diff)
 
 
 class Pattern:
@@ -203,14 +210,17 @@ class ExpectRegex(_Matching):
     kind: Literal["regex"]
     count: int | None = Field(None, ge=1)
 
+    def wording(self) -> str:
+        """The pattern, and in how many lines."""
+        times = "" if self.count is None else f" in {self.count} lines"
+        return f"a match of {shown_line(self.pattern.text)}{times}{self.window_text()}"
+
     def judge(self, seen: Seen) -> Miss | None:
         """Searches line by line."""
         found = len(self.matches(seen))
         if found == self.count or (found and self.count is None):
             return None
-        times = "" if self.count is None else f" in {self.count} lines"
-        expected = f"a match of {shown_line(self.pattern.text)}{times}{self.window_text()}"
-        return Miss("wrong value" if found else "missing", expected, f"{found} matches")
+        return Miss("wrong value" if found else "missing", self.wording(), f"{found} matches")
 
 
 class ExpectNever(_Matching):
@@ -218,15 +228,18 @@ class ExpectNever(_Matching):
 
     kind: Literal["never"]
 
+    def wording(self) -> str:
+        """The pattern."""
+        return f"no match of {shown_line(self.pattern.text)}{self.window_text()}"
+
     def judge(self, seen: Seen) -> Miss | None:
         """Searches line by line."""
         found = self.matches(seen)
         if not found:
             return None
-        expected = f"no match of {shown_line(self.pattern.text)}{self.window_text()}"
         first = found[0]
         seen_text = f"{len(found)} lines, first line {first.number} at {seconds(first.at_ps)}"
-        return Miss("wrong value", expected, seen_text, (f"+{visible(first.text)}",))
+        return Miss("wrong value", self.wording(), seen_text, (f"+{visible(first.text)}",))
 
 
 class ExpectText(Expectation):
@@ -234,6 +247,12 @@ class ExpectText(Expectation):
 
     kind: Literal["text"]
     file: TextFile
+
+    def wording(self) -> str:
+        """The file and its size."""
+        expected = same_banner(self.file.content.decode("latin-1"))
+        lines = len(expected.split("\n"))
+        return f"{self.file.path} ({lines} lines, {len(expected)} bytes)"
 
     def judge(self, seen: Seen) -> Miss | None:
         """Only the banner may differ."""
@@ -248,8 +267,7 @@ class ExpectText(Expectation):
             printed_lines[index] if index < len(printed_lines) else None,
         )
         count = f"{len(printed_lines)} lines, {len(printed)} bytes"
-        wanted_count = f"{self.file.path} ({len(wanted_lines)} lines, {len(expected)} bytes)"
-        return Miss(fault, wanted_count, count, difference(wanted_lines, printed_lines))
+        return Miss(fault, self.wording(), count, difference(wanted_lines, printed_lines))
 
 
 def shown_line(text: str) -> str:
@@ -295,19 +313,26 @@ class ExpectField(Windowed):
             raise ValueError(f'settle is {seconds(self.settle)}; give at most "1s"')
         return self
 
+    def wording(self) -> str:
+        """What the number is compared with, and how near it has to be."""
+        reference = f"{self.value:g}" if self.value is not None else "the truth"
+        if self.truth and self.settle:
+            reference += f" ({nearest_truth(self.settle)})"
+        return f"{self.name} within {self.tolerance:g} of {reference}{self.window_text()}"
+
     def judge(self, seen: Seen) -> Miss | None:
         """Missing when it is never printed; a line that begins like it in another format fails too."""
         line_format = FORMAT_OF_FIELD[self.name]
         lines = [line for line in self.lines_in_window(seen) if line.text.startswith(line_format.label)]
         if not lines:
             seen_text = f'no line "{line_format.text}" among {len(seen.lines)}'
-            return Miss("missing", self._expected(), seen_text)
+            return Miss("missing", self.wording(), seen_text)
         numbers = [(line, line_format.parse(line.text)) for line in lines]
         malformed = [line for line, fields in numbers if fields is None]
         if malformed:
             seen_text = f"{len(malformed)} of {len(lines)} lines in another format"
             diff = (f"-{line_format.text}", *map(_printed, malformed[:_DIFF_LINES]))
-            return Miss("wrong format", self._expected(), seen_text, diff)
+            return Miss("wrong format", self.wording(), seen_text, diff)
         errors = [(line, self._error(line, fields[self.name])) for line, fields in numbers if fields]
         wrong = [(line, error) for line, error in errors if not abs(error) <= self.tolerance]
         if not wrong:
@@ -318,18 +343,12 @@ class ExpectField(Windowed):
             none = f"{len(wrong) - len(sizes)} of {len(lines)}"
             seen_text += f", {none} are nan or inf" if sizes else f"{none} prints are nan or inf"
         diff = tuple(f"{_printed(line)}  (off by {error:+.6g})" for line, error in wrong[:_DIFF_LINES])
-        return Miss("wrong value", self._expected(), seen_text, diff)
+        return Miss("wrong value", self.wording(), seen_text, diff)
 
     def _error(self, line: PrintedLine, printed: float) -> float:
         if self.value is not None:
             return deviation(self.name, printed, self.value)
         return line.error(self.name, printed, self.settle)
-
-    def _expected(self) -> str:
-        reference = f"{self.value:g}" if self.value is not None else "the truth"
-        if self.truth and self.settle:
-            reference += f" ({nearest_truth(self.settle)})"
-        return f"{self.name} within {self.tolerance:g} of {reference}{self.window_text()}"
 
 
 class ExpectPrinted(Windowed):
@@ -339,11 +358,14 @@ class ExpectPrinted(Windowed):
     name: FieldName
     longest_gap: Length
 
+    def wording(self) -> str:
+        """The line's format, and how often it comes."""
+        every = f"at least every {seconds(self.longest_gap)}"
+        return f'a line "{FORMAT_OF_FIELD[self.name].text}" {every}{self.window_text()}'
+
     def judge(self, seen: Seen) -> Miss | None:
         """From the window's begin to its end, or the run's."""
-        line_format = FORMAT_OF_FIELD[self.name]
-        every = f"at least every {seconds(self.longest_gap)}"
-        expected = f'a line "{line_format.text}" {every}{self.window_text()}'
+        line_format, expected = FORMAT_OF_FIELD[self.name], self.wording()
         lines = [line for line in self.lines_in_window(seen) if line.text.startswith(line_format.label)]
         if not lines:
             return Miss("missing", expected, f"none among {len(seen.lines)} lines")
@@ -367,10 +389,13 @@ class ExpectWithin(Windowed):
     least: float
     most: float
 
+    def wording(self) -> str:
+        """The range."""
+        return f"{self.name} from {self.least:g} to {self.most:g}{self.window_text()}"
+
     def judge(self, seen: Seen) -> Miss | None:
         """Missing when it is never printed."""
-        expected = f"{self.name} from {self.least:g} to {self.most:g}{self.window_text()}"
-        line_format = FORMAT_OF_FIELD[self.name]
+        line_format, expected = FORMAT_OF_FIELD[self.name], self.wording()
         numbers = [(line, line_format.parse(line.text)) for line in self.lines_in_window(seen)]
         values = [(line, fields[self.name]) for line, fields in numbers if fields is not None]
         if not values:
@@ -403,6 +428,10 @@ class ExpectLed(Windowed):
     led: LedName
     state: Literal["on", "off"]
 
+    def wording(self) -> str:
+        """The LED and its state."""
+        return f"{self.led} {self.state}{self.window_text()}"
+
     def judge(self, seen: Seen) -> Miss | None:
         """From the edges of its pin in the trace; before the pin is set up the LED is dark."""
         wanted = self.state == "on"
@@ -411,7 +440,7 @@ class ExpectLed(Windowed):
             first_ps, last_ps = max(begin_ps, self.from_), min(until_ps, end_ps)
             if first_ps < last_ps and lit is not wanted:
                 seen_text = f"{'on' if lit else 'off'} from {seconds(first_ps)} to {seconds(last_ps)}"
-                return Miss("wrong value", f"{self.led} {self.state}{self.window_text()}", seen_text)
+                return Miss("wrong value", self.wording(), seen_text)
         return None
 
     def _states(self, seen: Seen) -> Iterator[tuple[int, int, bool]]:
@@ -442,6 +471,19 @@ class ExpectTicks(Expectation):
             raise ValueError("needs one of late_min, late_max, lost_min, lost_max, rate_hz")
         return self
 
+    def wording(self) -> str:
+        """The rate, then what is asked of late and of lost ticks; a miss names only what is missed."""
+        rate = [] if self.rate_hz is None else [f"ticks at {self.rate_hz:g} Hz"]
+        bounds = (
+            ("at least", self.late_min, "late"),
+            ("at most", self.late_max, "late"),
+            ("at least", self.lost_min, "lost"),
+            ("at most", self.lost_max, "lost"),
+        )
+        return ", ".join(
+            rate + [f"{which} {count} ticks {what}" for which, count, what in bounds if count is not None]
+        )
+
     def judge(self, seen: Seen) -> Miss | None:
         """Of the callback's timer at the end of the run."""
         timer = seen.board.timer
@@ -467,9 +509,13 @@ class ExpectHardIron(Expectation):
     kind: Literal["hard_iron"]
     within_mgauss: float = Field(ge=0)
 
+    def wording(self) -> str:
+        """How near the centre has to be."""
+        return f"hard iron found within {self.within_mgauss:g} mgauss on each axis"
+
     def judge(self, seen: Seen) -> Miss | None:
         """(mag_min + mag_max) / 2 of the firmware's variables against the world."""
-        expected = f"hard iron found within {self.within_mgauss:g} mgauss on each axis"
+        expected = self.wording()
         try:
             low, high = (_axes(seen.board.variable(name)) for name in ("mag_min", "mag_max"))
         except (KeyError, AttributeError):

@@ -316,10 +316,8 @@ def _verdict(key: str, expectation: AnyExpectation, seen: Seen) -> Verdict:
         state = "failed" if miss else "met"
     elif miss and miss.fault == "wrong value":  # it does not become right again
         state = "failed"
-    table = expectation.model_dump(mode="json", by_alias=True, exclude_unset=True)
-    says = ", ".join(f"{name} {value}" for name, value in table.items() if name != "kind")
     found = f"expected {miss.expected}; seen: {miss.seen}" if miss and state == "failed" else ""
-    return Verdict(key, expectation.kind, says, state, found)
+    return Verdict(key, expectation.kind, expectation.wording(), state, found)
 
 
 class Happening(Protocol):

@@ -42,11 +42,13 @@ def parse_duration(value: Any) -> int:
     if isinstance(value, int | float) and not isinstance(value, bool):
         raise ValueError(f"is the bare number {shown(value)}; {_HELP} in quotes")
     match = re.fullmatch(DURATION, value) if isinstance(value, str) else None
+    if isinstance(value, str) and re.fullmatch(f"-{DURATION}", value):
+        raise ValueError(f'is {shown(value)}; it cannot be negative, give a time such as "50ms" or "1.5s"')
     if match is None:
         raise ValueError(f"is {shown(value)}; {_HELP}")
     duration_ps = int(Decimal(match[1]) * _PS_PER_UNIT[match[2]])
     if duration_ps > _LONGEST_PS:
-        raise ValueError(f"is {shown(value)}; the longest is {seconds(_LONGEST_PS)}")
+        raise ValueError(f"is {shown(value)}; the longest is {_LONGEST_PS // _PS_PER_UNIT['h']}h")
     return duration_ps
 
 

@@ -23,6 +23,7 @@ FILES = {
     "lab3.elf (2)": debug_elf()[:300],
     "f407.elf": elf([Load(FLASH, code()), Load(0x1000_0000, b"", memory_size=16)]),
     "f401re.bin": code(stack=0x2001_8000),
+    "noise.elf": b"nono\0\1\2\3" * 16,
     "app.elf": elf([Load(FLASH + 0x4000, code(reset=(FLASH + 0x4040) | 1))]),
     "own.bin": code(reset=RESET),
     "part.bin": code(reset=(FLASH + 0x8000) | 1),

@@ -251,6 +251,12 @@ def test_only_what_was_judged_has_points() -> None:
     assert json.loads(found.to_json())["schema"] == 1
 
 
+@pytest.mark.parametrize("reason", ["does not compile", "lab3.elf: is empty", "the archive is damaged"])
+def test_a_reason_stands_on_the_students_page_whatever_it_speaks_of(reason: str) -> None:
+    page = Page(student_page(graded(status="rejected", reason=reason), "Lab"))
+    assert f"could not be judged as it was handed in: {reason}." in page.text
+
+
 def test_a_check_without_points_that_could_not_be_judged_keeps_nobody_from_a_grade() -> None:
     """The compiler's warnings of a program that was handed in built."""
     aside = check("1.w", points=0, max_points=0, outcome="unjudged", unjudged_because="not built here")

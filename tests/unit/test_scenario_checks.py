@@ -12,10 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from emulator import Board
-from emulator.scenario import run
+from emulator.scenario import load_scenario, run
 from emulator.scenario.expectations import ExpectField, Seen
 from emulator.scenario.printed import FORMATS, PrintedLine, deviation, same_banner
-from tests.scenario_files import HEAD, IDEAL, SHORT, play
+from tests.scenario_files import HEAD, IDEAL, SHORT, play, write
 
 MET = [
     ("line", "text = 'LAB3 Init...'\ncount = 1"),
@@ -68,6 +68,41 @@ def test_a_broken_expectation_is_found(tmp_path: Path, kind: str, keys: str, fau
     assert (result.passed_count, result.failed_count) == (0, 1)
     assert result.lines[0].startswith(f"expect[0] ({kind}): {fault}: expected ")
     assert all(line.isprintable() for line in result.lines)
+
+
+@pytest.mark.parametrize(
+    ("kind", "keys", "says"),
+    [
+        ("line", "text = 'LAB3 Init...'\ncount = 1", 'the line "LAB3 Init..." 1 times'),
+        ("regex", "pattern = '^Pre'\nto = '2s'", 'a match of "^Pre" from 0 s to 2 s'),
+        ("never", "pattern = 'nan'", 'no match of "nan"'),
+        (
+            "field",
+            "name = 'Pitch'\ntruth = true\ntolerance = 0.5",
+            "Pitch within 0.5 of the truth (the nearest of the last 50 ms)",
+        ),
+        (
+            "field",
+            "name = 'GYR.z'\nvalue = 560\ntolerance = 70\nfrom = '1s'",
+            "GYR.z within 70 of 560 from 1 s to the end",
+        ),
+        ("within", "name = 'Yaw'\nleast = -180\nmost = 180", "Yaw from -180 to 180"),
+        ("printed", "name = 'Pre'\nlongest_gap = '1.5s'", 'a line "Pre: %f hPa" at least every 1.5 s'),
+        ("led", "led = 'led1'\nstate = 'off'", "led1 off"),
+        (
+            "ticks",
+            "late_max = 0\nlost_min = 2\nrate_hz = 800",
+            "ticks at 800 Hz, at most 0 ticks late, at least 2 ticks lost",
+        ),
+        ("hard_iron", "within_mgauss = 30", "hard iron found within 30 mgauss on each axis"),
+    ],
+)
+def test_an_expectation_says_what_is_expected_before_it_is_judged(
+    tmp_path: Path, kind: str, keys: str, says: str
+) -> None:
+    plan = load_scenario(write(tmp_path, f"{IDEAL}[[expect]]\nkind = '{kind}'\n{keys}\n"))
+    (verdict,) = plan.verdicts(Board(scenario=plan))
+    assert (verdict.state, verdict.says) == ("open", says)
 
 
 def test_the_lines_that_differ_are_shown(tmp_path: Path) -> None:

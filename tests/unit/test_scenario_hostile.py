@@ -32,6 +32,7 @@ HOLD = '[[timeline]]\ndo = "hold"\nfor = "1s"\n'
         ('schema = 1\nquestion = ""', "question", "at least 1 character"),
         (HEAD + 'duraton = "1s"', "duraton", "did you mean duration? known here: schema, question"),
         (HEAD + '"a b\\n" = 1', "'a b\\n'", "unknown key"),
+        (HEAD + "duration = '10s'\npowered_for = '-1s'", "powered_for", "is '-1s'; it cannot be negative"),
         (HEAD + "duration = 10", "duration", "is the bare number 10; give a number and a unit"),
         (HEAD + 'duration = "-1s"', "duration", "is '-1s'"),
         (HEAD + 'duration = "0s"', "duration", 'at least "1us"'),

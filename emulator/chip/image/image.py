@@ -65,9 +65,11 @@ def checked(
         )
     stack_pointer, reset_vector = struct.unpack_from("<II", table.data)
     if not RAM_MEMORY.start < stack_pointer <= RAM_MEMORY.end:
+        other = kind == "bin" and path.suffix.lower() not in {"", ".bin"}
+        what = "is neither ELF nor HEX, and as BIN not firmware" if other else "is not firmware"
         raise FirmwareFileError(
             file,
-            f"is not firmware for this board: its vector table begins with the stack pointer "
+            f"{what} for this board: its vector table begins with the stack pointer "
             f"0x{stack_pointer:08X}, which must lie in {RAM_MEMORY} (its end is 0x{RAM_MEMORY.end:08X})",
         )
     _check_reset(file, reset_vector, segments)

@@ -63,7 +63,7 @@ def _body(graded: Graded, title: str, after_due_date: bool) -> Iterator[Html]:
 
 def _notice(graded: Graded) -> Html:
     words = {
-        "rejected": "This submission could not be judged as it was handed in: it ",
+        "rejected": "This submission could not be judged as it was handed in: ",
         "missing": "There is no submission: ",
         "unjudged": "This submission has not been judged, through no fault of its own: ",
         "partly": "Some checks could not be judged, through no fault of the program, and do not count: ",
