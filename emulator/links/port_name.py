@@ -1,11 +1,11 @@
-"""The stable name of a pseudo-terminal: a symbolic link, the same in every run while ``/dev/pts/7`` is not.
+"""The stable name of a pseudo-terminal: a symbolic link whose path is the same in every run.
 
-Decision: a board that lives holds an flock on a file beside its link, and the kernel drops it however the
-board dies. Roads not taken: asking whether the link's target still exists (its number may be another
-terminal's by now) and a file with a process id (ids are used again too, and are not the same inside a
-container).
+The terminal's own name, such as ``/dev/pts/7``, is not. Decision: the process of a running board holds an
+flock on a file beside its link, which the kernel drops however the process ends. Roads not taken: asking
+whether the link's target still exists (its number may be another terminal's by now), and a file with a
+process id (ids are used again, too, and are not the same inside a container).
 
-POSIX only (``fcntl``).
+POSIX only (``fcntl``); what asks for the platform below is for mypy, which checks for Windows, too.
 """
 
 from __future__ import annotations
@@ -30,9 +30,10 @@ class PortName:
         self.path = path
         self._lock_fd = lock_fd
         self._device = ""
+        """What the link was made to point to; empty until then."""
 
     def point_to(self, device: str) -> None:
-        """Make ``path`` a link to ``device``, in one step for who opens it meanwhile. Raises LinkError."""
+        """Make ``path`` a link to ``device``, atomically for programs that open it. Raises LinkError."""
         fresh = self.path.with_name(f".{self.path.name}.new")
         try:
             fresh.unlink(missing_ok=True)
@@ -43,19 +44,19 @@ class PortName:
         self._device = device
 
     def release(self) -> None:
-        """Remove the link, if it is still the one made here, and let others have the name."""
+        """Remove the link, if it still points to the device given here, and let others have the name."""
         with contextlib.suppress(OSError):
             if str(self.path.readlink()) == self._device:
                 self.path.unlink()
         with contextlib.suppress(OSError):
-            _lock_path(self.path).unlink()
+            _lock_path(self.path).unlink()  # while it is locked: afterwards it could be another board's
         os.close(self._lock_fd)
 
 
 def claim_port(path: Path | None = None) -> PortName:
     """Claim ``path``, or else the first free one of ttyFCU0, ttyFCU1, ... in the user's runtime folder.
 
-    Raises LinkError if ``path`` is a living board's, is a file of another kind, or cannot be made.
+    Raises LinkError if ``path`` is the name of a running board or a file of another kind, or cannot be made.
     """
     if path is not None:
         if not path.name or "\0" in str(path):
@@ -70,7 +71,7 @@ def claim_port(path: Path | None = None) -> PortName:
 
 
 def _claim(path: Path) -> PortName | None:
-    """Return the claimed name, None if a living board has it; a link that a dead board left is taken over."""
+    """Return the claimed name, None if a running board has it; a link left behind is taken over."""
     try:
         lock_fd = _lock(_lock_path(path))
     except OSError as error:
@@ -78,11 +79,17 @@ def _claim(path: Path) -> PortName | None:
     if lock_fd is None:
         return None
     name = PortName(path, lock_fd)
-    foreign = not str(path.readlink()).startswith("/dev/") if path.is_symlink() else path.exists()
-    if foreign:
+    if _is_foreign(path):
         name.release()
         raise LinkError(f"--serial pty: {path} exists and is no link to a terminal; choose another name")
     return name
+
+
+def _is_foreign(path: Path) -> bool:
+    """Whether something else than a link to a terminal, which is replaced, has the name."""
+    if path.is_symlink():
+        return not str(path.readlink()).startswith("/dev/")
+    return path.exists()
 
 
 def _lock_path(path: Path) -> Path:
@@ -90,7 +97,7 @@ def _lock_path(path: Path) -> Path:
 
 
 def _lock(path: Path) -> int | None:
-    """Return the descriptor of ``path``, locked; None if another board holds the lock."""
+    """Make the lock file ``path`` and return its descriptor, locked; None if another board holds the lock."""
     while True:
         lock_fd = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o600)
         try:
@@ -98,7 +105,7 @@ def _lock(path: Path) -> int | None:
                 fcntl.flock(lock_fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
             if _is_same_file(lock_fd, path):
                 return lock_fd
-            os.close(lock_fd)  # the last owner removed the file between our open and our lock: once more
+            os.close(lock_fd)  # its last owner removed the file between our open and our lock: try again
         except BlockingIOError:
             os.close(lock_fd)
             return None

@@ -1,16 +1,17 @@
 """A hand that holds the board: the wrist about which it turns, and its tremor.
 
-A board that turns about a point beside it is also carried along: with r from the wrist to the board its
-sensors feel the angular acceleration times r and the centripetal w x (w x r), of which an accelerometer
-cannot tell whether it is gravity. The board's attitude and the hand's height keep their tracks; a grip is
-what is added.
+A board that turns about a point beside it is also carried along. With r from the wrist to the board, and w
+the angular rate in rad/s, it has the acceleration dw/dt x r + w x (w x r), tangential and centripetal, which
+an accelerometer cannot tell from gravity. The tracks of the world (:mod:`emulator.world.track`) say how a
+steady hand turns the board, and how high the hand is; a grip adds the tremor and the arm.
 
-A tremor turns the hand to and fro about the wrist. It is the sum of four lines spread over 2.5 Hz, so that
-it swells and fades as a measured one does. Its strength is that of one line at the back of the hand, as
-tremor is measured: 10 mg peak are the mode of 97 healthy subjects, who had 1.5 to 35 mg, and 2.5 Hz is by
-how much their frequency varied (Wade, Gresty and Findley, "A Normative Study of Postural Tremor of the
-Hand", Arch. Neurol. 39, 1982). Its frequency lies between 6 and 12 Hz (Lakie et al., J. Physiol. 593,
-2015).
+A tremor turns the hand to and fro about the wrist. It is the sum of four sinusoids whose frequencies are
+spread over 2.5 Hz, so that it swells and fades as a measured one does. Its strength is the peak acceleration
+in mg, thousandths of standard gravity, of the single sinusoid that has the same mean square, at the back of
+the hand, where tremor is measured. Among 97 healthy subjects, who had 1.5 to 35 mg, 10 mg were the most
+frequent, and their frequencies varied by 2.5 Hz (Wade, Gresty and Findley, "A Normative Study of Postural
+Tremor of the Hand", Arch. Neurol. 39, 1982). The frequency lies between 6 and 12 Hz (Lakie et al.,
+J. Physiol. 593, 2015).
 
 Decisions: the tremor bends the wrist, and turns the hand half as far about the two other axes, for which
 these sources have no figures. Its phases are always the same: what is drawn from a seed is the board, not
@@ -29,73 +30,82 @@ from emulator.world.follow import jacobian, turned_on
 from emulator.world.track import Array, MinimumJerk
 
 WRIST_M = (0.0, -0.1, 0.0)
-"""Where the wrist is, board axes, of a hand that holds the board from behind: some 9 cm from wrist to
+"""Where the wrist is, in board axes, when a hand holds the board from behind: some 9 cm from the wrist to the
 knuckles (de Leva, J. Biomech. 29, 1996, table 4), and the board a little beyond them."""
 TREMOR_MG = 10.0
+"""Peak acceleration at the back of the hand, thousandths of standard gravity."""
 TREMOR_HZ = 8.0
 
-_KNUCKLES_M = 0.086  # from the wrist: where a tremor of so many mg is measured
-_SPREAD_HZ = 2.5
-_LINES = 4
-_SIDEWAYS = 0.5  # of the tremor that bends the wrist, how much there is about the other two axes
-_SETTLE_S = 0.5  # in which a tremor begins: the board is taken without a blow
+_KNUCKLES_M = 0.086  # from the wrist: the arm at which a tremor's acceleration is measured
+_SINUSOIDS = 4
+_SPREAD_HZ = 2.5  # over which their frequencies are spread
+_OTHER_AXES = 0.5  # the tremor's angle about each of these over that by which it bends the wrist
+_FADE_IN_S = 0.5  # in which a tremor begins: the board is taken without a jolt
 _GOLDEN = 0.6180339887498949  # multiples of it leave no two phases close together
 
 
 @dataclass(frozen=True, eq=False)
 class Tremor:
-    """A small rotation of the board, by the rotation vector sum of a cos(w t + phase) of its lines.
+    """A small rotation of the board, whose vector is the sum of amplitude * cos(w (t - start) + phase).
 
-    ``amplitude_rad`` (3,) of a line about each board axis; ``line_rad_s`` and ``phase_rad`` (lines, 1) and
-    (lines, 3).
+    ``amplitude_rad`` (3,): of each sinusoid, about the board's axes; ``w_rad_s`` (sinusoids, 1) and
+    ``phase_rad`` (sinusoids, 3): of each. ``fade_in``: when it begins, and how.
     """
 
-    begin: MinimumJerk
+    fade_in: MinimumJerk
     amplitude_rad: Array
-    line_rad_s: Array
+    w_rad_s: Array
     phase_rad: Array
 
     @classmethod
     def of(cls, start_s: float, wrist_m: Array, peak_m_s2: float, frequency_hz: float) -> Tremor:
-        """Of a hand with its wrist at ``wrist_m`` (3,), board axes; ``peak_m_s2`` at its back."""
-        spread = (np.arange(_LINES) + 0.5) / _LINES - 0.5
-        line_rad_s = 2.0 * np.pi * (frequency_hz + _SPREAD_HZ * spread)[:, np.newaxis]
-        of_one = peak_m_s2 / _KNUCKLES_M / np.sqrt(_LINES)
-        sideways = np.cross((0.0, 0.0, 1.0), wrist_m)
-        length = np.linalg.norm(sideways)
-        bending = sideways / length if length > 0.0 else np.array([1.0, 0.0, 0.0])
-        about_axes = _SIDEWAYS + (1.0 - _SIDEWAYS) * np.abs(bending)
-        amplitude = of_one * about_axes / (2.0 * np.pi * frequency_hz) ** 2
-        phase = np.array([2.0 * np.pi * (n * _GOLDEN % 1.0) for n in range(1, 3 * _LINES + 1)])
-        return cls(MinimumJerk(start_s, _SETTLE_S), amplitude, line_rad_s, phase.reshape(_LINES, 3))
+        """The tremor of a hand from ``start_s`` on.
+
+        ``wrist_m`` (3,): where its wrist is, board axes; ``peak_m_s2``: peak acceleration at the back of the
+        hand; ``frequency_hz``: the mean frequency.
+        """
+        spread = (np.arange(_SINUSOIDS) + 0.5) / _SINUSOIDS - 0.5  # evenly between -0.5 and 0.5
+        w_rad_s = 2.0 * np.pi * (frequency_hz + _SPREAD_HZ * spread)[:, np.newaxis]
+        peak_rad_s2 = peak_m_s2 / _KNUCKLES_M / np.sqrt(_SINUSOIDS)  # of each: together the same mean square
+        across = np.cross((0.0, 0.0, 1.0), wrist_m)  # the forearm: the axis about which the wrist bends
+        length = np.linalg.norm(across)
+        bending = across / length if length > 0.0 else np.array([1.0, 0.0, 0.0])
+        part_about_axes = _OTHER_AXES + (1.0 - _OTHER_AXES) * np.abs(bending)
+        amplitude = peak_rad_s2 * part_about_axes / (2.0 * np.pi * frequency_hz) ** 2
+        phase = np.array([2.0 * np.pi * (n * _GOLDEN % 1.0) for n in range(1, 3 * _SINUSOIDS + 1)])
+        return cls(MinimumJerk(start_s, _FADE_IN_S), amplitude, w_rad_s, phase.reshape(_SINUSOIDS, 3))
 
     @property
     def pace_s(self) -> float:
-        """Half a period: from rest to rest."""
-        return float(np.pi / self.line_rad_s.max())
+        """Half a period of the fastest sinusoid: from one turning point to the other."""
+        return float(np.pi / self.w_rad_s.max())
 
     def derivatives(self, t_s: Array) -> tuple[Array, Array, Array]:
-        """The rotation vector and its first two derivatives in time, each (N, 3)."""
-        angle = (t_s - self.begin.start_s)[:, np.newaxis, np.newaxis] * self.line_rad_s + self.phase_rad
-        to_and_fro = self.amplitude_rad * np.cos(angle)
-        value = to_and_fro.sum(axis=1)
-        speed = -(self.amplitude_rad * self.line_rad_s * np.sin(angle)).sum(axis=1)
-        bend = -(self.line_rad_s**2 * to_and_fro).sum(axis=1)
-        if t_s.size and t_s.min() >= self.begin.start_s + self.begin.duration_s:
-            return value, speed, bend
-        part, faster, bent = (
+        """The rotation vector in rad and its first two derivatives in time, each (N, 3)."""
+        angle = (t_s - self.fade_in.start_s)[:, np.newaxis, np.newaxis] * self.w_rad_s + self.phase_rad
+        terms = self.amplitude_rad * np.cos(angle)
+        x = terms.sum(axis=1)
+        x_dot = -(self.amplitude_rad * self.w_rad_s * np.sin(angle)).sum(axis=1)
+        x_ddot = -(self.w_rad_s**2 * terms).sum(axis=1)
+        if t_s.size and t_s.min() >= self.fade_in.start_s + self.fade_in.duration_s:
+            return x, x_dot, x_ddot
+        fade, fade_dot, fade_ddot = (
             law(t_s)[:, np.newaxis]
-            for law in (self.begin.progress, self.begin.speed, self.begin.acceleration)
+            for law in (self.fade_in.progress, self.fade_in.speed, self.fade_in.acceleration)
         )
-        return part * value, faster * value + part * speed, bent * value + 2.0 * faster * speed + part * bend
+        return (  # product rule
+            fade * x,
+            fade_dot * x + fade * x_dot,
+            fade_ddot * x + 2.0 * fade_dot * x_dot + fade * x_ddot,
+        )
 
 
 @dataclass(frozen=True, eq=False)
 class Grip:
     """A hand around the board, its wrist at ``wrist_m`` (3,), board axes.
 
-    ``taken_m``: how far the board was above the wrist when it was taken; the altitude is the one of then plus
-    what the hand's height and its turning have changed.
+    ``taken_m``: how far the board was above the wrist when it was taken. Its altitude is the track's plus how
+    much farther above the wrist it is now (:meth:`rise_m`).
     """
 
     wrist_m: Array
@@ -103,53 +113,56 @@ class Grip:
     taken_m: float
 
     def rotation(self, steady: Array, t_s: Array) -> Array:
-        """Board to world (N, 3, 3) of a hand that would be ``steady`` (N or 1, 3, 3)."""
+        """Board to world, (N, 3, 3); ``steady``: the same without tremor, (N, 3, 3) or (1, 3, 3)."""
         if self.tremor is None:
             return steady
-        turned: Array = steady @ _small(self.tremor.derivatives(t_s)[0])
+        turned: Array = steady @ _matrix(self.tremor.derivatives(t_s)[0])
         return turned
 
     def rate_dps(self, steady_dps: Array, t_s: Array) -> Array:
-        """Angular rate in board axes, (N, 3)."""
+        """Angular rate in board axes, (N, 3); ``steady_dps``: the same without tremor."""
         if self.tremor is None:
             return steady_dps
-        x, speed, _ = self.tremor.derivatives(t_s)
-        return to_board(_small(x), steady_dps) + np.degrees(_rate(x, speed))
+        x, x_dot, _ = self.tremor.derivatives(t_s)
+        return to_board(_matrix(x), steady_dps) + np.degrees(_rate_rad_s(x, x_dot))
 
     def carried_m_s2(self, steady_dps: Array, steady_dps2: Array, t_s: Array) -> Array:
         """How turning about the wrist accelerates the board, in its axes, (N, 3) or (1, 3).
 
-        Of the angular rate and acceleration that the board has in a steady hand.
+        ``steady_dps``, ``steady_dps2``: angular rate and acceleration without tremor, in the board's axes.
         """
-        rate, faster = np.radians(steady_dps), np.radians(steady_dps2)
+        rate, acceleration = np.radians(steady_dps), np.radians(steady_dps2)
         if self.tremor is not None:
-            x, speed, bend = self.tremor.derivatives(t_s)
-            small, own = _small(x), _rate(x, speed)
-            rate, seen = to_board(small, rate), to_board(small, faster)
-            faster = seen - np.cross(own, rate) + np.einsum("nij,nj->ni", jacobian(x), bend)
-            faster += turned_on(x, speed)
+            # The axes of the trembling board turn in those of the steady one, at the rate ``own``.
+            x, x_dot, x_ddot = self.tremor.derivatives(t_s)
+            matrix, own = _matrix(x), _rate_rad_s(x, x_dot)
+            rate, acceleration = to_board(matrix, rate), to_board(matrix, acceleration)
+            acceleration = acceleration - np.cross(own, rate)
+            acceleration += np.einsum("nij,nj->ni", jacobian(x), x_ddot)  # the derivative of own,
+            acceleration += turned_on(x, x_dot)  # in two parts
             rate = rate + own
-        arm = -self.wrist_m
-        carried: Array = np.cross(faster, arm) + np.cross(rate, np.cross(rate, arm))
+        arm = -self.wrist_m  # from the wrist to the board
+        carried: Array = np.cross(acceleration, arm) + np.cross(rate, np.cross(rate, arm))
         return carried
 
     def above_wrist_m(self, rotation: Array) -> Array:
-        """How far the board is above the wrist in these attitudes (N, 3, 3); (N,)."""
-        above: Array = -(rotation[:, 2] @ self.wrist_m)
+        """How far the board is above the wrist in these attitudes, board to world (N, 3, 3); (N,)."""
+        up = rotation[:, 2]  # of the world, in board axes
+        above: Array = -(up @ self.wrist_m)
         return above
 
     def rise_m(self, rotation: Array) -> Array:
-        """How much higher than when it was taken; (N,)."""
+        """How much farther above the wrist the board is than when it was taken; (N,)."""
         return self.above_wrist_m(rotation) - self.taken_m
 
 
-def _small(x: Array) -> Array:
-    """The rotations (N, 3, 3) by these rotation vectors (N, 3)."""
+def _matrix(x: Array) -> Array:
+    """The rotation matrices (N, 3, 3) of the rotation vectors x (N, 3)."""
     angle = np.sqrt((x * x).sum(axis=1))
     return about(x / np.where(angle == 0.0, 1.0, angle)[:, np.newaxis], angle)
 
 
-def _rate(x: Array, speed: Array) -> Array:
-    """The angular rate of a rotation vector (N, 3) that changes, in the turned axes, rad/s."""
-    rate: Array = np.einsum("nij,nj->ni", jacobian(x), speed)
+def _rate_rad_s(x: Array, x_dot: Array) -> Array:
+    """The angular rate (N, 3) of a rotation vector x that changes, in the turned axes."""
+    rate: Array = np.einsum("nij,nj->ni", jacobian(x), x_dot)
     return rate

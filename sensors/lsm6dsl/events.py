@@ -145,7 +145,7 @@ class Events:
         self._samples.watch(
             self._chip.xl.number(self._next), on=self.active and self._running, low_pass=self._low_pass_on_6d
         )
-        self._violations.report(of_events(mem), now_ps)
+        self._violations.report(event_violations(mem), now_ps)
 
     def reset(self, now_ps: int) -> None:
         """Forget everything, latched events too."""
@@ -277,7 +277,7 @@ class Events:
 _FASTEST_ODR = 10  # 6664 Hz: too fast for activity recognition
 
 
-def of_events(mem: bytearray) -> dict[str, bool]:
+def event_violations(mem: bytearray) -> dict[str, bool]:
     """What cannot work in the settings of the event functions, while they are on (AN5040 5.5, 5.6)."""
     config = mem[TAP_CFG.addr]
     on = bool(config & TAP_CFG.INTERRUPTS_ENABLE.mask)

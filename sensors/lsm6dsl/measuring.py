@@ -89,15 +89,18 @@ class Measuring:
         )
         self._temperature_rate = Fraction(0)
         self._catches_up_before_reading = False
-        registers.before_read(STATUS_REG, self.refresh)
+        registers.before_read(STATUS_REG, self._before_status)
 
-    def refresh(self, first: int, end: int, now_ps: int) -> None:
-        """The read hook of STATUS_REG: the latest samples and their flags."""
-        del first, end
+    def refresh(self, now_ps: int) -> None:
+        """Put the latest samples into the output registers, and their flags into STATUS_REG."""
         for output in self._outputs:
             output.refresh(now_ps)
         if self._registers.mem[CTRL4_C.addr] & CTRL4_C.DRDY_MASK.mask:
             self._hide_unsettled()
+
+    def _before_status(self, first: int, end: int, now_ps: int) -> None:
+        del first, end
+        self.refresh(now_ps)
 
     def apply(self, mem: bytearray, now_ps: int) -> None:
         """Measure as the main bank ``mem`` says; samples until ``now_ps`` are those of before."""
@@ -154,7 +157,7 @@ class Measuring:
         self._catches_up_before_reading = True
         for register, output in zip(_REGISTERS, self._outputs, strict=True):
             self._registers.before_read(register, _caught_up(catch_up, output.before_read))
-        self._registers.before_read(STATUS_REG, _caught_up(catch_up, self.refresh))
+        self._registers.before_read(STATUS_REG, _caught_up(catch_up, self._before_status))
 
     def sample_range(self, channel: str) -> tuple[float, float, float]:
         """(lowest value, highest value, size of one LSB) of ``channel`` as now configured."""
@@ -195,7 +198,7 @@ def _caught_up(catch_up: Callable[[int], None], hook: ReadHook) -> ReadHook:
 _NOT_A_USER_OFFSET = 0x80  # -128; datasheet 9.91 to 9.93 give -127 to 127
 
 
-def of_measuring(mem: bytearray) -> dict[str, bool]:
+def measuring_violations(mem: bytearray) -> dict[str, bool]:
     """What cannot work in the settings of accelerometer and gyroscope (datasheet Tables 52, 55, 63, 64)."""
     offsets = {register.__name__: mem[register.addr] for register in (X_OFS_USR, Y_OFS_USR, Z_OFS_USR)}
     return {

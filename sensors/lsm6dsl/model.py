@@ -1,7 +1,7 @@
 """The LSM6DSL's behaviour behind its registers (datasheet DocID028475 Rev 7; application note AN5040 Rev 3).
 
-Decisions where the documents are silent (they are also in the list of what is approximated): SW_RESET takes
-effect at once and its bit reads 1 for 50 us; the temperature's data-ready flag is cleared by reading
+Decisions where the documents are silent (``FUNCTIONS`` in ``declaration`` tells users of them): SW_RESET
+takes effect at once and its bit reads 1 for 50 us; the temperature's data-ready flag is cleared by reading
 OUT_TEMP_H; reserved ODR codes measure nothing; a changed configuration acts from the next sample on.
 """
 
@@ -24,12 +24,13 @@ from sensors.lsm6dsl.fifo import Fifo
 from sensors.lsm6dsl.function_sources import FunctionSources
 from sensors.lsm6dsl.gyroscope import Gyroscope
 from sensors.lsm6dsl.hub import SensorHub
-from sensors.lsm6dsl.measuring import Measuring, Thermometer, of_measuring, supply_current_ua
+from sensors.lsm6dsl.measuring import Measuring, Thermometer, measuring_violations, supply_current_ua
 from sensors.lsm6dsl.pins import BOOT_PS, Boot, DataReadySignals, Routing, int2_is_input
 from sensors.lsm6dsl.registers import (
     CTRL3_C,
     CTRL4_C,
     CTRL9_XL,
+    FIFO_DATA_OUT,
     FUNC_CFG_ACCESS,
     X_OFS_USR,
     Y_OFS_USR,
@@ -43,9 +44,18 @@ from sensors.register_file import RegisterFile
 from sensors.sampling import NEVER_PS, PS_PER_S
 from sensors.subaddress import AddressedDevice
 
+_SW_RESET_PS = 50 * PS_PER_S // 10**6  # AN5040 5.7
+_DEN_AXES = CTRL9_XL.DEN_X.mask | CTRL9_XL.DEN_Y.mask | CTRL9_XL.DEN_Z.mask
+_FIFO_BURST = {FIFO_DATA_OUT.addr + 1: FIFO_DATA_OUT.addr}  # after FIFO_DATA_OUT_H comes _L (AN5040 4.7)
+
 
 class Features:
-    """Builds the features and speaks to all of them; those the part itself speaks to have a name."""
+    """All functions beyond plain measuring (:mod:`sensors.lsm6dsl.feature`), called in one order.
+
+    Those that the part also calls by themselves are attributes. ``rate_changed(at_ps)``: activity recognition
+    has put the part to sleep or woken it; ``stream_changed()``: data enable shows a sensor's samples through
+    another stream, or no longer does.
+    """
 
     def __init__(
         self,
@@ -60,7 +70,7 @@ class Features:
         sources, timestamp = FunctionSources(chip), Timestamp(chip)
         self.hub = SensorHub(chip, sources)
         # In the order in which they depend on each other's results: the events come first because they may
-        # change the rates, pulses end after all events, and the pins come last.
+        # change the rates, the sources after all that report to them, and the pins last.
         self._all: tuple[Feature, ...] = (
             self.events,
             self.data_enable,
@@ -80,7 +90,7 @@ class Features:
         return {register for feature in self._all for register in feature.CONFIGURATION}
 
     def configure(self, now_ps: int, because_of: type[Register] | None = None) -> None:
-        """The registers may have changed, or only the one named."""
+        """Let the features decode their registers anew: all, or those that ``because_of`` configures."""
         for feature in self._all:
             if because_of is None or because_of in feature.CONFIGURATION:
                 feature.configure(now_ps)
@@ -92,32 +102,28 @@ class Features:
                 feature.catch_up(now_ps)
 
     def catch_up_with_events(self, at_ps: int) -> None:
-        """Likewise, called by the events, which have come so far already."""
+        """Likewise all but the events, who call this when they have caught up until ``at_ps`` themselves."""
         for feature in self._all:
             if feature.active and feature is not self.events:
                 feature.catch_up(at_ps)
 
     def reset(self, now_ps: int) -> None:
-        """SW_RESET."""
+        """SW_RESET: let every feature forget what has happened; ``configure`` follows."""
         for feature in self._all:
             feature.reset(now_ps)
 
     def next_event_ps(self) -> int:
-        """When a pin may change next."""
+        """When a pin may change next; ``NEVER_PS`` if none can."""
         return min((feature.next_event_ps() for feature in self._all if feature.active), default=NEVER_PS)
-
-
-_SW_RESET_PS = 50 * PS_PER_S // 10**6  # AN5040 5.7
-_DEN_AXES = CTRL9_XL.DEN_X.mask | CTRL9_XL.DEN_Y.mask | CTRL9_XL.DEN_Z.mask
-_FIFO_BURST = {0x3F: 0x3E}  # a burst on FIFO_DATA_OUT goes round in it (AN5040 4.7)
 
 
 class LSM6DSL(Part):
     """Accelerometer, gyroscope and their thermometer; signals in the sensor's own right-handed axes.
 
-    ``acceleration_g``: specific force, (n, 3); ``angular_rate_dps``: (n, 3); ``temperature_degc``: (n,); of
-    each, one row will do where all are the same.
-    ``den_axes_on``: CTRL9_XL resets to 0xE0, not to 0x00 (see ``registers.control``).
+    Signals are functions of times (n,) in s (:data:`sensors.part.Signal`): ``acceleration_g`` gives the
+    specific force, (n, 3); ``angular_rate_dps`` (n, 3); ``temperature_degc`` (n,). Each may give a single row
+    where it is the same at all of them. ``errors``: None for an ideal part; ``seed``: which noise.
+    ``den_axes_on``: CTRL9_XL resets to 0xE0, not to 0x00 (see there).
     ``powered_on_ps``: when supply came, None for long ago; the registers answer 15 ms later (AN5040 5.7).
     """
 
@@ -144,10 +150,10 @@ class LSM6DSL(Part):
         super().__init__(self.MAP, _FIFO_BURST, 0 if powered_on_ps is None else powered_on_ps + BOOT_PS)
         errors = errors or LSM6DSLErrors()
         self._banks = Banks(self.registers)
-        accelerometer = Accelerometer(acceleration_g, temperature_degc, errors, seed)
+        xl = Accelerometer(acceleration_g, temperature_degc, errors, seed)
         self._measuring = Measuring(
             self.registers,
-            accelerometer,
+            xl,
             Gyroscope(angular_rate_dps, temperature_degc, errors, seed),
             Thermometer(temperature_degc, errors.temperature_offset_degc),
         )
@@ -169,24 +175,24 @@ class LSM6DSL(Part):
         )
         self._features = Features(
             self._chip,
-            accelerometer.for_events,
+            xl.for_events,
             self._rate_changed,
-            lambda: self._measuring.show_through(self._chip.gates.shown),
+            self._stream_changed,
         )
         self._violations = Violations(self._chip)
         self._wire()
 
     @classmethod
     def maps(cls) -> dict[str, RegisterMap]:
-        """The main bank and the embedded banks A and B."""
+        """The register maps of the main bank and of the embedded banks A and B."""
         return titled_maps()
 
     def files(self) -> tuple[RegisterFile, ...]:
-        """The main bank and the embedded banks A and B."""
+        """The registers themselves of the main bank and of the embedded banks A and B."""
         return self._banks.files()
 
     def supply_current_ua(self) -> float:
-        """Supply current in microampere as now configured."""
+        """Supply current in microamperes as now configured."""
         return supply_current_ua(self.registers.mem)
 
     def spi_wires(self) -> Wires:
@@ -202,7 +208,7 @@ class LSM6DSL(Part):
         self._features.catch_up(now_ps)
 
     def next_event_ps(self) -> int:
-        """When a pin may change next."""
+        """When a pin may change next; ``NEVER_PS`` if none can."""
         return self._features.next_event_ps()
 
     @property
@@ -215,17 +221,20 @@ class LSM6DSL(Part):
         self._features.hub.bus.attach(address, device)
 
     def sample_range(self, channel: str) -> tuple[float, float, float]:
-        """``acceleration_g``, ``angular_rate_dps`` or ``temperature_degc`` as now configured."""
+        """(lowest value, highest value, size of one LSB) as now configured, in the channel's unit.
+
+        ``channel``: ``acceleration_g``, ``angular_rate_dps`` or ``temperature_degc``; else KeyError.
+        """
         return self._measuring.sample_range(channel)
 
     # -- wiring -----------------------------------------------------------------------------------------
 
     def _writer(self, registers: RegisterFile) -> Write:
-        del registers
+        del registers  # a burst may leave the bank in which it begins
         return self._write_across_banks
 
     def _write_across_banks(self, address: int, data: bytes, now_ps: int) -> None:
-        """A burst over FUNC_CFG_ACCESS goes on in the bank it has selected."""
+        """A burst that writes FUNC_CFG_ACCESS goes on in the bank that it has selected."""
         for value in data:
             self.active.write(address, bytes((value,)), now_ps)
             address = self.active.advance(address, 1)
@@ -236,7 +245,7 @@ class LSM6DSL(Part):
         main.on_write(CTRL3_C, self._write_ctrl3)
         offsets = X_OFS_USR, Y_OFS_USR, Z_OFS_USR
         measuring = {*accelerometer.CONFIGURATION, *gyroscope.CONFIGURATION, *offsets}
-        for register in (measuring | self._features.configuration()) - {CTRL3_C}:
+        for register in (measuring | self._features.configuration()) - {CTRL3_C}:  # which has its own hook
             main.on_write(register, self._configure)
         for bank in self.files():
             bank.on_write(FUNC_CFG_ACCESS, self._select_bank)
@@ -244,66 +253,70 @@ class LSM6DSL(Part):
     # -- behaviour --------------------------------------------------------------------------------------
 
     def _write_ctrl3(self, old: int, new: int, now_ps: int) -> None:
-        self.catch_up(now_ps)  # under the settings until now
+        self.catch_up(now_ps)  # with the settings so far
         boot, reset = new & CTRL3_C.BOOT.mask, new & CTRL3_C.SW_RESET.mask
         if boot and reset:
             self.registers.note(now_ps, "forbidden", "CTRL3_C: BOOT and SW_RESET at once")  # AN5040 5.7
         if reset and not self._clearing.pending(CTRL3_C.SW_RESET.mask, now_ps):
-            self._measuring.refresh(0, 0, now_ps)
+            self._measuring.refresh(now_ps)
             self._reset_registers()
             self._measuring.reset()
             self._features.reset(now_ps)
             self._clearing.begin(CTRL3_C.SW_RESET.mask, now_ps + _SW_RESET_PS)
             self._configure(old, new, now_ps)
         if boot and not self._clearing.pending(CTRL3_C.BOOT.mask, now_ps):
-            # trimming only: configuration and mode are unchanged
+            # BOOT loads the trimming values anew and changes nothing that firmware has configured
             self._clearing.begin(CTRL3_C.BOOT.mask, now_ps + BOOT_PS)
             self._features.boot.begin(now_ps)
         control = self.registers.mem[CTRL3_C.addr]
-        self._measuring.set_format()
-        for registers_ in self.files():
-            registers_.increment = bool(control & CTRL3_C.IF_INC.mask)
+        self._measuring.set_format()  # BDU and BLE
+        for bank in self.files():
+            bank.increment = bool(control & CTRL3_C.IF_INC.mask)
         self._features.configure(now_ps, because_of=CTRL3_C)
 
     def _configure(self, old: int, new: int, now_ps: int) -> None:
-        """A control register has changed: bring all three streams in line with the registers."""
+        """The write hook of every register that configures anything, but for CTRL3_C."""
         del old, new
-        self.catch_up(now_ps)  # under the settings until now
+        self.catch_up(now_ps)  # with the settings so far
         self.i2c_off = bool(self.registers.mem[CTRL4_C.addr] & CTRL4_C.I2C_disable.mask)
-        self._violations.report(of_measuring(self.registers.mem), now_ps)
+        self._violations.report(measuring_violations(self.registers.mem), now_ps)
         self._apply(now_ps)
 
     def _rate_changed(self, at_ps: int) -> None:
-        """The part falls asleep or wakes at ``at_ps``; the events themselves have come so far already."""
+        """Activity recognition has put the part to sleep, or woken it, at ``at_ps``."""
         self._features.catch_up_with_events(at_ps)
         self._apply(at_ps)
 
+    def _stream_changed(self) -> None:
+        """Data enable shows a sensor's samples through another stream, or no longer does."""
+        self._measuring.show_through(self._chip.gates.shown)
+
     def _apply(self, now_ps: int) -> None:
-        """The sensors run as the registers say; a part that lies still may have put them to sleep."""
-        self._measuring.refresh(0, 0, now_ps)
+        """Let sensors and features run as the registers say, slower where the part has fallen asleep."""
+        self._measuring.refresh(now_ps)
         activity = self._features.events.activity
         self._measuring.apply(activity.effective(self.registers.mem), now_ps)
         self._features.configure(now_ps)
-        if activity.enabled:
+        if activity.enabled:  # rates then change without a write, even between two reads
             self._measuring.catch_up_before_reading(self.catch_up)
 
     def _int2_applied(self, at_ps: int, level: int) -> None:
-        """The board changes the level of INT2: like a change of a register, if the pin is an input."""
+        """The board changes the level of INT2: if the pin is an input, it acts like a write to a register."""
         if not int2_is_input(self.registers.mem):
             self.registers.note(at_ps, "forbidden", "INT2 driven from outside while it is an output")
             return
-        self.version[0] += 1
+        self.version[0] += 1  # bytes that were read ahead are no longer valid
         self.catch_up(at_ps)
-        self._measuring.refresh(0, 0, at_ps)
+        self._measuring.refresh(at_ps)
         self._features.data_enable.level_changes(level, at_ps)
         self._features.hub.level_changes(level, at_ps)
         self._apply(at_ps)
-        if self._accessed is not None:
+        if self._accessed is not None:  # as after a write: who watches the pins asks anew when one may change
             self._accessed()
 
     def _reset_registers(self) -> None:
-        for registers_ in self.files():
-            registers_.reset()
+        for bank in self.files():
+            bank.reset()
         self.registers.mem[CTRL9_XL.addr] = self._ctrl9_xl
 
     def _select_bank(self, old: int, new: int, now_ps: int) -> None:

@@ -23,6 +23,7 @@ enum Exception {
   BUS_FAULT = 5,
   USAGE_FAULT = 6,
   SV_CALL = 11,
+  DEBUG_MONITOR = 12,
   PEND_SV = 14,
   SYS_TICK = 15,
 };
