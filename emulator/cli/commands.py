@@ -362,7 +362,9 @@ def grade(
 @click.argument("firmware", required=False)
 @click.option("--scenario", metavar="NAME|FILE", help="Play it from the start, and judge the firmware.")
 @click.option("--profile", help="How the sensors are wired: lab3 or fcu001v1. Default: as the firmware says.")
-@click.option("--seed", type=int, help="Which board of the class, and its noise. Default: 0.")
+@click.option(
+    "--seed", type=int, help="Which board of the class, and its noise. Default: the scenario's, or 0."
+)
 @click.option("--ideal", is_flag=True, help="Sensors without noise, offset or scale error.")
 @click.option(
     "--port",

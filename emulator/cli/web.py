@@ -69,7 +69,8 @@ def serve_board(options: WebOptions) -> ExitCode:
         session.end_s = _end_s(options.duration)
         server.controls = session
         booted = session.board.booted
-        to_stderr(f"board {booted.profile.name}, firmware {booted.name}, seed {session.board.seed}")
+        what = f", scenario {options.scenario}" if options.scenario else ""
+        to_stderr(f"board {booted.profile.name}, firmware {booted.name}{what}, seed {session.board.seed}")
         for note in (*booted.notes, *announcement()):
             to_stderr(note)
         to_stderr(f"page: {server.url}")

@@ -138,7 +138,7 @@ class ExpectLine(Windowed):
 
     def wording(self) -> str:
         """The line, and how often."""
-        times = "" if self.count is None else f" {self.count} times"
+        times = "" if self.count is None else " once" if self.count == 1 else f" {self.count} times"
         return f"the line {shown_line(same_banner(self.text.strip()))}{times}{self.window_text()}"
 
     def judge(self, seen: Seen) -> Miss | None:
@@ -212,7 +212,7 @@ class ExpectRegex(_Matching):
 
     def wording(self) -> str:
         """The pattern, and in how many lines."""
-        times = "" if self.count is None else f" in {self.count} lines"
+        times = "" if self.count is None else f" in {self.count} line{'s' * (self.count > 1)}"
         return f"a match of {shown_line(self.pattern.text)}{times}{self.window_text()}"
 
     def judge(self, seen: Seen) -> Miss | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import json
 import os
 import re
@@ -153,7 +154,12 @@ def test_registers_begins_with_how_the_part_is_reached_and_ends_with_how_it_devi
 def test_doctor_says_what_works() -> None:
     text = fcu("doctor").stdout.decode()
     assert "the firmware lab3 boots and runs at" in text
-    assert "numpy" in text
+    needed = [one for one in importlib.metadata.requires("fcu-emulator") or [] if "extra ==" not in one]
+    assert needed
+    for requirement in needed:
+        name = re.split(r"[^\w-]", requirement, maxsplit=1)[0]
+        assert re.search(rf"^ok +{name} \d", text, re.MULTILINE), name
+    assert re.search(r"^(ok|absent) +websockets.* for fcu web", text, re.MULTILINE)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT for another process")

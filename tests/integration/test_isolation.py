@@ -294,9 +294,10 @@ def test_a_worker_that_takes_too_much_is_no_verdict(command: tuple[str, ...]) ->
 
 
 def test_a_live_board_may_be_in_a_worker() -> None:
-    done = fcu("web", "--isolate", "--duration", "100ms")
+    done = fcu("web", "--isolate", "--scenario", "iron", "--duration", "100ms")
 
     assert done.returncode == HELD, done.stderr
+    assert "fcu: board lab3, firmware lab3, scenario iron, seed 4\n" in done.stderr
     assert "process of its own" in done.stderr
 
 

@@ -73,8 +73,9 @@ def test_a_broken_expectation_is_found(tmp_path: Path, kind: str, keys: str, fau
 @pytest.mark.parametrize(
     ("kind", "keys", "says"),
     [
-        ("line", "text = 'LAB3 Init...'\ncount = 1", 'the line "LAB3 Init..." 1 times'),
+        ("line", "text = 'LAB3 Init...'\ncount = 1", 'the line "LAB3 Init..." once'),
         ("regex", "pattern = '^Pre'\nto = '2s'", 'a match of "^Pre" from 0 s to 2 s'),
+        ("regex", "pattern = '^Pre'\ncount = 1", 'a match of "^Pre" in 1 line'),
         ("never", "pattern = 'nan'", 'no match of "nan"'),
         (
             "field",
