@@ -8,18 +8,34 @@ from functools import partial
 import pytest
 
 from emulator.chip.peripherals.adc import Adc, AdcInputs
-from emulator.chip.peripherals.dbgmcu import system_memory
+from emulator.chip.peripherals.dbgmcu import SYSTEM_MEMORY, system_memory
 from emulator.chip.peripherals.peripheral import InterruptInput
 from emulator.time.clock import PS_PER_MS, PS_PER_S
 from tests.arm.chip_fakes import Chip
 
+# Offsets and bits (RM0368 11.12); CCR is the common register.
 SR, CR1, CR2, SMPR2, SQR1, SQR3, DR, CCR = 0x00, 0x04, 0x08, 0x10, 0x2C, 0x34, 0x4C, 0x304
-EOC, STRT, OVR = 2, 1 << 4, 1 << 5
-ADON, CONT, DMA, DDS, EOCS, SWSTART = 1, 2, 1 << 8, 1 << 9, 1 << 10, 1 << 30
-EOCIE, SCAN, OVRIE = 1 << 5, 1 << 8, 1 << 26
-DIV4 = 1 << 16
-VBATE, TSVREFE = 1 << 22, 1 << 23
-CONVERSION_PS = (3 + 12) * 4 * PS_PER_S // 84_000_000  # 21 MHz, 12 bit, 3 cycles
+EOC, STRT, OVR = 1 << 1, 1 << 4, 1 << 5  # SR
+EOCIE, SCAN, AWDEN, OVRIE = 1 << 5, 1 << 8, 1 << 23, 1 << 26  # CR1
+ADON, CONT, DMA, DDS, EOCS, ALIGN = 1 << 0, 1 << 1, 1 << 8, 1 << 9, 1 << 10, 1 << 11  # CR2
+JSWSTART, SWSTART = 1 << 22, 1 << 30  # CR2
+ADCPRE_DIV4, VBATE, TSVREFE = 1 << 16, 1 << 22, 1 << 23  # CCR
+
+ADC_IRQ = 18
+BATTERY, VREFINT, TEMPERATURE = 9, 17, 18  # channels; VBATE gives 18 to the backup supply instead
+ADCCLK_HZ = 84_000_000 // 4  # PCLK2 over ADCPRE
+SHORTEST_SAMPLING, FULL_RESOLUTION = 3, 12  # cycles of ADCCLK
+VOLTS_PER_LSB = 3.3 / 4095
+
+
+def conversion_ps(sampling: int = SHORTEST_SAMPLING, resolution: int = FULL_RESOLUTION) -> int:
+    """RM0368 11.5: a conversion takes its sampling time and a cycle for each bit."""
+    return (sampling + resolution) * PS_PER_S // ADCCLK_HZ
+
+
+def battery_v(raw: int) -> float:
+    """As ST's own firmware for the board has it: the battery's divider is 10 kOhm over 20 kOhm."""
+    return raw * VOLTS_PER_LSB * (10 + 20) / 20
 
 
 @pytest.fixture
@@ -29,26 +45,33 @@ def chip() -> Chip:
 
 @pytest.fixture
 def adc(chip: Chip) -> Adc:
-    block = Adc(chip.soc, "ADC1", 0x4001_2000, InterruptInput(chip.soc, 18), AdcInputs(battery_v=3.7))
-    block.write(CCR, DIV4)
-    block.write(SQR3, 9)
+    block = Adc(chip.soc, "ADC1", 0x4001_2000, InterruptInput(chip.soc, ADC_IRQ), AdcInputs(battery_v=3.7))
+    block.write(CCR, ADCPRE_DIV4)
+    block.write(SQR3, BATTERY)
     return block
 
 
-def test_the_battery_as_the_lab_reads_it(chip: Chip, adc: Adc) -> None:
-    """ST's firmware: VBAT = raw * 3.3 / 4095 * (10 + 20) / 20."""
+def connect_sequence(adc: Adc, voltages: list[float]) -> None:
+    """Put the voltages on channels 0, 1, ..., which become the sequence of regular conversions."""
+    for channel in range(len(voltages)):
+        adc.inputs.connect(channel, partial(voltages.__getitem__, channel))
+    adc.write(SQR1, (len(voltages) - 1) << 20)  # L
+    adc.write(SQR3, sum(channel << 5 * channel for channel in range(len(voltages))))
+
+
+def test_the_batterys_voltage(chip: Chip, adc: Adc) -> None:
     adc.write(CR2, ADON | EOCS)
     adc.write(CR2, ADON | EOCS | SWSTART)
-    chip.run_to(CONVERSION_PS - 1)
+    chip.run_to(conversion_ps() - 1)
     assert adc.read(SR) == STRT
-    chip.run_to(CONVERSION_PS)
+    chip.run_to(conversion_ps())
     assert adc.read(SR) == STRT | EOC
-    assert adc.read(DR) * 3.3 / 4095 * 30 / 20 == pytest.approx(3.7, abs=1e-3)
+    assert battery_v(adc.read(DR)) == pytest.approx(3.7, abs=1e-3)
     assert adc.read(SR) == STRT
     adc.inputs.battery_v = 3.3
     adc.write(CR2, ADON | EOCS | SWSTART)
-    chip.run_for(CONVERSION_PS)
-    assert adc.read(DR) * 3.3 / 4095 * 30 / 20 == pytest.approx(3.3, abs=1e-3)
+    chip.run_for(conversion_ps())
+    assert battery_v(adc.read(DR)) == pytest.approx(3.3, abs=1e-3)
 
 
 def test_it_does_not_convert_while_it_is_off(chip: Chip, adc: Adc) -> None:
@@ -57,86 +80,84 @@ def test_it_does_not_convert_while_it_is_off(chip: Chip, adc: Adc) -> None:
     assert adc.read(SR) == 0
 
 
-@pytest.mark.parametrize(("channel", "expected_v"), [(17, 1.21), (18, 0.76 + 0.0025 * 5)])
-def test_inner_channels_need_tsvrefe(chip: Chip, adc: Adc, channel: int, expected_v: float) -> None:
-    """RM0368 11.9, 11.10; datasheet: V25 0.76 V, 2.5 mV/degC, reference 1.21 V; the die is at 30 degC."""
+@pytest.mark.parametrize(
+    ("channel", "with_tsvrefe_v", "with_vbate_v"),
+    [(VREFINT, 1.21, 0.0), (TEMPERATURE, 0.76 + 0.0025 * (30 - 25), 3.3 / 4)],
+)
+def test_internal_channels_have_to_be_switched_on(
+    chip: Chip, adc: Adc, channel: int, with_tsvrefe_v: float, with_vbate_v: float
+) -> None:
+    """RM0368 11.9, 11.10; datasheet: 0.76 V at 25 degC, 2.5 mV/degC, reference 1.21 V; the die is at 30."""
     adc.write(SQR3, channel)
-    quarter_v = 3.3 / 4 if channel == 18 else 0.0
-    for ccr, volts in ((DIV4, 0.0), (DIV4 | TSVREFE, expected_v), (DIV4 | VBATE, quarter_v)):
-        adc.write(CCR, ccr)
+    for switched_on, volts in ((0, 0.0), (TSVREFE, with_tsvrefe_v), (VBATE, with_vbate_v)):
+        adc.write(CCR, ADCPRE_DIV4 | switched_on)
         adc.write(CR2, ADON | SWSTART)
         chip.run_for(PS_PER_MS)
-        assert adc.read(DR) * 3.3 / 4095 == pytest.approx(volts, abs=5e-4)
+        assert adc.read(DR) * VOLTS_PER_LSB == pytest.approx(volts, abs=5e-4)
 
 
 def test_the_factory_calibration_agrees_with_the_sensor(chip: Chip, adc: Adc) -> None:
-    """Datasheet: TS_CAL1 at 30 degC, TS_CAL2 at 110 degC, VREFIN_CAL, all at 3.3 V."""
-    vrefint, cold, hot = struct.unpack_from("<3H", system_memory(), 0x2A)
-    adc.write(CCR, DIV4 | TSVREFE)
+    """Datasheet: VREFIN_CAL, TS_CAL1 at 30 degC and TS_CAL2 at 110 degC, from 0x1FFF7A2A on, all at 3.3 V."""
+    calibration = struct.unpack_from("<3H", system_memory(), 0x1FFF_7A2A - SYSTEM_MEMORY)
+    adc.write(CCR, ADCPRE_DIV4 | TSVREFE)
     seen = []
-    for channel, die_degc in ((17, 30), (18, 30), (18, 110)):
+    for channel, die_degc in ((VREFINT, 30), (TEMPERATURE, 30), (TEMPERATURE, 110)):
         adc.inputs.die_degc = die_degc
         adc.write(SQR3, channel)
         adc.write(CR2, ADON | SWSTART)
         chip.run_for(PS_PER_MS)
         seen.append(adc.read(DR))
-    assert seen == [vrefint, cold, hot]
+    assert seen == list(calibration)
 
 
 @pytest.mark.parametrize(("resolution", "bits"), [(0, 12), (1, 10), (2, 8), (3, 6)])
 def test_resolution_and_alignment(chip: Chip, adc: Adc, resolution: int, bits: int) -> None:
-    """RM0368 11.7, 11.4: fewer bits are faster; left alignment is to 16 bits, of 6 bits to 8."""
+    """RM0368 11.7, 11.4: fewer bits are faster; results are left-aligned in 16 bits, those of 6 bits in 8."""
     adc.inputs.connect(3, lambda: 3.3)
     adc.write(SQR3, 3)
-    adc.write(CR1, resolution << 24)
+    adc.write(CR1, resolution << 24)  # RES
     adc.write(CR2, ADON | SWSTART)
-    chip.run_to((3 + bits) * 4 * PS_PER_S // 84_000_000)
-    assert adc.read(DR) == (1 << bits) - 1
-    adc.write(CR2, ADON | 1 << 11 | SWSTART)
+    chip.run_to(conversion_ps(resolution=bits))
+    full_scale = (1 << bits) - 1
+    assert adc.read(DR) == full_scale
+    adc.write(CR2, ADON | ALIGN | SWSTART)
     chip.run_for(PS_PER_MS)
-    assert adc.read(DR) == (1 << bits) - 1 << (2 if bits == 6 else 16 - bits)
+    assert adc.read(DR) == full_scale << (8 - bits if bits == 6 else 16 - bits)
 
 
 def test_sampling_time(chip: Chip, adc: Adc) -> None:
     """RM0368 11.5: SMP9 = 7 is 480 cycles."""
-    adc.write(SMPR2, 7 << 27)
+    adc.write(SMPR2, 7 << 27)  # SMP9
     adc.write(CR2, ADON | SWSTART)
-    chip.run_to(492 * 4 * PS_PER_S // 84_000_000 - 1)
+    chip.run_to(conversion_ps(sampling=480) - 1)
     assert not adc.read(SR) & EOC
     chip.run_for(1)
     assert adc.read(SR) & EOC
 
 
-def scan(adc: Adc, voltages: list[float]) -> None:
-    for channel in range(len(voltages)):
-        adc.inputs.connect(channel, partial(voltages.__getitem__, channel))
-    adc.write(SQR1, len(voltages) - 1 << 20)
-    adc.write(SQR3, sum(channel << 5 * channel for channel in range(len(voltages))))
-
-
 def test_a_scan_by_dma(chip: Chip, adc: Adc) -> None:
-    """RM0368 11.8.1: one request a conversion."""
-    scan(adc, [0.0, 1.65, 3.3])
-    taken = list[int]()
+    """RM0368 11.8.1: each conversion makes a request."""
+    connect_sequence(adc, [0.0, 1.65, 3.3])
+    taken: list[int] = []
     chip.dma.serve("ADC1", lambda: taken.append(adc.read(DR)))
     adc.write(CR1, SCAN)
     adc.write(CR2, ADON | DMA | SWSTART)
-    chip.run_to(3 * CONVERSION_PS)
+    chip.run_to(3 * conversion_ps())
     assert taken == [0, 2048, 4095]
     chip.run_for(PS_PER_MS)
     assert len(taken) == 3
 
 
 def test_requests_stop_after_the_last_transfer_without_dds(chip: Chip, adc: Adc) -> None:
-    """RM0368 11.13.3, DDS."""
-    results = list[int]()
+    """RM0368 11.12.3, DDS; writing 0 and 1 to DMA lets the requests begin anew (11.8.1)."""
+    results: list[int] = []
     chip.dma.serve("ADC1", lambda: results.append(adc.read(DR)))
     adc.write(CR2, ADON | DMA | SWSTART)
     chip.run_for(PS_PER_MS)
     adc.write(CR2, ADON | DMA | SWSTART)
     chip.run_for(PS_PER_MS)
     assert len(chip.dma.requests) == 1
-    adc.write(SR, 0)
+    adc.write(SR, 0)  # EOC of the result that nobody has fetched: the next one would be lost
     adc.write(CR2, ADON)
     for _ in range(2):
         adc.write(CR2, ADON | DMA | DDS | SWSTART)
@@ -145,41 +166,42 @@ def test_requests_stop_after_the_last_transfer_without_dds(chip: Chip, adc: Adc)
 
 
 def test_an_overrun_stops_the_scan(chip: Chip, adc: Adc) -> None:
-    """RM0368 11.8.2: with EOCS each result must be read in time."""
-    scan(adc, [0.0, 1.65, 3.3])
+    """RM0368 11.8.2: with EOCS each result must be read in time; the first of them stays in DR."""
+    connect_sequence(adc, [0.0, 1.65, 3.3])
     adc.write(CR1, SCAN | OVRIE)
     adc.write(CR2, ADON | EOCS | SWSTART)
     chip.run_to(PS_PER_MS)
     assert adc.read(SR) == STRT | EOC | OVR
-    assert chip.irq.level(18)
+    assert chip.irq.level(ADC_IRQ)
     assert adc.read(DR) == 0
     adc.write(SR, 0)
-    assert not chip.irq.level(18)
+    assert not chip.irq.level(ADC_IRQ)
 
 
 def test_the_end_of_conversion_interrupt(chip: Chip, adc: Adc) -> None:
-    """Table 38: ADC is number 18."""
+    """RM0368 table 38: the ADC has interrupt 18."""
     adc.write(CR1, EOCIE)
     adc.write(CR2, ADON | SWSTART)
-    chip.run_to(CONVERSION_PS)
-    assert chip.irq.rises == [(CONVERSION_PS, 18)]
+    chip.run_to(conversion_ps())
+    assert chip.irq.rises == [(conversion_ps(), ADC_IRQ)]
     adc.read(DR)
-    assert not chip.irq.level(18)
+    assert not chip.irq.level(ADC_IRQ)
 
 
-def test_continuous_conversion_shows_the_present(chip: Chip, adc: Adc) -> None:
-    """RM0368 11.3.5; nobody reads, so nothing has to happen until somebody does."""
+def test_continuous_conversion_gives_the_voltage_of_the_moment_it_is_read(chip: Chip, adc: Adc) -> None:
+    """RM0368 11.3.5; the model converts only when DR is read, which nobody can tell."""
     adc.write(CR2, ADON | CONT | SWSTART)
     chip.run_to(PS_PER_MS)
     adc.inputs.battery_v = 3.0
     chip.run_to(PS_PER_S)
-    assert adc.read(DR) * 3.3 / 4095 * 1.5 == pytest.approx(3.0, abs=1e-3)
+    assert battery_v(adc.read(DR)) == pytest.approx(3.0, abs=1e-3)
     assert not adc.read(SR) & EOC
-    chip.run_for(CONVERSION_PS)
+    chip.run_for(conversion_ps())
     assert adc.read(SR) & EOC
 
 
-def test_what_is_not_modelled_is_told(chip: Chip, adc: Adc) -> None:
-    adc.write(CR2, 1 << 22)
-    adc.write(CR1, 1 << 23)
+def test_what_is_not_modelled_is_noted(chip: Chip, adc: Adc) -> None:
+    """Injected conversions, and the analog watchdog."""
+    adc.write(CR2, JSWSTART)
+    adc.write(CR1, AWDEN)
     assert [what for what, _ in chip.notes()] == ["not modelled", "not modelled"]

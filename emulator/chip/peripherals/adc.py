@@ -102,7 +102,7 @@ class Adc(Peripheral, declared=BLOCKS["ADC1"]):
     # -- registers --------------------------------------------------------------------------------------
 
     def read(self, offset: int) -> int:
-        """A register; reading DR clears EOC (11.13.14)."""
+        """A register; reading DR clears EOC (11.12.14)."""
         if offset != DR:
             return super().read(offset)
         if self._paused:
