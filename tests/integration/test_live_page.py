@@ -82,7 +82,7 @@ class Browser:
         page.on("pageerror", lambda error: self.errors.append(str(error)))
         page.set_default_timeout(30_000)
         page.goto(served.pages.url.split("?", maxsplit=1)[0] + ("" if in_space else "?2d"))
-        until(page, "document.querySelector('#num-attitude-roll')?.textContent.length > 2")
+        until(page, "document.body.dataset.state && document.querySelector('#time')?.textContent.length > 2")
         return page
 
     def close(self) -> None:
@@ -262,6 +262,26 @@ def test_a_scenarios_verdict_falls(browser: Browser, served: Served) -> None:
     page.select_option("#speed", "max")
     until(page, "document.querySelectorAll('#verdicts [data-state=met]').length === 5")
     assert page.text_content("#verdict-count") == "5 of 5 expectations met"
+
+
+def test_a_page_of_a_scenario_opens_at_its_question(browser: Browser) -> None:
+    served = Served(Setup("lab3", "led_x"))
+    try:
+        page = browser.open(served)
+        until(page, "document.querySelector('#question').textContent.includes('LED1')")
+        assert page.is_visible("#question")
+        page.click("#tab-world")
+        until(page, "document.querySelector('#num-attitude-roll').textContent.length > 2")
+    finally:
+        served.close()
+
+
+def test_the_menu_of_the_chips_blocks_stays_in_its_pane(browser: Browser, served: Served) -> None:
+    page = browser.open(served)
+    page.click("#tab-registers")
+    until(page, "document.querySelector('.registers select').options.length > 5")
+    menu = page.eval_on_selector(".registers select", "one => one.getBoundingClientRect().right")
+    assert menu <= page.eval_on_selector(".registers", "one => one.getBoundingClientRect().right")
 
 
 def test_pause_and_step(browser: Browser, served: Served) -> None:

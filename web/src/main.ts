@@ -59,6 +59,7 @@ const panes: [string, string, HTMLElement][] = [
   ["scenario", "Scenario", scenario.element], ["diagnosis", "Diagnosis", diagnosis.element],
 ];
 let pane = "world";
+let greeted = false;
 const tabs = el("div", { class: "tabs", role: "tablist", "aria-label": "What is inside" },
   ...panes.map(([id, name]) => el("button", { type: "button", role: "tab", id: `tab-${id}`, "aria-controls": `pane-${id}`, click: () => open(id) }, name)));
 tabs.querySelector("#tab-diagnosis")?.append(badge);
@@ -184,6 +185,8 @@ function showStatus(now: Status): void {
   plot.offer(now.variables);
   registers.offerBlocks(now.blocks);
   scenario.status(now);
+  if (now.scenario && !greeted) open("scenario"); // its question, and its verdicts as they fall
+  greeted = true;
   showDiagnosis();
 }
 

@@ -89,7 +89,7 @@ export class Plot {
   private size = "";
 
   constructor(private readonly history: History) {
-    this.freezer = button("Pause", "Hold the plot still; the board goes on", () => this.freeze(this.frozenAt === null));
+    this.freezer = button("Freeze", "Hold the plot still; the board goes on", () => this.freeze(this.frozenAt === null));
     const add = el("input", {
       type: "text", list: "variable-names", placeholder: "Add a variable", "aria-label": "Add a global variable to the plot", class: "short", spellcheck: "false",
       change: () => {
@@ -135,7 +135,7 @@ export class Plot {
   freeze(on: boolean): void {
     this.frozenAt = on ? (this.history.states.t.at(-1) ?? 0) : null;
     this.zoomed = false;
-    setText(this.freezer, on ? "Follow" : "Pause");
+    setText(this.freezer, on ? "Follow" : "Freeze");
     this.freezer.setAttribute("aria-pressed", String(on));
     this.refresh();
   }
@@ -209,7 +209,7 @@ export class Plot {
       width, height: Math.max(80, height - 30),
       scales: { x: { time: false }, y: { range: (_chart, low, high) => around(low, high) } },
       cursor: { drag: { x: true, y: false }, points: { size: 6 } },
-      legend: { live: true },
+      legend: { live: true, markers: { dash: (_chart, index) => (channels[index - 1]?.kind === "truth" ? "dashed" : "solid") } },
       hooks: {
         setSelect: [(chart) => {
           if (chart.select.width < 5) return;

@@ -106,7 +106,7 @@ export class World {
     this.bar.style.width = `${Math.min(100, 100 * share)}%`;
     this.bar.classList.toggle("full", share > 0.97);
     const known = of("callback_ms") > 0;
-    this.say("callback", known ? `callback ${fixed(of("callback_ms"), 2)} of ${fixed(of("period_ms"), 2)} ms, ${fixed(100 * share, 0)} %` : "callback: not measured yet (only of built firmware)");
+    this.say("callback", known ? `callback ${fixed(of("callback_ms"), 2)} of ${fixed(of("period_ms"), 2)} ms, ${fixed(100 * share, 0)} %` : "callback: not measured (built firmware only)");
     this.say("rate", of("rate_hz") ? `${fixed(of("rate_hz"), 1)} Hz` : "stopped");
     this.say("ticks", String(of("ticks")));
     this.say("late", `${of("late")}, ${of("lost")}`);
