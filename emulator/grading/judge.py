@@ -162,7 +162,7 @@ class _Run:
         scenario = self.rubric.scenario(self.name, self.seed)
         expectations = [one for check in self.checks for one in check.expect if isinstance(one, Expectation)]
         fields = dict.fromkeys(one.name for one in expectations if isinstance(one, ExpectField) and one.truth)
-        reports = [ReportTable(field=name, against="truth") for name in fields]
+        reports = [ReportTable.model_validate({"field": name, "against": "truth"}) for name in fields]
         self.fields = tuple(fields)
         self.scenario = scenario.asking(expectations, reports)
         self.duration_s = scenario.duration_s

@@ -42,7 +42,7 @@ from emulator.scenario.printed import (
 )
 from emulator.scenario.resources import TextFile, resources_of
 from emulator.scenario.result import Fault, Miss
-from emulator.scenario.tables import LED_NAMES, Duration, Length, Table, board_of
+from emulator.scenario.tables import LED_NAMES, Duration, Length, Table, Window, board_of
 from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S
 from emulator.time.durations import seconds, shown
 from emulator.trace import GpioEdge
@@ -96,29 +96,12 @@ class Expectation(Table, ABC):
         """How it is not met; None when it is."""
 
 
-class Windowed(Expectation):
+class Windowed(Window, Expectation):
     """Looks at a part of the run only: lines whose printing began in the window."""
-
-    from_: Duration = Field(0, alias="from")
-    to: Duration | None = None
-
-    @model_validator(mode="after")
-    def _in_order(self) -> Windowed:
-        if self.to is not None and self.to <= self.from_:
-            raise ValueError("has a window that ends before it begins; give a later to")
-        return self
 
     def lines_in_window(self, seen: Seen) -> list[PrintedLine]:
         """The lines that count."""
-        end_ps = NEVER_PS if self.to is None else self.to
-        return [line for line in seen.lines if self.from_ <= line.at_ps <= end_ps]
-
-    def window_text(self) -> str:
-        """The window for messages; empty when it is the whole run."""
-        if self.from_ == 0 and self.to is None:
-            return ""
-        end = "the end" if self.to is None else seconds(self.to)
-        return f" from {seconds(self.from_)} to {end}"
+        return [line for line in seen.lines if self.covers(line.at_ps)]
 
 
 # -- The terminal's text: a line, a pattern, a pattern never, the whole text --------------------------------
@@ -382,29 +365,33 @@ class ExpectPrinted(Windowed):
 
 
 class ExpectWithin(Windowed):
-    """Each printed value of a field is a number from ``least`` to ``most``: no NaN, no 190 degrees."""
+    """Each print of a field is a number from ``least`` to ``most``, and two of them are ``apart`` or more."""
 
     kind: Literal["within"]
     name: FieldName
     least: float
     most: float
+    apart: float = Field(0.0, ge=0)
 
     def wording(self) -> str:
         """The range."""
-        return f"{self.name} from {self.least:g} to {self.most:g}{self.window_text()}"
+        apart = f", two of them {self.apart:g} apart" if self.apart else ""
+        return f"{self.name} from {self.least:g} to {self.most:g}{apart}{self.window_text()}"
 
     def judge(self, seen: Seen) -> Miss | None:
         """Missing when it is never printed."""
         line_format, expected = FORMAT_OF_FIELD[self.name], self.wording()
-        numbers = [(line, line_format.parse(line.text)) for line in self.lines_in_window(seen)]
-        values = [(line, fields[self.name]) for line, fields in numbers if fields is not None]
+        parsed = [(line, line_format.parse(line.text)) for line in self.lines_in_window(seen)]
+        values = [(line, fields[self.name]) for line, fields in parsed if fields is not None]
         if not values:
             return Miss("missing", expected, f'no line "{line_format.text}" among {len(seen.lines)}')
         wrong = [line for line, value in values if not self.least <= value <= self.most]
-        if not wrong:
-            return None
-        seen_text = f"{len(wrong)} of {len(values)} prints outside"
-        return Miss("wrong value", expected, seen_text, tuple(map(_printed, wrong[:_DIFF_LINES])))
+        text, apart = f"{len(wrong)} of {len(values)} prints outside", np.ptp([value for _, value in values])
+        if not wrong and apart < self.apart:
+            wrong, text = [values[0][0]], f"all {len(values)} within {apart:g}"
+        return (
+            Miss("wrong value", expected, text, tuple(map(_printed, wrong[:_DIFF_LINES]))) if wrong else None
+        )
 
 
 def _printed(line: PrintedLine) -> str:

@@ -100,8 +100,10 @@ _MOST_ROWS = 12
 _STILL_G = 0.05
 
 
-def against_truth(field: str, lines: Sequence[PrintedLine], settle_ps: int) -> list[str]:
+def against_truth(field: str, lines: Sequence[PrintedLine], settle_ps: int, window: str = "") -> list[str]:
     """A table of prints: time, printed, truth at that time, error (printed - truth); then a summary.
+
+    ``window``: which part of the run the lines are of, for the title.
 
     Decision: the error is that at the moment of printing, which shows how old a number of a moving board is;
     where the nearest truth of the time ``settle_ps`` before, by which expectations judge, gives another
@@ -116,14 +118,15 @@ def against_truth(field: str, lines: Sequence[PrintedLine], settle_ps: int) -> l
             rows.append((line.at_ps / PS_PER_S, fields[field], truth, error, _flag(field, line)))
             judged.append(line.error(field, fields[field], settle_ps))
     if not rows:
-        return [f"{field} against the truth: never printed"]
-    title = f"{field} against the truth at the moment of printing"
+        return [f"{field} against the truth{window}: never printed"]
+    title = f"{field} against the truth at the moment of printing{window}"
     table = [title, f"{'t':>9} {'printed':>12} {'truth':>12} {'error':>12}"]
     for index in _chosen(len(rows)):
         t_s, printed, truth, error, flag = rows[index]
         table.append(f"{t_s:>7.3f} s {printed:>12.3f} {truth:>12.3f} {error:>+12.3f}{flag}")
+    count = "1 print" if len(rows) == 1 else f"{len(rows)} prints"
     first, last, largest = rows[0][3], rows[-1][3], _largest(row[3] for row in rows)
-    table.append(f"error: first {first:+.3f}, last {last:+.3f}, largest {largest:+.3f}, {len(rows)} prints")
+    table.append(f"error: first {first:+.3f}, last {last:+.3f}, largest {largest:+.3f}, {count}")
     counted = f"{_largest(judged):+.3f}"
     if counted != f"{largest:+.3f}":
         which = nearest_truth(settle_ps)

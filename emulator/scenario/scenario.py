@@ -27,10 +27,11 @@ from emulator.boards.deviations import BoardErrors
 from emulator.errors import InputError, ScenarioError
 from emulator.links.runner import Runner
 from emulator.scenario.board_view import BoardView, TerminalView
-from emulator.scenario.expectations import SETTLE_PS, Expectation, ExpectField, Seen, Windowed
+from emulator.scenario.expectations import SETTLE_PS, Expectation, ExpectField, Seen
 from emulator.scenario.printed import Recorder
 from emulator.scenario.result import Finding, Miss, Result, Standing, Verdict, against_truth
 from emulator.scenario.schema import AnyExpectation, LimitsTable, ReportTable, ScenarioFile
+from emulator.scenario.tables import Window
 from emulator.scenario.timeline import Entry
 from emulator.time.clock import PS_PER_S
 from emulator.time.durations import format_duration, seconds
@@ -239,11 +240,10 @@ class Scenario:
             if failure is not None:
                 findings.append(Finding(f"expect[{number}]", expectation.kind, failure))
         settle_ps = self._fields_of_interest()
-        reports = [
-            text
-            for report in self.reports
-            for text in against_truth(report.field, seen.lines, settle_ps[report.field])
-        ]
+        reports: list[str] = []
+        for report in self.reports:
+            lines = [line for line in seen.lines if report.covers(line.at_ps)]
+            reports += against_truth(report.field, lines, settle_ps[report.field], report.window_text())
         return Result(len(self.expectations), tuple(findings), tuple(reports))
 
     def seen(self, board: BoardView) -> Seen:
@@ -264,14 +264,18 @@ class Scenario:
         return [_verdict(f"expect[{number}]", one, seen) for number, one in enumerate(self.expectations)]
 
     def _refuse_windows_after_the_end(self) -> None:
-        """An expectation that looks at nothing must not pass for one that is met."""
-        for number, expectation in enumerate(self.expectations):
-            if isinstance(expectation, Windowed) and expectation.from_ >= self.duration_ps:
+        """An expectation that looks at nothing must not pass for one that is met, nor a report be empty."""
+        tables = [
+            *((f"expect[{number}]", one) for number, one in enumerate(self.expectations)),
+            *((f"report[{number}]", one) for number, one in enumerate(self.reports)),
+        ]
+        for name, table in tables:
+            if isinstance(table, Window) and table.from_ >= self.duration_ps:
                 problem = (
-                    f"begins at {seconds(expectation.from_)}, when the scenario has ended "
+                    f"begins at {seconds(table.from_)}, when the scenario has ended "
                     f"({seconds(self.duration_ps)}); look earlier or give a longer duration"
                 )
-                raise ScenarioError(self.file, f"expect[{number}].from", problem)
+                raise ScenarioError(self.file, f"{name}.from", problem)
 
     def _fields_of_interest(self) -> dict[str, int]:
         """Fields to be compared with the truth, and for how long before each print it is wanted."""

@@ -36,6 +36,7 @@ from emulator.scenario.tables import (
     Length,
     Table,
     Vector,
+    Window,
     within,
 )
 from emulator.scenario.timeline import AnyEntry
@@ -207,7 +208,7 @@ MOST_EXPECTATIONS = 1_000
 AnyExpectation = Annotated[Kinds, Field(discriminator="kind")]
 
 
-class ReportTable(Table):
+class ReportTable(Window):
     """One ``[[report]]``: tell how a printed field compares with the truth, in a small table."""
 
     field: FieldName

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import re
 from decimal import Decimal
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 from pydantic import (
     BaseModel,
@@ -24,7 +24,7 @@ from pydantic_core import PydanticCustomError
 from emulator.boards.description import BoardDescription
 from emulator.boards.fcu001v1 import FCU001V1
 from emulator.time.clock import PS_PER_US
-from emulator.time.durations import DURATION, NUMBER, format_duration, parse_duration, shown
+from emulator.time.durations import DURATION, NUMBER, format_duration, parse_duration, seconds, shown
 from emulator.world import limits
 from emulator.world.limits import Range
 
@@ -125,6 +125,30 @@ BusSpeed = Annotated[
     PlainSerializer(lambda hertz: f"{hertz}Hz"),
     _json_string(_FREQUENCY, "400kHz"),
 ]
+
+
+class Window(Table):
+    """A part of a run; without ``to`` it lasts until the end."""
+
+    from_: Duration = Field(0, alias="from")
+    to: Duration | None = None
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        if self.to is not None and self.to <= self.from_:
+            raise ValueError("has a window that ends before it begins; give a later to")
+        return self
+
+    def covers(self, at_ps: int) -> bool:
+        """Whether this moment counts."""
+        return self.from_ <= at_ps and (self.to is None or at_ps <= self.to)
+
+    def window_text(self) -> str:
+        """The window for messages; empty when it is the whole run."""
+        if self.from_ == 0 and self.to is None:
+            return ""
+        end = "the end" if self.to is None else seconds(self.to)
+        return f" from {seconds(self.from_)} to {end}"
 
 
 def parse_address(value: object, info: ValidationInfo) -> int:

@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from emulator import Board
+from emulator.errors import ScenarioError
 from emulator.scenario import load_scenario, run
 from emulator.scenario.expectations import ExpectField, Seen
 from emulator.scenario.printed import FORMATS, PrintedLine, deviation, same_banner
@@ -25,6 +26,7 @@ MET = [
     ("never", "pattern = '(?i)nan|inf(?!\\w)'"),
     ("field", "name = 'ACC.z'\nvalue = 1000\ntolerance = 1"),
     ("field", "name = 'Pre'\ntruth = true\ntolerance = 0.01"),
+    ("within", "name = 'ACC.z'\nleast = 0\nmost = 1000\napart = 0"),
     ("led", "led = 'led1'\nstate = 'off'"),
     ("ticks", "late_max = 0\nlost_max = 0\nrate_hz = 800"),
     ("hard_iron", "within_mgauss = 1000"),
@@ -44,6 +46,9 @@ NOT_MET = [
     ("field", "name = 'ACC.z'\nvalue = 99\ntolerance = 0", "wrong value"),
     ("field", "name = 'Pitch'\nvalue = 3\ntolerance = 1", "wrong value"),
     ("field", "name = 'Pitch'\nvalue = 0\ntolerance = 1\nto = '0.9s'", "missing"),
+    ("within", "name = 'ACC.z'\nleast = 0\nmost = 999", "wrong value"),
+    ("within", "name = 'ACC.z'\nleast = 0\nmost = 1000\napart = 1", "wrong value"),
+    ("within", "name = 'ACC.z'\nleast = 0\nmost = 1000\nto = '0.9s'", "missing"),
     ("led", "led = 'led2'\nstate = 'on'\nfrom = '1s'", "wrong value"),
     ("ticks", "late_min = 1", "wrong value"),
     ("ticks", "lost_min = 1", "wrong value"),
@@ -88,6 +93,7 @@ def test_a_broken_expectation_is_found(tmp_path: Path, kind: str, keys: str, fau
             "GYR.z within 70 of 560 from 1 s to the end",
         ),
         ("within", "name = 'Yaw'\nleast = -180\nmost = 180", "Yaw from -180 to 180"),
+        ("within", "name = 'Yaw'\nleast = -9\nmost = 9\napart = 4", "Yaw from -9 to 9, two of them 4 apart"),
         ("printed", "name = 'Pre'\nlongest_gap = '1.5s'", 'a line "Pre: %f hPa" at least every 1.5 s'),
         ("led", "led = 'led1'\nstate = 'off'", "led1 off"),
         (
@@ -256,6 +262,15 @@ def test_a_report_compares_prints_with_the_truth(tmp_path: Path) -> None:
     assert result.reports[0] == "Pitch against the truth at the moment of printing"
     assert result.reports[-1] == "error: first +0.000, last +0.000, largest +0.000, 2 prints"
     assert len(result.reports) == 5
+
+
+def test_a_report_may_be_of_a_part_of_the_run(tmp_path: Path) -> None:
+    report = "[[report]]\nfield = 'Pitch'\nagainst = 'truth'\nfrom = '{}'\n"
+    result = play(tmp_path, f"{IDEAL}{report.format('1.5s')}")
+    assert result.reports[0] == "Pitch against the truth at the moment of printing from 1.5 s to the end"
+    assert result.reports[-1] == "error: first +0.000, last +0.000, largest +0.000, 1 print"
+    with pytest.raises(ScenarioError, match=r"report\[0\].from: begins at 60 s, when the scenario has ended"):
+        play(tmp_path, f"{IDEAL}{report.format('60s')}")
 
 
 def test_a_report_and_an_expectation_say_which_truth_they_take(tmp_path: Path) -> None:

@@ -83,7 +83,7 @@ def _body(graded: GradedClass) -> Iterator[Html]:
         yield histogram(points, graded.max_points)
     yield from _not_judged(graded.not_judged)
     yield from _hardest(hardest_checks(graded))
-    yield element("h2", "Everybody")
+    yield element("h2", "Everybody, by exercise")
     yield element("div", _everybody(graded), class_="scroll")
     yield element("p", f"Rubric {graded.rubric}, {graded.version}.", class_="quiet")
 
@@ -97,7 +97,7 @@ def _not_judged(ones: list[Graded]) -> Iterator[Html]:
         element(
             "tr",
             element("td", _link(one), class_="who"),
-            element("td", _STATUS[one.status]),
+            element("td", _STATUS[one.status], class_="who"),
             element("td", one.reason),
         )
         for one in ones
