@@ -37,7 +37,7 @@ _SHORT = 32  # bytes up to which a read is kept
 _RECENT = 8
 _FOR_GOOD_S = 1e6  # longer than a board runs
 
-Message: TypeAlias = tuple[int, int, int, bytearray, bytearray, I2CError | None]
+Message: TypeAlias = tuple[int, int, int, bytes | bytearray, bytes | bytearray, I2CError | str | None]
 """Start and end in ps, address, bytes written, bytes read, what went wrong."""
 FaultKind: TypeAlias = Literal["absent", "nack", "stuck", "bus_error", "arbitration"]
 
@@ -156,6 +156,7 @@ class I2CBus:
         self.name = name
         self.end_ps = 0
         self.recent: deque[Message] = deque(maxlen=_RECENT)
+        self._remembers, self._most_recent = False, _RECENT
         """The latest messages of a master that moves single bytes, kept without a detailed trace, too."""
         self._clock = clock
         self._trace = trace
@@ -243,6 +244,8 @@ class I2CBus:
             kept.data, kept.until_ps = kept.read_burst(now_ps)
         kept.target.last_burst = kept.last_burst
         self.end_ps = now_ps + kept.duration_ps
+        if self._remembers:
+            self.recent.append((now_ps, self.end_ps, address, kept.written, kept.data, None))
         if self._trace.detailed:
             self._trace.add_transfer(
                 now_ps,
@@ -279,7 +282,7 @@ class I2CBus:
         if count:
             bits += _BYTE_BITS * (1 + count) + (1 if data else 0)
         self.end_ps = start_ps + self.duration_ps(bits)
-        if self._trace.detailed:
+        if self._trace.detailed or self._remembers:
             self.record(start_ps, address, data, received, "ok")
         return received
 
@@ -330,7 +333,14 @@ class I2CBus:
 
     def record(self, start_ps: int, address: int, data: bytes, received: bytes, result: str) -> None:
         """Put a transfer that ended at ``end_ps`` into the trace."""
+        if self._remembers:
+            self.recent.append((start_ps, self.end_ps, address, data, received, result))
         self._trace.add_transfer(*self._fields(start_ps, self.end_ps, address, data, received, result))
+
+    def remember(self, count: int) -> None:
+        """Keep the latest ``count`` transfers, of firmware in Python, too; 0: a few of the chip's only."""
+        self._remembers, self._most_recent = count > 0, count or _RECENT
+        self.recent = deque(self.recent, maxlen=self._most_recent)
 
     def recent_transfers(self) -> list[BusTransfer]:
         """The latest messages as the trace shows them."""
@@ -340,7 +350,7 @@ class I2CBus:
             BusTransfer(
                 *self._fields(start_ps, end_ps, address, bytes(data), bytes(received), str(error or "ok"))
             )
-            for start_ps, end_ps, address, data, received, error in messages[-_RECENT:]
+            for start_ps, end_ps, address, data, received, error in messages[-self._most_recent :]
         ]
 
     def _fields(

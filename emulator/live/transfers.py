@@ -7,19 +7,18 @@ has seen.
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
 from emulator.board.board import Board
 from emulator.time.clock import PS_PER_S
-from emulator.trace import BusTransfer, TraceEvent
+from emulator.trace import BusTransfer
 from sensors.declaration import Quantity
 from sensors.part import Part
 from sensors.register import ADDRESSES, RegisterMap
 
-_KEPT = 16  # transfers of firmware in Python
+_REMEMBERED = 16  # transfers of firmware in Python: those of a few ticks
 _SHOWN_UNITS = {
     "g": ("mg", 1000.0),
     "dps": ("mdps", 1000.0),
@@ -66,26 +65,24 @@ def _shown(quantity: Quantity) -> tuple[str, float]:
 
 
 class Transfers:
-    """The latest transfers. The chip keeps a few; those of firmware in Python are taken down here."""
+    """The latest transfers. Buses of the chip keep a few, those of firmware in Python while this lives."""
 
     def __init__(self, board: Board) -> None:
         self._board = board
-        self._kept: deque[BusTransfer] = deque(maxlen=_KEPT)
-        self._unsubscribe: Callable[[], object] = bool
         if board.arm is None:
-            self._unsubscribe = board.trace.subscribe(self._hear)
+            self._remember(_REMEMBERED)
 
     def latest(self) -> list[BusTransfer]:
         """The latest last."""
-        return list(self._kept) if self._board.arm is None else self._board.recent_transfers()
+        return self._board.recent_transfers()
 
     def close(self) -> None:
-        """Hear no more."""
-        self._unsubscribe()
+        """Keep no more."""
+        self._remember(0)
 
-    def _hear(self, event: TraceEvent) -> None:
-        if isinstance(event, BusTransfer):
-            self._kept.append(event)
+    def _remember(self, count: int) -> None:
+        for bus in self._board.signals.i2c.values():
+            bus.remember(count)
 
 
 def transfers(board: Board, latest: Sequence[BusTransfer]) -> list[dict[str, Any]]:

@@ -187,7 +187,8 @@ def _speeds(board: Board) -> dict[str, float]:
     found: dict[str, float] = {"baud": round(10 * PS_PER_S / board.terminal.uart.frames_ps(1))}
     buses: list[Any] = [*board.signals.i2c.values(), *board.signals.spi.values()]
     for bus in buses:
-        if bus.recent_transfers() or (board.arm is None and bus.name == board.booted.profile.bus):
+        in_python = board.arm is None and bus.name == board.booted.profile.bus
+        if in_python or bus.recent_transfers():
             found["bus_hz"] = bus.speed_hz
             found["bus_is_i2c"] = isinstance(bus, I2CBus)
     return found
