@@ -156,8 +156,8 @@ class I2CBus:
         self.name = name
         self.end_ps = 0
         self.recent: deque[Message] = deque(maxlen=_RECENT)
-        self._remembers, self._most_recent = False, _RECENT
         """The latest messages of a master that moves single bytes, kept without a detailed trace, too."""
+        self._remembers = False
         self._clock = clock
         self._trace = trace
         self._targets: dict[int, I2CTarget] = {}
@@ -339,18 +339,19 @@ class I2CBus:
 
     def remember(self, count: int) -> None:
         """Keep the latest ``count`` transfers, of firmware in Python, too; 0: a few of the chip's only."""
-        self._remembers, self._most_recent = count > 0, count or _RECENT
-        self.recent = deque(self.recent, maxlen=self._most_recent)
+        self._remembers = count > 0
+        self.recent = deque(self.recent, maxlen=count or _RECENT)
 
     def recent_transfers(self) -> list[BusTransfer]:
         """The latest messages as the trace shows them."""
         messages = [*self.recent, *(message for kept in self.elsewhere for message in kept())]
         messages.sort(key=lambda message: message[0])
+        most = self.recent.maxlen or _RECENT
         return [
             BusTransfer(
                 *self._fields(start_ps, end_ps, address, bytes(data), bytes(received), str(error or "ok"))
             )
-            for start_ps, end_ps, address, data, received, error in messages[-self._most_recent :]
+            for start_ps, end_ps, address, data, received, error in messages[-most:]
         ]
 
     def _fields(

@@ -389,9 +389,9 @@ class ExpectWithin(Windowed):
         text, apart = f"{len(wrong)} of {len(values)} prints outside", np.ptp([value for _, value in values])
         if not wrong and apart < self.apart:
             wrong, text = [values[0][0]], f"all {len(values)} within {apart:g}"
-        return (
-            Miss("wrong value", expected, text, tuple(map(_printed, wrong[:_DIFF_LINES]))) if wrong else None
-        )
+        if not wrong:
+            return None
+        return Miss("wrong value", expected, text, tuple(map(_printed, wrong[:_DIFF_LINES])))
 
 
 def _printed(line: PrintedLine) -> str:
