@@ -97,7 +97,7 @@ def _not_judged(ones: list[Graded]) -> Iterator[Html]:
         element(
             "tr",
             element("td", _link(one), class_="who"),
-            element("td", _STATUS[one.status], class_="who"),
+            element("td", _STATUS[one.status], class_="what"),
             element("td", one.reason),
         )
         for one in ones

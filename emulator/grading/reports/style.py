@@ -32,7 +32,7 @@ th { text-align: left; font-weight: 600; color: var(--quiet); font-size: .85rem;
 th, td { padding: .35rem .6rem .35rem 0; border-bottom: 1px solid var(--rule); vertical-align: top; }
 th:last-child, td:last-child { padding-right: 0; }
 td.number, th.number { text-align: right; white-space: nowrap; font-variant-numeric: tabular-nums; }
-td.who { min-width: 9rem; }
+td.who, td.what { min-width: 9rem; }
 .scroll { overflow-x: auto; }
 .check { display: grid; grid-template-columns: 1.4rem 1fr auto; gap: .1rem .5rem; padding: .45rem 0;
   border-bottom: 1px solid var(--rule); }
