@@ -1,4 +1,4 @@
-"""Text from strangers, made fit to be shown: names, paths, compilers' words, what a firmware printed.
+"""Text from strangers, made fit to be shown: names, paths, values, compilers' words, what firmware printed.
 
 A terminal obeys control characters, and so do a few viewers of logs; Unicode has more that reorder the line
 they stand in (bidirectional overrides) or cannot be seen (zero-width ones). All are written as escapes.
@@ -10,6 +10,7 @@ _SPACES = frozenset(
     "\xa0\u1680\u2000\u2001\u2002\u2003\u2004\u2005\u2006\u2007\u2008\u2009\u200a\u202f\u205f\u3000"
 )
 _KEPT = frozenset("\n\t")
+_SHOWN = 40  # characters of a bad value that a message repeats
 
 
 def visible(text: str, *, lines: bool = False) -> str:
@@ -27,8 +28,17 @@ def visible(text: str, *, lines: bool = False) -> str:
 
 def one_line(text: str, longest: int = 200) -> str:
     """``text`` on one line, with no more than ``longest`` signs."""
-    shown = visible(" ".join(text.split()))
-    return shown if len(shown) <= longest else shown[: longest - 3] + "..."
+    line = visible(" ".join(text.split()))
+    return line if len(line) <= longest else line[: longest - 3] + "..."
+
+
+def shown(value: object) -> str:
+    """A value as messages repeat it: its beginning if it is long."""
+    try:
+        text = repr(value)
+    except ValueError:  # an integer of more digits than Python prints
+        return "a number of thousands of digits"
+    return text if len(text) <= _SHOWN else text[:_SHOWN] + "..."
 
 
 def _escape(sign: str) -> str:

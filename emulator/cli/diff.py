@@ -28,8 +28,7 @@ from emulator.cli.exit_codes import ExitCode
 from emulator.errors import InputError
 from emulator.scenario import Scenario, load_scenario
 from emulator.scenario.printed import visible
-from emulator.time.clock import PS_PER_S
-from emulator.time.durations import parse_duration, seconds
+from emulator.time.clock import PS_PER_S, parse_duration, seconds
 
 _LONGEST = 100  # characters of an entry that are shown
 

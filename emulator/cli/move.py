@@ -10,7 +10,7 @@ import click
 
 from emulator.errors import InputError
 from emulator.links.running import RunningBoard, the_running_board
-from emulator.time.durations import parse_duration
+from emulator.time.clock import parse_duration
 
 _ANGLES = ("roll_deg", "pitch_deg", "yaw_deg")
 

@@ -24,7 +24,7 @@ from emulator.errors import FcuError, InputError, LinkError, OutputError
 from emulator.isolation import limits_of_worker
 from emulator.links import Addressed, ByteLink, open_link
 from emulator.links.runner import Progress, Runner
-from emulator.time.durations import parse_duration, seconds
+from emulator.time.clock import parse_duration, seconds
 from emulator.trace import LARGEST_FILE
 
 if TYPE_CHECKING:

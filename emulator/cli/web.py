@@ -21,8 +21,7 @@ from emulator.links.running import Door
 from emulator.live.server import PageServer
 from emulator.live.session import Session
 from emulator.live.setup import Setup
-from emulator.time.clock import PS_PER_S
-from emulator.time.durations import parse_duration
+from emulator.time.clock import PS_PER_S, parse_duration
 
 
 @dataclass(frozen=True)

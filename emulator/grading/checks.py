@@ -26,8 +26,8 @@ from emulator.scenario.expectations import Kinds, LedName, Seen
 from emulator.scenario.printed import visible
 from emulator.scenario.result import Miss
 from emulator.scenario.tables import Duration, Length, Table
+from emulator.text import shown
 from emulator.time.clock import PS_PER_MS, PS_PER_S, Periodic
-from emulator.time.durations import shown
 from emulator.trace import BusTransfer, TraceEvent
 from sensors import PARTS
 

@@ -37,8 +37,7 @@ from emulator.scenario.result import Miss
 from emulator.scenario.scenario import judged
 from emulator.scenario.schema import ReportTable
 from emulator.scenario.written import names_files, scenario_text
-from emulator.time.clock import PS_PER_S, to_ps
-from emulator.time.durations import seconds
+from emulator.time.clock import PS_PER_S, seconds, to_ps
 
 _SLICE_S = 0.25  # of virtual time, between two words about progress
 _NO_WALL_S = 1e12

@@ -39,7 +39,7 @@ from emulator.scenario.scenario import Scenario
 from emulator.scenario.schema import as_written
 from emulator.scenario.schema import json_schema as scenario_schema
 from emulator.scenario.tables import Table
-from emulator.time.durations import shown
+from emulator.text import shown
 
 MOST_EXERCISES = 50
 MOST_CHECKS = 100  # of one exercise

@@ -15,8 +15,7 @@ from emulator.files import write_atomically
 from emulator.scenario.schema import MOST_ENTRIES
 from emulator.scenario.timeline import Entry
 from emulator.scenario.written import key_text, names_files, table_text, timeline
-from emulator.time.clock import PS_PER_MS
-from emulator.time.durations import format_duration
+from emulator.time.clock import PS_PER_MS, format_duration
 
 _TABLES = ("firmware_settings", "bus", "world", "sensors")
 

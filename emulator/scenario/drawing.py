@@ -22,8 +22,8 @@ from collections.abc import Callable, Mapping
 from typing import Any, TypeAlias
 
 from emulator.errors import ScenarioError
-from emulator.time.clock import PS_PER_MS
-from emulator.time.durations import format_duration, parse_duration, shown
+from emulator.text import shown
+from emulator.time.clock import PS_PER_MS, format_duration, parse_duration
 
 _PLACES = ("world", "timeline")
 _KEYS = {"draw", "one_of", "either_sign"}

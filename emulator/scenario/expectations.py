@@ -43,8 +43,8 @@ from emulator.scenario.printed import (
 from emulator.scenario.resources import TextFile, resources_of
 from emulator.scenario.result import Fault, Miss
 from emulator.scenario.tables import LED_NAMES, Duration, Length, Table, Window, board_of
-from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S
-from emulator.time.durations import seconds, shown
+from emulator.text import shown
+from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, seconds
 from emulator.trace import GpioEdge
 
 # -- What every expectation has in common: a view of the run, and a window of time --------------------------

@@ -24,7 +24,7 @@ from emulator.scenario.drawing import by_seed, drawn, has_draws, highest, lowest
 from emulator.scenario.resources import Resources, read_bounded
 from emulator.scenario.scenario import Scenario
 from emulator.scenario.schema import scenario_file
-from emulator.time.durations import shown
+from emulator.text import shown
 
 _MOST_DOTS = 64  # in one line; tomllib takes cubic time for keys of thousands of dotted parts
 _MOST_LINES = 20_000

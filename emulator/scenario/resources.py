@@ -25,7 +25,7 @@ from typing import Annotated, Generic, TypeVar
 from pydantic import PlainSerializer, PlainValidator, ValidationInfo, WithJsonSchema
 
 from emulator.errors import RecordingError
-from emulator.time.durations import shown
+from emulator.text import shown
 from emulator.world import Recording, load_recording
 
 Content = TypeVar("Content")

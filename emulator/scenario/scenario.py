@@ -33,8 +33,7 @@ from emulator.scenario.result import Finding, Miss, Result, Standing, Verdict, a
 from emulator.scenario.schema import AnyExpectation, LimitsTable, ReportTable, ScenarioFile
 from emulator.scenario.tables import Window
 from emulator.scenario.timeline import Entry
-from emulator.time.clock import PS_PER_S
-from emulator.time.durations import format_duration, seconds
+from emulator.time.clock import PS_PER_S, format_duration, seconds
 from emulator.world import World, earth_field
 from sensors.errors import Grade
 

@@ -40,8 +40,8 @@ from emulator.scenario.tables import (
     within,
 )
 from emulator.scenario.timeline import AnyEntry
-from emulator.time.clock import PS_PER_S
-from emulator.time.durations import format_duration, shown
+from emulator.text import shown
+from emulator.time.clock import PS_PER_S, format_duration
 from emulator.world import limits
 from sensors.errors import Figure, Grade, PartErrors
 

@@ -23,8 +23,8 @@ from pydantic_core import PydanticCustomError
 
 from emulator.boards.description import BoardDescription
 from emulator.boards.fcu001v1 import FCU001V1
-from emulator.time.clock import PS_PER_US
-from emulator.time.durations import DURATION, NUMBER, format_duration, parse_duration, seconds, shown
+from emulator.text import shown
+from emulator.time.clock import DURATION, NUMBER, PS_PER_US, format_duration, parse_duration, seconds
 from emulator.world import limits
 from emulator.world.limits import Range
 

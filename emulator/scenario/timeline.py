@@ -30,8 +30,8 @@ from emulator.scenario.tables import (
     Vector,
     within,
 )
+from emulator.text import shown
 from emulator.time.clock import NEVER_PS, PS_PER_S, to_ps
-from emulator.time.durations import shown
 from emulator.world import World, limits
 from emulator.world.air import DOOR_HPA
 from emulator.world.hand import TREMOR_HZ, TREMOR_MG, WRIST_M

@@ -21,7 +21,7 @@ from emulator.boards.fcu001v1 import FCU001V1
 from emulator.errors import InputError
 from emulator.scenario.loader import scenario_error
 from emulator.scenario.timeline import AnyEntry, Entry, Replay
-from emulator.time.durations import format_duration
+from emulator.time.clock import format_duration
 
 _ENTRY: TypeAdapter[Entry] = TypeAdapter(AnyEntry)
 

@@ -1,34 +1,49 @@
-"""Virtual time and the queue of events in it.
+"""Virtual time: how it is counted, what happens in it, and how people write it.
 
 Time is an integer number of picoseconds since power-on. Events at the same time fire in the order in which
 they were scheduled. Periodic events compute the n-th time from n (see :class:`Periodic`), so nothing drifts:
-800 Hz is 800 events a virtual second after an hour as well.
+800 Hz is 800 events a virtual second after an hour as well. The clock never looks at the wall clock;
+:mod:`emulator.links.runner` sleeps between events instead.
+
+On the command line and in scenario files a duration is a number with its unit.
 
 Decision: picoseconds. Nanoseconds would round the 11.9 ns cycle of the 84 MHz core by 8 %; counting core
 cycles would tie the board's time to one clock setting of one firmware. Picoseconds round a cycle by 0.004 %
 at most, and only once, because longer times are computed from counts.
 
-The clock never looks at the wall clock; :mod:`emulator.links.runner` sleeps between events instead.
+Decision: a unit is required and a bare number is an error. A ``for = 50`` that one reader takes for seconds
+and the next for milliseconds cannot be found by looking at it.
 """
 
 from __future__ import annotations
 
 import heapq
+import re
 from collections.abc import Callable
+from decimal import Decimal
 from fractions import Fraction
-from typing import Final, TypeAlias
+from typing import Any, Final, TypeAlias
+
+from emulator.text import shown
+
+# -- How it is counted --------------------------------------------------------------------------------------
+
 
 PS_PER_S: Final = 10**12
 PS_PER_MS: Final = 10**9
 PS_PER_US: Final = 10**6
 NEVER_PS: Final = 1 << 62  # far beyond any run (53 days), and still one comparison of integers
 
-_LAST: Final = 1 << 60  # added to an event's order
-
 
 def to_ps(seconds: float) -> int:
     """Seconds as picoseconds, rounded to the nearest."""
     return round(seconds * PS_PER_S)
+
+
+# -- What happens in it -------------------------------------------------------------------------------------
+
+
+_LAST: Final = 1 << 60  # added to an event's order
 
 
 class Event:
@@ -176,3 +191,49 @@ class Periodic:
         self._count = count = self._count + 1
         self._clock.repeat(self._event, self._origin_ps + count * self._num // self._den)
         self._action()
+
+
+# -- How people write it ------------------------------------------------------------------------------------
+
+
+_PS_PER_UNIT = {
+    "us": PS_PER_US,
+    "ms": PS_PER_MS,
+    "s": PS_PER_S,
+    "min": 60 * PS_PER_S,
+    "h": 3600 * PS_PER_S,
+}
+NUMBER: Final = (
+    r"[0-9]{1,9}(?:\.[0-9]{1,12})?"  # bounded: no number of a million digits reaches the arithmetic
+)
+DURATION: Final = rf"({NUMBER}) ?({'|'.join(_PS_PER_UNIT)})"
+_HELP = 'give a number and a unit (us, ms, s, min, h), such as "50ms" or "1.5s"'
+_LONGEST_PS = 1_000_000 * PS_PER_S  # eleven days of virtual time
+
+
+def parse_duration(value: Any) -> int:
+    """A duration in ps; the ValueError's text says what is wrong and what would be right."""
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        raise ValueError(f"is the bare number {shown(value)}; {_HELP} in quotes")
+    match = re.fullmatch(DURATION, value) if isinstance(value, str) else None
+    if isinstance(value, str) and re.fullmatch(f"-{DURATION}", value):
+        raise ValueError(f'is {shown(value)}; it cannot be negative, give a time such as "50ms" or "1.5s"')
+    if match is None:
+        raise ValueError(f"is {shown(value)}; {_HELP}")
+    duration_ps = int(Decimal(match[1]) * _PS_PER_UNIT[match[2]])
+    if duration_ps > _LONGEST_PS:
+        raise ValueError(f"is {shown(value)}; the longest is {_LONGEST_PS // _PS_PER_UNIT['h']}h")
+    return duration_ps
+
+
+def format_duration(duration_ps: int) -> str:
+    """A duration as it stands in a file, exact to a picosecond."""
+    for unit in ("min", "s", "ms"):
+        if duration_ps and duration_ps % _PS_PER_UNIT[unit] == 0:
+            return f"{duration_ps // _PS_PER_UNIT[unit]}{unit}"
+    return f"{Decimal(duration_ps) / PS_PER_S:f}s"
+
+
+def seconds(at_ps: int) -> str:
+    """A time as messages show it."""
+    return f"{at_ps / PS_PER_S:.6g} s"

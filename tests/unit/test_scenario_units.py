@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from emulator.scenario.tables import parse_bus_speed, parse_length
-from emulator.time.durations import format_duration, parse_duration
+from emulator.time.clock import format_duration, parse_duration
 
 PS_PER_S = 10**12
 
