@@ -11,7 +11,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from emulator.boards.deviations import BoardErrors
+from emulator.boards.description import BoardErrors
 from emulator.chip.registers import BLOCKS, KINDS
 from emulator.errors import InputError
 from sensors import PARTS, Part

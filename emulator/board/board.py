@@ -40,8 +40,7 @@ from emulator.board.firmware import (
 from emulator.board.sensor_set import SensorSet
 from emulator.board.snapshot import Snapshot
 from emulator.board.terminal import Terminal
-from emulator.boards.description import BoardDescription, BoardSignals, Profile, SensorSettings
-from emulator.boards.deviations import BoardErrors
+from emulator.boards.description import BoardDescription, BoardErrors, BoardSignals, Profile, SensorSettings
 from emulator.boards.fcu001v1 import FCU001V1
 from emulator.buses.gpio import Gpio, Led
 from emulator.buses.i2c import FAST_MODE_HZ, I2CBus, I2CMaster

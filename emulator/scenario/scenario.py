@@ -22,8 +22,7 @@ from pathlib import Path
 from typing import Any, Protocol
 from weakref import WeakKeyDictionary
 
-from emulator.boards.description import SensorSettings
-from emulator.boards.deviations import BoardErrors
+from emulator.boards.description import BoardErrors, SensorSettings
 from emulator.errors import InputError, ScenarioError
 from emulator.links.runner import Runner
 from emulator.scenario.board_view import BoardView, TerminalView

@@ -22,8 +22,7 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema, core_schema
 
-from emulator.boards.description import BoardDescription, SensorSettings
-from emulator.boards.deviations import BoardErrors
+from emulator.boards.description import BoardDescription, BoardErrors, SensorSettings
 from emulator.boards.fcu001v1 import FCU001V1
 from emulator.buses.i2c import FAST_MODE_HZ
 from emulator.scenario.expectations import FieldName, Kinds

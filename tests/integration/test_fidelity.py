@@ -21,7 +21,7 @@ from emulator.analysis.fidelity import (
     rewrite,
     table,
 )
-from emulator.boards.deviations import BoardErrors
+from emulator.boards.description import BoardErrors
 from emulator.chip.registers import BLOCKS
 from sensors import PARTS
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from emulator import Board
-from emulator.boards.deviations import BoardErrors
+from emulator.boards.description import BoardErrors
 
 LIMITS = {
     "hard_iron_mgauss": 300.0,

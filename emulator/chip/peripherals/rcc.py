@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
 
-from emulator.boards.deviations import BoardErrors
+from emulator.boards.description import BoardErrors
 from emulator.chip.peripherals.peripheral import WORD, InterruptInput, Peripheral, Soc
 from emulator.chip.peripherals.pwr import Pwr
 from emulator.chip.registers import BLOCKS, rcc
