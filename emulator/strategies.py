@@ -39,8 +39,7 @@ import numpy as np
 from hypothesis import note
 from hypothesis import strategies as st
 
-from emulator.scenario.drawing import drawn
-from emulator.scenario.loader import is_path, load_scenario, read_toml, scenario_of
+from emulator.scenario.loader import drawn, is_path, load_scenario, read_toml, scenario_of
 from emulator.scenario.scenario import Scenario
 from emulator.scenario.written import scenario_text
 from emulator.system_words import command_line

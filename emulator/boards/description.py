@@ -244,9 +244,10 @@ class BoardErrors(PartErrors):
     people put into their programs: among them Adafruit_AHRS, examples/ahrs_fusion_usb (9, -75, -352 mgauss;
     0.943, 0.918, 1.156 along and 0.011, 0.020, -0.008 between the axes) and an ArduPilot autopilot on its USB
     lead alone (-203, 69, 21 mgauss; diydrones.com, "compass calibration always above 150"). Half of their
-    offsets are beyond 115 mgauss, the root of the mean square of their soft iron is 6 % along an axis and 2.4
-    % between two. A sensor's own offset and sensitivity are in these numbers, and are drawn for themselves
-    here (LIS2MDL: 60 mgauss, 7 %), so less is taken. ArduPilot calls an offset below 150 mgauss healthy.
+    offsets are beyond 115 mgauss, the root of the mean square of their soft iron is 6 % along an axis and
+    2.4 % between two. A sensor's own offset and sensitivity are in these numbers, and are drawn for
+    themselves here (LIS2MDL: 60 mgauss, 7 %), so less is taken. ArduPilot calls an offset below
+    150 mgauss healthy.
 
     The chip's internal oscillator is trimmed to within 1 %, and firmware that runs from it has other bit
     rates and another tick than it believes. The quartz is exact unless ``hse_ppm`` says otherwise: no

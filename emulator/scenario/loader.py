@@ -1,34 +1,47 @@
-"""Finding and reading scenario files: shipped ones by name, any by path.
+"""From a file to a scenario: finding it, reading it, drawing its numbers from the seed, saying what is wrong.
 
 A scenario file may come from anybody (a student, a download), so reading it is bounded in bytes and in time,
 and whatever is wrong with it is a ScenarioError of one line.
+
+Motions that nobody can know before the board is made: wherever a scenario's ``[world]`` and ``[[timeline]]``
+have a number or a duration, they may have a draw::
+
+    pitch_deg = { draw = [20, 70], either_sign = true }   # 20 to 70, or -70 to -20
+    for = { draw = ["1s", "3s"] }
+    metres = { one_of = [3, 4.5] }
+
+What is drawn is checked as if it stood in the file, and the world refuses what is not possible, so a scenario
+with draws is also tried with the ends of all its draws when it is read.
+
+Decision: each number comes from the seed, the scenario's name and its own key path, by SHA-512
+(:class:`random.Random` with a text as seed), so that it is the same on every machine and version of Python,
+and does not change when another entry is added after it. The road not taken, a motion of random poses as an
+entry of its own, cannot say which of its numbers matter.
 """
 
 from __future__ import annotations
 
 import difflib
 import os
+import random
 import re
 import tomllib
+from collections.abc import Callable, Mapping
 from importlib.resources import files
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from pydantic import ValidationError
 
 from emulator.boards.description import BoardDescription
 from emulator.boards.fcu001v1 import FCU001V1
 from emulator.errors import InputError, ScenarioError
-from emulator.scenario.drawing import by_seed, drawn, has_draws, highest, lowest
 from emulator.scenario.resources import Resources, read_bounded
 from emulator.scenario.scenario import Scenario
 from emulator.scenario.schema import scenario_file
 from emulator.text import shown
-
-_MOST_DOTS = 64  # in one line; tomllib takes cubic time for keys of thousands of dotted parts
-_MOST_LINES = 20_000
-_SHOWN = 80  # characters of an unknown name that a message repeats
+from emulator.time.clock import PS_PER_MS, format_duration, parse_duration
 
 
 def load_scenario(
@@ -41,16 +54,6 @@ def load_scenario(
     """
     path = Path(name) if is_path(name) else _shipped(str(name))
     return scenario_of(read_toml(path, "a scenario file"), path, board, seed=seed)
-
-
-def read_toml(path: Path, what: str) -> dict[str, Any]:
-    """A TOML file, which is ``what`` the error asks for. Raises ScenarioError."""
-    file = str(path)
-    try:
-        data = read_bounded(path, file, what)
-    except ValueError as error:  # the message already names the path
-        raise ScenarioError(file, "", str(error).removeprefix(f"{file} ")) from error
-    return _parse(data, file)
 
 
 def scenario_of(
@@ -83,6 +86,12 @@ def _scenario(table: dict[str, Any], path: Path, board: BoardDescription, name: 
     return Scenario(contents, path, name, table)
 
 
+# -- Finding it ---------------------------------------------------------------------------------------------
+
+
+_SHOWN = 80  # characters of an unknown name that a message repeats
+
+
 def scenario_names() -> dict[str, str]:
     """The shipped scenarios and the question each asks, in alphabetical order."""
     names = {}
@@ -112,6 +121,23 @@ def _shipped(name: str) -> Path:
     )
 
 
+# -- Reading it ---------------------------------------------------------------------------------------------
+
+
+_MOST_DOTS = 64  # in one line; tomllib takes cubic time for keys of thousands of dotted parts
+_MOST_LINES = 20_000
+
+
+def read_toml(path: Path, what: str) -> dict[str, Any]:
+    """A TOML file, which is ``what`` the error asks for. Raises ScenarioError."""
+    file = str(path)
+    try:
+        data = read_bounded(path, file, what)
+    except ValueError as error:  # the message already names the path
+        raise ScenarioError(file, "", str(error).removeprefix(f"{file} ")) from error
+    return _parse(data, file)
+
+
 def _parse(data: bytes, file: str) -> dict[str, Any]:
     """TOML, in bounded time."""
     try:
@@ -134,7 +160,116 @@ def _parse(data: bytes, file: str) -> dict[str, Any]:
         raise ScenarioError(file, "", f"is not valid TOML: {problem}") from error
 
 
-# -- What pydantic found wrong, as one line with a key path -------------------------------------------------
+# -- Drawing its numbers ------------------------------------------------------------------------------------
+
+
+_DRAWN_IN = ("world", "timeline")
+_DRAW_KEYS = {"draw", "one_of", "either_sign"}
+_DRAWN_DIGITS = 2  # of a drawn number, after the point: it is read by people, too
+_DRAW_HELP = "give draw = [least, most], two numbers or two durations, or one_of = [...]"
+
+Pick: TypeAlias = Callable[[str, int], float]
+"""By a key path and a purpose, where in a range from 0 to 1."""
+
+
+def by_seed(seed: int, name: str) -> Pick:
+    """What the seed draws in the scenario ``name``."""
+    return lambda path, purpose: random.Random(f"{seed}/{name}/{path}/{purpose}").random()
+
+
+def lowest(path: str, purpose: int) -> float:
+    """The least that each draw can give."""
+    del path, purpose
+    return 0.0
+
+
+def highest(path: str, purpose: int) -> float:
+    """The most that each draw can give."""
+    del path, purpose
+    return 1.0 - 2**-53
+
+
+def has_draws(table: Mapping[str, Any]) -> bool:
+    """Whether anything of a scenario's table depends on the seed."""
+    return any(_any_draw(table.get(place)) for place in _DRAWN_IN)
+
+
+def drawn(table: Mapping[str, Any], pick: Pick, file: str) -> dict[str, Any]:
+    """A scenario's table with numbers instead of draws. Raises ScenarioError for a draw that is wrong."""
+    changed = dict(table)
+    for place in _DRAWN_IN:
+        if place in table:
+            changed[place] = _replaced(table[place], pick, file, place)
+    return changed
+
+
+def _any_draw(value: Any) -> bool:
+    if isinstance(value, list):
+        return any(map(_any_draw, value))
+    return isinstance(value, dict) and (_is_draw(value) or any(map(_any_draw, value.values())))
+
+
+def _is_draw(value: Any) -> bool:
+    return isinstance(value, dict) and bool(value.keys() & _DRAW_KEYS)
+
+
+def _replaced(value: Any, pick: Pick, file: str, path: str) -> Any:
+    if isinstance(value, list):
+        return [_replaced(one, pick, file, f"{path}[{index}]") for index, one in enumerate(value)]
+    if not isinstance(value, dict):
+        return value
+    if not _is_draw(value):
+        return {key: _replaced(one, pick, file, f"{path}.{key}") for key, one in value.items()}
+    try:
+        return _draw(value, lambda purpose: pick(path, purpose))
+    except ValueError as error:
+        raise ScenarioError(file, path, str(error)) from error
+
+
+def _draw(value: dict[str, Any], pick: Callable[[int], float]) -> Any:
+    if len(value.keys() & {"draw", "one_of"}) != 1 or not value.keys() <= _DRAW_KEYS:
+        raise ValueError(f"is {shown(value)}; {_DRAW_HELP}")
+    if not isinstance(value.get("either_sign", False), bool):
+        raise ValueError(f"has either_sign = {shown(value['either_sign'])}; give true or false")
+    if "one_of" in value:
+        choices = value["one_of"]
+        if not isinstance(choices, list) or not choices:
+            raise ValueError(f"has one_of = {shown(choices)}; give an array of what may be chosen")
+        result = choices[int(pick(0) * len(choices))]
+    else:
+        result = _between(value["draw"], pick(0))
+    if value.get("either_sign", False):
+        if not _is_number(result):
+            raise ValueError("has either_sign, and what is drawn is no number")
+        result = result if pick(1) < 0.5 else -result
+    return result
+
+
+def _between(ends: Any, share: float) -> Any:
+    if not isinstance(ends, list) or len(ends) != 2:
+        raise ValueError(f"has draw = {shown(ends)}; {_DRAW_HELP}")
+    low, high = ends
+    if all(isinstance(end, str) for end in ends):
+        least, most = (parse_duration(end) for end in ends)
+        _refuse_order(least <= most, ends)
+        step = PS_PER_MS if (most - least) >= PS_PER_MS else 1
+        return format_duration(least + int(share * (most - least)) // step * step)
+    if not all(map(_is_number, ends)):
+        raise ValueError(f"has draw = {shown(ends)}; {_DRAW_HELP}")
+    _refuse_order(low <= high, ends)
+    return min(max(round(low + share * (high - low), _DRAWN_DIGITS), low), high)
+
+
+def _refuse_order(in_order: bool, ends: Any) -> None:
+    if not in_order:
+        raise ValueError(f"has draw = {shown(ends)}, the larger one first; give the least first")
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+# -- Saying what is wrong: what pydantic has found, as one line with a key path -----------------------------
 
 
 _TAGGED = {"timeline", "expect"}  # arrays whose entries pydantic's path names by index and tag
