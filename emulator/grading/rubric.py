@@ -34,11 +34,10 @@ from emulator.errors import InputError, RubricError, ScenarioError
 from emulator.grading.checks import AnyCheck
 from emulator.grading.verdict import Detail, Visibility
 from emulator.scenario.loader import is_path, load_scenario, read_toml, scenario_error, scenario_of
-from emulator.scenario.resources import Resources
 from emulator.scenario.scenario import Scenario
 from emulator.scenario.schema import as_written
 from emulator.scenario.schema import json_schema as scenario_schema
-from emulator.scenario.tables import Table
+from emulator.scenario.tables import Resources, Table
 from emulator.text import shown
 
 MOST_EXERCISES = 50

@@ -40,9 +40,17 @@ from emulator.scenario.printed import (
     same_banner,
     visible,
 )
-from emulator.scenario.resources import TextFile, resources_of
 from emulator.scenario.result import Fault, Miss
-from emulator.scenario.tables import LED_NAMES, Duration, Length, Table, Window, board_of
+from emulator.scenario.tables import (
+    LED_NAMES,
+    Duration,
+    Length,
+    Table,
+    TextFile,
+    Window,
+    board_of,
+    resources_of,
+)
 from emulator.text import shown
 from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, seconds
 from emulator.trace import GpioEdge

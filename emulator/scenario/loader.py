@@ -37,9 +37,9 @@ from pydantic import ValidationError
 from emulator.boards.description import BoardDescription
 from emulator.boards.fcu001v1 import FCU001V1
 from emulator.errors import InputError, ScenarioError
-from emulator.scenario.resources import Resources, read_bounded
 from emulator.scenario.scenario import Scenario
 from emulator.scenario.schema import scenario_file
+from emulator.scenario.tables import Resources, read_bounded
 from emulator.text import shown
 from emulator.time.clock import PS_PER_MS, format_duration, parse_duration
 

@@ -1,11 +1,28 @@
-"""What the tables of a scenario file have in common: strict types, unknown keys refused by name, units."""
+"""What may stand in a scenario's tables: strict types, quantities with units, files beside it, patterns.
+
+Unknown keys are refused by name. A scenario may come from a stranger, and what is wrong with a file it names
+is shown to whoever runs it. So a name is relative, has no ``..``, and no link on its way leads out of the
+scenario's folder: a scenario can show nothing that was not sent along with it. Road not taken: a setting that
+allows more, which every grader would have to know of.
+
+Bounds: a text has at most 1 MiB, a recording 64 MiB and ten million numbers, all files of one scenario
+together 64 MiB. Reading a recording of ten million numbers takes 180 MB of memory and some ten seconds.
+
+A pattern costs memory when it is compiled: whatever must be repeated at least n times is laid out n times,
+at some 500 bytes for each element (``regex`` 2026; ``(?:a?){9999999}`` took 4 GB). The elements are counted
+from above before compiling, as if all repeated groups were nested: at most 10,000 in one pattern and 100,000
+in a scenario, which are 50 MB and a tenth of a second.
+"""
 
 from __future__ import annotations
 
 import difflib
+import math
 import re
+from dataclasses import dataclass
 from decimal import Decimal
-from typing import Annotated, Any, Self
+from pathlib import Path, PurePosixPath, PureWindowsPath
+from typing import Annotated, Any, Generic, Self, TypeVar
 
 from pydantic import (
     BaseModel,
@@ -23,10 +40,13 @@ from pydantic_core import PydanticCustomError
 
 from emulator.boards.description import BoardDescription
 from emulator.boards.fcu001v1 import FCU001V1
+from emulator.errors import RecordingError
 from emulator.text import shown
 from emulator.time.clock import DURATION, NUMBER, PS_PER_US, format_duration, parse_duration, seconds
-from emulator.world import limits
+from emulator.world import Recording, limits, load_recording
 from emulator.world.limits import Range
+
+# -- A table, and the board it is for -----------------------------------------------------------------------
 
 
 class Table(BaseModel):
@@ -50,6 +70,19 @@ class Table(BaseModel):
         return data
 
 
+LED_NAMES, PART_NAMES = ["a LED of the board"], ["a part of the board"]
+"""Stand for the names of a board's file in the JSON schema, until it is known which board it is for."""
+
+
+def board_of(info: ValidationInfo) -> BoardDescription:
+    """The board that a file is for."""
+    board: BoardDescription = (info.context or {}).get("board", FCU001V1)
+    return board
+
+
+# -- Numbers ------------------------------------------------------------------------------------------------
+
+
 def within(allowed: Range) -> FieldInfo:
     """The world's own range of a quantity, so that file and world accept the same."""
     info: FieldInfo = Field(ge=allowed.low, le=allowed.high)
@@ -68,24 +101,7 @@ class FieldTable(Table):
     down_ut: Annotated[float, within(limits.FIELD)]
 
 
-LED_NAMES, PART_NAMES = ["a LED of the board"], ["a part of the board"]
-"""Stand for the names of a board's file in the JSON schema, until it is known which board it is for."""
-
-
-def board_of(info: ValidationInfo) -> BoardDescription:
-    """The board that a file is for."""
-    board: BoardDescription = (info.context or {}).get("board", FCU001V1)
-    return board
-
-
-# -- Durations ("50ms") and bus speeds ("400kHz") -----------------------------------------------------------
-
-
-_HZ_PER_UNIT = {"Hz": 1, "kHz": 1000, "MHz": 1_000_000}
-_FREQUENCY = rf"({NUMBER}) ?({'|'.join(_HZ_PER_UNIT)})"
-_FREQUENCY_HELP = 'give a number and a unit (Hz, kHz, MHz) in quotes, such as "400kHz"'
-SLOWEST_BUS_HZ = 10_000
-FASTEST_BUS_HZ = 1_000_000
+# -- Durations ("50ms"), and a part of a run ----------------------------------------------------------------
 
 
 def parse_length(value: Any) -> int:
@@ -94,19 +110,6 @@ def parse_length(value: Any) -> int:
     if length_ps < PS_PER_US:
         raise ValueError(f'is {shown(value)}; give at least "1us"')
     return length_ps
-
-
-def parse_bus_speed(value: Any) -> int:
-    """A bus speed in Hz, 10 kHz to 1 MHz; ValueError says what would be right."""
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        raise ValueError(f"is the bare number {shown(value)}; {_FREQUENCY_HELP}")
-    match = re.fullmatch(_FREQUENCY, value) if isinstance(value, str) else None
-    if match is None:
-        raise ValueError(f"is {shown(value)}; {_FREQUENCY_HELP}")
-    hertz = int(Decimal(match[1]) * _HZ_PER_UNIT[match[2]])
-    if not SLOWEST_BUS_HZ <= hertz <= FASTEST_BUS_HZ:
-        raise ValueError(f'is {shown(value)}; give a speed from "10kHz" to "1MHz"')
-    return hertz
 
 
 def _json_string(pattern: str, example: str) -> WithJsonSchema:
@@ -118,12 +121,6 @@ Duration = Annotated[
 ]
 Length = Annotated[
     int, PlainValidator(parse_length), PlainSerializer(format_duration), _json_string(DURATION, "50ms")
-]
-BusSpeed = Annotated[
-    int,
-    PlainValidator(parse_bus_speed),
-    PlainSerializer(lambda hertz: f"{hertz}Hz"),
-    _json_string(_FREQUENCY, "400kHz"),
 ]
 
 
@@ -151,6 +148,37 @@ class Window(Table):
         return f" from {seconds(self.from_)} to {end}"
 
 
+# -- Bus speeds ("400kHz"), and addresses on a bus ----------------------------------------------------------
+
+
+_HZ_PER_UNIT = {"Hz": 1, "kHz": 1000, "MHz": 1_000_000}
+_FREQUENCY = rf"({NUMBER}) ?({'|'.join(_HZ_PER_UNIT)})"
+_FREQUENCY_HELP = 'give a number and a unit (Hz, kHz, MHz) in quotes, such as "400kHz"'
+SLOWEST_BUS_HZ = 10_000
+FASTEST_BUS_HZ = 1_000_000
+
+
+def parse_bus_speed(value: Any) -> int:
+    """A bus speed in Hz, 10 kHz to 1 MHz; ValueError says what would be right."""
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        raise ValueError(f"is the bare number {shown(value)}; {_FREQUENCY_HELP}")
+    match = re.fullmatch(_FREQUENCY, value) if isinstance(value, str) else None
+    if match is None:
+        raise ValueError(f"is {shown(value)}; {_FREQUENCY_HELP}")
+    hertz = int(Decimal(match[1]) * _HZ_PER_UNIT[match[2]])
+    if not SLOWEST_BUS_HZ <= hertz <= FASTEST_BUS_HZ:
+        raise ValueError(f'is {shown(value)}; give a speed from "10kHz" to "1MHz"')
+    return hertz
+
+
+BusSpeed = Annotated[
+    int,
+    PlainValidator(parse_bus_speed),
+    PlainSerializer(lambda hertz: f"{hertz}Hz"),
+    _json_string(_FREQUENCY, "400kHz"),
+]
+
+
 def parse_address(value: object, info: ValidationInfo) -> int:
     """A part's name, or a 7-bit address -> the address. ValueError says what would be right."""
     known = board_of(info).addresses
@@ -167,3 +195,152 @@ Address = Annotated[
     PlainValidator(parse_address),
     WithJsonSchema({"anyOf": [{"enum": PART_NAMES}, {"type": "integer"}]}),
 ]
+
+
+# -- What one scenario may take while it is read ------------------------------------------------------------
+
+
+MAX_FILE_BYTES = 1 << 20  # of a scenario or a text it names
+MAX_TOTAL_BYTES = 64 << 20  # of all files that a scenario names
+MAX_ELEMENTS = 10_000  # of one compiled pattern
+MAX_TOTAL_ELEMENTS = 100_000  # of all patterns of a scenario
+
+
+class Resources:
+    """What lies beside a scenario, and how much of it all it may use.
+
+    All methods raise ValueError that says why something cannot be used.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._bytes_left = MAX_TOTAL_BYTES
+        self._elements_left = MAX_TOTAL_ELEMENTS
+        self._texts: dict[Path, bytes] = {}
+        self._recordings: dict[Path, Recording] = {}
+
+    def text(self, name: str, what: str) -> bytes:
+        """The bytes of a small file, which is ``what`` the error asks for."""
+        path = self._inside(name)
+        if path not in self._texts:
+            self._count(path, name)
+            self._texts[path] = read_bounded(path, name, what)
+        return self._texts[path]
+
+    def recording(self, name: str) -> Recording:
+        """A CSV recording; the same object however often it is named."""
+        path = self._inside(name)
+        if path not in self._recordings:
+            self._count(path, name)
+            try:
+                self._recordings[path] = load_recording(path, name)
+            except RecordingError as error:
+                raise ValueError(str(error)) from error
+        return self._recordings[path]
+
+    def allow_pattern(self, pattern: str) -> None:
+        """Count a pattern that is about to be compiled."""
+        elements = _elements(pattern)
+        self._elements_left -= elements
+        if elements > MAX_ELEMENTS:
+            raise ValueError(f"is {shown(pattern)}, which repeats too much; let its counts multiply to less")
+        if self._elements_left < 0:
+            raise ValueError(f"is {shown(pattern)}, with which the patterns are too long; give fewer of them")
+
+    def _inside(self, name: str) -> Path:
+        """The file itself, all links on its way followed."""
+        if "\0" in name:
+            raise ValueError(f'is {shown(name)}; give a path in quotes, such as "golden.txt"')
+        for flavour in (PurePosixPath(name), PureWindowsPath(name)):  # a file means the same on every system
+            if flavour.is_absolute() or flavour.anchor or ".." in flavour.parts:
+                raise ValueError(f"is {shown(name)}; give the name of a file in the scenario's folder")
+        try:
+            path = (self._folder / name).resolve()
+            inside = path.is_relative_to(self._folder.resolve())
+        except (OSError, RuntimeError) as error:  # RuntimeError: a link that leads to itself
+            raise ValueError(f"is {shown(name)}, which cannot be read: {error}") from error
+        if not inside:
+            raise ValueError(f"is {shown(name)}, a link out of the scenario's folder; give the file itself")
+        return path
+
+    def _count(self, path: Path, name: str) -> None:
+        try:
+            size = path.stat().st_size
+        except OSError:
+            return  # reading it says what is wrong
+        self._bytes_left -= size
+        if self._bytes_left < 0:
+            most = f"{MAX_TOTAL_BYTES >> 20} MiB"
+            raise ValueError(f"is {shown(name)}, with which the scenario's files exceed {most}; shorten them")
+
+
+def resources_of(info: ValidationInfo) -> Resources:
+    """Those of the scenario that is being read; without a file, the working directory's."""
+    resources = (info.context or {}).get("resources")
+    return resources if isinstance(resources, Resources) else Resources(Path())
+
+
+def read_bounded(path: Path, name: str, what: str) -> bytes:
+    """A small regular file's bytes; ValueError says why ``name`` cannot be used."""
+    try:
+        if path.exists() and not path.is_file():  # a pipe or a terminal would keep us waiting
+            raise ValueError(f"{name} is not a regular file; give {what}")
+        with path.open("rb") as stream:
+            data = stream.read(MAX_FILE_BYTES + 1)
+    except OSError as error:
+        raise ValueError(f"{name} cannot be read: {error.strerror or error}; give {what}") from error
+    if len(data) > MAX_FILE_BYTES:
+        raise ValueError(f"{name} is larger than {MAX_FILE_BYTES >> 20} MiB; give {what}")
+    return data
+
+
+# -- A file that it names -----------------------------------------------------------------------------------
+
+
+Content = TypeVar("Content")
+
+
+@dataclass(frozen=True, eq=False)
+class Named(Generic[Content]):
+    """What a file holds, and the path under which the scenario names it."""
+
+    path: str
+    content: Content
+
+
+def _named_text(value: object, info: ValidationInfo) -> Named[bytes]:
+    name = _name(value, "golden.txt")
+    return Named(name, resources_of(info).text(name, "the text the board is to print"))
+
+
+def _named_recording(value: object, info: ValidationInfo) -> Named[Recording]:
+    name = _name(value, "walk.csv")
+    return Named(name, resources_of(info).recording(name))
+
+
+def _name(value: object, example: str) -> str:
+    if not isinstance(value, str):
+        raise ValueError(f'is {shown(value)}; give a path in quotes, such as "{example}"')
+    return value
+
+
+_AS_WRITTEN = PlainSerializer(lambda named: named.path)
+_SCHEMA = WithJsonSchema({"type": "string"})
+TextFile = Annotated[Named[bytes], PlainValidator(_named_text), _AS_WRITTEN, _SCHEMA]
+RecordingFile = Annotated[Named[Recording], PlainValidator(_named_recording), _AS_WRITTEN, _SCHEMA]
+
+
+# -- Patterns -----------------------------------------------------------------------------------------------
+
+
+_COUNT = re.compile(r"(\)?)\{(\d+)")  # a repetition's least count, and whether it repeats a group
+_SCATTERED = re.compile(r"\(\?(#|[\w-]*x)")  # comments and spaces may stand between a group and its count
+
+
+def _elements(pattern: str) -> int:
+    """How many elements ``pattern`` has when it is compiled, or more."""
+    counts = [(bool(group), max(int(count), 1)) for group, count in _COUNT.findall(pattern)]
+    if _SCATTERED.search(pattern):
+        counts = [(True, count) for _, count in counts]
+    nested = math.prod(count for of_group, count in counts if of_group)
+    return nested * (len(pattern) + sum(count for of_group, count in counts if not of_group))

@@ -20,12 +20,12 @@ from pydantic import (
 
 from emulator.buses.i2c import FaultKind, I2CFault
 from emulator.scenario.board_view import BoardView
-from emulator.scenario.resources import RecordingFile
 from emulator.scenario.tables import (
     Address,
     Duration,
     FieldTable,
     Length,
+    RecordingFile,
     Table,
     Vector,
     within,

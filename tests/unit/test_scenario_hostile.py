@@ -17,8 +17,8 @@ from emulator.boards.fcu001v1 import FCU001V1
 from emulator.scenario import load_scenario, run
 from emulator.scenario.expectations import SearchPatience
 from emulator.scenario.loader import scenario_error
-from emulator.scenario.resources import Resources
 from emulator.scenario.schema import MOST_ENTRIES, scenario_file
+from emulator.scenario.tables import Resources
 from tests.scenario_files import HEAD, SHORT, refusal, write
 
 HOLD = '[[timeline]]\ndo = "hold"\nfor = "1s"\n'

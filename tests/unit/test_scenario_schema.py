@@ -16,8 +16,8 @@ from emulator import InputError
 from emulator.boards.fcu001v1 import FCU001V1
 from emulator.scenario import json_schema, load_scenario, scenario_names
 from emulator.scenario.printed import FIELDS, MOVING_G, TRUTH
-from emulator.scenario.resources import Resources
 from emulator.scenario.schema import FirmwareTable, scenario_file
+from emulator.scenario.tables import Resources
 from firmware_model import Settings
 from sensors.lis2mdl import LIS2MDLErrors
 from sensors.lps22hb import LPS22HBErrors
