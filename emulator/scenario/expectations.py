@@ -9,25 +9,14 @@ from __future__ import annotations
 import difflib
 import math
 import re
-import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Annotated, Any, Literal
 
 import numpy as np
-import regex
-from pydantic import (
-    AfterValidator,
-    Field,
-    PlainSerializer,
-    PlainValidator,
-    ValidationInfo,
-    WithJsonSchema,
-    model_validator,
-)
+from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
 from emulator.scenario.board_view import BoardView
 from emulator.scenario.printed import (
@@ -45,41 +34,18 @@ from emulator.scenario.tables import (
     LED_NAMES,
     Duration,
     Length,
+    PatternText,
+    SearchPatience,
     Table,
     TextFile,
     Window,
     board_of,
-    resources_of,
 )
 from emulator.text import shown
 from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, seconds
 from emulator.trace import GpioEdge
 
 # -- What every expectation has in common: a view of the run, and a window of time --------------------------
-
-
-class SearchPatience:
-    """The wall time that is left for searching a run's text: a pattern from a stranger may never end."""
-
-    def __init__(self, clock_s: Callable[[], float] = time.monotonic) -> None:
-        self._clock_s = clock_s
-        self._left_s = _RUN_PATIENCE_S
-
-    @property
-    def exhausted(self) -> bool:
-        """Whether nothing is left."""
-        return self._left_s <= 0.0
-
-    @contextmanager
-    def limited(self) -> Iterator[float]:
-        """How long the search inside may take. Raises TimeoutError when nothing is left."""
-        if self.exhausted:
-            raise TimeoutError
-        began_s = self._clock_s()
-        try:
-            yield min(_LINE_PATIENCE_S, self._left_s)
-        finally:
-            self._left_s -= self._clock_s() - began_s
 
 
 @dataclass(frozen=True)
@@ -115,11 +81,6 @@ class Windowed(Window, Expectation):
 # -- The terminal's text: a line, a pattern, a pattern never, the whole text --------------------------------
 
 
-LONGEST_PATTERN = 500
-_LINE_PATIENCE_S = 0.5  # for one line; a sane pattern takes microseconds
-_RUN_PATIENCE_S = 10.0  # for all patterns of a scenario on all lines of a run
-
-
 class ExpectLine(Windowed):
     """A line with exactly this text appears; with ``count`` exactly so often."""
 
@@ -151,48 +112,18 @@ class ExpectLine(Windowed):
         return Miss(fault_between(wanted, near), self.wording(), shown_line(near), diff)
 
 
-class Pattern:
-    """A regular expression and the text it was made of."""
-
-    def __init__(self, text: str) -> None:
-        self.text = text
-        self._compiled = regex.compile(text)
-
-    def found_in(self, line: str, patience: SearchPatience) -> bool:
-        """Searches one line; the banner may be either. Raises TimeoutError when that takes too long."""
-        for text in dict.fromkeys((line, same_banner(line))):
-            with patience.limited() as timeout_s:
-                if self._compiled.search(text, timeout=timeout_s):
-                    return True
-        return False
-
-
-def _parse_pattern(value: object, info: ValidationInfo) -> Pattern:
-    if not isinstance(value, str) or len(value) > LONGEST_PATTERN:
-        longest = f"of at most {LONGEST_PATTERN} characters"
-        raise ValueError(f"is {shown(value)}; give a regular expression {longest}")
-    resources_of(info).allow_pattern(value)
-    try:
-        return Pattern(value)
-    except (regex.error, OverflowError, RecursionError) as error:
-        raise ValueError(f"is {shown(value)}: {error}; give a regular expression") from error
-
-
-PatternText = Annotated[
-    Pattern,
-    PlainValidator(_parse_pattern),
-    PlainSerializer(lambda pattern: pattern.text),
-    WithJsonSchema({"type": "string", "format": "regex", "maxLength": LONGEST_PATTERN}),
-]
-
-
 class _Matching(Windowed):
     pattern: PatternText
 
     def matches(self, seen: Seen) -> list[PrintedLine]:
         """The lines in the window in which the pattern is found."""
         lines = self.lines_in_window(seen)
-        return [line for line in lines if self.pattern.found_in(line.text, seen.patience)]
+        return [line for line in lines if self._found_in(line.text, seen.patience)]
+
+    def _found_in(self, line: str, patience: SearchPatience) -> bool:
+        """The banner may be either."""
+        texts = dict.fromkeys((line, same_banner(line)))
+        return any(self.pattern.found_in(text, patience) for text in texts)
 
 
 class ExpectRegex(_Matching):

@@ -11,7 +11,8 @@ together 64 MiB. Reading a recording of ten million numbers takes 180 MB of memo
 A pattern costs memory when it is compiled: whatever must be repeated at least n times is laid out n times,
 at some 500 bytes for each element (``regex`` 2026; ``(?:a?){9999999}`` took 4 GB). The elements are counted
 from above before compiling, as if all repeated groups were nested: at most 10,000 in one pattern and 100,000
-in a scenario, which are 50 MB and a tenth of a second.
+in a scenario, which are 50 MB and a tenth of a second. A search may never end, so the search of a line and
+all searches of a run have their time (:class:`SearchPatience`).
 """
 
 from __future__ import annotations
@@ -19,11 +20,15 @@ from __future__ import annotations
 import difflib
 import math
 import re
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from decimal import Decimal
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Annotated, Any, Generic, Self, TypeVar
 
+import regex
 from pydantic import (
     BaseModel,
     ConfigDict,
@@ -333,6 +338,10 @@ RecordingFile = Annotated[Named[Recording], PlainValidator(_named_recording), _A
 # -- Patterns -----------------------------------------------------------------------------------------------
 
 
+LONGEST_PATTERN = 500
+_LINE_PATIENCE_S = 0.5  # for one line; a sane pattern takes microseconds
+_RUN_PATIENCE_S = 10.0  # for all patterns of a scenario on all lines of a run
+
 _COUNT = re.compile(r"(\)?)\{(\d+)")  # a repetition's least count, and whether it repeats a group
 _SCATTERED = re.compile(r"\(\?(#|[\w-]*x)")  # comments and spaces may stand between a group and its count
 
@@ -344,3 +353,59 @@ def _elements(pattern: str) -> int:
         counts = [(True, count) for _, count in counts]
     nested = math.prod(count for of_group, count in counts if of_group)
     return nested * (len(pattern) + sum(count for of_group, count in counts if not of_group))
+
+
+class SearchPatience:
+    """The wall time that is left for searching a run's text: a pattern from a stranger may never end."""
+
+    def __init__(self, clock_s: Callable[[], float] = time.monotonic) -> None:
+        self._clock_s = clock_s
+        self._left_s = _RUN_PATIENCE_S
+
+    @property
+    def exhausted(self) -> bool:
+        """Whether nothing is left."""
+        return self._left_s <= 0.0
+
+    @contextmanager
+    def limited(self) -> Iterator[float]:
+        """How long the search inside may take. Raises TimeoutError when nothing is left."""
+        if self.exhausted:
+            raise TimeoutError
+        began_s = self._clock_s()
+        try:
+            yield min(_LINE_PATIENCE_S, self._left_s)
+        finally:
+            self._left_s -= self._clock_s() - began_s
+
+
+class Pattern:
+    """A regular expression and the text it was made of."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self._compiled = regex.compile(text)
+
+    def found_in(self, line: str, patience: SearchPatience) -> bool:
+        """Searches one line. Raises TimeoutError when that takes too long."""
+        with patience.limited() as timeout_s:
+            return self._compiled.search(line, timeout=timeout_s) is not None
+
+
+def _parse_pattern(value: object, info: ValidationInfo) -> Pattern:
+    if not isinstance(value, str) or len(value) > LONGEST_PATTERN:
+        longest = f"of at most {LONGEST_PATTERN} characters"
+        raise ValueError(f"is {shown(value)}; give a regular expression {longest}")
+    resources_of(info).allow_pattern(value)
+    try:
+        return Pattern(value)
+    except (regex.error, OverflowError, RecursionError) as error:
+        raise ValueError(f"is {shown(value)}: {error}; give a regular expression") from error
+
+
+PatternText = Annotated[
+    Pattern,
+    PlainValidator(_parse_pattern),
+    PlainSerializer(lambda pattern: pattern.text),
+    WithJsonSchema({"type": "string", "format": "regex", "maxLength": LONGEST_PATTERN}),
+]

@@ -15,10 +15,9 @@ from pydantic import ValidationError
 from emulator import Board, InputError, ScenarioError
 from emulator.boards.fcu001v1 import FCU001V1
 from emulator.scenario import load_scenario, run
-from emulator.scenario.expectations import SearchPatience
 from emulator.scenario.loader import scenario_error
 from emulator.scenario.schema import MOST_ENTRIES, scenario_file
-from emulator.scenario.tables import Resources
+from emulator.scenario.tables import Resources, SearchPatience
 from tests.scenario_files import HEAD, SHORT, refusal, write
 
 HOLD = '[[timeline]]\ndo = "hold"\nfor = "1s"\n'
