@@ -26,7 +26,7 @@ from typing import Literal, TypeAlias
 
 from emulator.analysis.observation import END, REGISTERS, TERMINAL, TIMER, Entry, Observation, is_led
 from emulator.errors import InputError
-from emulator.scenario.printed import FIELDS, FORMATS, deviation, same_banner
+from emulator.scenario.observed import FIELDS, FORMATS, deviation, same_banner
 from emulator.time.clock import PS_PER_MS, PS_PER_S
 
 Ignorable: TypeAlias = Literal["time", "numbers", "registers", "leds"]

@@ -18,7 +18,7 @@ from fractions import Fraction
 import numpy as np
 
 from emulator.board.board import Board
-from emulator.scenario.printed import FORMATS, TRUTH
+from emulator.scenario.observed import FORMATS, TRUTH
 from emulator.time.clock import PS_PER_MS, Periodic
 from emulator.world.track import Array
 

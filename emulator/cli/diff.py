@@ -27,7 +27,7 @@ from emulator.chip.limits import parse_limits
 from emulator.cli.exit_codes import ExitCode
 from emulator.errors import InputError
 from emulator.scenario import Scenario, load_scenario
-from emulator.scenario.printed import visible
+from emulator.scenario.observed import visible
 from emulator.time.clock import PS_PER_S, parse_duration, seconds
 
 _LONGEST = 100  # characters of an entry that are shown

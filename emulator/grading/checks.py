@@ -23,7 +23,7 @@ from emulator.chip.diagnosis.report import Diagnosis, Kind
 from emulator.chip.firmware import ArmFirmware
 from emulator.errors import FirmwareError, NotJudgedError
 from emulator.scenario.expectations import Kinds, LedName, Seen
-from emulator.scenario.printed import visible
+from emulator.scenario.observed import visible
 from emulator.scenario.result import Miss
 from emulator.scenario.tables import Duration, Length, Table
 from emulator.text import shown

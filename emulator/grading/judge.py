@@ -32,7 +32,7 @@ from emulator.grading.verdict import (
     Verdict,
 )
 from emulator.scenario.expectations import Expectation, ExpectField, ExpectText, Seen
-from emulator.scenario.printed import FORMAT_OF_FIELD
+from emulator.scenario.observed import FORMAT_OF_FIELD
 from emulator.scenario.result import Miss
 from emulator.scenario.scenario import judged
 from emulator.scenario.schema import ReportTable

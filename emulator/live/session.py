@@ -34,7 +34,7 @@ from emulator.live.moved import answered
 from emulator.live.recording import SessionRecording
 from emulator.live.setup import Careful, Setup, as_it_is
 from emulator.scenario import scenario_names
-from emulator.scenario.printed import FORMATS, TRUTH
+from emulator.scenario.observed import FORMATS, TRUTH
 from emulator.scenario.scenario import perform_at
 from emulator.scenario.timeline import Entry
 from emulator.scenario.written import parse_entry

@@ -14,7 +14,7 @@ from emulator.errors import FcuError, InputError
 from emulator.live import view
 from emulator.live.files import FileWatch
 from emulator.scenario import load_scenario
-from emulator.scenario.board_view import BoardView
+from emulator.scenario.observed import BoardView
 from emulator.scenario.timeline import Entry
 from emulator.world import World
 

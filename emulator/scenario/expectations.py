@@ -18,11 +18,11 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
-from emulator.scenario.board_view import BoardView
-from emulator.scenario.printed import (
+from emulator.scenario.observed import (
     FIELDS,
     FORMAT_OF_FIELD,
     MAX_SETTLE_PS,
+    BoardView,
     PrintedLine,
     deviation,
     nearest_truth,

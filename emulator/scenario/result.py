@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from emulator.scenario.printed import ANGLES, FORMAT_OF_FIELD, MOVING_G, PrintedLine, nearest_truth
+from emulator.scenario.observed import ANGLES, FORMAT_OF_FIELD, MOVING_G, PrintedLine, nearest_truth
 from emulator.time.clock import PS_PER_S
 
 Fault = Literal["missing", "wrong value", "wrong format", "stopped"]

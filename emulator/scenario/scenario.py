@@ -25,9 +25,8 @@ from weakref import WeakKeyDictionary
 from emulator.boards.description import BoardErrors, SensorSettings
 from emulator.errors import InputError, ScenarioError
 from emulator.links.runner import Runner
-from emulator.scenario.board_view import BoardView, TerminalView
 from emulator.scenario.expectations import SETTLE_PS, Expectation, ExpectField, Seen
-from emulator.scenario.printed import Recorder
+from emulator.scenario.observed import BoardView, Recorder, TerminalView
 from emulator.scenario.result import Finding, Miss, Result, Standing, Verdict, against_truth
 from emulator.scenario.schema import AnyExpectation, LimitsTable, ReportTable, ScenarioFile
 from emulator.scenario.tables import Window

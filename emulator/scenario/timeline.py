@@ -19,7 +19,7 @@ from pydantic import (
 )
 
 from emulator.buses.i2c import FaultKind, I2CFault
-from emulator.scenario.board_view import BoardView
+from emulator.scenario.observed import BoardView
 from emulator.scenario.tables import (
     Address,
     Duration,

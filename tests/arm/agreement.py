@@ -12,7 +12,7 @@ from emulator import Board
 from emulator.analysis.observation import TERMINAL, Entry, Observation, observe
 from emulator.analysis.replay import replay
 from emulator.board.firmware import python_firmware
-from emulator.scenario.printed import FORMATS, deviation
+from emulator.scenario.observed import FORMATS, deviation
 from emulator.time.clock import PS_PER_MS, PS_PER_S
 
 TICK_PS = 1_250_000_000  # 800 Hz, the lab's rate

@@ -11,7 +11,7 @@ from emulator.analysis.observation import END, TERMINAL, Entry, Observation, obs
 from emulator.board.firmware import FirmwareFactory, Settings, python_firmware
 from emulator.python_cpu.hal import Hal
 from emulator.scenario import load_scenario, scenario_names
-from emulator.scenario.printed import FIELDS
+from emulator.scenario.observed import FIELDS
 from emulator.time.clock import PS_PER_MS, PS_PER_S
 from firmware_model.hal import HAL_OK
 from tests.board_fakes import script

@@ -15,7 +15,7 @@ from emulator import Board
 from emulator.errors import ScenarioError
 from emulator.scenario import load_scenario, run
 from emulator.scenario.expectations import ExpectField, Seen
-from emulator.scenario.printed import FORMATS, PrintedLine, deviation, same_banner
+from emulator.scenario.observed import FORMATS, PrintedLine, deviation, same_banner
 from tests.scenario_files import HEAD, IDEAL, SHORT, play, write
 
 MET = [

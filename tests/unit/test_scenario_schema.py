@@ -15,7 +15,7 @@ import pytest
 from emulator import InputError
 from emulator.boards.fcu001v1 import FCU001V1
 from emulator.scenario import json_schema, load_scenario, scenario_names
-from emulator.scenario.printed import FIELDS, MOVING_G, TRUTH
+from emulator.scenario.observed import FIELDS, MOVING_G, TRUTH
 from emulator.scenario.schema import FirmwareTable, scenario_file
 from emulator.scenario.tables import Resources
 from firmware_model import Settings

@@ -1,4 +1,7 @@
-"""The lines the firmware prints: their format and numbers, when each was printed, and the truth at that time.
+"""What a scenario sees of a board: as much of it as playing and judging need, and the lines that it prints.
+
+Of a board it needs enough to play the timeline and to judge what the firmware did (:class:`BoardView`); of a
+line that its firmware prints, the format and the numbers, when it was printed, and the truth at that time.
 
 A number is a field of a line that has its exact format from beginning to end, never a piece of text that
 looks right: "4" is not found in "164", and a sign cannot get lost. A line that begins like one of the formats
@@ -14,12 +17,15 @@ the terminal every millisecond of virtual time (SysTick's period, a fraction of 
 and takes the truth of new lines once a second, well within what the world remembers. Looking changes nothing
 on the board.
 
-Decisions
-    Blanks and carriage returns around a line do not count here; terminals do not show them. Whoever wants
-    every byte compares whole texts.
+Decision: the board loads a scenario by its name and brings itself to it, so a scenario knows a board only as
+this protocol. The road not taken, a board that knows a scenario only as a protocol, leaves nobody who may
+turn ``Board(scenario="stairs")`` into a file; a third room above both would be there for that one call.
 
-    The terminal's length is polled. Recording every byte's event would also record every bus transfer, a
-    hundred times as many.
+Decision: blanks and carriage returns around a line do not count here; terminals do not show them. Whoever
+wants every byte compares whole texts.
+
+Decision: the terminal's length is polled. Recording every byte's event would also record every bus transfer,
+a hundred times as many.
 """
 
 from __future__ import annotations
@@ -29,15 +35,85 @@ from bisect import bisect_right
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
+from typing import Any, Protocol
 
 import numpy as np
 
-from emulator.scenario.board_view import BoardView
-from emulator.time.clock import PS_PER_MS, PS_PER_S, Periodic
+from emulator.buses.gpio import Led
+from emulator.buses.i2c import I2CMaster
+from emulator.buses.uart import Uart
+from emulator.time.clock import PS_PER_MS, PS_PER_S, Clock, Periodic
+from emulator.time.ticks import TickCounts
+from emulator.trace import Trace
 from emulator.world import World
 from emulator.world.track import Array
 
-# -- Formats ------------------------------------------------------------------------------------------------
+# -- A board ------------------------------------------------------------------------------------------------
+
+
+class TerminalView(Protocol):
+    """What has been printed, and a keyboard."""
+
+    uart: Uart
+
+    @property
+    def text(self) -> str:
+        """Everything printed since power-on, in Latin-1."""
+        ...
+
+    def since(self, position: int) -> tuple[bytes, int]:
+        """The bytes printed after ``position``, and the position after them."""
+        ...
+
+    @property
+    def typing_left(self) -> int:
+        """How many typed bytes have not arrived yet."""
+        ...
+
+    def write(self, data: bytes | str) -> None:
+        """Type."""
+        ...
+
+
+class BoardView(Protocol):
+    """A board that plays a scenario; :class:`emulator.board.board.Board` is one."""
+
+    clock: Clock
+    world: World
+    trace: Trace
+
+    def i2c(self) -> I2CMaster:
+        """The master of the board's first I2C bus, which a scenario may break."""
+        ...
+
+    def led(self, name: str) -> Led:
+        """A LED by its name in the board's file."""
+        ...
+
+    @property
+    def terminal(self) -> TerminalView:
+        """At the other end of the serial line."""
+        ...
+
+    @property
+    def timer(self) -> TickCounts:
+        """The timer of the callback."""
+        ...
+
+    def motor_duties(self) -> tuple[float, ...]:
+        """The duty of the PWM of each motor, 0 to 1."""
+        ...
+
+    def run_until_ps(self, at_ps: int) -> None:
+        """Run up to and including ``at_ps`` picoseconds since power-on."""
+        ...
+
+    def variable(self, name: str) -> Any:
+        """A global variable of the firmware by its C name. Raises KeyError."""
+        ...
+
+
+# -- The formats of lines -----------------------------------------------------------------------------------
 
 
 _PATTERN = {"%d": r"(-?\d+)", "%f": r"(-?(?:\d+\.\d{6}|inf|nan))"}
