@@ -137,7 +137,7 @@ def test_root_compiles_as_nobody_where_there_are_no_walls(builder: Builder, tmp_
     secret.write_text("the answer is 42")
     secret.chmod(0o600)
 
-    assert "42" not in said(builder, f'#include "{secret}"\n'.encode())
+    assert "the answer" not in said(builder, f'#include "{secret}"\n'.encode())
 
 
 @needs_compiler
