@@ -22,9 +22,8 @@ from emulator.board.board import Board
 from emulator.chip.diagnosis.report import Diagnosis, Kind
 from emulator.chip.firmware import ArmFirmware
 from emulator.errors import FirmwareError, NotJudgedError
-from emulator.scenario.expectations import Kinds, LedName, Seen
+from emulator.scenario.expectations import Kinds, LedName, Miss, Seen
 from emulator.scenario.observed import visible
-from emulator.scenario.result import Miss
 from emulator.scenario.tables import Duration, Length, Table
 from emulator.text import shown
 from emulator.time.clock import PS_PER_MS, PS_PER_S, Periodic

@@ -31,9 +31,8 @@ from emulator.grading.verdict import (
     Series,
     Verdict,
 )
-from emulator.scenario.expectations import Expectation, ExpectField, ExpectText, Seen
+from emulator.scenario.expectations import Expectation, ExpectField, ExpectText, Miss, Seen
 from emulator.scenario.observed import FORMAT_OF_FIELD
-from emulator.scenario.result import Miss
 from emulator.scenario.scenario import judged
 from emulator.scenario.schema import ReportTable
 from emulator.scenario.written import names_files, scenario_text

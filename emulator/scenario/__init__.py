@@ -21,17 +21,17 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from emulator.scenario.expectations import Miss
     from emulator.scenario.loader import load_scenario, scenario_names
-    from emulator.scenario.result import Finding, Miss, Result
-    from emulator.scenario.scenario import Scenario, check, run
+    from emulator.scenario.scenario import Finding, Result, Scenario, check, run
     from emulator.scenario.schema import ScenarioFile, json_schema
 
 _HOMES = {
     "load_scenario": "loader",
     "scenario_names": "loader",
-    "Finding": "result",
-    "Miss": "result",
-    "Result": "result",
+    "Finding": "scenario",
+    "Miss": "expectations",
+    "Result": "scenario",
     "Scenario": "scenario",
     "check": "scenario",
     "run": "scenario",

@@ -29,7 +29,6 @@ from emulator.scenario.observed import (
     same_banner,
     visible,
 )
-from emulator.scenario.result import Fault, Miss
 from emulator.scenario.tables import (
     LED_NAMES,
     Duration,
@@ -45,7 +44,22 @@ from emulator.text import shown
 from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, seconds
 from emulator.trace import GpioEdge
 
-# -- What every expectation has in common: a view of the run, and a window of time --------------------------
+# -- What every expectation has in common: how it is missed, a view of the run, a window --------------------
+
+
+Fault = Literal["missing", "wrong value", "wrong format", "stopped"]
+"""Not there at all; there with another value; there in another form; the run ended too soon."""
+
+
+@dataclass(frozen=True)
+class Miss:
+    """How an expectation is not met."""
+
+    fault: Fault
+    expected: str
+    seen: str
+    diff: tuple[str, ...] = ()
+    """Lines in the style of a unified diff: "-" expected, "+" printed, " " around them."""
 
 
 @dataclass(frozen=True)

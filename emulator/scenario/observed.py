@@ -1,7 +1,8 @@
 """What a scenario sees of a board: as much of it as playing and judging need, and the lines that it prints.
 
 Of a board it needs enough to play the timeline and to judge what the firmware did (:class:`BoardView`); of a
-line that its firmware prints, the format and the numbers, when it was printed, and the truth at that time.
+line that its firmware prints, the format and the numbers, when it was printed, and the truth at that time,
+with which a table for people compares them.
 
 A number is a field of a line that has its exact format from beginning to end, never a piece of text that
 looks right: "4" is not found in "164", and a sign cannot get lost. A line that begins like one of the formats
@@ -30,9 +31,10 @@ a hundred times as many.
 
 from __future__ import annotations
 
+import math
 import re
 from bisect import bisect_right
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, Protocol
@@ -305,3 +307,68 @@ class Recorder:
             t_s = np.linspace(max(at_s - settle_s, 0.0), at_s, _TRUTH_STEPS)
             truth[name] = (t_s, TRUTH[name](self._world, t_s))
         return truth
+
+
+# -- Printed numbers against the truth, for people ----------------------------------------------------------
+
+
+_MOST_ROWS = 12
+_STILL_G = 0.05
+
+
+def against_truth(field: str, lines: Sequence[PrintedLine], settle_ps: int, window: str = "") -> list[str]:
+    """A table of prints: time, printed, truth at that time, error (printed - truth); then a summary.
+
+    ``window``: which part of the run the lines are of, for the title.
+
+    Decision: the error is that at the moment of printing, which shows how old a number of a moving board is;
+    where the nearest truth of the time ``settle_ps`` before, by which expectations judge, gives another
+    largest error, a line says so. One definition for both would hide the delay, or blame a filter for it.
+    """
+    rows, judged = [], []
+    for line in lines:
+        fields = FORMAT_OF_FIELD[field].parse(line.text)
+        if fields is not None:
+            truth = round(float(line.truth[field][1][-1]), 3) + 0.0  # not -0.000
+            error = line.error(field, fields[field], 0)
+            rows.append((line.at_ps / PS_PER_S, fields[field], truth, error, _flag(field, line)))
+            judged.append(line.error(field, fields[field], settle_ps))
+    if not rows:
+        return [f"{field} against the truth{window}: never printed"]
+    title = f"{field} against the truth at the moment of printing{window}"
+    table = [title, f"{'t':>9} {'printed':>12} {'truth':>12} {'error':>12}"]
+    for index in _chosen(len(rows)):
+        t_s, printed, truth, error, flag = rows[index]
+        table.append(f"{t_s:>7.3f} s {printed:>12.3f} {truth:>12.3f} {error:>+12.3f}{flag}")
+    count = "1 print" if len(rows) == 1 else f"{len(rows)} prints"
+    first, last, largest = rows[0][3], rows[-1][3], _largest(row[3] for row in rows)
+    table.append(f"error: first {first:+.3f}, last {last:+.3f}, largest {largest:+.3f}, {count}")
+    counted = f"{_largest(judged):+.3f}"
+    if counted != f"{largest:+.3f}":
+        which = nearest_truth(settle_ps)
+        table.append(f"against the truth as expectations take it, {which}: largest {counted}")
+    return table
+
+
+def _largest(errors: Iterable[float]) -> float:
+    """The error that is farthest from 0; of what is no number, none."""
+    return max(filter(math.isfinite, errors), key=abs, default=math.nan)
+
+
+def _flag(field: str, line: PrintedLine) -> str:
+    """An accelerometer shows the tilt of a board that nothing but gravity accelerates.
+
+    The slides ("eCompass math") look at the modulus, which is all that firmware has; it hides what acts to
+    the side: 0.36 g turn the vertical by 20 degrees and make the modulus 1.06 g. Here the motion is known.
+    """
+    if field not in ANGLES:
+        return ""
+    moving_g = float(line.truth[MOVING_G][1][-1])
+    return "" if moving_g <= _STILL_G else f"   accelerated by {moving_g:.2f} g: no tilt sensor now"
+
+
+def _chosen(count: int) -> list[int]:
+    """Indices of at most a dozen rows, evenly spaced, the first and the last among them."""
+    if count <= _MOST_ROWS:
+        return list(range(count))
+    return [index * (count - 1) // (_MOST_ROWS - 1) for index in range(_MOST_ROWS)]

@@ -1,4 +1,4 @@
-"""A scenario that is ready to be played on any number of boards, and running a board through it.
+"""A scenario that is ready to be played on any number of boards, running a board through it, and the verdict.
 
 How it is played: motions are planned on the world when the board is built, with absolute start times, so
 that the truth can be asked for ahead of time. From the first jump of the world on (``set_...``), every step
@@ -10,6 +10,8 @@ of the file, with its key path, and not a surprise in the middle of a run.
 
 The limits are looked at between slices of virtual time; Python firmware that loops without ever calling the
 HAL lets no virtual time pass, and is beyond what a look between slices can stop.
+
+The verdict is what the checks of a run have found, for people and for programs.
 """
 
 from __future__ import annotations
@@ -19,15 +21,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 from weakref import WeakKeyDictionary
 
 from emulator.boards.description import BoardErrors, SensorSettings
 from emulator.errors import InputError, ScenarioError
 from emulator.links.runner import Runner
-from emulator.scenario.expectations import SETTLE_PS, Expectation, ExpectField, Seen
-from emulator.scenario.observed import BoardView, Recorder, TerminalView
-from emulator.scenario.result import Finding, Miss, Result, Standing, Verdict, against_truth
+from emulator.scenario.expectations import SETTLE_PS, Expectation, ExpectField, Miss, Seen
+from emulator.scenario.observed import BoardView, Recorder, TerminalView, against_truth
 from emulator.scenario.schema import AnyExpectation, LimitsTable, ReportTable, ScenarioFile
 from emulator.scenario.tables import Window
 from emulator.scenario.timeline import Entry
@@ -298,27 +299,7 @@ class Scenario:
             raise ScenarioError(self.file, "world.place", str(error)) from error
 
 
-def judged(expectation: Expectation, seen: Seen) -> Miss | None:
-    """How an expectation is not met, None when it is; a search that takes too long is "stopped"."""
-    try:
-        return expectation.judge(seen)
-    except TimeoutError:
-        return Miss(
-            "stopped", "a pattern that can be searched in reasonable time", "the search took too long"
-        )
-
-
-def _verdict(key: str, expectation: AnyExpectation, seen: Seen) -> Verdict:
-    miss = judged(expectation, seen)
-    end_ps = getattr(expectation, "to", None)
-    over = seen.board.clock.now_ps > seen.end_ps or (end_ps is not None and seen.end_ps >= end_ps)
-    state: Standing = "open"
-    if over:
-        state = "failed" if miss else "met"
-    elif miss and miss.fault == "wrong value":  # it does not become right again
-        state = "failed"
-    found = f"expected {miss.expected}; seen: {miss.seen}" if miss and state == "failed" else ""
-    return Verdict(key, expectation.kind, expectation.wording(), state, found)
+# -- An entry when its time has come ------------------------------------------------------------------------
 
 
 class Happening(Protocol):
@@ -341,6 +322,100 @@ def perform_at(board: BoardView, entry: Happening, at_ps: int) -> None:
 def _perform(board: BoardView, entry: Happening, at_ps: int) -> None:
     entry.plan(board.world, at_ps / PS_PER_S)
     entry.act(board, at_ps)
+
+
+# -- What the checks found, for people and for programs -----------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A failed expectation: ``key`` is its place in the file, such as ``expect[2]``."""
+
+    key: str
+    kind: str
+    miss: Miss
+
+    @property
+    def lines(self) -> list[str]:
+        """For people."""
+        miss = self.miss
+        head = f"{self.key} ({self.kind}): {miss.fault}: expected {miss.expected}; seen: {miss.seen}"
+        return [head, *(f"    {line}" for line in miss.diff)]
+
+    def __str__(self) -> str:
+        return "\n".join(self.lines)
+
+
+Standing = Literal["open", "met", "failed"]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """An expectation while the run is on: place, kind, what it says, how it stands, what was seen."""
+
+    key: str
+    kind: str
+    says: str
+    state: Standing
+    found: str = ""
+
+
+@dataclass(frozen=True)
+class Result:
+    """A run judged: ``checks`` is how many expectations there are, ``reports`` what to tell."""
+
+    checks: int
+    findings: tuple[Finding, ...]
+    reports: tuple[str, ...] = ()
+
+    @property
+    def passed(self) -> bool:
+        """Whether the run came to its end and met every expectation."""
+        return not self.findings
+
+    @property
+    def judged(self) -> bool:
+        """Whether every expectation could be looked at: the run came to its end, no search took too long."""
+        return all(finding.miss.fault != "stopped" for finding in self.findings)
+
+    @property
+    def failed_count(self) -> int:
+        """How many expectations are not met; a run that was stopped is none of them."""
+        return sum(finding.miss.fault != "stopped" for finding in self.findings)
+
+    @property
+    def passed_count(self) -> int:
+        """How many expectations are met."""
+        return self.checks - self.failed_count
+
+    @property
+    def lines(self) -> list[str]:
+        """The whole result for people: reports, findings, and the count last."""
+        found = [line for finding in self.findings for line in finding.lines]
+        return [*self.reports, *found, f"{self.passed_count} of {self.checks} expectations met"]
+
+
+def judged(expectation: Expectation, seen: Seen) -> Miss | None:
+    """How an expectation is not met, None when it is; a search that takes too long is "stopped"."""
+    try:
+        return expectation.judge(seen)
+    except TimeoutError:
+        return Miss(
+            "stopped", "a pattern that can be searched in reasonable time", "the search took too long"
+        )
+
+
+def _verdict(key: str, expectation: AnyExpectation, seen: Seen) -> Verdict:
+    miss = judged(expectation, seen)
+    end_ps = getattr(expectation, "to", None)
+    over = seen.board.clock.now_ps > seen.end_ps or (end_ps is not None and seen.end_ps >= end_ps)
+    state: Standing = "open"
+    if over:
+        state = "failed" if miss else "met"
+    elif miss and miss.fault == "wrong value":  # it does not become right again
+        state = "failed"
+    found = f"expected {miss.expected}; seen: {miss.seen}" if miss and state == "failed" else ""
+    return Verdict(key, expectation.kind, expectation.wording(), state, found)
 
 
 # -- Running a board through its scenario -------------------------------------------------------------------
