@@ -1,5 +1,7 @@
 """How a real part deviates from the ideal one: offset, scale, their drift with temperature, and noise.
 
+These are the numbers; what they do to a signal is in ``sensors.front_end``.
+
 Each part has a dataclass of explicit numbers in the datasheet's units. Each number is declared with what it
 means, its limit or typical value and the document that says so; three named grades fill them from that:
 
@@ -24,13 +26,6 @@ ISM330DHCX, whose register INTERNAL_FREQ_FINE tells by how much its rates are of
 19 %, and which holds +4 %. Of LIS2MDL and LPS22HB nobody has published any, and the same is taken. Roads
 not taken: the 19 % that the register can say, which would be parts that nobody has seen; exact rates, with
 which 416 Hz and a program's 800 Hz keep step for ever.
-
-Noise is white, and a pure function of a key and the sample index. A counter-based generator (Philox) is asked
-for fixed pages of samples; page ``p`` of a key always holds the same numbers, whatever was drawn before. So a
-run does not depend on who reads which sample when, a world change does not shift the noise, and hundreds of
-boards need no shared state. The numbers are those of numpy's ``Generator.standard_normal``; numpy keeps the
-bit stream for ever and the normal transform in practice (it reserves the right to change it between
-releases).
 """
 
 from __future__ import annotations
@@ -49,7 +44,6 @@ Grade: TypeAlias = Literal["ideal", "typical", "worst"]
 GRADES: tuple[Grade, ...] = get_args(Grade)
 ZERO: Vec3 = (0.0, 0.0, 0.0)
 
-_REFERENCE_DEGC = 25.0  # all three datasheets give their figures at 25 degC
 Kind: TypeAlias = Literal["limit", "sigma", "typical"]
 """Of a figure: no part deviates further; a standard deviation over many parts; a typical value, no more."""
 
@@ -58,9 +52,6 @@ SIGMAS = 3.0
 
 _KINDS: dict[Kind, str] = {"limit": "limit", "sigma": "1 sigma", "typical": "typ."}
 STRENGTHS = {"ideal": 0.0, "typical": 1.0, "worst": 1.5}
-
-
-# -- figures ------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -227,101 +218,3 @@ class GradeDraw:
     def strength(self, typical: float) -> float:
         """The grade's figure from the typical one."""
         return typical * STRENGTHS[self._grade]
-
-
-# -- what they do to a signal ------------------------------------------------------------------------------
-
-
-class Deviation:
-    """Offset, scale and cross-axis errors of a three-axis channel, ready to be applied to blocks.
-
-    ``bias`` and ``bias_drift`` (per degC) in the signal's unit; ``scale_percent`` and ``scale_drift_percent``
-    (per degC) relative to the signal. ``cross_axis_percent``: how much of Y is seen in X and of X in Y, the
-    same of X and Z, of Y and Z; an axis that is tilted in the package does this, before its own scale error.
-
-    Blocks are axis-major inside a part, shape (3, n): numpy applies one number an axis five times faster than
-    along rows of three.
-    """
-
-    def __init__(
-        self,
-        bias: Vec3,
-        scale_percent: Vec3,
-        bias_drift: Vec3 = ZERO,
-        scale_drift_percent: float = 0.0,
-        cross_axis_percent: Vec3 = ZERO,
-    ) -> None:
-        self._bias = np.array(bias).reshape(3, 1)
-        self._gain = 1.0 + np.array(scale_percent).reshape(3, 1) / 100
-        self._bias_drift = np.array(bias_drift).reshape(3, 1)
-        self._gain_drift = scale_drift_percent / 100
-        self._drifts = any(bias_drift) or scale_drift_percent != 0
-        self._cross_axis = tuple(percent / 100 for percent in cross_axis_percent)
-        self._crosses = any(cross_axis_percent)
-
-    def apply(
-        self,
-        signal: NDArray[np.float64],
-        t_s: NDArray[np.float64],
-        temperature_degc: Callable[[NDArray[np.float64]], NDArray[np.float64]],
-    ) -> NDArray[np.float64]:
-        """The deviating signal of shape (3, n), a new array, from one of shape (n, 3) at the times ``t_s``.
-
-        The temperature is asked for only where something drifts.
-        """
-        rows = np.ascontiguousarray(signal.T)
-        if self._crosses:
-            rows = rows + self._seen_across(rows)
-        if not self._drifts:
-            deviating = rows * self._gain
-            deviating += self._bias
-            return deviating
-        warmer = temperature_degc(t_s) - _REFERENCE_DEGC
-        if warmer.size and warmer[0] == warmer[-1] and np.all(warmer == warmer[0]):
-            warmer = warmer[:1]  # one temperature for the whole block, the usual case
-        deviating = rows * (self._gain + self._gain_drift * warmer)
-        deviating += self._bias + self._bias_drift * warmer
-        return deviating
-
-    def _seen_across(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
-        """What each axis sees of the other two; not as a matrix product, whose rounding depends on n."""
-        xy, xz, yz = self._cross_axis
-        x, y, z = rows
-        return np.stack((xy * y + xz * z, xy * x + yz * z, xz * x + yz * y))
-
-
-_PAGE = 4096
-
-
-def noise_key(seed: int, *names: str | int) -> int:
-    """A 128-bit key for one noise source of one part of one board."""
-    text = "/".join(str(name) for name in (seed, *names)).encode()
-    return (seed & 0xFFFFFFFF) << 64 | zlib.crc32(text) << 32 | zlib.adler32(text)
-
-
-class NoiseSource:
-    """Standard normal noise with ``channels`` independent channels, drawn ``page`` samples at a time."""
-
-    def __init__(self, key: int, channels: int, page: int = _PAGE) -> None:
-        self._key = key
-        self._channels = channels
-        self._length = page
-        self._pages: dict[int, NDArray[np.float64]] = {}
-
-    def block(self, first: int, count: int) -> NDArray[np.float64]:
-        """Samples ``first`` to ``first + count - 1``, shape (channels, count), unit variance."""
-        start, end = first // self._length, (first + count - 1) // self._length
-        pages = [self._page(number) for number in range(start, end + 1)]
-        offset = first - start * self._length
-        drawn = pages[0] if len(pages) == 1 else np.concatenate(pages, axis=1)
-        return drawn[:, offset : offset + count]
-
-    def _page(self, number: int) -> NDArray[np.float64]:
-        page = self._pages.get(number)
-        if page is None:
-            if len(self._pages) >= 2:  # a block mostly spans two; older ones are drawn again if asked
-                self._pages.pop(next(iter(self._pages)))
-            bits = np.random.Philox(key=self._key, counter=[0, 0, 0, number])
-            page = np.random.Generator(bits).standard_normal((self._channels, self._length))
-            self._pages[number] = page
-        return page

@@ -1,4 +1,5 @@
-"""What comes before a sample: the analog stage, the converter that clips, and the filter before decimation.
+"""What comes before a sample: the analog stage, the converter that clips, the filter before decimation, and
+what a part adds of its own: deviation, noise, bias instability. How large these are says ``sensors.errors``.
 
 A sensor does not look at the world once a sample. It converts much faster, and filters before it leaves most
 of that out, so that what moves faster than half the output rate does not come back as something slow. So does
@@ -24,11 +25,30 @@ asks when. Where the world moves slowly against the filter, all of this is a del
 computed: the world is asked once a sample, a little earlier. When it moves fast is the world's to say
 (:class:`sensors.part.Agitated`). A plain function cannot say it: it gives the samples as the converter's
 filter would, and is taken at its word.
+
+Noise is white, and a pure function of a key and the sample index. A counter-based generator (Philox) is asked
+for fixed pages of samples; page ``p`` of a key always holds the same numbers, whatever was drawn before. So a
+run does not depend on who reads which sample when, a world change does not shift the noise, and hundreds of
+boards need no shared state. The numbers are those of numpy's ``Generator.standard_normal``; numpy keeps the
+bit stream for ever and the normal transform in practice (it reserves the right to change it between
+releases).
+
+Bias instability is the slow wandering of an offset, which averaging does not take away. Its power is the same
+in every octave of frequency (flicker noise, density proportional to 1/f). Here it is a sum of twelve slow
+noises, one for each octave: normally distributed values 1 s, 2 s, 4 s ... 2048 s apart, joined by straight
+lines. Values of standard deviation w that are T apart have the two-sided power density w^2 T sinc^4(f T);
+over all octaves that adds up to w^2 / (3 ln 2 f). IEEE Std 952 calls B the bias instability of a density
+B^2 / (2 pi f), whose Allan deviation is sqrt(2 ln 2 / pi) B = 0.664 B at every averaging time, so
+w = sqrt(3 ln 2 / (2 pi)) B. Below 1 s and beyond half an hour there is less of it; there white noise and
+drift with temperature hide that. Road not taken: the sum of first-order Gauss-Markov processes that
+simulations usually take, each of whose values needs the one before. This one is a function of time alone, and
+costs one interpolation of each channel for a block of samples.
 """
 
 from __future__ import annotations
 
 import math
+import zlib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
@@ -38,6 +58,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
+from sensors.errors import ZERO, Vec3
 from sensors.filters import Section, fourth_order_low_pass, low_pass
 from sensors.part import Agitated, Signal
 from sensors.sampling import Times
@@ -54,6 +75,13 @@ _AVERAGED, _FEW_AVERAGED = 32, 4  # looks at the world in a conversion whose ins
 _SLOW_CONVERSIONS = 50.0  # likewise of a mean
 _LOOKS_AT_ONCE = 1 << 18  # this and the next bound the memory that shaking at a low output rate takes
 _PRODUCTS_AT_ONCE = 1 << 16
+_REFERENCE_DEGC = 25.0  # all three datasheets give their figures at 25 degC
+_NOISE_PAGE = 4096  # samples
+_OCTAVES = 12  # of bias instability
+_DRAWN_AT_ONCE = 64  # values of an octave
+_SECONDS_AT_ONCE = 64
+_BEFORE_S = 1 << 20  # filters look back before time 0, and values are numbered from 0: 12 days are enough
+_SIGMA = math.sqrt(3 * math.log(2) / (2 * math.pi))  # of an octave's values, w over B
 
 
 @dataclass(frozen=True)
@@ -198,7 +226,7 @@ def _weights(sections: tuple[Section, ...]) -> Array:
 
 
 class FrontEnd:
-    """A sensor's samples before its own deviations: ``times_s(number, count)`` tells when they are taken."""
+    """A sensor's samples without what it adds itself; ``times_s(number, count)`` tells when they come."""
 
     def __init__(self, signal: Signal, times_s: Callable[[int, int], Times]) -> None:
         self._signal = signal
@@ -261,3 +289,135 @@ def averaged(signal: Signal, t_s: Times, conversion_s: float) -> Array:
         samples = samples.repeat(len(t_s), axis=0) if len(samples) == 1 else samples.copy()
         samples[touched] = looked.reshape(-1, looks, *looked.shape[1:]).mean(axis=1)
     return samples
+
+
+# -- what the part adds of its own --------------------------------------------------------------------------
+
+
+class Deviation:
+    """Offset, scale and cross-axis errors of a three-axis channel, ready to be applied to blocks.
+
+    ``bias`` and ``bias_drift`` (per degC) in the signal's unit; ``scale_percent`` and ``scale_drift_percent``
+    (per degC) relative to the signal. ``cross_axis_percent``: how much of Y is seen in X and of X in Y, the
+    same of X and Z, of Y and Z; an axis that is tilted in the package does this, before its own scale error.
+
+    Blocks are axis-major inside a part, shape (3, n): numpy applies one number an axis five times faster than
+    along rows of three.
+    """
+
+    def __init__(
+        self,
+        bias: Vec3,
+        scale_percent: Vec3,
+        bias_drift: Vec3 = ZERO,
+        scale_drift_percent: float = 0.0,
+        cross_axis_percent: Vec3 = ZERO,
+    ) -> None:
+        self._bias = np.array(bias).reshape(3, 1)
+        self._gain = 1.0 + np.array(scale_percent).reshape(3, 1) / 100
+        self._bias_drift = np.array(bias_drift).reshape(3, 1)
+        self._gain_drift = scale_drift_percent / 100
+        self._drifts = any(bias_drift) or scale_drift_percent != 0
+        self._cross_axis = tuple(percent / 100 for percent in cross_axis_percent)
+        self._crosses = any(cross_axis_percent)
+
+    def apply(
+        self,
+        signal: NDArray[np.float64],
+        t_s: NDArray[np.float64],
+        temperature_degc: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    ) -> NDArray[np.float64]:
+        """The deviating signal of shape (3, n), a new array, from one of shape (n, 3) at the times ``t_s``.
+
+        The temperature is asked for only where something drifts.
+        """
+        rows = np.ascontiguousarray(signal.T)
+        if self._crosses:
+            rows = rows + self._seen_across(rows)
+        if not self._drifts:
+            deviating = rows * self._gain
+            deviating += self._bias
+            return deviating
+        warmer = temperature_degc(t_s) - _REFERENCE_DEGC
+        if warmer.size and warmer[0] == warmer[-1] and np.all(warmer == warmer[0]):
+            warmer = warmer[:1]  # one temperature for the whole block, the usual case
+        deviating = rows * (self._gain + self._gain_drift * warmer)
+        deviating += self._bias + self._bias_drift * warmer
+        return deviating
+
+    def _seen_across(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
+        """What each axis sees of the other two; not as a matrix product, whose rounding depends on n."""
+        xy, xz, yz = self._cross_axis
+        x, y, z = rows
+        return np.stack((xy * y + xz * z, xy * x + yz * z, xz * x + yz * y))
+
+
+def noise_key(seed: int, *names: str | int) -> int:
+    """A 128-bit key for one noise source of one part of one board."""
+    text = "/".join(str(name) for name in (seed, *names)).encode()
+    return (seed & 0xFFFFFFFF) << 64 | zlib.crc32(text) << 32 | zlib.adler32(text)
+
+
+class NoiseSource:
+    """Standard normal noise with ``channels`` independent channels, drawn ``page`` samples at a time."""
+
+    def __init__(self, key: int, channels: int, page: int = _NOISE_PAGE) -> None:
+        self._key = key
+        self._channels = channels
+        self._length = page
+        self._pages: dict[int, NDArray[np.float64]] = {}
+
+    def block(self, first: int, count: int) -> NDArray[np.float64]:
+        """Samples ``first`` to ``first + count - 1``, shape (channels, count), unit variance."""
+        start, end = first // self._length, (first + count - 1) // self._length
+        pages = [self._page(number) for number in range(start, end + 1)]
+        offset = first - start * self._length
+        drawn = pages[0] if len(pages) == 1 else np.concatenate(pages, axis=1)
+        return drawn[:, offset : offset + count]
+
+    def _page(self, number: int) -> NDArray[np.float64]:
+        page = self._pages.get(number)
+        if page is None:
+            if len(self._pages) >= 2:  # a block mostly spans two; older ones are drawn again if asked
+                self._pages.pop(next(iter(self._pages)))
+            bits = np.random.Philox(key=self._key, counter=[0, 0, 0, number])
+            page = np.random.Generator(bits).standard_normal((self._channels, self._length))
+            self._pages[number] = page
+        return page
+
+
+class Flicker:
+    """The wandering of ``channels`` independent offsets.
+
+    ``bias_instability``: B of each, whose unit is that of the values. ``seed`` and ``names`` say which noise.
+    """
+
+    def __init__(self, seed: int, *names: str, channels: int, bias_instability: float) -> None:
+        self._octaves = [
+            NoiseSource(noise_key(seed, *names, "flicker", octave), channels, _DRAWN_AT_ONCE)
+            for octave in range(_OCTAVES)
+        ]
+        self._sigma = _SIGMA * bias_instability
+        self._first_s = self._end_s = 0
+        self._at_seconds: NDArray[np.float64] = np.empty((channels, 0))  # of the seconds between these
+
+    def block(self, t_s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Values at ascending times (n,), shape (channels, n)."""
+        first, end = math.floor(t_s[0]), math.floor(t_s[-1]) + 2
+        if not self._first_s <= first < end <= self._end_s:
+            self._first_s, self._end_s = first, max(end, first + _SECONDS_AT_ONCE)
+            self._at_seconds = self._at(np.arange(self._first_s, self._end_s) + _BEFORE_S)
+        values = self._at_seconds[:, first - self._first_s : end - self._first_s]
+        return np.stack([np.interp(t_s, np.arange(first, end), row) for row in values])
+
+    def _at(self, seconds: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Values at consecutive whole seconds, counted from ``_BEFORE_S`` before time 0; (channels, n)."""
+        total = np.zeros((len(self._at_seconds), len(seconds)))
+        for octave, source in enumerate(self._octaves):
+            apart_s = 1 << octave
+            shifted = seconds + apart_s * octave // _OCTAVES  # so that not all octaves bend at once
+            before, part = shifted // apart_s, shifted % apart_s / apart_s
+            drawn = source.block(int(before[0]), int(before[-1] - before[0]) + 2)
+            index = before - before[0]
+            total += drawn[:, index] * (1 - part) + drawn[:, index + 1] * part
+        return self._sigma * total

@@ -13,6 +13,7 @@ from sensors.errors import PartErrors
 from sensors.pin import Pin
 from sensors.register import ADDRESSES, Register, RegisterMap
 from sensors.register_file import (
+    NEVER_PS,
     NOTHING_PREFETCHED,
     AccessError,
     BurstReader,
@@ -21,7 +22,7 @@ from sensors.register_file import (
     RegisterFile,
     WriteLog,
 )
-from sensors.sampling import NEVER_PS, PS_PER_S, SampleStream, Times
+from sensors.sampling import PS_PER_S, SampleStream, Times
 
 Signal: TypeAlias = Callable[[Times], NDArray[np.float64]]
 """A physical quantity at the given times: shape (n, 3) in the sensor's own axes, or (n,) for a scalar.

@@ -22,7 +22,6 @@ from functools import partial
 from typing import Final, Protocol, TypeAlias
 
 from sensors.register import ADDRESSES, Register, RegisterMap
-from sensors.sampling import NEVER_PS
 
 ReadHook: TypeAlias = Callable[[int, int, int], bytes | None]
 """``hook(first, end, now_ps)``: bytes ``first`` to ``end - 1`` of its register are read.
@@ -44,6 +43,8 @@ WriteLog: TypeAlias = Callable[[int, str, int, int], None]
 
 _Piece: TypeAlias = tuple[ReadHook | None, int, int, AfterHook | None]
 _Plan: TypeAlias = tuple[_Piece, tuple[_Piece, ...]]  # the first piece, and those after it if there are any
+
+NEVER_PS = 1 << 62  # later than any run; an int, so that the hot comparison stays one of integers
 
 _COUNT_BITS = 22  # of a plan's key, which stays a small integer
 _ONE_BYTE = tuple(bytes((value,)) for value in range(256))  # dearer to make than to look up

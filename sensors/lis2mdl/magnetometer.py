@@ -34,8 +34,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sensors.errors import Deviation, NoiseSource, noise_key
-from sensors.front_end import averaged
+from sensors.front_end import Deviation, NoiseSource, averaged, noise_key
 from sensors.lis2mdl.declaration import LIS2MDLErrors
 from sensors.lis2mdl.interrupt import InterruptSettings
 from sensors.lis2mdl.registers import CFG_REG_A, CFG_REG_B, CFG_REG_C, OFFSET_X_REG

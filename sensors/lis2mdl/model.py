@@ -41,8 +41,8 @@ from sensors.lis2mdl.registers import (
 from sensors.part import Part, SelfClearingBits, Signal
 from sensors.pin import Pin
 from sensors.register import RegisterMap
-from sensors.register_file import WriteHook
-from sensors.sampling import NEVER_PS, PS_PER_S, SampleStream
+from sensors.register_file import NEVER_PS, WriteHook
+from sensors.sampling import PS_PER_S, SampleStream
 
 _SOFT_RST_PS = 5 * PS_PER_S // 10**6  # datasheet 8.5
 _BURST_WRAP = {0x6D: 0x68}  # from Z a burst goes on at X, never at the temperature (PX4's driver)

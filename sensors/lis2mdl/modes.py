@@ -14,9 +14,8 @@ from fractions import Fraction
 
 from sensors.lis2mdl.magnetometer import MagnetometerSettings, Pulses
 from sensors.lis2mdl.registers import CFG_REG_A, CFG_REG_C, OUT, STATUS_REG, TEMP_OUT
-from sensors.output import DataReady, OutputWords
-from sensors.register_file import RegisterFile
-from sensors.sampling import NEVER_PS, PS_PER_S, SampleStream
+from sensors.register_file import NEVER_PS, RegisterFile
+from sensors.sampling import PS_PER_S, DataReady, OutputWords, SampleStream
 
 
 @dataclass(frozen=True)

@@ -32,9 +32,8 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from sensors.errors import NoiseSource, noise_key
 from sensors.filters import Chain, SampledFilter, chain, low_pass
-from sensors.front_end import averaged
+from sensors.front_end import NoiseSource, averaged, noise_key
 from sensors.lps22hb.declaration import REFERENCE_DEGC, LPS22HBErrors
 from sensors.lps22hb.registers import CTRL_REG1, RES_CONF
 from sensors.part import Signal

@@ -51,8 +51,8 @@ from sensors.lps22hb.registers import (
 from sensors.part import Part, SelfClearingBits, Signal, Write
 from sensors.pin import Pin
 from sensors.register import RegisterMap
-from sensors.register_file import RegisterFile
-from sensors.sampling import NEVER_PS, PS_PER_S
+from sensors.register_file import NEVER_PS, RegisterFile
+from sensors.sampling import PS_PER_S
 
 _RESET_PS = 10 * PS_PER_S // 10**6
 _BOOT_PS = PS_PER_S // 10**3

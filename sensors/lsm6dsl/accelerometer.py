@@ -32,7 +32,6 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from sensors.errors import Deviation, NoiseSource, noise_key
 from sensors.filters import (
     SLOPE,
     Array,
@@ -45,8 +44,7 @@ from sensors.filters import (
     high_pass,
     low_pass,
 )
-from sensors.flicker import Flicker
-from sensors.front_end import FrontEnd, Kernel, kernel
+from sensors.front_end import Deviation, Flicker, FrontEnd, Kernel, NoiseSource, kernel, noise_key
 from sensors.lsm6dsl.declaration import LSM6DSLErrors
 from sensors.lsm6dsl.registers import (
     CTRL1_XL,

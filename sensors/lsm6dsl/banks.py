@@ -16,8 +16,7 @@ from sensors.lsm6dsl import registers
 from sensors.lsm6dsl.feature import Chip
 from sensors.lsm6dsl.registers import CTRL1_XL, CTRL2_G, CTRL5_C, CTRL7_G, FUNC_CFG_ACCESS
 from sensors.register import Bits, Register, RegisterMap
-from sensors.register_file import RegisterFile
-from sensors.sampling import NEVER_PS
+from sensors.register_file import NEVER_PS, RegisterFile
 
 BANK_A, BANK_B = 0x80, 0xA0  # as selected by FUNC_CFG_ACCESS
 _RATE = "read at every 0 1st, 1 2nd, 2 4th, 3 8th trigger"

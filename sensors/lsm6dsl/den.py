@@ -39,7 +39,8 @@ from sensors.lsm6dsl.registers import (
     OUT_XL,
 )
 from sensors.register import Register
-from sensors.sampling import NEVER_PS, SampleStream, Times
+from sensors.register_file import NEVER_PS
+from sensors.sampling import SampleStream, Times
 
 # -- settings (datasheet 9.16 to 9.21) ----------------------------------------------------------------------
 

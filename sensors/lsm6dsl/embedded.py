@@ -64,7 +64,8 @@ from sensors.lsm6dsl.registers import (
     WRIST_TILT_IA,
 )
 from sensors.register import Register
-from sensors.sampling import NEVER_PS, PS_PER_S
+from sensors.register_file import NEVER_PS
+from sensors.sampling import PS_PER_S
 
 # -- pedometer ----------------------------------------------------------------------------------------------
 

@@ -36,7 +36,7 @@ from sensors.lsm6dsl.registers import (
     WAKE_UP_THS,
 )
 from sensors.register import Register
-from sensors.sampling import NEVER_PS
+from sensors.register_file import NEVER_PS
 
 
 class EventOutput:

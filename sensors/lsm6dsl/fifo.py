@@ -38,7 +38,7 @@ from sensors.lsm6dsl.fifo_sets import (
 )
 from sensors.lsm6dsl.registers import FIFO_DATA_OUT, FIFO_STATUS1, FIFO_STATUS2, FIFO_STATUS3, FIFO_STATUS4
 from sensors.lsm6dsl.timestamp import Timestamp
-from sensors.sampling import NEVER_PS
+from sensors.register_file import NEVER_PS
 
 # -- memory -------------------------------------------------------------------------------------------------
 

@@ -47,7 +47,8 @@ from sensors.lsm6dsl.registers import (
 )
 from sensors.lsm6dsl.timestamp import Timestamp
 from sensors.register import Register
-from sensors.sampling import NEVER_PS, SampleStream
+from sensors.register_file import NEVER_PS
+from sensors.sampling import SampleStream
 
 # -- settings -----------------------------------------------------------------------------------------------
 

@@ -30,7 +30,8 @@ from sensors.lsm6dsl.registers import (
     WRIST_TILT_IA,
 )
 from sensors.register import Register
-from sensors.sampling import NEVER_PS, PS_PER_S
+from sensors.register_file import NEVER_PS
+from sensors.sampling import PS_PER_S
 
 _PIN_PULSE_PS = 150 * PS_PER_S // 10**6
 _FUNCTION_PERIOD_PS = -(-PS_PER_S // 26)

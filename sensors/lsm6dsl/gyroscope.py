@@ -31,7 +31,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sensors.errors import Deviation, NoiseSource, noise_key
 from sensors.filters import (
     Array,
     Chain,
@@ -42,8 +41,7 @@ from sensors.filters import (
     low_pass,
     response,
 )
-from sensors.flicker import Flicker
-from sensors.front_end import FrontEnd, kernel
+from sensors.front_end import Deviation, Flicker, FrontEnd, NoiseSource, kernel, noise_key
 from sensors.lsm6dsl.accelerometer import ODR_HZ, Mode, add_low_pass
 from sensors.lsm6dsl.declaration import LSM6DSLErrors
 from sensors.lsm6dsl.registers import CTRL2_G, CTRL4_C, CTRL5_C, CTRL6_C, CTRL7_G

@@ -49,7 +49,8 @@ from sensors.lsm6dsl.registers import (
     SENSORHUB_EXT,
 )
 from sensors.register import Register, RegisterMap
-from sensors.sampling import NEVER_PS, PS_PER_S, to_int16
+from sensors.register_file import NEVER_PS
+from sensors.sampling import PS_PER_S, to_int16
 from sensors.subaddress import AddressedDevice, SubaddressTarget
 
 # -- the auxiliary bus, and how long a transfer takes -------------------------------------------------------

@@ -32,11 +32,10 @@ from sensors.lsm6dsl.registers import (
     Y_OFS_USR,
     Z_OFS_USR,
 )
-from sensors.output import DataReady, OutputWords
 from sensors.part import Signal
 from sensors.register import Register
 from sensors.register_file import ReadHook, RegisterFile
-from sensors.sampling import SampleStream, Times, to_int16
+from sensors.sampling import DataReady, OutputWords, SampleStream, Times, to_int16
 
 LSB_PER_DEGC = 256
 ZERO_DEGC = 25.0  # the temperature that reads 0

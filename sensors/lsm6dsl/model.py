@@ -40,8 +40,8 @@ from sensors.lsm6dsl.timestamp import Timestamp
 from sensors.part import Part, SelfClearingBits, Signal, Write
 from sensors.pin import Pin
 from sensors.register import Register, RegisterMap
-from sensors.register_file import RegisterFile
-from sensors.sampling import NEVER_PS, PS_PER_S
+from sensors.register_file import NEVER_PS, RegisterFile
+from sensors.sampling import PS_PER_S
 from sensors.subaddress import AddressedDevice
 
 _SW_RESET_PS = 50 * PS_PER_S // 10**6  # AN5040 5.7

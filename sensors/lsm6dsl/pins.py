@@ -39,8 +39,8 @@ from sensors.lsm6dsl.registers import (
 )
 from sensors.pin import Pin
 from sensors.register import Bits, Register
-from sensors.register_file import AfterHook
-from sensors.sampling import NEVER_PS, PS_PER_S, SampleStream
+from sensors.register_file import NEVER_PS, AfterHook
+from sensors.sampling import PS_PER_S, SampleStream
 
 # -- routing ------------------------------------------------------------------------------------------------
 

@@ -24,7 +24,7 @@ from sensors.lsm6dsl.registers import (
     WAKE_UP_DUR,
 )
 from sensors.register import Register
-from sensors.sampling import NEVER_PS
+from sensors.register_file import NEVER_PS
 
 _COUNTS = 1 << 24
 _TICK_PS = (6_400 * 10**6, 25 * 10**6)  # TIMER_HR = 0, 1
