@@ -6,17 +6,16 @@ physical signals it is given at construction. It knows no bus, no clock and no t
 What all parts share, from the bus inwards:
 
 =================  ====================================================================================
-subaddress, spi    the protocols of I2C and SPI, from message to register
+part               the base of every part, and the protocol of I2C, from message to register
+spi                the protocol of SPI
 register_file      memory, hooks, and how a burst is read and written
 register           how registers and their bits are declared
-output             data-ready, overrun, block data update and byte order of output registers
-sampling           which sample is the latest at a given time
-front_end          what comes before a sample: analog stage, clipping, filter before decimation
+sampling           which sample is the latest at a given time, and the output registers that show it
 filters            digital filters on samples
-errors             how a real part deviates: offset, scale, drift, noise
-flicker            the slow wandering of an offset
+front_end          what comes before a sample: analog stage, clipping, deviation, noise
+errors             by how much a real part deviates: offset, scale, drift, noise
 declaration        what a part says about itself: signals, bus, functions
-part, pin          the base of every part, and its interrupt pins
+pin                interrupt and data-ready pins
 =================  ====================================================================================
 
 Each part is a folder: ``declaration``, ``registers``, ``model``, and a file for each chapter of its datasheet

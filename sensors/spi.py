@@ -17,59 +17,14 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Callable
-from typing import ClassVar, Final, Protocol, cast
+from typing import Final, cast
 
-from sensors.declaration import Bus, Mode, Wires
+from sensors.declaration import Mode, Wires
+from sensors.part import IncrementBit, Part
 from sensors.register_file import NOTHING_PREFETCHED, Prefetched
-from sensors.subaddress import AddressedDevice, IncrementBit
 
 READ: Final = 0x80
 UNDRIVEN: Final = 0xFF
-
-
-class SpiDevice(Protocol):
-    """A part as its SPI face needs it."""
-
-    BUS: ClassVar[Bus]
-
-    def read(self, address: int, count: int, now_ps: int) -> bytes:
-        """``count`` bytes from ``address`` on."""
-        ...
-
-    def write(self, address: int, data: bytes, now_ps: int) -> None:
-        """Write ``data`` from ``address`` on."""
-        ...
-
-    def advance(self, address: int, count: int) -> int:
-        """The address a burst leaves behind."""
-        ...
-
-    version: array[int]
-    """One number, which changes with everything that makes prefetched bytes wrong."""
-
-    def prefetch(self, address: int, count: int, now_ps: int) -> Prefetched:
-        """What single reads would give, until when (ps), and which of them are quiet."""
-        ...
-
-    def consumed(self, address: int, count: int) -> None:
-        """So many of these bytes have been read."""
-        ...
-
-    def register_name(self, address: int) -> str:
-        """The datasheet's name of the register at an address."""
-        ...
-
-    def spi_wires(self) -> Wires:
-        """The wiring the part is configured for."""
-        ...
-
-    def accessible(self, now_ps: int) -> bool:
-        """Whether the registers answer; once they do, they do so for good."""
-        ...
-
-    def refuse(self, now_ps: int) -> None:
-        """Somebody has tried to reach the part before that."""
-        ...
 
 
 class SpiTarget:
@@ -78,9 +33,9 @@ class SpiTarget:
     ``now_ps`` gives the virtual time, in which the part's samples are due.
     """
 
-    def __init__(self, device: SpiDevice, now_ps: Callable[[], int]) -> None:
+    def __init__(self, device: Part, now_ps: Callable[[], int]) -> None:
         bit = device.BUS.spi_increment_bit
-        self.device = cast("SpiDevice", IncrementBit(cast("AddressedDevice", device), bit)) if bit else device
+        self.device = cast("Part", IncrementBit(device, bit)) if bit else device
         self._now_ps = now_ps
         self._modes = device.BUS.spi_modes
         self._command: int | None = None

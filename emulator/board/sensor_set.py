@@ -27,10 +27,9 @@ from emulator.time.clock import NEVER_PS, Clock, Event
 from emulator.trace import DeviceNote, GpioEdge, RegisterWrite, Trace
 from emulator.world import World
 from sensors.errors import PartErrors
-from sensors.part import Part, Signal
+from sensors.part import Part, Signal, SubaddressTarget
 from sensors.pin import Pin
 from sensors.register_file import NoteCallback, WriteLog
-from sensors.subaddress import SubaddressTarget
 
 
 class SensorSet:

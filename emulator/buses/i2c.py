@@ -17,12 +17,11 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal, Protocol, Self, TypeAlias, get_args
 
-from emulator.buses import arguments as bus_arguments
 from emulator.errors import I2CBusError, I2CError, I2CNackError, I2CStuckError, InputError
 from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, Clock, to_ps
 from emulator.trace import BusTransfer, Fault, Trace
+from sensors.part import SubaddressTarget
 from sensors.register_file import BurstReader
-from sensors.subaddress import SubaddressTarget
 
 STANDARD_MODE_HZ = 100_000
 FAST_MODE_HZ = 400_000
@@ -32,6 +31,7 @@ BUS_ERROR = "bus error, a misplaced start or stop"
 ARBITRATION_LOST = "arbitration lost to another master"
 
 _BYTE_BITS = 9
+_LONGEST = 65535  # of one transfer, as HAL's 16-bit length has it
 _SHORT = 32  # bytes up to which a read is kept
 
 _RECENT = 8
@@ -385,24 +385,52 @@ class I2CMaster:
 
     def write(self, address: int, data: bytes) -> None:
         """Start, address, ``data``, stop."""
-        self._transfer(address, bus_arguments.payload(data), 0)
+        self._transfer(address, checked_data(data), 0)
 
     def read(self, address: int, n: int) -> bytes:
         """Start, address, ``n`` bytes, stop."""
-        return self._transfer(address, b"", bus_arguments.length(n, 1))
+        return self._transfer(address, b"", checked_count(n, 1))
 
     def write_read(self, address: int, data: bytes, n: int) -> bytes:
         """Start, address, ``data``, repeated start, address, ``n`` bytes, stop."""
-        return self._transfer(address, bus_arguments.payload(data), bus_arguments.length(n, 1))
+        return self._transfer(address, checked_data(data), checked_count(n, 1))
 
     def inject(self, fault: I2CFault) -> None:
         """Break transfers as the rule says, those of firmware included."""
         self.bus.inject(fault)
 
     def _transfer(self, address: int, data: bytes, count: int) -> bytes:
-        address = bus_arguments.address(address)
+        address = checked_address(address)
         self._run_until(max(self.bus.end_ps, self.bus.now_ps))  # firmware may be in a transfer
         try:
             return self.bus.transfer(address, data, count)
         finally:
             self._run_until(self.bus.end_ps)
+
+
+# -- what a caller in Python gives to a bus, checked: a mistake is an InputError that says what is right ----
+
+
+def checked_data(data: object) -> bytes:
+    """The bytes to be sent; not an int, of which ``bytes`` would make as many zeros."""
+    if isinstance(data, bytes | bytearray | memoryview):
+        return bytes(data)
+    if isinstance(data, list | tuple) and all(isinstance(byte, int) and 0 <= byte <= 0xFF for byte in data):
+        return bytes(data)
+    raise InputError(f"cannot send {data!r}; give bytes, such as b'\\x0f'")
+
+
+def checked_count(count: object, least: int) -> int:
+    """How many bytes to read."""
+    if not isinstance(count, int) or not least <= count <= _LONGEST:
+        raise InputError(f"cannot read {count!r} bytes in one transfer; give {least} to {_LONGEST}")
+    return count
+
+
+def checked_address(number: object) -> int:
+    """A 7-bit I2C address."""
+    if not isinstance(number, int):
+        raise InputError(f"I2C address {number!r} is no integer; give 0x00 to 0x7F")
+    if not 0 <= number <= 0x7F:
+        raise InputError(f"I2C address {number:#x} has more than 7 bits; give 0x00 to 0x7F, no R/W bit")
+    return number

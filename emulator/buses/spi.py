@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import TypeAlias
 
-from emulator.buses import arguments as bus_arguments
+from emulator.buses.i2c import checked_count, checked_data
 from emulator.errors import InputError
 from emulator.time.clock import PS_PER_S, Clock
 from emulator.trace import BusTransfer, Trace
@@ -119,7 +119,7 @@ class SpiMaster:
         if chip_select not in self.bus.chip_selects:
             known = ", ".join(self.bus.chip_selects) or "none with this profile"
             raise InputError(f"unknown chip select {chip_select!r}; known: {known}")
-        sent, count = bus_arguments.payload(data), bus_arguments.length(n, 0)
+        sent, count = checked_data(data), checked_count(n, 0)
         try:
             return self.bus.transfer(chip_select, sent, count)
         finally:

@@ -48,10 +48,10 @@ from sensors.lsm6dsl.registers import (
     SENSORHUB,
     SENSORHUB_EXT,
 )
+from sensors.part import Part, SubaddressTarget
 from sensors.register import Register, RegisterMap
 from sensors.register_file import NEVER_PS
 from sensors.sampling import PS_PER_S, to_int16
-from sensors.subaddress import AddressedDevice, SubaddressTarget
 
 # -- the auxiliary bus, and how long a transfer takes -------------------------------------------------------
 
@@ -78,7 +78,7 @@ class AuxiliaryBus:
         self._targets: dict[int, SubaddressTarget] = {}
         self._now_ps = 0
 
-    def attach(self, address: int, device: AddressedDevice) -> None:
+    def attach(self, address: int, device: Part) -> None:
         """Connect a part; ValueError if the address is no 7-bit one or taken."""
         if not 0 <= address < 0x80:
             raise ValueError(f"auxiliary bus: address 0x{address:02X} is not in 0x00 to 0x7F")

@@ -42,7 +42,6 @@ from sensors.pin import Pin
 from sensors.register import Register, RegisterMap
 from sensors.register_file import NEVER_PS, RegisterFile
 from sensors.sampling import PS_PER_S
-from sensors.subaddress import AddressedDevice
 
 _SW_RESET_PS = 50 * PS_PER_S // 10**6  # AN5040 5.7
 _DEN_AXES = CTRL9_XL.DEN_X.mask | CTRL9_XL.DEN_Y.mask | CTRL9_XL.DEN_Z.mask
@@ -216,7 +215,7 @@ class LSM6DSL(Part):
         """MASTER_CONFIG.PASS_THROUGH_MODE: the host's I2C is connected to the auxiliary bus (AN5040 7.3)."""
         return self._features.hub.pass_through
 
-    def attach_auxiliary(self, address: int, device: AddressedDevice) -> None:
+    def attach_auxiliary(self, address: int, device: Part) -> None:
         """Connect ``device`` to the sensor hub's bus at a 7-bit I2C address."""
         self._features.hub.bus.attach(address, device)
 

@@ -11,10 +11,9 @@ from hypothesis import strategies as st
 
 from sensors import LIS2MDL, LPS22HB, LSM6DSL
 from sensors.declaration import Bus
-from sensors.part import Part
+from sensors.part import Part, SubaddressTarget
 from sensors.register import ADDRESSES, Register, RegisterMap
 from sensors.spi import READ, SpiTarget
-from sensors.subaddress import SubaddressTarget
 from tests.sensor_fakes import CHANNELS, PARTS, Channel
 
 parts = pytest.mark.parametrize("part", PARTS.values(), ids=list(PARTS))

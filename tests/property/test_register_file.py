@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sensors.declaration import Bus
+from sensors.part import SubaddressTarget
 from sensors.register import ADDRESSES, Bits, Register, RegisterMap
 from sensors.register_file import RegisterFile
-from sensors.subaddress import SubaddressTarget
 
 ADDRESS = st.integers(0, ADDRESSES - 1)
 BYTE = st.integers(0, 0xFF)
