@@ -40,8 +40,7 @@ _TICK_S = 1.25e-3
 
 C_FILES = {
     "printf byte -> terminal": {
-        "fcu.c": "fcu_run_until",
-        "machine.c": "machine_run_until",
+        "machine.c": "fcu_run_until",
         "run.c": "core_execute",
         "single.c": "str",
         "memory.c": "memory_write",
@@ -50,8 +49,7 @@ C_FILES = {
         "usart.c": "usart_write",
     },
     "I2C read -> sensor": {
-        "fcu.c": "fcu_run_until",
-        "machine.c": "machine_run_until",
+        "machine.c": "fcu_run_until",
         "run.c": "core_execute",
         "single.c": "ldr",
         "memory.c": "memory_read",

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "control.h"
+#include "fcu.h"
 #include "transfers.h"
 
 #define CAPACITY 65536 /* Insns; half of it is enough for a firmware of 100 KB */
@@ -231,16 +232,14 @@ void core_forget_code(Core *core, uint32_t address, uint32_t size) {
   }
 }
 
-void core_forget_all_code(Core *core) { core_forget_code(core, FLASH_BASE, UINT32_MAX); }
+void fcu_forget_code(Chip *chip) { core_forget_code(&chip->core, FLASH_BASE, UINT32_MAX); }
 
-void core_set_places(Core *core, const uint32_t *addresses, uint32_t count, bool on) {
-  for (uint32_t n = 0; n < count; n++) {
-    Memory *memory = memory_at(core, addresses[n]);
-    if (memory) {
-      core_forget_code(core, addresses[n], 1);
-      uint8_t *marks = &memory->marks[(addresses[n] - memory->base) >> 1];
-      *marks = (uint8_t)(on ? *marks | PLACE : *marks & ~PLACE);
-    }
+void fcu_set_breakpoint(Chip *chip, uint32_t address, int32_t on) {
+  Memory *memory = memory_at(&chip->core, address);
+  if (memory) {
+    core_forget_code(&chip->core, address, 1);
+    uint8_t *marks = &memory->marks[(address - memory->base) >> 1];
+    *marks = (uint8_t)(on ? *marks | PLACE : *marks & ~PLACE);
   }
 }
 

@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#include "chip.h"
+#include "fcu.h"
 
 #define OTG 0x50000000u
 #define OTG_SIZE 0x40000u
@@ -83,6 +83,16 @@ bool bus_store(Chip *chip, uint32_t address, unsigned size, uint32_t value) {
   }
   store(chip, chip_block_at(chip, address), address, size, value);
   return true;
+}
+
+int32_t fcu_load(Chip *chip, uint32_t address, uint32_t size, uint32_t *value) {
+  chip_settle(chip);
+  return bus_load(chip, address, size, value);
+}
+
+int32_t fcu_store(Chip *chip, uint32_t address, uint32_t size, uint32_t value) {
+  chip_settle(chip);
+  return bus_store(chip, address, size, value);
 }
 
 /* -- the core's accesses --------------------------------------------------------------------------------- */

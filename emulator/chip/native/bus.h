@@ -12,7 +12,7 @@
 /* The core reads or writes an address outside of its memories; aligned. */
 bool bus_read(Chip *chip, uint32_t address, unsigned size, uint32_t *value);
 bool bus_write(Chip *chip, uint32_t address, unsigned size, uint32_t value);
-/* Somebody else does so, now: DMA, a debugger. */
+/* Somebody else does so, now: DMA, a debugger (fcu_load(), fcu_store()). */
 bool bus_load(Chip *chip, uint32_t address, unsigned size, uint32_t *value);
 bool bus_store(Chip *chip, uint32_t address, unsigned size, uint32_t value);
 

@@ -1,13 +1,16 @@
-/* Blocks, events and lines of the chip. */
-#include "chip.h"
+/* The chip as a whole: its life, blocks, events, lines, pins. */
+#include "fcu.h"
 
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#define PYTHON 63 /* among the blocks that may hold an NVIC input active: those in Python */
 
-Chip *chip_create(const Host *host) {
+/* -- its life -------------------------------------------------------------------------------------------- */
+
+Chip *fcu_create(const Host *host) {
   Chip *chip = calloc(1, sizeof(Chip));
   if (!chip) {
     return NULL;
@@ -22,7 +25,7 @@ Chip *chip_create(const Host *host) {
     chip->event_ps[event] = NEVER_PS;
   }
   if (!core_create(&chip->core, chip, chip->flash, chip->ram, chip->system_memory)) {
-    chip_destroy(chip);
+    fcu_destroy(chip);
     return NULL;
   }
   nvic_reset(&chip->nvic);
@@ -45,12 +48,69 @@ Chip *chip_create(const Host *host) {
   return chip;
 }
 
-void chip_destroy(Chip *chip) {
+void fcu_destroy(Chip *chip) {
   core_destroy(&chip->core);
   free(chip);
 }
 
-/* -- blocks --------------------------------------------------------------------------------------------- */
+void fcu_configure(Chip *chip, int64_t cycles_num, int64_t cycles_den, int32_t skip) {
+  timeline_create(&chip->timeline, cycles_num, cycles_den, chip->clocks.hclk_hz);
+  chip->waiting.enabled = skip;
+}
+
+uint8_t *fcu_flash(Chip *chip) { return chip->flash; }
+
+uint8_t *fcu_ram(Chip *chip) { return chip->ram; }
+
+uint8_t *fcu_system_memory(Chip *chip) { return chip->system_memory; }
+
+void fcu_status(const Chip *chip, Status *status) {
+  const Nvic *nvic = &chip->nvic;
+  const Core *core = &chip->core;
+  *status = (Status){
+      .now_ps = timeline_ps(&chip->timeline, 0),
+      .retired = timeline_retired(&chip->timeline),
+      .skipped = chip->waiting.skipped,
+      .accesses = chip->waiting.accesses,
+      .thread_ps = chip->exceptions.thread_ps,
+      .pending = {nvic->pending[0], nvic->pending[1]},
+      .enabled = {nvic->enabled[0], nvic->enabled[1]},
+      .active = {nvic->active[0], nvic->active[1]},
+      .level = nvic_level(nvic, core->primask, core->basepri, core->faultmask),
+      .lowest = chip->exceptions.lowest,
+      .locked_up = chip->exceptions.locked_up,
+      .locked_up_pc = chip->exceptions.locked_up_pc,
+      .asleep = chip->machine.asleep,
+  };
+}
+
+/* -- snapshots ------------------------------------------------------------------------------------------- */
+
+int64_t fcu_snapshot_size(void) { return sizeof(Chip); }
+
+void fcu_save(const Chip *chip, void *snapshot) { memcpy(snapshot, chip, sizeof *chip); }
+
+/* What was decoded is not part of it: where code may be another one it is decoded anew. What a debugger has asked for
+ * stays as it is. */
+void fcu_restore(Chip *chip, const void *snapshot) {
+  const Chip *saved = snapshot;
+  Core *core = &chip->core;
+  uint32_t watches = core->watches, begin = core->data_begin, end = core->data_end;
+  uint32_t code_in_ram = (core->slow_stores | saved->core.slow_stores) & STORES_CHANGE_CODE;
+  uint8_t debugged = chip->machine.debugged;
+  bool other_code = core->fpu_on != saved->core.fpu_on || code_in_ram ||
+                    memcmp(chip->flash, saved->flash, sizeof chip->flash) != 0;
+  memcpy(chip, saved, sizeof *chip);
+  core->unlinked = NULL;
+  core->slow_stores |= code_in_ram;
+  chip->machine.debugged = debugged;
+  if (other_code) {
+    fcu_forget_code(chip);
+  }
+  fcu_watch_memory(chip, (int32_t)watches, begin, end);
+}
+
+/* -- blocks ---------------------------------------------------------------------------------------------- */
 
 void block_create(Chip *chip, Block *block, const BlockType *type, uint32_t base, uint32_t size,
                   const int16_t *offsets) {
@@ -114,7 +174,48 @@ void block_note(Block *block, int id, enum NoteKind kind, const char *format, ..
   block->chip->host.note(block->chip->now_ps, block->index, kind, text);
 }
 
-/* -- events --------------------------------------------------------------------------------------------- */
+/* -- blocks for Python, by index ------------------------------------------------------------------------- */
+
+int32_t fcu_block_count(const Chip *chip) { return chip->block_count; }
+
+uint32_t fcu_block_base(const Chip *chip, int32_t index) { return chip->blocks[index]->base; }
+
+int32_t fcu_block_at(const Chip *chip, uint32_t address) {
+  const Block *block = chip_block_at(chip, address);
+  return block ? block->index : -1;
+}
+
+void fcu_gate(Chip *chip, int32_t index, int32_t clocked) {
+  Block *block = chip->blocks[index];
+  block->clocked = clocked != 0;
+  if (block->type->gated) {
+    block->type->gated(block);
+  }
+}
+
+void fcu_reset_block(Chip *chip, int32_t index) { chip->blocks[index]->type->reset(chip->blocks[index]); }
+
+uint32_t fcu_read_block(Chip *chip, int32_t index, uint32_t offset) {
+  chip_settle(chip);
+  chip->until_ps = NEVER_PS;
+  return chip->blocks[index]->type->read(chip->blocks[index], offset, &chip->until_ps);
+}
+
+uint32_t fcu_peek_block(Chip *chip, int32_t index, uint32_t offset) {
+  return chip->blocks[index]->type->peek(chip->blocks[index], offset);
+}
+
+int32_t fcu_is_pure(Chip *chip, int32_t index, uint32_t offset) {
+  const Block *block = chip->blocks[index];
+  return !block->type->is_pure || block->type->is_pure(block, offset);
+}
+
+void fcu_write_block(Chip *chip, int32_t index, uint32_t offset, uint32_t value, uint32_t mask) {
+  chip_settle(chip);
+  chip->blocks[index]->type->write(chip->blocks[index], offset, value & mask, mask);
+}
+
+/* -- events ---------------------------------------------------------------------------------------------- */
 
 int event_create(Block *block, Fire fire) {
   Chip *chip = block->chip;
@@ -204,6 +305,12 @@ void chip_settle(Chip *chip) {
   }
 }
 
+void fcu_advance(Chip *chip, int64_t to_ps) { chip_advance(chip, to_ps); }
+
+void fcu_settle(Chip *chip) { chip_settle(chip); }
+
+int64_t fcu_next_event(const Chip *chip) { return chip->next_ps; }
+
 /* -- clocks and lines ------------------------------------------------------------------------------------ */
 
 int64_t common_divisor(int64_t a, int64_t b) {
@@ -215,7 +322,7 @@ int64_t common_divisor(int64_t a, int64_t b) {
   return a;
 }
 
-void chip_set_clocks(Chip *chip, const Clocks *clocks) {
+void fcu_set_clocks(Chip *chip, const Clocks *clocks) {
   chip->clocks = *clocks;
   machine_set_rate(chip);
   for (int n = 0; n < chip->block_count; n++) {
@@ -225,7 +332,7 @@ void chip_set_clocks(Chip *chip, const Clocks *clocks) {
   }
 }
 
-void chip_set_irq(Chip *chip, int source, int number, bool level) {
+static void set_irq(Chip *chip, int source, int number, bool level) {
   uint64_t before = chip->irq_sources[number], bit = UINT64_C(1) << source;
   uint64_t after = level ? before | bit : before & ~bit;
   chip->irq_sources[number] = after;
@@ -239,21 +346,23 @@ void chip_set_irq(Chip *chip, int source, int number, bool level) {
   }
 }
 
+void block_set_irq(Block *block, int number, bool level) { set_irq(block->chip, block->index, number, level); }
+
+void fcu_set_irq(Chip *chip, int32_t number, int32_t level) { set_irq(chip, PYTHON, number, level != 0); }
+
+int32_t fcu_irq_level(const Chip *chip, int32_t number) { return chip->irq_sources[number] != 0; }
+
+void fcu_watch_irqs(Chip *chip, void (*changed)(int64_t now_ps, int32_t number, int32_t level)) {
+  chip->irq_changed = changed;
+}
+
 void chip_accessed(Chip *chip, uint32_t address, unsigned size, bool written) {
   chip->now_ps = timeline_ps(&chip->timeline, (int64_t)chip->core.counter - 1);
   chip->host.accessed(chip->now_ps, address, size, written);
 }
 
-void chip_masks_changed(Chip *chip) {
-  if (nvic_any_ready(&chip->nvic)) {
-    chip->nvic.changed = 1;
-    machine_end_in_time(chip);
-  }
-}
 
-void block_set_irq(Block *block, int number, bool level) {
-  chip_set_irq(block->chip, block->index, number, level);
-}
+/* -- pins ------------------------------------------------------------------------------------------------ */
 
 int port_index(char port) { return port == 'H' ? 5 : port - 'A'; }
 
@@ -267,4 +376,8 @@ bool pins_connected(const Chip *chip, const PinFunction *pins, char *missing, si
     }
   }
   return length == 0;
+}
+
+void fcu_set_alternate(Chip *chip, int32_t port, int32_t pin, int32_t function) {
+  chip->alternate[port][pin] = (int8_t)function;
 }

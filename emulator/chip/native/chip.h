@@ -109,20 +109,13 @@ struct Chip {
   uint8_t ram[RAM_SIZE], flash[FLASH_SIZE], system_memory[SYSTEM_SIZE];
 };
 
-Chip *chip_create(const Host *host);
-void chip_destroy(Chip *chip);
 /* Carry out everything due up to to_ps in order of time, Python's events included; then it is to_ps. At the same
  * picosecond the chip's events come before Python's, and the chip's among themselves as they were planned. */
 void chip_advance(Chip *chip, int64_t to_ps);
 /* The same up to now. */
 void chip_settle(Chip *chip);
-void chip_set_clocks(Chip *chip, const Clocks *clocks);
-/* Python's part of an interrupt input. */
-void chip_set_irq(Chip *chip, int source, int number, bool level);
 /* A load or store that somebody watches is being made. */
 void chip_accessed(Chip *chip, uint32_t address, unsigned size, bool written);
-/* PRIMASK, BASEPRI or FAULTMASK has become another one. */
-void chip_masks_changed(Chip *chip);
 /* The index of a port's letter. */
 int port_index(char port);
 /* The block at an address; NULL if it is Python's or there is none. */

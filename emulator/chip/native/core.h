@@ -134,7 +134,7 @@ struct Core {
   Blocks *blocks;
   Memory code;      /* that of the instructions in execution */
   Memory memory[MEMORIES];
-  uint32_t watches; /* loads and stores from data_begin to data_end are reported to chip_accessed() */
+  uint32_t watches; /* loads and stores from data_begin to data_end are reported: fcu_watch_memory() */
   uint32_t data_begin, data_end; /* the last address is included */
 };
 
@@ -156,10 +156,6 @@ void core_send_event(Core *core);
 
 /* Decode again what is executed in so many bytes. */
 void core_forget_code(Core *core, uint32_t address, uint32_t size);
-/* Everything is decoded anew. */
-void core_forget_all_code(Core *core);
-/* Whether runs end with STOP_PLACE before these instructions. */
-void core_set_places(Core *core, const uint32_t *addresses, uint32_t count, bool on);
 
 /* -- memory.c: at the exact counter and PC (chain.h, look_outside) --------------------------------------- */
 
@@ -175,8 +171,6 @@ bool memory_is_aligned(Core *core, uint32_t address);
 void core_note_stores(Core *core, uint32_t address, uint32_t size);
 /* size bytes of memory; NULL if they are elsewhere. */
 const uint8_t *core_bytes_at(const Core *core, uint32_t address, uint32_t size);
-/* Report loads and stores from begin to end, or no more: all of them are slower meanwhile. */
-void core_watch_memory(Core *core, bool on, uint32_t begin, uint32_t end);
 /* CCR.UNALIGN_TRP. */
 void core_trap_unaligned(Core *core, bool on);
 /* Whether words of RAM that change are reported to waiting_log(). */
@@ -193,10 +187,6 @@ void core_destroy(Core *core);
 void core_reset(Core *core);
 
 /* -- state.c -------------------------------------------------------------------------------------------- */
-
-/* By number: 0 to 15, then enum Register in state.c. */
-void core_read_registers(const Core *core, const int32_t *numbers, uint32_t *values, int32_t count);
-void core_write_registers(Core *core, const int32_t *numbers, const uint32_t *values, int32_t count);
 
 uint32_t read_xpsr(const Core *core);
 /* All of xPSR, mode and stack pointer included. */

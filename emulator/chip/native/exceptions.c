@@ -21,7 +21,7 @@
 
 #include <string.h>
 
-#include "chip.h"
+#include "fcu.h"
 #include "registers_scb.h"
 
 enum { ENTRY_CYCLES = 12, RETURN_CYCLES = 10, CHAIN_CYCLES = 6 }; /* Cortex-M4 technical reference manual, 3.9 */
@@ -174,9 +174,11 @@ void exceptions_finish_entry(Chip *chip) {
   enter_handler(chip, number, vector);
 }
 
-bool exceptions_enter_now(Chip *chip, int number) {
+int32_t fcu_enter_exception(Chip *chip, int32_t number, uint32_t vectors) {
   uint32_t vector;
-  const uint8_t *bytes = core_bytes_at(&chip->core, chip->scb.vtor + 4 * (uint32_t)number, 4);
+  const uint8_t *bytes = core_bytes_at(&chip->core, vectors + 4 * (uint32_t)number, 4);
+  chip->scb.ccr |= CCR_STKALIGN;
+  chip->scb.vtor = vectors;
   if (!bytes || !push(chip)) {
     return false;
   }

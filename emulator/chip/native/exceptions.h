@@ -31,8 +31,6 @@ bool exceptions_may_preempt(const Chip *chip);
 bool exceptions_wake(const Chip *chip);
 /* Go to the handler of the most urgent exception. */
 void exceptions_finish_entry(Chip *chip);
-/* Save the context and go to a handler at once, whatever the priorities; false if stack or table is no memory. */
-bool exceptions_enter_now(Chip *chip, int number);
 /* SVC was executed; PC is after it. */
 void exceptions_supervisor_call(Chip *chip);
 /* An instruction could not be executed; PC is on it. */

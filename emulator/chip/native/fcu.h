@@ -1,5 +1,8 @@
 /* The chip as a library: what Python calls. All functions take the handle that fcu_create() gives.
  *
+ * A section's functions are in the file that it names. What C calls often has a name of its own there, which is
+ * hidden: a call of what is exported goes by a table.
+ *
  * The library has no state of its own and calls nobody but the callbacks it is given; a handle is used by one
  * thread at a time. Times are picoseconds since power-on.
  */
@@ -11,29 +14,31 @@
 /* These functions are what the library exports; all others are hidden (building/library.py). */
 #pragma GCC visibility push(default)
 
+/* -- the chip and its memories: chip.c ------------------------------------------------------------------ */
+
 /* The chip before power-on: its flash is erased; NULL if there is no memory for it. */
 Chip *fcu_create(const Host *host);
 void fcu_destroy(Chip *chip);
-
-/* -- memories, the processor's registers ------------------------------------------------------------------ */
-
-/* FLASH_SIZE, RAM_SIZE and SYSTEM_SIZE bytes; whoever changes what may have been executed says so. */
+/* Before power-on: cycles that an instruction takes, as a fraction; whether waiting loops are skipped. */
+void fcu_configure(Chip *chip, int64_t cycles_num, int64_t cycles_den, int32_t skip);
+/* FLASH_SIZE, RAM_SIZE and SYSTEM_SIZE bytes; whoever changes what may have been executed calls fcu_forget_code(). */
 uint8_t *fcu_flash(Chip *chip);
 uint8_t *fcu_ram(Chip *chip);
 uint8_t *fcu_system_memory(Chip *chip);
-void fcu_forget_code(Chip *chip);
-/* Registers by number: enum Register in state.c. Between runs. */
+
+/* -- the processor's registers: state.c ------------------------------------------------------------------ */
+
+/* By number: 0 to 15, then enum Register in state.c. Between runs. */
 void fcu_read_registers(const Chip *chip, const int32_t *numbers, uint32_t *values, int32_t count);
 void fcu_write_registers(Chip *chip, const int32_t *numbers, const uint32_t *values, int32_t count);
 /* EPSR.T, which PC does not show. */
 int32_t fcu_thumb(const Chip *chip);
 void fcu_set_thumb(Chip *chip, int32_t thumb);
 
-/* -- running ---------------------------------------------------------------------------------------------- */
+/* -- running: machine.c ----------------------------------------------------------------------------------- */
 
-/* Before power-on: cycles that an instruction takes, as a fraction; whether waiting loops are skipped. */
-void fcu_configure(Chip *chip, int64_t cycles_num, int64_t cycles_den, int32_t skip);
-/* Power-on: SP and PC from the vector table. */
+/* Power-on, and the state after reset (ARMv7-M ARM B1.5.5): registers, blocks, SP and PC from the vector table. RAM
+ * stays. */
 void fcu_start(Chip *chip);
 /* Run up to and including at_ps: enum Ended. */
 int32_t fcu_run_until(Chip *chip, int64_t at_ps);
@@ -42,9 +47,6 @@ int32_t fcu_run_until(Chip *chip, int64_t at_ps);
 int32_t fcu_execute(Chip *chip, int64_t instructions, int32_t past);
 /* In an access: end that after the instruction in flight. */
 void fcu_cut(Chip *chip);
-/* As if an exception had come: save the context and go to its handler, by the vector table at an address; 0 if the
- * stack or the table is no memory. For fcu_execute(). */
-int32_t fcu_enter_exception(Chip *chip, int32_t number, uint32_t vectors);
 /* What fcu_execute() has executed, the one in flight or one that has met a fault included. Where an access was
  * refused. */
 int64_t fcu_executed(const Chip *chip);
@@ -52,24 +54,31 @@ uint32_t fcu_fault_address(const Chip *chip);
 /* Reset the chip after the instruction in flight; the halted chip at once. */
 void fcu_request_reset(Chip *chip, int32_t reason);
 void fcu_reset_now(Chip *chip, int32_t reason);
+/* As if an exception had come: save the context and go to its handler at once, whatever the priorities, by the vector
+ * table at an address; 0 if the stack or the table is no memory. For fcu_execute(). In exceptions.c. */
+int32_t fcu_enter_exception(Chip *chip, int32_t number, uint32_t vectors);
 
-/* -- debugging -------------------------------------------------------------------------------------------- */
+/* -- debugging: machine.c --------------------------------------------------------------------------------- */
 
-/* machine_halt(), machine_resume(), machine_is_halted(). */
+/* Stand still before the next instruction; an exception being entered is entered first. */
 void fcu_halt(Chip *chip);
+/* Go on; step: for one instruction, or into the exception that comes instead of it. */
 void fcu_resume(Chip *chip, int32_t step);
+/* Whether the core stands still: fcu_run_until() returns at once and no time passes. */
 int32_t fcu_is_halted(const Chip *chip);
 /* End WFI, WFE or sleep on exit. */
 void fcu_wake(Chip *chip);
 /* Whether BKPT halts the core; whether it has, since this was last asked. */
 void fcu_debug(Chip *chip, int32_t on);
 int32_t fcu_met_breakpoint_instruction(Chip *chip);
-/* Halt before the instruction at an address, or no more. */
-void fcu_set_breakpoint(Chip *chip, uint32_t address, int32_t on);
-/* host.accessed() is called at loads and stores from begin to end, the last one included. */
-void fcu_watch_memory(Chip *chip, int32_t on, uint32_t begin, uint32_t end);
+/* -- code: blocks.c --------------------------------------------------------------------------------------- */
 
-/* -- what it is doing ------------------------------------------------------------------------------------- */
+/* Everything is decoded anew. */
+void fcu_forget_code(Chip *chip);
+/* Halt before the instruction at an address (STOP_PLACE), or no more. */
+void fcu_set_breakpoint(Chip *chip, uint32_t address, int32_t on);
+
+/* -- what it is doing: chip.c, nvic.c --------------------------------------------------------------------- */
 
 typedef struct {
   int64_t now_ps;    /* the time when the next instruction begins */
@@ -88,22 +97,24 @@ void fcu_status(const Chip *chip, Status *status);
 int32_t fcu_priority(const Chip *chip, int32_t exception);
 int32_t fcu_priority_group(const Chip *chip, int32_t priority);
 
-/* -- accesses by debuggers and DMA in Python -------------------------------------------------------------- */
+/* -- accesses by debuggers and DMA in Python: memory.c, bus.c --------------------------------------------- */
+
+/* host.accessed() is called at the core's loads and stores from begin to end, the last one included, or no more: all
+ * of them are slower meanwhile. */
+void fcu_watch_memory(Chip *chip, int32_t on, uint32_t begin, uint32_t end);
 
 /* With all side effects, now; 0 where nothing answers. */
 int32_t fcu_load(Chip *chip, uint32_t address, uint32_t size, uint32_t *value);
 int32_t fcu_store(Chip *chip, uint32_t address, uint32_t size, uint32_t value);
-/* The index of the block in C at an address; -1 if it is Python's or nobody's. */
-int32_t fcu_block_at(const Chip *chip, uint32_t address);
 
-/* -- snapshots -------------------------------------------------------------------------------------------- */
+/* -- snapshots: chip.c ------------------------------------------------------------------------------------ */
 
 /* The whole chip as so many bytes, which mean something to the same chip only. Between runs. */
 int64_t fcu_snapshot_size(void);
 void fcu_save(const Chip *chip, void *snapshot);
 void fcu_restore(Chip *chip, const void *snapshot);
 
-/* -- time ------------------------------------------------------------------------------------------------- */
+/* -- time: chip.c ----------------------------------------------------------------------------------------- */
 
 /* Let time pass until to_ps without executing instructions. */
 void fcu_advance(Chip *chip, int64_t to_ps);
@@ -113,10 +124,12 @@ void fcu_settle(Chip *chip);
 int64_t fcu_next_event(const Chip *chip);
 void fcu_set_clocks(Chip *chip, const Clocks *clocks);
 
-/* -- blocks, by index ------------------------------------------------------------------------------------ */
+/* -- blocks, by index: chip.c ---------------------------------------------------------------------------- */
 
 int32_t fcu_block_count(const Chip *chip);
 uint32_t fcu_block_base(const Chip *chip, int32_t index);
+/* The index of the block in C at an address; -1 if it is Python's or nobody's. */
+int32_t fcu_block_at(const Chip *chip, uint32_t address);
 /* RCC switches the block's clock on or off; resets it. */
 void fcu_gate(Chip *chip, int32_t index, int32_t clocked);
 void fcu_reset_block(Chip *chip, int32_t index);
@@ -128,7 +141,7 @@ uint32_t fcu_peek_block(Chip *chip, int32_t index, uint32_t offset);
 int32_t fcu_is_pure(Chip *chip, int32_t index, uint32_t offset);
 void fcu_write_block(Chip *chip, int32_t index, uint32_t offset, uint32_t value, uint32_t mask);
 
-/* -- lines and pins -------------------------------------------------------------------------------------- */
+/* -- lines: chip.c --------------------------------------------------------------------------------------- */
 
 /* Python's blocks hold NVIC input `number` active or not; whether any block does. */
 void fcu_set_irq(Chip *chip, int32_t number, int32_t level);
@@ -137,6 +150,8 @@ int32_t fcu_irq_level(const Chip *chip, int32_t number);
 void fcu_watch_irqs(Chip *chip, void (*changed)(int64_t now_ps, int32_t number, int32_t level));
 /* The pin is switched to an alternate function; -1: to none. */
 void fcu_set_alternate(Chip *chip, int32_t port, int32_t pin, int32_t function);
+
+/* -- pins: gpio.c, exti.c -------------------------------------------------------------------------------- */
 
 /* Pins by the index of their port ("ABCDEH") and their number. */
 void fcu_connect_pins(Chip *chip, const PinCalls *calls);
@@ -153,7 +168,7 @@ int32_t fcu_pin_alternate(const Chip *chip, int32_t port, int32_t pin);
 /* An inner signal of EXTI, line 16 or up. */
 void fcu_set_exti_line(Chip *chip, int32_t line, int32_t level);
 
-/* -- timers, by index of their block --------------------------------------------------------------------- */
+/* -- timers, by index of their block: tim.c -------------------------------------------------------------- */
 
 /* A timer's handler came late, or after lost ticks; either may be NULL. */
 void fcu_connect_timers(Chip *chip, const TimCalls *calls);
@@ -166,7 +181,7 @@ int64_t fcu_timer_next_change(const Chip *chip, int32_t index);
 /* What channel 1 to 4 puts out: 1; 0 while it puts out no PWM or the timer stands; -1 if the timer lacks it. */
 int32_t fcu_timer_pwm(const Chip *chip, int32_t index, int32_t channel, double *frequency_hz, double *duty);
 
-/* -- USARTs, by index of their block ---------------------------------------------------------------------- */
+/* -- USARTs, by index of their block: usart.c ------------------------------------------------------------- */
 
 void fcu_connect_usarts(Chip *chip, const UsartCalls *calls);
 /* A terminal at this rate is connected to the transmitter at this pin. */
@@ -182,13 +197,13 @@ int32_t fcu_usart_receive(Chip *chip, int32_t index, int32_t value);
 /* The line was idle for a frame's time after a byte. */
 void fcu_usart_line_idle(Chip *chip, int32_t index);
 
-/* -- DMA request lines (enum Request of block.h) --------------------------------------------------------- */
+/* -- DMA request lines (enum Request of block.h): dma.c -------------------------------------------------- */
 
 /* The caller's block asks for a transfer: whether a stream serves the line, then it is done; transfers left. */
 int32_t fcu_dma_request(Chip *chip, int32_t line);
 uint32_t fcu_dma_remaining(const Chip *chip, int32_t line);
 
-/* -- sensors' bytes in C (target.h), I2C (i2c.h) ------------------------------------------------------ */
+/* -- sensors' bytes in C: target.c; I2C: i2c.c ----------------------------------------------------------- */
 
 Targets *fcu_connect_targets(Chip *chip, const TargetCalls *calls);
 /* Another part at a bus; version is the part's own counter, at an address that does not change. Its index, or -1
@@ -200,7 +215,7 @@ void fcu_connect_i2c(Chip *chip, int32_t number, const I2cCalls *calls, int64_t 
 void fcu_i2c_pin(Chip *chip, int32_t number, int32_t which, int32_t port, int32_t pin, int32_t function);
 I2cWire *fcu_i2c_wire(Chip *chip, int32_t number);
 
-/* -- SPI (spi.h); spi: 0 for SPI1 -------------------------------------------------------------------------- */
+/* -- SPI: spi_line.c; spi: 0 for SPI1 -------------------------------------------------------------------- */
 
 /* A bus begins at its pins; fcu_add_spi_part() adds parts to it: at most SPI_PARTS. target: as fcu_add_target()
  * gives it. */

@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#include "chip.h"
+#include "fcu.h"
 
 #define LONGEST 2000000 /* instructions of a run; some 10 ms, after which numbers are still small */
 #define RESET_PULSE_PS INT64_C(20000000) /* how long a reset from inside the chip lasts at least (RM0368 6.1.1) */
@@ -137,7 +137,7 @@ static void report_lock_up(Chip *chip) {
   }
 }
 
-void machine_start(Chip *chip) {
+void fcu_start(Chip *chip) {
   Core *core = &chip->core;
   uint32_t stack, vector;
   memcpy(&stack, chip->flash, 4);
@@ -162,39 +162,51 @@ static void reset(Chip *chip) {
   machine->asleep = AWAKE;
   machine->reported_lock_up = 0;
   chip->host.reset(chip->now_ps, reason); /* resets all blocks, RCC last: none sees new clocks with old settings */
-  machine_start(chip);
+  fcu_start(chip);
   timeline_sleep_until(&chip->timeline, chip->now_ps + RESET_PULSE_PS);
 }
 
-void machine_request_reset(Chip *chip, int32_t reason) {
+void fcu_request_reset(Chip *chip, int32_t reason) {
   if (!chip->machine.reset_reason) {
     chip->machine.reset_reason = reason;
   }
   machine_end_in_time(chip);
 }
 
-void machine_reset_now(Chip *chip, int32_t reason) {
+void fcu_reset_now(Chip *chip, int32_t reason) {
   chip->machine.reset_reason = reason;
   reset(chip);
 }
 
 /* -- for debuggers --------------------------------------------------------------------------------------- */
 
-bool machine_is_halted(const Chip *chip) { return chip->machine.halting && !chip->exceptions.entering; }
+static bool is_halted(const Chip *chip) { return chip->machine.halting && !chip->exceptions.entering; }
 
-void machine_halt(Chip *chip) {
-  bool was_halted = machine_is_halted(chip);
+int32_t fcu_is_halted(const Chip *chip) { return is_halted(chip); }
+
+void fcu_halt(Chip *chip) {
+  bool was_halted = is_halted(chip);
   chip->machine.halting = 1;
   if (chip->machine.running) {
     machine_end_in_time(chip);
   } else if (!was_halted) {
-    machine_run_until(chip, timeline_ps(&chip->timeline, 0) + 1);
+    fcu_run_until(chip, timeline_ps(&chip->timeline, 0) + 1);
   }
 }
 
-void machine_resume(Chip *chip, bool step) {
+void fcu_resume(Chip *chip, int32_t step) {
   chip->machine.halting = 0;
-  chip->machine.stepping = step;
+  chip->machine.stepping = step != 0;
+}
+
+void fcu_wake(Chip *chip) { chip->machine.asleep = AWAKE; }
+
+void fcu_debug(Chip *chip, int32_t on) { chip->machine.debugged = on != 0; }
+
+int32_t fcu_met_breakpoint_instruction(Chip *chip) {
+  int32_t met = chip->machine.on_bkpt;
+  chip->machine.on_bkpt = 0;
+  return met;
 }
 
 /* -- the loop -------------------------------------------------------------------------------------------- */
@@ -217,7 +229,7 @@ static bool between_instructions(Chip *chip) {
   return true;
 }
 
-enum Ended machine_run_until(Chip *chip, int64_t at_ps) {
+int32_t fcu_run_until(Chip *chip, int64_t at_ps) {
   Machine *machine = &chip->machine;
   machine->at_ps = at_ps;
   for (;;) {
@@ -237,7 +249,7 @@ enum Ended machine_run_until(Chip *chip, int64_t at_ps) {
     if (core_ps > chip->now_ps) {
       chip->now_ps = core_ps;
     }
-    if (machine_is_halted(chip)) {
+    if (is_halted(chip)) {
       return ENDED_HALTED;
     }
     if (!between_instructions(chip)) {
@@ -245,3 +257,25 @@ enum Ended machine_run_until(Chip *chip, int64_t at_ps) {
     }
   }
 }
+
+/* -- instructions alone ---------------------------------------------------------------------------------- */
+
+int32_t fcu_execute(Chip *chip, int64_t instructions, int32_t past) {
+  Core *core = &chip->core;
+  chip->bare = 1;
+  chip->waiting.enabled = 0;
+  core->fpu_on = 1;
+  core->counter = 0;
+  core->limit = (uint64_t)instructions;
+  core->stop = STOP_SLICE;
+  core->passing = past ? core->r[15] : 1;
+  core_execute(core);
+  core->passing = 1;
+  return core->stop;
+}
+
+void fcu_cut(Chip *chip) { core_limit(&chip->core, chip->core.counter); }
+
+int64_t fcu_executed(const Chip *chip) { return (int64_t)chip->core.counter; }
+
+uint32_t fcu_fault_address(const Chip *chip) { return chip->core.fault_address; }

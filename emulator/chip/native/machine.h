@@ -10,7 +10,7 @@
 #include "block.h"
 #include "core.h"
 
-/* Why machine_run_until() has returned. */
+/* Why fcu_run_until() has returned. */
 enum Ended { ENDED_AT_TIME, ENDED_HALTED, ENDED_BY_HOST };
 enum Sleep { AWAKE, SLEEPS_WFI, SLEEPS_WFE };
 /* Reasons for a reset; the rest are Python's, by number (library.py). */
@@ -31,25 +31,10 @@ typedef struct {
 } Machine;
 
 void machine_create(Chip *chip);
-/* The state after reset (ARMv7-M ARM B1.5.5): registers, blocks, SP and PC from the vector table. RAM stays. */
-void machine_start(Chip *chip);
-/* Run up to and including at_ps. */
-enum Ended machine_run_until(Chip *chip, int64_t at_ps);
-/* Reset the chip after the instruction in flight. */
-void machine_request_reset(Chip *chip, int32_t reason);
-/* Reset the halted chip now. */
-void machine_reset_now(Chip *chip, int32_t reason);
 /* After something has been scheduled or made pending: end the run of instructions when it matters. */
 void machine_end_in_time(Chip *chip);
 /* HCLK has become another one, now. */
 void machine_set_rate(Chip *chip);
-
-/* Stand still before the next instruction; an exception being entered is entered first. */
-void machine_halt(Chip *chip);
-/* Go on; step: for one instruction, or into the exception that comes instead of it. */
-void machine_resume(Chip *chip, bool step);
-/* Whether the core stands still: machine_run_until() returns at once and no time passes. */
-bool machine_is_halted(const Chip *chip);
 
 /* Execute up to so many instructions, and deal with what ended the run: why it ended. For idle.c. */
 enum Stop machine_run(Chip *chip, int64_t instructions);

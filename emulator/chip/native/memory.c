@@ -1,8 +1,7 @@
 /* Accesses outside of RAM, and in RAM those that need more than the bytes. */
 #include <string.h>
 
-#include "bus.h"
-#include "chip.h"
+#include "fcu.h"
 
 #define STEADY_AFTER 1000 /* reads of a steady block without a write after which it is read like memory */
 
@@ -159,13 +158,14 @@ static void look_at_accesses(Core *core) {
   core_choose_plain(core);
 }
 
-void core_watch_memory(Core *core, bool on, uint32_t begin, uint32_t end) {
-  bool otherwise = core->watches != on;
-  core->watches = on;
+void fcu_watch_memory(Chip *chip, int32_t on, uint32_t begin, uint32_t end) {
+  Core *core = &chip->core;
+  bool otherwise = core->watches != (on != 0);
+  core->watches = on != 0;
   core->data_begin = begin;
   core->data_end = end;
   if (otherwise) {
-    core_forget_all_code(core); /* loads of literals are decoded otherwise */
+    fcu_forget_code(chip); /* loads of literals are decoded otherwise */
   }
   look_at_accesses(core);
 }

@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "fcu.h"
 #include "registers_nvic.h"
 
 #define SYSTEM ((uint64_t)0xFFFF)
@@ -56,6 +57,10 @@ int nvic_level(const Nvic *nvic, bool primask, uint32_t basepri, bool faultmask)
   }
   return faultmask && level > -1 ? -1 : level;
 }
+
+int32_t fcu_priority(const Chip *chip, int32_t exception) { return chip->nvic.priority[exception]; }
+
+int32_t fcu_priority_group(const Chip *chip, int32_t priority) { return nvic_group(&chip->nvic, priority); }
 
 /* -- states ---------------------------------------------------------------------------------------------- */
 

@@ -135,6 +135,9 @@ void core_execute(Core *core) {
 
 bool core_exception_waits(const Core *core) { return nvic_any_ready(&core->chip->nvic); }
 
-void core_masks_changed(Core *core) { chip_masks_changed(core->chip); }
+void core_masks_changed(Core *core) {
+  core->chip->nvic.changed = 1;
+  machine_end_in_time(core->chip);
+}
 
 void core_send_event(Core *core) { core->chip->nvic.event = 1; }

@@ -8,7 +8,7 @@
  */
 #include "scb.h"
 
-#include "chip.h"
+#include "fcu.h"
 #include "registers_scb.h"
 #include "registers_systick.h"
 
@@ -143,7 +143,7 @@ static void write_aircr(Scb *scb, uint32_t value) {
     chip->nvic.active[0] = chip->nvic.active[1] = 0;
   }
   if (value & AIRCR_SYSRESETREQ) {
-    machine_request_reset(chip, RESET_SYSRESETREQ);
+    fcu_request_reset(chip, RESET_SYSRESETREQ);
   }
 }
 
@@ -181,7 +181,7 @@ static void apply(Scb *scb) {
   core_trap_unaligned(&chip->core, (scb->ccr & CCR_UNALIGN_TRP) != 0);
   if (chip->core.fpu_on != floating) { /* decoded instructions hold for one of both only */
     chip->core.fpu_on = floating;
-    core_forget_all_code(&chip->core);
+    fcu_forget_code(chip);
   }
   dwt_enable(&chip->dwt, (scb->demcr & DEMCR_TRCENA) != 0);
 }

@@ -1,7 +1,7 @@
 /* Program status, CONTROL, the two stack pointers, and registers by number for whoever looks from outside. */
 #include <string.h>
 
-#include "core.h"
+#include "fcu.h"
 
 #define NPRIV 1u
 #define SPSEL 2u
@@ -83,14 +83,18 @@ static void write_register(Core *core, int number, uint32_t value) {
   }
 }
 
-void core_read_registers(const Core *core, const int32_t *numbers, uint32_t *values, int32_t count) {
+void fcu_read_registers(const Chip *chip, const int32_t *numbers, uint32_t *values, int32_t count) {
   for (int32_t n = 0; n < count; n++) {
-    values[n] = read_register(core, numbers[n]);
+    values[n] = read_register(&chip->core, numbers[n]);
   }
 }
 
-void core_write_registers(Core *core, const int32_t *numbers, const uint32_t *values, int32_t count) {
+void fcu_write_registers(Chip *chip, const int32_t *numbers, const uint32_t *values, int32_t count) {
   for (int32_t n = 0; n < count; n++) {
-    write_register(core, numbers[n], values[n]);
+    write_register(&chip->core, numbers[n], values[n]);
   }
 }
+
+int32_t fcu_thumb(const Chip *chip) { return (int32_t)chip->core.thumb; }
+
+void fcu_set_thumb(Chip *chip, int32_t thumb) { chip->core.thumb = thumb != 0; }
