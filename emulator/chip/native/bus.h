@@ -7,12 +7,10 @@
 #include "block.h"
 #include "core.h"
 
-/* -- bus.c: false where nothing answers ------------------------------------------------------------------ */
+/* -- bus.c ----------------------------------------------------------------------------------------------- */
 
-/* The core reads or writes an address outside of its memories; aligned. */
-bool bus_read(Chip *chip, uint32_t address, unsigned size, uint32_t *value);
-bool bus_write(Chip *chip, uint32_t address, unsigned size, uint32_t value);
-/* Somebody else does so, now: DMA, a debugger (fcu_load(), fcu_store()). */
+/* Somebody else than the core (whose accesses core.h has) reads or writes an address, now: DMA, a debugger
+ * (fcu_load(), fcu_store()). False where nothing answers. */
 bool bus_load(Chip *chip, uint32_t address, unsigned size, uint32_t *value);
 bool bus_store(Chip *chip, uint32_t address, unsigned size, uint32_t value);
 

@@ -356,11 +356,6 @@ void fcu_watch_irqs(Chip *chip, void (*changed)(int64_t now_ps, int32_t number, 
   chip->irq_changed = changed;
 }
 
-void chip_accessed(Chip *chip, uint32_t address, unsigned size, bool written) {
-  chip->now_ps = timeline_ps(&chip->timeline, (int64_t)chip->core.counter - 1);
-  chip->host.accessed(chip->now_ps, address, size, written);
-}
-
 
 /* -- pins ------------------------------------------------------------------------------------------------ */
 

@@ -114,8 +114,6 @@ struct Chip {
 void chip_advance(Chip *chip, int64_t to_ps);
 /* The same up to now. */
 void chip_settle(Chip *chip);
-/* A load or store that somebody watches is being made. */
-void chip_accessed(Chip *chip, uint32_t address, unsigned size, bool written);
 /* The index of a port's letter. */
 int port_index(char port);
 /* The block at an address; NULL if it is Python's or there is none. */

@@ -157,7 +157,7 @@ void core_send_event(Core *core);
 /* Decode again what is executed in so many bytes. */
 void core_forget_code(Core *core, uint32_t address, uint32_t size);
 
-/* -- memory.c: at the exact counter and PC (chain.h, look_outside) --------------------------------------- */
+/* -- bus.c: at the exact counter and PC (chain.h, look_outside) ------------------------------------------ */
 
 /* False if there is nothing, and then the run has been stopped on the instruction. size is 1, 2 or 4; *value is
  * zero-extended. Unaligned addresses are read as the bus does, in pieces. Who answers may change limit and

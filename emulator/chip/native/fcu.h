@@ -97,7 +97,7 @@ void fcu_status(const Chip *chip, Status *status);
 int32_t fcu_priority(const Chip *chip, int32_t exception);
 int32_t fcu_priority_group(const Chip *chip, int32_t priority);
 
-/* -- accesses by debuggers and DMA in Python: memory.c, bus.c --------------------------------------------- */
+/* -- accesses by debuggers and DMA in Python: bus.c ------------------------------------------------------- */
 
 /* host.accessed() is called at the core's loads and stores from begin to end, the last one included, or no more: all
  * of them are slower meanwhile. */
