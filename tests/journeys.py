@@ -41,7 +41,6 @@ _TICK_S = 1.25e-3
 C_FILES = {
     "printf byte -> terminal": {
         "machine.c": "fcu_run_until",
-        "run.c": "core_execute",
         "single.c": "str",
         "bus.c": "memory_write",
         "chip.c": "block_write",
@@ -49,7 +48,6 @@ C_FILES = {
     },
     "I2C read -> sensor": {
         "machine.c": "fcu_run_until",
-        "run.c": "core_execute",
         "single.c": "ldr",
         "bus.c": "memory_read",
         "chip.c": "chip_advance",

@@ -10,7 +10,7 @@
  * anybody may look, in accesses outside of plain memory and where the chain ends, look_outside() puts them right.
  * core->itstate is 0 meanwhile; insn->it is what it would be.
  *
- * A block that needs more than the budget is not entered: the loop in run.c executes what the limit allows of
+ * A block that needs more than the budget is not entered: the loop in machine.c executes what the limit allows of
  * it. The budget of a chain is at most some hundred instructions, because a compiler may make calls of the jumps.
  */
 #ifndef FCU_CHAIN_H
@@ -102,7 +102,7 @@ static inline void stop_after(Core *core, const Insn *insn, int32_t budget, enum
 
 /* -- where a branch goes: what enter() takes ------------------------------------------------------------- */
 
-/* Instructions of no address: run.c. The loop goes on at r[15], or the run ends with EXCEPTION_RETURN. */
+/* Instructions of no address: machine.c. The loop goes on at r[15], or the run ends with EXCEPTION_RETURN. */
 extern const Insn elsewhere, exception_return;
 
 /* To an address that was computed. It is even. */

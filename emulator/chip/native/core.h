@@ -54,7 +54,7 @@ enum Kind {
 
 enum Shift { LSL, LSR, ASR, ROR, RRX }; /* SRType (A7.4.2) */
 
-/* Why core_execute() has returned; the numbers are known to bare_core.py. */
+/* Why a run of instructions has ended; the numbers are known to bare_core.py. */
 enum Stop {
   STOP_SLICE,     /* as many instructions as were asked for, or cut short */
   STOP_PLACE,     /* before an instruction that was asked for */
@@ -140,10 +140,8 @@ struct Core {
 
 #define CORE_STATE_SIZE (offsetof(Core, exclusive) - offsetof(Core, r))
 
-/* -- run.c ---------------------------------------------------------------------------------------------- */
+/* -- machine.c ------------------------------------------------------------------------------------------ */
 
-/* Execute from r[15] on until counter reaches limit; core->stop says why it ended. */
-void core_execute(Core *core);
 /* In an access or an instruction that ends a chain: the run ends after so many instructions. */
 static inline void core_limit(Core *core, uint64_t limit) { core->limit = limit; }
 /* Whether an exception is pending, which another PRIMASK, BASEPRI or FAULTMASK may let in; it has become another. */

@@ -1,4 +1,5 @@
-/* The main loop: runs of instructions between events, interrupts, sleep, faults, reset.
+/* The main loop: runs of instructions between events, interrupts, sleep, faults, reset. A run is made of chains of
+ * blocks (chain.h), and of single instructions where more care is needed.
  *
  * Order of things at one point in time: events, then a debugger's halt, then the reset that an event may have
  * asked for, then the entry into an exception, then the next instruction. All of it depends on virtual time
