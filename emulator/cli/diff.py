@@ -23,7 +23,7 @@ from emulator.analysis.replay import replay
 from emulator.board.board import Board
 from emulator.board.firmware import python_firmware
 from emulator.boards.fcu001v1 import FCU001V1
-from emulator.chip.limits import parse_limits
+from emulator.chip.firmware import parse_limits
 from emulator.cli.exit_codes import ExitCode
 from emulator.errors import InputError
 from emulator.scenario import Scenario, load_scenario

@@ -28,8 +28,8 @@ from emulator.time.clock import parse_duration, seconds
 from emulator.trace import LARGEST_FILE
 
 if TYPE_CHECKING:
+    from emulator.chip.firmware import Limits
     from emulator.chip.gdb.server import GdbServer
-    from emulator.chip.limits import Limits
     from emulator.links.running import Door
 
 
@@ -259,7 +259,7 @@ def _limits(board: Board, settings: tuple[str, ...]) -> Limits | None:
     """``--limit``: what the firmware may take. Firmware for the chip always has limits, the usual ones."""
     if not settings:
         return board.arm.limits if board.arm else None
-    from emulator.chip.limits import parse_limits
+    from emulator.chip.firmware import parse_limits
 
     limits = parse_limits(settings)
     if board.arm is not None:

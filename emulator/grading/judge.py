@@ -177,7 +177,7 @@ class _Run:
         """Run the board to its end, or to what stops it."""
         board = self.board
         if board.arm is not None:
-            from emulator.chip.limits import Limits
+            from emulator.chip.firmware import Limits
 
             limits = self.rubric.limits
             board.arm.limits = Limits(

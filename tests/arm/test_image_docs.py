@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from emulator.chip.firmware import Limits
 from emulator.chip.image import parse_firmware
-from emulator.chip.limits import Limits
 from emulator.errors import FirmwareFileError
 from tests.arm.elf_builder import FLASH, RESET, Load, code, debug_elf, elf, hex_text
 

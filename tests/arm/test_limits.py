@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from emulator import Board, FirmwareError
-from emulator.chip.limits import LimitedRun, Limits, parse_limits
+from emulator.chip.firmware import LimitedRun, Limits, parse_limits
 from emulator.errors import InputError, LimitError
 from emulator.time.clock import PS_PER_S
 from tests.arm.hostile_programs import board_with, program, put

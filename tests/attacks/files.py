@@ -8,7 +8,7 @@ from pathlib import Path
 from random import Random
 
 from emulator import Board, FcuError, InputError
-from emulator.chip.limits import Limits
+from emulator.chip.firmware import Limits
 from emulator.scenario import load_scenario
 from firmware_model.arm import prebuilt
 from tests.arm.mutations import ANYWHERE, OF_ELF, mutated
