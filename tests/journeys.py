@@ -33,7 +33,9 @@ import emulator
 ROOT = Path(emulator.__file__).parents[1]
 NATIVE = ROOT / "emulator" / "chip" / "native"
 SCENARIO_ROOM = "emulator/scenario/"
-_INTO_THE_BANNER_S = 2.5e-3  # the clocks are set up, the chip prints its first line
+_INTO_THE_BANNER_S = 4e-3
+"""The chip prints its first line, which goes on from 2.2 to 5.6 ms. At about 3 ms RCC looks at the clocks,
+1 ms after they were set up: the journey comes after that, because nothing else is to go on meanwhile."""
 _A_PIECE_OF_IT_S = 1e-3
 _TICKING_S = 1.2
 _TICK_S = 1.25e-3
