@@ -116,21 +116,21 @@ def to_board(matrix: Array, vector: Array) -> Array:
     return seen
 
 
-def euler_rates(euler: Array, speed: Array, bend: Array) -> tuple[Array, Array]:
+def euler_rates(euler: Array, euler_dot: Array, euler_ddot: Array) -> tuple[Array, Array]:
     """Angular rate (N, 3) in board axes and its derivative, of Euler angles with two derivatives, all in rad.
 
     Diebel 2006, section 8.2: Euler rates to body rates; the second is the first's derivative.
     """
     roll, pitch, _ = euler.T
-    (roll_s, pitch_s, yaw_s), (roll_b, pitch_b, yaw_b) = speed.T, bend.T
+    (roll_dot, pitch_dot, yaw_dot), (roll_ddot, pitch_ddot, yaw_ddot) = euler_dot.T, euler_ddot.T
     sr, cr, sp, cp = np.sin(roll), np.cos(roll), np.sin(pitch), np.cos(pitch)
-    across, along = pitch_s * cr + yaw_s * cp * sr, yaw_s * cp * cr - pitch_s * sr
-    rate = np.stack((roll_s - yaw_s * sp, across, along), axis=1)
+    across, along = pitch_dot * cr + yaw_dot * cp * sr, yaw_dot * cp * cr - pitch_dot * sr
+    rate = np.stack((roll_dot - yaw_dot * sp, across, along), axis=1)
     faster = np.stack(
         (
-            roll_b - yaw_b * sp - yaw_s * pitch_s * cp,
-            pitch_b * cr + yaw_b * cp * sr - yaw_s * pitch_s * sp * sr + roll_s * along,
-            yaw_b * cp * cr - yaw_s * pitch_s * sp * cr - pitch_b * sr - roll_s * across,
+            roll_ddot - yaw_ddot * sp - yaw_dot * pitch_dot * cp,
+            pitch_ddot * cr + yaw_ddot * cp * sr - yaw_dot * pitch_dot * sp * sr + roll_dot * along,
+            yaw_ddot * cp * cr - yaw_dot * pitch_dot * sp * cr - pitch_ddot * sr - roll_dot * across,
         ),
         axis=1,
     )
@@ -293,24 +293,24 @@ class Sweep:
     def rate_dps(self, t_s: Array) -> Array:
         """Angular rate in board axes, (N, 3)."""
         euler = np.radians(self.euler_deg(t_s))
-        rate: Array = np.degrees(euler_rates(euler, self._speed(t_s), np.zeros((1, 3)))[0])
+        rate: Array = np.degrees(euler_rates(euler, self._euler_dot(t_s), np.zeros((1, 3)))[0])
         return rate
 
     def acceleration_dps2(self, t_s: Array) -> Array:
         """Angular acceleration in board axes, (N, 3)."""
         euler = np.radians(self.euler_deg(t_s))
-        bend = self.profile.acceleration(t_s)[:, np.newaxis] * np.radians(self.change_deg)
-        faster: Array = np.degrees(euler_rates(euler, self._speed(t_s), bend)[1])
+        euler_ddot = self.profile.acceleration(t_s)[:, np.newaxis] * np.radians(self.change_deg)
+        faster: Array = np.degrees(euler_rates(euler, self._euler_dot(t_s), euler_ddot)[1])
         return faster
 
     def euler_deg(self, t_s: Array) -> Array:
         """Roll, pitch, yaw (N, 3), unwrapped."""
         return self.start_deg + self.profile.progress(t_s)[:, np.newaxis] * self.change_deg
 
-    def _speed(self, t_s: Array) -> Array:
+    def _euler_dot(self, t_s: Array) -> Array:
         """Euler rates, (N, 3) rad/s."""
-        speed: Array = self.profile.speed(t_s)[:, np.newaxis] * np.radians(self.change_deg)
-        return speed
+        euler_dot: Array = self.profile.speed(t_s)[:, np.newaxis] * np.radians(self.change_deg)
+        return euler_dot
 
 
 @dataclass(frozen=True, eq=False)
@@ -400,11 +400,11 @@ class WavedEight:
     def _euler(self, t_s: Array) -> tuple[Array, Array, Array]:
         """Euler angles from the start, and two derivatives, (N, 3) in rad."""
         laws = self.profile.progress, self.profile.speed, self.profile.acceleration
-        drawn, speed, bend = (
+        phase, phase_dot, phase_ddot = (
             2.0 * np.pi * self.turns * law(t_s)[:, np.newaxis] * WAVED_PACES for law in laws
         )
-        sine, cosine = WAVED_RAD * np.sin(drawn), WAVED_RAD * np.cos(drawn)
-        return sine, cosine * speed, cosine * bend - sine * speed**2
+        sine, cosine = WAVED_RAD * np.sin(phase), WAVED_RAD * np.cos(phase)
+        return sine, cosine * phase_dot, cosine * phase_ddot - sine * phase_dot**2
 
 
 WAVED_RAD = np.radians((150.0, 75.0, 90.0))  # about roll, pitch and yaw

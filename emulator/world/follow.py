@@ -50,23 +50,21 @@ class Approach:
         return 8.4 / self.w
 
     @classmethod
-    def of(
-        cls, start_s: float, time_constant_s: float, x: Array, speed: Array, acceleration: Array
-    ) -> Approach:
+    def of(cls, start_s: float, time_constant_s: float, x: Array, x_dot: Array, x_ddot: Array) -> Approach:
         """The approach that begins at ``start_s`` with this deviation and its two derivatives."""
         w = POLES / time_constant_s
-        b = speed + w * x
-        return cls(start_s, w, x, b, 0.5 * (acceleration - w * w * x + 2.0 * w * b))
+        b = x_dot + w * x
+        return cls(start_s, w, x, b, 0.5 * (x_ddot - w * w * x + 2.0 * w * b))
 
     def derivatives(self, t_s: Array) -> tuple[Array, Array, Array]:
         """Deviation, its first and its second derivative, each (N, 3) or (N, 1)."""
         t = (t_s - self.start_s)[:, np.newaxis]
         decay = np.exp(-self.w * t)
-        value = (self.a + (self.b + self.c * t) * t) * decay
-        slope = (self.b + 2.0 * self.c * t) * decay
-        speed = slope - self.w * value
-        bend = 2.0 * self.c * decay
-        return value, speed, bend - 2.0 * self.w * slope + self.w * self.w * value
+        x = (self.a + (self.b + self.c * t) * t) * decay
+        polynomial_dot = (self.b + 2.0 * self.c * t) * decay
+        polynomial_ddot = 2.0 * self.c * decay
+        x_dot = polynomial_dot - self.w * x
+        return x, x_dot, polynomial_ddot - 2.0 * self.w * polynomial_dot + self.w * self.w * x
 
 
 # -- Altitude -----------------------------------------------------------------------------------------------
@@ -139,9 +137,9 @@ class FollowedAttitude:
         axis, angle = axis_and_angle((target.T @ rotation)[np.newaxis])
         x = axis * angle[:, np.newaxis]
         inverse = np.linalg.inv(jacobian(x)[0])
-        speed = inverse @ rate
-        bend = inverse @ (acceleration - turned_on(x, speed[np.newaxis])[0])
-        return cls(target, Approach.of(start_s, time_constant_s, x[0], speed, bend))
+        x_dot = inverse @ rate
+        x_ddot = inverse @ (acceleration - turned_on(x, x_dot[np.newaxis])[0])
+        return cls(target, Approach.of(start_s, time_constant_s, x[0], x_dot, x_ddot))
 
     def rotation(self, t_s: Array, /) -> Array:
         """Board to world, (N, 3, 3)."""
@@ -153,14 +151,14 @@ class FollowedAttitude:
 
     def rate_dps(self, t_s: Array, /) -> Array:
         """Angular rate in board axes, (N, 3) deg/s."""
-        x, speed, _ = self.approach.derivatives(t_s)
-        rate: Array = np.degrees(np.einsum("nij,nj->ni", jacobian(x), speed))
+        x, x_dot, _ = self.approach.derivatives(t_s)
+        rate: Array = np.degrees(np.einsum("nij,nj->ni", jacobian(x), x_dot))
         return rate
 
     def acceleration_dps2(self, t_s: Array, /) -> Array:
         """Angular acceleration in board axes, (N, 3) deg/s2."""
-        x, speed, bend = self.approach.derivatives(t_s)
-        turned: Array = np.einsum("nij,nj->ni", jacobian(x), bend) + turned_on(x, speed)
+        x, x_dot, x_ddot = self.approach.derivatives(t_s)
+        turned: Array = np.einsum("nij,nj->ni", jacobian(x), x_ddot) + turned_on(x, x_dot)
         degrees: Array = np.degrees(turned)
         return degrees
 

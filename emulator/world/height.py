@@ -131,8 +131,8 @@ class RecordedHeight:
         row, step_s, part = self._place(t_s)
         rest = 1.0 - part
         begin, end = self.row_m_s2[row], self.row_m_s2[row + 1]
-        bend = (rest**3 - rest) * begin + (part**3 - part) * end
-        line: Array = rest * self.row_m[row] + part * self.row_m[row + 1] + bend * step_s**2 / 6.0
+        curvature = (rest**3 - rest) * begin + (part**3 - part) * end
+        line: Array = rest * self.row_m[row] + part * self.row_m[row + 1] + curvature * step_s**2 / 6.0
         return line
 
     def speed_m_s(self, t_s: Array, /) -> Array:
@@ -141,8 +141,10 @@ class RecordedHeight:
             return np.zeros(1)
         row, step_s, part = self._place(t_s)
         rest = 1.0 - part
-        bend = (3.0 * part**2 - 1.0) * self.row_m_s2[row + 1] - (3.0 * rest**2 - 1.0) * self.row_m_s2[row]
-        speed: Array = (self.row_m[row + 1] - self.row_m[row]) / step_s + bend * step_s / 6.0
+        curvature = (3.0 * part**2 - 1.0) * self.row_m_s2[row + 1] - (3.0 * rest**2 - 1.0) * self.row_m_s2[
+            row
+        ]
+        speed: Array = (self.row_m[row + 1] - self.row_m[row]) / step_s + curvature * step_s / 6.0
         t_s = t_s - self.start_s
         speed[(t_s < self.row_s[0]) | (t_s >= self.row_s[-1])] = 0.0
         return speed
@@ -181,14 +183,14 @@ def accelerations(row_s: Array, row_m: Array) -> Array:
     if row_s.size == 1:
         return np.zeros(1)
     step_s = np.diff(row_s)
-    bend = 6.0 * np.diff(np.diff(row_m) / step_s, prepend=0.0, append=0.0)
+    right_hand_side = 6.0 * np.diff(np.diff(row_m) / step_s, prepend=0.0, append=0.0)
     diagonal = 2.0 * (np.append(step_s, 0.0) + np.append(0.0, step_s))
-    found: Array = bend / diagonal
+    found: Array = right_hand_side / diagonal
     for _ in range(_SWEEPS):
         others = np.zeros(row_s.size)
         others[:-1] += step_s * found[1:]
         others[1:] += step_s * found[:-1]
-        found = (bend - others) / diagonal
+        found = (right_hand_side - others) / diagonal
     return found
 
 
