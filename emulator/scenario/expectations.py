@@ -1,7 +1,7 @@
 """Expectations: what the terminal shows, which numbers it prints, what the hardware does.
 
 Schema and judgement of a kind of expectation stand in one class, so that a new kind is one class and its name
-in the union of the schema.
+in the union at the end.
 """
 
 from __future__ import annotations

@@ -141,9 +141,8 @@ class RecordedHeight:
             return np.zeros(1)
         row, step_s, part = self._place(t_s)
         rest = 1.0 - part
-        curvature = (3.0 * part**2 - 1.0) * self.row_m_s2[row + 1] - (3.0 * rest**2 - 1.0) * self.row_m_s2[
-            row
-        ]
+        begin, end = self.row_m_s2[row], self.row_m_s2[row + 1]
+        curvature = (3.0 * part**2 - 1.0) * end - (3.0 * rest**2 - 1.0) * begin
         speed: Array = (self.row_m[row + 1] - self.row_m[row]) / step_s + curvature * step_s / 6.0
         t_s = t_s - self.start_s
         speed[(t_s < self.row_s[0]) | (t_s >= self.row_s[-1])] = 0.0
