@@ -68,13 +68,18 @@ typedef struct {
     uint16_t period; /* instructions of an iteration; 0: none is known */
     uint16_t vain;   /* iterations, one after another, that have repeated nothing */
   } places[IDLE_PLACES];
-  int64_t next_look, accesses, not_before;
+  int64_t next_look; /* how long a run may be that is looked at */
+  int64_t accesses, not_before;
   uint32_t suspect; /* the address of an instruction in a loop to be looked at; 1: none */
   int32_t failures;
 } Idle;
 
 void idle_create(Chip *chip);
-/* Execute or skip up to so many instructions. */
-void idle_execute(Chip *chip, int64_t instructions);
+/* Execute or skip up to so many instructions where the core is in a loop that is known or suspected; false: it is in
+ * none, and nothing has been done. */
+bool idle_execute(Chip *chip, int64_t instructions);
+/* After a run of instructions: suspect a loop where nothing was accessed; look half as often as long as that goes
+ * on. */
+void idle_look(Chip *chip);
 
 #endif

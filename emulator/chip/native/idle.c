@@ -92,8 +92,7 @@ static void search(Chip *chip) {
   idle->failures += idle->failures < MOST_DOUBLINGS;
 }
 
-/* Suspect a loop where nothing was accessed; look half as often as long as that goes on. */
-static void look(Chip *chip) {
+void idle_look(Chip *chip) {
   Idle *idle = &chip->idle;
   bool suspicious = chip->waiting.accesses == idle->accesses && chip->machine.executed >= LONG;
   idle->accesses = chip->waiting.accesses;
@@ -101,23 +100,19 @@ static void look(Chip *chip) {
   idle->suspect = suspicious ? chip->core.r[15] : NOWHERE;
 }
 
-void idle_execute(Chip *chip, int64_t instructions) {
+bool idle_execute(Chip *chip, int64_t instructions) {
   Idle *idle = &chip->idle;
   uint32_t address = chip->core.r[15];
   unsigned place = place_of(address);
   int64_t period = idle->places[place].address == address ? idle->places[place].period : 0;
   bool may_search = timeline_retired(&chip->timeline) >= idle->not_before;
-  waiting_forget(chip);
-  if (!chip->waiting.enabled) {
-    machine_run(chip, instructions);
-  } else if (period && instructions >= 2 * period) {
+  if (period && instructions >= 2 * period) {
     iterate(chip, place);
-  } else if (address == idle->suspect && instructions > LONGEST_LOOP && may_search) {
-    search(chip);
-  } else {
-    int64_t most = instructions < idle->next_look ? instructions : idle->next_look;
-    if (machine_run(chip, most) == STOP_SLICE) {
-      look(chip);
-    }
+    return true;
   }
+  if (address == idle->suspect && instructions > LONGEST_LOOP && may_search) {
+    search(chip);
+    return true;
+  }
+  return false;
 }

@@ -239,6 +239,17 @@ bool machine_step(Chip *chip) {
          !chip->machine.halting && !chip->must_stop;
 }
 
+/* Execute or skip up to so many instructions. */
+static void execute_or_skip(Chip *chip, int64_t instructions) {
+  waiting_forget(chip);
+  if (!chip->waiting.enabled) {
+    machine_run(chip, instructions);
+  } else if (!idle_execute(chip, instructions) &&
+             machine_run(chip, earlier(instructions, chip->idle.next_look)) == STOP_SLICE) {
+    idle_look(chip);
+  }
+}
+
 static void execute_run(Chip *chip) {
   Machine *machine = &chip->machine;
   machine->end_ps = earlier(next_event_ps(chip), machine->at_ps);
@@ -251,7 +262,7 @@ static void execute_run(Chip *chip) {
     chip->core.passing = 1;
     machine->halting = 1;
   } else {
-    idle_execute(chip, left);
+    execute_or_skip(chip, left);
   }
 }
 
