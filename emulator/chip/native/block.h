@@ -129,7 +129,6 @@ bool pins_connected(const Chip *chip, const PinFunction *pins, char *missing, si
 /* At creation: call changed() after every change of what the pin reads, in the order of listening. */
 typedef void (*PinChanged)(Block *block, int pin, bool level);
 void pin_listen(Block *block, char port, int pin, PinChanged changed);
-bool pin_reads(const Chip *chip, char port, int pin);
 /* The level that results; -1 while the pin floats. port: its index. */
 int pin_level(const Chip *chip, int port, int pin);
 

@@ -356,7 +356,6 @@ void fcu_watch_irqs(Chip *chip, void (*changed)(int64_t now_ps, int32_t number, 
   chip->irq_changed = changed;
 }
 
-
 /* -- pins ------------------------------------------------------------------------------------------------ */
 
 int port_index(char port) { return port == 'H' ? 5 : port - 'A'; }

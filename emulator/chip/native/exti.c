@@ -42,7 +42,8 @@ static void signal(Exti *exti) {
   }
 }
 
-void exti_set_line(Exti *exti, int line, bool level) {
+/* A line's input: a pin, or an inner signal for lines 16 and up. */
+static void set_line(Exti *exti, int line, bool level) {
   uint32_t bit = 1u << line;
   if (!(exti->levels & bit) == !level) {
     return;
@@ -56,7 +57,7 @@ void exti_set_line(Exti *exti, int line, bool level) {
 
 void exti_pin_changed(Exti *exti, int port, int pin, bool level) {
   if (exti->port[pin] == port) {
-    exti_set_line(exti, pin, level);
+    set_line(exti, pin, level);
   }
 }
 
@@ -136,7 +137,7 @@ static void select_pins(Chip *chip) {
   }
   for (int line = 0; line < PIN_LINES; line++) {
     int port = chip->exti.port[line];
-    exti_set_line(&chip->exti, line, port >= 0 && chip->gpio.ports[port].reads >> line & 1);
+    set_line(&chip->exti, line, port >= 0 && chip->gpio.ports[port].reads >> line & 1);
   }
 }
 
@@ -187,4 +188,4 @@ void exti_create(Chip *chip) {
   select_pins(chip);
 }
 
-void fcu_set_exti_line(Chip *chip, int32_t line, int32_t level) { exti_set_line(&chip->exti, line, level != 0); }
+void fcu_set_exti_line(Chip *chip, int32_t line, int32_t level) { set_line(&chip->exti, line, level != 0); }

@@ -21,7 +21,5 @@ typedef struct {
 void exti_create(Chip *chip);
 /* What a pin reads has become another level. port: its index. */
 void exti_pin_changed(Exti *exti, int port, int pin, bool level);
-/* A line's input: a pin, or an inner signal for lines 16 and up. */
-void exti_set_line(Exti *exti, int line, bool level);
 
 #endif

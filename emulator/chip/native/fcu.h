@@ -71,6 +71,7 @@ void fcu_wake(Chip *chip);
 /* Whether BKPT halts the core; whether it has, since this was last asked. */
 void fcu_debug(Chip *chip, int32_t on);
 int32_t fcu_met_breakpoint_instruction(Chip *chip);
+
 /* -- code: blocks.c --------------------------------------------------------------------------------------- */
 
 /* Everything is decoded anew. */
@@ -102,7 +103,6 @@ int32_t fcu_priority_group(const Chip *chip, int32_t priority);
 /* host.accessed() is called at the core's loads and stores from begin to end, the last one included, or no more: all
  * of them are slower meanwhile. */
 void fcu_watch_memory(Chip *chip, int32_t on, uint32_t begin, uint32_t end);
-
 /* With all side effects, now; 0 where nothing answers. */
 int32_t fcu_load(Chip *chip, uint32_t address, uint32_t size, uint32_t *value);
 int32_t fcu_store(Chip *chip, uint32_t address, uint32_t size, uint32_t value);

@@ -262,10 +262,6 @@ void pin_listen(Block *block, char port, int pin, PinChanged changed) {
   put(&gpio->ports[index].heard, 1u << pin, true);
 }
 
-bool pin_reads(const Chip *chip, char port, int pin) {
-  return chip->gpio.ports[port_index(port)].reads >> pin & 1;
-}
-
 int pin_level(const Chip *chip, int port, int pin) {
   const GpioPort *of = &chip->gpio.ports[port];
   uint32_t held = of->drives | of->outside | of->pulled_up | of->pulled_down;

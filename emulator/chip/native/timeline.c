@@ -30,11 +30,6 @@ int64_t timeline_ps(const Timeline *timeline, int64_t n) {
   return timeline->origin_ps + (int64_t)(quotient - (numerator % timeline->den < 0));
 }
 
-int64_t timeline_after_ps(const Timeline *timeline, int64_t n, int cycles) {
-  Wide numerator = (Wide)(timeline->count + n) * timeline->num + timeline->extra;
-  return timeline->origin_ps + (int64_t)((numerator + (Wide)cycles * timeline->cycle) / timeline->den);
-}
-
 int64_t timeline_position(const Timeline *timeline, int64_t at_ps) {
   if (at_ps >= NEVER_PS) {
     return NEVER_PS;

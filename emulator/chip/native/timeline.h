@@ -29,8 +29,6 @@ typedef struct {
 void timeline_create(Timeline *timeline, int64_t cycles_num, int64_t cycles_den, int64_t hclk_hz);
 /* The time after n more instructions; n may be -1: the one in flight has begun then. */
 int64_t timeline_ps(const Timeline *timeline, int64_t n);
-/* The same, and so many cycles more. */
-int64_t timeline_after_ps(const Timeline *timeline, int64_t n, int cycles);
 /* The value of count from which on the time is at_ps or later. */
 int64_t timeline_position(const Timeline *timeline, int64_t at_ps);
 /* Cycles in which no instruction is retired: exception entry and return. Between runs. */
