@@ -1,5 +1,5 @@
 """What comes before a sample: the analog stage, the converter that clips, the filter before decimation, and
-what a part adds of its own: deviation, noise, bias instability. How large these are says ``sensors.errors``.
+what a part adds of its own: deviation, noise, bias instability. ``sensors.errors`` says how large these are.
 
 A sensor does not look at the world once a sample. It converts much faster, and filters before it leaves most
 of that out, so that what moves faster than half the output rate does not come back as something slow. So does
@@ -65,23 +65,17 @@ from sensors.sampling import Times
 
 Array: TypeAlias = NDArray[np.float64]
 
+# -- from the signal to a sample ----------------------------------------------------------------------------
+
+
 CONVERTER_HZ = 6664
 ANALOG_OVER = 4
 """Times the converter's rate at which the world is looked at: fast enough for 10 kHz, the fastest shake."""
 
 _FORGOTTEN = 1e-7  # of a filter's response, what is cut off
 _SLOW = 25.0  # a motion that takes so many times the filters' delay passes them with an error below 1e-3
-_AVERAGED, _FEW_AVERAGED = 32, 4  # looks at the world in a conversion whose inside is not known
-_SLOW_CONVERSIONS = 50.0  # likewise of a mean
 _LOOKS_AT_ONCE = 1 << 18  # this and the next bound the memory that shaking at a low output rate takes
 _PRODUCTS_AT_ONCE = 1 << 16
-_REFERENCE_DEGC = 25.0  # all three datasheets give their figures at 25 degC
-_NOISE_PAGE = 4096  # samples
-_OCTAVES = 12  # of bias instability
-_DRAWN_AT_ONCE = 64  # values of an octave
-_SECONDS_AT_ONCE = 64
-_BEFORE_S = 1 << 20  # filters look back before time 0, and values are numbered from 0: 12 days are enough
-_SIGMA = math.sqrt(3 * math.log(2) / (2 * math.pi))  # of an octave's values, w over B
 
 
 @dataclass(frozen=True)
@@ -137,8 +131,8 @@ class Kernel:
         count = len(t_s) - self.lead
         if looked.shape[0] == 1:
             return np.broadcast_to(self._clipped(looked), (count, *looked.shape[1:]))
-        converted = self._clipped(_every(looked, self._analog_weights, ANALOG_OVER))
-        return _every(converted, self._digital_weights, self.conversions)[-count:]
+        converted = self._clipped(_filtered(looked, self._analog_weights, ANALOG_OVER))
+        return _filtered(converted, self._digital_weights, self.conversions)[-count:]
 
     def _clipped(self, values: Array) -> Array:
         return np.clip(values, -self.highest, self.highest)
@@ -152,8 +146,8 @@ class Kernel:
         return _weights(self.digital)
 
 
-def _every(values: Array, weights: Array, step: int) -> Array:
-    """Weighted sums of values (n, axes): one that ends with the last value, and one every ``step`` before it.
+def _filtered(values: Array, weights: Array, step: int) -> Array:
+    """The weighted sums of values (n, axes) that end with the last value and every ``step``-th before it.
 
     Not as a matrix product, whose rounding depends on how many rows there are.
     """
@@ -269,6 +263,10 @@ def _runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
+_AVERAGED, _FEW_AVERAGED = 32, 4  # looks at the world in a conversion whose inside is not known
+_SLOW_CONVERSIONS = 50.0  # as _SLOW: how many conversions such a motion takes, where they are averaged
+
+
 def averaged(signal: Signal, t_s: Times, conversion_s: float) -> Array:
     """The signal's mean over a conversion that ends at each of ``t_s`` (n,); rows as the signal gives them.
 
@@ -291,7 +289,10 @@ def averaged(signal: Signal, t_s: Times, conversion_s: float) -> Array:
     return samples
 
 
-# -- what the part adds of its own --------------------------------------------------------------------------
+# -- what the part adds of its own: deviation ---------------------------------------------------------------
+
+
+_REFERENCE_DEGC = 25.0  # all three datasheets give their figures at 25 degC
 
 
 class Deviation:
@@ -323,10 +324,10 @@ class Deviation:
 
     def apply(
         self,
-        signal: NDArray[np.float64],
-        t_s: NDArray[np.float64],
-        temperature_degc: Callable[[NDArray[np.float64]], NDArray[np.float64]],
-    ) -> NDArray[np.float64]:
+        signal: Array,
+        t_s: Times,
+        temperature_degc: Callable[[Times], Array],
+    ) -> Array:
         """The deviating signal of shape (3, n), a new array, from one of shape (n, 3) at the times ``t_s``.
 
         The temperature is asked for only where something drifts.
@@ -345,11 +346,17 @@ class Deviation:
         deviating += self._bias + self._bias_drift * warmer
         return deviating
 
-    def _seen_across(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _seen_across(self, rows: Array) -> Array:
         """What each axis sees of the other two; not as a matrix product, whose rounding depends on n."""
         xy, xz, yz = self._cross_axis
         x, y, z = rows
         return np.stack((xy * y + xz * z, xy * x + yz * z, xz * x + yz * y))
+
+
+# -- noise --------------------------------------------------------------------------------------------------
+
+
+_NOISE_PAGE = 4096  # samples
 
 
 def noise_key(seed: int, *names: str | int) -> int:
@@ -365,9 +372,9 @@ class NoiseSource:
         self._key = key
         self._channels = channels
         self._length = page
-        self._pages: dict[int, NDArray[np.float64]] = {}
+        self._pages: dict[int, Array] = {}
 
-    def block(self, first: int, count: int) -> NDArray[np.float64]:
+    def block(self, first: int, count: int) -> Array:
         """Samples ``first`` to ``first + count - 1``, shape (channels, count), unit variance."""
         start, end = first // self._length, (first + count - 1) // self._length
         pages = [self._page(number) for number in range(start, end + 1)]
@@ -375,7 +382,7 @@ class NoiseSource:
         drawn = pages[0] if len(pages) == 1 else np.concatenate(pages, axis=1)
         return drawn[:, offset : offset + count]
 
-    def _page(self, number: int) -> NDArray[np.float64]:
+    def _page(self, number: int) -> Array:
         page = self._pages.get(number)
         if page is None:
             if len(self._pages) >= 2:  # a block mostly spans two; older ones are drawn again if asked
@@ -384,6 +391,16 @@ class NoiseSource:
             page = np.random.Generator(bits).standard_normal((self._channels, self._length))
             self._pages[number] = page
         return page
+
+
+# -- bias instability ---------------------------------------------------------------------------------------
+
+
+_OCTAVES = 12
+_DRAWN_AT_ONCE = 64  # values of an octave
+_SECONDS_AT_ONCE = 64
+_BEFORE_S = 1 << 20  # filters look back before time 0, and values are numbered from 0: 12 days are enough
+_SIGMA = math.sqrt(3 * math.log(2) / (2 * math.pi))  # of an octave's values, w over B
 
 
 class Flicker:
@@ -399,9 +416,9 @@ class Flicker:
         ]
         self._sigma = _SIGMA * bias_instability
         self._first_s = self._end_s = 0
-        self._at_seconds: NDArray[np.float64] = np.empty((channels, 0))  # of the seconds between these
+        self._at_seconds: Array = np.empty((channels, 0))  # of the seconds between these
 
-    def block(self, t_s: NDArray[np.float64]) -> NDArray[np.float64]:
+    def block(self, t_s: Times) -> Array:
         """Values at ascending times (n,), shape (channels, n)."""
         first, end = math.floor(t_s[0]), math.floor(t_s[-1]) + 2
         if not self._first_s <= first < end <= self._end_s:
@@ -410,7 +427,7 @@ class Flicker:
         values = self._at_seconds[:, first - self._first_s : end - self._first_s]
         return np.stack([np.interp(t_s, np.arange(first, end), row) for row in values])
 
-    def _at(self, seconds: NDArray[np.int64]) -> NDArray[np.float64]:
+    def _at(self, seconds: NDArray[np.int64]) -> Array:
         """Values at consecutive whole seconds, counted from ``_BEFORE_S`` before time 0; (channels, n)."""
         total = np.zeros((len(self._at_seconds), len(seconds)))
         for octave, source in enumerate(self._octaves):

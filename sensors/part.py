@@ -1,5 +1,5 @@
-"""What all parts have in common: register files behind sub-addresses, the I2C protocol that leads to them,
-notes, self-clearing bits.
+"""What all parts have in common: signals that they measure, registers behind sub-addresses, and the I2C
+protocol by which a master reaches these.
 
 After the address byte of an I2C message a write's first byte is the sub-address, the rest is data; a read
 goes on at the sub-address left behind (LSM6DSL datasheet 6.2, LIS2MDL 6.1, LPS22HB 7.2). Bit 7 of the
@@ -38,6 +38,9 @@ from sensors.register_file import (
 )
 from sensors.sampling import PS_PER_S, SampleStream, Times
 
+# -- what a part measures -----------------------------------------------------------------------------------
+
+
 Signal: TypeAlias = Callable[[Times], NDArray[np.float64]]
 """A physical quantity at the given times: shape (n, 3) in the sensor's own axes, or (n,) for a scalar.
 
@@ -59,7 +62,7 @@ class Agitated(Protocol):
         ...
 
 
-PS_PER_MS = PS_PER_S // 1000
+# -- how its registers are reached --------------------------------------------------------------------------
 
 
 class Read(Protocol):
@@ -84,6 +87,12 @@ class Prefetch(Protocol):
     def __call__(self, address: int, count: int, now_ps: int) -> Prefetched:
         """About ``count`` bytes from ``address`` on."""
         ...
+
+
+# -- a part -------------------------------------------------------------------------------------------------
+
+
+_PS_PER_MS = PS_PER_S // 1000
 
 
 class Part:
@@ -182,7 +191,7 @@ class Part:
 
     def refuse(self, now_ps: int) -> None:
         """Note that somebody has tried in vain to reach a part that is not accessible yet."""
-        from_ms = self._accessible_ps / PS_PER_MS
+        from_ms = self._accessible_ps / _PS_PER_MS
         self.registers.note(now_ps, "not accessible", f"trimming values are loaded until {from_ms:g} ms")
 
     def supply_current_ua(self) -> float:
@@ -264,8 +273,11 @@ def _write_then(write: Write, then: Callable[[], None]) -> Write:
     return write_then
 
 
+# -- bits that a part clears itself -------------------------------------------------------------------------
+
+
 class SelfClearingBits:
-    """Bits that the part clears itself some time after they were written (BOOT, SW_RESET)."""
+    """Bits of one register that read as 1 for some time after they were written (BOOT, SW_RESET)."""
 
     def __init__(self, registers: RegisterFile, register: type[Register]) -> None:
         self._mem = registers.mem
