@@ -27,7 +27,7 @@ from emulator.chip.firmware import parse_limits
 from emulator.cli.exit_codes import ExitCode
 from emulator.errors import InputError
 from emulator.scenario import Scenario, load_scenario
-from emulator.scenario.observed import visible
+from emulator.scenario.observed import escaped
 from emulator.time.clock import PS_PER_S, parse_duration, seconds
 
 _LONGEST = 100  # characters of an entry that are shown
@@ -180,5 +180,5 @@ def _time(entry: Entry) -> str:
 
 
 def _shown(entry: Entry) -> str:
-    text = visible(entry.text)
+    text = escaped(entry.text)
     return text if len(text) <= _LONGEST else text[:_LONGEST] + "..."

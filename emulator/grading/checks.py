@@ -23,7 +23,7 @@ from emulator.chip.diagnosis.report import Diagnosis, Kind
 from emulator.chip.firmware import ArmFirmware
 from emulator.errors import FirmwareError, NotJudgedError
 from emulator.scenario.expectations import Kinds, LedName, Miss, Seen
-from emulator.scenario.observed import visible
+from emulator.scenario.observed import escaped
 from emulator.scenario.tables import Duration, Length, Table
 from emulator.text import shown
 from emulator.time.clock import PS_PER_MS, PS_PER_S, Periodic
@@ -106,7 +106,7 @@ class NoWarnings(Check):
         warnings = [line.strip() for line in run.build_log.splitlines() if "warning:" in line]
         if len(warnings) <= self.most:
             return None
-        count = f"{len(warnings)} warning{'s' * (len(warnings) > 1)}, the first: {visible(warnings[0])[:200]}"
+        count = f"{len(warnings)} warning{'s' * (len(warnings) > 1)}, the first: {escaped(warnings[0])[:200]}"
         return Miss("wrong value", f"at most {self.most} warnings" if self.most else "no warning", count)
 
 

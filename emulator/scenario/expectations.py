@@ -25,9 +25,9 @@ from emulator.scenario.observed import (
     BoardView,
     PrintedLine,
     deviation,
+    escaped,
     nearest_truth,
     same_banner,
-    visible,
 )
 from emulator.scenario.tables import (
     LED_NAMES,
@@ -122,7 +122,7 @@ class ExpectLine(Windowed):
                 near = nearest(wanted, lines)
         if near is None:
             return Miss("missing", self.wording(), f"{len(lines)} other lines")
-        diff = (f"-{visible(wanted)}", f"+{visible(near)}")
+        diff = (f"-{escaped(wanted)}", f"+{escaped(near)}")
         return Miss(fault_between(wanted, near), self.wording(), shown_line(near), diff)
 
 
@@ -175,7 +175,7 @@ class ExpectNever(_Matching):
             return None
         first = found[0]
         seen_text = f"{len(found)} lines, first line {first.number} at {seconds(first.at_ps)}"
-        return Miss("wrong value", self.wording(), seen_text, (f"+{visible(first.text)}",))
+        return Miss("wrong value", self.wording(), seen_text, (f"+{escaped(first.text)}",))
 
 
 class ExpectText(Expectation):
@@ -208,7 +208,7 @@ class ExpectText(Expectation):
 
 def shown_line(text: str) -> str:
     """A line in a message."""
-    return f'"{visible(text)}"'
+    return f'"{escaped(text)}"'
 
 
 # -- Numbers and hardware: a printed field, a LED, the timer's ticks, the hard iron found -------------------
@@ -348,7 +348,7 @@ class ExpectWithin(Windowed):
 
 
 def _printed(line: PrintedLine) -> str:
-    return f"+{visible(line.text)}  at {seconds(line.at_ps)}"
+    return f"+{escaped(line.text)}  at {seconds(line.at_ps)}"
 
 
 def _known_led(name: str, info: ValidationInfo) -> str:
@@ -495,7 +495,7 @@ def difference(expected: Sequence[str], printed: Sequence[str]) -> tuple[str, ..
     """The place of the first difference, as a unified diff with a few lines of context."""
     index = first_difference(expected, printed)
     begin, end = max(index - _CONTEXT, 0), index + _SHOWN
-    old, new = (list(map(visible, side[begin:end])) for side in (expected, printed))
+    old, new = (list(map(escaped, side[begin:end])) for side in (expected, printed))
     hunks = difflib.unified_diff(old, new, n=_CONTEXT, lineterm="")
     return (f"@@ line {index + 1} @@", *(line for line in hunks if not line.startswith(("---", "+++", "@@"))))
 

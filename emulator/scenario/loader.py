@@ -3,8 +3,8 @@
 A scenario file may come from anybody (a student, a download), so reading it is bounded in bytes and in time,
 and whatever is wrong with it is a ScenarioError of one line.
 
-Motions that nobody can know before the board is made: wherever a scenario's ``[world]`` and ``[[timeline]]``
-have a number or a duration, they may have a draw::
+Some motions are to be known by nobody before the board is made. Wherever a scenario's ``[world]`` and
+``[[timeline]]`` have a number or a duration, they may have a draw instead::
 
     pitch_deg = { draw = [20, 70], either_sign = true }   # 20 to 70, or -70 to -20
     for = { draw = ["1s", "3s"] }
@@ -67,14 +67,14 @@ def scenario_of(
 
     ``seed``: what its draws come from, instead of its own seed. Raises ScenarioError with file and key path.
     """
-    if not has_draws(table):
+    if not _has_draws(table):
         return _scenario(table, path, board, name)
     if seed is None:
         given = table.get("seed", 0)
         seed = given if isinstance(given, int) else 0  # of another type: refused below
-    for pick in (lowest, highest):
+    for pick in (_lowest, _highest):
         _scenario(drawn(table, pick, str(path)), path, board, name)
-    return _scenario(drawn(table, by_seed(seed, name or path.stem), str(path)), path, board, name)
+    return _scenario(drawn(table, _by_seed(seed, name or path.stem), str(path)), path, board, name)
 
 
 def _scenario(table: dict[str, Any], path: Path, board: BoardDescription, name: str | None) -> Scenario:
@@ -172,24 +172,24 @@ Pick: TypeAlias = Callable[[str, int], float]
 """By a key path and a purpose, where in a range from 0 to 1."""
 
 
-def by_seed(seed: int, name: str) -> Pick:
+def _by_seed(seed: int, name: str) -> Pick:
     """What the seed draws in the scenario ``name``."""
     return lambda path, purpose: random.Random(f"{seed}/{name}/{path}/{purpose}").random()
 
 
-def lowest(path: str, purpose: int) -> float:
+def _lowest(path: str, purpose: int) -> float:
     """The least that each draw can give."""
     del path, purpose
     return 0.0
 
 
-def highest(path: str, purpose: int) -> float:
+def _highest(path: str, purpose: int) -> float:
     """The most that each draw can give."""
     del path, purpose
     return 1.0 - 2**-53
 
 
-def has_draws(table: Mapping[str, Any]) -> bool:
+def _has_draws(table: Mapping[str, Any]) -> bool:
     """Whether anything of a scenario's table depends on the seed."""
     return any(_any_draw(table.get(place)) for place in _DRAWN_IN)
 
@@ -293,10 +293,10 @@ def scenario_error(file: str, error: ValidationError) -> ScenarioError:
     problems = error.errors(include_url=False)
     path, text = _explain(problems[0])
     more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
-    return ScenarioError(file, key_path(path), text + more)
+    return ScenarioError(file, _key_path(path), text + more)
 
 
-def key_path(path: list[str | int]) -> str:
+def _key_path(path: list[str | int]) -> str:
     """``timeline[2].for`` from its parts."""
     text = ""
     for part in path:

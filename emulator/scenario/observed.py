@@ -37,7 +37,7 @@ from bisect import bisect_right
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
@@ -118,7 +118,7 @@ class BoardView(Protocol):
 # -- The formats of lines -----------------------------------------------------------------------------------
 
 
-_PATTERN = {"%d": r"(-?\d+)", "%f": r"(-?(?:\d+\.\d{6}|inf|nan))"}
+_CONVERSIONS = {"%d": r"(-?\d+)", "%f": r"(-?(?:\d+\.\d{6}|inf|nan))"}
 ANGLES = frozenset({"Pitch", "Roll", "Yaw"})
 
 _FORMATS: tuple[tuple[str, tuple[str, ...]], ...] = (
@@ -139,7 +139,7 @@ class LineFormat:
         self.fields = fields
         self.label = text.split(" ", 1)[0]
         pattern = re.escape(text).replace(r"\ ", " ")
-        for conversion, number in _PATTERN.items():
+        for conversion, number in _CONVERSIONS.items():
             pattern = pattern.replace(conversion, number)
         self._pattern = re.compile(pattern, re.ASCII)
 
@@ -161,35 +161,35 @@ def same_banner(text: str) -> str:
     return _BANNER.sub("STEVAL-FCU001V1 FH", text)
 
 
-def visible(text: str) -> str:
-    """A line with its control characters as escapes."""
+def escaped(text: str) -> str:
+    """A line as an escaped string: every byte can be told from every other, backslashes too."""
     return text.encode("unicode_escape").decode("ascii")
 
 
 # -- The truth ----------------------------------------------------------------------------------------------
 
 
-Law = Callable[[World, Array], Array]
+_Law: TypeAlias = Callable[[World, Array], Array]
 MOVING_G = "moving"  # printed by nobody; tells whether the accelerometer is a tilt sensor at that moment
 
 
-def _compass(column: int) -> Law:
+def _compass(column: int) -> _Law:
     return lambda world, t_s: world.compass_deg(t_s)[:, column]
 
 
-def _acc_mg(column: int) -> Law:
+def _acc_mg(column: int) -> _Law:
     return lambda world, t_s: 1000.0 * world.specific_force_g(t_s)[:, column]
 
 
-def _gyro_mdps(column: int) -> Law:
+def _gyro_mdps(column: int) -> _Law:
     return lambda world, t_s: 1000.0 * world.angular_rate_dps(t_s)[:, column]
 
 
-def _mag_mgauss(column: int) -> Law:
+def _mag_mgauss(column: int) -> _Law:
     return lambda world, t_s: (world.magnetic_field_mgauss(t_s) - world.hard_iron_mgauss(t_s))[:, column]
 
 
-TRUTH: dict[str, Law] = {
+TRUTH: dict[str, _Law] = {
     **{f"ACC.{axis}": _acc_mg(column) for column, axis in enumerate("xyz")},
     **{f"GYR.{axis}": _gyro_mdps(column) for column, axis in enumerate("xyz")},
     **{f"MAG.{axis}": _mag_mgauss(column) for column, axis in enumerate("xyz")},

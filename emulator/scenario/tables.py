@@ -159,8 +159,8 @@ class Window(Table):
 _HZ_PER_UNIT = {"Hz": 1, "kHz": 1000, "MHz": 1_000_000}
 _FREQUENCY = rf"({NUMBER}) ?({'|'.join(_HZ_PER_UNIT)})"
 _FREQUENCY_HELP = 'give a number and a unit (Hz, kHz, MHz) in quotes, such as "400kHz"'
-SLOWEST_BUS_HZ = 10_000
-FASTEST_BUS_HZ = 1_000_000
+_SLOWEST_BUS_HZ = 10_000
+_FASTEST_BUS_HZ = 1_000_000
 
 
 def parse_bus_speed(value: Any) -> int:
@@ -171,7 +171,7 @@ def parse_bus_speed(value: Any) -> int:
     if match is None:
         raise ValueError(f"is {shown(value)}; {_FREQUENCY_HELP}")
     hertz = int(Decimal(match[1]) * _HZ_PER_UNIT[match[2]])
-    if not SLOWEST_BUS_HZ <= hertz <= FASTEST_BUS_HZ:
+    if not _SLOWEST_BUS_HZ <= hertz <= _FASTEST_BUS_HZ:
         raise ValueError(f'is {shown(value)}; give a speed from "10kHz" to "1MHz"')
     return hertz
 
@@ -184,7 +184,7 @@ BusSpeed = Annotated[
 ]
 
 
-def parse_address(value: object, info: ValidationInfo) -> int:
+def _parse_address(value: object, info: ValidationInfo) -> int:
     """A part's name, or a 7-bit address -> the address. ValueError says what would be right."""
     known = board_of(info).addresses
     if isinstance(value, str) and value in known:
@@ -197,7 +197,7 @@ def parse_address(value: object, info: ValidationInfo) -> int:
 
 Address = Annotated[
     int,
-    PlainValidator(parse_address),
+    PlainValidator(_parse_address),
     WithJsonSchema({"anyOf": [{"enum": PART_NAMES}, {"type": "integer"}]}),
 ]
 
@@ -205,10 +205,10 @@ Address = Annotated[
 # -- What one scenario may take while it is read ------------------------------------------------------------
 
 
-MAX_FILE_BYTES = 1 << 20  # of a scenario or a text it names
-MAX_TOTAL_BYTES = 64 << 20  # of all files that a scenario names
-MAX_ELEMENTS = 10_000  # of one compiled pattern
-MAX_TOTAL_ELEMENTS = 100_000  # of all patterns of a scenario
+_MAX_FILE_BYTES = 1 << 20  # of a scenario or a text it names
+_MAX_TOTAL_BYTES = 64 << 20  # of all files that a scenario names
+_MAX_ELEMENTS = 10_000  # of one compiled pattern
+_MAX_TOTAL_ELEMENTS = 100_000  # of all patterns of a scenario
 
 
 class Resources:
@@ -219,8 +219,8 @@ class Resources:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        self._bytes_left = MAX_TOTAL_BYTES
-        self._elements_left = MAX_TOTAL_ELEMENTS
+        self._bytes_left = _MAX_TOTAL_BYTES
+        self._elements_left = _MAX_TOTAL_ELEMENTS
         self._texts: dict[Path, bytes] = {}
         self._recordings: dict[Path, Recording] = {}
 
@@ -247,7 +247,7 @@ class Resources:
         """Count a pattern that is about to be compiled."""
         elements = _elements(pattern)
         self._elements_left -= elements
-        if elements > MAX_ELEMENTS:
+        if elements > _MAX_ELEMENTS:
             raise ValueError(f"is {shown(pattern)}, which repeats too much; let its counts multiply to less")
         if self._elements_left < 0:
             raise ValueError(f"is {shown(pattern)}, with which the patterns are too long; give fewer of them")
@@ -275,7 +275,7 @@ class Resources:
             return  # reading it says what is wrong
         self._bytes_left -= size
         if self._bytes_left < 0:
-            most = f"{MAX_TOTAL_BYTES >> 20} MiB"
+            most = f"{_MAX_TOTAL_BYTES >> 20} MiB"
             raise ValueError(f"is {shown(name)}, with which the scenario's files exceed {most}; shorten them")
 
 
@@ -291,11 +291,11 @@ def read_bounded(path: Path, name: str, what: str) -> bytes:
         if path.exists() and not path.is_file():  # a pipe or a terminal would keep us waiting
             raise ValueError(f"{name} is not a regular file; give {what}")
         with path.open("rb") as stream:
-            data = stream.read(MAX_FILE_BYTES + 1)
+            data = stream.read(_MAX_FILE_BYTES + 1)
     except OSError as error:
         raise ValueError(f"{name} cannot be read: {error.strerror or error}; give {what}") from error
-    if len(data) > MAX_FILE_BYTES:
-        raise ValueError(f"{name} is larger than {MAX_FILE_BYTES >> 20} MiB; give {what}")
+    if len(data) > _MAX_FILE_BYTES:
+        raise ValueError(f"{name} is larger than {_MAX_FILE_BYTES >> 20} MiB; give {what}")
     return data
 
 
@@ -338,7 +338,7 @@ RecordingFile = Annotated[Named[Recording], PlainValidator(_named_recording), _A
 # -- Patterns -----------------------------------------------------------------------------------------------
 
 
-LONGEST_PATTERN = 500
+_LONGEST_PATTERN = 500
 _LINE_PATIENCE_S = 0.5  # for one line; a sane pattern takes microseconds
 _RUN_PATIENCE_S = 10.0  # for all patterns of a scenario on all lines of a run
 
@@ -393,8 +393,8 @@ class Pattern:
 
 
 def _parse_pattern(value: object, info: ValidationInfo) -> Pattern:
-    if not isinstance(value, str) or len(value) > LONGEST_PATTERN:
-        longest = f"of at most {LONGEST_PATTERN} characters"
+    if not isinstance(value, str) or len(value) > _LONGEST_PATTERN:
+        longest = f"of at most {_LONGEST_PATTERN} characters"
         raise ValueError(f"is {shown(value)}; give a regular expression {longest}")
     resources_of(info).allow_pattern(value)
     try:
@@ -407,5 +407,5 @@ PatternText = Annotated[
     Pattern,
     PlainValidator(_parse_pattern),
     PlainSerializer(lambda pattern: pattern.text),
-    WithJsonSchema({"type": "string", "format": "regex", "maxLength": LONGEST_PATTERN}),
+    WithJsonSchema({"type": "string", "format": "regex", "maxLength": _LONGEST_PATTERN}),
 ]
