@@ -234,7 +234,7 @@ _CALIBRATIONS = "published calibrations of other boards"
 
 @dataclass(frozen=True)
 class BoardErrors(PartErrors):
-    """Explicit numbers, axes those of the board; the default is an ideal board.
+    """Explicit numbers in the board's axes; the default is an ideal board.
 
     The steel of USB plug, battery and screws, and what it has been magnetised to, turn with the board: a
     field that is always the same (hard iron), and the Earth's field bent (soft iron). Both are drawn from the
@@ -254,7 +254,7 @@ class BoardErrors(PartErrors):
     document gives its tolerance, usual ones are off by 30 ppm at most, a second in nine hours, which nobody
     sees in a lab.
 
-    It is warmer than the air by what it draws, and follows the air in its time
+    A board is warmer than the air by the power that it draws, and follows the air slowly
     (:mod:`emulator.world.warmth`).
     """
 
@@ -284,7 +284,7 @@ class BoardErrors(PartErrors):
         "time constant with which it becomes so", "s", 200.0, "its size and thickness"
     )
 
-    def soft_iron(self) -> NDArray[np.float64]:
+    def soft_iron(self) -> Matrix:
         """The matrix (3, 3) by which the outer field is seen: symmetric, as of steel without hysteresis."""
         matrix = np.eye(3) + np.diag(self.soft_iron_percent) / 100.0
         for (row, column), percent in zip(

@@ -46,8 +46,6 @@ from emulator.trace import LARGEST_FILE
 if TYPE_CHECKING:  # imported when a function is called, with what reads debug information: runs start sooner
     from emulator.chip.calls import Caller
 
-_LOOK_EVERY_PS = 10 * PS_PER_MS
-
 
 class ArmFirmware:
     """A firmware image in flash, and the chip that executes it from power-on.
@@ -81,14 +79,6 @@ class ArmFirmware:
         """What keeps the firmware from working, as far as can be told now; None if it does work."""
         return diagnose(self)
 
-    def handles(self, block: str) -> bool:
-        """Whether an interrupt of a block ("TIM9") is being handled now."""
-        return any(block in name for name in self.handled())
-
-    def handled(self) -> list[str]:
-        """The exceptions being handled now, preempted ones included: "HardFault", "TIM1_BRK_TIM9"."""
-        return [exception_name(number) for number in bits(self.chip.core.active)]
-
     def diagnosis_text(self) -> str:
         """The same as text; "" if nothing is seen to be wrong."""
         return str(self.diagnosis() or "")
@@ -99,6 +89,14 @@ class ArmFirmware:
         What the world and the sensors say besides: :func:`emulator.analysis.mistakes.explain`.
         """
         return list(findings(self))
+
+    def handles(self, block: str) -> bool:
+        """Whether an interrupt of a block ("TIM9") is being handled now."""
+        return any(block in name for name in self.handled())
+
+    def handled(self) -> list[str]:
+        """The exceptions being handled now, preempted ones included: "HardFault", "TIM1_BRK_TIM9"."""
+        return [exception_name(number) for number in bits(self.chip.core.active)]
 
     def variable(self, name: str) -> Any:
         """A global variable by its C name, as :meth:`Symbols.read_variable` gives it. Raises KeyError."""
@@ -131,7 +129,7 @@ class ArmFirmware:
         return bytes(content)
 
 
-# -- limits -----------------------------------------------------------------------------------------------
+# -- its limits ---------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -181,6 +179,9 @@ def parse_limits(settings: Iterable[str]) -> Limits:
         except ValueError:
             raise InputError(f"limit {setting}: give a number, such as {name}=1000") from None
     return Limits(**chosen)
+
+
+_LOOK_EVERY_PS = 10 * PS_PER_MS
 
 
 class LimitedRun:
