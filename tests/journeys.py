@@ -44,14 +44,14 @@ C_FILES = {
     "printf byte -> terminal": {
         "machine.c": "fcu_run_until",
         "single.c": "str",
-        "bus.c": "memory_write",
+        "bus.c": "core_write",
         "chip.c": "block_write",
         "usart.c": "usart_write",
     },
     "I2C read -> sensor": {
         "machine.c": "fcu_run_until",
         "single.c": "ldr",
-        "bus.c": "memory_read",
+        "bus.c": "core_read",
         "chip.c": "chip_advance",
         "i2c.c": "i2c_fire",
         "target.c": "target_read",

@@ -1,7 +1,7 @@
 /* Loads and stores on the usual way: RAM and constants in flash, without anybody to be asked or told.
  *
  * An operation tries that first. Where it fails, the operation's other half takes its place: it looks outside
- * (chain.h) and uses memory_read() and memory_write(), which can do everything.
+ * (chain.h) and uses core_read() and core_write(), which can do everything.
  */
 #ifndef FCU_ACCESS_H
 #define FCU_ACCESS_H
@@ -32,10 +32,10 @@
     return true;                                                                                         \
   }                                                                                                      \
   static inline bool load##bits##_outside(Core *core, uint32_t address, uint32_t *value) {               \
-    return memory_read(core, address, sizeof(type), value);                                              \
+    return core_read(core, address, sizeof(type), value);                                                \
   }                                                                                                      \
   static inline bool store##bits##_outside(Core *core, uint32_t address, uint32_t value) {               \
-    return memory_write(core, address, sizeof(type), value);                                             \
+    return core_write(core, address, sizeof(type), value);                                               \
   }
 DEFINE_PLAIN(8, uint8_t)
 DEFINE_PLAIN(16, uint16_t)
@@ -46,7 +46,7 @@ INLINE bool is_aligned(const Core *core, uint32_t address) {
   (void)core;
   return LIKELY(!(address & 3));
 }
-static inline bool is_aligned_outside(Core *core, uint32_t address) { return memory_is_aligned(core, address); }
+static inline bool is_aligned_outside(Core *core, uint32_t address) { return core_is_aligned(core, address); }
 
 /* Both halves of an operation that accesses memory: access(core, insn, address) and access_outside() likewise,
  * at an address and with something to be done only after an access that was made: a fault leaves the base

@@ -25,6 +25,9 @@
 #define PS_PER_S INT64_C(1000000000000)
 #define WORD 0xFFFFFFFFu
 
+/* The bits of an access of 1, 2 or 4 bytes, at its lowest byte. */
+static inline uint32_t mask_of(unsigned size) { return size == 4 ? WORD : (1u << 8 * size) - 1; }
+
 /* The number in a field of several bits, by the names of the chapter's header: FIELD(cr2, CR2_STOP). */
 #define FIELD(value, name) (((value) & (name)) >> name##_SHIFT)
 

@@ -1,5 +1,5 @@
-/* The bus matrix: accesses to registers, at their exact time, and those to memory that need more than the bytes, which
- * access.h deals with; bus.h and core.h say more.
+/* The bus matrix: accesses to registers, at their exact time, and those to memory for which access.h is not enough.
+ * bus.h and core.h declare them.
  */
 #include "bus.h"
 
@@ -203,7 +203,7 @@ static bool read_register(Chip *chip, Block *block, uint32_t address, unsigned s
   return true;
 }
 
-/* The core reads an address outside of its memories; aligned. False where nothing answers, as below. */
+/* The core reads an aligned address outside of its memories; false where nothing answers. */
 static bool read_outside(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
   return is_registers(address) ? read_register(chip, chip_block_at(chip, address), address, size, value)
                                : read_bit(chip, address, value);
@@ -216,7 +216,7 @@ static bool changes_nothing(const Block *block, uint32_t address, unsigned size,
          block->type->changes_nothing(block, (address - block->base) & ~3u, value << shift & mask, mask);
 }
 
-/* It writes there. */
+/* The core writes to such an address; false where nothing answers. */
 static bool write_outside(Chip *chip, uint32_t address, unsigned size, uint32_t value) {
   if (!is_registers(address)) {
     return write_bit(chip, address, value);
@@ -243,7 +243,7 @@ static bool fault(Core *core, uint32_t address, enum Stop why) {
   return false;
 }
 
-bool memory_is_aligned(Core *core, uint32_t address) {
+bool core_is_aligned(Core *core, uint32_t address) {
   return !(address & 3) || fault(core, address, STOP_UNALIGNED);
 }
 
@@ -284,7 +284,7 @@ static bool read_steady(Chip *chip, uint32_t address, unsigned size, uint32_t *v
     return false;
   }
   *value = block->type->peek(block, (address - block->base) & ~3u) >> 8 * (address & 3);
-  *value &= size == 4 ? WORD : (1u << 8 * size) - 1;
+  *value &= mask_of(size);
   return true;
 }
 
@@ -305,7 +305,7 @@ static __attribute__((noinline)) bool read_any(Core *core, uint32_t address, uns
   return read_outside(core->chip, address, size, value) || fault(core, address, STOP_READ);
 }
 
-bool memory_read(Core *core, uint32_t address, unsigned size, uint32_t *value) {
+bool core_read(Core *core, uint32_t address, unsigned size, uint32_t *value) {
   return (!core->watches && read_steady(core->chip, address, size, value)) ||
          read_any(core, address, size, value);
 }
@@ -340,11 +340,11 @@ static bool write_piece(Core *core, uint32_t address, unsigned size, uint32_t va
   return write_outside(core->chip, address, size, value);
 }
 
-bool memory_write(Core *core, uint32_t address, unsigned size, uint32_t value) {
+bool core_write(Core *core, uint32_t address, unsigned size, uint32_t value) {
   if (UNLIKELY((core->watches || core->unalign_trp) && !look_at_access(core, address, size, true))) {
     return false;
   }
-  value &= size == 4 ? 0xFFFFFFFFu : (1u << 8 * size) - 1;
+  value &= mask_of(size);
   if (!is_unaligned(address, size) || in_ram(address, size)) {
     return write_piece(core, address, size, value) || fault(core, address, STOP_WRITE);
   }

@@ -1,5 +1,5 @@
-/* The bus matrix: accesses of the core, of bit-band aliases and of DMA to everything that is not memory (RM0368
- * section 2), and waiting loops, which such accesses tell.
+/* The bus matrix (RM0368 section 2): accesses by the core, DMA and debuggers that are more than a plain load or store
+ * of memory (access.h), and the loops that wait, which are told by their accesses.
  */
 #ifndef FCU_BUS_H
 #define FCU_BUS_H

@@ -1,4 +1,4 @@
-/* The chip as a whole: its life, blocks, events, lines, pins. */
+/* The chip as a whole: its life, snapshots of it, and what its blocks share: accesses, events, clocks, lines, pins. */
 #include "fcu.h"
 
 #include <stdarg.h>
@@ -126,8 +126,6 @@ void block_create(Chip *chip, Block *block, const BlockType *type, uint32_t base
 }
 
 void block_knows_all(Block *block) { memset(block->known, 0xFF, sizeof block->known); }
-
-static uint32_t mask_of(unsigned size) { return size == 4 ? WORD : (1u << 8 * size) - 1; }
 
 static void touched(Block *block, uint32_t offset, enum Touched what) {
   block->chip->host.touched(block->chip->now_ps, block->index, offset, what);

@@ -1,8 +1,8 @@
 /* A Cortex-M4F that executes instructions: state, and what the files of this folder need of each other.
  *
  * Each instruction is decoded once, into an Insn with the function that executes it, and stands in a block of
- * those that follow it. The functions are the operations of ARMv7-M ARM chapter A7; exceptions are entered and
- * left by machine.c.
+ * those that follow it. The functions are the operations of ARMv7-M ARM chapter A7. exceptions.c enters and leaves
+ * exceptions.
  */
 #ifndef FCU_CORE_H
 #define FCU_CORE_H
@@ -160,11 +160,11 @@ void core_forget_code(Core *core, uint32_t address, uint32_t size);
 /* False if there is nothing, and then the run has been stopped on the instruction. size is 1, 2 or 4; *value is
  * zero-extended. Unaligned addresses are read as the bus does, in pieces. Who answers may change limit and
  * code. */
-bool memory_read(Core *core, uint32_t address, unsigned size, uint32_t *value);
-bool memory_write(Core *core, uint32_t address, unsigned size, uint32_t value);
+bool core_read(Core *core, uint32_t address, unsigned size, uint32_t *value);
+bool core_write(Core *core, uint32_t address, unsigned size, uint32_t value);
 /* LDM, STM, LDRD, STRD and their floating-point kin fault at an address that is not a multiple of 4, whatever CCR
  * says (A3.2.1); false: this one has. */
-bool memory_is_aligned(Core *core, uint32_t address);
+bool core_is_aligned(Core *core, uint32_t address);
 /* Bytes of RAM have been stored by somebody else. */
 void core_note_stores(Core *core, uint32_t address, uint32_t size);
 /* size bytes of memory; NULL if they are elsewhere. */

@@ -13,7 +13,7 @@
     if (address % size) {                                                                                \
       core->fault_address = address;                                                                     \
       stop_on(core, insn, budget, STOP_UNALIGNED);                                                       \
-    } else if (memory_read(core, address, size, &value)) {                                               \
+    } else if (core_read(core, address, size, &value)) {                                                 \
       core->exclusive = 1;                                                                               \
       core->exclusive_address = address;                                                                 \
       core->exclusive_value = core->r[insn->d] = value;                                                  \
@@ -25,11 +25,11 @@
     bool stores = core->exclusive && core->exclusive_address == address;                                 \
     look_outside(core, insn, budget);                                                                    \
     if (stores) {                                                                                        \
-      if (!memory_read(core, address, size, &value)) {                                                   \
+      if (!core_read(core, address, size, &value)) {                                                     \
         return;                                                                                          \
       }                                                                                                  \
       stores = value == core->exclusive_value;                                                           \
-      if (stores && !memory_write(core, address, size, core->r[insn->a])) {                              \
+      if (stores && !core_write(core, address, size, core->r[insn->a])) {                                \
         return;                                                                                          \
       }                                                                                                  \
     }                                                                                                    \

@@ -14,12 +14,12 @@
 /* Why fcu_run_until() has returned. */
 enum Ended { ENDED_AT_TIME, ENDED_HALTED, ENDED_BY_HOST };
 enum Sleep { AWAKE, SLEEPS_WFI, SLEEPS_WFE };
-/* Reasons for a reset; the rest are Python's, by number (library.py). */
+/* Reasons for a reset; the rest are Python's, by number (cpu/core.py). */
 enum ResetReason { RESET_NONE, RESET_SYSRESETREQ };
 
 typedef struct {
   int64_t at_ps;   /* until when the chip is to run */
-  int64_t end_ps;  /* before when the run of instructions under way has to end */
+  int64_t end_ps;  /* when the run of instructions under way has to end */
   int64_t end;     /* timeline.count from which on it is end_ps or later */
   int64_t executed; /* instructions of the latest run */
   int32_t reset_reason;

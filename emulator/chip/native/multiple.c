@@ -27,12 +27,12 @@ INLINE void take_words(Core *core, const Insn *insn, const uint8_t *words, uint3
 
 /* Nothing is changed before all has been read. */
 static bool read_words(Core *core, const Insn *insn, uint32_t address, uint8_t *words) {
-  if (!memory_is_aligned(core, address)) {
+  if (!core_is_aligned(core, address)) {
     return false;
   }
   for (uint32_t at = 0; at < insn->by; at += 4) {
     uint32_t value;
-    if (!memory_read(core, address + at, 4, &value)) {
+    if (!core_read(core, address + at, 4, &value)) {
       return false;
     }
     memcpy(words + at, &value, 4);
@@ -93,11 +93,11 @@ DEFINE_LOADS(ldmdb_write_back, n - insn->by, n - insn->by)
   RARE_OPERATION(name##_outside) {                                                                       \
     uint32_t n = core->r[insn->n], address = first;                                                      \
     look_outside(core, insn, budget);                                                                    \
-    if (!memory_is_aligned(core, address)) {                                                             \
+    if (!core_is_aligned(core, address)) {                                                               \
       return;                                                                                            \
     }                                                                                                    \
     FOR_EACH_IN(insn->imm, rest) {                                                                       \
-      if (!memory_write(core, address, 4, core->r[FIRST_IN(rest)])) {                                    \
+      if (!core_write(core, address, 4, core->r[FIRST_IN(rest)])) {                                      \
         return;                                                                                          \
       }                                                                                                  \
       address += 4;                                                                                      \
