@@ -308,61 +308,66 @@ class SelfClearingBits:
 # -- the I2C face ------------------------------------------------------------------------------------------
 
 
-class IncrementBit:
+class _IncrementBit:
     """A part whose bursts stay at one register unless a bit of the sub-address says that they go on.
 
     Addresses have that bit where it was set; all else is the part's own.
     """
 
-    def __init__(self, device: Part, bit: int) -> None:
-        self._device = device
+    def __init__(self, part: Part, bit: int) -> None:
+        self._part = part
         self._bit = bit
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(self._device, name)
+        return getattr(self._part, name)
 
     def read(self, address: int, count: int, now_ps: int) -> bytes:
         """``count`` bytes from ``address`` on, or of ``address``."""
         register = address & ~self._bit
         if address & self._bit:
-            return self._device.read(register, count, now_ps)
-        return b"".join(self._device.read(register, 1, now_ps) for _ in range(count))
+            return self._part.read(register, count, now_ps)
+        return b"".join(self._part.read(register, 1, now_ps) for _ in range(count))
 
     def write(self, address: int, data: bytes, now_ps: int) -> None:
         """Write ``data`` from ``address`` on, or each byte to ``address``."""
         register = address & ~self._bit
         if address & self._bit:
-            self._device.write(register, data, now_ps)
+            self._part.write(register, data, now_ps)
             return
         for value in data:
-            self._device.write(register, bytes((value,)), now_ps)
+            self._part.write(register, bytes((value,)), now_ps)
 
     def advance(self, address: int, count: int) -> int:
         """The address a burst leaves behind."""
         if not address & self._bit:
             return address
-        return self._device.advance(address & ~self._bit, count) | self._bit
+        return self._part.advance(address & ~self._bit, count) | self._bit
 
     def register_name(self, address: int) -> str:
         """The datasheet's name of the register at a sub-address."""
-        return self._device.register_name(address & ~self._bit)
+        return self._part.register_name(address & ~self._bit)
 
     def prefetch(self, address: int, count: int, now_ps: int) -> Prefetched:
         """Without the bit one byte at a time: the next one is read after this one."""
-        data, until_ps, quiet = self._device.prefetch(address & ~self._bit, count, now_ps)
+        data, until_ps, quiet = self._part.prefetch(address & ~self._bit, count, now_ps)
         if address & self._bit:
             return data, until_ps, quiet
         return data[:1], until_ps, quiet & 0b10
 
     def consumed(self, address: int, count: int) -> None:
         """So many of these bytes have been read."""
-        self._device.consumed(address & ~self._bit, count)
+        self._part.consumed(address & ~self._bit, count)
 
     def burst_reader(self, address: int, count: int) -> BurstReader:
         """What reads such a burst."""
         if address & self._bit:
-            return self._device.burst_reader(address & ~self._bit, count)
+            return self._part.burst_reader(address & ~self._bit, count)
         return lambda now_ps: (self.read(address, count, now_ps), 0)
+
+
+def with_increment_bit(part: Part, bit: int) -> Part:
+    """The part as it is reached where ``bit`` of an address says that a burst goes on; 0: where none does."""
+    return cast("Part", _IncrementBit(part, bit)) if bit else part
 
 
 class SubaddressTarget:
@@ -371,25 +376,25 @@ class SubaddressTarget:
     ``now_ps`` gives the virtual time in picoseconds, in which the part's samples are due.
     """
 
-    def __init__(self, device: Part, now_ps: Callable[[], int]) -> None:
-        bit = device.BUS.i2c_increment_bit
-        self.device = cast("Part", IncrementBit(device, bit)) if bit else device
+    def __init__(self, part: Part, now_ps: Callable[[], int]) -> None:
+        bit = part.BUS.i2c_increment_bit
+        self.part = with_increment_bit(part, bit)
         self._now_ps = now_ps
         self.address_mask = ADDRESSES - 1 | bit
         """The bits of a sub-address that mean something to the part."""
         self.last_burst = (0, 0)
         """Sub-address and length of the last burst; the next read without a sub-address goes on after it."""
         self._expects_subaddress = False
-        self._booting = not device.accessible(now_ps())  # asked again only while it is so
+        self._booting = not part.accessible(now_ps())  # asked again only while it is so
 
     def start(self, *, read: bool) -> bool:
         """A start or repeated start addressed this part; True acknowledges."""
         self._expects_subaddress = not read
         if not self._booting:
-            return not self.device.i2c_off
+            return not self.part.i2c_off
         answers = self.answers()
         if self._booting:
-            self.device.refuse(self._now_ps())
+            self.part.refuse(self._now_ps())
         return answers
 
     def write(self, data: bytes) -> int:
@@ -401,14 +406,14 @@ class SubaddressTarget:
             payload = data[1:]
         if payload:
             address = self.position
-            self.device.write(address, payload, self._now_ps())
+            self.part.write(address, payload, self._now_ps())
             self.last_burst = (address, len(payload))
         return len(data)
 
     def read(self, count: int) -> bytes:
         """Bytes for the master, from the sub-address left behind."""
         address = self.position
-        data = self.device.read(address, count, self._now_ps())
+        data = self.part.read(address, count, self._now_ps())
         self.last_burst = (address, count)
         return data
 
@@ -419,13 +424,13 @@ class SubaddressTarget:
         """
         if not self.answers():
             return NOTHING_PREFETCHED
-        return self.device.prefetch(subaddress & self.address_mask, count, now_ps)
+        return self.part.prefetch(subaddress & self.address_mask, count, now_ps)
 
     def consumed(self, subaddress: int, count: int) -> None:
         """So many of these bytes have been read."""
         address = subaddress & self.address_mask
-        self.device.consumed(address, count)
-        if self.device.advance(address, 1) == address:  # each in a read of its own
+        self.part.consumed(address, count)
+        if self.part.advance(address, 1) == address:  # each in a read of its own
             address, count = address + count - 1, 1
         self.advance_past(address, count)
 
@@ -437,14 +442,14 @@ class SubaddressTarget:
     @property
     def version(self) -> array[int]:
         """The part's: what was prefetched holds as long as the number does not change."""
-        return self.device.version
+        return self.part.version
 
     @property
     def position(self) -> int:
         """The sub-address left behind, where a read goes on."""
         address, count = self.last_burst
         if count:
-            address = self.device.advance(address, count)
+            address = self.part.advance(address, count)
             self.last_burst = (address, 0)
         return address
 
@@ -458,18 +463,18 @@ class SubaddressTarget:
             return None
         address = subaddress & self.address_mask
         self.last_burst = (address, count)
-        return self.device.read(address, count, now_ps)
+        return self.part.read(address, count, now_ps)
 
     def name(self) -> str:
         """The part's name."""
-        return self.device.NAME
+        return self.part.NAME
 
     def register_name(self, address: int) -> str:
         """The datasheet's name of the register at a sub-address."""
-        return self.device.register_name(address)
+        return self.part.register_name(address)
 
     def answers(self) -> bool:
         """Whether the part acknowledges its address; only a write to it changes that, once it does."""
         if self._booting:
-            self._booting = not self.device.accessible(self._now_ps())
-        return not self._booting and not self.device.i2c_off
+            self._booting = not self.part.accessible(self._now_ps())
+        return not self._booting and not self.part.i2c_off

@@ -17,10 +17,10 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Callable
-from typing import Final, cast
+from typing import Final
 
 from sensors.declaration import Mode, Wires
-from sensors.part import IncrementBit, Part
+from sensors.part import Part, with_increment_bit
 from sensors.register_file import NOTHING_PREFETCHED, Prefetched
 
 READ: Final = 0x80
@@ -33,19 +33,19 @@ class SpiTarget:
     ``now_ps`` gives the virtual time, in which the part's samples are due.
     """
 
-    def __init__(self, device: Part, now_ps: Callable[[], int]) -> None:
-        bit = device.BUS.spi_increment_bit
-        self.device = cast("Part", IncrementBit(device, bit)) if bit else device
+    def __init__(self, part: Part, now_ps: Callable[[], int]) -> None:
+        bit = part.BUS.spi_increment_bit
+        self.part = with_increment_bit(part, bit)
         self._now_ps = now_ps
-        self._modes = device.BUS.spi_modes
+        self._modes = part.BUS.spi_modes
         self._command: int | None = None
         self._address = 0
-        self._booting = not device.accessible(now_ps())  # asked again only while it is so
+        self._booting = not part.accessible(now_ps())  # asked again only while it is so
 
     @property
     def version(self) -> array[int]:
         """The part's: what was prefetched holds as long as the number does not change."""
-        return self.device.version
+        return self.part.version
 
     @property
     def answers(self) -> bool:
@@ -57,9 +57,9 @@ class SpiTarget:
         self._command = None
         if self._booting:
             now_ps = self._now_ps()
-            self._booting = not self.device.accessible(now_ps)
+            self._booting = not self.part.accessible(now_ps)
             if self._booting:
-                self.device.refuse(now_ps)
+                self.part.refuse(now_ps)
 
     def write(self, data: bytes, mode: Mode) -> None:
         """Bytes from the host, while it does not listen."""
@@ -69,35 +69,35 @@ class SpiTarget:
             self._command, self._address = data[0], data[0] & 0x7F
             data = data[1:]
         if data and not self._command & READ:
-            self.device.write(self._address, data, self._now_ps())
-            self._address = self.device.advance(self._address, len(data))
+            self.part.write(self._address, data, self._now_ps())
+            self._address = self.part.advance(self._address, len(data))
 
     def read(self, count: int, mode: Mode, wires: Wires) -> bytes:
         """``count`` bytes as a host with ``wires`` sees them."""
         if mode not in self._modes or self._command is None or not self._command & READ:
             return bytes([UNDRIVEN]) * count
-        data = self.device.read(self._address, count, self._now_ps())
-        self._address = self.device.advance(self._address, count)
-        return data if self.device.spi_wires() == wires else bytes([UNDRIVEN]) * count
+        data = self.part.read(self._address, count, self._now_ps())
+        self._address = self.part.advance(self._address, count)
+        return data if self.part.spi_wires() == wires else bytes([UNDRIVEN]) * count
 
     def prefetch(self, address: int, count: int, mode: Mode, wires: Wires, now_ps: int) -> Prefetched:
         """What a read of ``address`` would give a host, byte by byte; nothing has been read yet.
 
         See :meth:`sensors.register_file.RegisterFile.prefetch`.
         """
-        if mode not in self._modes or self._booting or self.device.spi_wires() != wires:
+        if mode not in self._modes or self._booting or self.part.spi_wires() != wires:
             return NOTHING_PREFETCHED
-        return self.device.prefetch(address & ~READ, count, now_ps)
+        return self.part.prefetch(address & ~READ, count, now_ps)
 
     def consumed(self, address: int, count: int) -> None:
         """So many of these bytes have been read."""
         address &= ~READ
-        self.device.consumed(address, count)
-        if self.device.advance(address, 1) == address:  # each in a message of its own
+        self.part.consumed(address, count)
+        if self.part.advance(address, 1) == address:  # each in a message of its own
             address, count = address + count - 1, 1
         self.advance_past(address, count)
 
     def advance_past(self, address: int, count: int) -> None:
         """Prefetched bytes have been read in the present message, which was quiet."""
         self._command = READ | address
-        self._address = self.device.advance(address & ~READ, count)
+        self._address = self.part.advance(address & ~READ, count)

@@ -137,7 +137,7 @@ class _Kept:
 
     def __init__(self, target: SubaddressTarget, subaddress: int, count: int, duration_ps: int) -> None:
         self.target = target
-        self.part = target.device
+        self.part = target.part
         self.version = target.version
         self.last_burst = subaddress & target.address_mask, count
         self.written = bytes((subaddress & 0xFF,))

@@ -87,7 +87,7 @@ class SpiBus:
     ) -> tuple[int, int, str, int, str, str, bytes, bytes, str]:
         part, target = self._targets[chip_select]
         address = written[0] & ~READ if written else 0
-        register = target.device.register_name(address)
+        register = target.part.register_name(address)
         return start_ps, end_ps, self.name, address, part.NAME, register, written, received, "ok"
 
 

@@ -89,7 +89,7 @@ class AuxiliaryBus:
     def answers(self, address: int) -> bool:
         """Whether anybody acknowledges ``address``."""
         target = self._targets.get(address)
-        return target is not None and not target.device.i2c_off
+        return target is not None and not target.part.i2c_off
 
     def read(self, address: int, subaddress: int, count: int, at_ps: int) -> bytes:
         """A read from a part that answers, over at ``at_ps``."""

@@ -184,7 +184,7 @@ class Board:
     def part(self, address: int) -> Any:
         target = self.targets[address]
         assert isinstance(target, SubaddressTarget)
-        return target.device
+        return target.part
 
     def state(self) -> list[object]:
         """All that can be seen afterwards."""

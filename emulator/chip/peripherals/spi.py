@@ -108,7 +108,7 @@ class _Part:
     def advance_past(self, address: int, count: int) -> None:
         """Likewise, which was quiet."""
         self.target.advance_past(address, count)
-        self.position = self.target.device.advance(address, count)
+        self.position = self.target.part.advance(address, count)
 
 
 class SpiWire:
