@@ -1,8 +1,8 @@
 """What a scenario sees of a board: as much of it as playing and judging need, and the lines that it prints.
 
-Of a board it needs enough to play the timeline and to judge what the firmware did (:class:`BoardView`); of a
-line that its firmware prints, the format and the numbers, when it was printed, and the truth at that time,
-with which a table for people compares them.
+Of a board that is enough to play the timeline and to judge what the firmware did (:class:`BoardView`). Of a
+printed line it is the format, the numbers, when it was printed, and the truth at that time, with which a
+table for people compares the numbers.
 
 A number is a field of a line that has its exact format from beginning to end, never a piece of text that
 looks right: "4" is not found in "164", and a sign cannot get lost. A line that begins like one of the formats
@@ -19,7 +19,7 @@ and takes the truth of new lines once a second, well within what the world remem
 on the board.
 
 Decision: the board loads a scenario by its name and brings itself to it, so a scenario knows a board only as
-this protocol. The road not taken, a board that knows a scenario only as a protocol, leaves nobody who may
+a protocol. The road not taken, a board that knows a scenario only as a protocol, leaves nobody who may
 turn ``Board(scenario="stairs")`` into a file; a third room above both would be there for that one call.
 
 Decision: blanks and carriage returns around a line do not count here; terminals do not show them. Whoever
