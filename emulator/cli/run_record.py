@@ -31,7 +31,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, suppress
 from io import TextIOWrapper
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from emulator.analysis.witness import Witness
 from emulator.board.board import Board
@@ -39,7 +39,9 @@ from emulator.cli.exit_codes import ExitCode
 from emulator.cli.run_report import chip_events, failed_transfers, notes, received_bytes_lost
 from emulator.errors import LinkError, OutputError
 from emulator.links import ByteLink
-from emulator.scenario import Result
+
+if TYPE_CHECKING:  # pydantic, which a plain run does without
+    from emulator.scenario import Result
 
 SCHEMA = 1
 
