@@ -44,7 +44,8 @@ import numpy as np
 from emulator.buses.gpio import Led
 from emulator.buses.i2c import I2CMaster
 from emulator.buses.uart import Uart
-from emulator.time.clock import PS_PER_MS, PS_PER_S, Clock, Periodic
+from emulator.links.runner import RunnableBoard, Terminal
+from emulator.time.clock import PS_PER_MS, PS_PER_S, Periodic
 from emulator.time.ticks import TickCounts
 from emulator.trace import Trace
 from emulator.world import World
@@ -53,8 +54,8 @@ from emulator.world.track import Array
 # -- A board ------------------------------------------------------------------------------------------------
 
 
-class TerminalView(Protocol):
-    """What has been printed, and a keyboard."""
+class TerminalView(Terminal, Protocol):
+    """The end of the serial line, with all that has been printed."""
 
     uart: Uart
 
@@ -63,24 +64,10 @@ class TerminalView(Protocol):
         """Everything printed since power-on, in Latin-1."""
         ...
 
-    def since(self, position: int) -> tuple[bytes, int]:
-        """The bytes printed after ``position``, and the position after them."""
-        ...
 
-    @property
-    def typing_left(self) -> int:
-        """How many typed bytes have not arrived yet."""
-        ...
-
-    def write(self, data: bytes | str) -> None:
-        """Type."""
-        ...
-
-
-class BoardView(Protocol):
+class BoardView(RunnableBoard, Protocol):
     """A board that plays a scenario; :class:`emulator.board.board.Board` is one."""
 
-    clock: Clock
     world: World
     trace: Trace
 
@@ -104,10 +91,6 @@ class BoardView(Protocol):
 
     def motor_duties(self) -> tuple[float, ...]:
         """The duty of the PWM of each motor, 0 to 1."""
-        ...
-
-    def run_until_ps(self, at_ps: int) -> None:
-        """Run up to and including ``at_ps`` picoseconds since power-on."""
         ...
 
     def variable(self, name: str) -> Any:

@@ -211,7 +211,7 @@ static bool read_outside(Chip *chip, uint32_t address, unsigned size, uint32_t *
 
 /* Loops that show a state write the same to a register all the time. */
 static bool changes_nothing(const Block *block, uint32_t address, unsigned size, uint32_t value) {
-  uint32_t shift = 8 * (address & 3), mask = size == 4 ? WORD : ((1u << 8 * size) - 1) << shift;
+  uint32_t shift = 8 * (address & 3), mask = mask_of(size) << shift;
   return block && block->clocked && block_knows(block, address) && block->type->changes_nothing &&
          block->type->changes_nothing(block, (address - block->base) & ~3u, value << shift & mask, mask);
 }
