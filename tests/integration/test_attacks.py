@@ -41,8 +41,10 @@ def test_a_long_run_takes_no_more_than_a_short_one(firmware: str) -> None:
     """Two hours are ``python -m tests.soak``; here the middle of a minute is held against its end."""
     from tests.soak import soak
 
-    first, *_, middle, last = soak(firmware, 40.0, every_s=10.0)
-    assert [first.ticks > 0, middle.ticks > 0] == [True, True]
-    assert abs(last.ticks - middle.ticks) <= 250  # a slice's
+    *_, before, middle, last = soak(firmware, 40.0, every_s=10.0)
+    assert last.virtual_s == 40.0
+    # Where a row ends depends on how fast the machine is; how many ticks it has for its time does not.
+    for row, sample in ((before, middle), (middle, last)):
+        assert sample.ticks == pytest.approx(800 * (sample.virtual_s - row.virtual_s), abs=1)
     assert last.descriptors == middle.descriptors
     assert last.memory_mib - middle.memory_mib < 2

@@ -210,7 +210,8 @@ def test_the_plot_shows_truth_and_prints(browser: Browser, served: Served) -> No
     page = browser.open(served)
     page.fill("#slide-pitch", "40")
     until(page, "document.querySelector('#num-attitude-pitch').textContent === '40.0'")
-    until(page, "/Pitch: (39|40)[^]*Altitude: [^]*m/.test(document.querySelector('.xterm-rows').textContent)")
+    near = r"/Pitch: (39\.[5-9]|40\.[0-4])[^]*Altitude: [^]*m/"
+    until(page, f"{near}.test(document.querySelector('.xterm-rows').textContent)")
     with page.expect_download() as download:
         page.click("text=CSV")
     header, *rows = Path(download.value.path()).read_text(encoding="utf-8").splitlines()
