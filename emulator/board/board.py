@@ -118,7 +118,7 @@ class Board:
         parts = plan.sensor_settings() if plan else SensorSettings()
         if ideal:
             parts = replace(parts, grade="ideal")
-        self.world, own = _world_of(plan, parts.grade, self.seed, lambda: clock.now_s)
+        self.world, own = _world_of(plan, parts.grade, self.seed, clock)
         powered_on_ps = 0 if cold_start else plan.powered_on_ps if plan else None
         powered_for_s = math.inf if powered_on_ps is None else -powered_on_ps / PS_PER_S
         self.world.warm_up(own.heating_degc, own.thermal_s, powered_for_s)
@@ -387,15 +387,13 @@ class _Run:
 _One = TypeVar("_One")
 
 
-def _world_of(
-    plan: Scenario | None, grade: Grade, seed: int, now_s: Callable[[], float]
-) -> tuple[World, BoardErrors]:
+def _world_of(plan: Scenario | None, grade: Grade, seed: int, clock: Clock) -> tuple[World, BoardErrors]:
     """The world at power-on, and how the board in it deviates itself."""
     if plan:
         own = plan.board_errors(grade, seed)
-        return plan.create_world(now_s, own), own
+        return plan.create_world(clock, own), own
     own = BoardErrors.of_grade(grade, seed)
-    world = World(now_s)
+    world = World(clock)
     world.set_iron(own.hard_iron_mgauss, own.soft_iron())
     return world, own
 

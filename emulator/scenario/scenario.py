@@ -32,14 +32,14 @@ from emulator.scenario.observed import BoardView, Recorder, TerminalView, agains
 from emulator.scenario.schema import AnyExpectation, LimitsTable, ReportTable, ScenarioFile
 from emulator.scenario.tables import Window
 from emulator.scenario.timeline import Entry
-from emulator.time.clock import PS_PER_S, format_duration, seconds
+from emulator.time.clock import PS_PER_S, Clock, format_duration, seconds
 from emulator.world import World, earth_field
 from sensors.errors import Grade
 
 # -- From timeline entries to steps with absolute times -----------------------------------------------------
 
 
-CreateWorld = Callable[[Callable[[], float]], World]
+CreateWorld = Callable[[Clock], World]
 
 
 @dataclass(frozen=True)
@@ -98,12 +98,12 @@ def _refuse_overlaps(steps: Sequence[Step], file: str) -> None:
 
 def rehearse(steps: Sequence[Step], create_world: CreateWorld, file: str) -> None:
     """Let a world of its own follow all steps; what it refuses becomes a ScenarioError."""
-    now_s = 0.0
-    world = create_world(lambda: now_s)
+    clock = Clock()
+    world = create_world(clock)
     for step in steps:
-        now_s = step.at_ps / PS_PER_S
+        clock.advance_to(step.at_ps)
         try:
-            step.entry.plan(world, now_s)
+            step.entry.plan(world, clock.now_s)
         except InputError as error:
             raise ScenarioError(file, step.key, str(error)) from error
 
@@ -171,7 +171,7 @@ class Scenario:
         """How the board itself deviates: drawn, but for what the file gives."""
         return replace(BoardErrors.of_grade(grade, seed), **self.contents.board)
 
-    def create_world(self, now_s: Callable[[], float], own: BoardErrors | None = None) -> World:
+    def create_world(self, clock: Clock, own: BoardErrors | None = None) -> World:
         """The world at power-on, of a board with these deviations where the file gives none."""
         table = self.contents.world
         own = own or BoardErrors()
@@ -179,7 +179,7 @@ class Scenario:
             floor_m = table.floor_altitude_m
             if floor_m is None and table.place is not None:
                 floor_m = table.place.altitude_m
-            world = World(now_s) if floor_m is None else World(now_s, floor_m)
+            world = World(clock) if floor_m is None else World(clock, floor_m)
             world.set_attitude(table.roll_deg, table.pitch_deg, table.yaw_deg)
             if self._field_ut is not None:
                 world.set_magnetic_field(*self._field_ut)

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from emulator.errors import InputError
+from emulator.time.clock import Clock
 from emulator.world import limits
 from emulator.world.air import DOOR_HPA, DOOR_LASTS_S, Door, Drift, Puff, Wind
 from emulator.world.attitude import (
@@ -51,18 +52,16 @@ SHAKE_DIRECTIONS = {"north": (1.0, 0.0, 0.0), "west": (0.0, 1.0, 0.0), "up": (0.
 
 
 class World(Truth):
-    """One truth for all sensors; ``now_s`` tells the present in seconds of virtual time.
+    """One truth for all sensors; now is what ``clock`` says, without one the moment of power-on.
 
     It begins flat and still on the room's floor, board X to the north, in the air and the field of Zurich. A
     setter takes effect now, at a jump, and cuts off what was planned for the same quantity. Values that are
     not numbers, or absurd, raise `InputError`.
     """
 
-    def __init__(
-        self, now_s: Callable[[], float] = lambda: 0.0, floor_altitude_m: float = ZURICH_ALTITUDE_M
-    ) -> None:
+    def __init__(self, clock: Clock | None = None, floor_altitude_m: float = ZURICH_ALTITUDE_M) -> None:
         super().__init__(floor_altitude_m)
-        self._now_s = now_s
+        self._clock = clock or Clock()
         self._listeners: list[Callable[[float], None]] = []
 
     def on_change(self, callback: Callable[[float], None]) -> None:
@@ -73,25 +72,25 @@ class World(Truth):
 
     def set_attitude(self, roll_deg: float, pitch_deg: float, yaw_deg: float) -> None:
         """Put the board in another attitude, without an angular rate in between."""
-        self._plan_attitude((self._now_s(), Held(limits.attitude(roll_deg, pitch_deg, yaw_deg))))
+        self._plan_attitude((self._clock.now_s, Held(limits.attitude(roll_deg, pitch_deg, yaw_deg))))
 
     def set_altitude(self, metres: float) -> None:
         """Put the board ``metres`` above the floor, without acceleration; a shake goes on around it."""
-        now = self._now_s()
+        now = self._clock.now_s
         rest_m = limits.ALTITUDE.check("metres", metres) - self._rise_at(now)
         self._plan_height((now, Rest(rest_m)))
 
     def set_pressure(self, hpa: float) -> None:
         """Let the weather make it ``hpa`` at the board's present altitude: another pressure at the floor."""
         here = limits.PRESSURE.check("hpa", hpa)
-        now = np.array([self._now_s()])
+        now = np.array([self._clock.now_s])
         ratio = pressure_ratio(self._altitude_m(now), self._temperature_degc(now))[0]
         self._set(self._floor_pressure, here / ratio, "pressure")
 
     def set_temperature(self, degc: float) -> None:
         """Another temperature of the air; the pressure at the floor stays, the board follows in its time."""
         now_degc = limits.TEMPERATURE.check("degc", degc)
-        now = self._now_s()
+        now = self._clock.now_s
         if now > 0.0:  # what it is when the world begins, it has been for long
             change_degc = now_degc - float(self._temperature.at(now).value(np.array([now]))[0])
             self._lag.plan(now, self._lag.at(now).after(change_degc, now))
@@ -279,7 +278,7 @@ class World(Truth):
     @property
     def throttle(self) -> tuple[float, ...]:
         """At which share of the full voltage each of the motors runs now."""
-        running = self._motors.at(self._now_s())
+        running = self._motors.at(self._clock.now_s)
         return (0.0,) * MOTORS if running is None else tuple(running.throttle.tolist())
 
     def run_motors(self, throttle: float | Sequence[float], start_s: float | None = None) -> float:
@@ -523,7 +522,7 @@ class World(Truth):
     def _set(
         self, track: Track[Constant] | Track[Constant | Drift], value: npt.ArrayLike, *signals: str
     ) -> None:
-        now = self._now_s()
+        now = self._clock.now_s
         track.plan(now, Constant(value))
         for signal in signals:
             self._agitation[signal].add(now, now)
@@ -531,7 +530,7 @@ class World(Truth):
 
     def _start(self, start_s: float | None) -> float:
         """``start_s`` checked; None is now."""
-        now = self._now_s()
+        now = self._clock.now_s
         if start_s is None:
             return now
         start = limits.TIME.check("start_s", start_s)
@@ -593,6 +592,6 @@ class World(Truth):
     def _changed(self, from_s: float, signals: Iterable[str]) -> None:
         """After a change to ``signals``: take them back from recordings, drop the past, tell everybody."""
         self._restore_laws(from_s, signals)
-        self._forget(self._now_s() - HISTORY_S)
+        self._forget(self._clock.now_s - HISTORY_S)
         for callback in self._listeners:
             callback(from_s)

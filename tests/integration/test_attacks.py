@@ -44,7 +44,7 @@ def test_a_long_run_takes_no_more_than_a_short_one(firmware: str) -> None:
     *_, before, middle, last = soak(firmware, 40.0, every_s=10.0)
     assert last.virtual_s == 40.0
     # Where a row ends depends on how fast the machine is; how many ticks it has for its time does not.
-    for row, sample in ((before, middle), (middle, last)):
-        assert sample.ticks == pytest.approx(800 * (sample.virtual_s - row.virtual_s), abs=1)
+    for earlier, sample in ((before, middle), (middle, last)):
+        assert sample.ticks == pytest.approx(800 * (sample.virtual_s - earlier.virtual_s), abs=1)
     assert last.descriptors == middle.descriptors
     assert last.memory_mib - middle.memory_mib < 2

@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from emulator.errors import InputError
+from emulator.time.clock import Clock, to_ps
 from emulator.world import Recording, World
 from emulator.world.track import Array
 
@@ -86,14 +87,14 @@ def test_a_board_that_is_bent_up_about_the_wrist_rises() -> None:
 
 
 def test_height_does_not_jump_when_a_hand_takes_the_board_or_puts_it_down() -> None:
-    now = [0.0]
-    world = World(lambda: now[0])
+    clock = Clock()
+    world = World(clock)
     world.set_attitude(50, 20, 0)
     world.set_altitude(0.7)
     world.take_in_hand(WRIST)
     np.testing.assert_allclose(world.altitude_m([0.0]), 0.7)
     world.rotate_to(-60, 0, 0, duration_s=1)
-    now[0] = 2.0
+    clock.advance_to(to_ps(2.0))
     held_m = world.altitude_m([2.0])
     assert abs(held_m - 0.7) > 0.05
     world.take_in_hand((0, -0.3, 0))
@@ -104,7 +105,7 @@ def test_height_does_not_jump_when_a_hand_takes_the_board_or_puts_it_down() -> N
     np.testing.assert_allclose(world.altitude_m([2.0, 9.0]), np.repeat(held_m, 2), atol=1e-4)
     world.take_in_hand(WRIST)
     world.rotate_to(0, 70, 0, duration_s=1)
-    now[0] = 4.0
+    clock.advance_to(to_ps(4.0))
     world.set_altitude(2.0)
     np.testing.assert_allclose(world.altitude_m([4.0]), 2.0, atol=1e-12)
 
@@ -174,13 +175,13 @@ def test_a_hand_that_is_none_is_refused(change: dict[str, object]) -> None:
 
 
 def test_sensors_look_closely_while_a_hand_trembles_and_no_longer() -> None:
-    now = [0.0]
-    world = World(lambda: now[0])
+    clock = Clock()
+    world = World(clock)
     felt = world.sensed("acceleration_g")
     world.take_in_hand(tremor_mg=10, tremor_hz=8)
     assert felt.agitated(100.0, 101.0, pace_s=0.1)  # half a period of 9 Hz is faster than that
     assert not felt.agitated(100.0, 101.0, pace_s=0.05)
-    now[0] = 50.0
+    clock.advance_to(to_ps(50.0))
     world.put_down()
     assert not felt.agitated(100.0, 101.0, pace_s=0.1)
     assert felt.agitated(50.0, 51.0, pace_s=0.0) or felt.agitated(49.0, 51.0, pace_s=0.1)

@@ -10,17 +10,8 @@ import numpy as np
 import pytest
 
 from emulator.errors import InputError
+from emulator.time.clock import Clock, to_ps
 from emulator.world import Recording, World
-
-
-class Clock:
-    """The present, moved by hand."""
-
-    def __init__(self) -> None:
-        self.now_s = 0.0
-
-    def __call__(self) -> float:
-        return self.now_s
 
 
 @pytest.fixture
@@ -34,7 +25,7 @@ def world(clock: Clock) -> World:
 
 
 def test_a_setter_takes_effect_now_and_leaves_the_past(clock: Clock, world: World) -> None:
-    clock.now_s = 2.0
+    clock.advance_to(to_ps(2.0))
     world.set_attitude(roll_deg=0, pitch_deg=30, yaw_deg=0)
     world.set_temperature(degc=40)
     world.set_altitude(metres=3)
@@ -68,7 +59,7 @@ def test_a_setter_cuts_off_what_was_planned_for_its_quantity_only(clock: Clock, 
     world.rotate_to(0, 80, 0, duration_s=2, start_s=1)
     world.sweep("yaw", 90, duration_s=2, start_s=5)
     world.lift(2, duration_s=2, start_s=5)
-    clock.now_s = 2.0
+    clock.advance_to(to_ps(2.0))
     world.set_attitude(10, 0, 0)
     np.testing.assert_allclose(world.attitude_deg([2.0, 6.0, 9.0]), [[10, 0, 0]] * 3, atol=1e-12)
     assert world.attitude_deg([1.5])[0, 1] > 1
@@ -78,7 +69,7 @@ def test_a_setter_cuts_off_what_was_planned_for_its_quantity_only(clock: Clock, 
 def test_on_change_tells_the_earliest_time_that_may_differ(clock: Clock, world: World) -> None:
     heard: list[float] = []
     world.on_change(heard.append)
-    clock.now_s = 1.5
+    clock.advance_to(to_ps(1.5))
     setters: list[Callable[[], None]] = [
         lambda: world.set_attitude(0, 0, 0),
         lambda: world.set_altitude(0),
@@ -125,17 +116,15 @@ def test_no_signal_changes_before_the_time_told(clock: Clock, world: World) -> N
         same = t < heard[-1]
         np.testing.assert_array_equal(after[same], before[same])
         assert not np.array_equal(after, before)
-        clock.now_s = 2.0
+        clock.advance_to(to_ps(2.0))
 
 
 def test_a_motion_cannot_begin_in_the_past(clock: Clock, world: World) -> None:
-    clock.now_s = 3.0
+    clock.advance_to(to_ps(3.0))
     with pytest.raises(InputError, match=r"start_s is 2\.5: it is 3 s already, give a later time"):
         world.lift(1, 1, start_s=2.5)
-    clock.now_s = math.nextafter(
-        3.0, 4.0
-    )  # picoseconds converted to seconds: the last bit does not make a past
-    assert world.lift(1, 1, start_s=3.0) == pytest.approx(4.0)
+    almost = math.nextafter(3.0, 0.0)  # seconds converted from picoseconds: the last bit does not make a past
+    assert world.lift(1, 1, start_s=almost) == pytest.approx(4.0)
 
 
 @pytest.mark.parametrize(
@@ -190,7 +179,7 @@ def test_what_bears_on_a_recorded_signal_takes_it_back(clock: Clock, world: Worl
     groups = {name: np.full((2, 3), 7.0) for name in ("acc", "gyro", "mag")}
     groups |= {name: np.full(2, 7.0) for name in ("pressure", "temperature")}
     world.replay(Recording("made.csv", np.array([0.0, 1.0]), groups))
-    clock.now_s = 2.0
+    clock.advance_to(to_ps(2.0))
     world.set_pressure(977)
     world.set_hard_iron(0, 0, 0)
     assert world.pressure_hpa([1.0, 2.0]) == pytest.approx([7, 977])
@@ -206,7 +195,7 @@ def test_live_changes_take_no_memory(clock: Clock, world: World) -> None:
     def drag(changes: int) -> int:
         """Bytes in use after so many changes, five a second, of every kind."""
         for index in range(changes):
-            clock.now_s += 0.2
+            clock.advance_to(clock.now_ps + to_ps(0.2))
             world.set_attitude(index % 90, 0, 0)
             world.set_altitude(index % 3)
             world.set_pressure(970 + index % 7)
@@ -227,7 +216,7 @@ def test_live_changes_take_no_memory(clock: Clock, world: World) -> None:
 def test_a_hand_that_is_followed_is_one_motion(clock: Clock, world: World) -> None:
     """Sensors go through the motions of the last seconds at each block: there were hundreds."""
     for index in range(200):
-        clock.now_s += 0.02
+        clock.advance_to(clock.now_ps + to_ps(0.02))
         world.follow_attitude(index % 90, 0, 0)
     motions = world.sensed("acceleration_g").agitated(0.0, math.inf, math.inf)
     assert motions == [(pytest.approx(0.02), pytest.approx(5.0))]

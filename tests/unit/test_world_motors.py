@@ -11,6 +11,7 @@ from scipy import signal as scipy_signal
 from emulator import Board
 from emulator.errors import InputError, ScenarioError
 from emulator.scenario import load_scenario, run
+from emulator.time.clock import Clock, to_ps
 from emulator.world import World
 
 G = 9.80665
@@ -60,12 +61,12 @@ def test_the_field_of_the_current_turns_with_the_board_and_grows_with_the_thrott
 
 
 def test_a_board_whose_motors_stand_is_as_one_without() -> None:
-    now = [0.0]
-    world = World(lambda: now[0])
+    clock = Clock()
+    world = World(clock)
     world.run_motors(1.0)
     felt = world.sensed("acceleration_g", one_row=True)
     assert felt.agitated(5.0, 6.0, pace_s=0.01)
-    now[0] = 3.0
+    clock.advance_to(to_ps(3.0))
     world.run_motors(0)
     assert world.throttle == (0, 0, 0, 0)
     assert not felt.agitated(5.0, 6.0, pace_s=0.01)

@@ -10,6 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from emulator import Board
+from emulator.time.clock import Clock, to_ps
 from emulator.world import World
 from emulator.world.recording import Recording
 from tests.scenario_files import write
@@ -21,8 +22,8 @@ class Clocked:
     """A world whose time is set by hand."""
 
     def __init__(self, cold: bool = True) -> None:
-        self.now_s = 0.0
-        self.world = World(lambda: self.now_s)
+        self.clock = Clock()
+        self.world = World(self.clock)
         self.world.warm_up(HEATING_DEGC, TAU_S, 0.0 if cold else math.inf)
 
     def at(self, t_s: float) -> float:
@@ -43,10 +44,10 @@ def test_a_board_that_has_been_on_for_long_is_warm() -> None:
 
 
 def test_an_ideal_board_has_the_airs_temperature_at_once() -> None:
-    clock = [0.0]
-    world = World(lambda: clock[0])
+    clock = Clock()
+    world = World(clock)
     world.warm_up(0.0, 0.0, 0.0)
-    clock[0] = 5.0
+    clock.advance_to(to_ps(5.0))
     world.set_temperature(-10)
     np.testing.assert_array_equal(world.board_temperature_degc([4.999, 5.0, 5.001]), [25, -10, -10])
 
@@ -55,9 +56,9 @@ def test_it_follows_the_air_as_a_body_that_stores_heat() -> None:
     """Against scipy's integration of tau dT/dt = air + heating - T, through four changes."""
     board, changes = Clocked(), [(0.0, 15.0), (30.0, 35.0), (30.0, 5.0), (130.0, 20.0), (131.0, 40.0)]
     for at_s, degc in changes:
-        board.now_s = at_s
+        board.clock.advance_to(to_ps(at_s))
         board.world.set_temperature(degc)
-    board.now_s = 300.0
+    board.clock.advance_to(to_ps(300.0))
 
     def slope(t_s: float, degc: np.ndarray[tuple[int], np.dtype[np.float64]]) -> list[float]:
         air = next(value for at_s, value in reversed(changes) if at_s <= t_s)
@@ -122,9 +123,9 @@ def test_a_part_near_the_regulator_is_warmer_by_its_part_of_the_heating() -> Non
     grown = HEATING_DEGC * (1 - np.exp(-1))
     assert seen(0) == [25, 25, 25]
     assert seen(TAU_S) == pytest.approx([25 + grown, 25 + 1.5 * grown, 25 + 0.75 * grown])
-    board.now_s = 30 * TAU_S
+    board.clock.advance_to(to_ps(30 * TAU_S))
     board.world.set_temperature(-5)
-    assert seen(board.now_s) == pytest.approx([29, 31, 28])
+    assert seen(board.clock.now_s) == pytest.approx([29, 31, 28])
     assert seen(60 * TAU_S) == pytest.approx([-1, 1, -2])
     recording = Recording("warm.csv", np.array([0.0, 1.0]), {"temperature": np.array([10.0, 20.0])})
     board.world.replay(recording, 70 * TAU_S)
