@@ -19,7 +19,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,14 +27,14 @@ from emulator.analysis.witness import Witness
 from emulator.board.board import Board
 from emulator.errors import FcuError, FirmwareError, InputError
 from emulator.links import ByteLink
-from emulator.live import messages, pins, registers, transfers, view
+from emulator.live import messages, registers, view
+from emulator.live.broadcast import Broadcast, Publish
 from emulator.live.files import FileWatch, UploadedFile
-from emulator.live.messages import Command, Event
+from emulator.live.messages import Command
 from emulator.live.moved import answered
 from emulator.live.recording import SessionRecording
 from emulator.live.setup import Careful, Setup, as_it_is
 from emulator.scenario import scenario_names
-from emulator.scenario.observed import FORMATS, TRUTH
 from emulator.scenario.scenario import perform_at
 from emulator.scenario.timeline import Entry
 from emulator.scenario.written import parse_entry
@@ -44,16 +44,10 @@ if TYPE_CHECKING:
     from emulator.chip.gdb.server import GdbServer
     from emulator.links.running import Door
 
-Publish = Callable[[Event, object | None], None]
-"""``publish(event, client)``: to one client, or to all when ``client`` is None."""
-
 # Wall time, s:
-_FRAME_S = 0.02  # between two frames (a State and the text until then) while something changes
-_ANSWER_S = 0.005  # between a frame and the next one that shows what a command has done
-_HEARTBEAT_S = 0.5  # beyond _FRAME_S, while nothing changes
 _SLICE_S = 0.02  # of a slice of the run; a command cuts it short
-_SLOWLY_S = 0.1  # between two looks at registers and bus, and the longest pause of a board that stands
-_FINDINGS_S, _VERDICTS_S, _WATCH_S = 2.0, 0.5, 0.2  # between two looks at these, and at the firmware's file
+_STANDING_S = 0.1  # the longest pause of a board that stands
+_WATCH_S = 0.2  # between two looks at the firmware's file
 _LAG_FORGIVEN_S = 0.25  # a board that is later than this is not hurried to catch up
 _STEP_WALL_S = 5.0  # of one step, at most
 # Virtual time of one step, at most, and how far the board runs between two looks whether it is done:
@@ -62,7 +56,6 @@ _STEP_SLICE_PS = {"second": 10 * PS_PER_MS, "line": PS_PER_MS, "tick": PS_PER_MS
 
 _TYPED_AHEAD = 2048  # bytes of a link on their way to the board
 _MOST_WAITING = 1000  # commands
-_HISTORY = 64 << 10  # bytes of the terminal for a client that comes later
 
 
 class Session:
@@ -76,8 +69,7 @@ class Session:
     board: Board
     recording: SessionRecording
     witness: Witness
-    _transfers: transfers.Transfers
-    _load: view.Load
+    _broadcast: Broadcast
     _file: FileWatch | None
     _slice_s: float
     _carried: int
@@ -149,7 +141,8 @@ class Session:
                 if self.door is not None:
                     self.door.serve()
                 self._take_commands()
-                self._show()
+                self._follow_file()
+                self._broadcast.show(self._wall_s(), self.state == "running")
                 self._wait()
         finally:
             self.save()
@@ -190,13 +183,10 @@ class Session:
         running = self.state == "running"
         if running and self.speed is None:
             return 0.0
-        wall_s, pause_s = self._wall_s(), _SLOWLY_S
+        wall_s, pause_s = self._wall_s(), _STANDING_S
         if running:
             pause_s = min(self._due_wall_s(self.board.now_s) + _SLICE_S - wall_s, _SLICE_S)
-        frame_s = self._next_frame_s - wall_s
-        if self._clients and (frame_s > 0.0 or self._changed):  # else a frame is overdue, but has nothing new
-            pause_s = min(pause_s, frame_s)
-        return pause_s
+        return min(pause_s, self._broadcast.frame_in_s(wall_s))
 
     def _due_wall_s(self, virtual_s: float) -> float:
         assert self.speed is not None
@@ -232,7 +222,7 @@ class Session:
                 self.board.run_until_ps(at_ps)
         except FirmwareError as error:
             self._fail(str(error))
-        self._changed = True
+        self._broadcast.changed = True
 
     def _run_debugged(self, debugger: GdbServer, at_ps: int) -> None:
         """Serve the debugger, and run unless it holds the board, which it may do at any moment."""
@@ -245,7 +235,7 @@ class Session:
     def _fail(self, problem: str) -> None:
         self.state, self.problem = "failed", problem
         self._say_status()
-        self._look_for_findings()
+        self._broadcast.look_for_findings()
 
     def _set_origin(self) -> None:
         self._origin_wall_s, self._origin_s = self._wall_s(), self.board.now_s
@@ -262,7 +252,7 @@ class Session:
             held = as_it_is(self.board)
         if self.run_number:
             self.save()
-            self._transfers.close()
+            self._broadcast.close()
             if self._debugger is not None:
                 self._debugger.close()
             self.board.close()
@@ -274,26 +264,16 @@ class Session:
         self.recording = SessionRecording(board, setup.ideal)
         self.run_number += 1
         self.witness = Witness(board)
-        self._transfers = transfers.Transfers(board)
-        self._load = view.Load(board, self.witness)
+        self._broadcast = Broadcast(
+            board, self.run_number, self.witness, self._publish, self._clients, self._wall_s
+        )
         self._file = setup.watched()
         self._slice_s = _SLICE_S
         self._set_origin()
-        self._position = self._carried = 0
-        self._line_rest = b""
-        self._done = 0
+        self._carried = 0
         self._full = False
         self._last_ps = 0
-        self._next_frame_s = self._next_slow_s = self._next_findings_s = self._next_verdicts_s = 0.0
-        self._next_watch_s = self._last_frame_s = 0.0
-        self._truth: dict[str, Any] = {}
-        self._truth_s = 0.0
-        self._findings: list[dict[str, Any]] = []
-        self._verdicts: list[dict[str, str]] = []
-        self._registers: dict[str, messages.Registers] = {}
-        self._pace = 0.0
-        self._paced_from = self._wall_s(), 0.0
-        self._changed = True
+        self._next_watch_s = 0.0
         if self.state == "failed":
             self.state = "running"
         self.problem = ""
@@ -324,12 +304,11 @@ class Session:
                 self._publish(messages.Notice("error", str(error)), client)
 
     def _obey(self, client: object, command: Command) -> None:  # noqa: PLR0912 one case for each command
-        self._changed = True
+        self._broadcast.changed = True
         match command:
             case messages.Do(entry=entry, id=number):
                 self._perform(self._entry(entry))
-                self._done = number
-                self._next_frame_s = min(self._next_frame_s, self._last_frame_s + _ANSWER_S)
+                self._broadcast.answer(number)
             case messages.Run():
                 if self.state == "paused":
                     self._set_state("running")
@@ -359,8 +338,7 @@ class Session:
                 self._again(replace(self.setup, scenario=scenario, firmware=firmware), "from the start")
             case messages.Watch():
                 self._clients[client] = command
-                self._registers.clear()
-                self._next_slow_s = 0.0
+                self._broadcast.look_again()
             case messages.Record():
                 self._publish(messages.Recorded(self.recording.text()), client)
             case _Attach():
@@ -424,8 +402,15 @@ class Session:
     def _set_state(self, state: str) -> None:
         self.state = state
         self._set_origin()
-        self._paced_from = self._wall_s(), self.board.now_s
+        self._broadcast.measure_pace()
         self._say_status()
+
+    def _follow_file(self) -> None:
+        wall_s = self._wall_s()
+        if wall_s >= self._next_watch_s:
+            self._next_watch_s = wall_s + _WATCH_S
+            if self._file is not None and self._file.changed():
+                self._again(self.setup, f"{self._file.path.name} has changed and was loaded again")
 
     def _take_upload(self, name: str, content: bytes) -> None:
         before, setup = self._uploaded, self.setup
@@ -437,7 +422,7 @@ class Session:
         elif before is not None:
             before.remove()
 
-    # -- what is shown ----------------------------------------------------------------------------------
+    # -- what is said of it -----------------------------------------------------------------------------
 
     def ways(self) -> list[str]:
         """The commands that open the serial port and the debugger from elsewhere."""
@@ -446,15 +431,6 @@ class Session:
             waits = ", the firmware waits for it" if self._debugger.halted else ""
             ways.append(f"gdb: target remote 127.0.0.1:{self._debugger.port}{waits}")
         return ways
-
-    def _greet(self, client: object) -> None:
-        self._publish(view.hello(self.board, self.ways()), client)
-        self._publish(self._status(), client)
-        self._publish(self._text(max(0, self.board.terminal.position - _HISTORY)), client)
-        self._publish(messages.Verdicts(self._verdicts, False), client)
-        self._publish(messages.Findings(self._findings), client)
-        self._registers.clear()
-        self._next_frame_s = self._next_slow_s = 0.0
 
     def _status(self) -> messages.Status:
         board, plan = self.board, self.board.scenario
@@ -478,118 +454,8 @@ class Session:
     def _say_status(self) -> None:
         self._publish(self._status(), None)
 
-    def _text(self, position: int) -> messages.Text:
-        data, end = self.board.terminal.since(position)
-        return messages.Text(self.run_number, end - len(data), data.decode("latin-1"))
-
-    def _show(self) -> None:
-        wall_s = self._wall_s()
-        if wall_s >= self._next_watch_s:
-            self._next_watch_s = wall_s + _WATCH_S
-            if self._file is not None and self._file.changed():
-                self._again(self.setup, f"{self._file.path.name} has changed and was loaded again")
-        if not self._clients:
-            self._position = self.board.terminal.position
-            return
-        if wall_s >= self._next_frame_s and (self._changed or wall_s >= self._next_frame_s + _HEARTBEAT_S):
-            # Counted from when it was due: else a frame that comes a little late lets the next be left out.
-            due_s = max(self._next_frame_s, wall_s - _FRAME_S / 2)
-            self._last_frame_s, self._next_frame_s = wall_s, due_s + _FRAME_S
-            self._changed = False
-            self._show_text()
-            self._publish(self._state(wall_s), None)
-        if wall_s >= self._next_slow_s:
-            self._next_slow_s = wall_s + _SLOWLY_S
-            self._show_slowly()
-        if wall_s >= self._next_verdicts_s:
-            self._next_verdicts_s = wall_s + _VERDICTS_S
-            self._look_for_verdicts()
-        if wall_s >= self._next_findings_s:
-            self._next_findings_s = wall_s + _FINDINGS_S
-            self._look_for_findings()
-
-    def _state(self, wall_s: float) -> messages.State:
-        board = self.board
-        from_wall_s, from_s = self._paced_from
-        if wall_s - from_wall_s >= 1.0:
-            self._pace = (board.now_s - from_s) / (wall_s - from_wall_s)
-            self._paced_from = wall_s, board.now_s
-        if not self._truth or not board.world.rests(self._truth_s, board.now_s):
-            self._truth = view.truth(board)  # else what was shown last is still true: evaluating it is dear
-        self._truth_s = board.now_s
-        names = dict.fromkeys(name for watch in self._clients.values() for name in watch.variables)
-        values: dict[str, float] = {}
-        for name in names:
-            values.update(view.variable(board, name))
-        return messages.State(
-            run=self.run_number,
-            t_s=board.now_s,
-            pace=round(self._pace, 3) if self.state == "running" else 0.0,
-            leds={name: led.on for name, led in board.leds.items()},
-            truth=self._truth,
-            samples=transfers.samples(board, self._transfers.latest()),
-            variables=values,
-            load=self._load.figures(),
-            done=self._done,
-        )
-
-    def _show_text(self) -> None:
-        text = self._text(self._position)
-        self._position = text.position + len(text.text)
-        if not text.text:
-            return
-        self._publish(text, None)
-        *lines, self._line_rest = (self._line_rest + text.text.encode("latin-1")).split(b"\n")
-        self._line_rest = self._line_rest[-4096:]
-        for raw in lines:
-            line = raw.decode("latin-1").strip(" \r\t")
-            for line_format in FORMATS:
-                values = line_format.parse(line) if line.startswith(line_format.label) else None
-                if values is not None:
-                    self._publish(self._printed(values), None)
-
-    def _printed(self, values: dict[str, float]) -> messages.Printed:
-        board = self.board
-        finite = {name: value for name, value in values.items() if math.isfinite(value)}
-        now = view.instant(board)
-        truth = {name: round(float(TRUTH[name](board.world, now)[0]), 4) for name in finite}
-        return messages.Printed(board.now_s, finite, truth)
-
-    def _show_slowly(self) -> None:
-        board, watches = self.board, self._clients.values()
-        for name in {watch.registers for watch in watches if watch.registers}:
-            if name not in self._registers:
-                if not registers.known(board, name):
-                    continue
-                self._publish(messages.Declared(registers.declaration(board, name)), None)
-            shown = messages.Registers(name, registers.values(board, name), registers.note(board, name))
-            if shown != self._registers.get(name):
-                self._registers[name] = shown
-                self._publish(shown, None)
-        if any(watch.bus for watch in watches):
-            self._publish(messages.Bus(transfers.transfers(board, self._transfers.latest())), None)
-        if any(watch.pins for watch in watches):
-            self._publish(messages.Pins(pins.pins(board)), None)
-
-    def _look_for_verdicts(self) -> None:
-        board, plan = self.board, self.board.scenario
-        if plan is None:
-            return
-        verdicts = [asdict(one) for one in plan.verdicts(board)]
-        if verdicts != self._verdicts:
-            self._verdicts = verdicts
-            self._publish(messages.Verdicts(verdicts, board.clock.now_ps > plan.duration_ps), None)
-
-    def _look_for_findings(self) -> None:
-        from emulator.analysis.mistakes import explain  # with the chip's diagnosis: dear to load
-
-        found = [
-            {"kind": one.kind, "summary": one.summary, "details": list(one.details), "fatal": one.fatal}
-            for one in explain(self.board, self.witness)
-        ]
-        if found != self._findings:
-            self._findings = found
-            self._publish(messages.Findings(found), None)
+    def _greet(self, client: object) -> None:
+        self._broadcast.greet(client, view.hello(self.board, self.ways()), self._status())
 
 
 class _Attach(Command):

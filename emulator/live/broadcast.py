@@ -1,0 +1,222 @@
+"""What everybody who looks at a live board is sent, and when: frames fifty times a second while something
+changes, registers and bus more slowly, verdicts and findings now and then. Looking changes nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from typing import Any
+
+from emulator.analysis.witness import Witness
+from emulator.board.board import Board
+from emulator.live import messages, pins, registers, transfers, view
+from emulator.live.messages import Event
+from emulator.scenario.observed import FORMATS, TRUTH
+
+Publish = Callable[[Event, object | None], None]
+"""``publish(event, client)``: to one client, or to all when ``client`` is None."""
+
+# Wall time, s:
+_FRAME_S = 0.02  # between two frames (a State and the text until then) while something changes
+_ANSWER_S = 0.005  # between a frame and the next one that shows what a command has done
+_HEARTBEAT_S = 0.5  # beyond _FRAME_S, while nothing changes
+_SLOWLY_S = 0.1  # between two looks at registers and bus
+_FINDINGS_S, _VERDICTS_S = 2.0, 0.5  # between two looks at these
+_PACE_S = 1.0  # over which the pace is measured
+
+_HISTORY = 64 << 10  # bytes of the terminal for a client that comes later
+_LONGEST_LINE = 4096  # bytes of a line whose end has not come yet
+
+
+class Broadcast:
+    """The ``run_number``-th board of a session, as its clients see it.
+
+    ``clients``: what each of them watches; it is the session's, and changes as they come and go.
+    """
+
+    def __init__(
+        self,
+        board: Board,
+        run_number: int,
+        witness: Witness,
+        publish: Publish,
+        clients: Mapping[object, messages.Watch],
+        wall_clock_s: Callable[[], float],
+    ) -> None:
+        self._board = board
+        self._run_number = run_number
+        self._witness = witness
+        self._publish = publish
+        self._clients = clients
+        self._wall_s = wall_clock_s
+        self._transfers = transfers.Transfers(board)
+        self._load = view.Load(board, witness)
+        self.changed = True
+        """Whether a frame would show something new."""
+        self._done = 0
+        self._position = 0
+        self._line_rest = b""
+        self._truth: dict[str, Any] = {}
+        self._truth_s = 0.0
+        self._findings: list[dict[str, Any]] = []
+        self._verdicts: list[dict[str, str]] = []
+        self._registers: dict[str, messages.Registers] = {}
+        self._next_frame_s = self._next_slow_s = self._next_findings_s = self._next_verdicts_s = 0.0
+        self._last_frame_s = 0.0
+        self._pace = 0.0
+        self.measure_pace()
+
+    def close(self) -> None:
+        """Look no longer."""
+        self._transfers.close()
+
+    # -- what the session says of it ------------------------------------------------------------------------
+
+    def greet(self, client: object, hello: messages.Hello, status: messages.Status) -> None:
+        """Send a client everything that has been sent already."""
+        self._publish(hello, client)
+        self._publish(status, client)
+        self._publish(self._text(max(0, self._board.terminal.position - _HISTORY)), client)
+        self._publish(self._standing(), client)
+        self._publish(messages.Findings(self._findings), client)
+        self.look_again()
+        self._next_frame_s = 0.0
+
+    def look_again(self) -> None:
+        """Somebody watches something else: registers and bus are sent at once, and whole."""
+        self._registers.clear()
+        self._next_slow_s = 0.0
+
+    def answer(self, number: int) -> None:
+        """The command of this number has been carried out: the next frame says so, and comes soon."""
+        self._done = number
+        self._next_frame_s = min(self._next_frame_s, self._last_frame_s + _ANSWER_S)
+
+    def measure_pace(self) -> None:
+        """From here on: the board has begun to run, or goes at another speed."""
+        self._paced_from = self._wall_s(), self._board.now_s
+
+    def frame_in_s(self, wall_s: float) -> float:
+        """Wall time until the next frame is due; infinite while there is nothing to show, or nobody."""
+        frame_s = self._next_frame_s - wall_s
+        if self._clients and (frame_s > 0.0 or self.changed):  # else one is overdue, but has nothing new
+            return frame_s
+        return math.inf
+
+    # -- what is due ----------------------------------------------------------------------------------------
+
+    def show(self, wall_s: float, running: bool) -> None:
+        """Send what is due. ``running``: whether the board is to run at all, and so has a pace."""
+        if not self._clients:
+            self._position = self._board.terminal.position
+            return
+        if wall_s >= self._next_frame_s and (self.changed or wall_s >= self._next_frame_s + _HEARTBEAT_S):
+            # Counted from when it was due: else a frame that comes a little late lets the next be left out.
+            due_s = max(self._next_frame_s, wall_s - _FRAME_S / 2)
+            self._last_frame_s, self._next_frame_s = wall_s, due_s + _FRAME_S
+            self.changed = False
+            self._show_text()
+            self._publish(self._state(wall_s, running), None)
+        if wall_s >= self._next_slow_s:
+            self._next_slow_s = wall_s + _SLOWLY_S
+            self._show_slowly()
+        if wall_s >= self._next_verdicts_s:
+            self._next_verdicts_s = wall_s + _VERDICTS_S
+            self._look_for_verdicts()
+        if wall_s >= self._next_findings_s:
+            self._next_findings_s = wall_s + _FINDINGS_S
+            self.look_for_findings()
+
+    def _state(self, wall_s: float, running: bool) -> messages.State:
+        board = self._board
+        from_wall_s, from_s = self._paced_from
+        if wall_s - from_wall_s >= _PACE_S:
+            self._pace = (board.now_s - from_s) / (wall_s - from_wall_s)
+            self._paced_from = wall_s, board.now_s
+        if not self._truth or not board.world.rests(self._truth_s, board.now_s):
+            self._truth = view.truth(board)  # else what was shown last is still true: evaluating it is dear
+        self._truth_s = board.now_s
+        names = dict.fromkeys(name for watch in self._clients.values() for name in watch.variables)
+        values: dict[str, float] = {}
+        for name in names:
+            values.update(view.variable(board, name))
+        return messages.State(
+            run=self._run_number,
+            t_s=board.now_s,
+            pace=round(self._pace, 3) if running else 0.0,
+            leds={name: led.on for name, led in board.leds.items()},
+            truth=self._truth,
+            samples=transfers.samples(board, self._transfers.latest()),
+            variables=values,
+            load=self._load.figures(),
+            done=self._done,
+        )
+
+    def _text(self, position: int) -> messages.Text:
+        data, end = self._board.terminal.since(position)
+        return messages.Text(self._run_number, end - len(data), data.decode("latin-1"))
+
+    def _show_text(self) -> None:
+        text = self._text(self._position)
+        self._position = text.position + len(text.text)
+        if not text.text:
+            return
+        self._publish(text, None)
+        *lines, self._line_rest = (self._line_rest + text.text.encode("latin-1")).split(b"\n")
+        self._line_rest = self._line_rest[-_LONGEST_LINE:]
+        for raw in lines:
+            line = raw.decode("latin-1").strip(" \r\t")
+            for line_format in FORMATS:
+                values = line_format.parse(line) if line.startswith(line_format.label) else None
+                if values is not None:
+                    self._publish(self._printed(values), None)
+
+    def _printed(self, values: dict[str, float]) -> messages.Printed:
+        board = self._board
+        finite = {name: value for name, value in values.items() if math.isfinite(value)}
+        now = view.instant(board)
+        truth = {name: round(float(TRUTH[name](board.world, now)[0]), 4) for name in finite}
+        return messages.Printed(board.now_s, finite, truth)
+
+    def _show_slowly(self) -> None:
+        board, watches = self._board, self._clients.values()
+        for name in {watch.registers for watch in watches if watch.registers}:
+            if name not in self._registers:
+                if not registers.known(board, name):
+                    continue
+                self._publish(messages.Declared(registers.declaration(board, name)), None)
+            shown = messages.Registers(name, registers.values(board, name), registers.note(board, name))
+            if shown != self._registers.get(name):
+                self._registers[name] = shown
+                self._publish(shown, None)
+        if any(watch.bus for watch in watches):
+            self._publish(messages.Bus(transfers.transfers(board, self._transfers.latest())), None)
+        if any(watch.pins for watch in watches):
+            self._publish(messages.Pins(pins.pins(board)), None)
+
+    def _look_for_verdicts(self) -> None:
+        board, plan = self._board, self._board.scenario
+        if plan is None:
+            return
+        verdicts = [asdict(one) for one in plan.verdicts(board)]
+        if verdicts != self._verdicts:
+            self._verdicts = verdicts
+            self._publish(self._standing(), None)
+
+    def _standing(self) -> messages.Verdicts:
+        board, plan = self._board, self._board.scenario
+        return messages.Verdicts(self._verdicts, plan is not None and board.clock.now_ps > plan.duration_ps)
+
+    def look_for_findings(self) -> None:
+        """Send what is wrong with the firmware, where that is something else than was sent before."""
+        from emulator.analysis.mistakes import explain  # with the chip's diagnosis: dear to load
+
+        found = [
+            {"kind": one.kind, "summary": one.summary, "details": list(one.details), "fatal": one.fatal}
+            for one in explain(self._board, self._witness)
+        ]
+        if found != self._findings:
+            self._findings = found
+            self._publish(messages.Findings(found), None)
