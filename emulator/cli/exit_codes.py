@@ -13,6 +13,9 @@
 Decision: 1 and 3 speak of the firmware only, and are given only when the firmware is at fault; whatever goes
 wrong around it is 4, so that a grader can tell "wrong" from "try again". Lost output turns a 0 or a 1 into a
 4. The road not taken, 1 for every failure, is Python's own code for an error nobody caught.
+
+Decision: a live board (``fcu web``) says at its end how its scenario's expectations stand, and ends with 0
+all the same: a hand may have moved the board or held up its time, and then they say nothing of the firmware.
 """
 
 from __future__ import annotations

@@ -81,6 +81,8 @@ def serve_board(options: WebOptions) -> ExitCode:
             threading.Thread(target=webbrowser.open, args=(server.url,), daemon=True).start()
         with interruptible(session):
             session.run()
+        for line in session.verdict():
+            to_stderr(line)
         if options.record is not None:
             click.echo(f"fcu: what was done is in {options.record}", err=True)
     return ExitCode.HELD

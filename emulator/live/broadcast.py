@@ -61,7 +61,7 @@ class Broadcast:
         self._truth: dict[str, Any] = {}
         self._truth_s = 0.0
         self._findings: list[dict[str, Any]] = []
-        self._verdicts: list[dict[str, str]] = []
+        self._verdicts = messages.Verdicts([], False)
         self._registers: dict[str, messages.Registers] = {}
         self._next_frame_s = self._next_slow_s = self._next_findings_s = self._next_verdicts_s = 0.0
         self._last_frame_s = 0.0
@@ -79,7 +79,7 @@ class Broadcast:
         self._publish(hello, client)
         self._publish(status, client)
         self._publish(self._text(max(0, self._board.terminal.position - _HISTORY)), client)
-        self._publish(self._standing(), client)
+        self._publish(self._verdicts, client)
         self._publish(messages.Findings(self._findings), client)
         self.look_again()
         self._next_frame_s = 0.0
@@ -200,14 +200,11 @@ class Broadcast:
         board, plan = self._board, self._board.scenario
         if plan is None:
             return
-        verdicts = [asdict(one) for one in plan.verdicts(board)]
+        over = board.clock.now_ps > plan.duration_ps
+        verdicts = messages.Verdicts([asdict(one) for one in plan.verdicts(board)], over)
         if verdicts != self._verdicts:
             self._verdicts = verdicts
-            self._publish(self._standing(), None)
-
-    def _standing(self) -> messages.Verdicts:
-        board, plan = self._board, self._board.scenario
-        return messages.Verdicts(self._verdicts, plan is not None and board.clock.now_ps > plan.duration_ps)
+            self._publish(verdicts, None)
 
     def look_for_findings(self) -> None:
         """Send what is wrong with the firmware, where that is something else than was sent before."""

@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -431,6 +431,19 @@ class Session:
             waits = ", the firmware waits for it" if self._debugger.halted else ""
             ways.append(f"gdb: target remote 127.0.0.1:{self._debugger.port}{waits}")
         return ways
+
+    def verdict(self) -> list[str]:
+        """What the board's scenario expects, as it stands now; no lines without one. Raises InputError."""
+        plan = self.board.scenario
+        if plan is None:
+            return []
+        verdicts = plan.verdicts(self.board)
+        lines = [f"{one.key} ({one.kind}): {one.found}" for one in verdicts if one.state == "failed"]
+        counts = Counter(one.state for one in verdicts)
+        count = f"{counts['met']} of {len(verdicts)} expectations met"
+        if counts["open"]:
+            count += f", {counts['open']} still open at {self.board.now_s:.3f} s of {plan.duration_s:g} s"
+        return [*lines, count]
 
     def _status(self) -> messages.Status:
         board, plan = self.board, self.board.scenario

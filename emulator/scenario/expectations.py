@@ -60,6 +60,8 @@ class Miss:
     seen: str
     diff: tuple[str, ...] = ()
     """Lines in the style of a unified diff: "-" expected, "+" printed, " " around them."""
+    for_good: bool = False
+    """Nothing that is printed or lit later can make up for it, so the verdict falls while the run is on."""
 
 
 @dataclass(frozen=True)
@@ -115,7 +117,8 @@ class ExpectLine(Windowed):
         if found == self.count or (found and self.count is None):
             return None
         if found:
-            return Miss("wrong value", self.wording(), f"{found} times")
+            too_often = self.count is not None and found > self.count
+            return Miss("wrong value", self.wording(), f"{found} times", for_good=too_often)
         near = None
         if not seen.patience.exhausted:
             with seen.patience.limited():
@@ -156,7 +159,9 @@ class ExpectRegex(_Matching):
         found = len(self.matches(seen))
         if found == self.count or (found and self.count is None):
             return None
-        return Miss("wrong value" if found else "missing", self.wording(), f"{found} matches")
+        too_many = self.count is not None and found > self.count
+        fault: Fault = "wrong value" if found else "missing"
+        return Miss(fault, self.wording(), f"{found} matches", for_good=too_many)
 
 
 class ExpectNever(_Matching):
@@ -175,7 +180,7 @@ class ExpectNever(_Matching):
             return None
         first = found[0]
         seen_text = f"{len(found)} lines, first line {first.number} at {seconds(first.at_ps)}"
-        return Miss("wrong value", self.wording(), seen_text, (f"+{escaped(first.text)}",))
+        return Miss("wrong value", self.wording(), seen_text, (f"+{escaped(first.text)}",), for_good=True)
 
 
 class ExpectText(Expectation):
@@ -203,7 +208,8 @@ class ExpectText(Expectation):
             printed_lines[index] if index < len(printed_lines) else None,
         )
         count = f"{len(printed_lines)} lines, {len(printed)} bytes"
-        return Miss(fault, self.wording(), count, difference(wanted_lines, printed_lines))
+        ended = index < len(printed_lines) - 1  # the line that differs, which is not being printed any more
+        return Miss(fault, self.wording(), count, difference(wanted_lines, printed_lines), for_good=ended)
 
 
 def shown_line(text: str) -> str:
@@ -268,7 +274,7 @@ class ExpectField(Windowed):
         if malformed:
             seen_text = f"{len(malformed)} of {len(lines)} lines in another format"
             diff = (f"-{line_format.text}", *map(_printed, malformed[:_DIFF_LINES]))
-            return Miss("wrong format", self.wording(), seen_text, diff)
+            return Miss("wrong format", self.wording(), seen_text, diff, for_good=True)
         errors = [(line, self._error(line, fields[self.name])) for line, fields in numbers if fields]
         wrong = [(line, error) for line, error in errors if not abs(error) <= self.tolerance]
         if not wrong:
@@ -279,7 +285,7 @@ class ExpectField(Windowed):
             none = f"{len(wrong) - len(sizes)} of {len(lines)}"
             seen_text += f", {none} are nan or inf" if sizes else f"{none} prints are nan or inf"
         diff = tuple(f"{_printed(line)}  (off by {error:+.6g})" for line, error in wrong[:_DIFF_LINES])
-        return Miss("wrong value", self.wording(), seen_text, diff)
+        return Miss("wrong value", self.wording(), seen_text, diff, for_good=True)
 
     def _error(self, line: PrintedLine, printed: float) -> float:
         if self.value is not None:
@@ -340,11 +346,12 @@ class ExpectWithin(Windowed):
             return Miss("missing", expected, f'no line "{line_format.text}" among {len(seen.lines)}')
         wrong = [line for line, value in values if not self.least <= value <= self.most]
         text, apart = f"{len(wrong)} of {len(values)} prints outside", np.ptp([value for _, value in values])
+        outside = bool(wrong)
         if not wrong and apart < self.apart:
             wrong, text = [values[0][0]], f"all {len(values)} within {apart:g}"
         if not wrong:
             return None
-        return Miss("wrong value", expected, text, tuple(map(_printed, wrong[:_DIFF_LINES])))
+        return Miss("wrong value", expected, text, tuple(map(_printed, wrong[:_DIFF_LINES])), outside)
 
 
 def _printed(line: PrintedLine) -> str:
@@ -380,7 +387,7 @@ class ExpectLed(Windowed):
             first_ps, last_ps = max(begin_ps, self.from_), min(until_ps, end_ps)
             if first_ps < last_ps and lit is not wanted:
                 seen_text = f"{'on' if lit else 'off'} from {seconds(first_ps)} to {seconds(last_ps)}"
-                return Miss("wrong value", self.wording(), seen_text)
+                return Miss("wrong value", self.wording(), seen_text, for_good=True)
         return None
 
     def _states(self, seen: Seen) -> Iterator[tuple[int, int, bool]]:
@@ -439,7 +446,7 @@ def _outside(what: str, count: int, low: int | None, high: int | None) -> Miss |
     if low is not None and count < low:
         return Miss("wrong value", f"at least {low} ticks {what}", f"{count}")
     if high is not None and count > high:
-        return Miss("wrong value", f"at most {high} ticks {what}", f"{count}")
+        return Miss("wrong value", f"at most {high} ticks {what}", f"{count}", for_good=True)
     return None
 
 

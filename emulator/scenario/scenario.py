@@ -412,7 +412,7 @@ def _verdict(key: str, expectation: AnyExpectation, seen: Seen) -> Verdict:
     state: Standing = "open"
     if over:
         state = "failed" if miss else "met"
-    elif miss and miss.fault == "wrong value":  # it does not become right again
+    elif miss and miss.for_good:
         state = "failed"
     found = f"expected {miss.expected}; seen: {miss.seen}" if miss and state == "failed" else ""
     return Verdict(key, expectation.kind, expectation.wording(), state, found)

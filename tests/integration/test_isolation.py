@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import select
 import signal
 import subprocess
@@ -299,6 +300,9 @@ def test_a_live_board_may_be_in_a_worker() -> None:
     assert done.returncode == HELD, done.stderr
     assert "fcu: board lab3, firmware lab3, scenario iron, seed 4\n" in done.stderr
     assert "process of its own" in done.stderr
+    assert re.search(
+        r"^fcu: \d of \d expectations met, \d still open at [\d.]+ s of \d+ s$", done.stderr, re.M
+    )
 
 
 def test_what_only_a_run_is_limited_to_is_refused_elsewhere() -> None:

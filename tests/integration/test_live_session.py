@@ -20,6 +20,7 @@ from emulator.scenario import load_scenario
 from firmware_model.arm import prebuilt
 from tests.live_fakes import Page, Reader, Wall, do
 from tests.recipe import GreenhouseBoard
+from tests.scenario_files import SHORT, write
 
 SCRIPT = [
     (1.2, do(do="follow_attitude", pitch_deg=30)),
@@ -254,6 +255,15 @@ def test_a_scenarios_verdicts_fall_while_it_plays() -> None:
     assert any("open" in one and "met" in one for one in seen)
     assert seen[-1] == ["met"] * 5
     assert page.of(messages.Verdicts)[-1].over
+
+
+def test_a_scenario_is_over_although_all_was_met_before(tmp_path: Path) -> None:
+    led = '[[expect]]\nkind = "led"\nled = "led1"\nstate = "off"\nfrom = "100ms"\nto = "500ms"\n'
+    page = Page(Setup("lab3", str(write(tmp_path, SHORT + led))), end_s=3.6)
+    session = page.run()
+    assert page.of(messages.Verdicts)[-2].verdicts == page.of(messages.Verdicts)[-1].verdicts
+    assert [one.over for one in page.of(messages.Verdicts)[-2:]] == [False, True]
+    assert session.verdict() == ["1 of 1 expectations met"]
 
 
 def test_wrong_commands_are_answered_in_a_line_and_change_nothing() -> None:

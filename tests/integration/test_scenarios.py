@@ -56,6 +56,27 @@ def test_a_shipped_scenario_holds(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", scenario_names())
+@pytest.mark.parametrize("firmware", [None, "template"])
+def test_a_verdict_that_has_fallen_stays(name: str, firmware: str | None) -> None:
+    """Where the program is right, none falls the wrong way meanwhile, such as a count that still grows."""
+    board = Board(firmware, scenario=name)
+    plan = board.scenario
+    assert plan is not None
+    fallen: dict[str, str] = {}
+    for _ in range(8):
+        board.run_for(plan.duration_s / 8)
+        states = {one.key: one.state for one in plan.verdicts(board)}
+        assert states | fallen == states
+        fallen = {key: state for key, state in states.items() if state != "open"}
+    board.run_for(0.001)
+    result = plan.check(board)
+    states = {one.key: one.state for one in plan.verdicts(board)}
+    assert "open" not in (states | fallen).values()
+    assert {key for key, state in states.items() if state == "failed"} == {one.key for one in result.findings}
+    assert firmware == "template" or set(states.values()) == {"met"}
+
+
+@pytest.mark.parametrize("name", scenario_names())
 def test_a_shipped_scenario_fails_when_its_feature_breaks(tmp_path: Path, name: str) -> None:
     original = load_scenario(name).path.read_text(encoding="utf-8")
     old, new = BREAKS[name]
