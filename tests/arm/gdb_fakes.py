@@ -155,7 +155,7 @@ class Client:
         self._framer = Framer()
         self._arrived: list[Received] = []
         self.raw = b""
-        self.socket = socket.create_connection((HOST, server.port), timeout=5.0)
+        self.socket = socket.create_connection((HOST, server.port), timeout=30.0)
         run()
 
     def send(self, data: bytes) -> None:

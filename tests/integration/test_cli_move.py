@@ -25,7 +25,7 @@ from emulator.links.runner import Runner
 from emulator.links.running import Door, running_boards
 from emulator.live.moved import Moved
 
-DEADLINE_S = 20.0
+DEADLINE_S = 30.0
 FLAT = {"roll_deg": 1.0, "pitch_deg": 2.0, "yaw_deg": 3.0, "altitude_m": 0.0}
 
 

@@ -22,7 +22,7 @@ from emulator.links.running import Door, Message, running_boards, the_running_bo
 from emulator.links.tcp import TcpLink
 
 ALL_BYTES = bytes(range(256))
-DEADLINE_S = 20.0
+DEADLINE_S = 30.0
 TERMINAL = [sys.executable, "-m", "emulator", "terminal"]
 
 

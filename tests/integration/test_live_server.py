@@ -53,7 +53,7 @@ def live() -> Iterator[tuple[PageServer, Session]]:
 
 
 def get(pages: PageServer, path: str, **headers: str) -> HTTPResponse:
-    connection = HTTPConnection("127.0.0.1", pages.address.port, timeout=10)
+    connection = HTTPConnection("127.0.0.1", pages.address.port, timeout=30)
     connection.request(
         "GET", path, headers={name.replace("_", "-"): value for name, value in headers.items()}
     )

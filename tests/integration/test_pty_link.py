@@ -23,7 +23,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no 
 
 ALL_BYTES = bytes(range(256))
 BOOT = b"STEVAL-FCU001V1 FH rev.1.0 - Sep 2017\n\n"  # the lab's text
-DEADLINE_S = 10.0
+DEADLINE_S = 30.0
 MIB = 1024 * 1024
 
 

@@ -25,7 +25,7 @@ pytestmark = pytest.mark.filterwarnings("ignore:set(Daemon|Name)\\(:DeprecationW
 
 ALL_BYTES = bytes(range(256))
 BOOT = b"STEVAL-FCU001V1 FH rev.1.0 - Sep 2017\n\n"  # the lab's text
-DEADLINE_S = 20.0
+DEADLINE_S = 30.0
 IAC = 255
 MIB = 1024 * 1024
 

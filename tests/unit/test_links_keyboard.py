@@ -15,7 +15,7 @@ from emulator.links.stdout import has_keyboard
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="job control is a POSIX matter")
 
-DEADLINE_S = 10.0
+DEADLINE_S = 30.0
 SOURCES = Path(emulator.errors.__file__).parents[1]
 
 PRELUDE = """
@@ -30,7 +30,7 @@ from emulator.links.stdout import has_keyboard
 ECHO = """
 link = open_link('stdout')
 link.send(link.announce()[0].encode() + b'\\n')
-got, give_up_s = b'', time.monotonic() + 10.0
+got, give_up_s = b'', time.monotonic() + 30.0
 while not got.endswith(b'\\n') and time.monotonic() < give_up_s:
     got += link.receive(1 << 20)
 link.send(b'got ' + got)
@@ -56,7 +56,7 @@ if board == 0:
     os.tcsetpgrp(0, os.getpid())
     link = open_link('stdout')
     os.write(tell, b'.')
-    got, give_up_s = b'', time.monotonic() + 10.0
+    got, give_up_s = b'', time.monotonic() + 30.0
     while got.count(b'\\n') < 2 and time.monotonic() < give_up_s:
         if data := link.receive(1 << 20):
             got += data

@@ -20,7 +20,7 @@ from emulator.errors import LinkError
 from emulator.links import StdoutLink
 
 ALL_BYTES = bytes(range(256))
-DEADLINE_S = 10.0
+DEADLINE_S = 30.0
 MIB = 1024 * 1024
 SOURCES = Path(emulator.errors.__file__).parents[1]
 
