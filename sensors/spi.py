@@ -47,7 +47,6 @@ class SpiTarget:
         """The part's: what was prefetched holds as long as the number does not change."""
         return self.part.version
 
-    @property
     def answers(self) -> bool:
         """Whether the part was seen to answer when it was last selected; then it does so for good."""
         return not self._booting

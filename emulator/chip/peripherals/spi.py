@@ -168,7 +168,7 @@ class SpiWire:
         part.target.write(bytes(part.written), self.mode)
         if target >= 0 and part.received:
             self._chip.targets.tell_position(target)
-        return part.target.answers
+        return part.target.answers()
 
     def _send(self, number: int, byte: int) -> None:
         part = self._parts[number]
