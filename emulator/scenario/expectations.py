@@ -40,7 +40,7 @@ from emulator.scenario.tables import (
     Window,
     board_of,
 )
-from emulator.text import shown
+from emulator.text import shown, visible
 from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, seconds
 from emulator.trace import GpioEdge
 
@@ -152,7 +152,7 @@ class ExpectRegex(_Matching):
     def wording(self) -> str:
         """The pattern, and in how many lines."""
         times = "" if self.count is None else f" in {self.count} line{'s' * (self.count > 1)}"
-        return f"a match of {shown_line(self.pattern.text)}{times}{self.window_text()}"
+        return f'a match of "{visible(self.pattern.text)}"{times}{self.window_text()}'
 
     def judge(self, seen: Seen) -> Miss | None:
         """Searches line by line."""
@@ -171,7 +171,7 @@ class ExpectNever(_Matching):
 
     def wording(self) -> str:
         """The pattern."""
-        return f"no match of {shown_line(self.pattern.text)}{self.window_text()}"
+        return f'no match of "{visible(self.pattern.text)}"{self.window_text()}'
 
     def judge(self, seen: Seen) -> Miss | None:
         """Searches line by line."""

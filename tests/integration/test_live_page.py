@@ -288,7 +288,9 @@ def test_the_menu_of_the_chips_blocks_stays_in_its_pane(browser: Browser, served
 def test_pause_and_step(browser: Browser, served: Served) -> None:
     page = browser.open(served)
     page.click("#runner")
-    until(page, "document.querySelector('#pace').textContent === 'paused'")  # so its figures are the last ones
+    until(
+        page, "document.querySelector('#pace').textContent === 'paused'"
+    )  # so its figures are the last ones
     ticks = int(page.text_content("#fig-ticks"))
     page.click("#step-tick")
     until(page, f"Number(document.querySelector('#fig-ticks').textContent) === {ticks} + 1")

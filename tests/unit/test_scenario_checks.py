@@ -81,6 +81,7 @@ def test_a_broken_expectation_is_found(tmp_path: Path, kind: str, keys: str, fau
         ("line", "text = 'LAB3 Init...'\ncount = 1", 'the line "LAB3 Init..." once'),
         ("regex", "pattern = '^Pre'\nto = '2s'", 'a match of "^Pre" from 0 s to 2 s'),
         ("regex", "pattern = '^Pre'\ncount = 1", 'a match of "^Pre" in 1 line'),
+        ("regex", "pattern = '^\\w+: \\d'", r'a match of "^\w+: \d"'),
         ("never", "pattern = 'nan'", 'no match of "nan"'),
         (
             "field",
