@@ -111,8 +111,7 @@ def test_the_board_turns_and_says_how_it_lies(capsys: pytest.CaptureFixture[str]
     with running(Board(ideal=True)) as board:  # without firmware, which one thread runs
         move(options(pitch=30.0, duration="100ms"))
         move(options("lift", 2.0, duration="200ms"))
-        end_s = board.now_s + 1.0
-    board.run_until(end_s)
+    board.run_for(1.0)
     assert attitude(board, board.now_s) == [0.0, 30.0, 0.0]
     assert board.world.altitude_m(np.array([board.now_s]))[0] == pytest.approx(2.0)
     first, second = capsys.readouterr().out.splitlines()

@@ -92,9 +92,14 @@ def terminal(link: TcpLink, baud: int = 115_200) -> Iterator[serial.Serial]:
         yield device
 
 
+def opened(link: TcpLink) -> socket.socket:
+    """A reader of a board that runs in its own thread: nobody else may call the link."""
+    return socket.create_connection(("127.0.0.1", link.port), timeout=DEADLINE_S)
+
+
 @contextlib.contextmanager
 def connected(link: TcpLink) -> Iterator[socket.socket]:
-    with socket.create_connection(("127.0.0.1", link.port), timeout=DEADLINE_S) as connection:
+    with opened(link) as connection:
         link.send(b"")  # the board notices
         yield connection
 
@@ -153,7 +158,7 @@ def test_a_mebibyte_passes_rfc2217_both_ways_without_loss(rfc2217: Rfc2217Link) 
     """Read and written as RFC 854 has it: 255 stands twice, and commands of three bytes begin with it."""
     data = random.Random(1).randbytes(MIB)
     doubled = data.replace(b"\xff", b"\xff\xff")
-    with Served(rfc2217) as board, connected(rfc2217) as connection:
+    with Served(rfc2217) as board, opened(rfc2217) as connection:
         board.print(data)
         greeting = exactly(connection, 3)
         while greeting[-3] == IAC and greeting[-2] != IAC:
@@ -347,7 +352,7 @@ def test_another_rate_than_the_firmwares_is_said_once_and_reported(
     ],
 )
 def test_broken_telnet_is_hung_up_on_and_the_others_read_on(rfc2217: Rfc2217Link, hostile: bytes) -> None:
-    with Served(rfc2217) as board, terminal(rfc2217) as device, connected(rfc2217) as stranger:
+    with Served(rfc2217) as board, terminal(rfc2217) as device, opened(rfc2217) as stranger:
         with contextlib.suppress(OSError):
             stranger.sendall(hostile)
         with contextlib.suppress(OSError):
