@@ -45,6 +45,6 @@ def test_a_long_run_takes_no_more_than_a_short_one(firmware: str) -> None:
     assert last.virtual_s == 40.0
     # Where a row ends depends on how fast the machine is; how many ticks it has for its time does not.
     for earlier, sample in ((before, middle), (middle, last)):
-        assert sample.ticks == pytest.approx(800 * (sample.virtual_s - earlier.virtual_s), abs=1)
+        assert sample.ticks == pytest.approx(800 * (sample.virtual_s - earlier.virtual_s), abs=2)
     assert last.descriptors == middle.descriptors
     assert last.memory_mib - middle.memory_mib < 2
