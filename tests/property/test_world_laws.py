@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import trapezoid
 
+from emulator.time.clock import Clock, to_ps
 from emulator.world import World
 from emulator.world.recording import Recording
 from emulator.world.track import Array
@@ -171,11 +172,11 @@ def test_where_the_world_rests_nothing_changes(
     spans: list[tuple[float, float]],
     thermal_s: float,
 ) -> None:
-    now_s = 0.0
-    world = World(lambda: now_s)
+    clock = Clock()
+    world = World(clock)
     world.warm_up(5.0, thermal_s)
     for after_s, change, size in changes:
-        now_s += after_s
+        clock.advance_to(clock.now_ps + to_ps(after_s))
         change(world, size)
     for from_s, lasts_s in spans:
         if world.rests(from_s, from_s + lasts_s):
@@ -185,14 +186,15 @@ def test_where_the_world_rests_nothing_changes(
 
 
 def test_a_world_rests_before_and_after_a_motion_and_not_where_it_has_forgotten() -> None:
-    now_s = 1.0
-    world = World(lambda: now_s)
+    clock = Clock()
+    world = World(clock)
+    clock.advance_to(to_ps(1.0))
     world.lift(1.0, 0.5)
     assert world.rests(0.0, 0.9)
     assert not world.rests(0.0, 1.0)
     assert not world.rests(1.2, 9.0)
     assert world.rests(1.6, 9.0)
-    now_s = 20.0
+    clock.advance_to(to_ps(20.0))
     world.set_humidity(30)
     assert not world.rests(1.6, 9.0)
     assert world.rests(20.1, 1000.0)
