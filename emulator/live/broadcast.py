@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import asdict
 from typing import Any
 
 from emulator.analysis.witness import Witness
@@ -34,25 +33,24 @@ class Broadcast:
     """The ``run_number``-th board of a session, as its clients see it.
 
     ``clients``: what each of them watches; it is the session's, and changes as they come and go.
+    ``wall_s``: now, as everywhere here; the same clock at each call.
     """
 
     def __init__(
         self,
         board: Board,
         run_number: int,
-        witness: Witness,
         publish: Publish,
         clients: Mapping[object, messages.Watch],
-        wall_clock_s: Callable[[], float],
+        wall_s: float,
     ) -> None:
         self._board = board
         self._run_number = run_number
-        self._witness = witness
         self._publish = publish
         self._clients = clients
-        self._wall_s = wall_clock_s
+        self._witness = Witness(board)
         self._transfers = transfers.Transfers(board)
-        self._load = view.Load(board, witness)
+        self._load = view.Load(board, self._witness)
         self.changed = True
         """Whether a frame would show something new."""
         self._done = 0
@@ -66,11 +64,12 @@ class Broadcast:
         self._next_frame_s = self._next_slow_s = self._next_findings_s = self._next_verdicts_s = 0.0
         self._last_frame_s = 0.0
         self._pace = 0.0
-        self.measure_pace()
+        self.measure_pace(wall_s)
 
     def close(self) -> None:
         """Look no longer."""
         self._transfers.close()
+        self._witness.close()
 
     # -- what the session says of it ------------------------------------------------------------------------
 
@@ -94,9 +93,9 @@ class Broadcast:
         self._done = number
         self._next_frame_s = min(self._next_frame_s, self._last_frame_s + _ANSWER_S)
 
-    def measure_pace(self) -> None:
+    def measure_pace(self, wall_s: float) -> None:
         """From here on: the board has begun to run, or goes at another speed."""
-        self._paced_from = self._wall_s(), self._board.now_s
+        self._paced_from = wall_s, self._board.now_s
 
     def frame_in_s(self, wall_s: float) -> float:
         """Wall time until the next frame is due; infinite while there is nothing to show, or nobody."""
@@ -134,7 +133,7 @@ class Broadcast:
         from_wall_s, from_s = self._paced_from
         if wall_s - from_wall_s >= _PACE_S:
             self._pace = (board.now_s - from_s) / (wall_s - from_wall_s)
-            self._paced_from = wall_s, board.now_s
+            self.measure_pace(wall_s)
         if not self._truth or not board.world.rests(self._truth_s, board.now_s):
             self._truth = view.truth(board)  # else what was shown last is still true: evaluating it is dear
         self._truth_s = board.now_s
@@ -200,8 +199,17 @@ class Broadcast:
         board, plan = self._board, self._board.scenario
         if plan is None:
             return
-        over = board.clock.now_ps > plan.duration_ps
-        verdicts = messages.Verdicts([asdict(one) for one in plan.verdicts(board)], over)
+        shown = [
+            {
+                "key": one.key,
+                "kind": one.kind,
+                "says": one.says,
+                "state": one.state,
+                "found": str(one.miss or ""),
+            }
+            for one in plan.verdicts(board)
+        ]
+        verdicts = messages.Verdicts(shown, plan.is_over(board))
         if verdicts != self._verdicts:
             self._verdicts = verdicts
             self._publish(verdicts, None)

@@ -17,13 +17,12 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from emulator.analysis.witness import Witness
 from emulator.board.board import Board
 from emulator.errors import FcuError, FirmwareError, InputError
 from emulator.links import ByteLink
@@ -68,7 +67,6 @@ class Session:
     setup: Setup
     board: Board
     recording: SessionRecording
-    witness: Witness
     _broadcast: Broadcast
     _file: FileWatch | None
     _slice_s: float
@@ -263,13 +261,10 @@ class Session:
             self._halted = self._debugger is not None and self._debugger.halted
         self.recording = SessionRecording(board, setup.ideal)
         self.run_number += 1
-        self.witness = Witness(board)
-        self._broadcast = Broadcast(
-            board, self.run_number, self.witness, self._publish, self._clients, self._wall_s
-        )
+        self._set_origin()
+        self._broadcast = Broadcast(board, self.run_number, self._publish, self._clients, self._origin_wall_s)
         self._file = setup.watched()
         self._slice_s = _SLICE_S
-        self._set_origin()
         self._carried = 0
         self._full = False
         self._last_ps = 0
@@ -402,7 +397,7 @@ class Session:
     def _set_state(self, state: str) -> None:
         self.state = state
         self._set_origin()
-        self._broadcast.measure_pace()
+        self._broadcast.measure_pace(self._origin_wall_s)
         self._say_status()
 
     def _follow_file(self) -> None:
@@ -433,17 +428,9 @@ class Session:
         return ways
 
     def verdict(self) -> list[str]:
-        """What the board's scenario expects, as it stands now; no lines without one. Raises InputError."""
+        """How the scenario's expectations stand now; no lines without a scenario. Raises InputError."""
         plan = self.board.scenario
-        if plan is None:
-            return []
-        verdicts = plan.verdicts(self.board)
-        lines = [f"{one.key} ({one.kind}): {one.found}" for one in verdicts if one.state == "failed"]
-        counts = Counter(one.state for one in verdicts)
-        count = f"{counts['met']} of {len(verdicts)} expectations met"
-        if counts["open"]:
-            count += f", {counts['open']} still open at {self.board.now_s:.3f} s of {plan.duration_s:g} s"
-        return [*lines, count]
+        return plan.standing(self.board) if plan else []
 
     def _status(self) -> messages.Status:
         board, plan = self.board, self.board.scenario

@@ -63,6 +63,9 @@ class Miss:
     for_good: bool = False
     """Nothing that is printed or lit later can make up for it, so the verdict falls while the run is on."""
 
+    def __str__(self) -> str:
+        return f"expected {self.expected}; seen: {self.seen}"
+
 
 @dataclass(frozen=True)
 class Seen:
@@ -117,7 +120,7 @@ class ExpectLine(Windowed):
         if found == self.count or (found and self.count is None):
             return None
         if found:
-            too_often = self.count is not None and found > self.count
+            too_often = found > (self.count or found)
             return Miss("wrong value", self.wording(), f"{found} times", for_good=too_often)
         near = None
         if not seen.patience.exhausted:
@@ -159,7 +162,7 @@ class ExpectRegex(_Matching):
         found = len(self.matches(seen))
         if found == self.count or (found and self.count is None):
             return None
-        too_many = self.count is not None and found > self.count
+        too_many = found > (self.count or found)
         fault: Fault = "wrong value" if found else "missing"
         return Miss(fault, self.wording(), f"{found} matches", for_good=too_many)
 
@@ -345,13 +348,14 @@ class ExpectWithin(Windowed):
         if not values:
             return Miss("missing", expected, f'no line "{line_format.text}" among {len(seen.lines)}')
         wrong = [line for line, value in values if not self.least <= value <= self.most]
-        text, apart = f"{len(wrong)} of {len(values)} prints outside", np.ptp([value for _, value in values])
-        outside = bool(wrong)
-        if not wrong and apart < self.apart:
-            wrong, text = [values[0][0]], f"all {len(values)} within {apart:g}"
-        if not wrong:
-            return None
-        return Miss("wrong value", expected, text, tuple(map(_printed, wrong[:_DIFF_LINES])), outside)
+        if wrong:
+            text, diff = f"{len(wrong)} of {len(values)} prints outside", map(_printed, wrong[:_DIFF_LINES])
+            return Miss("wrong value", expected, text, tuple(diff), for_good=True)
+        apart = np.ptp([value for _, value in values])
+        if apart < self.apart:
+            text = f"all {len(values)} within {apart:g}"
+            return Miss("wrong value", expected, text, (_printed(values[0][0]),))
+        return None
 
 
 def _printed(line: PrintedLine) -> str:

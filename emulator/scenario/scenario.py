@@ -229,7 +229,7 @@ class Scenario:
         seen = self.seen(board)
         now_ps = board.clock.now_ps
         findings = []
-        if now_ps < self.duration_ps or limit:
+        if limit or not self.is_over(board):
             cause = f"; the run exceeded {limit}" if limit else ""
             miss = Miss("stopped", f"a run of {seconds(self.duration_ps)}", f"{seconds(now_ps)}{cause}")
             findings.append(Finding("duration", "run", miss))
@@ -258,8 +258,27 @@ class Scenario:
 
     def verdicts(self, board: BoardView) -> list[Verdict]:
         """Every expectation as it stands now, on a board that plays this scenario. Raises InputError."""
-        seen = self.seen(board)
-        return [_verdict(f"expect[{number}]", one, seen) for number, one in enumerate(self.expectations)]
+        seen, over = self.seen(board), self.is_over(board)
+        return [
+            _verdict(f"expect[{number}]", one, seen, over) for number, one in enumerate(self.expectations)
+        ]
+
+    def is_over(self, board: BoardView) -> bool:
+        """Whether a board that plays it has come to its end."""
+        return board.clock.now_ps >= self.duration_ps
+
+    def standing(self, board: BoardView) -> list[str]:
+        """The result's lines, for people; before the end what has failed already, and how many are open.
+
+        Raises InputError for a board that plays another scenario.
+        """
+        if self.is_over(board):
+            return self.check(board).lines
+        verdicts = self.verdicts(board)
+        met, still_open = (sum(one.state == state for one in verdicts) for state in ("met", "open"))
+        when = f"{seconds(board.clock.now_ps)} of {seconds(self.duration_ps)}"
+        count = f"{met} of {len(verdicts)} expectations met, {still_open} still open at {when}"
+        return [*(line for one in verdicts for line in one.lines), count]
 
     def _refuse_windows_after_the_end(self) -> None:
         """An expectation that looks at nothing must not pass for one that is met, nor a report be empty."""
@@ -338,9 +357,8 @@ class Finding:
     @property
     def lines(self) -> list[str]:
         """For people."""
-        miss = self.miss
-        head = f"{self.key} ({self.kind}): {miss.fault}: expected {miss.expected}; seen: {miss.seen}"
-        return [head, *(f"    {line}" for line in miss.diff)]
+        head = f"{self.key} ({self.kind}): {self.miss.fault}: {self.miss}"
+        return [head, *(f"    {line}" for line in self.miss.diff)]
 
     def __str__(self) -> str:
         return "\n".join(self.lines)
@@ -351,13 +369,18 @@ Standing = Literal["open", "met", "failed"]
 
 @dataclass(frozen=True)
 class Verdict:
-    """An expectation while the run is on: place, kind, what it says, how it stands, what was seen."""
+    """An expectation while the run is on: place, kind, what it says, how it stands, how it has failed."""
 
     key: str
     kind: str
     says: str
     state: Standing
-    found: str = ""
+    miss: Miss | None = None
+
+    @property
+    def lines(self) -> list[str]:
+        """For people, as of the result: how it has failed."""
+        return Finding(self.key, self.kind, self.miss).lines if self.miss else []
 
 
 @dataclass(frozen=True)
@@ -405,17 +428,13 @@ def judged(expectation: Expectation, seen: Seen) -> Miss | None:
         )
 
 
-def _verdict(key: str, expectation: AnyExpectation, seen: Seen) -> Verdict:
-    miss = judged(expectation, seen)
+def _verdict(key: str, expectation: AnyExpectation, seen: Seen, over: bool) -> Verdict:
+    miss, says = judged(expectation, seen), expectation.wording()
     end_ps = getattr(expectation, "to", None)
-    over = seen.board.clock.now_ps > seen.end_ps or (end_ps is not None and seen.end_ps >= end_ps)
-    state: Standing = "open"
-    if over:
-        state = "failed" if miss else "met"
-    elif miss and miss.for_good:
-        state = "failed"
-    found = f"expected {miss.expected}; seen: {miss.seen}" if miss and state == "failed" else ""
-    return Verdict(key, expectation.kind, expectation.wording(), state, found)
+    over = over or (end_ps is not None and seen.end_ps >= end_ps)
+    if miss and (over or miss.for_good):
+        return Verdict(key, expectation.kind, says, "failed", miss)
+    return Verdict(key, expectation.kind, says, "met" if over else "open")
 
 
 # -- Running a board through its scenario -------------------------------------------------------------------

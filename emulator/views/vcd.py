@@ -75,7 +75,12 @@ class VcdFile:
 
     def report(self) -> list[str]:
         """Return a line if something is not in the file."""
-        return [f"--vcd: {self.left_out} broken messages are not drawn"] if self.left_out else []
+        if not self.left_out:
+            return []
+        most = f"{HELD_PS // PS_PER_S} s"
+        return [
+            f"--vcd: {self.left_out} messages are not drawn: they were broken, or took longer than {most}"
+        ]
 
     # -- what there is ----------------------------------------------------------------------------------
 

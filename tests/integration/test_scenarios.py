@@ -68,7 +68,7 @@ def test_a_verdict_that_has_fallen_stays(name: str, firmware: str | None) -> Non
         states = {one.key: one.state for one in plan.verdicts(board)}
         assert states | fallen == states
         fallen = {key: state for key, state in states.items() if state != "open"}
-    board.run_for(0.001)
+    board.run_until(plan.duration_s)
     result = plan.check(board)
     states = {one.key: one.state for one in plan.verdicts(board)}
     assert "open" not in (states | fallen).values()
