@@ -2,14 +2,29 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import secrets
 import tempfile
 from contextlib import suppress
 from pathlib import Path
 
-from emulator.errors import LinkError, OutputError
+from emulator.errors import InputError, LinkError, OutputError
 
 _BUFFER = 1 << 18
+_SHORTEST_SECRET, _LONGEST_SECRET = 16, 4096  # bytes
+_OF_A_NAME = frozenset(
+    (errno.ENAMETOOLONG, errno.EINVAL, errno.EILSEQ, errno.ELOOP, errno.EISDIR, errno.ENOTDIR, errno.EEXIST)
+)
+
+
+def is_about_the_name(error: OSError) -> bool:
+    """Return whether ``error`` is caused by a file's name or kind; every other OSError is the machine's fault.
+
+    A stranger chooses names, and the same name fails on every try. A full disk, too many open files or a
+    missing permission says nothing about the stranger's file.
+    """
+    return error.errno in _OF_A_NAME
 
 
 def write_atomically(path: Path, data: bytes | str, *, private: bool = False) -> None:
@@ -33,6 +48,27 @@ def write_atomically(path: Path, data: bytes | str, *, private: bool = False) ->
             raise
     except OSError as error:
         raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
+
+
+def secret(path: Path) -> bytes:
+    """Return the contents of a file that holds a secret; a missing file is made, with 32 random bytes.
+
+    Raises InputError for a file that cannot be a secret, OutputError if the file cannot be made.
+    """
+    try:
+        if path.exists() and not path.is_file():
+            raise InputError(f"{path}: a secret must be an ordinary file")
+        with path.open("rb") as file:
+            contents = file.read(_LONGEST_SECRET)
+    except FileNotFoundError:
+        contents = secrets.token_bytes(32)
+        write_atomically(path, contents, private=True)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from error
+    if len(contents) < _SHORTEST_SECRET:
+        problem = f"must have at least {_SHORTEST_SECRET} bytes, not {len(contents)}"
+        raise InputError(f"{path}: a secret {problem}; delete the file, and a new one is made")
+    return contents
 
 
 class BoundedFile:

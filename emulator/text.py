@@ -6,10 +6,14 @@ they stand in (bidirectional overrides) or cannot be seen (zero-width ones). All
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
+
 _SPACES = frozenset(
     "\xa0\u1680\u2000\u2001\u2002\u2003\u2004\u2005\u2006\u2007\u2008\u2009\u200a\u202f\u205f\u3000"
 )
 _KEPT = frozenset("\n\t")
+_FORMULA = ("=", "+", "-", "@", "\t", "\r", "\uff1d", "\uff0b", "\uff0d", "\uff20")
+"""Signs at the beginning of a cell with which a spreadsheet computes it (OWASP, CSV injection)."""
 _SHOWN = 40  # characters of a bad value that a message repeats
 
 
@@ -39,6 +43,23 @@ def shown(value: object) -> str:
     except ValueError:  # an integer of more digits than Python prints
         return "a number of thousands of digits"
     return text if len(text) <= _SHOWN else text[:_SHOWN] + "..."
+
+
+def csv_text(rows: Iterable[Sequence[str | float]]) -> str:
+    """Return rows as CSV. A spreadsheet shows each text as it is: none is computed, each is on one line."""
+    import csv
+    import io
+
+    sink = io.StringIO(newline="")
+    csv.writer(sink).writerows([_cell(value) for value in row] for row in rows)
+    return sink.getvalue()
+
+
+def _cell(value: str | float) -> str | float:
+    if not isinstance(value, str):
+        return value
+    text = visible(value)
+    return f"'{text}" if text.startswith(_FORMULA) else text
 
 
 def _escape(sign: str) -> str:

@@ -282,6 +282,12 @@ def diff(
 @click.option(
     "--roster", type=click.Path(path_type=Path), metavar="FILE", help="The class: CSV with id, name, email."
 )
+@click.option(
+    "--salt",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Secret from which boards and motions are drawn; made at the first run. Default: DIR/kept/salt.key.",
+)
 @click.option("--jobs", type=click.IntRange(1, 1024), help="Processes on this machine. Default: one a core.")
 @click.option("--dask", metavar="ADDRESS", help="Judge on a cluster: its scheduler, such as tcp://host:8786.")
 @click.option(
@@ -321,6 +327,7 @@ def grade(
     rubric: str,
     out: Path | None,
     roster: Path | None,
+    salt: Path | None,
     jobs: int | None,
     dask: str | None,
     take: Literal["source", "firmware"] | None,
@@ -346,6 +353,7 @@ def grade(
         rubric=rubric,
         out=out,
         roster=roster,
+        salt=salt,
         jobs=jobs,
         dask=dask,
         take=take,

@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import os
 import secrets
+import signal
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import monotonic
+from types import FrameType
 from typing import TYPE_CHECKING
 
 import click
 
 from emulator.boards.fcu001v1 import FCU001V1
 from emulator.cli.exit_codes import ExitCode
-from emulator.errors import InputError
-from emulator.files import write_atomically
+from emulator.errors import FcuError, InputError
+from emulator.files import secret, write_atomically
 from emulator.grading.build import Builder
 from emulator.grading.grading import Grader
 from emulator.grading.reports.class_page import summary
@@ -32,11 +34,11 @@ from emulator.grading.roster import Student, load_roster
 from emulator.grading.rubric import Rubric, load_rubric
 from emulator.grading.store import Store
 from emulator.grading.submissions import Submission, Take, find_submissions
-from emulator.grading.tasks import code_digest
+from emulator.grading.tasks import code_digest, use_temporary_folder
 from emulator.grading.verdict import ExerciseTitle
 from emulator.grading.workers import DaskWorkers, LocalWorkers
 from emulator.isolation import Limits
-from emulator.text import one_line
+from emulator.text import csv_text, one_line
 
 if TYPE_CHECKING:
     from click._termui_impl import ProgressBar
@@ -57,6 +59,7 @@ class GradeOptions:
     rubric: str
     out: Path | None = None
     roster: Path | None = None
+    salt: Path | None = None
     jobs: int | None = None
     dask: str | None = None
     take: Take | None = None
@@ -69,35 +72,69 @@ class GradeOptions:
 
 def grade(options: GradeOptions) -> ExitCode:
     """Grade as asked. Raises FcuError."""
-    if options.autograder is not None:
-        return _grade_for_gradescope(options, options.autograder)
-    if options.submissions is None or options.out is None:
-        raise InputError("give the folder with the submissions, and the folder for the reports: --out DIR")
-    rubric = load_rubric(options.rubric)
-    roster = load_roster(options.roster) if options.roster is not None else None
-    for note in roster.notes if roster else ():
-        _say(note)
-    with TemporaryDirectory(prefix="fcu-class-") as scratch:
-        submissions = find_submissions(options.submissions, roster, Path(scratch))
-        whole = _graded_class(options, options.out, rubric, submissions)
-    return _conclude(whole, options.out)
+    with _ended_by_signals():
+        if options.autograder is not None:
+            return _grade_for_gradescope(options, options.autograder)
+        if options.submissions is None or options.out is None:
+            raise InputError("give the folder with the submissions, and the folder for the reports: --out DIR")
+        rubric = load_rubric(options.rubric)
+        roster = load_roster(options.roster) if options.roster is not None else None
+        for note in roster.notes if roster else ():
+            _say(note)
+        found: dict[str, Graded] = {}
+        try:
+            with TemporaryDirectory(prefix="fcu-class-", ignore_cleanup_errors=True) as scratch:
+                submissions = find_submissions(options.submissions, roster, Path(scratch))
+                whole = _graded_class(options, options.out, rubric, submissions, found)
+        except KeyboardInterrupt:
+            _say(f"interrupted; {len(found)} submissions are done and kept, the same command continues there")
+            return ExitCode.INTERRUPTED
+        return _conclude(whole, options.out)
+
+
+@contextmanager
+def _ended_by_signals() -> Iterator[None]:
+    """End at a request to end (SIGTERM, SIGHUP) as at Ctrl-C; later requests do not disturb the clean-up."""
+
+    def end(number: int, frame: FrameType | None) -> None:
+        del number, frame
+        for one in before:
+            signal.signal(one, signal.SIG_IGN)
+        raise KeyboardInterrupt
+
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    known = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGBREAK") if hasattr(signal, name)]
+    before = {one: signal.getsignal(one) for one in known if signal.getsignal(one) is not signal.SIG_IGN}
+    for one in before:
+        signal.signal(one, end)
+    try:
+        yield
+    finally:
+        for one, handler in before.items():
+            signal.signal(one, handler)
 
 
 def _graded_class(
-    options: GradeOptions, out: Path, rubric: Rubric, submissions: list[Submission]
+    options: GradeOptions,
+    out: Path,
+    rubric: Rubric,
+    submissions: list[Submission],
+    found: dict[str, Graded],
 ) -> GradedClass:
+    """``found`` is filled as submissions are done, by their students' ids."""
     reports = Reports(out, rubric.title, after_due_date=not options.before_due_date)
     shown = _pseudonyms(out / "kept", submissions) if options.anonymous else None
-    found: dict[str, Graded] = {}
-    with _grader(options, rubric, out / "kept", shown) as grader:
-        try:
-            with closing(grader.grade(submissions)) as finished, _progress(len(submissions)) as advance:
-                for submission, graded in finished:
-                    found[submission.student.id] = reports.student(graded)
-                    advance(graded)
-        except KeyboardInterrupt:
-            _say(f"{len(found)} of {len(submissions)} are done and kept; the same command goes on from there")
-            raise
+    salt = secret(options.salt or out / "kept" / "salt.key")
+    with (
+        _grader(options, rubric, salt, out / "kept", shown) as grader,
+        closing(grader.grade(submissions)) as finished,
+        _progress(len(submissions)) as advance,
+    ):
+        for submission, graded in finished:
+            found[submission.student.id] = _reported(reports, graded)
+            advance(graded)
     lines = [found[submission.student.id] for submission in submissions]
     if options.anonymous:
         lines.sort(key=lambda one: one.id)  # the roster's order would say who is who
@@ -115,50 +152,69 @@ def _graded_class(
     return whole
 
 
+def _reported(reports: Reports, graded: Graded) -> Graded:
+    """Write one student's report; a report that cannot be composed costs only this submission."""
+    try:
+        return reports.student(graded)
+    except FcuError:  # a full disk, which ends the class: no report can be written any more
+        raise
+    except Exception as error:
+        reason = f"its report cannot be composed, please report this: {type(error).__name__}: {error}"
+        changed = {"status": "unjudged", "reason": one_line(reason, 400), "verdict": None, "build_log": ""}
+        return reports.student(graded.model_copy(update=changed))
+
+
 @contextmanager
 def _grader(
-    options: GradeOptions, rubric: Rubric, kept: Path | None, shown: dict[str, Student] | None
+    options: GradeOptions,
+    rubric: Rubric,
+    salt: bytes,
+    kept: Path | None = None,
+    shown: dict[str, Student] | None = None,
 ) -> Iterator[Grader]:
     """Workers and everything else; closed at the end."""
-    workers: LocalWorkers | DaskWorkers
+    with _workers(options) as workers:
+        grader = Grader(
+            rubric=rubric,
+            rubric_name=rubric.name if options.rubric == rubric.name else str(rubric.path.resolve()),
+            workers=workers,
+            slots=workers.slots,
+            builder=lambda: Builder(
+                options.bus,
+                sandbox=not options.build_without_sandbox,
+                kept=kept / "builds" if kept is not None else None,
+            ),
+            salt=salt,
+            store=Store(kept / "verdicts", rubric) if kept is not None else None,
+            take=options.take,
+            limits=_OF_A_WORKER if options.dask is None else None,
+            shown=(lambda student: shown[student.id]) if shown is not None else (lambda student: student),
+        )
+        with closing(grader):
+            yield grader
+
+
+@contextmanager
+def _workers(options: GradeOptions) -> Iterator[LocalWorkers | DaskWorkers]:
+    """The workers; those of this machine leave no temporary files, even if they are killed."""
     if options.dask is not None:
-        workers = DaskWorkers(options.dask)
-    else:
-        workers = LocalWorkers(options.jobs or os.cpu_count() or 1)
-    grader = Grader(
-        rubric=rubric,
-        rubric_name=rubric.name if options.rubric == rubric.name else str(rubric.path.resolve()),
-        workers=workers,
-        slots=workers.slots,
-        builder=lambda: Builder(
-            options.bus,
-            sandbox=not options.build_without_sandbox,
-            kept=kept / "builds" if kept is not None else None,
-        ),
-        store=Store(kept / "verdicts", rubric) if kept is not None else None,
-        take=options.take,
-        limits=_OF_A_WORKER if options.dask is None else None,
-        shown=(lambda student: shown[student.id]) if shown is not None else (lambda student: student),
-    )
-    with closing(grader), workers:
-        yield grader
+        with DaskWorkers(options.dask) as cluster:
+            yield cluster
+        return
+    with (
+        TemporaryDirectory(prefix="fcu-work-", ignore_cleanup_errors=True) as folder,
+        LocalWorkers(options.jobs or os.cpu_count() or 1, partial(use_temporary_folder, folder)) as workers,
+    ):
+        yield workers
 
 
 def _pseudonyms(kept: Path, submissions: list[Submission]) -> dict[str, Student]:
-    """By id, whom the reports show instead; who is who is written down for the teacher."""
-    file = kept / "pseudonym.key"
-    try:
-        key = file.read_bytes()
-    except OSError:
-        key = secrets.token_bytes(32)
-        write_atomically(file, key)
-    shown = {one.student.id: pseudonym(one.student, key) for one in submissions}
-    sink = io.StringIO(newline="")
-    table = csv.writer(sink)
-    table.writerow(["pseudonym", "id", "name"])
+    """Return the students that the reports show instead, by id; a table for the teacher says who is who."""
+    key = secret(kept / "pseudonym.key")
     students = {one.student.id: one.student for one in submissions}
-    table.writerows([shown[name].id, name, one_line(student.name)] for name, student in students.items())
-    write_atomically(kept / "who-is-who.csv", sink.getvalue())
+    shown = {name: pseudonym(student, key) for name, student in students.items()}
+    rows = [(shown[name].id, name, one_line(student.name)) for name, student in students.items()]
+    write_atomically(kept / "who-is-who.csv", csv_text([("pseudonym", "id", "name"), *rows]))
     return shown
 
 
@@ -237,7 +293,8 @@ def _grade_for_gradescope(options: GradeOptions, autograder: Path) -> ExitCode:
             f"{folder} is no folder; --gradescope runs where Gradescope has laid out its folders"
         )
     submission = Submission(_submitter(autograder / "submission_metadata.json"), folder)
-    with _grader(options, rubric, None, None) as grader:
+    salt = secret(options.salt) if options.salt is not None else secrets.token_bytes(32)
+    with _grader(options, rubric, salt) as grader:
         _, graded = next(grader.grade([submission]))
     results = gradescope_results(graded, rubric.max_points, monotonic() - began_s)
     file = autograder / "results" / "results.json"

@@ -15,12 +15,12 @@ import mmap
 import re
 import stat
 import zipfile
-import zlib
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Final
 
-from emulator.errors import InputError
+from emulator.errors import FcuError, InputError, NotJudgedError
+from emulator.files import is_about_the_name
 from emulator.text import one_line
 
 _DIRECTORY_ENTRY = re.compile(re.escape(b"PK\x01\x02"))
@@ -53,7 +53,10 @@ CLASS: Final = Bounds(entries=100_000, bytes=4 << 30)
 
 
 def unpack(archive: Path, into: Path, bounds: Bounds = SUBMISSION) -> None:
-    """Write the archive's files into the folder ``into``, which is made. Raises ArchiveError."""
+    """Write the archive's files into the folder ``into``, which is made.
+
+    Raises ArchiveError if the archive is at fault, NotJudgedError if this machine is (a full disk, say).
+    """
     try:
         size = archive.stat().st_size
         if size > bounds.bytes:
@@ -61,10 +64,15 @@ def unpack(archive: Path, into: Path, bounds: Bounds = SUBMISSION) -> None:
         _count_entries(archive, bounds)
         with zipfile.ZipFile(archive) as opened:
             _unpack(opened, into, bounds, packed=size)
-    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, UnicodeError) as error:
+    except (FcuError, MemoryError):
+        raise
+    except OSError as error:
+        reason = one_line(error.strerror or str(error), 120)
+        if error.errno is None or is_about_the_name(error):  # None: zipfile's own, about the contents
+            raise ArchiveError(f"cannot be unpacked: {reason}") from error
+        raise NotJudgedError(f"this machine cannot unpack the archive: {reason}") from error
+    except Exception as error:  # zipfile raises a dozen kinds of errors for damaged archives
         raise ArchiveError(f"is damaged, or no zip file: {one_line(str(error), 80)}") from error
-    except (OSError, ValueError) as error:  # ValueError: names that the system cannot have
-        raise ArchiveError(f"cannot be unpacked: {one_line(str(error), 120)}") from error
 
 
 def _count_entries(archive: Path, bounds: Bounds) -> None:
@@ -83,7 +91,7 @@ def _unpack(opened: zipfile.ZipFile, into: Path, bounds: Bounds, packed: int) ->
     taken: set[str] = set()
     for entry in opened.infolist():
         parts = _checked_name(entry)
-        if entry.is_dir() or not parts:
+        if not parts or entry.is_dir():
             continue
         key = "/".join(parts).casefold()
         if key in taken:
@@ -112,6 +120,8 @@ def _checked_name(entry: zipfile.ZipInfo) -> tuple[str, ...]:
     if entry.compress_type not in _COMPRESSIONS:
         raise ArchiveError(f"has {_shown(entry)}, packed in an unusual way; use plain zip")
     path = PurePosixPath(name)
+    if not path.parts and not name.endswith("/"):  # "./" is the archive's own folder
+        raise ArchiveError("has a file without a name")
     if path.is_absolute() or PureWindowsPath(name).anchor or ".." in path.parts:
         raise ArchiveError(f"has {_shown(entry)}, which leads out of it")
     if len(name) > _LONGEST_NAME or any(not part.isprintable() for part in path.parts):

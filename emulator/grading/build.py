@@ -1,15 +1,20 @@
-"""Building what was handed in as source: the student's C files with our Makefile, in a sandbox.
+"""Build submissions that are source: the student's C files with our Makefile, in a sandbox.
 
-The compiler reads what strangers wrote, and ``#include`` and ``.incbin`` name any file. So it runs under
-bubblewrap: no network, nothing of the file system but the tools, read-only, and a folder of its own; with
-limits on time, memory and size of files. A student's Makefile is never run. Where there is no bubblewrap,
-only who asks for it (``sandbox=False``) gets a compiler without these walls; the limits hold all the same,
-and root compiles as nobody, who reads only what everybody may.
+The compiler reads a stranger's source, and ``#include`` and ``.incbin`` can name any file. So it runs under
+bubblewrap: no network, of the file system only the tools, read-only, and a folder for the build; with limits
+on time, memory and size of files. A student's Makefile is never run. Without bubblewrap, only
+``sandbox=False`` gives a compiler that is not confined in this way; the limits hold all the same, and root
+compiles as user nobody, who reads only public files.
 
 Decision: the support layer is compiled once and its objects are copied into each build, which takes a tenth
 of the time; the paths in the debug information are always the same, so the same source gives the same bytes,
-and what has been built is found again by content. The road not taken, a container for each build, needs a
-service with rights of its own.
+and an earlier build is found again by content. The road not taken, a container for each build, needs a
+service with privileges.
+
+Decision: "does not compile" is final and is kept, so it must never be the machine's fault (a full disk, a
+compiler that the system kills). After a failure a control program is compiled in the same way, and then the
+submission a second time. Only if the control compiles and the submission fails again, the submission is at
+fault. The road not taken, searching the compiler's messages for "No space left", lets a submission print them.
 """
 
 from __future__ import annotations
@@ -19,15 +24,18 @@ import hashlib
 import json
 import os
 import re
+import shlex
 import shutil
+import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from emulator.boards.fcu001v1 import FCU001V1
 from emulator.errors import InputError, NotJudgedError
@@ -40,26 +48,48 @@ from firmware_model import arm
 COMPILER: Final = "arm-none-eabi-gcc"
 SANDBOX: Final = "bwrap"
 _LONGEST_S = 60  # of wall time; the lab takes one
-_CPU_S = 30
+_CPU_S = 30  # of processor time, for each process of the build
 _MEMORY_KIB = 1 << 20  # of address space, for each process of the build
 _FILE_BLOCKS = 65_536  # of 512 bytes: 32 MiB for a file
 _LONGEST_LOG = 16_000  # characters that are kept of what the compiler says
 _NOBODY = 65534
+_FORMAT = 2  # of kept builds
 _HERE = "/build"  # where the compiler thinks it is
 _TEMPLATE = "/template"
 _FAILURE = re.compile(
     r"(?i)error:|undefined reference|multiple definition|out of memory|memory exhausted|overflowed by|stopped"
 )
 _LIMITED = (
-    f"ulimit -t {_CPU_S}; ulimit -v {_MEMORY_KIB} 2>/dev/null; ulimit -f {_FILE_BLOCKS}; ulimit -c 0; "
-    'exec "$@"'
+    f"ulimit -S -t {_CPU_S}; ulimit -H -t {_CPU_S + 3}; ulimit -v {_MEMORY_KIB} 2>/dev/null; "
+    f'ulimit -f {_FILE_BLOCKS}; ulimit -c 0; exec "$@"'
 )
+"""The hard limit of time is later than the soft one, so that SIGXCPU ends a process, not SIGKILL."""
 _SYSTEM = ("/usr", "/bin", "/lib", "/lib32", "/lib64", "/etc/alternatives")
-"""What compilers of a distribution need; without /etc/alternatives there is no math.h on Debian."""
+"""Folders that a distribution's compiler needs; without /etc/alternatives there is no math.h on Debian."""
+_OF_A_TOOLCHAIN = (
+    *(f"bin/{COMPILER.removesuffix('gcc')}*", "arm-none-eabi", "lib/arm-none-eabi"),
+    *("lib/gcc/arm-none-eabi", "libexec/gcc/arm-none-eabi", "lib/*.so*", "libexec/*.so*"),
+)
+"""Files and folders of a toolchain outside the system's folders. Its prefix may be a home folder."""
+_WATCH = """\
+"$@"
+code=$?
+[ $code -le 128 ] || echo $((code - 128)) >>signals
+exit $code
+"""
+"""Runs each program of the compiler. A signal that ends one is noted; its message could be forged by source."""
+_MADE_ERRORS = 2  # make's exit code when a command has failed
+_CONTROL = {"main.c": b"int main(void) { return 0; }\n"}
+_STOPS = {
+    "SIGXCPU": f"error: the compiler was stopped after {_CPU_S} s of processor time",
+    "SIGXFSZ": f"error: the compiler was stopped: a file became larger than {_FILE_BLOCKS // 2048} MiB",
+    **dict.fromkeys(("SIGSEGV", "SIGABRT", "SIGILL", "SIGFPE"), "error: the compiler crashed on this program"),
+}
+"""What the source did to the compiler, by the signal; other signals come from outside."""
 
 
 class CompileError(RejectedError):
-    """The program does not compile; ``log`` is what the compiler said."""
+    """The program does not compile; ``log`` holds the compiler's messages."""
 
     def __init__(self, log: str) -> None:
         first = next(filter(_FAILURE.search, log.splitlines()), "")
@@ -73,6 +103,15 @@ class Built:
 
     firmware: Firmware
     log: str
+
+
+class _Made(NamedTuple):
+    """One run of make. ``stop``: how the source stopped the compiler, by a limit or a crash."""
+
+    folder: Path
+    code: int
+    log: str
+    stop: str = ""
 
 
 class Builder:
@@ -101,7 +140,11 @@ class Builder:
         shutil.copytree(sources / "support", self._template / "support")
         shutil.copyfile(sources / "scaffold" / "Makefile", self._template / "Makefile")
         self._toolchain = _toolchain(self._template, bus)
+        (self._template / "watch").write_text(_WATCH)
         self._support = threading.Lock()
+        self._processes: set[subprocess.Popen[bytes]] = set()
+        self._processes_lock = threading.Lock()
+        self._stopped = False
         self._objects = Path(self._folder.name) / "objects"
 
     def close(self) -> None:
@@ -109,21 +152,32 @@ class Builder:
         self._folder.cleanup()
 
     def build(self, source: Source) -> Built:
-        """The program; what was built before is not built again. Safe to call in several threads.
+        """Return the program; a known source is not built again. Safe to call in several threads.
 
-        Raises CompileError, and NotJudgedError if the tools themselves failed.
+        Raises CompileError if the source is at fault, NotJudgedError or InputError if this machine is.
         """
-        key = hashlib.sha256(f"{self._toolchain} {source.digest}".encode()).hexdigest()
+        key = hashlib.sha256(f"{_FORMAT} {self._toolchain} {source.digest}".encode()).hexdigest()
         built = self._known(key)
         if built is None:
-            self._compile_support()
-            built = self._build(source.files)
+            try:
+                self._compile_support()
+                built = self._build(source.files)
+            except OSError as error:  # shutil.Error, too
+                reason = one_line(error.strerror or str(error), 120)
+                raise NotJudgedError(f"this machine cannot build source: {reason}") from error
             self._keep(key, built)
         if built.firmware.data:
             return built
         raise CompileError(built.log)
 
-    # -- what is known already
+    def stop(self) -> None:
+        """End all compilers, now and from now on; their programs are not judged."""
+        self._stopped = True
+        with self._processes_lock:
+            for process in self._processes:
+                _kill(process)
+
+    # -- earlier builds
 
     def _known(self, key: str) -> Built | None:
         if self._kept is None:
@@ -144,39 +198,74 @@ class Builder:
 
     def _compile_support(self) -> None:
         """Compile the support layer, which every program is linked with; once. Raises InputError."""
-        with self._support, TemporaryDirectory(dir=self._folder.name) as folder:
+        with self._support:
             if self._objects.exists():
                 return
-            work = Path(folder)
-            (work / "main.c").write_text("int main(void) { return 0; }\n")
-            code, log = self._make(work)
-            if code and "bwrap:" in log:
-                how = "in a container that is thrown away, give --build-without-sandbox"
-                raise InputError(f"bubblewrap cannot make its walls here ({_last_line(log)}); {how}")
-            if code:
-                raise InputError(f"this machine cannot build LAB3's template: {_last_line(log)}")
-            shutil.copytree(work / "build" / self._bus / "support", self._objects)
+            with self._attempt(_CONTROL, with_support=False) as made:
+                if made.code and "bwrap:" in made.log:
+                    how = "in a container that is thrown away, give --build-without-sandbox"
+                    reason = f"bubblewrap cannot create a sandbox on this machine ({_last_line(made.log)})"
+                    raise InputError(f"{reason}; {how}")
+                if made.code:
+                    raise InputError(f"this machine cannot build LAB3's template: {_last_line(made.log)}")
+                objects = made.folder / "build" / self._bus / "support"
+                half = self._objects.with_suffix(".half")
+                shutil.rmtree(half, ignore_errors=True)
+                shutil.copytree(objects, half)
+                half.rename(self._objects)
 
     def _build(self, files: Mapping[str, bytes]) -> Built:
-        with TemporaryDirectory(dir=self._folder.name) as folder:
+        built = self._build_once(files)
+        if built is None:
+            self._check_machine()
+            built = self._build_once(files, final=True)
+        assert built is not None
+        return built
+
+    def _build_once(self, files: Mapping[str, bytes], *, final: bool = False) -> Built | None:
+        """Build once. A failure that may be the machine's is None, unless ``final``."""
+        with self._attempt(files) as made:
+            elf = made.folder / "lab3.elf"
+            if made.code == 0 and elf.is_file():
+                return Built(Firmware("lab3.elf", elf.read_bytes()), made.log)
+            if not (final or made.stop):
+                return None
+            log = "\n".join(filter(None, (made.log, made.stop))) or "error: the compiler gave no reason"
+            return Built(Firmware("lab3.elf", b""), log)
+
+    def _check_machine(self) -> None:
+        """Compile the control program where there is room for the largest file. Raises NotJudgedError."""
+        with self._attempt(_CONTROL, ballast=_FILE_BLOCKS * 512) as made:
+            if made.code:
+                reason = _last_line(made.log)
+                raise NotJudgedError(f"this machine cannot compile any program just now: {reason}")
+
+    @contextmanager
+    def _attempt(
+        self, files: Mapping[str, bytes], *, with_support: bool = True, ballast: int = 0
+    ) -> Iterator[_Made]:
+        """Run make on ``files`` in a folder of the build; ``ballast``: bytes that fill its disk meanwhile."""
+        with TemporaryDirectory(dir=self._folder.name, ignore_cleanup_errors=True) as folder:
             work = Path(folder)
-            shutil.copytree(self._objects, work / "build" / self._bus / "support")
+            (work / "tmp").mkdir()
+            if with_support:
+                shutil.copytree(self._objects, work / "build" / self._bus / "support")
             for name, data in files.items():
                 (work / name).write_bytes(data)
-            code, log = self._make(work)
-            made = work / "lab3.elf"
-            if code == 0 and made.is_file():
-                return Built(Firmware("lab3.elf", made.read_bytes()), log)
-            return Built(Firmware("lab3.elf", b""), log or "the compiler ended without a word")
+            if ballast:
+                (work / "ballast").write_bytes(bytes(ballast))
+            yield self._make(work)
 
-    def _make(self, work: Path) -> tuple[int, str]:
-        """Run make in ``work``: its exit code, and what was said, fit to be shown."""
+    def _make(self, work: Path) -> _Made:
+        """Run make in ``work``. Raises NotJudgedError if it was ended from outside, or not even started."""
         here, template = (_HERE, _TEMPLATE) if self.sandbox else (str(work), str(self._template))
+        compiler = _toolchain_of_path().compiler
         command = [
             "make",
             "-s",
             "-f",
             f"{template}/Makefile",
+            f"CC=/bin/sh {template}/watch {_quoted(compiler)} -wrapper /bin/sh,{template}/watch",
             f"SUPPORT={template}/support",
             f"BUS={self._bus}",
         ]
@@ -184,30 +273,73 @@ class Builder:
         flags = "-fmax-errors=20 -fno-diagnostics-show-caret" + ("" if self.sandbox else f" {same_paths}")
         command.append(f"EXTRA_CFLAGS={flags}")
         if self.sandbox:
-            command = [*_walls(work, self._template), *command]
-        as_nobody = {} if self.sandbox else _as_nobody(work)
-        environment = {"PATH": os.environ.get("PATH", os.defpath), "LC_ALL": "C"}
+            command = [*_sandbox(work, self._template), *command]
         output = work / "build.log"
-        with output.open("wb") as sink:
-            try:
-                done = subprocess.run(
-                    ["sh", "-c", _LIMITED, "sh", *command],
-                    cwd=work,
-                    env=environment,
-                    stdin=subprocess.DEVNULL,
-                    stdout=sink,
-                    stderr=subprocess.STDOUT,
-                    timeout=_LONGEST_S,
-                    check=False,
-                    **as_nobody,
-                )
-            except subprocess.TimeoutExpired:
-                return 1, f"the compiler was stopped after {_LONGEST_S} s"
-            except OSError as error:
-                raise NotJudgedError(f"the compiler cannot be started: {error.strerror or error}") from error
+        code = self._run(command, work, output)
         with output.open("rb") as source:
             said = source.read(4 * _LONGEST_LOG).decode("utf-8", errors="replace")
-        return done.returncode, _readable(said, here, template)
+        log = _readable(said, here, template)
+        if code is None:
+            return _Made(work, _MADE_ERRORS, f"{log}\nerror: the compiler was stopped after {_LONGEST_S} s")
+        signals = _signals(work / "signals")
+        outside = [name for name in signals if name not in _STOPS]
+        if outside or code not in (0, _MADE_ERRORS):
+            cause = outside[0] if outside else f"exit code {code}, {_last_line(log)}"
+            raise NotJudgedError(f"the compiler was ended from outside ({cause})")
+        return _Made(work, code, log, next((_STOPS[name] for name in signals), ""))
+
+    def _run(self, command: Sequence[str], work: Path, output: Path) -> int | None:
+        """Return the exit code of a command of the build; None if it took too long."""
+        environment = {"PATH": os.environ.get("PATH", os.defpath), "LC_ALL": "C"}
+        if not self.sandbox:
+            environment["TMPDIR"] = str(work / "tmp")
+        as_nobody = {} if self.sandbox else _as_nobody(work)
+        with output.open("wb") as sink:
+            process = subprocess.Popen(
+                ["sh", "-c", _LIMITED, "sh", *command],
+                cwd=work,
+                env=environment,
+                stdin=subprocess.DEVNULL,
+                stdout=sink,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,  # so that all of it can be ended
+                **as_nobody,
+            )
+        with self._processes_lock:
+            self._processes.add(process)
+        try:
+            if self._stopped:
+                _kill(process)
+            code: int | None = process.wait(_LONGEST_S)
+        except subprocess.TimeoutExpired:
+            code = None
+        finally:
+            if process.poll() is None:
+                _kill(process)
+                process.wait()
+            with self._processes_lock:
+                self._processes.discard(process)
+        return code
+
+
+def _quoted(path: str) -> str:
+    """Return a path for a recipe of make."""
+    return shlex.quote(path).replace("$", "$$")
+
+
+def _kill(process: subprocess.Popen[bytes]) -> None:
+    """End a process and all that it has started."""
+    if sys.platform != "win32":
+        with suppress(OSError):
+            os.killpg(process.pid, signal.SIGKILL)
+
+
+def _signals(file: Path) -> list[str]:
+    """Return the names of the signals that ended programs of the compiler."""
+    if not file.exists():
+        return []
+    known = {one.value: one.name for one in signal.Signals}
+    return [known.get(int(line), f"signal {line}") for line in file.read_text().split()]
 
 
 def _as_nobody(work: Path) -> dict[str, Any]:
@@ -219,19 +351,47 @@ def _as_nobody(work: Path) -> dict[str, Any]:
     return {}
 
 
-def _walls(work: Path, template: Path) -> list[str]:
-    """bubblewrap's command line before the command."""
-    compiler = Path(shutil.which(COMPILER) or COMPILER).resolve()
-    tools = [*_SYSTEM, str(compiler.parent.parent)]
+def _sandbox(work: Path, template: Path) -> list[str]:
+    """Return bubblewrap's command line before the command."""
+    tools = [*_SYSTEM, *_toolchain_of_path().files]
     return [
         SANDBOX,
         "--unshare-all",
         "--die-with-parent",
         "--new-session",
+        *("--tmpfs", "/tmp"),
         *(part for path in tools for part in ("--ro-bind-try", path, path)),
         *("--ro-bind", str(template), _TEMPLATE),
-        *("--dev", "/dev", "--tmpfs", "/tmp", "--bind", str(work), _HERE, "--chdir", _HERE),
+        *("--dir", "/dev", "--dev-bind", "/dev/null", "/dev/null"),  # a read of /dev/ptmx never ends
+        *("--bind", str(work), _HERE, "--chdir", _HERE),
     ]
+
+
+class _Toolchain(NamedTuple):
+    """``compiler``: its path; ``files``: files and folders outside the system's own that it needs."""
+
+    compiler: str
+    files: tuple[str, ...]
+
+
+@functools.cache
+def _toolchain_of_path() -> _Toolchain:
+    """Return the toolchain of the compiler on the PATH, which may be a link or a script.
+
+    Never its prefix as a whole: with a compiler in ``~/bin`` that is the home folder. GCC, "Directory
+    Options": ``-print-search-dirs``; its first line names ``PREFIX/lib/gcc/arm-none-eabi/VERSION``.
+    """
+    found = Path(shutil.which(COMPILER) or COMPILER).resolve()
+    said = subprocess.run([found, "-print-search-dirs"], capture_output=True, text=True, check=False).stdout
+    install = Path(os.path.normpath(said.partition("\n")[0].removeprefix("install:").strip()))
+    prefix = install.parents[3] if len(install.parents) > 3 else found.parent.parent
+    compiler = prefix / "bin" / COMPILER
+    if not compiler.exists():
+        compiler = found
+    if any(prefix.is_relative_to(folder) for folder in _SYSTEM):
+        return _Toolchain(str(compiler), ())
+    files = sorted(str(path) for pattern in _OF_A_TOOLCHAIN for path in prefix.glob(pattern))
+    return _Toolchain(str(compiler), (*files, str(compiler)))
 
 
 def _toolchain(template: Path, bus: str) -> str:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from emulator.errors import FcuError, InputError
+from emulator.errors import FcuError
 from emulator.grading.build import Builder, CompileError
 from emulator.grading.results import Graded, Status, report_name
 from emulator.grading.roster import Student
@@ -35,9 +35,10 @@ class Grader:
 
     ``rubric_name``: what workers load it by. ``builder``: gives the builder when the first source is met, so
     that a class of ELF files needs no compiler. ``slots``: how many tasks the workers do at a time.
-    ``store``: None to judge everything anew. ``limits``: of each worker process; None leaves them to the
-    cluster. ``shown``: whom the reports name; whom
-    they name otherwise, they show without the seed, which is made of the id.
+    ``store``: None to judge everything again. ``salt``: the teacher's secret, from which boards and motions
+    are drawn (:meth:`emulator.grading.rubric.Rubric.seed_for`). ``limits``: of each worker process; None
+    leaves them to the cluster. ``shown``: the student under the name that the reports show; under another
+    name than the submission's, the seed is not shown.
     """
 
     rubric: Rubric
@@ -45,6 +46,7 @@ class Grader:
     workers: Executor
     slots: int
     builder: Callable[[], Builder]
+    salt: bytes
     store: Store | None = None
     take: Take | None = None
     limits: Limits | None = None
@@ -53,10 +55,9 @@ class Grader:
     _made: list[Builder] = field(default_factory=list)
 
     def grade(self, submissions: Iterable[Submission]) -> Generator[tuple[Submission, Graded]]:
-        """Each submission once, in the order in which they are finished; verdicts come with their evidence.
+        """Grade each submission once, in the order in which they are finished; with the evidence.
 
-        Raises InputError when there is source and this machine cannot build. Whoever stops before the end
-        ends the workers, too.
+        Closing the generator before its end stops the workers and the compilers, too.
         """
         pool = ThreadPoolExecutor(self.slots + _MORE_THREADS, thread_name_prefix="fcu-grade")
         try:
@@ -65,6 +66,8 @@ class Grader:
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             self.workers.shutdown(wait=False, cancel_futures=True)
+            for builder in self._made:
+                builder.stop()
             raise
         finally:
             pool.shutdown()
@@ -78,44 +81,44 @@ class Grader:
         return submission, self._graded(submission)
 
     def _graded(self, submission: Submission) -> Graded:
-        log = ""
+        """Grade one submission. Whatever happens inside it, ends as its result."""
+        task, log, verdict = None, "", None
+        status: Status = "unjudged"
         try:
             task, log = self._task(submission)
             verdict = self._judged(task)
         except CompileError as error:
-            return self._result(submission, "rejected", str(error), log=error.log)
+            status, reason, log = "rejected", str(error), error.log
         except RejectedError as error:
-            status: Status = "missing" if submission.path is None else "rejected"
-            return self._result(submission, status, str(error), log=log)
-        except _UnjudgedError as error:
-            return self._result(submission, "unjudged", str(error), log=log)
-        firmware = task.name
-        if verdict.counts:
-            return self._result(submission, "judged", "", verdict, firmware, log)
-        reasons = dict.fromkeys(check.unjudged_because for check in verdict.unjudged)
-        status = "partly" if verdict.max_points else "unjudged"
-        return self._result(submission, status, "; ".join(reasons), verdict, firmware, log)
+            status, reason = "missing" if submission.path is None else "rejected", str(error)
+        except FcuError as error:
+            reason = str(error)
+        except OSError as error:
+            reason = f"this machine has run out of something: {error.strerror or error}"
+        except Exception as error:  # a worker's memory, an error of Dask, a bug of fcu: not the program's
+            reason = f"fcu failed at it, please report this: {type(error).__name__}: {error}"
+        else:
+            reason = "; ".join(dict.fromkeys(check.unjudged_because for check in verdict.unjudged))
+            if verdict.counts:
+                status, reason = "judged", ""
+            elif verdict.max_points:
+                status = "partly"
+        return self._result(submission, status, reason, task, verdict, log)
 
     def _task(self, submission: Submission) -> tuple[Task, str]:
-        """What is to be judged, and what the compiler said."""
-        with TemporaryDirectory(prefix="fcu-") as scratch:
+        """Return the program as a task, and the compiler's messages."""
+        with TemporaryDirectory(prefix="fcu-", ignore_cleanup_errors=True) as scratch:
             content = submission.content(Path(scratch), self.take)
         log = None
         if not isinstance(content, Firmware):
-            builder = self._builder()
-            try:
-                built = builder.build(content)
-            except InputError:  # it does not compile, or this machine cannot compile anything
-                raise
-            except FcuError as error:
-                raise _UnjudgedError(str(error)) from error
+            built = self._builder().build(content)
             content, log = built.firmware, built.log
         task = Task(
             firmware=content.data,
             name=content.name,
             rubric=self.rubric_name,
             rubric_digest=self.rubric.digest,
-            seed=self.rubric.seed_for(submission.student.id),
+            seed=self.rubric.seed_for(submission.student.id, content.data, self.salt),
             code=code_digest(),
             build_log=log,
             limits=self.limits,
@@ -125,14 +128,7 @@ class Grader:
     def _judged(self, task: Task) -> Verdict:
         verdict = self.store.find(task) if self.store else None
         if verdict is None:
-            try:
-                verdict = Verdict.from_json(self.workers.submit(judge_task, task).result())
-            except RejectedError:
-                raise
-            except FcuError as error:
-                raise _UnjudgedError(str(error)) from error
-            except Exception as error:  # a worker's memory, Dask's errors, a bug of ours: not the program's
-                raise _UnjudgedError(f"{type(error).__name__}: {one_line(str(error))}") from error
+            verdict = Verdict.from_json(self.workers.submit(judge_task, task).result())
             if self.store is not None:
                 self.store.keep(task, verdict)
         return verdict
@@ -148,12 +144,12 @@ class Grader:
         submission: Submission,
         status: Status,
         reason: str,
-        verdict: Verdict | None = None,
-        firmware: str = "",
-        log: str = "",
+        task: Task | None,
+        verdict: Verdict | None,
+        log: str,
     ) -> Graded:
         student = self.shown(submission.student)
-        seed: int | None = self.rubric.seed_for(submission.student.id)
+        seed = task.seed if task is not None and verdict is not None else None
         if student != submission.student and not self.rubric.same_for_all:
             seed, verdict = None, verdict and verdict.without_seed()
         return Graded(
@@ -163,13 +159,9 @@ class Grader:
             status=status,
             reason=one_line(reason, 400),
             seed=seed,
-            firmware=firmware,
+            firmware=task.name if task is not None and verdict is not None else "",
             build_log=log,
             report=report_name(student.id),
             on_roster=submission.known,
             verdict=verdict,
         )
-
-
-class _UnjudgedError(Exception):
-    """Something around the program failed, so that nothing can be said about it."""

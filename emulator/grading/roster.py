@@ -13,7 +13,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Final
 
@@ -36,13 +36,22 @@ _IDENTIFIER_PREFIX = "Participant "  # Moodle's grading worksheet writes "Partic
 
 @dataclass(frozen=True)
 class Student:
-    """One line of the roster. Seeds and file names are made from ``id``."""
+    """One line of the roster. Seeds and file names are derived from ``id``.
+
+    Each field is valid Unicode: a byte of a file name that is not UTF-8, and a lone surrogate of a JSON or
+    YAML file, become an escape sequence.
+    """
 
     id: str
     name: str = ""
     email: str = ""
     submission: str = ""
     """What the student's file or folder is called, where it is not called after id, name or email."""
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            text = getattr(self, field.name).encode("utf-8", "backslashreplace").decode("utf-8")
+            object.__setattr__(self, field.name, text)
 
 
 class Roster:

@@ -10,7 +10,7 @@
 
 A rubric has runs (scenarios, by name, by file, or written out) and exercises with checks. A check asks
 something of one run; a run is made once, whatever number of checks look at it. The seed makes the board of
-the class, so each student may have another one (:meth:`Rubric.seed_for`).
+the class, so each submission may have another one (:meth:`Rubric.seed_for`).
 
 Decision: checks reuse the scenario's expectations, key for key, instead of a language of their own: what a
 teacher has tried with ``fcu run --scenario`` is copied into a rubric as it is.
@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import difflib
 import hashlib
+import hmac
 import json
 import os
 from functools import cache
@@ -166,11 +167,16 @@ class Rubric:
         """Whether everybody has the same board."""
         return isinstance(self._seed, int)
 
-    def seed_for(self, student: str) -> int:
-        """The board of a student, by whatever identifies him or her; the rubric's own where it has one."""
+    def seed_for(self, student: str, firmware: bytes, salt: bytes) -> int:
+        """Return the seed of a submission's board and motions; the rubric's own number if it has one.
+
+        ``student``: the id; ``firmware``: the program's bytes; ``salt``: the teacher's secret. A program
+        cannot contain a recording of the run that judges it: other bytes are another run.
+        """
         if isinstance(self._seed, int):
             return self._seed
-        return int.from_bytes(hashlib.sha256(student.encode()).digest()[:4], "big")
+        message = hashlib.sha256(firmware).digest() + student.encode()
+        return int.from_bytes(hmac.digest(salt, message, "sha256")[:4], "big")
 
     def scenario(self, run: str, seed: int) -> Scenario:
         """The scenario of a run on the board ``seed``. Raises RubricError."""

@@ -3,7 +3,8 @@
 SUBMISSIONS is a folder with an entry for each student (a folder, a zip file, a ``.c``, ``.elf``, ``.hex`` or
 ``.bin`` file), as one collects them by hand, or as learning platforms export them:
 
-- Moodle: ``Full Name_1234_assignsubmission_file_/...``, in a folder or still in its zip file;
+- Moodle: ``Full Name_1234_assignsubmission_file_/...``, in a folder or still in its zip file. A name with
+  two such ids is rejected: the student chooses a part of it, and could name another student's id;
 - Gradescope: ``submission_1234/...`` with ``submission_metadata.yml`` beside them (read if PyYAML is there).
 
 A submission is what is in it: **source** if there is one ``main.c`` (or just one C file), with the C files
@@ -21,11 +22,12 @@ import os
 import re
 import stat
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final, Literal, TypeAlias
 
-from emulator.errors import InputError
+from emulator.errors import InputError, NotJudgedError
+from emulator.files import is_about_the_name
 from emulator.grading.archives import CLASS, ArchiveError, unpack
 from emulator.grading.roster import Roster, Student
 from emulator.text import one_line
@@ -43,8 +45,8 @@ _LARGEST = 64 << 20  # bytes, of one file
 _LARGEST_SOURCE = 4 << 20  # of all C files together
 _METADATA = "submission_metadata.yml"
 _LARGEST_METADATA = 16 << 20
-_MOODLE = re.compile(r"(?P<name>.*)_(?P<id>\d+)_assignsubmission_file_?.*", re.DOTALL)
-_GRADESCOPE = re.compile(r"submission_(?P<id>\d+)")
+_MOODLE = re.compile(r"(?P<name>.*?)_(?P<id>\d+)_assignsubmission_", re.DOTALL | re.ASCII)
+_GRADESCOPE = re.compile(r"submission_(?P<id>\d+)", re.ASCII)
 
 
 class RejectedError(InputError):
@@ -87,9 +89,10 @@ class Submission:
     """Why it cannot be taken, known already from where it lies."""
 
     def content(self, scratch: Path, take: Take | None = None) -> Firmware | Source:
-        """The program in it; archives are unpacked into ``scratch``, an empty folder. Raises RejectedError.
+        """Return the program in it; archives are unpacked into ``scratch``, an empty folder.
 
-        ``take``: only source, or only firmware; None: what there is, source first.
+        ``take``: only source, or only firmware; None: what there is, source first. Raises RejectedError if
+        the submission is at fault, NotJudgedError if this machine is.
         """
         if self.problem:
             raise RejectedError(self.problem)
@@ -99,7 +102,10 @@ class Submission:
         except ArchiveError as error:
             raise RejectedError(f"the archive {error}") from error
         except OSError as error:
-            raise RejectedError(f"cannot be read: {one_line(error.strerror or str(error), 80)}") from error
+            reason = f"cannot be read: {one_line(error.strerror or str(error), 80)}"
+            if is_about_the_name(error):
+                raise RejectedError(reason) from error
+            raise NotJudgedError(f"the submission {reason}") from error
 
 
 # -- who ----------------------------------------------------------------------------------------------------
@@ -114,15 +120,12 @@ def find_submissions(where: Path, roster: Roster | None, scratch: Path) -> list[
     told = _gradescope_students(folder)
     found: dict[str, Submission] = {}
     for path in _entries(folder):
-        student, known = _student_of(path, roster, told)
-        key = student.id.casefold()
-        if key in found:
-            other = found[key].path
-            assert other is not None
-            problem = f"two submissions for one student: {one_line(other.name)!r} and {one_line(path.name)!r}"
-            found[key] = Submission(student, other, known, problem)
-        else:
-            found[key] = Submission(student, path, known)
+        student, known, problem = _student_of(path, roster, told)
+        first = found.setdefault(student.id.casefold(), Submission(student, path, known, problem))
+        if first.path is not None and first.path is not path:
+            both = f"{one_line(first.path.name)!r} and {one_line(path.name)!r}"
+            problem = f"two submissions for one student: {both}"
+            found[student.id.casefold()] = replace(first, problem=problem)
     if not found:
         raise InputError(f"{where}: has no submissions; give a folder with an entry for each student")
     if roster is None:
@@ -158,23 +161,31 @@ def _entries(folder: Path) -> list[Path]:
     ]
 
 
-def _student_of(path: Path, roster: Roster | None, told: Mapping[str, Student]) -> tuple[Student, bool]:
-    """Whose a submission is: as its platform says, else as it is called."""
+def _student_of(
+    path: Path, roster: Roster | None, told: Mapping[str, Student]
+) -> tuple[Student, bool, str]:
+    """Return the student of a submission, whether the roster knows the student, and a problem of the name.
+
+    The platform's own word counts, else the file's name.
+    """
     name = path.name if path.is_dir() else path.stem
+    if len(_MOODLE.findall(path.name)) > 1:
+        problem = f"the name {one_line(path.name)!r} has two ids in it; download the submissions again"
+        return Student(name), roster is None, problem
     keys = [path.name, name]
     student = told.get(path.name)
     if student is not None:
         keys += [student.id, student.email]
-    elif moodle := _MOODLE.fullmatch(name):
+    elif moodle := _MOODLE.match(name):
         student = Student(moodle["id"], moodle["name"])
         keys += [moodle["id"], moodle["name"]]
     elif gradescope := _GRADESCOPE.fullmatch(name):
         student = Student(gradescope["id"])
         keys.append(gradescope["id"])
     if roster is None:
-        return student or Student(name), True
+        return student or Student(name), True, ""
     listed = roster.find(*keys)
-    return (listed, True) if listed else (student or Student(name), False)
+    return (listed, True, "") if listed else (student or Student(name), False, "")
 
 
 def _gradescope_students(folder: Path) -> dict[str, Student]:
@@ -188,18 +199,25 @@ def _gradescope_students(folder: Path) -> dict[str, Student]:
         return {}
     try:
         table = yaml.safe_load(file.read_bytes())
-    except (yaml.YAMLError, UnicodeError, RecursionError, ValueError) as error:
+    except MemoryError:
+        raise
+    except Exception as error:  # PyYAML raises many kinds of errors for damaged files
         raise InputError(f"{file}: is no YAML: {one_line(str(error), 80)}") from error
     students = {}
     for name, entry in table.items() if isinstance(table, dict) else ():
         submitters = entry.get(":submitters") if isinstance(entry, dict) else None
         first = submitters[0] if isinstance(submitters, list) and submitters else None
         if isinstance(first, dict):
-            told = {key: str(first.get(f":{key}") or "") for key in ("sid", "name", "email")}
+            told = {key: _word(first.get(f":{key}")) for key in ("sid", "name", "email")}
             students[str(name)] = Student(
                 told["sid"] or told["email"] or str(name), told["name"], told["email"]
             )
     return students
+
+
+def _word(value: object) -> str:
+    """Return text or a number of a YAML file as text; a nested value could be huge, and says nothing."""
+    return str(value) if isinstance(value, str | int) else ""
 
 
 # -- what ---------------------------------------------------------------------------------------------------
@@ -248,7 +266,7 @@ def _choose(folder: Path, scratch: Path | None, take: Take | None) -> Firmware |
 def _walk(folder: Path) -> Iterator[Path]:
     """Ordinary files, links not followed, in alphabetical order; bounded in number and depth."""
     count = 0
-    for where, folders, files in os.walk(folder):
+    for where, folders, files in os.walk(folder, onerror=_raise):
         here = Path(where)
         if len(here.relative_to(folder).parts) >= _DEEPEST:
             folders.clear()
@@ -260,6 +278,11 @@ def _walk(folder: Path) -> Iterator[Path]:
             path = here / name
             if not name.startswith(".") and stat.S_ISREG(path.lstat().st_mode):
                 yield path
+
+
+def _raise(error: OSError) -> None:
+    """Let :func:`os.walk` fail; left alone, it takes a folder that it cannot read for an empty one."""
+    raise error
 
 
 def _source(main: Path) -> Source:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import gc
 import hashlib
+import tempfile
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
@@ -47,20 +48,27 @@ def judge_task(task: Task) -> str:
     if task.code != code_digest():
         raise NotJudgedError("the worker has another version of fcu-emulator; install the same everywhere")
     rubric = _rubric(task.rubric, task.rubric_digest)
-    with TemporaryDirectory(prefix="fcu-") as folder:
-        path = Path(folder) / _file_name(task.name)
-        path.write_bytes(task.firmware)
-        try:
-            from emulator.grading.judge import judge
+    from emulator.grading.judge import judge
 
-            verdict = judge(path, rubric, seed=task.seed, build_log=task.build_log).to_json()
-        except InputError as error:
-            raise RejectedError(str(error).replace(f"{path}", path.name)) from None
-        except OSError as error:
-            raise NotJudgedError(f"this machine has run out of something: {error}") from error
-        finally:
-            gc.collect()  # boards refer to themselves; left to the collector's own time, their memory doubles
-    return verdict
+    try:
+        with TemporaryDirectory(prefix="fcu-", ignore_cleanup_errors=True) as folder:
+            path = Path(folder) / _file_name(task.name)
+            path.write_bytes(task.firmware)
+            try:
+                return judge(path, rubric, seed=task.seed, build_log=task.build_log).to_json()
+            except InputError as error:
+                if isinstance(error.__cause__, OSError):  # the file is our own and can be read
+                    raise error.__cause__ from None
+                raise RejectedError(str(error).replace(f"{path}", path.name)) from None
+    except OSError as error:
+        raise NotJudgedError(f"this machine has run out of something: {error}") from error
+    finally:
+        gc.collect()  # boards refer to themselves; left to the collector's own time, their memory doubles
+
+
+def use_temporary_folder(folder: str) -> None:
+    """Let this process make its temporary files in ``folder``, which its parent removes."""
+    tempfile.tempdir = folder
 
 
 @functools.cache

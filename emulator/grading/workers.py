@@ -51,7 +51,7 @@ class LocalWorkers(Executor):
         self._longest_s = longest_s
         self._workers: set[_Worker] = set()
         self._lock = threading.Lock()
-        self._closed = False
+        self._closed = self._cancelled = False
         self._threads = [threading.Thread(target=self._serve, daemon=True) for _ in range(jobs)]
         for thread in self._threads:
             thread.start()
@@ -89,6 +89,7 @@ class LocalWorkers(Executor):
                 if task is not None:
                     task.future.cancel()
             with self._lock:
+                self._cancelled = True
                 for worker in self._workers:
                     worker.kill()
         for _ in self._threads:
@@ -101,8 +102,13 @@ class LocalWorkers(Executor):
         """One of the threads: hands tasks to its process, and replaces it when it has died."""
         worker: _Worker | None = None
         while (task := self._tasks.get()) is not None:
-            if task.future.set_running_or_notify_cancel():
+            if not task.future.set_running_or_notify_cancel():
+                continue
+            try:
                 worker = self._do(task, worker)
+            except Exception as error:  # a future that is never done would be waited for without end
+                task.future.set_exception(error)
+                worker = None
         if worker is not None:
             worker.close()
             self._end(worker)
@@ -111,14 +117,18 @@ class LocalWorkers(Executor):
         """Let a process do a task; that process, or None if there is none any more."""
         problem = ""
         for _ in range(_ATTEMPTS):
-            worker = worker or self._new_worker()
+            try:
+                worker = worker or self._new_worker()
+            except OSError as error:  # no process, no pipe
+                problem = f"this machine cannot start a worker process: {error.strerror or error}"
+                continue
             try:
                 done, value = worker.call(task.function, task.arguments, self._longest_s)
             except _DiedError as error:
                 problem = str(error)
                 self._end(worker)
                 worker = None
-                if self._closed:
+                if self._closed or error.out_of_time:
                     break
             except TimeoutError:  # not tried again: it would take as long
                 problem = f"took more than {self._longest_s:g} s of wall time"
@@ -143,6 +153,8 @@ class LocalWorkers(Executor):
         worker = _Worker(self._initializer)
         with self._lock:
             self._workers.add(worker)
+            if self._cancelled:
+                worker.kill()
         return worker
 
     def _end(self, worker: _Worker) -> None:
@@ -153,7 +165,11 @@ class LocalWorkers(Executor):
 
 
 class _DiedError(Exception):
-    """The process ended before it had answered."""
+    """The process ended before it had answered; ``out_of_time``: at its limit of processor time."""
+
+    def __init__(self, cause: str) -> None:
+        self.out_of_time = cause == "SIGXCPU"
+        super().__init__(f"the worker process died ({cause})")
 
 
 class _Worker:
@@ -184,7 +200,7 @@ class _Worker:
             if isinstance(error, TimeoutError):
                 raise
             self._process.join(_END_S)
-            raise _DiedError(f"the worker process died ({_cause(self._process.exitcode)})") from error
+            raise _DiedError(_cause(self._process.exitcode)) from error
         return answer
 
     def close(self) -> None:

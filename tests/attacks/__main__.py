@@ -21,7 +21,7 @@ import tempfile
 from dataclasses import asdict
 from pathlib import Path
 
-from tests.attacks import files, gdb, programs
+from tests.attacks import classes, files, gdb, programs
 from tests.attacks.attack import Attack, Outcome, carry_out
 
 ATTACKS = (
@@ -29,6 +29,9 @@ ATTACKS = (
     Attack("recordings", 10_000, files.recordings),
     Attack("ELF files", 10_000, files.elf_files),
     Attack("HEX files", 10_000, files.hex_files),
+    Attack("archives of submissions", 20_000, classes.archives),
+    Attack("names of submissions", 10_000, classes.names),
+    Attack("rosters and rubrics", 10_000, classes.tables),
     Attack("gdb connections", 1_000, gdb.connections),
     Attack("readers that leave", 100, programs.leaving_readers, in_programs=True),
     Attack("typing that floods", 50, programs.floods, in_programs=True),

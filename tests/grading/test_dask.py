@@ -78,12 +78,13 @@ def test_a_worker_killed_in_the_middle_loses_nothing_and_nothing_is_judged_twice
     for name in STUDENTS:
         (folder / name).mkdir(parents=True)
         shutil.copyfile(prebuilt("solution"), folder / name / "lab3.elf")
-    seeds = {name: rubric.seed_for(name) for name in STUDENTS}
+    program, salt = prebuilt("solution").read_bytes(), b"salt"
+    seeds = {name: rubric.seed_for(name, program, salt) for name in STUDENTS}
     killer = threading.Thread(target=kill_victim, args=(told, killed))
     killer.start()
     with cluster(2) as address, Telling(address, told, seeds[STUDENTS[0]]) as workers:
         assert workers.slots == 2
-        grader = Grader(rubric, str(rubric.path), workers, workers.slots, Builder)
+        grader = Grader(rubric, str(rubric.path), workers, workers.slots, Builder, salt)
         results = [one for _, one in grader.grade(find_submissions(folder, None, tmp_path / "s"))]
     killer.join()
     judged = [line.split() for line in (told / "judged").read_text().splitlines()]

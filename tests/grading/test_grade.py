@@ -70,7 +70,7 @@ expect = [{ kind = "field", name = "Pitch", truth = true, tolerance = 8 }]
 @pytest.fixture
 def out(kept: Path, tmp_path: Path) -> Path:
     """Where the reports go; the two programs have been judged before."""
-    shutil.copytree(kept / "verdicts", tmp_path / "out" / "kept" / "verdicts")
+    shutil.copytree(kept, tmp_path / "out" / "kept")
     return tmp_path / "out"
 
 
@@ -144,7 +144,7 @@ def test_a_class_is_graded_and_what_is_bad_costs_only_itself(
     assert str(tmp_path) not in json.dumps(found)
     whole = GradedClass.from_json((out / "grade.json").read_bytes())
     assert [one.id for one in whole.submissions] == sorted(found)
-    assert len({one.seed for one in whole.submissions}) == len(found)
+    assert len({one.seed for one in whole.submissions if one.status == "judged"}) == 2
     for name in found:
         assert (out / "students" / f"{name}.html").is_file()
     page = (out / "students" / "bob.html").read_text(encoding="utf-8")
@@ -231,7 +231,9 @@ def test_anonymous_reports_name_nobody(submissions: Path, rubric: Path, out: Pat
     grade(submissions, "--rubric", rubric, "--out", out, "--roster", roster)
     grade(submissions, "--rubric", rubric, "--out", out, "--roster", roster, "--anonymous")
     files = [path for path in out.rglob("*") if path.is_file() and "kept" not in path.parts]
-    seeds = [str(load_rubric(rubric).seed_for(student)) for student in ("17-4711", "ada", "bob")]
+    programs = {"17-4711": "template", "ada": "solution"}
+    salt = (out / "kept" / "salt.key").read_bytes()
+    seeds = [str(seed_of(rubric, *one, salt)) for one in programs.items()]
 
     assert len(files) == 4 + 7 + 2
     for path in files:
@@ -270,7 +272,15 @@ def kill_worker(task: Task) -> str:
 def grader(workers: LocalWorkers, rubric: Path, kept: Path | None = None) -> Grader:
     loaded = load_rubric(rubric)
     store = Store(kept, loaded) if kept else None
-    return Grader(loaded, str(rubric), workers, workers.slots, lambda: Builder(sandbox=False), store)
+    return Grader(loaded, str(rubric), workers, workers.slots, lambda: Builder(sandbox=False), SALT, store)
+
+
+SALT = b"known to the tests"
+
+
+def seed_of(rubric: Path, student: str, program: str, salt: bytes = SALT) -> int:
+    """The seed of a student who hands in a shipped program."""
+    return load_rubric(rubric).seed_for(student, prebuilt(program).read_bytes(), salt)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGKILL")
@@ -279,7 +289,7 @@ def test_a_killed_worker_costs_one_grade_and_gives_no_zero(
 ) -> None:
     found = find_submissions(submissions, None, tmp_path / "s")
     with Killed(2) as workers:
-        workers.victim = load_rubric(rubric).seed_for("bob")  # type: ignore[attr-defined]
+        workers.victim = seed_of(rubric, "bob", "template")  # type: ignore[attr-defined]
         results = {one.id: one for _, one in grader(workers, rubric, tmp_path / "kept").grade(found)}
 
     assert results["ada"].points == 3
@@ -349,18 +359,20 @@ def test_source_is_built_and_warnings_are_in_the_report(rubric: Path, tmp_path: 
     assert "defined but not used" in (out / "students" / "ada.html").read_text(encoding="utf-8")
 
 
-def test_a_machine_that_cannot_build_says_so_once(
+def test_missing_compiler_costs_only_submissions_that_are_source(
     submissions: Path,
     rubric: Path,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
 ) -> None:
     (submissions / "carl.c").write_text("int main(void) { return 0; }")
     monkeypatch.setenv("PATH", "/nowhere")
 
-    assert grade(submissions, "--rubric", rubric, "--out", tmp_path / "out") == 2
-    assert "sudo apt install" in capsys.readouterr().err
+    assert grade(submissions, "--rubric", rubric, "--out", tmp_path / "out") == 4
+    found = table(tmp_path / "out")
+    assert found["carl"]["status"] == "unjudged"
+    assert "sudo apt install" in found["carl"]["reason"]
+    assert {name: row["points"] for name, row in found.items() if row["points"]} == {"ada": "3", "bob": "1"}
     assert grade(submissions, "--rubric", rubric, "--out", tmp_path / "out", "--take", "firmware") == 0
 
 
@@ -406,6 +418,7 @@ def autograder(tmp_path: Path, rubric: Path) -> Path:
     for name in ("source", "submission", "results"):
         (folder / name).mkdir(parents=True)
     shutil.copyfile(rubric, folder / "source" / "rubric.toml")
+    (folder / "source" / "salt.key").write_bytes(SALT)
     for name in ("setup.sh", "run_autograder"):
         text = documented(name).replace("/autograder", str(folder))
         assert text.startswith("#!/usr/bin/env bash\n"), name
@@ -465,7 +478,9 @@ def test_gradescopes_autograder_runs_in_its_folders(autograder: Path) -> None:
     assert_is_gradescopes(results)
     assert results["score"] == 1
     assert [one["visibility"] for one in results["tests"]] == ["visible", "after_due_date"]
-    assert results["extra_data"]["seed"] == load_rubric(autograder / "source" / "rubric.toml").seed_for("41")
+    salt = (autograder / "source" / "salt.key").read_bytes()
+    seed = seed_of(autograder / "source" / "rubric.toml", "41", "template", salt)
+    assert results["extra_data"]["seed"] == seed
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Gradescope runs Linux")

@@ -130,9 +130,14 @@ def test_a_scenario_beside_the_rubric_is_part_of_its_digest(tmp_path: Path) -> N
     assert load_rubric(path).judging_digest != before
 
 
-def test_each_student_has_a_board_of_the_class_and_always_the_same(tmp_path: Path) -> None:
+def test_seed_depends_on_student_program_and_salt(tmp_path: Path) -> None:
     rubric = load_rubric(written(tmp_path, GOOD))
     fixed = load_rubric(written(tmp_path, GOOD.replace('title = "A rubric"', 'title = "A rubric"\nseed = 5')))
 
-    assert rubric.seed_for("ada") == rubric.seed_for("ada") != rubric.seed_for("bob")
-    assert fixed.seed_for("ada") == fixed.seed_for("bob") == 5
+    submissions = [("ada", b"one", b"salt"), ("bob", b"one", b"salt"), ("ada", b"two", b"salt")]
+    submissions += [("ada", b"one", b"pepper"), ("ae", b"one", b"salt")]
+    seeds = [rubric.seed_for(*one) for one in submissions]
+
+    assert len(set(seeds)) == len(seeds)
+    assert seeds == [rubric.seed_for(*one) for one in submissions]
+    assert {fixed.seed_for(*one) for one in submissions} == {5}

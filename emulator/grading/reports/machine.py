@@ -8,18 +8,14 @@ and the reason.
 
 from __future__ import annotations
 
-import csv
-import io
 from typing import Any
 from xml.etree import ElementTree as ET
 
 from emulator.errors import NotJudgedError
 from emulator.grading.results import Graded, GradedClass
 from emulator.grading.verdict import CheckResult
-from emulator.text import visible
+from emulator.text import csv_text, visible
 
-_FORMULA = ("=", "+", "-", "@", "\t", "\r")
-"""What a spreadsheet takes for a formula at the beginning of a cell (OWASP, CSV injection)."""
 _VISIBILITY = {"always": "visible", "after_due_date": "after_due_date", "never": "hidden"}
 
 # -- CSV ----------------------------------------------------------------------------------------------------
@@ -27,26 +23,18 @@ _VISIBILITY = {"always": "visible", "after_due_date": "after_due_date", "never":
 
 def grades_csv(graded: GradedClass) -> str:
     """A line for each student: id, name, email, points and those of each exercise, status, reason."""
-    sink = io.StringIO(newline="")
-    table = csv.writer(sink)
     exercises = [exercise.exercise for exercise in graded.exercises]
     columns = ["id", "name", "email", "points", "max_points", *(f"exercise_{name}" for name in exercises)]
-    table.writerow([*columns, "status", "reason"])
+    rows = [[*columns, "status", "reason"]]
     for one in graded.submissions:
         row = [one.id, one.name, one.email, _points(one.points), _points(graded.max_points)]
         row += [_points(one.verdict.points_of(name) if one.verdict else None) for name in exercises]
-        table.writerow([_cell(text) for text in (*row, one.status, one.reason)])
-    return sink.getvalue()
+        rows.append([*row, one.status, one.reason])
+    return csv_text(rows)
 
 
 def _points(value: float | None) -> str:
     return "" if value is None else f"{value:g}"
-
-
-def _cell(text: str) -> str:
-    """Text that a spreadsheet shows and does not execute, on one line."""
-    shown = visible(text)
-    return f"'{shown}" if shown.startswith(_FORMULA) else shown
 
 
 # -- JUnit --------------------------------------------------------------------------------------------------

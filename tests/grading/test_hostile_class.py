@@ -1,0 +1,454 @@
+"""One submission costs only itself; a fault of the machine is never a verdict, and is never kept."""
+
+from __future__ import annotations
+
+import errno
+import os
+import shutil
+import signal
+import stat
+import subprocess
+import sys
+import tempfile
+import time
+import zipfile
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from emulator.errors import NotJudgedError
+from emulator.grading import build as building
+from emulator.grading.build import Builder, CompileError
+from emulator.grading.judge import judge
+from emulator.grading.results import GradedClass
+from emulator.grading.rubric import load_rubric
+from emulator.grading.submissions import Source
+from firmware_model import arm
+from firmware_model.arm import prebuilt
+from tests.attacks import classes
+from tests.grading.test_build import builder, needs_compiler, needs_sandbox, walled
+from tests.grading.test_grade import RUBRIC, autograder, grade, kept, out, rubric, run_autograder, table
+
+__all__ = ["autograder", "builder", "kept", "out", "rubric", "walled"]  # fixtures
+SOURCE = b"int main(void) { for (;;) { } }\n"
+posix = pytest.mark.skipif(sys.platform == "win32", reason="source is built on Linux and macOS")
+
+
+@pytest.fixture
+def submissions(tmp_path: Path) -> Path:
+    """One that has been judged before, and one that is source."""
+    folder = tmp_path / "submissions"
+    (folder / "ada").mkdir(parents=True)
+    shutil.copyfile(prebuilt("solution"), folder / "ada" / "lab3.elf")
+    return folder
+
+
+def status(out: Path) -> dict[str, str]:
+    return {name: row["status"] for name, row in table(out).items()}
+
+
+# -- names and archives -------------------------------------------------------------------------------------
+
+
+def test_zip_entry_without_name_rejects_only_its_submission(
+    submissions: Path, rubric: Path, out: Path
+) -> None:
+    with zipfile.ZipFile(submissions / "eve.zip", "w") as target:
+        entry = zipfile.ZipInfo("x")
+        entry.filename = ""
+        target.writestr(entry, b"int main(void) { return 0; }")
+
+    assert grade(submissions, "--rubric", rubric, "--out", out) == 0
+    assert status(out) == {"ada": "judged", "eve": "rejected"}
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere names are Unicode")
+@pytest.mark.parametrize("option", [[], ["--anonymous"]])
+def test_name_that_is_not_utf8_is_graded_under_an_escaped_id(
+    submissions: Path, rubric: Path, out: Path, option: list[str]
+) -> None:
+    folder = os.fsencode(submissions / "jos") + b"\xe9"
+    os.mkdir(folder)
+    shutil.copyfile(prebuilt("template"), os.fsdecode(folder + b"/lab3.elf"))
+
+    assert grade(submissions, "--rubric", rubric, "--out", out, *option) == 0
+    assert sorted(row["points"] for row in table(out).values()) == ["1", "3"]
+    assert "jos\\udce9" in (table(out) if not option else (out / "kept" / "who-is-who.csv").read_text())
+
+
+def test_damaged_classes_are_graded_to_the_end(tmp_path: Path) -> None:
+    """A share of the campaign ``python -m tests.attacks``."""
+    from random import Random
+
+    assert sum(1 for _ in classes.archives(300, Random(1), tmp_path)) == 300
+    assert sum(1 for _ in classes.names(100, Random(1), tmp_path)) == 100
+    assert sum(1 for _ in classes.tables(300, Random(1), tmp_path)) == 300
+
+
+def test_table_of_pseudonyms_holds_no_formula(submissions: Path, rubric: Path, out: Path, tmp_path: Path) -> None:
+    formulas = ['=HYPERLINK("http://x","y")', "+cmd|' /C calc'!A0", "@SUM(1)", "-1+1", "\uff1d1+1"]
+    roster = tmp_path / "roster.csv"
+    lines = [f'"{one.replace(chr(34), chr(34) * 2)}","{one.replace(chr(34), chr(34) * 2)}"' for one in formulas]
+    roster.write_text("\n".join(["id,name", *lines, ""]), encoding="utf-8")
+    grade(submissions, "--rubric", rubric, "--out", out, "--roster", roster, "--anonymous")
+
+    for file in (out / "kept" / "who-is-who.csv", out / "grades.csv"):
+        text = file.read_text(encoding="utf-8-sig")
+        cells = [cell.strip('"') for line in text.splitlines() for cell in line.split(",")]
+        assert not [cell for cell in cells if cell.startswith(("=", "+", "@", "-", "\uff1d"))], file
+
+
+# -- a machine that fails -----------------------------------------------------------------------------------
+
+
+def no_space(*args: object, **kwargs: object) -> None:
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def no_space_in_a_copy(*args: object, **kwargs: object) -> None:
+    raise shutil.Error([("a", "b", "[Errno 28] No space left on device")])
+
+
+def no_process(*args: object, **kwargs: object) -> None:
+    raise OSError(errno.EAGAIN, os.strerror(errno.EAGAIN))
+
+
+FAULTS = {
+    "a copy": (building.shutil, "copytree", no_space_in_a_copy),
+    "a temporary folder": (building, "TemporaryDirectory", no_space),
+    "a process": (building.subprocess, "Popen", no_process),
+}
+
+
+@posix
+@needs_compiler
+@pytest.mark.parametrize("fault", FAULTS)
+def test_fault_of_the_machine_is_not_judged_and_not_kept(
+    fault: str, submissions: Path, rubric: Path, out: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (submissions / "bob.c").write_bytes(SOURCE)
+    options = ["--rubric", rubric, "--out", out, "--build-without-sandbox"]
+    with monkeypatch.context() as broken:
+        broken.setattr(*FAULTS[fault])
+        assert grade(submissions, *options) == 4
+    assert status(out) == {"ada": "judged", "bob": "unjudged"}
+    assert table(out)["bob"]["points"] == ""
+    assert not list((out / "kept").glob("builds/*"))
+
+    assert grade(submissions, *options) == 0
+    assert status(out) == {"ada": "judged", "bob": "judged"}
+
+
+@pytest.mark.parametrize("place", ["scratch", "unpacked"])
+def test_full_disk_while_unpacking_is_not_judged(
+    place: str, submissions: Path, rubric: Path, out: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with zipfile.ZipFile(submissions / "bob.zip", "w") as target:
+        target.write(prebuilt("template"), "lab3.elf")
+    with monkeypatch.context() as broken:
+        if place == "scratch":
+            broken.setattr("emulator.grading.grading.TemporaryDirectory", no_space)
+        else:
+            broken.setattr("emulator.grading.archives.zipfile.ZipFile.open", no_space)
+        assert grade(submissions, "--rubric", rubric, "--out", out) == 4
+        assert status(out)["bob"] == "unjudged"
+
+    assert grade(submissions, "--rubric", rubric, "--out", out) == 0
+    assert status(out)["bob"] == "judged"
+
+
+def test_error_nobody_expected_costs_only_its_submission(
+    submissions: Path, rubric: Path, out: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (submissions / "bob.elf").write_bytes(b"x")
+
+    def fail(path: Path, scratch: Path, take: object) -> object:
+        if path.name == "bob.elf":
+            raise KeyError(path)
+        return content(path, scratch, take)
+
+    from emulator.grading.submissions import _content as content
+
+    monkeypatch.setattr("emulator.grading.submissions._content", fail)
+
+    assert grade(submissions, "--rubric", rubric, "--out", out) == 4
+    assert status(out) == {"ada": "judged", "bob": "unjudged"}
+
+
+# -- a compiler that is killed ------------------------------------------------------------------------------
+
+
+STRANGE = 'for file in "$@"; do [ -f "$file" ] && grep -q strange "$file"'
+
+
+def shim(folder: Path, monkeypatch: pytest.MonkeyPatch, script: str) -> None:
+    """Put a compiler on the PATH that does ``script`` before it does what it is asked."""
+    real = shutil.which("arm-none-eabi-gcc")
+    (folder / "bin").mkdir(parents=True)
+    compiler = folder / "bin" / "arm-none-eabi-gcc"
+    ask = 'case "$1" in -print-search-dirs) exit 0;; --version) exec "$real" "$@";; esac'
+    compiler.write_text(f'#!/bin/sh\nreal={real}\n{ask}\n{script}\nexec "$real" "$@"\n')
+    compiler.chmod(0o755)
+    folder.chmod(0o777)
+    monkeypatch.setenv("PATH", f"{folder / 'bin'}{os.pathsep}{os.environ['PATH']}")
+    building._toolchain_of_path.cache_clear()
+
+
+@pytest.fixture
+def fresh_toolchain() -> object:
+    yield
+    building._toolchain_of_path.cache_clear()
+
+
+@pytest.mark.usefixtures("fresh_toolchain")
+@posix
+@needs_compiler
+@pytest.mark.parametrize("sign", ["KILL", "TERM", "HUP"])
+def test_killed_compiler_is_never_does_not_compile(
+    sign: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Killed each time it compiles this program, and never with another one."""
+    with tempfile.TemporaryDirectory() as folder:  # which user nobody can enter
+        Path(folder).chmod(0o755)
+        shim(Path(folder), monkeypatch, f'{STRANGE} && kill -{sign} $$; done')
+        with closing(Builder(sandbox=False, kept=tmp_path / "kept")) as builder:
+            with pytest.raises(NotJudgedError, match=f"SIG{sign}"):
+                builder.build(Source({"main.c": b"/* strange */\n" + SOURCE}))
+            assert builder.build(Source({"main.c": SOURCE})).firmware.data
+    assert len(list((tmp_path / "kept").glob("*.elf"))) == 1
+
+
+@pytest.mark.usefixtures("fresh_toolchain")
+@posix
+@needs_compiler
+def test_compiler_that_fails_once_is_asked_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        shim(
+            Path(folder),
+            monkeypatch,
+            f"{STRANGE} && mkdir {folder}/failed 2>/dev/null && exit 1; done",
+        )
+        with closing(Builder(sandbox=False)) as builder:
+            assert builder.build(Source({"main.c": b"/* strange */\n" + SOURCE})).firmware.data
+        assert (Path(folder) / "failed").is_dir()
+
+
+@pytest.mark.usefixtures("fresh_toolchain")
+@posix
+@needs_compiler
+def test_machine_that_compiles_nothing_more_is_at_fault(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        shim(
+            Path(folder),
+            monkeypatch,
+            f'[ -d {folder}/full ] && echo "cc1: error: No space left on device" >&2 && exit 1',
+        )
+        with closing(Builder(sandbox=False, kept=tmp_path / "kept")) as builder:
+            builder.build(Source({"main.c": SOURCE}))
+            (Path(folder) / "full").mkdir()
+            with pytest.raises(NotJudgedError):
+                builder.build(Source({"main.c": b"int main(void) { return x; }\n"}))
+            (Path(folder) / "full").rmdir()
+            with pytest.raises(CompileError):
+                builder.build(Source({"main.c": b"int main(void) { return x; }\n"}))
+
+
+@posix
+@needs_compiler
+def test_source_cannot_forge_a_fault_of_the_machine(builder: Builder) -> None:
+    """It prints the words that a full disk or a killed compiler causes."""
+    words = "cc1: fatal error: Killed signal terminated program cc1: No space left on device"
+    for source in (f'#error "{words}"\n', f'asm(".print \\"{words}\\"\\n.error \\"x\\"");\n'):
+        with pytest.raises(CompileError):
+            builder.build(Source({"main.c": source.encode()}))
+
+
+@pytest.mark.parametrize("file", ["/dev/ptmx", "/dev/tty", "/dev/stdin", "/proc/kmsg", "/dev/zero"])
+def test_sandbox_has_no_file_that_blocks(file: str, walled: Builder) -> None:
+    with pytest.raises(CompileError) as refused:
+        walled.build(Source({"main.c": f'#include "{file}"\n'.encode() + SOURCE}))
+    assert "No such file" in refused.value.log
+
+
+@posix
+@needs_compiler
+def test_gradescope_gives_no_result_when_the_machine_fails(
+    autograder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (autograder / "submission" / "main.c").write_bytes(SOURCE)
+    with tempfile.TemporaryDirectory() as broken:
+        Path(broken).chmod(0o755)
+        make = Path(broken) / "make"
+        make.write_text("#!/bin/sh\nkill -KILL $$\n")
+        make.chmod(0o755)
+        monkeypatch.setenv("PATH", f"{broken}{os.pathsep}{os.environ['PATH']}")
+        done = run_autograder(autograder)
+
+    assert done.returncode == 4, done.stderr
+    assert not (autograder / "results" / "results.json").exists()
+
+
+# -- the compiler sees its own files only -------------------------------------------------------------------
+
+
+@pytest.mark.usefixtures("fresh_toolchain")
+@needs_compiler
+@needs_sandbox
+@pytest.mark.parametrize("kind", ["script", "link", "toolchain"])
+def test_compiler_in_a_home_folder_does_not_open_the_folder(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    real = Path(shutil.which("arm-none-eabi-gcc") or "")
+    compiler = tmp_path / "bin" / real.name
+    compiler.parent.mkdir()
+    (tmp_path / "secret.h").write_text("#error the answer is 42\n")
+    if kind == "script":
+        compiler.write_text(f'#!/bin/sh\nexec {real} "$@"\n')
+        compiler.chmod(0o755)
+    elif kind == "link":
+        compiler.symlink_to(real)
+    else:
+        shutil.copyfile(real.resolve(), compiler)
+        compiler.chmod(0o755)
+        for name in ("lib/gcc/arm-none-eabi", "lib/arm-none-eabi"):
+            (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+            (tmp_path / name).symlink_to(real.resolve().parents[1] / name)
+    monkeypatch.setenv("PATH", f"{compiler.parent}{os.pathsep}{os.environ['PATH']}")
+    building._toolchain_of_path.cache_clear()
+    with closing(Builder()) as builder:
+        assert builder.build(Source({"main.c": SOURCE})).firmware.data
+        with pytest.raises(CompileError) as refused:
+            builder.build(Source({"main.c": f'#include "{tmp_path}/secret.h"\n'.encode() + SOURCE}))
+    assert "the answer" not in refused.value.log
+    assert "No such file" in refused.value.log
+
+
+# -- recorded text ------------------------------------------------------------------------------------------
+
+DRAWN = RUBRIC.replace(
+    "[[exercise]]", "[run.still.world]\npitch_deg = { draw = [-70, 70] }\n\n[[exercise]]", 1
+).replace("tolerance = 8", "tolerance = 1")
+RECORDED = """#include "lab3.h"
+int main(void) {{
+  HAL_Init();
+  SystemClock_Config();
+  initializeAll();
+  for (;;) {{ PRINTF("{text}"); HAL_Delay(500); }}
+}}
+"""
+
+
+@posix
+@needs_compiler
+def test_recorded_text_passes_only_the_run_that_was_recorded(tmp_path: Path) -> None:
+    """A student prints the numbers of an earlier report: right for that seed, wrong when it is graded."""
+    rubric = tmp_path / "drawn.toml"
+    rubric.write_text(DRAWN, encoding="utf-8")
+    folder = tmp_path / "submissions"
+    (folder / "eve").mkdir(parents=True)
+    shutil.copyfile(prebuilt("solution"), folder / "eve" / "lab3.elf")
+    out = tmp_path / "out"
+    assert grade(folder, "--rubric", rubric, "--out", out) == 0
+    first = GradedClass.from_json((out / "grade.json").read_bytes()).submissions[0]
+    assert first.points == 3
+    assert first.seed is not None
+    evidence = judge("solution", load_rubric(rubric), seed=first.seed).evidence[0]
+    block = [line for line in evidence.terminal.splitlines() if line.startswith(("ACC", "Pitch"))][-2:]
+    program = (arm.sources() / "template" / "main.c").read_text(encoding="utf-8")
+    loop = program.index("while (1)") if "while (1)" in program else program.index("for (;;)")
+    body = program.index("{", loop) + 1
+    text = "".join(f"{line}\\n\\r" for line in block)
+    cheat = f'{program[:body]} PRINTF("{text}"); HAL_Delay(200); continue;{program[body:]}'
+    (folder / "eve" / "lab3.elf").unlink()
+    (folder / "eve" / "main.c").write_text(cheat, encoding="utf-8")
+    with closing(Builder(sandbox=False)) as builder:
+        built = tmp_path / "cheat.elf"
+        built.write_bytes(builder.build(Source({"main.c": cheat.encode()})).firmware.data)
+
+    assert judge(built, load_rubric(rubric), seed=first.seed).points == 3
+    assert grade(folder, "--rubric", rubric, "--out", out, "--build-without-sandbox") == 0
+    assert table(out)["eve"]["points"] == "1"
+
+
+@posix
+def test_salt_is_made_once_for_the_owner_alone(submissions: Path, rubric: Path, tmp_path: Path) -> None:
+    salt = tmp_path / "secret" / "salt.key"
+    seeds = []
+    for run in ("one", "two"):
+        assert grade(submissions, "--rubric", rubric, "--out", tmp_path / run, "--salt", salt) == 0
+        whole = GradedClass.from_json((tmp_path / run / "grade.json").read_bytes())
+        seeds.append([one.seed for one in whole.submissions])
+        assert not (tmp_path / run / "kept" / "salt.key").exists()
+    assert seeds[0] == seeds[1]
+    assert stat.S_IMODE(salt.stat().st_mode) == 0o600
+
+    assert grade(submissions, "--rubric", rubric, "--out", tmp_path / "three") == 0
+    kept = (tmp_path / "three" / "kept" / "salt.key").read_bytes()
+    assert kept != salt.read_bytes()
+    whole = GradedClass.from_json((tmp_path / "three" / "grade.json").read_bytes())
+    assert [one.seed for one in whole.submissions] != seeds[0]
+    for path in (tmp_path / "three").rglob("*.*"):
+        if path.is_file() and path.name != "salt.key":
+            assert kept.hex() not in path.read_text(encoding="utf-8")
+
+
+@posix
+@pytest.mark.parametrize("kind", ["short", "folder", "pipe"])
+def test_file_that_is_no_salt_is_refused(kind: str, submissions: Path, rubric: Path, tmp_path: Path) -> None:
+    salt = tmp_path / "salt"
+    if kind == "short":
+        salt.write_bytes(b"1234")
+    elif kind == "folder":
+        salt.mkdir()
+    else:
+        os.mkfifo(salt)
+
+    assert grade(submissions, "--rubric", rubric, "--out", tmp_path / "out", "--salt", salt) == 2
+
+
+# -- a request to end ---------------------------------------------------------------------------------------
+
+
+def is_worker(pid: str) -> bool:
+    """Whether a process runs as a worker; a process that has ended has no command line."""
+    try:
+        return b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()
+    except OSError:
+        return False
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="children are found in /proc")
+@pytest.mark.parametrize("sign", ["SIGTERM", "SIGHUP", "SIGINT"])
+def test_signal_ends_workers_and_removes_temporary_folders(
+    sign: str, submissions: Path, rubric: Path, tmp_path: Path
+) -> None:
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    rubric.write_text(RUBRIC.replace('"1.2s"', '"300s"'), encoding="utf-8")
+    arguments = ["grade", submissions, "--rubric", rubric, "--out", tmp_path / "out", "--jobs", "1"]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "emulator", *map(str, arguments)],
+        env={**os.environ, "TMPDIR": str(temporary)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    while not list(temporary.glob("fcu-work-*/fcu-*/lab3.elf")):
+        assert process.poll() is None
+        time.sleep(0.01)
+    threads = Path(f"/proc/{process.pid}/task").glob("*/children")
+    children = " ".join(thread.read_text() for thread in threads).split()
+    workers = [pid for pid in children if is_worker(pid)]
+    process.send_signal(getattr(signal, sign))
+    said = process.communicate(timeout=60)
+
+    assert process.returncode == 130
+    assert said[0] == ""
+    assert len(said[1].splitlines()) == 1
+    assert said[1].startswith("fcu: ")
+    assert list(temporary.iterdir()) == []
+    assert workers
+    assert not [pid for pid in workers if is_worker(pid)]
