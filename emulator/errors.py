@@ -27,6 +27,12 @@ Python itself is the bus master, through ``board.i2c2``. An error outside this t
 
 from __future__ import annotations
 
+_LONGEST_PROBLEM = 400  # characters; a list of all keys that are known can be longer
+
+
+def _shortened(problem: str) -> str:
+    return problem if len(problem) <= _LONGEST_PROBLEM else f"{problem[: _LONGEST_PROBLEM - 3]}..."
+
 
 class FcuError(Exception):
     """Base of everything this package raises on purpose."""
@@ -42,7 +48,7 @@ class ScenarioError(InputError):
     def __init__(self, file: str, key: str, problem: str) -> None:
         self.file = file
         self.key = key
-        self.problem = problem
+        self.problem = problem = _shortened(problem)
         super().__init__(f"{file}: {key}: {problem}" if key else f"{file}: {problem}")
 
 
@@ -52,7 +58,7 @@ class RubricError(InputError):
     def __init__(self, file: str, key: str, problem: str) -> None:
         self.file = file
         self.key = key
-        self.problem = problem
+        self.problem = problem = _shortened(problem)
         super().__init__(f"{file}: {key}: {problem}" if key else f"{file}: {problem}")
 
 
@@ -62,7 +68,7 @@ class RecordingError(InputError):
     def __init__(self, file: str, line: int, problem: str) -> None:
         self.file = file
         self.line = line
-        self.problem = problem
+        self.problem = problem = _shortened(problem)
         super().__init__(f"{file}:{line}: {problem}" if line else f"{file}: {problem}")
 
 

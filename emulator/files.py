@@ -19,7 +19,7 @@ _OF_A_NAME = frozenset(
 
 
 def is_about_the_name(error: OSError) -> bool:
-    """Return whether ``error`` is caused by a file's name or kind; every other OSError is the machine's fault.
+    """Return whether a file's name or kind causes ``error``; every other OSError is the machine's fault.
 
     A stranger chooses names, and the same name fails on every try. A full disk, too many open files or a
     missing permission says nothing about the stranger's file.

@@ -76,7 +76,9 @@ def grade(options: GradeOptions) -> ExitCode:
         if options.autograder is not None:
             return _grade_for_gradescope(options, options.autograder)
         if options.submissions is None or options.out is None:
-            raise InputError("give the folder with the submissions, and the folder for the reports: --out DIR")
+            raise InputError(
+                "give the folder with the submissions, and the folder for the reports: --out DIR"
+            )
         rubric = load_rubric(options.rubric)
         roster = load_roster(options.roster) if options.roster is not None else None
         for note in roster.notes if roster else ():

@@ -14,7 +14,7 @@ service with privileges.
 Decision: "does not compile" is final and is kept, so it must never be the machine's fault (a full disk, a
 compiler that the system kills). After a failure a control program is compiled in the same way, and then the
 submission a second time. Only if the control compiles and the submission fails again, the submission is at
-fault. The road not taken, searching the compiler's messages for "No space left", lets a submission print them.
+fault. The road not taken, to search the compiler's messages for "No space left", lets source forge them.
 """
 
 from __future__ import annotations
@@ -77,13 +77,15 @@ code=$?
 [ $code -le 128 ] || echo $((code - 128)) >>signals
 exit $code
 """
-"""Runs each program of the compiler. A signal that ends one is noted; its message could be forged by source."""
+"""Runs each program of the compiler. A signal that ends one is noted; source can forge the message only."""
 _MADE_ERRORS = 2  # make's exit code when a command has failed
 _CONTROL = {"main.c": b"int main(void) { return 0; }\n"}
 _STOPS = {
     "SIGXCPU": f"error: the compiler was stopped after {_CPU_S} s of processor time",
     "SIGXFSZ": f"error: the compiler was stopped: a file became larger than {_FILE_BLOCKS // 2048} MiB",
-    **dict.fromkeys(("SIGSEGV", "SIGABRT", "SIGILL", "SIGFPE"), "error: the compiler crashed on this program"),
+    **dict.fromkeys(
+        ("SIGSEGV", "SIGABRT", "SIGILL", "SIGFPE"), "error: the compiler crashed on this program"
+    ),
 }
 """What the source did to the compiler, by the signal; other signals come from outside."""
 

@@ -161,9 +161,7 @@ def _entries(folder: Path) -> list[Path]:
     ]
 
 
-def _student_of(
-    path: Path, roster: Roster | None, told: Mapping[str, Student]
-) -> tuple[Student, bool, str]:
+def _student_of(path: Path, roster: Roster | None, told: Mapping[str, Student]) -> tuple[Student, bool, str]:
     """Return the student of a submission, whether the roster knows the student, and a problem of the name.
 
     The platform's own word counts, else the file's name.

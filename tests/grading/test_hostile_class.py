@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import errno
 import os
 import shutil
@@ -68,9 +69,9 @@ def test_zip_entry_without_name_rejects_only_its_submission(
 def test_name_that_is_not_utf8_is_graded_under_an_escaped_id(
     submissions: Path, rubric: Path, out: Path, option: list[str]
 ) -> None:
-    folder = os.fsencode(submissions / "jos") + b"\xe9"
-    os.mkdir(folder)
-    shutil.copyfile(prebuilt("template"), os.fsdecode(folder + b"/lab3.elf"))
+    folder = submissions / os.fsdecode(b"jos\xe9")
+    folder.mkdir()
+    shutil.copyfile(prebuilt("template"), folder / "lab3.elf")
 
     assert grade(submissions, "--rubric", rubric, "--out", out, *option) == 0
     assert sorted(row["points"] for row in table(out).values()) == ["1", "3"]
@@ -86,11 +87,13 @@ def test_damaged_classes_are_graded_to_the_end(tmp_path: Path) -> None:
     assert sum(1 for _ in classes.tables(300, Random(1), tmp_path)) == 300
 
 
-def test_table_of_pseudonyms_holds_no_formula(submissions: Path, rubric: Path, out: Path, tmp_path: Path) -> None:
+def test_table_of_pseudonyms_holds_no_formula(
+    submissions: Path, rubric: Path, out: Path, tmp_path: Path
+) -> None:
     formulas = ['=HYPERLINK("http://x","y")', "+cmd|' /C calc'!A0", "@SUM(1)", "-1+1", "\uff1d1+1"]
     roster = tmp_path / "roster.csv"
-    lines = [f'"{one.replace(chr(34), chr(34) * 2)}","{one.replace(chr(34), chr(34) * 2)}"' for one in formulas]
-    roster.write_text("\n".join(["id,name", *lines, ""]), encoding="utf-8")
+    with roster.open("w", encoding="utf-8", newline="") as file:
+        csv.writer(file).writerows([("id", "name"), *((one, one) for one in formulas)])
     grade(submissions, "--rubric", rubric, "--out", out, "--roster", roster, "--anonymous")
 
     for file in (out / "kept" / "who-is-who.csv", out / "grades.csv"):
@@ -211,7 +214,7 @@ def test_killed_compiler_is_never_does_not_compile(
     """Killed each time it compiles this program, and never with another one."""
     with tempfile.TemporaryDirectory() as folder:  # which user nobody can enter
         Path(folder).chmod(0o755)
-        shim(Path(folder), monkeypatch, f'{STRANGE} && kill -{sign} $$; done')
+        shim(Path(folder), monkeypatch, f"{STRANGE} && kill -{sign} $$; done")
         with closing(Builder(sandbox=False, kept=tmp_path / "kept")) as builder:
             with pytest.raises(NotJudgedError, match=f"SIG{sign}"):
                 builder.build(Source({"main.c": b"/* strange */\n" + SOURCE}))

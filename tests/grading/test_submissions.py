@@ -10,7 +10,7 @@ from tempfile import mkdtemp
 import pytest
 
 from emulator.errors import InputError
-from emulator.grading.roster import load_roster
+from emulator.grading.roster import Roster, Student, load_roster
 from emulator.grading.submissions import Firmware, RejectedError, Source, Submission, find_submissions
 
 ELF = b"\x7fELF one"
@@ -171,6 +171,28 @@ def test_a_digest_depends_on_names_and_contents() -> None:
 
 
 # -- who ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "stolen",
+    [
+        "Eve_4242_assignsubmission_file_x_1815_assignsubmission_file_.c",  # by a file's name
+        "Eve_1815_assignsubmission_file__4242_assignsubmission_file_x.c",  # by a name in the profile
+    ],
+)
+def test_name_with_two_ids_is_rejected_under_its_whole_name(tmp_path: Path, stolen: str) -> None:
+    own = "Ada_1815_assignsubmission_file_main.c"
+    where = tree(tmp_path / "class", **{stolen: b"1", own: b"2"})
+    roster = Roster([Student("1815", "Ada"), Student("4242", "Eve")])
+    found = {one.student.id: one for one in find_submissions(where, roster, tmp_path / "s")}
+
+    assert found["1815"].path == where / own
+    assert found["1815"].problem == ""
+    assert found["4242"].path is None
+    thief = found[stolen.removesuffix(".c")]
+    assert not thief.known
+    with pytest.raises(RejectedError, match="two ids"):
+        thief.content(tmp_path / "s")
 
 
 def test_moodles_folders_are_known_by_number_and_name(tmp_path: Path) -> None:

@@ -23,6 +23,15 @@ from tests.scenario_files import HEAD, SHORT, refusal, write
 HOLD = '[[timeline]]\ndo = "hold"\nfor = "1s"\n'
 
 
+def test_scenario_error_is_cut_at_400_characters(tmp_path: Path) -> None:
+    path = write(tmp_path, HEAD + "[sensors.lsm6dsl]\nunknown = 1\n")  # it lists all keys of the sensor
+    with pytest.raises(ScenarioError) as refused:
+        load_scenario(path)
+
+    assert len(refused.value.problem) == 400
+    assert str(refused.value) == f"{path}: sensors.lsm6dsl.unknown: {refused.value.problem}"
+
+
 @pytest.mark.parametrize(
     ("text", "key", "says"),
     [
