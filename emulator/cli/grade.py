@@ -287,7 +287,6 @@ def _say(line: str) -> None:
 
 def _grade_for_gradescope(options: GradeOptions, autograder: Path) -> ExitCode:
     """The submission in ``autograder``/submission, judged into ``autograder``/results/results.json."""
-    began_s = monotonic()
     rubric = load_rubric(options.rubric)
     folder = autograder / "submission"
     if not folder.is_dir():
@@ -298,10 +297,10 @@ def _grade_for_gradescope(options: GradeOptions, autograder: Path) -> ExitCode:
     salt = secret(options.salt) if options.salt is not None else secrets.token_bytes(32)
     with _grader(options, rubric, salt) as grader:
         _, graded = next(grader.grade([submission]))
-    results = gradescope_results(graded, rubric.max_points, monotonic() - began_s)
     file = autograder / "results" / "results.json"
-    write_atomically(file, json.dumps(results, indent=1) + "\n")
-    click.echo(f"{file}: {results['score']:g} of {rubric.max_points:g} points")
+    write_atomically(file, json.dumps(gradescope_results(graded), indent=1) + "\n")
+    points = "rejected" if graded.points is None else f"{graded.points:g} of {rubric.max_points:g} points"
+    click.echo(f"{file}: {points}")
     return ExitCode.HELD
 
 

@@ -263,7 +263,7 @@ def test_a_check_without_points_that_could_not_be_judged_keeps_nobody_from_a_gra
     one = graded(verdict=verdict(check("1.a", points=2, outcome="passed"), aside))
     row = next(csv.DictReader(io.StringIO(grades_csv(whole(one)))))
     suite = ET.fromstring(junit_xml(whole(one)))[0]
-    results = gradescope_results(one, 2, 1)
+    results = gradescope_results(one)
 
     assert one.verdict is not None
     assert one.verdict.counts
@@ -308,7 +308,7 @@ def test_a_student_sees_what_the_rubric_allows() -> None:
     assert "secret" not in before + after
     assert "later e" in after
     assert "later e" not in before
-    assert "5 of 10 points" in after
+    assert "4 of 8 points" in after
     assert "3 of 6 points" in before
     assert "seen a" in before
     assert "seen b" in before
@@ -437,21 +437,39 @@ def test_gradescope_gets_its_documented_fields() -> None:
         check("1.b", visibility="after_due_date", expected="secret", detail="actual"),
         check("2.c", visibility="never", hint=EVIL),
     )
-    results = gradescope_results(graded(verdict=found), max_points=6, seconds=12.4)
+    results = gradescope_results(graded(verdict=found))
 
     assert_is_gradescopes(results)
-    assert results["score"] == 4
-    assert results["execution_time"] == 12
+    assert sum(one["score"] for one in results["tests"]) == 4
     assert [one["visibility"] for one in results["tests"]] == ["visible", "after_due_date", "hidden"]
     assert [one["status"] for one in results["tests"]] == ["passed", "failed", "failed"]
     assert [one["output"] for one in results["tests"]][:2] == ["", "seen: b\nhint: c"]
-    assert sum(one["score"] for one in results["tests"]) == results["score"]
+
+
+@pytest.mark.parametrize("visibility", ["never", "after_due_date"])
+def test_gradescope_shows_nothing_of_a_hidden_check(visibility: str) -> None:
+    """Whether it passes changes only the test that Gradescope hides, and not the student's page either."""
+    outcomes = [{"outcome": "passed", "points": 2}, {"outcome": "failed", "points": 0}]
+    found = [
+        graded(verdict=verdict(check("1.a"), check("2.b", visibility=visibility, **outcome)))
+        for outcome in outcomes
+    ]
+    shown = []
+    for one in found:
+        results = gradescope_results(one)
+        hidden = [test for test in results["tests"] if test["visibility"] != "visible"]
+        results["tests"] = [test for test in results["tests"] if test["visibility"] == "visible"]
+        assert len(hidden) == len(results["tests"]) == 1
+        shown.append(results)
+
+    assert shown[0] == shown[1]
+    assert "1 of 2 points" in shown[0]["output"]
+    pages = {student_page(one, "Lab", after_due_date=visibility == "never") for one in found}
+    assert len(pages) == 1
 
 
 def test_gradescope_shows_why_a_submission_cannot_be_judged() -> None:
-    results = gradescope_results(
-        graded(status="rejected", reason="does not compile", build_log="main.c:1"), 6, 1
-    )
+    results = gradescope_results(graded(status="rejected", reason="does not compile", build_log="main.c:1"))
 
     assert_is_gradescopes(results)
     assert results["score"] == 0
@@ -462,7 +480,7 @@ def test_gradescope_shows_why_a_submission_cannot_be_judged() -> None:
 @pytest.mark.parametrize("status", ["unjudged", "partly", "missing"])
 def test_gradescope_gets_no_results_without_a_grade(status: str) -> None:
     with pytest.raises(NotJudgedError):
-        gradescope_results(graded(status=status, reason="the worker died"), 6, 1)
+        gradescope_results(graded(status=status, reason="the worker died"))
 
 
 def test_who_has_the_rubric_is_told_the_command_that_judges_the_same() -> None:
@@ -473,7 +491,7 @@ def test_who_has_the_rubric_is_told_the_command_that_judges_the_same() -> None:
     others = (found.without_seed(), found.model_copy(update={"rubric_digest": "0"}))
 
     assert command in Page(student_page(one, "LAB3")).text
-    assert command in gradescope_results(one, max_points=2, seconds=1)["output"]
+    assert command in gradescope_results(one)["output"]
     for other in others:
         assert "fcu check" not in student_page(graded(verdict=other), "LAB3")
 
@@ -482,6 +500,4 @@ def test_a_failed_check_quotes_the_line_that_is_wrong() -> None:
     found = verdict(check("1.a", printed='"Pitch: 5" at 3 s'))
 
     assert "such as" in Page(student_page(graded(verdict=found), "LAB3")).text
-    assert (
-        'such as: "Pitch: 5" at 3 s' in gradescope_results(graded(verdict=found), 2, 1)["tests"][0]["output"]
-    )
+    assert 'such as: "Pitch: 5" at 3 s' in gradescope_results(graded(verdict=found))["tests"][0]["output"]

@@ -75,11 +75,13 @@ def _case(suite: ET.Element, rubric: str, check: CheckResult) -> None:
 # -- Gradescope ---------------------------------------------------------------------------------------------
 
 
-def gradescope_results(one: Graded, max_points: float, seconds: float) -> dict[str, Any]:
-    """``results.json`` of one submission.
+def gradescope_results(one: Graded) -> dict[str, Any]:
+    """Return ``results.json`` of one submission.
 
-    The fields: https://gradescope-autograders.readthedocs.io/en/latest/specs/. Gradescope shows and hides by
-    itself, so all checks are in it, each with its visibility and with as much detail as the rubric allows.
+    The fields: https://gradescope-autograders.readthedocs.io/en/latest/specs/. Gradescope shows and hides
+    tests by their visibility, so all checks are in it, each with as much detail as the rubric allows. All
+    other fields are computed from the visible checks: no total score (Gradescope adds up the tests), and no
+    execution time.
 
     Raises NotJudgedError where there is no grade: without the file, Gradescope tells the course's staff that
     the autograder has failed, and lets them run it again.
@@ -87,7 +89,6 @@ def gradescope_results(one: Graded, max_points: float, seconds: float) -> dict[s
     if one.status in ("unjudged", "partly", "missing"):
         raise NotJudgedError(f"{one.shown_name}: {one.reason}; run the autograder again")
     results: dict[str, Any] = {
-        "execution_time": round(seconds),
         "stdout_visibility": "hidden",
         "output_format": "text",
         "test_output_format": "text",
@@ -107,9 +108,11 @@ def gradescope_results(one: Graded, max_points: float, seconds: float) -> dict[s
         if check.outcome != "unjudged"  # it gives no points, else there were no grade
     ]
     again = f"The same on your machine: {one.again}" if one.again else ""
-    total = f"{verdict.points:g} of {max_points:g} points."
+    open_ = verdict.for_student()
+    total = f"{open_.points:g} of {open_.max_points:g} points"
+    total += " in the checks that are shown before the due date." if open_.hidden_checks else "."
     said = "\n".join(filter(None, (total, again, warnings)))
-    return {**results, "score": verdict.points, "output": visible(said.strip(), lines=True), "tests": tests}
+    return {**results, "output": visible(said.strip(), lines=True), "tests": tests}
 
 
 def _gradescope_test(check: CheckResult, shown: CheckResult) -> dict[str, Any]:

@@ -30,9 +30,8 @@ def _body(graded: Graded, title: str, after_due_date: bool) -> Iterator[Html]:
     yield element("p", title, class_="quiet")
     yield element("h1", graded.shown_name)
     verdict = graded.verdict and graded.verdict.for_student(after_due_date)
-    counted = graded.verdict if after_due_date else verdict
-    if counted is not None:
-        total = f"{number(counted.points)} of {number(counted.max_points)} points"
+    if verdict is not None:
+        total = f"{number(verdict.points)} of {number(verdict.max_points)} points"
         yield element("p", total, class_="points")
     if graded.status != "judged":
         yield _notice(graded)
@@ -54,8 +53,8 @@ def _body(graded: Graded, title: str, after_due_date: bool) -> Iterator[Html]:
             yield from (_check(one) for one in checks if one.max_points or one.outcome != "unjudged")
             yield from _links(verdict.evidence_of(exercise.exercise))
     if verdict.hidden_checks:
-        some = "one check is" if verdict.hidden_checks == 1 else f"{verdict.hidden_checks} checks are"
-        yield element("p", f"Besides, {some} not shown here.", class_="quiet")
+        some = "one check" if verdict.hidden_checks == 1 else f"{verdict.hidden_checks} checks"
+        yield element("p", f"The grade also counts {some} that this page does not show.", class_="quiet")
     for evidence in verdict.evidence:
         yield from _run(evidence, graded.firmware)
     yield _footer(graded, verdict)
