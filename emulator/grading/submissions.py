@@ -5,7 +5,7 @@ SUBMISSIONS is a folder with an entry for each student (a folder, a zip file, a 
 
 - Moodle: ``Full Name_1234_assignsubmission_file_/...``, in a folder or still in its zip file. A name with
   two such ids is rejected: the student chooses a part of it, and could name another student's id;
-- Gradescope: ``submission_1234/...`` with ``submission_metadata.yml`` beside them (read if PyYAML is there).
+- Gradescope: ``submission_1234/...`` with ``submission_metadata.yml`` beside them (needs PyYAML).
 
 A submission is what is in it: **source** if there is one ``main.c`` (or just one C file), with the C files
 and headers beside it; otherwise **firmware**, the one ELF, HEX or BIN file. What the build made (``build``,
@@ -45,6 +45,7 @@ _LARGEST = 64 << 20  # bytes, of one file
 _LARGEST_SOURCE = 4 << 20  # of all C files together
 _METADATA = "submission_metadata.yml"
 _LARGEST_METADATA = 16 << 20
+_OF_SYSTEMS = {_METADATA, "thumbs.db", "desktop.ini"}
 _MOODLE = re.compile(r"(?P<name>.*?)_(?P<id>\d+)_assignsubmission_", re.DOTALL | re.ASCII)
 _GRADESCOPE = re.compile(r"submission_(?P<id>\d+)", re.ASCII)
 
@@ -151,13 +152,11 @@ def _class_folder(where: Path, scratch: Path) -> Path:
 
 
 def _entries(folder: Path) -> list[Path]:
-    """What may be a submission: folders, archives, programs, and what is refused with a reason."""
-    wanted = {".zip", ".c", *_FIRMWARE, *_FOREIGN_ARCHIVES}
+    """Return everything that was handed in; files of the platform and of operating systems are left out."""
     return [
         path
         for path in sorted(folder.iterdir())
-        if not path.name.startswith((".", "__MACOSX"))
-        and (path.is_dir() or path.is_symlink() or path.suffix.casefold() in wanted)
+        if not path.name.startswith((".", "__MACOSX")) and path.name.casefold() not in _OF_SYSTEMS
     ]
 
 
@@ -187,14 +186,16 @@ def _student_of(path: Path, roster: Roster | None, told: Mapping[str, Student]) 
 
 
 def _gradescope_students(folder: Path) -> dict[str, Student]:
-    """By the folders' names; empty where there is no such file, or nothing to read it with."""
+    """Return the students by the names of their folders; none if there is no such file."""
     file = folder / _METADATA
-    if not file.is_file() or file.stat().st_size > _LARGEST_METADATA:
+    if not file.is_file():
         return {}
+    if file.stat().st_size > _LARGEST_METADATA:
+        raise InputError(f"{file}: must have at most {_LARGEST_METADATA >> 20} MiB")
     try:
         import yaml
-    except ImportError:
-        return {}
+    except ImportError as error:  # without it, grades would go to numbers instead of students
+        raise InputError(f"{file}: reading it needs PyYAML; install it with: pip install PyYAML") from error
     try:
         table = yaml.safe_load(file.read_bytes())
     except MemoryError:
@@ -226,6 +227,8 @@ def _content(path: Path, scratch: Path, take: Take | None) -> Firmware | Source:
         raise RejectedError("is a link; hand in the file itself")
     if path.is_dir():
         return _choose(path, scratch, take)
+    if not path.is_file():
+        raise RejectedError(f"is not an ordinary file; hand in {_wanted(take)}")
     suffix = path.suffix.casefold()
     if suffix == ".zip":
         unpack(path, scratch)
@@ -325,10 +328,13 @@ def _several(what: str, paths: list[Path], folder: Path) -> str:
 
 
 def _nothing(take: Take | None, paths: list[Path]) -> str:
-    wanted = {"source": "main.c", "firmware": "an ELF, HEX or BIN file"}.get(
-        take or "", "main.c or an ELF file"
-    )
+    wanted = _wanted(take)
     foreign = next((path for path in paths if path.suffix.casefold() in _FOREIGN_ARCHIVES), None)
     if foreign is not None:
         return f"{one_line(foreign.name, 60)} is an archive of another kind; hand in a zip file, or {wanted}"
     return f"has no program in it; hand in {wanted}"
+
+
+def _wanted(take: Take | None) -> str:
+    named = {"source": "main.c", "firmware": "an ELF, HEX or BIN file"}
+    return named.get(take or "", "main.c or an ELF file")

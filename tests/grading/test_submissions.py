@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 import zipfile
 from pathlib import Path
 from tempfile import mkdtemp
@@ -249,3 +250,40 @@ def test_a_folder_without_submissions_is_wrong_use(tmp_path: Path) -> None:
     for where in (tmp_path / "empty", tmp_path / "nowhere"):
         with pytest.raises(InputError, match=r"give the|give a folder"):
             find_submissions(where, None, tmp_path / "s")
+
+
+@pytest.mark.parametrize("with_roster", [False, True])
+def test_every_file_that_was_handed_in_is_in_the_result(tmp_path: Path, with_roster: bool) -> None:
+    names = ["main.txt", "olaf.cpp", "pia.ino", "Ada_1_assignsubmission_file_report.pdf", "README", "eve.c"]
+    where = tree(
+        tmp_path / "class", **dict.fromkeys(names, b"int x;"), **{".DS_Store": b"", "Thumbs.db": b""}
+    )
+    roster = Roster([Student("pia"), Student("zoe")]) if with_roster else None
+    found = find_submissions(where, roster, tmp_path / "s")
+
+    handed_in = {one.path.name: one for one in found if one.path is not None}
+    assert set(handed_in) == set(names)
+    assert [one.student.id for one in found if one.path is None] == (["zoe"] if with_roster else [])
+    for name, one in handed_in.items():
+        assert one.known is (not with_roster or one.student.id == "pia")
+        if name != "eve.c":
+            with pytest.raises(RejectedError, match="hand in"):
+                one.content(tmp_path / "s")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such files")
+def test_pipe_is_rejected_and_not_waited_for(tmp_path: Path) -> None:
+    (tmp_path / "class").mkdir()
+    os.mkfifo(tmp_path / "class" / "eve.c")
+    (found,) = find_submissions(tmp_path / "class", None, tmp_path / "s")
+
+    with pytest.raises(RejectedError):
+        found.content(tmp_path / "s")
+
+
+def test_gradescope_export_without_yaml_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    where = tree(tmp_path, **{"submission_1/main.c": b"", "submission_metadata.yml": b"{}"})
+    monkeypatch.setitem(sys.modules, "yaml", None)
+
+    with pytest.raises(InputError, match="pip install PyYAML"):
+        find_submissions(where, None, tmp_path / "s")
