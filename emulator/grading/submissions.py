@@ -5,6 +5,8 @@ SUBMISSIONS is a folder with an entry for each student (a folder, a zip file, a 
 
 - Moodle: ``Full Name_1234_assignsubmission_file_/...``, in a folder or still in its zip file. A name with
   two such ids is rejected: the student chooses a part of it, and could name another student's id;
+  Or all files in one folder, ``Full Name_1234_assignsubmission_file_main.c``;
+- Canvas: all files in one folder, ``lovelaceada_1234_5678_main.c``;
 - Gradescope: ``submission_1234/...`` with ``submission_metadata.yml`` beside them (needs PyYAML).
 
 A submission is what is in it: **source** if there is one ``main.c`` (or just one C file), with the C files
@@ -21,7 +23,7 @@ import hashlib
 import os
 import re
 import stat
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final, Literal, TypeAlias
@@ -47,6 +49,8 @@ _METADATA = "submission_metadata.yml"
 _LARGEST_METADATA = 16 << 20
 _OF_SYSTEMS = {_METADATA, "thumbs.db", "desktop.ini"}
 _MOODLE = re.compile(r"(?P<name>.*?)_(?P<id>\d+)_assignsubmission_", re.DOTALL | re.ASCII)
+_CANVAS = re.compile(r"(?P<name>[a-z-]+)(_LATE)?_(?P<id>\d+)_\d+_(?P<file>.+)", re.DOTALL | re.ASCII)
+_MOODLES_FILE = re.compile(r".*?_assignsubmission_(file|onlinetext)_(?P<file>.+)", re.DOTALL)
 _GRADESCOPE = re.compile(r"submission_(?P<id>\d+)", re.ASCII)
 
 
@@ -88,6 +92,8 @@ class Submission:
     """Whether the student is on the roster, or there is no roster."""
     problem: str = ""
     """Why it cannot be taken, known already from where it lies."""
+    more: tuple[Path, ...] = ()
+    """Further files, if the platform has put all files of the class into one folder."""
 
     def content(self, scratch: Path, take: Take | None = None) -> Firmware | Source:
         """Return the program in it; archives are unpacked into ``scratch``, an empty folder.
@@ -99,6 +105,9 @@ class Submission:
             raise RejectedError(self.problem)
         assert self.path is not None
         try:
+            if self.more:
+                gathered = _gathered((self.path, *self.more), scratch / "gathered")
+                return _content(gathered, scratch / "unpacked", take)
             return _content(self.path, scratch, take)
         except ArchiveError as error:
             raise RejectedError(f"the archive {error}") from error
@@ -124,6 +133,9 @@ def find_submissions(where: Path, roster: Roster | None, scratch: Path) -> list[
         student, known, problem = _student_of(path, roster, told)
         first = found.setdefault(student.id.casefold(), Submission(student, path, known, problem))
         if first.path is not None and first.path is not path:
+            if _own_name(first.path) and _own_name(path) and not first.problem:
+                found[student.id.casefold()] = replace(first, more=(*first.more, path))
+                continue
             both = f"{one_line(first.path.name)!r} and {one_line(path.name)!r}"
             problem = f"two submissions for one student: {both}"
             found[student.id.casefold()] = replace(first, problem=problem)
@@ -176,6 +188,9 @@ def _student_of(path: Path, roster: Roster | None, told: Mapping[str, Student]) 
     elif moodle := _MOODLE.match(name):
         student = Student(moodle["id"], moodle["name"])
         keys += [moodle["id"], moodle["name"]]
+    elif canvas := _CANVAS.fullmatch(path.name):
+        student = Student(canvas["id"], canvas["name"])
+        keys += [canvas["id"], canvas["name"]]
     elif gradescope := _GRADESCOPE.fullmatch(name):
         student = Student(gradescope["id"])
         keys.append(gradescope["id"])
@@ -183,6 +198,23 @@ def _student_of(path: Path, roster: Roster | None, told: Mapping[str, Student]) 
         return student or Student(name), True, ""
     listed = roster.find(*keys)
     return (listed, True, "") if listed else (student or Student(name), False, "")
+
+
+def _own_name(path: Path) -> str:
+    """Return the student's own name of a file that the platform has put into a flat folder; else ""."""
+    match = _MOODLES_FILE.fullmatch(path.name) or _CANVAS.fullmatch(path.name)
+    return match["file"] if match and path.is_file() else ""
+
+
+def _gathered(paths: Sequence[Path], folder: Path) -> Path:
+    """Copy one student's files into a folder, under the student's own names."""
+    folder.mkdir()
+    for path in paths:
+        target = folder / _own_name(path)
+        if target.exists():
+            raise RejectedError(f"has two files {one_line(target.name, 60)!r}; hand in one")
+        target.write_bytes(_read(path, _LARGEST))
+    return folder
 
 
 def _gradescope_students(folder: Path) -> dict[str, Student]:

@@ -287,3 +287,24 @@ def test_gradescope_export_without_yaml_is_refused(tmp_path: Path, monkeypatch: 
 
     with pytest.raises(InputError, match="pip install PyYAML"):
         find_submissions(where, None, tmp_path / "s")
+
+
+FLAT = {
+    "moodle": ("Ada Lovelace_1815_assignsubmission_file_", "Bob_1816_assignsubmission_file_"),
+    "canvas": ("lovelaceada_1815_77_", "boolegeorge_LATE_1816_78_"),
+}
+
+
+@pytest.mark.parametrize("platform", FLAT)
+def test_files_of_one_student_in_a_flat_folder_are_one_submission(tmp_path: Path, platform: str) -> None:
+    ada, bob = FLAT[platform]
+    files = {f"{ada}main.c": b"1", f"{ada}motion.c": b"2", f"{ada}motion.h": b"3", f"{ada}report.pdf": b"4"}
+    where = tree(tmp_path / "class", **files, **{f"{bob}lab3.elf": ELF})
+    found = {one.student.id: one for one in find_submissions(where, None, tmp_path / "s")}
+
+    assert set(found) == {"1815", "1816"}
+    scratch = Path(mkdtemp(dir=tmp_path))
+    source = found["1815"].content(scratch)
+    assert isinstance(source, Source)
+    assert source.files == {"main.c": b"1", "motion.c": b"2", "motion.h": b"3"}
+    assert found["1816"].content(scratch) == Firmware(f"{bob}lab3.elf", ELF)
