@@ -138,16 +138,24 @@ class Builder:
         self._folder = TemporaryDirectory(prefix="fcu-build-")
         Path(self._folder.name).chmod(0o755)  # for nobody
         self._template = Path(self._folder.name) / "template"
-        sources = arm.sources()
-        shutil.copytree(sources / "support", self._template / "support")
-        shutil.copyfile(sources / "scaffold" / "Makefile", self._template / "Makefile")
+        try:
+            self._lay_out_template()
+        except OSError:
+            self._folder.cleanup()
+            raise
         self._toolchain = _toolchain(self._template, bus)
-        (self._template / "watch").write_text(_WATCH)
         self._support = threading.Lock()
         self._processes: set[subprocess.Popen[bytes]] = set()
         self._processes_lock = threading.Lock()
         self._stopped = False
         self._objects = Path(self._folder.name) / "objects"
+
+    def _lay_out_template(self) -> None:
+        """Copy what all builds share to a place where user nobody can read it."""
+        sources = arm.sources()
+        shutil.copytree(sources / "support", self._template / "support")
+        shutil.copyfile(sources / "scaffold" / "Makefile", self._template / "Makefile")
+        (self._template / "watch").write_text(_WATCH)
 
     def close(self) -> None:
         """Remove what was only needed for building."""

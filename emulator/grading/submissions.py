@@ -203,7 +203,7 @@ def _student_of(path: Path, roster: Roster | None, told: Mapping[str, Student]) 
 def _own_name(path: Path) -> str:
     """Return the student's own name of a file that the platform has put into a flat folder; else ""."""
     match = _MOODLES_FILE.fullmatch(path.name) or _CANVAS.fullmatch(path.name)
-    return match["file"] if match and path.is_file() else ""
+    return match["file"] if match and path.is_file() and not path.is_symlink() else ""
 
 
 def _gathered(paths: Sequence[Path], folder: Path) -> Path:

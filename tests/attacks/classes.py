@@ -166,7 +166,7 @@ def _class(where: Path, random: Random) -> list[str]:
 
 def _account(entries: list[str], found: list[Submission], graded: list[Graded]) -> None:
     """Every entry is a submission, or is named in the problem of the one it collides with."""
-    paths = {one.path.name for one in found if one.path is not None}
+    paths = {path.name for one in found for path in (one.path, *one.more) if path is not None}
     for name in entries:
         assert name in paths or any("two submissions" in one.problem for one in found), name
     assert len(graded) == len(found)

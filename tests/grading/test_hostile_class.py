@@ -331,19 +331,18 @@ def test_compiler_in_a_home_folder_does_not_open_the_folder(
 
 # -- recorded text ------------------------------------------------------------------------------------------
 
-DRAWN = RUBRIC.replace(
-    "[[exercise]]", "[run.still.world]\npitch_deg = { draw = [-70, 70] }\n\n[[exercise]]", 1
-).replace("tolerance = 8", "tolerance = 1")
-RECORDED = """#include "lab3.h"
-int main(void) {{
-  HAL_Init();
-  SystemClock_Config();
-  initializeAll();
-  for (;;) {{ PRINTF("{text}"); HAL_Delay(500); }}
-}}
+_RUN = """[run.still.sensors]
+grade = "ideal"
+
+[run.still.world]
+pitch_deg = { draw = [-70, 70] }
+
 """
-
-
+DRAWN = (
+    RUBRIC.replace("[[exercise]]", f"{_RUN}[[exercise]]", 1)
+    .replace("value = 1000, tolerance = 150", "truth = true, tolerance = 20")
+    .replace("tolerance = 8", "tolerance = 1")
+)
 @posix
 @needs_compiler
 def test_recorded_text_passes_only_the_run_that_was_recorded(tmp_path: Path) -> None:
@@ -353,8 +352,9 @@ def test_recorded_text_passes_only_the_run_that_was_recorded(tmp_path: Path) -> 
     folder = tmp_path / "submissions"
     (folder / "eve").mkdir(parents=True)
     shutil.copyfile(prebuilt("solution"), folder / "eve" / "lab3.elf")
-    out = tmp_path / "out"
-    assert grade(folder, "--rubric", rubric, "--out", out) == 0
+    out, salt = tmp_path / "out", tmp_path / "salt.key"
+    salt.write_bytes(b"always the same one")
+    assert grade(folder, "--rubric", rubric, "--out", out, "--salt", salt) == 0
     first = GradedClass.from_json((out / "grade.json").read_bytes()).submissions[0]
     assert first.points == 3
     assert first.seed is not None
@@ -372,8 +372,9 @@ def test_recorded_text_passes_only_the_run_that_was_recorded(tmp_path: Path) -> 
         built.write_bytes(builder.build(Source({"main.c": cheat.encode()})).firmware.data)
 
     assert judge(built, load_rubric(rubric), seed=first.seed).points == 3
-    assert grade(folder, "--rubric", rubric, "--out", out, "--build-without-sandbox") == 0
-    assert table(out)["eve"]["points"] == "1"
+    options = ["--salt", salt, "--build-without-sandbox"]
+    assert grade(folder, "--rubric", rubric, "--out", out, *options) == 0
+    assert table(out)["eve"]["points"] == "0"
 
 
 @posix
