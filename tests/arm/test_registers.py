@@ -12,13 +12,17 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
 
 from emulator.chip import memory_map
 from emulator.chip.chip import SystemBlocks
+from emulator.chip.library import ChipBlock
 from emulator.chip.peripherals.peripheral import Peripheral
 from emulator.chip.registers import BLOCKS, IN_C, SYSTEM_CONTROL_SPACE, names_of
 from emulator.chip.registers.block import WORD, BlockRegister
 from emulator.chip.registers.c_header import file_name, header
+from emulator.time.clock import PS_PER_MS, PS_PER_US
 from tests.arm.chip_fakes import Chip, NativeChip
 
 ROOT = Path(__file__).parents[2]
@@ -182,6 +186,33 @@ def test_bits_that_are_not_declared_never_stick(name: str) -> None:
         block.write(one.offset, WORD)
 
         assert hex(block.peek(one.offset) & ~one.bits & ~one.reset) == "0x0", one.name
+
+
+def passes(block: Peripheral, duration_ps: int) -> None:
+    """Let time pass for a block from :func:`made`."""
+    if isinstance(block, ChipBlock):
+        block._chip.advance_to(block._chip.clock.now_ps + duration_ps)
+    else:
+        block.soc.clock.advance_to(block.soc.clock.now_ps + duration_ps)
+
+
+@blocks
+@settings(max_examples=20, phases=[Phase.generate])
+@given(data=st.data())
+def test_a_debugger_sees_what_firmware_reads_and_changes_nothing(name: str, data: st.DataObject) -> None:
+    block, registers = made(name), BLOCKS[name].registers
+    offsets = st.sampled_from([one.offset for one in registers])
+    values = st.sampled_from([0, 1, WORD]) | st.integers(0, WORD)
+    for offset, value, pause_ps in data.draw(
+        st.lists(st.tuples(offsets, values, st.sampled_from([0, 1_000, PS_PER_US, PS_PER_MS])), max_size=8)
+    ):
+        block.write(offset, value)
+        passes(block, pause_ps)
+    seen = {one.name: hex(block.peek(one.offset)) for one in registers}
+
+    assert seen == {one.name: hex(block.peek(one.offset)) for one in registers}
+    for one in data.draw(st.permutations(registers)):
+        assert (one.name, block.peek(one.offset)) == (one.name, block.read(one.offset))
 
 
 # -- the C headers ------------------------------------------------------------------------------------------

@@ -311,6 +311,18 @@ def test_typed_bytes_are_received_polled() -> None:
     assert not bench.read(bench.usart1, SR) & (RXNE | ORE)
 
 
+def test_a_debugger_sees_an_unread_byte_and_leaves_it() -> None:
+    bench = started()
+    bench.uart.type(b"a")
+    bench.poll(bench.usart1, SR, RXNE)
+
+    assert [bench.usart1.peek(DR) for _ in range(2)] == [ord("a")] * 2
+    assert bench.usart1.peek(SR) & RXNE
+    assert bench.read(bench.usart1, DR) == ord("a")
+    assert not bench.usart1.peek(SR) & RXNE
+    assert bench.usart1.peek(DR) == ord("a")
+
+
 def test_an_unread_byte_keeps_its_place_and_the_next_is_lost() -> None:
     """19.3.3, overrun: DR keeps the old byte; ORE is cleared by SR, then DR."""
     bench = started()
