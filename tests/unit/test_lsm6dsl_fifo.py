@@ -351,6 +351,18 @@ def test_words_left_alone_for_long_are_the_latest_in_the_end(looks: int) -> None
     assert data[-6:] == chip.read(0x28, 6)
 
 
+def test_words_are_kept_when_nothing_more_is_stored_after_an_overrun() -> None:
+    """No sensor is in the pattern any more (DEC_FIFO_XL = 0)."""
+    chip = fifo_of(CONTINUOUS)
+    samples(chip, 700)
+    chip.write(FIFO_CTRL3, 0)
+    last = chip.read(0x28, 6)
+    samples(chip, 20)
+
+    assert status(chip)[:2] == (0, FULL | OVERRUN)
+    assert chip.read(FIFO_DATA_OUT, 2 * 2048)[-6:] == last
+
+
 def test_a_watermark_of_0_is_never_reached() -> None:
     chip = fifo_of(CONTINUOUS)
     samples(chip, 700)
