@@ -360,6 +360,21 @@ def test_pins_that_were_not_switched_leave_everybody_deaf() -> None:
     assert "no device can answer before the pins are switched: PB3 to AF9" in bench.notes()
 
 
+def test_a_write_to_sr1_clears_the_errors_alone_and_only_the_bytes_written() -> None:
+    """18.6.6: rc_w0; SB, ADDR and BTF are cleared by other accesses."""
+    bench, _, _ = bench_with_memory()
+    bench.modify(bench.i2c2, CR1, set_bits=START)
+    bench.poll(bench.i2c2, SR1, SB)
+    bench.write(bench.i2c2, SR1, 0)
+    assert bench.read(bench.i2c2, SR1) == SB
+    bench.write(bench.i2c2, DR, 0x35 << 1)  # nobody is there
+    bench.poll(bench.i2c2, SR1, AF)
+    bench.write(bench.i2c2, SR1, 0, mask=0xFF)
+    assert bench.read(bench.i2c2, SR1) == AF
+    bench.write(bench.i2c2, SR1, 0, mask=0xFF00)
+    assert bench.read(bench.i2c2, SR1) == 0
+
+
 @pytest.mark.parametrize("bits", [SWRST, 0])
 def test_reset_and_disable_let_go_of_the_bus(bits: int) -> None:
     """18.6.1: SWRST, and PE = 0."""
