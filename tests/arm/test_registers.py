@@ -23,6 +23,7 @@ from emulator.chip.registers import BLOCKS, IN_C, SYSTEM_CONTROL_SPACE, names_of
 from emulator.chip.registers.block import WORD, BlockRegister
 from emulator.chip.registers.c_header import file_name, header
 from emulator.time.clock import PS_PER_MS, PS_PER_US
+from emulator.trace import DeviceNote
 from tests.arm.chip_fakes import Chip, NativeChip
 
 ROOT = Path(__file__).parents[2]
@@ -213,6 +214,19 @@ def test_a_debugger_sees_what_firmware_reads_and_changes_nothing(name: str, data
     assert seen == {one.name: hex(block.peek(one.offset)) for one in registers}
     for one in data.draw(st.permutations(registers)):
         assert (one.name, block.peek(one.offset)) == (one.name, block.read(one.offset))
+
+
+@blocks
+def test_fields_that_are_modelled_are_not_noted_as_if_they_were_not(name: str) -> None:
+    """``fcu registers`` says which are. SPE alone is a slave, which is not modelled; a master is."""
+    block = made(name)
+    trace = block._chip.trace if isinstance(block, ChipBlock) else block.soc.trace
+    for one in BLOCKS[name].registers:
+        fields = [field for field in one.fields() if field.bits.modelled and field.name != "SPE"]
+        for field in fields if one.declared.modelled else []:
+            block.write(one.offset, block.peek(one.offset) | (1 << field.msb + 1) - (1 << field.lsb))
+
+    assert [note.text for note in trace.of(DeviceNote) if note.what == "not modelled"] == []
 
 
 # -- the C headers ------------------------------------------------------------------------------------------
