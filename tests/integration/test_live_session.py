@@ -335,6 +335,17 @@ def test_a_scenario_is_over_although_all_was_met_before(tmp_path: Path) -> None:
     assert session.verdict() == ["1 of 1 expectations met"]
 
 
+def test_a_verdict_before_the_end_says_what_has_failed_and_how_much_is_open(tmp_path: Path) -> None:
+    led = '[[expect]]\nkind = "led"\nled = "led1"\nstate = "{}"\nfrom = "{}ms"\nto = "{}ms"\n'
+    text = SHORT + led.format("off", 100, 200) + led.format("on", 100, 200) + led.format("off", 100, 2400)
+    session = Page(Setup("lab3", str(write(tmp_path, text))), end_s=1).run()
+
+    *failed, count = session.verdict()
+    assert any("expect[1]" in line for line in failed)
+    assert not any("expect[0]" in line or "expect[2]" in line for line in failed)
+    assert count.startswith("1 of 3 expectations met, 1 still open at 1.")
+
+
 def test_wrong_commands_are_answered_in_a_line_and_change_nothing() -> None:
     wrong = [
         do(do="lift", metres=1e9, for_="1s"),
