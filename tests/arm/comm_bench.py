@@ -36,8 +36,12 @@ class FakeProcessor:
         self.chip.run_for(duration_ps)
 
     def read(self, block: Peripheral, offset: int) -> int:
+        """The word as firmware reads it, which a debugger has to see there just before."""
         self.wait(ACCESS_PS + next(self._delays, 0))
-        return block.read(offset)
+        seen = block.peek(offset)
+        value = block.read(offset)
+        assert value == seen, f"{block.name}_{block.NAMES[offset]}"
+        return value
 
     def write(self, block: Peripheral, offset: int, value: int, mask: int = 0xFFFF_FFFF) -> None:
         self.wait(ACCESS_PS + next(self._delays, 0))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from emulator.trace import DeviceNote
 from tests.arm.core_bench import STACK, SYMBOLS, CoreBench, interrupts, store
 
 
@@ -179,3 +180,29 @@ def test_a_program_may_bring_its_ram() -> None:
     core.run_us(20)
 
     assert core.values == [42]
+
+
+# -- accesses that are noted --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("address", "on_read", "on_write"),
+    [
+        (0xE000_ED08, "", ""),  # VTOR
+        (0xE000_ED8C, "no such register", "no such register"),  # before the MPU
+        (0xE000_ED90, "", "MPU"),  # MPU_TYPE: firmware asks it how many regions there are
+        (0xE000_ED94, "", "MPU"),
+        (0xE000_EDB8, "", "MPU"),  # MPU_RASR_A3, its last register
+        (0xE000_EDBC, "no such register", "no such register"),
+    ],
+)
+def test_accesses_to_registers_that_are_not_modelled_are_noted(
+    address: int, on_read: str, on_write: str
+) -> None:
+    for body, expected in (
+        (f"mov32 r0, {address}\n ldr r1, [r0]", on_read),
+        (f"mov32 r0, {address}\n movs r1, #0\n str r1, [r0]", on_write),
+    ):
+        notes = [(note.device, note.what, note.text) for note in run(body).trace.of(DeviceNote)]
+        assert len(notes) == bool(expected)
+        assert all(one[:2] == ("SCS", "not modelled") and expected in one[2] for one in notes)

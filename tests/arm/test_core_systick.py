@@ -6,6 +6,8 @@ from fractions import Fraction
 
 import pytest
 
+from emulator.time.clock import PS_PER_S
+from tests.arm.chip_fakes import NativeChip
 from tests.arm.core_bench import ENTRY_CYCLES, CoreBench, store
 
 ENABLE, TICKINT, CLKSOURCE, COUNTFLAG = 1, 2, 4, 1 << 16
@@ -264,3 +266,15 @@ def test_a_change_of_hclk_keeps_cyccnt_counting_cycles() -> None:
     core.run_us(200)
 
     assert core.values == [10]
+
+
+@pytest.mark.parametrize("hclk_hz", [0, 7])
+def test_without_a_clock_it_does_not_count(hclk_hz: int) -> None:
+    """Nor is anything divided by zero: 7 Hz by 8, as CLKSOURCE is 0."""
+    chip = NativeChip()
+    chip.clocks.set(hclk_hz=hclk_hz)
+    space = chip["SCS"]
+    for offset, value in ((0x14, 9), (0x18, 0), (0x10, ENABLE | TICKINT)):  # SYST_RVR, SYST_CVR, SYST_CSR
+        space.write(offset, value)
+    chip.run_for(PS_PER_S)
+    assert not space.peek(0x10) & COUNTFLAG

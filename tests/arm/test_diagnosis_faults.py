@@ -5,9 +5,12 @@ from __future__ import annotations
 import pytest
 
 from emulator import Board
+from emulator.chip.memory_map import FLASH
 from firmware_model.arm import prebuilt
+from tests.arm.thumb_assembler import Labels, assemble
 
 NOP = 0xBF00
+CODE = FLASH + 0x3_0000
 
 
 def template() -> Board:
@@ -83,3 +86,94 @@ def test_a_vector_table_that_is_nowhere_locks_the_core_up() -> None:
 
     assert summary(board).endswith("the vector table cannot be read")
     assert "The core is locked up: only a reset helps." in str(board.arm.diagnosis())
+
+
+# -- faults and the NMI (ARMv7-M ARM B1.5.2: priority -2, above every fault's handler) ---------------------
+
+UNDEFINED = "udf #0"
+RAISE_NMI = "mov32 r0, 0xE000ED04 \n mov32 r1, 0x80000000 \n str r1, [r0]"  # ICSR.NMIPENDSET
+SKIP = "ldr r0, [sp, #24] \n adds r0, r0, #2 \n str r0, [sp, #24] \n bx lr"
+"""A handler that returns behind the instruction of two bytes that has faulted."""
+
+
+def with_handlers(thread: str, hard_fault: str, nmi: str) -> tuple[Board, Labels]:
+    """A board 10 ms after it has begun with these instructions; each of them ends in a loop of its own."""
+    board = template()
+    assert board.arm is not None
+    source = f"thread: {thread}\n b .\n hard_fault: {hard_fault}\n b .\n nmi: {nmi}\n loop: b .\n"
+    code, labels = assemble(source, CODE)
+    core = board.arm.chip.core
+    core.flash[CODE - FLASH : CODE - FLASH + len(code)] = code
+    for number, name in ((2, "nmi"), (3, "hard_fault")):
+        core.flash[4 * number : 4 * number + 4] = (labels[name] | 1).to_bytes(4, "little")
+    core.code_changed()
+    core.pc = labels["thread"]
+    board.run_for(0.01)
+    return board, labels
+
+
+@pytest.mark.parametrize(
+    ("thread", "hard_fault", "nmi", "origin"),
+    [
+        (RAISE_NMI, SKIP, UNDEFINED, "nmi"),
+        (f"{UNDEFINED} \n {RAISE_NMI}", SKIP, UNDEFINED, "nmi"),  # the first fault was handled before
+        (UNDEFINED, UNDEFINED, "bx lr", "thread"),
+        (UNDEFINED, RAISE_NMI, UNDEFINED, "thread"),  # the NMI preempts the fault's handler
+    ],
+    ids=["in the NMI", "in the NMI after a handled one", "in the handler", "in the NMI in the handler"],
+)
+def test_a_locked_up_core_is_explained_by_its_first_fault(
+    thread: str, hard_fault: str, nmi: str, origin: str
+) -> None:
+    board, labels = with_handlers(thread, hard_fault, nmi)
+    assert board.arm is not None
+    assert board.arm.faults.origin is not None
+    diagnosis = board.arm.diagnosis()
+
+    assert board.arm.chip.core.locked_up
+    assert board.arm.faults.origin.pc == labels[origin]
+    assert f"in 0x{labels[origin]:08X}" in summary(board)
+    assert ("an NMI was being handled" in str(diagnosis)) is (origin == "nmi")
+    assert ("Its handler faulted as well" in str(diagnosis)) is (origin != "nmi")
+
+
+@pytest.mark.parametrize("thread", [RAISE_NMI, f"{UNDEFINED} \n {RAISE_NMI}"], ids=["alone", "after a fault"])
+def test_an_nmi_that_never_returns_is_where_the_firmware_is_stuck(thread: str) -> None:
+    """Also after a fault that was handled, which has nothing to do with it."""
+    board, labels = with_handlers(thread, SKIP, "nop")
+    assert board.arm is not None
+    board.run_for(0.2)
+    diagnosis = board.arm.diagnosis()
+
+    assert diagnosis is not None
+    assert diagnosis.kind == "stuck"
+    assert f"0x{labels['loop']:08X}" in diagnosis.summary
+    assert "the handler of NMI does not return" in str(diagnosis)
+
+
+# -- resets ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("reasons", "reported"),
+    [
+        (("SYSRESETREQ", "SYSRESETREQ"), ""),
+        (("SYSRESETREQ", "SYSRESETREQ", "SYSRESETREQ"), "3 times, last by SYSRESETREQ at 0.06"),
+        (("SYSRESETREQ", "IWDG"), "2 times, last by IWDG at 0.04"),
+        (("IWDG", "SYSRESETREQ"), ""),
+        (("IWDG", "SYSRESETREQ", "WWDG"), "3 times, last by WWDG at 0.06"),
+        (("WWDG",), "once, by WWDG at 0.02"),
+    ],
+)
+def test_the_last_reset_is_reported_with_its_reason_and_time(reasons: tuple[str, ...], reported: str) -> None:
+    board = Board(firmware="solution")
+    assert board.arm is not None
+    for reason in reasons:
+        board.run_for(0.02)
+        board.arm.chip.core.request_reset(reason)
+    board.run_for(1.0)
+    diagnosis = board.arm.diagnosis()
+
+    assert (diagnosis is None) is (not reported)
+    assert diagnosis is None or diagnosis.kind == "reset"
+    assert reported in str(diagnosis)

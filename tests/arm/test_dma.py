@@ -191,6 +191,14 @@ def test_a_stream_without_items_does_not_start() -> None:
     assert not bench.dma1.read(stream_base(3)) & EN
 
 
+@pytest.mark.parametrize(("dma", "is_noted"), [(1, True), (2, False)])
+def test_memory_to_memory_on_dma1_is_noted(dma: int, is_noted: bool) -> None:
+    """9.3.2: only DMA2 can."""
+    bench = DmaBench()
+    bench.start(0, MEMORY_TO_MEMORY | PINC | MINC, 4, memory=RAM + 64, peripheral=RAM, dma=dma)
+    assert [text.startswith("memory to memory") for _, text in bench.chip.notes()] == [True] * is_noted
+
+
 def test_a_channel_without_a_line_is_told() -> None:
     bench = DmaBench()
     bench.start(0, I2C2_RX, 1)

@@ -199,15 +199,80 @@ def test_scl_follows_ccr(ccr: int, trise: int, speed_hz: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("register", "value", "words"), [(TRISE, 2, "TRISE is 2"), (CR2, 16, "CR2.FREQ is 16")]
+    ("register", "value", "words"),
+    [
+        (TRISE, 2, "TRISE is 2"),
+        (CR2, 16, "CR2.FREQ is 16"),
+        (CR2, 3, "fast mode needs PCLK1 of at least 4 MHz, CR2.FREQ says 3"),
+        (CCR, 0x8000 | 3, "CCR counts 3; at least 4"),
+        (CCR, 0xC000, "CCR counts 0; at least 4, or 1 with DUTY"),
+    ],
 )
 def test_a_setting_the_manual_forbids_is_told(register: int, value: int, words: str) -> None:
-    bench, hal, _ = bench_with_memory()
+    bench, _, _ = bench_with_memory()
     bench.modify(bench.i2c2, CR1, clear=PE)
     bench.write(bench.i2c2, register, value)
     bench.modify(bench.i2c2, CR1, set_bits=PE)
-    hal.mem_read(MEMORY, 0, 1)
+    bench.modify(bench.i2c2, CR1, set_bits=START)
+    bench.wait(PS_PER_MS)
     assert any(words in text for text in bench.notes())
+
+
+@pytest.mark.parametrize(
+    ("cr2", "ccr", "trise"),
+    [(42, 0x8000 | 35, 13), (4, 0x8000 | 4, 2), (2, 10, 3), (10, 0xC000 | 1, 4), (2, 4, 3)],
+)
+def test_settings_at_the_manuals_limits_are_not_noted(cr2: int, ccr: int, trise: int) -> None:
+    """18.6.2, 18.6.8, 18.6.9; where SCL stays below the sensors' 400 kHz."""
+    bench, _, _ = bench_with_memory()
+    bench.clocks.set(pclk1_hz=cr2 * 1_000_000)
+    for register, value in ((CR1, 0), (CR2, cr2), (CCR, ccr), (TRISE, trise), (CR1, PE), (CR1, PE | START)):
+        bench.write(bench.i2c2, register, value)
+    bench.wait(PS_PER_MS)
+    assert [text for text in bench.notes() if "kHz" not in text] == []
+
+
+@pytest.mark.parametrize(("register", "name"), [(CCR, "CCR"), (TRISE, "TRISE")])
+def test_a_setting_that_is_changed_while_the_block_is_on_is_noted_once(register: int, name: str) -> None:
+    """18.6.8, 18.6.9: only while PE = 0."""
+    bench, _, _ = bench_with_memory()
+    value = bench.read(bench.i2c2, register)
+    for _ in range(2):
+        bench.write(bench.i2c2, register, value)
+    assert bench.notes() == [f"{name} written while PE in CR1 is 1"]
+    bench.write(bench.i2c2, CR1, 0)
+    bench.write(bench.i2c2, register, value)
+    assert len(bench.notes()) == 1
+
+
+def addressed_for_writing() -> CommBench:
+    """The memory has answered to its address, and DR is empty."""
+    bench, _, _ = bench_with_memory()
+    bench.modify(bench.i2c2, CR1, set_bits=START)
+    bench.poll(bench.i2c2, SR1, SB)
+    bench.write(bench.i2c2, DR, MEMORY << 1)
+    bench.poll(bench.i2c2, SR1, ADDR)
+    bench.read(bench.i2c2, SR2)
+    return bench
+
+
+def test_a_byte_written_over_one_that_waits_is_noted() -> None:
+    bench = addressed_for_writing()
+    for value in (0, 1):  # the first goes to the shift register, the second waits
+        bench.write(bench.i2c2, DR, value)
+    assert bench.notes() == []
+    bench.write(bench.i2c2, DR, 2)
+    assert bench.notes() == ["DR written while TXE was 0: the byte that waited there is lost"]
+
+
+@pytest.mark.parametrize("bit", [START, STOP])
+def test_a_stop_or_start_before_a_byte_that_waits_is_noted(bit: int) -> None:
+    bench = addressed_for_writing()
+    for value in (0, 1):
+        bench.write(bench.i2c2, DR, value)
+    bench.modify(bench.i2c2, CR1, set_bits=bit)
+    bench.wait(PS_PER_MS)
+    assert bench.notes() == ["STOP or START while a byte waits in DR (TXE = 0): that byte is not sent"]
 
 
 def test_the_sensors_end_up_as_whole_transfers_leave_them() -> None:
@@ -293,6 +358,21 @@ def test_pins_that_were_not_switched_leave_everybody_deaf() -> None:
     with pytest.raises(HalError):
         hal.mem_read(LSM6DSL, 0x0F, 1)
     assert "no device can answer before the pins are switched: PB3 to AF9" in bench.notes()
+
+
+def test_a_write_to_sr1_clears_the_errors_alone_and_only_the_bytes_written() -> None:
+    """18.6.6: rc_w0; SB, ADDR and BTF are cleared by other accesses."""
+    bench, _, _ = bench_with_memory()
+    bench.modify(bench.i2c2, CR1, set_bits=START)
+    bench.poll(bench.i2c2, SR1, SB)
+    bench.write(bench.i2c2, SR1, 0)
+    assert bench.read(bench.i2c2, SR1) == SB
+    bench.write(bench.i2c2, DR, 0x35 << 1)  # nobody is there
+    bench.poll(bench.i2c2, SR1, AF)
+    bench.write(bench.i2c2, SR1, 0, mask=0xFF)
+    assert bench.read(bench.i2c2, SR1) == AF
+    bench.write(bench.i2c2, SR1, 0, mask=0xFF00)
+    assert bench.read(bench.i2c2, SR1) == 0
 
 
 @pytest.mark.parametrize("bits", [SWRST, 0])

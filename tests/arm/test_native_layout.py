@@ -1,11 +1,14 @@
-"""What Python and C both declare is the same: functions, callbacks, structures, numbers.
+"""Python and C declare the same functions, callbacks, structures and numbers.
 
-The compiler is asked: each law becomes a ``_Static_assert`` behind the C headers.
+The compiler is asked: each law becomes a ``_Static_assert`` behind the C headers. A structure in Python names
+its C struct in the first line of its docstring, so that a new one is covered without an entry here.
 """
 
 from __future__ import annotations
 
 import ctypes
+import importlib
+import pkgutil
 import re
 import shutil
 import subprocess
@@ -15,35 +18,56 @@ from typing import Any
 
 import pytest
 
+import emulator.chip
 from emulator.chip import library, native, targets
-from emulator.chip.library import ClocksTable, HostTable, Status
+from emulator.chip.cpu import bare_core, core, exceptions
 from emulator.chip.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE, SYSTEM_MEMORY, SYSTEM_MEMORY_SIZE
-from emulator.chip.peripherals import i2c
-from emulator.chip.peripherals.i2c import I2cTable
-from emulator.chip.targets import TargetTable
+from emulator.chip.peripherals import dma, gpio, i2c, spi
 from emulator.time.clock import NEVER_PS
 
 FOLDER = Path(native.__file__).parent
 C_TYPES = {
     None: "void",
+    ctypes.c_int8: "int8_t",
     ctypes.c_uint8: "uint8_t",
     ctypes.c_int32: "int32_t",
     ctypes.c_uint32: "uint32_t",
     ctypes.c_int64: "int64_t",
     ctypes.c_uint64: "uint64_t",
+    ctypes.c_double: "double",
     ctypes.c_char_p: "const char *",
 }
-_DECLARATION = re.compile(r"^[\w ]+?[ *](fcu_\w+)\(([^;]*)\);", re.MULTILINE)
+_DECLARATION = re.compile(r"^([\w ]+?[ *])(fcu_\w+)\(([^;]*)\);", re.MULTILINE)
+_NAMED = re.compile(r"struct (\w+)( of \w+\.h)?\.")
 needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc")
 
 
+def mirrored() -> dict[type[ctypes.Structure], str]:
+    """Every structure in Python that C has as well, with its name there."""
+    for module in pkgutil.walk_packages(emulator.chip.__path__, "emulator.chip."):
+        if not module.name.endswith(("__main__", ".libfcu")):
+            importlib.import_module(module.name)
+    found: dict[type[ctypes.Structure], str] = {}
+    for one in ctypes.Structure.__subclasses__():
+        if one.__module__.startswith("emulator."):
+            named = _NAMED.match(one.__doc__ or "")
+            assert named is not None, f"{one} must name its C struct in its docstring"
+            found[one] = named[1]
+    return found
+
+
+MIRRORED = mirrored()
+
+
 def c_type(kind: Any) -> str:
-    """A type of ctypes as C spells it."""
+    """A type of ctypes as C spells it. Python only reads through the pointers that it is given."""
     if hasattr(kind, "_argtypes_"):
         return f"{c_type(kind._restype_)} (*)({', '.join(map(c_type, kind._argtypes_)) or 'void'})"
     if hasattr(kind, "_length_"):
         return f"{c_type(kind._type_)}[{kind._length_}]"
-    return C_TYPES[kind]
+    if hasattr(kind, "contents"):
+        return f"const {c_type(kind._type_)} *"
+    return MIRRORED.get(kind) or C_TYPES[kind]
 
 
 def fields(structure: type[ctypes.Structure], name: str) -> Iterator[str]:
@@ -52,6 +76,13 @@ def fields(structure: type[ctypes.Structure], name: str) -> Iterator[str]:
         yield f"offsetof({name}, {field}) == {getattr(structure, field).offset}"
         yield f"__builtin_types_compatible_p(__typeof__((({name} *)0)->{field}), {c_type(kind)})"
     yield f"sizeof({name}) == {ctypes.sizeof(structure)}"
+
+
+def enumerated(prefix: str, names: Iterable[str]) -> Iterator[str]:
+    """Names in the order of their numbers in C; "" for a number that has none."""
+    for number, name in enumerate(names):
+        if name:
+            yield f"{prefix}{name.upper().replace(' ', '_')} == {number}"
 
 
 def refused(laws: Iterable[str], include: str = "fcu.h") -> str:
@@ -64,19 +95,20 @@ def refused(laws: Iterable[str], include: str = "fcu.h") -> str:
 
 
 @needs_gcc
-@pytest.mark.parametrize(
-    ("structure", "name"),
-    [
-        (HostTable, "Host"),
-        (ClocksTable, "Clocks"),
-        (Status, "Status"),
-        (TargetTable, "TargetCalls"),
-        (I2cTable, "I2cCalls"),
-        (i2c._Message, "I2cMessage"),
-    ],
-)
+@pytest.mark.parametrize(("structure", "name"), MIRRORED.items(), ids=MIRRORED.values())
 def test_a_structure_is_the_same_on_both_sides(structure: type[ctypes.Structure], name: str) -> None:
     assert not refused(fields(structure, name))
+
+
+def test_every_mirrored_structure_is_found() -> None:
+    assert set(MIRRORED.values()) >= {
+        "Host",
+        "Status",
+        "I2cMessage",
+        "SpiMessage",
+        "SpiUnheard",
+        "TickCounts",
+    }
 
 
 @needs_gcc
@@ -95,13 +127,41 @@ def test_numbers_are_the_same_on_both_sides() -> None:
         f"offsetof(Targets, answered) == 8 * {targets._ANSWERED}",
         f"offsetof(Targets, prefetched) == {targets._PREFETCHED}",
         f"sizeof(Prefetched) == {targets._PUT.size}",
-        *(
-            f"offsetof(I2cWire, {name}) == {getattr(i2c._Wire, name).offset}"
-            for name, _ in i2c._Wire._fields_
-        ),
-        f"sizeof(I2cWire) == {ctypes.sizeof(i2c._Wire)} && I2C_RECENT == {i2c._RECENT}",
+        f"POSITION_KNOWN == {targets._KNOWN}",
+        f"I2C_BYTES == {i2c._BYTES} && I2C_RECENT == {i2c._RECENT} && SPI_RECEIVED == {spi._RECEIVED}",
+        f"PORTS == {len(gpio.PORTS)} && INTERRUPTS == {exceptions.INTERRUPTS}",
+        f"FIRST_INTERRUPT == {exceptions.FIRST_INTERRUPT}",
     )
     assert not refused(laws)
+
+
+@needs_gcc
+def test_enumerations_have_the_same_order_on_both_sides() -> None:
+    touched = (f"{access}_{kind}" for kind, access in core._TOUCHED)
+    laws = (
+        *enumerated("NOTE_", library.NOTE_KINDS),
+        *(law.replace("WRITTEN", "WRITE").replace("CLOCK", "UNCLOCKED") for law in enumerated("", touched)),
+        *enumerated("STOP_", (one.name for one in bare_core._STOPS)),
+        *enumerated("RESET_", core._REASONS[:2]),
+        f"ENDED_HALTED == {core._HALTED}",
+        *enumerated("REQUEST_", dma.REQUESTS),
+        f"REQUESTS == {len(dma.REQUESTS)}",
+        *(
+            f"{name} == {getattr(exceptions, name)}"
+            for name in ("NMI", "HARD_FAULT", "MEM_MANAGE", "BUS_FAULT", "USAGE_FAULT")
+        ),
+        *(f"{name} == {getattr(exceptions, name)}" for name in ("SV_CALL", "PEND_SV", "SYS_TICK")),
+    )
+    assert not refused(laws)
+    assert not refused(enumerated("ANSWER_", i2c._ANSWERS), "i2c.c")
+
+
+@needs_gcc
+def test_registers_have_the_same_numbers_on_both_sides() -> None:
+    numbers = library._REGISTER_NUMBERS
+    named = ("xpsr", "msp", "psp", "primask", "basepri", "faultmask", "control", "fpscr", "s0")
+    assert not refused([f"{name.upper()} == {numbers[name]}" for name in named], "state.c")
+    assert [numbers[f"s{n}"] - numbers["s0"] for n in range(32)] == list(range(32))
 
 
 @needs_gcc
@@ -109,14 +169,26 @@ def test_a_law_that_does_not_hold_is_refused() -> None:
     assert "static assertion failed" in refused(["sizeof(Status) == 1"])
 
 
-def test_every_function_of_the_header_is_declared_in_python_with_as_many_arguments() -> None:
+def _kind(declared: str) -> str:
+    """The type of an argument or result in C; all pointers are one kind."""
+    words = declared.replace("const", "").split()
+    return "pointer" if "*" in declared or "callback" in words else words[0]
+
+
+def _kind_of(kind: Any) -> str:
+    """Likewise of a type of ctypes."""
+    is_pointer = kind is ctypes.c_void_p or hasattr(kind, "_argtypes_") or hasattr(kind, "contents")
+    return "pointer" if is_pointer else C_TYPES[kind]
+
+
+def test_every_function_of_the_header_has_its_types_in_python() -> None:
     text = re.sub(r"/\*.*?\*/", "", (FOLDER / "fcu.h").read_text(encoding="utf-8"), flags=re.DOTALL)
     text = re.sub(r"void \(\*\w+\)\([^)]*\)|int32_t \(\*\w+\)\([^)]*\)", "callback", text)
     in_c = {
-        name: 0 if arguments == "void" else arguments.count(",") + 1
-        for name, arguments in _DECLARATION.findall(text)
+        name: [_kind(one) for one in (result, *(arguments.split(",") if arguments != "void" else ()))]
+        for result, name, arguments in _DECLARATION.findall(text)
     }
-    in_python = {name: len(kinds) - 1 for name, kinds in library._FUNCTIONS.items()}
+    in_python = {name: [_kind_of(one) for one in kinds] for name, kinds in library._FUNCTIONS.items()}
 
     assert len(in_c) > 40
     assert in_python == in_c

@@ -12,13 +12,18 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
 
 from emulator.chip import memory_map
 from emulator.chip.chip import SystemBlocks
+from emulator.chip.library import ChipBlock
 from emulator.chip.peripherals.peripheral import Peripheral
 from emulator.chip.registers import BLOCKS, IN_C, SYSTEM_CONTROL_SPACE, names_of
 from emulator.chip.registers.block import WORD, BlockRegister
 from emulator.chip.registers.c_header import file_name, header
+from emulator.time.clock import PS_PER_MS, PS_PER_US
+from emulator.trace import DeviceNote
 from tests.arm.chip_fakes import Chip, NativeChip
 
 ROOT = Path(__file__).parents[2]
@@ -182,6 +187,46 @@ def test_bits_that_are_not_declared_never_stick(name: str) -> None:
         block.write(one.offset, WORD)
 
         assert hex(block.peek(one.offset) & ~one.bits & ~one.reset) == "0x0", one.name
+
+
+def passes(block: Peripheral, duration_ps: int) -> None:
+    """Let time pass for a block from :func:`made`."""
+    if isinstance(block, ChipBlock):
+        block._chip.advance_to(block._chip.clock.now_ps + duration_ps)
+    else:
+        block.soc.clock.advance_to(block.soc.clock.now_ps + duration_ps)
+
+
+@blocks
+@settings(max_examples=20, phases=[Phase.generate])
+@given(data=st.data())
+def test_a_debugger_sees_what_firmware_reads_and_changes_nothing(name: str, data: st.DataObject) -> None:
+    block, registers = made(name), BLOCKS[name].registers
+    offsets = st.sampled_from([one.offset for one in registers])
+    values = st.sampled_from([0, 1, WORD]) | st.integers(0, WORD)
+    for offset, value, pause_ps in data.draw(
+        st.lists(st.tuples(offsets, values, st.sampled_from([0, 1_000, PS_PER_US, PS_PER_MS])), max_size=8)
+    ):
+        block.write(offset, value)
+        passes(block, pause_ps)
+    seen = {one.name: hex(block.peek(one.offset)) for one in registers}
+
+    assert seen == {one.name: hex(block.peek(one.offset)) for one in registers}
+    for one in data.draw(st.permutations(registers)):
+        assert (one.name, block.peek(one.offset)) == (one.name, block.read(one.offset))
+
+
+@blocks
+def test_fields_that_are_modelled_are_not_noted_as_if_they_were_not(name: str) -> None:
+    """``fcu registers`` says which are. SPE alone is a slave, which is not modelled; a master is."""
+    block = made(name)
+    trace = block._chip.trace if isinstance(block, ChipBlock) else block.soc.trace
+    for one in BLOCKS[name].registers:
+        fields = [field for field in one.fields() if field.bits.modelled and field.name != "SPE"]
+        for field in fields if one.declared.modelled else []:
+            block.write(one.offset, block.peek(one.offset) | (1 << field.msb + 1) - (1 << field.lsb))
+
+    assert [note.text for note in trace.of(DeviceNote) if note.what == "not modelled"] == []
 
 
 # -- the C headers ------------------------------------------------------------------------------------------

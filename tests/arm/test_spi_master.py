@@ -369,12 +369,31 @@ def test_a_master_whose_nss_is_low_has_a_mode_fault() -> None:
         (SSM | SSI | SPE, "slave mode"),
         (SSM | SSI | MSTR | SPE, "SCK runs at 21 MHz"),
         (SSM | SSI | MSTR | 1 << 13, "CRC"),
+        (MSTR | SPE | 3 << 3, "NSS as input"),
     ],
 )
 def test_what_is_not_there_or_too_fast_is_told(value: int, words: str) -> None:
     bench = CommBench()
     bench.write(bench.spi2, CR1, value)
     assert any(words in text for text in bench.notes())
+
+
+def test_nss_as_an_output_is_not_noted() -> None:
+    """20.5.2: SSOE."""
+    bench = CommBench()
+    bench.write(bench.spi2, CR2, 1 << 2)
+    bench.write(bench.spi2, CR1, MSTR | SPE | 3 << 3)
+    assert bench.notes() == []
+
+
+def test_a_frame_written_over_one_that_waits_is_noted() -> None:
+    bench = CommBench()
+    bench.write(bench.spi2, CR1, SSM | SSI | MSTR | SPE | 3 << 3)
+    for value in (0, 1):  # the first is shifted out, the second waits
+        bench.write(bench.spi2, DR, value)
+    assert bench.notes() == []
+    bench.write(bench.spi2, DR, 2)
+    assert bench.notes() == ["DR written while TXE was 0: the frame that waited there is lost"]
 
 
 def test_pins_that_were_not_switched_leave_everybody_deaf() -> None:

@@ -311,6 +311,19 @@ def test_typed_bytes_are_received_polled() -> None:
     assert not bench.read(bench.usart1, SR) & (RXNE | ORE)
 
 
+def test_a_debugger_sees_an_unread_byte_and_leaves_it() -> None:
+    bench = started()
+    for value in b"a\0\xff":
+        bench.uart.type(bytes((value,)))
+        bench.poll(bench.usart1, SR, RXNE)
+
+        assert [bench.usart1.peek(DR) for _ in range(2)] == [value] * 2
+        assert bench.usart1.peek(SR) & RXNE
+        assert bench.read(bench.usart1, DR) == value
+        assert not bench.usart1.peek(SR) & RXNE
+        assert bench.usart1.peek(DR) == value
+
+
 def test_an_unread_byte_keeps_its_place_and_the_next_is_lost() -> None:
     """19.3.3, overrun: DR keeps the old byte; ORE is cleared by SR, then DR."""
     bench = started()
@@ -320,6 +333,21 @@ def test_an_unread_byte_keeps_its_place_and_the_next_is_lost() -> None:
     assert bench.read(bench.usart1, DR) == ord("x")
     assert not bench.read(bench.usart1, SR) & (RXNE | ORE)
     assert bench.uart.rx_lost == 2
+
+
+def test_a_write_of_zero_to_rxne_drops_the_byte_and_clears_nothing_else() -> None:
+    """19.6.1: rc_w0; ORE and IDLE are read-only."""
+    bench = started()
+    bench.uart.type(b"xy")
+    bench.wait(PS_PER_MS)
+    before = bench.read(bench.usart1, SR)
+    assert before & (RXNE | ORE | TC) == RXNE | ORE | TC
+    bench.write(bench.usart1, SR, 0, mask=0xFF00)
+    bench.write(bench.usart1, SR, ~IDLE)
+    assert bench.read(bench.usart1, SR) == before
+    bench.write(bench.usart1, SR, ~RXNE, mask=0xFF)
+    assert bench.read(bench.usart1, SR) == before & ~RXNE
+    assert bench.read(bench.usart1, DR) != ord("x")
 
 
 def test_a_receiver_that_is_off_hears_nothing() -> None:

@@ -359,6 +359,23 @@ def test_source_is_built_and_warnings_are_in_the_report(rubric: Path, tmp_path: 
     assert "defined but not used" in (out / "students" / "ada.html").read_text(encoding="utf-8")
 
 
+@needs_compiler
+@needs_sandbox
+@pytest.mark.parametrize("option", [(), ("--build-without-sandbox",)])
+def test_source_sees_files_of_this_machine_only_if_it_is_trusted(
+    option: tuple[str, ...], rubric: Path, tmp_path: Path
+) -> None:
+    folder = tmp_path / "submissions"
+    (folder / "eve").mkdir(parents=True)
+    (folder / "eve" / "main.c").write_text('#include "/etc/passwd"\n', encoding="utf-8")
+    out = tmp_path / "out"
+
+    assert grade(folder, "--rubric", rubric, "--out", out, *option) == 0
+    (eve,) = table(out).values()
+    assert eve["status"] == "rejected"
+    assert ("No such file" in eve["reason"]) is (not option)
+
+
 def test_missing_compiler_costs_only_submissions_that_are_source(
     submissions: Path,
     rubric: Path,

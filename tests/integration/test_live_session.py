@@ -109,6 +109,75 @@ def test_it_pauses_steps_and_goes_on() -> None:
     assert second_s - line_s == pytest.approx(1, abs=1e-9)
 
 
+class Silent:
+    """Firmware in Python that prints nothing and has no timer."""
+
+    def __init__(self, hal: Hal) -> None:
+        self._hal = hal
+
+    def main(self) -> None:
+        self._hal.HAL_Delay(1_000_000)
+
+    def HAL_TIM_PeriodElapsedCallback(self) -> None:
+        """The timer is not used."""
+
+
+@pytest.mark.parametrize(("of", "most_s"), [("tick", 1), ("line", 10), ("second", 1)])
+def test_a_step_that_finds_nothing_ends_after_its_longest_time(of: str, most_s: float) -> None:
+    page = Page(Setup(Silent, ideal=True), [(0.1, messages.Pause())], end_s=100)
+    stood_s: list[float] = []
+
+    def follow(event: Event) -> None:
+        if isinstance(event, messages.Status) and event.state == "paused":
+            stood_s.append(page.session.board.now_s)
+            page.session.post(page, messages.Step(of))
+            if len(stood_s) == 2:
+                page.session.stop()
+
+    page._on_event = follow
+    page.run()
+    assert stood_s[1] - stood_s[0] == pytest.approx(most_s, abs=1e-9)
+
+
+def test_a_step_takes_no_more_than_5_s_of_a_slow_machine() -> None:
+    page = Page(Setup(Silent, ideal=True), [(0.1, messages.Pause())], end_s=100)
+    wall, stood_s = Wall(), []
+
+    def follow(event: Event) -> None:
+        if isinstance(event, messages.Status) and event.state == "paused":
+            stood_s.append(wall.now_s)
+            page.session.post(page, messages.Step("line"))
+            if len(stood_s) == 2:
+                page.session.stop()
+
+    def wall_s() -> float:
+        wall.now_s += 0.01
+        return wall.now_s
+
+    page.session._wall_s, page.session._wait_for, page._on_event = wall_s, wall.wait, follow
+    page.run()
+    assert stood_s[1] - stood_s[0] == pytest.approx(5, abs=0.2)
+
+
+@pytest.mark.parametrize(("late_s", "behind_s"), [(0.0, 0), (0.2, 0), (0.3, 0.3), (5.0, 5.0)])
+def test_a_board_is_hurried_to_catch_up_with_a_short_pause_only(late_s: float, behind_s: float) -> None:
+    """The machine does something else for ``late_s``."""
+    page = Page(Setup(Silent, ideal=True), end_s=3)
+    wall = Wall()
+
+    def wall_s() -> float:
+        if not late and page.session.board.now_s > 1:
+            late.append(late_s)
+            wall.now_s += late_s
+        return wall()
+
+    late: list[float] = []
+    page.session._wall_s, page.session._wait_for = wall_s, wall.wait
+    began_s = wall.now_s
+    page.run()
+    assert wall.now_s - began_s == pytest.approx(3 + behind_s, abs=0.05)
+
+
 @pytest.mark.parametrize("takes_s", [(1e-5,), (1e-5, 1e-3, 1e-4, 1e-5, 2e-3)])
 def test_states_come_50_times_a_second(takes_s: tuple[float, ...]) -> None:
     """Also when what the session does takes now longer and now shorter."""
@@ -264,6 +333,17 @@ def test_a_scenario_is_over_although_all_was_met_before(tmp_path: Path) -> None:
     assert page.of(messages.Verdicts)[-2].verdicts == page.of(messages.Verdicts)[-1].verdicts
     assert [one.over for one in page.of(messages.Verdicts)[-2:]] == [False, True]
     assert session.verdict() == ["1 of 1 expectations met"]
+
+
+def test_a_verdict_before_the_end_says_what_has_failed_and_how_much_is_open(tmp_path: Path) -> None:
+    led = '[[expect]]\nkind = "led"\nled = "led1"\nstate = "{}"\nfrom = "{}ms"\nto = "{}ms"\n'
+    text = SHORT + led.format("off", 100, 200) + led.format("on", 100, 200) + led.format("off", 100, 2400)
+    session = Page(Setup("lab3", str(write(tmp_path, text))), end_s=1).run()
+
+    *failed, count = session.verdict()
+    assert any("expect[1]" in line for line in failed)
+    assert not any("expect[0]" in line or "expect[2]" in line for line in failed)
+    assert count.startswith("1 of 3 expectations met, 1 still open at 1.")
 
 
 def test_wrong_commands_are_answered_in_a_line_and_change_nothing() -> None:

@@ -50,6 +50,23 @@ def test_a_timeout_is_virtual_time() -> None:
     assert board.now_s == pytest.approx(1.25)
 
 
+@pytest.mark.parametrize("timeout_s", [0.0, 0.0004, 0.25, 0.2507])
+def test_a_read_of_a_silent_board_ends_exactly_at_its_timeout(timeout_s: float) -> None:
+    board = Board(firmware=None)
+    assert port_of(board, timeout=timeout_s).read(1) == b""
+    assert board.now_s == pytest.approx(timeout_s, abs=1e-9)
+
+
+def test_a_read_ends_when_its_bytes_have_come() -> None:
+    board = Board(firmware="lab3")
+    port = port_of(board, timeout=30)
+    assert port.read(10) == board.terminal.text[:10].encode()
+    first_s = board.now_s
+    port.read(10)
+    assert first_s < 1.2
+    assert board.now_s - first_s < 0.003  # they follow at 87 us each
+
+
 def test_without_a_timeout_a_silent_board_is_an_error_in_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(protocol_fcu, "SILENCE_S", 0.1)
     port = port_of(Board(firmware=None))  # the processor is held in reset

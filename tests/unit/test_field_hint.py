@@ -52,6 +52,15 @@ def test_hard_iron_and_a_parts_sensitivity_are_no_mistake(
     assert field_hint(lines(sensitivity * truth + offset, truth)) is None
 
 
+def test_the_simplest_ways_to_exchange_and_negate_axes_come_first() -> None:
+    ways = signed_axes()
+    changes = [sum(n != m for n, m in enumerate(order)) + signs.count(-1) for order, signs in ways]
+
+    assert len(set(ways)) == len(ways) == 6 * 8 - 1
+    assert changes == sorted(changes)
+    assert changes[0] == 1
+
+
 @given(st.sampled_from(signed_axes()), OFFSETS)
 def test_exchanged_and_negated_axes_are_named(
     way: tuple[tuple[int, ...], tuple[int, ...]], offset: tuple[float, ...]

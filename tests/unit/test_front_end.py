@@ -170,25 +170,47 @@ def test_shaking_at_a_low_rate_takes_little_memory() -> None:
     assert max(asked) < 400_000
 
 
+class Counted(Moving):
+    """A signal of a world, and for how many times it was asked in each call."""
+
+    def __init__(self, world: World) -> None:
+        sensed = world.sensed("acceleration_g", one_row=True)
+        super().__init__(sensed)
+        self.sensed = sensed
+        self.asked: list[int] = []
+
+    def __call__(self, t_s: np.ndarray) -> np.ndarray:
+        self.asked.append(len(t_s))
+        return self.sensed(t_s)
+
+    def agitated(self, from_s: float, to_s: float, pace_s: float) -> list[tuple[float, float]]:
+        return self.sensed.agitated(from_s, to_s, pace_s)
+
+
 def test_a_still_world_is_asked_once_for_all_samples() -> None:
     """A board at rest costs what it did before there was a front end."""
-    asked: list[int] = []
     world = World()
     world.set_attitude(20, 30, 40)
-    sensed = world.sensed("acceleration_g", one_row=True)
-
-    class Counted(Moving):
-        def __call__(self, t_s: np.ndarray) -> np.ndarray:
-            asked.append(len(t_s))
-            return sensed(t_s)
-
-        def agitated(self, from_s: float, to_s: float, pace_s: float) -> list[tuple[float, float]]:
-            return sensed.agitated(from_s, to_s, pace_s)
-
-    front_end = FrontEnd(Counted(sensed), lambda number, count: np.arange(number, number + count) / 104)
+    counted = Counted(world)
+    front_end = FrontEnd(counted, lambda number, count: np.arange(number, number + count) / 104)
     front_end.configure(kernel(104.0, 400.0, None, 2.0))
     assert front_end.block(1000, np.arange(1000, 1500) / 104).shape == (1, 3)
-    assert asked == [500]
+    assert counted.asked == [500]
+
+
+@pytest.mark.parametrize(("delays", "is_slow"), [(26, True), (24, False)])
+def test_a_motion_of_25_delays_or_more_is_asked_for_once_a_sample(delays: float, is_slow: bool) -> None:
+    world, use = World(), kernel(104.0, 400.0, None, 2.0)
+    duration_s = delays * use.delay_s
+    world.lift(0.1, duration_s, start_s=1.0)
+    counted = Counted(world)
+    front_end = FrontEnd(counted, lambda number, count: np.arange(number, number + count) / 104)
+    front_end.configure(use)
+    # Its begin and its end are jumps of the acceleration, which are looked at in any case.
+    numbers = np.arange(int((1.0 + use.memory_s) * 104) + 1, int((1.0 + 0.95 * duration_s) * 104))
+    front_end.block(int(numbers[0]), numbers / 104)
+    assert counted.asked[0] == len(numbers) > 3
+    assert (len(counted.asked) == 1) is is_slow
 
 
 def test_magnetometer_and_barometer_average_over_their_conversion() -> None:

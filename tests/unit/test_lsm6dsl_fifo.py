@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from tests.fifo_fakes import (
@@ -349,6 +350,35 @@ def test_words_left_alone_for_long_are_the_latest_in_the_end(looks: int) -> None
     assert status(chip) == (0, FULL | OVERRUN, (3 * sets - 2048) % 15)
     data = chip.read(FIFO_DATA_OUT, 2 * 2048)
     assert data[-6:] == chip.read(0x28, 6)
+
+
+@pytest.mark.parametrize("hours", [1, 24])
+def test_samples_that_are_overwritten_unread_are_not_computed(hours: int) -> None:
+    asked: list[int] = []
+    chip = fifo_of(CONTINUOUS)
+    acceleration = chip.world.signals["acceleration_g"]
+
+    def counted(t_s: np.ndarray) -> np.ndarray:
+        asked.append(len(t_s))
+        return acceleration(t_s)
+
+    chip.world.signals["acceleration_g"] = counted
+    chip.t_ps = hours * 3600 * PS_PER_S
+
+    assert status(chip)[:2] == (0, FULL | OVERRUN)
+    assert sum(asked) < 10_000
+
+
+def test_words_are_kept_when_nothing_more_is_stored_after_an_overrun() -> None:
+    """No sensor is in the pattern any more (DEC_FIFO_XL = 0)."""
+    chip = fifo_of(CONTINUOUS)
+    samples(chip, 700)
+    chip.write(FIFO_CTRL3, 0)
+    last = chip.read(0x28, 6)
+    samples(chip, 20)
+
+    assert status(chip)[:2] == (0, FULL | OVERRUN)
+    assert chip.read(FIFO_DATA_OUT, 2 * 2048)[-6:] == last
 
 
 def test_a_watermark_of_0_is_never_reached() -> None:

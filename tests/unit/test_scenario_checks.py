@@ -147,6 +147,26 @@ def test_a_text_is_compared_byte_by_byte(tmp_path: Path) -> None:
     assert play(tmp_path, text).failed_count == 1
 
 
+def test_a_text_that_goes_on_after_the_other_has_ended_differs_in_its_next_line(tmp_path: Path) -> None:
+    text = f"{IDEAL}[[expect]]\nkind = 'text'\nfile = 'golden.txt'\n"
+    golden = write(tmp_path, text).with_name("golden.txt")
+    golden.write_bytes(b"")
+    board = Board(scenario=tmp_path / "case.toml")
+    board.run_for(2.5)
+    printed = board.terminal.text.encode("latin-1")
+    lines = printed.split(b"\n")
+
+    golden.write_bytes(printed + b"\nmore")
+    (finding,) = play(tmp_path, text).findings
+    assert finding.miss.fault == "missing"
+    assert finding.miss.diff[0] == f"@@ line {len(lines) + 1} @@"
+    assert finding.miss.diff[-1] == "-more"
+    golden.write_bytes(b"\n".join(lines[:5]))
+    (finding,) = play(tmp_path, text).findings
+    assert finding.miss.diff[0] == "@@ line 6 @@"
+    assert [line[0] for line in finding.miss.diff[1:]] == [" "] * 3 + ["+"] * 6
+
+
 def test_truth_is_that_of_the_moment_of_printing(tmp_path: Path) -> None:
     """A sweep of 20 degrees a second; with a settling time of 0 the sensors' delay shows."""
     turn = "[[timeline]]\ndo = 'sweep'\naxis = 'pitch'\nto_deg = 30\nat = '1s'\nfor = '1.5s'\n"

@@ -13,6 +13,8 @@ from emulator.chip.registers.block import masks
 
 NMI, HARD_FAULT, MEM_MANAGE, BUS_FAULT, USAGE_FAULT = 2, 3, 4, 5, 6
 SV_CALL, PEND_SV, SYS_TICK = 11, 14, 15
+FAULT_HANDLERS: Final = 1 << HARD_FAULT | 1 << MEM_MANAGE | 1 << BUS_FAULT | 1 << USAGE_FAULT
+"""As a mask: bit = exception number."""
 FIRST_INTERRUPT: Final = 16
 INTERRUPTS: Final = 85
 """Inputs of the STM32F401's NVIC."""

@@ -10,7 +10,7 @@ import struct
 from dataclasses import dataclass
 
 from emulator.chip.cpu.core import Core
-from emulator.chip.cpu.exceptions import NMI, STKERR, USAGE_FAULT, Fault
+from emulator.chip.cpu.exceptions import FAULT_HANDLERS, STKERR, Fault
 from emulator.chip.memory_map import RAM
 from emulator.chip.registers import address_of, scb
 from emulator.time.clock import PS_PER_MS, PS_PER_US
@@ -31,7 +31,10 @@ def word_of(ram: bytes, address: int) -> int | None:
 
 @dataclass(frozen=True)
 class FaultRecord:
-    """One fault. ``registers`` are R0 to R12, SP, LR, PC, xPSR; ``ram`` is all of it."""
+    """One fault. ``registers`` are R0 to R12, SP, LR, PC, xPSR; ``ram`` is all of it.
+
+    ``active``: the exceptions that were being handled, preempted ones included: bit = exception number.
+    """
 
     t_ps: int
     fault: Fault
@@ -40,6 +43,7 @@ class FaultRecord:
     cfsr: int
     hfsr: int
     ram: bytes
+    active: int
 
     @property
     def sp(self) -> int:
@@ -60,7 +64,7 @@ class FaultRecord:
         """Whether it is a consequence of the fault before it."""
         if self.fault.status & STKERR:
             return self.t_ps - other.t_ps <= PS_PER_US
-        return NMI <= self.handled <= USAGE_FAULT
+        return bool(self.active & FAULT_HANDLERS)
 
     def word(self, address: int) -> int | None:
         """A word of RAM at that time; None elsewhere."""
@@ -98,6 +102,7 @@ class FaultLog:
             cfsr=core.peek(_CFSR) or 0,
             hfsr=core.peek(_HFSR) or 0,
             ram=bytes(core.ram),
+            active=core.active,
         )
         if before is None or not record.follows(before):
             self.origin, self.times, self.last_ps = record, 1, now_ps

@@ -8,7 +8,14 @@ from typing import Final
 
 from emulator.chip.cpu import exceptions
 from emulator.chip.cpu.core import Core
-from emulator.chip.cpu.exceptions import BUS_FAULT, HARD_FAULT, MEM_MANAGE, NMI, USAGE_FAULT
+from emulator.chip.cpu.exceptions import (
+    BUS_FAULT,
+    FAULT_HANDLERS,
+    HARD_FAULT,
+    MEM_MANAGE,
+    NMI,
+    USAGE_FAULT,
+)
 from emulator.chip.cpu.fault_log import FaultLog, FaultRecord
 from emulator.chip.cpu.thumb import decode
 from emulator.chip.diagnosis.backtrace import NOTE, Backtrace, Places, ReadCode
@@ -233,7 +240,6 @@ _NAMES = {
     BUS_FAULT: "BusFault",
     USAGE_FAULT: "UsageFault",
 }
-_IN_HANDLER = 1 << NMI | sum(1 << number for number in _NAMES)
 _FAULTS_OF_A_LOOP, _JUST_NOW_PS = 10, PS_PER_MS
 _REGISTERS = (*(f"R{number}" for number in range(13)), "SP", "LR", "PC", "xPSR")
 
@@ -251,7 +257,7 @@ def fault_report(core: Core, log: FaultLog, places: Places, transfers: list[str]
             f"{log.times} times so far."
         )
         return _report(core, record, places, transfers, [ending])
-    if core.active & _IN_HANDLER:
+    if core.active & FAULT_HANDLERS:
         return _report(core, record, places, transfers, _handler(core, places))
     return None
 
@@ -303,7 +309,8 @@ def _handler(core: Core, places: Places) -> list[str]:
 
 
 def _locked_up(record: FaultRecord, places: Places) -> list[str]:
-    return [
-        f"Its handler faulted as well, in {places.place(record.pc)} at {at(record.t_ps)}.",
-        "The core is locked up: only a reset helps.",
-    ]
+    if record.handled == NMI and not record.active & FAULT_HANDLERS:
+        how = "It came while an NMI was being handled, which no fault handler can preempt."
+    else:
+        how = f"Its handler faulted as well, in {places.place(record.pc)} at {at(record.t_ps)}."
+    return [how, "The core is locked up: only a reset helps."]

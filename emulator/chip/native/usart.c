@@ -323,7 +323,11 @@ static void usart_dma_ready(Block *block) { update((Usart *)block); }
 
 static uint32_t usart_peek(const Block *block, uint32_t offset) {
   const Usart *usart = (const Usart *)block;
-  return offset == SR ? status_of(usart) : offset == DR ? usart->received : REGISTER(usart, offset);
+  switch (offset) {
+  case SR: return status_of(usart);
+  case DR: return usart->arrived >= 0 ? (uint32_t)usart->arrived : usart->received;
+  default: return REGISTER(usart, offset);
+  }
 }
 
 static uint32_t usart_read(Block *block, uint32_t offset, int64_t *until_ps) {

@@ -1,0 +1,174 @@
+"""Each option of the command line arrives where its command reads it, and nowhere else."""
+
+from __future__ import annotations
+
+import importlib
+import shlex
+from pathlib import Path
+from typing import Any
+
+import click
+import pytest
+
+from emulator.cli import execute
+from emulator.cli.check import CheckOptions
+from emulator.cli.commands import cli
+from emulator.cli.diff import DiffOptions
+from emulator.cli.exit_codes import ExitCode
+from emulator.cli.grade import GradeOptions
+from emulator.cli.move import MoveOptions
+from emulator.cli.run import RunOptions
+from emulator.cli.web import WebOptions
+
+LINES: list[tuple[str, str, Any]] = [
+    (
+        "emulator.cli.run.run_board",
+        """run a.elf --profile lab3 --scenario desk --duration 1s --speed 2 --serial tcp --serial
+        stdout --seed 3 --ideal --trace t.jsonl --vcd v.vcd --perfetto p.json --quiet --gdb 1234
+        --halt --limit lines=5 --json j.json --notes""",
+        RunOptions(
+            firmware="a.elf",
+            profile="lab3",
+            scenario="desk",
+            duration="1s",
+            speed="2",
+            serial=("tcp", "stdout"),
+            seed=3,
+            ideal=True,
+            trace=Path("t.jsonl"),
+            quiet=True,
+            gdb=1234,
+            halt=True,
+            limit=("lines=5",),
+            json=Path("j.json"),
+            notes=True,
+            vcd=Path("v.vcd"),
+            perfetto=Path("p.json"),
+        ),
+    ),
+    ("emulator.cli.run.run_board", "run", RunOptions(*[None] * 5, ("stdout",), None, False, None, False)),
+    (
+        "emulator.cli.move.move",
+        "move tap 2.5 --roll 1 --pitch -2 --yaw 3 --for 4s --axis west --board 99",
+        MoveOptions("tap", 2.5, 1.0, -2.0, 3.0, "4s", "west", "99"),
+    ),
+    ("emulator.cli.move.move", "move", MoveOptions(None, None)),
+    (
+        "emulator.cli.diff.compare_firmwares",
+        """diff a.elf b.elf --scenario desk --profile lab3 --seed 3 --ideal --duration 1s --timing
+        5ms --tolerance ACC=1 --tolerance Yaw=2 --ignore leds --ignore time --replay --limit
+        lines=5""",
+        DiffOptions(
+            first="a.elf",
+            second="b.elf",
+            scenario="desk",
+            profile="lab3",
+            seed=3,
+            ideal=True,
+            duration="1s",
+            timing="5ms",
+            tolerance=("ACC=1", "Yaw=2"),
+            ignore=("leds", "time"),
+            replay=True,
+            limit=("lines=5",),
+        ),
+    ),
+    (
+        "emulator.cli.diff.compare_firmwares",
+        "diff a.elf b.elf --scenario desk",
+        DiffOptions("a.elf", "b.elf", "desk", None, None, False, None, "20ms", (), (), False),
+    ),
+    (
+        "emulator.cli.grade.grade",
+        """grade class --rubric lab3 --out out --roster r.csv --jobs 3 --dask tcp://h:1 --take source
+        --bus SPI2 --build-without-sandbox --anonymous --before-due-date --gradescope --autograder
+        there""",
+        GradeOptions(
+            submissions=Path("class"),
+            rubric="lab3",
+            out=Path("out"),
+            roster=Path("r.csv"),
+            jobs=3,
+            dask="tcp://h:1",
+            take="source",
+            bus="SPI2",
+            build_without_sandbox=True,
+            anonymous=True,
+            before_due_date=True,
+            autograder=Path("there"),
+        ),
+    ),
+    (
+        "emulator.cli.grade.grade",
+        "grade class --rubric lab3 --autograder there",
+        GradeOptions(submissions=Path("class"), rubric="lab3", bus="I2C2"),
+    ),
+    (
+        "emulator.cli.web.serve_board",
+        """web a.elf --scenario desk --profile lab3 --seed 3 --ideal --port 8000 --no-browser
+        --record r.toml --duration 1h --serial tcp --gdb 1234 --halt""",
+        WebOptions(
+            firmware="a.elf",
+            scenario="desk",
+            profile="lab3",
+            seed=3,
+            ideal=True,
+            port=8000,
+            browser=False,
+            record=Path("r.toml"),
+            duration="1h",
+            serial=("tcp",),
+            gdb=1234,
+            halt=True,
+        ),
+    ),
+    (
+        "emulator.cli.web.serve_board",
+        "web",
+        WebOptions(None, None, None, None, False, 0, True, None),
+    ),
+    (
+        "emulator.cli.check.check_program",
+        "check a.elf --exercise 1 -e 2 --seed 3 --rubric other --json j.json --save motions",
+        CheckOptions(
+            target="a.elf",
+            rubric="other",
+            exercises=("1", "2"),
+            seed=3,
+            json=Path("j.json"),
+            save=Path("motions"),
+        ),
+    ),
+    ("emulator.cli.check.check_program", "check", CheckOptions(".", "lab3", (), 0, None)),
+]
+ELSEWHERE = {"--isolate", "--help"}
+"""A worker runs the same command without it: tests/integration/test_isolation.py."""
+_OF_A_PROCESS = {"web", "check"}
+"""Their limits are a process's, which go with ``--isolate``."""
+
+
+@pytest.mark.parametrize(
+    ("function", "line", "expected"), LINES, ids=[" ".join(line.split()[:4]) for _, line, _ in LINES]
+)
+def test_options_arrive_as_typed(
+    function: str, line: str, expected: object, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    module, _, name = function.rpartition(".")
+    seen: list[object] = []
+
+    def take(options: object) -> ExitCode:
+        seen.append(options)
+        return ExitCode.HELD
+
+    monkeypatch.setattr(importlib.import_module(module), name, take)
+
+    assert execute(shlex.split(line)) == 0
+    assert seen == [expected]
+
+
+@pytest.mark.parametrize("name", dict.fromkeys(line.split()[0] for _, line, _ in LINES))
+def test_each_option_of_a_command_has_a_line_here(name: str) -> None:
+    typed = {word for _, line, _ in LINES for word in line.split() if line.split()[0] == name}
+    options = {param.opts[0] for param in cli.commands[name].params if isinstance(param, click.Option)}
+
+    assert options - typed == options & (ELSEWHERE | ({"--limit"} if name in _OF_A_PROCESS else set()))
