@@ -112,13 +112,13 @@ def test_a_mistake_in_the_arithmetic_shows_as_the_first_difference(tmp_path: Pat
     assert r"\rPitch: 2.498770 deg Roll: 1.305874 deg Yaw: 0.000000 deg \n" in text
 
 
-def test_the_pages_example_prints_the_altitude(tmp_path: Path) -> None:
+def test_the_pages_example_prints_the_acceleration(tmp_path: Path) -> None:
     functions, loop = page_code()
     project = start(tmp_path / "mylab")
     write_code(project, {FUNCTIONS: functions, LOOP: loop})
 
     text = fcu("run", str(make(project)), "--ideal", "--speed", "max", *SHORT).stdout.decode()
-    assert text.count("Altitude: 0.000000 m") == 1
+    assert text.count("Acceleration: 1000.000000 mg") == 1
 
 
 def test_a_project_for_the_real_board_finds_its_wiring(tmp_path: Path) -> None:
