@@ -104,17 +104,39 @@ class _Recording:
         self.left_ps = [at_ps + frame_ps for at_ps in self.sent_ps]
 
     def position(self, text: bytearray) -> int:
-        """How far the recorded text is when ``text`` has been printed.
-
-        Counted anew from the beginning of each line, so that a number with another sign or width does not
-        shift all that follows.
-        """
+        """How far the recorded text is when ``text`` has been printed, counted from each line's begin."""
         lines = text.count(_LF)
         if not lines:
             return len(text)
         if lines > len(self._line_ends):
             return len(self.sent_ps) + 1
         return self._line_ends[lines - 1] + len(text) - text.rindex(_LF) - 1
+
+    def times_ps(self, text: bytes | bytearray) -> Iterator[int]:
+        """When each byte of another text would have been sent, line for line at the times of this one.
+
+        A line that is longer or shorter ends with the recorded one's last byte: the width of a number moves
+        nothing that follows. It ends where the recorded text does.
+        """
+        begin = 0
+        for line, sent in enumerate(_lines(text)):
+            if line < len(self._line_ends):
+                last = self._line_ends[line] - 1
+                yield from (self.sent_ps[min(begin + number, last)] for number in range(len(sent) - 1))
+                yield self.sent_ps[last]
+                begin = last + 1
+            else:
+                yield from self.sent_ps[begin : begin + len(sent)]
+                return
+
+
+def _lines(text: bytes | bytearray) -> Iterator[bytes]:
+    """Each with its LF; the last one may have none."""
+    begin = 0
+    while begin < len(text):
+        end = text.find(_LF, begin) + 1 or len(text)
+        yield bytes(text[begin:end])
+        begin = end
 
 
 def _reads(board: Board) -> Iterator[_Read]:
@@ -143,7 +165,7 @@ class _ReplayHal(HalGpio):
 
     def printed(self) -> Iterator[tuple[int, int]]:
         """The text, as far as the recorded one goes, with its times."""
-        return zip(self._recording.sent_ps, self._text, strict=False)
+        return zip(self._recording.times_ps(self._text), self._text, strict=False)
 
     # -- time -------------------------------------------------------------------------------------------
 

@@ -184,6 +184,11 @@ class Board:
         """Seconds of virtual time since power-on."""
         return self.clock.now_s
 
+    @property
+    def running(self) -> bool:
+        """Whether virtual time is passing: True in callbacks of a run, False between two runs."""
+        return self._run.running
+
     def run_for(self, seconds: float) -> None:
         """Run for exactly this much virtual time. Raises FirmwareError when the firmware itself fails."""
         if not isinstance(seconds, int | float) or not 0 <= seconds <= LONGEST_RUN_S:
@@ -313,7 +318,7 @@ class Board:
         try:
             yield
         finally:
-            self.restore(saved)
+            saved.restore(self)
 
     @classmethod
     def _reaches_sensors(cls, firmware: str | Path | FirmwareFactory | None, profile: Profile) -> bool:
@@ -376,12 +381,17 @@ class _Run:
     def __init__(self, backend: Backend) -> None:
         self.backend = backend
         self.closed = False
+        self.running = False
 
     def until_ps(self, at_ps: int) -> None:
         """Run up to and including ``at_ps``."""
         if self.closed:
             raise InputError("this board has been closed and runs no more; make another one")
-        self.backend.run_until_ps(at_ps)
+        before, self.running = self.running, True
+        try:
+            self.backend.run_until_ps(at_ps)
+        finally:
+            self.running = before
 
 
 _One = TypeVar("_One")

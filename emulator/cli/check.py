@@ -1,8 +1,8 @@
 """``fcu check``: which exercises of the lab are done, in one screen of plain words, and what to do next.
 
-A folder is built first, as ``make`` does it, its own sources always, so that what the compiler says about
-them is known. Details are shown of the first exercise that is not done: that is where work goes on;
-``--exercise`` shows another.
+A folder is built first, with make if there is one, else as :mod:`emulator.cli.build` does it; its own
+sources always, so that the compiler's warnings are known. Details are shown of the first exercise that is not
+done: that is where work goes on; ``--exercise`` shows another.
 
 Decision: what keeps the program from its samples, or main() from running, is said before the checks that
 fail, and their hints are left out: a hint about a formula leads away from a callback that is too slow. Other
@@ -11,12 +11,10 @@ causes stand below the checks, whose hints they make precise.
 
 from __future__ import annotations
 
-import re
 import shutil
-import subprocess
 import sys
 import textwrap
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,29 +22,23 @@ from pathlib import Path
 import click
 
 from emulator.chip.diagnosis.report import KEEPS_SAMPLES_AWAY
+from emulator.cli.build import ELF, build_project, build_with_make
 from emulator.cli.exit_codes import ExitCode
-from emulator.errors import InputError, LinkError, OutputError
+from emulator.errors import FirmwareError, InputError, LinkError, NotJudgedError, OutputError
 from emulator.files import write_atomically
+from emulator.grading.checks import Property
 from emulator.grading.judge import JudgeProgress, judge
-from emulator.grading.rubric import Rubric, load_rubric
+from emulator.grading.rubric import CheckTable, Rubric, load_rubric
 from emulator.grading.verdict import Cause, CheckResult, RunEvidence, Verdict
-from emulator.system_words import quoted
+from emulator.scenario.expectations import Expectation
+from emulator.system_words import command_line, quoted
 from emulator.text import visible
 
 _WIDTH = 98
-_ELF = "lab3.elf"
-_ERRORS_SHOWN = 3  # of the compiler
+_WRONG = ("failed", "partial")
 _CHECKS_SHOWN = 4  # that failed, of an exercise
 _CAUSES_SHOWN = 2
 _SENTENCES_SHOWN = 4  # of a cause
-_BUILD_S = 300.0
-_MARKS = (
-    re.compile("undefined reference|multiple definition|overflowed by"),  # collect2's "error:" says no more
-    re.compile("error:"),
-    re.compile("Error "),
-)
-"""What the lines of a build say that matter, the first kind that is there."""
-_LONGEST_LOG = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -59,6 +51,8 @@ class CheckOptions:
     seed: int
     json: Path | None
     save: Path | None = None
+    hints: int = 0
+    """How many steps of the hints are shown."""
 
 
 def check_program(options: CheckOptions) -> ExitCode:
@@ -85,9 +79,8 @@ def check_program(options: CheckOptions) -> ExitCode:
     shown = verdict.for_student()
     if options.json is not None:
         _write(options.json, shown)
-    if options.save is not None:
-        _save(options.save, shown)
-    for line in _Screen(shown, rubric, options, firmware).lines():
+    laws = _save(options.save, shown, rubric, firmware) if options.save is not None else {}
+    for line in _Screen(shown, rubric, options, firmware, laws).lines():
         click.echo(line)
     return exit_code(shown)
 
@@ -109,13 +102,41 @@ def _write(path: Path, verdict: Verdict) -> None:
         raise LinkError(f"--json {path}: {problem}") from error
 
 
-def _save(folder: Path, verdict: Verdict) -> None:
-    for run in verdict.evidence:
-        if run.replay:
-            try:
-                write_atomically(folder / f"{run.run}.toml", run.replay)
-            except OutputError as error:
-                raise LinkError(f"--save {error}; give a folder that can be written") from error
+def _save(folder: Path, verdict: Verdict, rubric: Rubric, firmware: str) -> dict[str, Path]:
+    """Write what shows the failures as scenarios; those of laws by check."""
+    texts = {f"{run.run}.toml": run.replay for run in verdict.evidence if run.replay}
+    laws: dict[str, Path] = {}
+    for check in verdict.checks:
+        for law in _laws(rubric, check) if check.outcome == "failed" else ():
+            scenario = _law_scenario(firmware, law)
+            if scenario:
+                texts[f"{law.property}.toml"] = scenario
+                laws.setdefault(check.check, folder / f"{law.property}.toml")
+    try:
+        for name, text in texts.items():
+            write_atomically(folder / name, text)
+    except OutputError as error:
+        raise LinkError(f"--save {error}; give a folder that can be written") from error
+    return laws
+
+
+def _laws(rubric: Rubric, check: CheckResult) -> list[Property]:
+    return [one for one in _table(rubric, check).expect if isinstance(one, Property)]
+
+
+def _law_scenario(firmware: str, law: Property) -> str:
+    from emulator.testing.judged import counterexample_scenario  # needs pytest, which judged the law before
+
+    try:
+        return counterexample_scenario(firmware, law.property, law.examples)
+    except (FirmwareError, NotJudgedError):
+        return ""
+
+
+def _table(rubric: Rubric, check: CheckResult) -> CheckTable:
+    """The rubric's table of a check."""
+    tables = rubric.exercise(check.exercise).check
+    return next(one for one in tables if f"{check.exercise}.{one.id}" == check.check)
 
 
 # -- Building -----------------------------------------------------------------------------------------------
@@ -126,54 +147,16 @@ def _built(target: str) -> tuple[str, str | None]:
     folder = Path(target)
     if not folder.is_dir():
         return target, None
-    elf = folder / _ELF
+    elf = folder / ELF
     if not (folder / "Makefile").exists():
         if elf.exists():
             return str(elf), None
-        problem = f"has neither a Makefile nor a {_ELF}; give a project of `fcu new`, or an ELF file"
+        problem = f"has neither a Makefile nor a {ELF}; give a project of `fcu new`, or an ELF file"
         raise InputError(f"{folder} {problem}")
-    log = _make(folder)
+    log = (build_with_make if shutil.which("make") else build_project)(folder, "check")
     if not elf.exists():
-        raise InputError(f"{folder}: make has made no {_ELF}; give the ELF file: fcu check FILE")
+        raise InputError(f"{folder}: make has made no {ELF}; give the ELF file: fcu check FILE")
     return str(elf), log
-
-
-def _make(folder: Path) -> str:
-    """Run make; what it printed. Raises InputError when it fails, with the compiler's first errors."""
-    if shutil.which("make") is None:
-        raise InputError("make is not installed; `fcu doctor` says how to get it, or give an ELF file")
-    sources = sorted(path.name for path in folder.glob("*.c"))
-    changed = [argument for name in sources for argument in ("-W", name)]
-    try:
-        done = subprocess.run(
-            ["make", *changed],
-            cwd=folder,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            timeout=_BUILD_S,
-            check=False,
-        )
-    except subprocess.TimeoutExpired as error:
-        raise InputError(f"{folder}: make has not ended after {_BUILD_S:g} s") from error
-    except OSError as error:
-        raise InputError(f"{folder}: make cannot be run: {error.strerror or error}") from error
-    log = done.stdout[:_LONGEST_LOG].decode("utf-8", "replace")
-    if done.returncode:
-        raise InputError(_build_failed(folder, log))
-    return log
-
-
-def _build_failed(folder: Path, log: str) -> str:
-    lines = [visible(line) for line in log.splitlines() if line.strip()]
-    if any("not found" in line or "No such file" in line for line in lines if "arm-none-eabi" in line):
-        return f"{folder}: the chip's compiler is missing; `fcu doctor` says how to get it"
-    here = f"{folder.resolve()}/"  # the linker names sources so
-    found = ([line.removeprefix(here) for line in lines if mark.search(line)] for mark in _MARKS)
-    errors = next(filter(None, found), lines[-_ERRORS_SHOWN:])
-    shown = [f"  {line[:_WIDTH]}" for line in dict.fromkeys(errors)][:_ERRORS_SHOWN]
-    end = f"  nothing was judged; mend the first error, then: fcu check {quoted(str(folder))}"
-    return "\n".join([f"{folder} does not build:", *shown, end])
 
 
 # -- Progress -----------------------------------------------------------------------------------------------
@@ -209,7 +192,15 @@ class _Progress:
 class _Screen:
     """What is printed about a verdict."""
 
-    def __init__(self, verdict: Verdict, rubric: Rubric, options: CheckOptions, firmware: str) -> None:
+    def __init__(
+        self,
+        verdict: Verdict,
+        rubric: Rubric,
+        options: CheckOptions,
+        firmware: str,
+        laws: Mapping[str, Path],
+    ) -> None:
+        self._laws = laws
         self._verdict = verdict
         self._rubric = rubric
         self._options = options
@@ -252,7 +243,7 @@ class _Screen:
     def _exercise(self, name: str) -> Iterator[str]:
         """What is wrong with one exercise, and why."""
         checks = [check for check in self._verdict.of(name) if check.max_points > 0]
-        wrong = [check for check in checks if check.outcome in ("failed", "partial")]
+        wrong = [check for check in checks if check.outcome in _WRONG]
         causes = list(self._causes(name))
         yield ""
         if causes and causes[0].fatal:
@@ -269,7 +260,7 @@ class _Screen:
         else:
             yield f"Exercise {name}, what is not right yet:"
         for check in wrong[:_CHECKS_SHOWN]:
-            yield from _check(check, hint=not first)
+            yield from _check(check, [] if first else self._hints(check))
         if len(wrong) > _CHECKS_SHOWN:
             yield f"  ... and {len(wrong) - _CHECKS_SHOWN} more"
         for check in checks:
@@ -304,7 +295,26 @@ class _Screen:
             yield ""
             yield "By the way, what costs no points:"
             for check in failed:
-                yield from _check(check)
+                yield from _check(check, self._hints(check))
+                if check.check in self._laws:
+                    yield f"      run: {self._run(self._laws[check.check])}"
+
+    def _hints(self, check: CheckResult) -> list[str]:
+        """The steps that were asked for, none of a check whose hints are not shown."""
+        if not check.hint:
+            return []
+        return [check.hint, *_table(self._rubric, check).hint_steps][: self._options.hints]
+
+    def _more_hints(self, name: str) -> bool:
+        """Whether the failed checks of an exercise have a further step."""
+        wrong = [
+            one for one in self._verdict.of(name) if one.max_points and one.outcome in _WRONG and one.hint
+        ]
+        return any(1 + len(_table(self._rubric, one).hint_steps) > self._options.hints for one in wrong)
+
+    def _run(self, scenario: Path | None = None) -> str:
+        words = ["fcu", "run", self._firmware]
+        return command_line([*words, "--scenario", str(scenario)] if scenario else words)
 
     def _next(self, open_ones: Sequence[str]) -> Iterator[str]:
         target = quoted(self._options.target)
@@ -320,25 +330,41 @@ class _Screen:
         name = open_ones[0]
         seed = f" --seed {self._options.seed}" if self._options.seed else ""
         advice = self._rubric.exercise(name).next
-        if list(self._causes(name)) or not advice:
+        causes = list(self._causes(name))
+        if causes or not advice:
             advice = "mend what is said above, from the top, and look again."
         yield from _wrapped(f"Next: {advice}", "")
         yield f"  {again} --exercise {name}{seed}"
-        run = f"  fcu run {quoted(self._firmware)}"
-        yield run
+        if not causes and self._more_hints(name):
+            hints = " --hint" * (self._options.hints + 1)
+            which = "the next hint" if self._options.hints else "a hint"
+            yield f"  {again} --exercise {name}{seed}{hints}     for {which}"
+        yield f"  {self._run()}"
         replays = [one.run for one in self._failed_runs(name) if one.replay]
         folder = self._options.save
         if folder is not None:
-            yield from (f"{run} --scenario {quoted(str(folder / f'{one}.toml'))}" for one in replays)
+            yield from (f"  {self._run(folder / f'{one}.toml')}" for one in replays)
+            yield from self._not_replayed(name)
         elif replays:
             yield f"  {again} --exercise {name}{seed} --save motions     to run its motions by hand"
 
+    def _not_replayed(self, name: str) -> Iterator[str]:
+        """The checks that failed and of which the saved scenarios expect nothing."""
+        wrong = [one for one in self._verdict.of(name) if one.max_points and one.outcome in _WRONG]
+        left_out = [
+            one.title
+            for one in wrong
+            if not all(isinstance(expected, Expectation) for expected in _table(self._rubric, one).expect)
+        ]
+        if left_out:
+            yield from _wrapped(f"These scenarios only move the board for: {'; '.join(left_out)}.", "  ")
 
-def _check(check: CheckResult, *, hint: bool = True) -> Iterator[str]:
+
+def _check(check: CheckResult, hints: Sequence[str]) -> Iterator[str]:
     yield from _wrapped(check.title, "  - ")
     seen = "; ".join(filter(None, (check.actual, check.printed and f"such as {check.printed}")))
-    shown = check.hint if hint else ""
-    for word, text in (("expected", check.expected), ("seen", seen), ("hint", shown)):
+    told = (("expected", check.expected), ("seen", seen), *(("hint", hint) for hint in hints))
+    for word, text in told:
         if text:
             yield from _wrapped(f"{word}: {text}", "      ")
 

@@ -450,6 +450,19 @@ def new(directory: Path, bus: str) -> None:
     create_project(directory, bus)
 
 
+@cli.command(short_help="Build a project of fcu new, without make.")
+@click.argument("folder", default=".", type=click.Path(path_type=Path, file_okay=False))
+def build(folder: Path) -> None:
+    """Build lab3.elf in FOLDER, a project of `fcu new`; without it, in the folder you are in.
+
+    Gives the same file as make, which is not needed. The compiler may be on the PATH, or in the folder of
+    STM32CubeIDE, of Arm's installer, of xPack or of PlatformIO.
+    """
+    from emulator.cli.build import build_and_say
+
+    build_and_say(folder)
+
+
 @cli.command(short_help="Say which exercises are done, and what to do next.")
 @click.argument("target", metavar="[FOLDER|FILE]", default=".")
 @click.option("--exercise", "-e", multiple=True, metavar="N", help="Only this one; may be repeated.")
@@ -470,6 +483,7 @@ def new(directory: Path, bus: str) -> None:
     metavar="DIR",
     help="Save the motions as scenarios, for fcu run --scenario.",
 )
+@click.option("--hint", count=True, help="Show a hint; once more for the next one.")
 @_LIMIT_OF_PROCESS
 @_ISOLATE
 @click.pass_context
@@ -481,6 +495,7 @@ def check(
     rubric: str,
     json: Path | None,
     save: Path | None,
+    hint: int,
     limit: tuple[str, ...],
     isolate: bool,
 ) -> ExitCode:
@@ -498,7 +513,7 @@ def check(
 
     from emulator.cli.check import CheckOptions, check_program
 
-    return check_program(CheckOptions(target, rubric, exercise, seed, json, save))
+    return check_program(CheckOptions(target, rubric, exercise, seed, json, save, hint))
 
 
 @cli.command(short_help="List the scenarios, and the question that each asks.")

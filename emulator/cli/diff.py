@@ -55,8 +55,8 @@ def compare_firmwares(options: DiffOptions) -> ExitCode:
     """Run both and print what differs; HELD when nothing does and both came to the end. Raises FcuError."""
     rules = Rules(
         _duration("--timing", options.timing),
-        tolerances(map(_tolerance, options.tolerance)) or (dict(SINGLE_PRECISION) if options.replay else {}),
-        _ignored(options),
+        (SINGLE_PRECISION if options.replay else {}) | tolerances(map(_tolerance, options.tolerance)),
+        frozenset(options.ignore),
     )
     plan = load_scenario(options.scenario, seed=options.seed)
     end_ps = plan.duration_ps if options.duration is None else _duration("--duration", options.duration)
@@ -68,12 +68,6 @@ def compare_firmwares(options: DiffOptions) -> ExitCode:
         return ExitCode.FAILED
     ended_early = any(side.sequences[END] for side in observed)
     return ExitCode.FIRMWARE_FAILED if ended_early else ExitCode.HELD
-
-
-def _ignored(options: DiffOptions) -> frozenset[Ignorable]:
-    """With numbers of other widths, replayed text is dated a few bytes off: its pace says nothing then."""
-    loose = options.replay and (options.tolerance or "numbers" in options.ignore)
-    return frozenset(options.ignore) | ({"time"} if loose else set())
 
 
 def _tolerance(text: str) -> tuple[str, float]:

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import click
 
+from emulator.cli.toolchain import COMPILER, find_compiler
 from emulator.errors import FcuError
 from emulator.system_words import how_to_install
 
@@ -24,8 +25,7 @@ _TERMINALS = {
     "pyserial-miniterm": "pyserial-miniterm",
 }
 _BUILD_TOOLS = {
-    "arm-none-eabi-gcc": "the compiler for fcu new, or CubeIDE's",
-    "make": "for the projects of fcu new",
+    "make": "fcu build does without",
     "gdb-multiarch": "the debugger for fcu run --gdb",
 }
 _SPEED_TEST_S = 2.0
@@ -128,7 +128,14 @@ def _terminals() -> list[Finding]:
 
 
 def _build_tools() -> list[Finding]:
+    compiler = find_compiler()
     return [
+        Finding(True, f"the chip's compiler: {compiler}")
+        if compiler
+        else Finding(
+            False, f"{COMPILER}: optional, the chip's compiler, for fcu build: {how_to_install(COMPILER)}"
+        )
+    ] + [
         Finding(True, tool)
         if shutil.which(tool)
         else Finding(False, f"{tool}: optional, {purpose}: {how_to_install(tool)}")

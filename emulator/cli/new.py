@@ -1,4 +1,4 @@
-"""``fcu new DIR``: a student's project, ready to build with a Makefile.
+"""``fcu new DIR``: a student's project, ready to build with ``fcu build`` or make.
 
 Decision: the project gets its own copy of the support layer, so that it builds without this package, on the
 lab's computers and in CubeIDE, and a student can look into everything the chip executes.
@@ -12,12 +12,12 @@ from pathlib import Path
 import click
 
 from emulator.boards.fcu001v1 import FCU001V1
+from emulator.cli.toolchain import COMPILER, find_compiler
 from emulator.errors import InputError
 from emulator.system_words import how_to_install, quoted
 from firmware_model import arm
 
-_SUPPORT = ("*.c", "*.h", "*.ld", "*.mk")
-_COMPILER = "arm-none-eabi-gcc"
+_SUPPORT = ("*.c", "*.h", "*.ld", "*.mk", "*.options")
 _USUAL = FCU001V1.profile()
 _PROFILE = {
     profile.bus: "" if profile is _USUAL else f" --profile {profile.name}" for profile in FCU001V1.profiles
@@ -60,10 +60,8 @@ def _write(directory: Path, bus: str) -> None:
 def _say_what_is_next(directory: Path, bus: str) -> None:
     click.echo(f"{directory}: the LAB3 template, sensors on {bus}. Your program is main.c. Next:\n")
     click.echo(f"  cd {quoted(str(directory))}")
-    click.echo("  make")
+    click.echo("  fcu build")
     click.echo(f"  fcu run lab3.elf{_PROFILE[bus]}")
     click.echo("  fcu check")
-    if shutil.which(_COMPILER) is None:
-        click.echo(
-            f"\n{_COMPILER} is not on the PATH: {how_to_install(_COMPILER)}, or see README.md for CubeIDE's."
-        )
+    if find_compiler() is None:
+        click.echo(f"\n{COMPILER} is not installed: {how_to_install(COMPILER)}")

@@ -46,7 +46,7 @@ MOST_CHECKS = 100  # of one exercise
 MOST_POINTS = 1_000.0
 _NOT_OF_A_RUN = frozenset({"schema", "expect", "report", "firmware", "seed"})
 """Keys of a scenario's file that are the rubric's."""
-_WORDS = frozenset({"title", "hint", "next", "visible", "detail"})
+_WORDS = frozenset({"title", "hint", "hint_steps", "next", "visible", "detail"})
 """Keys that say how a check is shown and decide nothing."""
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]{0,39}$")]
@@ -59,6 +59,7 @@ class CheckTable(Table):
     """One ``[[exercise.check]]``: what is expected of one run, and what it is worth.
 
     ``partial``: points for the share of its expectations that are met, instead of all or nothing.
+    ``hint_steps``: what `fcu check` shows after ``hint``, each when it is asked for once more.
     """
 
     id: Name
@@ -70,6 +71,7 @@ class CheckTable(Table):
     visible: Visibility = "always"
     detail: Detail = "full"
     hint: str = Field("", max_length=1_000)
+    hint_steps: list[Annotated[str, Field(max_length=1_000)]] = Field(default_factory=list, max_length=10)
 
 
 class ExerciseTable(Table):

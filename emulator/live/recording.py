@@ -21,12 +21,21 @@ _TABLES = ("firmware_settings", "bus", "world", "sensors")
 
 
 class SessionRecording:
-    """What has been done to a board; ``ideal``: whether its sensors are so by the command line."""
+    """What has been done to a board; ``ideal``: whether its sensors are so by the command line.
 
-    def __init__(self, board: Board, ideal: bool = False) -> None:
+    ``source``: what the file is a recording of. ``cold``: whether the sensors got their supply at 0.
+    """
+
+    def __init__(
+        self, board: Board, ideal: bool = False, *, source: str = "A live session", cold: bool = False
+    ) -> None:
         self._board = board
         self._ideal = ideal
+        self._source = source
+        self._cold = cold
         self._entries: list[tuple[int, Entry]] = []
+        self.world: dict[str, object] = {}
+        """Keys of the scenario's [world] that were set at power-on."""
 
     @property
     def room(self) -> int:
@@ -51,12 +60,12 @@ class SessionRecording:
         happened = [(at_ps, entry) for at_ps, entry in (*entries, *self._entries) if at_ps <= duration_ps]
         name, profile = board.booted.name or "FIRMWARE", board.booted.profile.name
         shipped = name in board.description.firmware
-        powered_ps = plan.contents.powered_for if plan else None
+        powered_ps = 0 if self._cold else plan.contents.powered_for if plan else None
         lines = [
-            f"# A live session of {board.description.name}. It gives the same bytes again with\n",
+            f"# {self._source} of {board.description.name}. It gives the same bytes again with\n",
             f"# fcu run {name} --profile {profile} --scenario THIS_FILE\n\n",
             key_text("schema", 1),
-            key_text("question", "What was done to the board in this session?"),
+            key_text("question", f"What happens to the board? ({self._source})"),
             key_text("duration", format_duration(duration_ps)),
             key_text("seed", board.seed),
             key_text("firmware", name) if shipped else "",
@@ -64,6 +73,8 @@ class SessionRecording:
             timeline(happened),
         ]
         tables = plan.contents.model_dump(mode="python", by_alias=True, exclude_unset=True) if plan else {}
+        if self.world:
+            tables["world"] = {**tables.get("world", {}), **self.world}
         if self._ideal:
             tables["sensors"] = {**tables.get("sensors", {}), "grade": "ideal"}
         if plan is not None:

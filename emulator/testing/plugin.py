@@ -11,7 +11,8 @@ Installed with the package (entry point ``pytest11``)::
 ``firmware`` is what ``--firmware FILE`` says, else the marker's first argument, else ``lab3``; parametrise
 the fixture of that name to run one test over several. All times are virtual seconds: nothing waits, and a
 test does not depend on how fast the machine is. A failed test shows the end of the terminal, the last
-transfers before it ended, the diagnosis, and the command that runs the same board by hand, in the JUnit file
+transfers before it ended, the diagnosis, and the command that runs the same board by hand: what the test did
+to the board is saved as a scenario, and what a scenario cannot have is named. All of it is in the JUnit file
 too where ``junit_logging = "system-out"``. Boards share nothing, so tests run in any number of processes.
 """
 
@@ -37,6 +38,8 @@ _TERMINAL_LINES = 40
 _TRANSFERS = 12
 _MARKER = ("scenario", "profile", "seed", "ideal", "cold_start")
 """What the marker says by name."""
+_RECORDING = pytest.StashKey[Any]()  # a BoardRecording, whose module is loaded with the first board
+_FOLDERS = pytest.StashKey[pytest.TempPathFactory]()
 
 
 class Dut:
@@ -149,7 +152,9 @@ def firmware(request: pytest.FixtureRequest) -> str | Path | None:
 
 
 @pytest.fixture
-def board(request: pytest.FixtureRequest, firmware: str | Path | None) -> Iterator[Board]:
+def board(
+    request: pytest.FixtureRequest, firmware: str | Path | None, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[Board]:
     """A board with ``firmware``; the marker ``board`` may say scenario, profile, seed, ideal, cold_start."""
     from emulator.board.board import Board  # a run of pytest that needs no board does not load one
     from emulator.errors import InputError
@@ -165,6 +170,10 @@ def board(request: pytest.FixtureRequest, firmware: str | Path | None) -> Iterat
         made = Board(firmware, **asked)
     except InputError as error:
         pytest.fail(str(error), pytrace=False)  # the test is wrong, not this package: its frames say nothing
+    from emulator.testing.board_recording import BoardRecording
+
+    request.node.stash[_RECORDING] = BoardRecording(made, cold=bool(asked.get("cold_start")))
+    request.node.stash[_FOLDERS] = tmp_path_factory
     with made:
         yield made
 
@@ -197,12 +206,23 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) ->
         return
     board: Any = getattr(item, "funcargs", {}).get("board")
     if type(board).__name__ == "Board":
-        for title, text in evidence(board):
+        for title, text in evidence(board, _by_hand(item, board)):
             item.add_report_section("call", f"stdout: {title},", text)
 
 
-def evidence(board: Board) -> Iterator[tuple[str, str]]:
-    """What a reader needs after a failure, by title."""
+def _by_hand(item: pytest.Item, board: Board) -> str:
+    from emulator.testing.board_recording import by_hand
+
+    def save(text: str) -> str:
+        path = item.stash[_FOLDERS].mktemp("fcu") / "board.toml"
+        path.write_text(text, encoding="utf-8")
+        return str(path)
+
+    return "\n".join(by_hand(board, item.stash.get(_RECORDING, None), save))
+
+
+def evidence(board: Board, by_hand: str = "") -> Iterator[tuple[str, str]]:
+    """What a reader needs after a failure, by title; ``by_hand``: how to run the same board."""
     lines = board.terminal.text.replace("\r", "").splitlines() or ["(nothing was printed)"]
     dropped = [f"... {len(lines) - _TERMINAL_LINES} lines before"] if len(lines) > _TERMINAL_LINES else []
     shown = [*dropped, *(visible(line) for line in lines[-_TERMINAL_LINES:])]
@@ -220,20 +240,8 @@ def evidence(board: Board) -> Iterator[tuple[str, str]]:
     diagnosis = board.arm.diagnosis() if board.arm else None
     if diagnosis is not None:
         yield "diagnosis", str(diagnosis)
-    yield "the same board by hand", command(board)
-
-
-def command(board: Board) -> str:
-    """The command line that runs this board; what the test did to it is not part of it."""
-    from emulator.system_words import command_line
-
-    words = ["fcu", "run"]
-    words += [str(board.booted.name)] if board.booted.name else []
-    words += ["--scenario", str(board.scenario.file)] if board.scenario else []
-    words += ["--profile", board.booted.profile.name, "--seed", str(board.seed)]
-    words += ["--ideal"] if board.ideal else []
-    words += ["--duration", f"{max(board.now_s, 0.001):.3f}s", "--speed", "max"]
-    return command_line(words)
+    if by_hand:
+        yield "the same board by hand", by_hand
 
 
 def _shown(pattern: Pattern | None) -> str:

@@ -13,7 +13,7 @@ BUSES = ("I2C2", "SPI2")
 
 
 def sources() -> Path:
-    """The folder with support/, template/, solution/ and scaffold/."""
+    """The folder with support/, template/ and scaffold/, and in a clone solution/."""
     return Path(__file__).parent  # packages are always installed unpacked
 
 

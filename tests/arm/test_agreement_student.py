@@ -89,6 +89,25 @@ def test_all_exercises_in_c_do_what_the_python_firmware_does(tmp_path: Path) -> 
         assert text.endswith("no difference in 1.2 s\n")
 
 
+def test_a_negative_zero_and_a_tolerance_accuse_no_correct_program(tmp_path: Path) -> None:
+    """The guide's own command; zero pitch is -0.000000, and the yaw is off by less than float allows."""
+    code = solved()
+    for right, other in {
+        "minus_gx = -acc.AXIS_X": "minus_gx = -(double)acc.AXIS_X",
+        "azimuth = azimuth * DEGREES;": "azimuth = azimuth * DEGREES + 0.005f;",
+    }.items():
+        assert right in code[FUNCTIONS]
+        code[FUNCTIONS] = code[FUNCTIONS].replace(right, other)
+    project = start(tmp_path / "mylab")
+    write_code(project, code)
+    main = project / "main.c"
+    main.write_text(main.read_text().replace(BLINKING, ""))
+    command = "diff", "lab3", str(make(project)), "--scenario", "tilt_sweep", "--replay", "--duration", "9s"
+
+    for options in ((), ("--tolerance", "ACC=2")):
+        assert fcu(*command, *options).stdout.decode().endswith("no difference in 9 s\n")
+
+
 def test_the_template_as_it_is_does_not_pass_for_a_solution(tmp_path: Path) -> None:
     elf = str(make(start(tmp_path / "mylab")))
 
@@ -112,13 +131,13 @@ def test_a_mistake_in_the_arithmetic_shows_as_the_first_difference(tmp_path: Pat
     assert r"\rPitch: 2.498770 deg Roll: 1.305874 deg Yaw: 0.000000 deg \n" in text
 
 
-def test_the_pages_example_prints_the_altitude(tmp_path: Path) -> None:
+def test_the_pages_example_prints_the_acceleration(tmp_path: Path) -> None:
     functions, loop = page_code()
     project = start(tmp_path / "mylab")
     write_code(project, {FUNCTIONS: functions, LOOP: loop})
 
     text = fcu("run", str(make(project)), "--ideal", "--speed", "max", *SHORT).stdout.decode()
-    assert text.count("Altitude: 0.000000 m") == 1
+    assert text.count("Acceleration: 1000.000000 mg") == 1
 
 
 def test_a_project_for_the_real_board_finds_its_wiring(tmp_path: Path) -> None:

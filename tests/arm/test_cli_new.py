@@ -32,7 +32,7 @@ def test_it_writes_the_template_and_says_what_is_next(tmp_path: Path) -> None:
     names = {path.name for path in project.iterdir()}
     assert names == {"main.c", "Makefile", "README.md", ".gitignore", ".github", "support"}
     assert "YOUR CODE HERE" in (project / "main.c").read_text()
-    assert f"  cd '{project}'\n  make\n  fcu run lab3.elf\n  fcu check\n" in text
+    assert f"  cd '{project}'\n  fcu build\n  fcu run lab3.elf\n  fcu check\n" in text
 
 
 def test_the_bus_is_in_the_makefile_and_in_the_command(tmp_path: Path) -> None:

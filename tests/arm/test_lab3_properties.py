@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -106,6 +107,76 @@ def test_a_wrong_wrap_in_a_compiled_program_is_found_and_seen_on_the_board(tmp_p
     assert command.strip() == f"fcu run {WRONG_YAW} --scenario replay.toml --speed max"
     assert not run(Board(firmware=WRONG_YAW, scenario=path)).passed
     assert run(Board(firmware="solution", scenario=path)).passed
+
+
+SOLUTION = arm.sources() / "solution" / "motion.c"
+WRONG = {
+    "yaw_is": {"azimuth = azimuth * DEGREES;": "azimuth *= DEGREES; if (fabsf(pitch) > 82) azimuth += 180;"},
+    "pitch_is": {"pitch = pitch * DEGREES;": "pitch = -pitch * DEGREES;"},
+    "roll_is": {"roll = roll * DEGREES;": "roll = roll * DEGREES * 0.99;"},
+    "within_their_ranges": {
+        "azimuth = azimuth * DEGREES;": "azimuth *= DEGREES; if (azimuth < 0) azimuth += 360;"
+    },
+    "vectors_lengths": {
+        "azimuth = azimuth * DEGREES;": "azimuth *= DEGREES; if (mag.AXIS_Z < -1500) azimuth += 9;"
+    },
+    "any_offset": {"(mag_max.AXIS_X + mag_min.AXIS_X) / 2": "(mag_max.AXIS_X + mag_min.AXIS_X) / 3"},
+    "it_was_zeroed": {"/ LAPSE_RATE;": "/ LAPSE_RATE + 0.3;"},
+    "less_pressure": {"(1 / 5.257)": "(1 / 5)"},
+}
+"""What breaks each law, by a part of the law's name: text of the solution, and what it becomes."""
+
+
+@pytest.fixture(scope="module")
+def build(tmp_path_factory: pytest.TempPathFactory) -> Callable[[dict[str, str]], Path]:
+    """Build the solution with other text in its motion.c."""
+    if shutil.which("arm-none-eabi-gcc") is None:
+        pytest.skip("arm-none-eabi-gcc is not installed")
+    folder, sources = tmp_path_factory.mktemp("wrong"), arm.sources()
+    shutil.copytree(sources / "support", folder / "support")
+    shutil.copytree(sources / "solution", folder / "solution")
+    shutil.copy(sources / "Makefile", folder)
+
+    def build(changes: dict[str, str]) -> Path:
+        text = SOLUTION.read_text(encoding="utf-8")
+        for right, wrong in changes.items():
+            assert right in text
+            text = text.replace(right, wrong)
+        (folder / "solution" / "motion.c").write_text(text, encoding="utf-8")
+        make = ["make", "-s", "-W", "solution/motion.c", "PROGRAM=solution", "OUT=out"]
+        subprocess.run(make, cwd=folder, check=True, timeout=120)
+        return folder / "out" / "solution-i2c2.elf"
+
+    return build
+
+
+@pytest.mark.parametrize("law", WRONG)
+def test_each_laws_scenario_fails_where_the_law_does(
+    law: str, build: Callable[[dict[str, str]], Path], tmp_path: Path
+) -> None:
+    firmware = build(WRONG[law])
+    tests = lab3_properties(Compiled(firmware), max_examples=60, derandomize=True, database=None)
+    name = next(name for name in vars(tests) if law in name)
+    with pytest.raises(AssertionError) as caught:
+        getattr(tests(), name)()
+    told = "\n".join(caught.value.__notes__)
+    path = tmp_path / "replay.toml"
+    path.write_text(told.split("--speed max\n\n")[1].partition("# end of replay.toml")[0], encoding="utf-8")
+
+    assert not run(Board(firmware, scenario=path)).passed
+    assert run(Board("solution", scenario=path)).passed
+    assert run(Board("lab3", scenario=path)).passed
+
+
+def test_an_error_too_small_for_the_board_says_so(build: Callable[[dict[str, str]], Path]) -> None:
+    firmware = build({"(mag_max.AXIS_X + mag_min.AXIS_X) / 2;": "(mag_max.AXIS_X + mag_min.AXIS_X) / 2 - 2;"})
+    tests = lab3_properties(Compiled(firmware), max_examples=20, derandomize=True, database=None)
+    with pytest.raises(AssertionError) as caught:
+        tests().test_calibration_finds_any_offset()
+    told = "\n".join(caught.value.__notes__)
+
+    assert "Not visible on the board" in told
+    assert "replay.toml" not in told
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ import pytest
 from emulator.grading.verdict import Verdict
 from firmware_model.arm import prebuilt
 from tests.arm import student_programs
+from tests.arm.test_agreement_student import solved, write_code
 
 ROOT = Path(__file__).parents[2]
 STUDENT = ROOT / "docs" / "student.md"
@@ -69,7 +70,8 @@ def test_the_template_is_told_what_to_do_next(tmp_path: Path) -> None:
     assert "  2   not yet     0 of 4    Altitude from the pressure\n" in done.stdout
     assert "  - the altitude follows the stairs, 0 m at the floor\n" in done.stdout
     assert 'seen: no line "Altitude: %f m"' in done.stdout
-    assert "\n  fcu check --exercise 2\n  fcu run lab3.elf\n" in done.stdout
+    assert "\n  fcu check --exercise 2\n" in done.stdout
+    assert "\n  fcu run lab3.elf\n" in done.stdout
     assert done.stdout.splitlines()[-1].split("  ")[1] == "fcu check --exercise 2 --save motions"
 
 
@@ -83,6 +85,42 @@ def test_a_failed_check_is_replayed_by_the_command_that_is_printed(tmp_path: Pat
     assert "seed 7" in replayed.stderr
     assert 'no line "Altitude: %f m" among 158' in replayed.stderr
     assert fcu("run", "solution", *again[3:], "--quiet", folder=tmp_path).returncode == 0
+
+
+def test_hints_come_one_by_one() -> None:
+    """Without asking there is none; each further --hint shows one more, until there are no more."""
+    none, two, all_of_them = (
+        fcu("check", "template-arm", *QUICK, *["--hint"] * count).stdout for count in (0, 2, 5)
+    )
+
+    assert [screen.count("hint: ") for screen in (none, two, all_of_them)] == [0, 2, 4]
+    assert "\n  fcu check template-arm --exercise 2 --hint     for a hint\n" in none
+    assert " --hint --hint --hint     for the next hint\n" in two
+    assert "0.0065" not in two
+    assert "0.0065" in all_of_them
+    assert "for the next hint" not in all_of_them
+
+
+@needs_compiler
+def test_a_broken_law_is_saved_as_a_scenario_that_fails(project: Path, tmp_path: Path) -> None:
+    """A pitch that is wrong only beyond 83 degrees, where no run of the rubric is."""
+    code = solved()
+    right = "  pitch = pitch * DEGREES;\n"
+    assert right in code[0]
+    code[0] = code[0].replace(right, f"{right}  if (fabsf(pitch) > 89) pitch = 0;\n")
+    write_code(project, code)
+    done = fcu("check", "--exercise", "3", "--save", "motions", folder=project)
+    line = next(one for one in done.stdout.splitlines() if one.startswith("      run: "))
+    command = shlex.split(line.partition("run: ")[2])
+
+    assert fcu(*command[1:], "--speed", "max", "--quiet", folder=project).returncode == 1
+    assert fcu("run", "solution", *command[3:], "--quiet", folder=project).returncode == 0
+
+
+def test_a_saved_scenario_says_what_it_does_not_expect(tmp_path: Path) -> None:
+    done = fcu("check", "template-arm", "--exercise", "4", "--save", "motions", folder=tmp_path)
+
+    assert "These scenarios only move the board for: LED2 is lit beyond 80 degrees" in done.stdout
 
 
 def test_the_screen_is_one_screen(tmp_path: Path) -> None:
@@ -123,7 +161,7 @@ def test_what_does_not_build_is_not_judged(project: Path) -> None:
     assert done.returncode == 2
     assert done.stdout == ""
     assert done.stderr.startswith(f"fcu: {project} does not build:\nfcu:   main.c:")
-    assert done.stderr.endswith(f"mend the first error, then: fcu check {project}\n")
+    assert done.stderr.endswith(f"fix the first error, then: fcu check {project}\n")
 
 
 @needs_compiler
@@ -184,11 +222,11 @@ def test_wrong_use_is_one_line(tmp_path: Path, arguments: tuple[str, ...], messa
     assert len(done.stderr.splitlines()) == 1
 
 
-def test_a_machine_without_make_is_told_so(project: Path, tmp_path: Path) -> None:
+def test_a_machine_without_make_and_compiler_is_told_so(project: Path, tmp_path: Path) -> None:
     done = fcu("check", str(project), path=str(tmp_path))
 
     assert done.returncode == 2
-    assert done.stderr.startswith("fcu: make is not installed; `fcu doctor` says how to get it")
+    assert done.stderr.startswith("fcu: arm-none-eabi-gcc is not installed: ")
 
 
 def test_a_rubric_file_is_checked_and_its_schema_is_printed(tmp_path: Path) -> None:

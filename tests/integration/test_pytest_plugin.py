@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import re
+import shlex
+import subprocess
+import sys
 import xml.etree.ElementTree as ET
+from pathlib import Path
 
 import pytest
 
@@ -12,6 +17,7 @@ from tests.arm.broken_programs import FOLDER
 
 pytest_plugins = ["pytester"]
 
+ROOT = Path(__file__).parents[2]
 ARGUMENTS = ("-p", "no:cacheprovider", "-p", "no:xdist", "-q")
 
 
@@ -99,7 +105,6 @@ def test_a_failure_shows_what_the_board_did(pytester: pytest.Pytester) -> None:
         @pytest.mark.board("solution", seed=2)
         def test_it(board, dut):
             dut.expect("Pre: ")
-            dut.write("\\x1b[31m")
             assert board.now_s == 0
         """
     )
@@ -114,6 +119,107 @@ def test_a_failure_shows_what_the_board_did(pytester: pytest.Pytester) -> None:
     system_out = ET.parse(pytester.path / "out.xml").find(".//system-out")
     assert system_out is not None
     assert "LAB3 Init..." in (system_out.text or "")
+
+
+def run_by_hand(printed: str, folder: Path) -> subprocess.CompletedProcess[bytes]:
+    """Run the command that a failed test has printed."""
+    command = next(line for line in printed.splitlines() if line.startswith("fcu run solution "))
+    return subprocess.run(
+        [sys.executable, "-m", "emulator", *shlex.split(command)[1:], "--quiet"],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        check=False,
+    )
+
+
+def test_the_command_of_a_cold_board_starts_cold(pytester: pytest.Pytester) -> None:
+    """The solution does not wait for its sensors, and hangs on such a board."""
+    pytester.makepyfile(
+        """
+        import pytest
+
+        @pytest.mark.board("solution", cold_start=True)
+        def test_it(board):
+            board.run_for(0.5)
+            assert False
+        """
+    )
+    done = run_by_hand(pytester.runpytest_inprocess(*ARGUMENTS).stdout.str(), pytester.path)
+
+    assert done.returncode == 3
+
+
+def test_the_command_repeats_what_the_test_did(pytester: pytest.Pytester) -> None:
+    """The same bytes: setters, motions planned ahead, typing, faults, iron, a scenario's own steps."""
+    step = '[[timeline]]\ndo = "set_attitude"\nat = "1s"\nroll_deg = 9\n'
+    scenario = f'schema = 1\nquestion = "q"\nduration = "9s"\n{step}'
+    (pytester.path / "own.toml").write_text(scenario, encoding="utf-8")
+    pytester.makepyfile(
+        """
+        import pytest
+        from emulator import I2CFault
+        from pathlib import Path
+
+        @pytest.mark.board("solution", seed=5, scenario="own.toml")
+        def test_it(board, dut):
+            board.world.set_hard_iron(90, -30, 10)
+            board.world.set_attitude(0, 40, 0)
+            board.run_for(1.2003)
+            board.world.rotate_to(roll_deg=0, pitch_deg=70, yaw_deg=20, duration_s=0.5)
+            board.world.lift(2, 0.7, start_s=1.9)
+            board.world.set_magnetic_field(21, 1, 42)
+            dut.write("hello")
+            board.i2c2.inject(I2CFault("nack", 2.5, 2.6))
+            board.run_for(2)
+            board.world.change_weather(2, 1)
+            board.run_for(1.5)
+            Path("seen.txt").write_bytes(board.terminal.text.encode("latin-1"))
+            assert False
+        """
+    )
+    printed = pytester.runpytest_inprocess(*ARGUMENTS).stdout.str()
+    done = run_by_hand(printed, pytester.path)
+
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith((pytester.path / "seen.txt").read_bytes())
+    assert "Not in it" not in printed
+
+
+def test_what_a_scenario_cannot_repeat_is_named(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(
+        """
+        import pytest
+
+        @pytest.mark.board("solution")
+        def test_it(board):
+            board.run_for(1.2)
+            board.set_variable("press_zero_level", 900.0)
+            board.world.set_gravity(5)
+            board.i2c2.write_read(0x6B, b"\\x0f", 1)
+            board.i2c2.write_read(0x6B, b"\\x0f", 1)
+            board.call("getAltitude", 950.0, 20.0)
+            with board.scratch() as copy:
+                copy.call("eCompass")
+            assert False
+        """
+    )
+    printed = pytester.runpytest_inprocess(*ARGUMENTS).stdout.str()
+
+    missing = next(line for line in printed.splitlines() if line.startswith("Not in it: "))
+    assert missing == (
+        "Not in it: board.set_variable; board.world.set_gravity; board.i2c2.write_read, 2 times."
+    )
+
+
+def test_firmware_without_a_name_gets_no_command(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(
+        "import pytest\n\n@pytest.mark.board(None)\ndef test_it(board):\n    assert board.now_s\n"
+    )
+    printed = pytester.runpytest_inprocess(*ARGUMENTS).stdout.str()
+
+    assert "no command: " in printed
+    assert "fcu run --" not in printed
 
 
 def test_a_hang_is_diagnosed(pytester: pytest.Pytester) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -76,6 +77,31 @@ def test_text_beyond_the_recording_is_left_out_and_a_missing_one_is_not() -> Non
 
     assert text_of(replay(board, script(lambda hal: say(hal, "one\nand two\n")))) == "one\n"
     assert text_of(replay(board, script(lambda hal: say(hal, "on")))) == "on"
+
+
+@pytest.mark.parametrize(
+    ("printed", "replayed"),
+    [("-0.000000", "0.000000"), ("0.000000", "-0.000000"), ("9.999999", "10.000000"), ("1", "1234.000000")],
+)
+def test_a_number_of_another_width_moves_no_other_line(printed: str, replayed: str) -> None:
+    def saying(number: str) -> Callable[[Hal], None]:
+        def main(hal: Hal) -> None:
+            for _ in range(3):
+                for text in ("*****\n\r\n\r", f"Altitude: {number} m \n\r", "*****\n\r"):
+                    hal.HAL_UART_Transmit(text.encode(), 1000)
+                hal.HAL_Delay(100)
+            say(hal, "end\n")
+
+        return main
+
+    board = Board(script(saying(printed)), scenario="flat")
+    original = observe(board, 3 * PS_PER_S, transfers=True)
+    again = replay(board, script(saying(replayed)))
+
+    assert [one.at_ps for one in again.sequences[TERMINAL]] == [
+        one.at_ps for one in original.sequences[TERMINAL]
+    ]
+    assert text_of(again).replace(replayed, printed) == text_of(original)
 
 
 def say(hal: Hal, text: str) -> None:

@@ -16,12 +16,12 @@ SUPPORT_SOURCES := $(filter-out %/sensor_bus_i2c2.c %/sensor_bus_spi2.c,$(sort $
                    $(SUPPORT)/sensor_bus_$(bus).c
 OBJECTS := $(addprefix $(BUILD)/,$(SOURCES:.c=.o) $(addprefix support/,$(notdir $(SUPPORT_SOURCES:.c=.o))))
 
-CPU := -mcpu=cortex-m4 -mthumb -mfpu=fpv4-sp-d16 -mfloat-abi=hard
-CFLAGS := $(CPU) $(OPT) -g -std=gnu11 -Wall -Wextra -ffunction-sections -fdata-sections \
-          -ffp-contract=off -I$(SUPPORT) $(if $(filter spi2,$(bus)),-DSENSORS_ON_SPI2) $(EXTRA_CFLAGS)
-# -u _printf_float: without it the small C library prints nothing for %f.
-LDFLAGS := $(CPU) -nostartfiles --specs=nano.specs --specs=nosys.specs -u _printf_float \
-           -Wl,--gc-sections -Wl,--build-id=none -T $(SUPPORT)/STM32F401CC.ld
+# The compiler reads its options from files, which `fcu build` gives it as well, without make.
+# In link.options, -u _printf_float: without it the small C library prints nothing for %f.
+CPU := @$(SUPPORT)/cpu.options
+CFLAGS := $(CPU) $(OPT) @$(SUPPORT)/compile.options -I$(SUPPORT) $(if $(filter spi2,$(bus)),-DSENSORS_ON_SPI2) \
+          $(EXTRA_CFLAGS)
+LDFLAGS := $(CPU) @$(SUPPORT)/link.options -T $(SUPPORT)/STM32F401CC.ld
 
 $(NAME).elf: $(OBJECTS) $(SUPPORT)/STM32F401CC.ld
 	@echo "  LINK    $@"
@@ -37,6 +37,6 @@ $(BUILD)/%.o: %.c
 	@echo "  CC      $<"
 	@$(CC) $(CFLAGS) -MMD -c $< -o $@
 
-$(OBJECTS): $(MAKEFILE_LIST)
+$(OBJECTS): $(MAKEFILE_LIST) $(SUPPORT)/cpu.options $(SUPPORT)/compile.options
 
 -include $(OBJECTS:.o=.d)

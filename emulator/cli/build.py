@@ -1,0 +1,233 @@
+"""``fcu build``: a project of ``fcu new`` as ``make`` builds it, without make.
+
+The options are files beside the sources (``support/*.options``), which the Makefile gives the compiler as
+well; what the project's Makefile sets (BUS, OPT, EXTRA_CFLAGS, PREFIX) is read from it. So both commands
+build the same bytes, and each uses the other's objects.
+
+Decision: the program's own files are compiled every time, so that the compiler's warnings are seen; those of
+``support/`` when one of its files or the Makefile is newer. The road not taken, reading the compiler's lists
+of dependencies, saves a fifth of a second for most changes.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import click
+
+from emulator.boards.fcu001v1 import FCU001V1
+from emulator.cli.toolchain import COMPILER, find_compiler
+from emulator.errors import InputError
+from emulator.system_words import command_line, how_to_install
+from emulator.text import visible
+
+ELF = "lab3.elf"
+_BUILD_S = 300.0
+_LONGEST_LOG = 1 << 20
+_WIDTH = 98
+_ERRORS_SHOWN = 3  # of the compiler
+_MARKS = (
+    re.compile("undefined reference|multiple definition|overflowed by"),  # collect2's "error:" says no more
+    re.compile("error:"),
+    re.compile("Error "),
+)
+"""What the lines of a build say that matter, the first kind that is there."""
+_OPTIONS = ("cpu.options", "compile.options", "link.options")
+_ASSIGNMENT = re.compile(r"(?m)^(BUS|OPT|EXTRA_CFLAGS|PREFIX)[ \t]*[?:]?=[ \t]*(.*?)[ \t]*$")
+
+
+class BuildError(Exception):
+    """The compiler failed; ``log`` is its output."""
+
+    def __init__(self, log: str) -> None:
+        super().__init__(log)
+        self.log = log
+
+
+def build_and_say(folder: Path) -> None:
+    """Build the project, print the compiler's warnings and the name of the file. Raises InputError."""
+    log = build_project(folder)
+    if log:
+        click.echo(log, err=True)
+    click.echo(f"built {folder / ELF}")
+
+
+def build_project(folder: Path, command: str = "build") -> str:
+    """Build ``lab3.elf`` in a project of ``fcu new``; the compiler's output.
+
+    ``command``: what to call again after an error. Raises InputError.
+    """
+    if not (folder / "Makefile").exists():
+        raise InputError(f"{folder} must be a project of `fcu new`, with a Makefile")
+    try:
+        return _Build(folder).run()
+    except BuildError as error:
+        raise InputError(_build_failed(folder, error.log, command)) from error
+
+
+def build_with_make(folder: Path, command: str) -> str:
+    """Likewise by make, for any project with a Makefile."""
+    sources = sorted(path.name for path in folder.glob("*.c"))
+    changed = [argument for name in sources for argument in ("-W", name)]
+    compiler = find_compiler()
+    prefix = [] if compiler is None or shutil.which(COMPILER) else [f"PREFIX={_prefix(compiler)}"]
+    try:
+        done = subprocess.run(
+            ["make", *changed, *prefix],
+            cwd=folder,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            timeout=_BUILD_S,
+            check=False,
+        )
+    except subprocess.TimeoutExpired as error:
+        raise InputError(f"{folder}: make has not ended after {_BUILD_S:g} s") from error
+    except OSError as error:
+        raise InputError(f"{folder}: make cannot be run: {error.strerror or error}") from error
+    log = done.stdout[:_LONGEST_LOG].decode("utf-8", "replace")
+    if done.returncode:
+        raise InputError(_build_failed(folder, log, command))
+    return log
+
+
+def _build_failed(folder: Path, log: str, command: str) -> str:
+    """The first errors of a build, and what to do."""
+    lines = [visible(line) for line in log.splitlines() if line.strip()]
+    if any("not found" in line or "No such file" in line for line in lines if "arm-none-eabi" in line):
+        return f"{folder}: the chip's compiler is missing; `fcu doctor` says how to get it"
+    here = f"{folder.resolve()}/"  # the linker names sources so
+    found = ([line.removeprefix(here) for line in lines if mark.search(line)] for mark in _MARKS)
+    errors = next(filter(None, found), lines[-_ERRORS_SHOWN:])
+    shown = [f"  {line[:_WIDTH]}" for line in dict.fromkeys(errors)][:_ERRORS_SHOWN]
+    again = command_line(["fcu", command, *([] if folder == Path() else [str(folder)])])
+    return "\n".join([f"{folder} does not build:", *shown, f"  fix the first error, then: {again}"])
+
+
+@dataclass(frozen=True)
+class _Unit:
+    """A source file, and where its object goes; both relative to the project."""
+
+    source: str
+    object: str
+
+
+class _Build:
+    """One build. Raises InputError for what is missing."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._makefile = folder / "Makefile"
+        self._support = folder / "support"
+        missing = [name for name in _OPTIONS if not (self._support / name).is_file()]
+        if missing:
+            raise InputError(
+                f"{self._support} must have {missing[0]}, which `fcu new` writes; build with make, "
+                "or copy support/ from a new project"
+            )
+        try:
+            text = self._makefile.read_text(encoding="utf-8", errors="replace")
+        except OSError as error:
+            raise InputError(f"cannot read {self._makefile}: {error.strerror or error}") from error
+        given = {name: value.partition("#")[0].strip() for name, value in _ASSIGNMENT.findall(text)}
+        self._bus = given.get("BUS") or FCU001V1.profile().bus
+        if self._bus not in {profile.bus for profile in FCU001V1.profiles}:
+            raise InputError(f"{self._makefile}: BUS must be I2C2 or SPI2, not {self._bus}")
+        self._flags = [*shlex.split(given.get("OPT", "-Og")), "@support/compile.options", "-Isupport"]
+        self._flags += ["-DSENSORS_ON_SPI2"] if self._bus == "SPI2" else []
+        self._flags += shlex.split(given.get("EXTRA_CFLAGS", ""))
+        self._gcc = _chosen(given.get("PREFIX", ""))
+
+    def run(self) -> str:
+        """Compile and link; the compiler's output. Raises BuildError, InputError."""
+        self._forget_the_old_file()
+        units = list(self._units())
+        stale = [unit for unit in units if self._is_stale(unit)]
+        for unit in stale:
+            (self._folder / unit.object).parent.mkdir(parents=True, exist_ok=True)
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            done = list(pool.map(self._compile, stale))
+        log = "".join(text for _, text in done)
+        if any(code for code, _ in done):
+            raise BuildError(log)
+        linked = f"build/{self._bus}/{ELF}"
+        script = ["@support/link.options", "-T", "support/STM32F401CC.ld"]
+        objects = [unit.object for unit in units]
+        code, text = self._call(["@support/cpu.options", *script, *objects, "-lm", "-o", linked])
+        if code:
+            raise BuildError(log + text)
+        try:
+            shutil.copyfile(self._folder / linked, self._folder / ELF)
+        except OSError as error:
+            raise InputError(f"cannot write {self._folder / ELF}: {error.strerror or error}") from error
+        return log + text
+
+    def _forget_the_old_file(self) -> None:
+        """After a failed build, ``fcu run lab3.elf`` must not run the program of before."""
+        try:
+            (self._folder / ELF).unlink(missing_ok=True)
+        except OSError as error:
+            raise InputError(f"cannot replace {self._folder / ELF}: {error.strerror or error}") from error
+
+    def _units(self) -> Iterator[_Unit]:
+        """In the order in which the Makefile links them."""
+        for path in sorted(self._folder.glob("*.c")):
+            yield _Unit(path.name, f"build/{self._bus}/{path.stem}.o")
+        bus = f"sensor_bus_{self._bus.lower()}"
+        others = [path.stem for path in sorted(self._support.glob("*.c"))]
+        others = [name for name in others if name not in ("sensor_bus_i2c2", "sensor_bus_spi2")]
+        for name in (*others, bus):
+            yield _Unit(f"support/{name}.c", f"build/{self._bus}/support/{name}.o")
+
+    def _is_stale(self, unit: _Unit) -> bool:
+        made = self._folder / unit.object
+        if not unit.source.startswith("support/") or not made.exists():
+            return True
+        inputs = [self._makefile, *self._support.iterdir()]
+        return max(path.stat().st_mtime for path in inputs) > made.stat().st_mtime
+
+    def _compile(self, unit: _Unit) -> tuple[int, str]:
+        return self._call(
+            ["@support/cpu.options", *self._flags, "-MMD", "-c", unit.source, "-o", unit.object]
+        )
+
+    def _call(self, arguments: Sequence[str]) -> tuple[int, str]:
+        try:
+            done = subprocess.run(
+                [str(self._gcc), *arguments],
+                cwd=self._folder,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                timeout=_BUILD_S,
+                check=False,
+            )
+        except subprocess.TimeoutExpired as error:
+            raise InputError(f"{self._folder}: the compiler has not ended after {_BUILD_S:g} s") from error
+        except OSError as error:
+            raise InputError(f"cannot run {self._gcc}: {error.strerror or error}") from error
+        return done.returncode, done.stdout[:_LONGEST_LOG].decode("utf-8", "replace")
+
+
+def _chosen(prefix: str) -> Path:
+    """The compiler of the Makefile's or the environment's PREFIX, else the one that is found."""
+    prefix = os.environ.get("PREFIX", "") or prefix
+    if prefix and prefix != "arm-none-eabi-":
+        return Path(f"{prefix}gcc")
+    compiler = find_compiler()
+    if compiler is None:
+        raise InputError(f"{COMPILER} is not installed: {how_to_install(COMPILER)}")
+    return compiler
+
+
+def _prefix(compiler: Path) -> str:
+    """What make's PREFIX has to be for it."""
+    return (compiler.parent / "arm-none-eabi-").as_posix()

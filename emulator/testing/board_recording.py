@@ -1,0 +1,245 @@
+"""What a test does to its board, as a scenario that ``fcu run`` plays.
+
+Recorded are the world's setters and motions, the text typed on the terminal and the faults of the I2C bus,
+each with its virtual time. What a scenario has no entry for, such as a variable that is set, is listed, so
+that the reader knows how the scenario differs from the test.
+
+Decision: the board's objects get subclasses that note a call and pass it on. The road not taken, hooks in
+world, terminal and buses, would be in the path of every board for the sake of tests that fail.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any
+
+from emulator.board.board import Board
+from emulator.buses.i2c import I2CFault
+from emulator.errors import InputError
+from emulator.live.recording import SessionRecording
+from emulator.scenario.timeline import LONGEST_INPUT, RunMotors
+from emulator.scenario.written import parse_entry
+from emulator.system_words import command_line
+from emulator.time.clock import NEVER_PS, format_duration, to_ps
+from emulator.world import World
+
+_NAMES = {"change_weather": "weather", "blow": "wind", "shut_door": "door", "set_magnetic_field": "set_field"}
+"""Entries that have another name than the world's method."""
+_KEYS = {"hpa": "pressure_hpa", "degc": "temperature_degc", "percent": "humidity_percent"}
+_DURATIONS = {"duration_s": "for", "catch_s": "catch", "time_constant_s": "time_constant"}
+_FIELD = ("north_ut", "east_ut", "down_ut")
+_NO_ENTRY = frozenset(
+    {"set_altitude", "warm_up", "replay", "set_hard_iron", "set_soft_iron", "set_iron", "set_gravity"}
+)
+_NOT_A_CHANGE = frozenset({"on_change", "throttle"})
+_CHANGES = tuple(
+    name
+    for name, value in vars(World).items()
+    if inspect.isfunction(value) and not name.startswith("_") and name not in _NOT_A_CHANGE
+)
+_AT_POWER_ON: Mapping[str, Callable[[Mapping[str, Any]], dict[str, object]]] = {
+    "set_hard_iron": lambda given: {"hard_iron_mgauss": [float(one) for one in given.values()]},
+    "set_soft_iron": lambda given: {"soft_iron": _rows(given["matrix"])},
+    "set_iron": lambda given: {
+        "hard_iron_mgauss": [float(one) for one in given["hard_mgauss"]],
+        "soft_iron": _rows(given["soft"]),
+    },
+    "set_gravity": lambda given: {"gravity": float(given["m_s2"])},
+}
+"""What has no entry, but a key of [world] at power-on."""
+
+
+class BoardRecording:
+    """Records ``board`` from now on, its power-on; ``cold``: whether that was also its sensors'."""
+
+    def __init__(self, board: Board, cold: bool = False) -> None:
+        self._board = board
+        self._cold = cold
+        self._recording = SessionRecording(board, board.ideal, source="A test", cold=cold)
+        self._missing: Counter[str] = Counter()
+        self._inside = False
+        self._done = False
+        plan = board.scenario
+        self._steps_ps = {step.at_ps for step in plan.steps} if plan else set()
+        self._motors_follow = plan is not None and any(
+            isinstance(step.entry, RunMotors) and step.entry.throttle == "firmware" for step in plan.steps
+        )
+        self._watch(board.world, _CHANGES, self._world)
+        self._watch(board.terminal, ("write",), self._typed)
+        first = board.i2c()
+        for name in board.description.i2c:
+            master = board.i2c(name)
+            self._watch(master, ("inject",), self._fault if master is first else self._lost(name.lower()))
+            self._watch(master, ("write", "read", "write_read"), self._lost(name.lower()))
+        for name in board.description.spi:
+            self._watch(board.spi(name), ("configure", "write", "write_read"), self._lost(name.lower()))
+        self._watch(board, ("set_variable", "restore"), self._lost())
+        self._watch(board, ("call",), self._called)
+
+    @property
+    def missing(self) -> list[str]:
+        """What was done to the board and is not in the scenario."""
+        return [f"{name}{f', {count} times' * (count > 1)}" for name, count in self._missing.items()]
+
+    @property
+    def needed(self) -> bool:
+        """Whether ``fcu run`` needs a scenario for this board: something was done to it, or it was cold."""
+        return self._done or self._cold
+
+    def text(self) -> str:
+        """The scenario until now. Raises InputError if the test's scenario plays recordings."""
+        return self._recording.text()
+
+    # -- what is recorded ------------------------------------------------------------------------------
+
+    def _world(self, name: str, at_ps: int, given: dict[str, Any]) -> None:
+        start_s = given.pop("start_s", None)
+        if start_s is not None:
+            at_ps = max(to_ps(start_s), at_ps)
+        if name in _NO_ENTRY:
+            if at_ps == 0 and name in _AT_POWER_ON:
+                self._recording.world.update(_AT_POWER_ON[name](given))
+                self._done = True
+            else:
+                self._lose(f"board.world.{name}")
+            return
+        table: dict[str, Any] = {"do": _NAMES.get(name, name)}
+        if all(key in given for key in _FIELD):
+            table["field"] = {key: given.pop(key) for key in _FIELD}
+        for key, value in given.items():
+            if key in _DURATIONS:
+                table[_DURATIONS[key]] = format_duration(to_ps(value))
+            else:
+                table[_KEYS.get(key, key)] = _plain(value)
+        self._add(at_ps, table, f"board.world.{name}")
+
+    def _typed(self, name: str, at_ps: int, given: dict[str, Any]) -> None:
+        data = given["data"]
+        sent = data.encode("latin-1") if isinstance(data, str) else bytes(data)
+        for begin in range(0, len(sent), LONGEST_INPUT):
+            part = sent[begin : begin + LONGEST_INPUT]
+            self._add(at_ps, {"do": "send", "hex": part.hex(" ")}, f"board.terminal.{name}")
+
+    def _fault(self, name: str, at_ps: int, given: dict[str, Any]) -> None:
+        fault: I2CFault = given["fault"]
+        table: dict[str, Any] = {"do": "fault", "kind": fault.kind, "byte_index": fault.byte_index}
+        begin_ps = max(fault.from_ps, at_ps)
+        if fault.until_ps < NEVER_PS:
+            table["for"] = format_duration(fault.until_ps - begin_ps)
+        if fault.address is not None:
+            table["address"] = fault.address
+        self._add(begin_ps, table, f"board.i2c2.{name}")
+
+    def _called(self, name: str, at_ps: int, given: dict[str, Any]) -> None:
+        del at_ps
+        if given.get("keep"):
+            self._lose(f"board.{name}(..., keep=True)")
+
+    def _lost(self, owner: str = "") -> Callable[[str, int, dict[str, Any]], None]:
+        def lost(name: str, at_ps: int, given: dict[str, Any]) -> None:
+            del at_ps, given
+            self._lose(".".join(filter(None, ("board", owner, name))))
+
+        return lost
+
+    def _add(self, at_ps: int, table: dict[str, Any], what: str) -> None:
+        try:
+            kept = self._recording.add(at_ps, parse_entry(table, self._board.description))
+        except InputError:
+            kept = False
+        if kept:
+            self._done = True
+        else:
+            self._lose(what)
+
+    def _lose(self, what: str) -> None:
+        self._missing[what] += 1
+
+    # -- how it is seen --------------------------------------------------------------------------------
+
+    def _watch(
+        self, owner: object, names: Iterable[str], note: Callable[[str, int, dict[str, Any]], None]
+    ) -> None:
+        """Let ``note`` know of each call of these methods, with its time and its arguments by name."""
+        kind: Any = type(owner)
+        methods = {name: self._noting(getattr(kind, name), name, note) for name in names}
+        owner.__class__ = type(kind.__name__, (kind,), {"__module__": kind.__module__, **methods})
+
+    def _noting(
+        self, method: Callable[..., Any], name: str, note: Callable[[str, int, dict[str, Any]], None]
+    ) -> Callable[..., Any]:
+        signature = inspect.signature(method)
+
+        def called(owner: Any, *arguments: Any, **named: Any) -> Any:
+            at_ps = self._time_ps(name)
+            if at_ps is None:
+                return method(owner, *arguments, **named)
+            self._inside = True
+            try:
+                result = method(owner, *arguments, **named)
+            finally:
+                self._inside = False
+            bound = signature.bind(owner, *arguments, **named)
+            bound.apply_defaults()
+            note(name, at_ps, dict(list(bound.arguments.items())[1:]))
+            return result
+
+        return called
+
+    def _time_ps(self, name: str) -> int | None:
+        """When a call counts as happening; None for one that the test has not made.
+
+        Between two runs everything that is due now has happened, so a call is an event after that.
+        """
+        now_ps = self._board.clock.now_ps
+        if self._inside:
+            return None
+        if not self._board.running:
+            return now_ps + (1 if now_ps else 0)
+        by_scenario = now_ps in self._steps_ps or (name == "run_motors" and self._motors_follow)
+        return None if by_scenario else now_ps
+
+
+def by_hand(board: Board, recording: BoardRecording | None, save: Callable[[str], str]) -> Iterator[str]:
+    """The command that runs this board, and how it differs from the test, in lines.
+
+    ``save``: writes a scenario and returns its path.
+    """
+    if not board.booted.name:
+        yield "no command: fcu run has no name for this firmware"
+        return
+    words = ["fcu", "run", str(board.booted.name)]
+    missing = list(recording.missing) if recording else []
+    if recording is not None and recording.needed:
+        try:
+            scenario = save(recording.text())
+        except InputError as error:
+            yield f"not saved as a scenario: {error}"
+            return
+        yield command_line(
+            [*words, "--profile", board.booted.profile.name, "--scenario", scenario, "--speed", "max"]
+        )
+        yield "The scenario has what the test did to the board, and no expectations."
+    else:
+        words += ["--scenario", str(board.scenario.file)] if board.scenario else []
+        words += ["--profile", board.booted.profile.name, "--seed", str(board.seed)]
+        words += ["--ideal"] if board.ideal else []
+        words += ["--duration", f"{max(board.now_s, 0.001):.3f}s", "--speed", "max"]
+        yield command_line(words)
+    if missing:
+        yield f"Not in it: {'; '.join(missing)}."
+
+
+def _plain(value: Any) -> Any:
+    """Numbers of numpy and tuples as TOML has them."""
+    if isinstance(value, str | bool) or value is None:
+        return value
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    return [_plain(one) for one in value] if isinstance(value, Iterable) else value
+
+
+def _rows(matrix: Any) -> list[list[float]]:
+    return [[float(value) for value in row] for row in matrix]

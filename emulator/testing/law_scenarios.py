@@ -1,0 +1,190 @@
+"""Counter-examples of the lab's laws as scenarios: what has to be done to a board so that it shows them.
+
+Each scenario expects the value that the law demands, so it fails on the firmware that breaks the law and
+passes on a correct one. The expected values come from the law, not from what the firmware has computed.
+
+Decision: a scenario is shown only after it has been run, on the firmware and on the lab's. A counter-example
+gives a function its arguments directly; on the board they come from sensors with finite resolution, so a
+small error, or one for a single value, may not appear there. Then the report says that, instead of showing a
+scenario that passes on the firmware that it accuses.
+"""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from emulator import Board
+from emulator.scenario import run
+from emulator.scenario.loader import scenario_of
+from emulator.scenario.written import scenario_text
+from emulator.strategies import MGAUSS_PER_UT, Pose, Vector
+from emulator.system_words import command_line
+from emulator.world.truth import ZURICH_FIELD_UT
+
+FILE = "replay.toml"
+REFERENCE = "lab3"
+"""A correct firmware: what it does not pass is not expected of another one."""
+
+Table: TypeAlias = dict[str, Any]
+
+RANGES_DEG = {"Pitch": 90.0, "Roll": 90.0, "Yaw": 180.0}
+LEAST_DEG = {"Pitch": 0.2, "Roll": 0.2, "Yaw": 1.0}
+"""Smallest errors of angles that a board with ideal sensors resolves: raw values are integers."""
+_MOST_DEG = 2.0
+LEAST_MGAUSS = 5.0
+_LEAST_AT_ZERO_M = 0.01  # the same reading twice
+_LEAST_HPA = 0.02  # the firmware truncates pressures to 0.01 hPa, here and at the floor
+_LEAST_OF_HEIGHT = 5e-4  # and temperatures to 0.1 K
+_MOST_GRAVITY = 3.5  # of the accelerometer's full scale of 4 g
+
+
+def angle_tolerance_deg(name: str, error_deg: float) -> float:
+    """How near a printed angle has to be so that an error of this size is found."""
+    return min(max(error_deg / 2, LEAST_DEG[name]), _MOST_DEG) if math.isfinite(error_deg) else _MOST_DEG
+
+
+def pose_scenario(
+    pose: Pose, expected_deg: Mapping[str, tuple[float, float]], *, gravity: float = 1, field: float = 1
+) -> str:
+    """The board calibrates its compass and takes the pose; ``expected_deg``: value and tolerance by field.
+
+    ``gravity`` and ``field``: how many times the usual specific force and the usual magnetic field act.
+    """
+    expectations = [
+        {"kind": "field", "name": name, "value": round(value, 3) + 0.0, "tolerance": tolerance, "from": "19s"}
+        for name, (value, tolerance) in expected_deg.items()
+    ]
+    return scenario_text(_pose_table(pose, expectations, gravity, field))
+
+
+def pose_against_truth(pose: Pose, names: Sequence[str]) -> str:
+    """Likewise; the fields are compared with the truth of the world."""
+    expectations = [
+        {"kind": "field", "name": name, "truth": True, "tolerance": _MOST_DEG, "from": "19s"}
+        for name in names
+    ]
+    return scenario_text(_pose_table(pose, expectations, 1, 1))
+
+
+def _pose_table(pose: Pose, expectations: list[Table], gravity: float, field: float) -> Table:
+    angles = f"roll {pose.roll_deg:g}, pitch {pose.pitch_deg:g}, yaw {pose.yaw_deg:g} degrees"
+    ranges = [
+        {"kind": "within", "name": name, "least": -limit, "most": limit} for name, limit in RANGES_DEG.items()
+    ]
+    world: Table = {}
+    if gravity != 1:
+        world["gravity"] = 9.80665 * min(gravity, _MOST_GRAVITY)
+    if field != 1:
+        world["field"] = {
+            f"{axis}_ut": field * ut
+            for axis, ut in zip(("north", "east", "down"), ZURICH_FIELD_UT, strict=True)
+        }
+    return {
+        "schema": 1,
+        "question": f"Does the firmware print the right angles at {angles}?",
+        "duration": "22s",
+        "timeline": [
+            {"do": "figure_eight", "at": "2s", "for": "15s"},
+            {"do": "set_attitude", "at": "17500ms", **vars(pose)},
+        ],
+        "expect": [*expectations, *ranges],
+        "sensors": {"grade": "ideal"},
+        **({"world": world} if world else {}),
+    }
+
+
+def calibration_scenario(offset: Vector, field_mgauss: int, order: Sequence[int], end: Vector) -> str:
+    """Each axis points along a horizontal field, both ways; then one of them again, and MAG is expected.
+
+    ``order``: of the six, X, Y and Z, there and back for each. ``end``: the field without iron at the end.
+    """
+    turns = [*(_ALONG[index] for index in order), _ALONG[_direction(end)]]
+    steps = [
+        {"do": "set_attitude", "at": f"{2000 + 500 * number}ms", **angles}
+        for number, angles in enumerate(turns)
+    ]
+    values = zip("xyz", end, strict=True)
+    expectations = [
+        {"kind": "field", "name": f"MAG.{axis}", "value": value, "tolerance": LEAST_MGAUSS, "from": "6s"}
+        for axis, value in values
+    ]
+    north_ut = field_mgauss / MGAUSS_PER_UT
+    return scenario_text(
+        {
+            "schema": 1,
+            "question": f"Does the calibration find a hard iron of {offset} mgauss?",
+            "duration": "9s",
+            "timeline": steps,
+            "expect": expectations,
+            "sensors": {"grade": "ideal"},
+            "world": {
+                "hard_iron_mgauss": list(offset),
+                "field": {"north_ut": north_ut, "east_ut": 0, "down_ut": 0},
+            },
+        }
+    )
+
+
+def altitude_scenario(
+    zero_hpa: float, press_hpa: float, temperature_degc: float, altitude_m: float, error_m: float
+) -> str:
+    """The room's floor has one pressure, later the board another one; the altitude of the law is expected."""
+    tolerance = least_m(zero_hpa, press_hpa, temperature_degc, altitude_m)
+    if math.isfinite(error_m):
+        tolerance = max(error_m / 2, tolerance)
+    altitude = {"kind": "field", "name": "Altitude", "value": round(altitude_m, 3) + 0.0, "from": "5s"}
+    return scenario_text(
+        {
+            "schema": 1,
+            "question": f"Is {press_hpa:g} hPa the right altitude, with {zero_hpa:g} hPa at the floor?",
+            "duration": "8s",
+            "timeline": [{"do": "set_pressure", "at": "3s", "pressure_hpa": press_hpa}],
+            "expect": [altitude | {"tolerance": tolerance}],
+            "sensors": {"grade": "ideal"},
+            "world": {"pressure_hpa": zero_hpa, "temperature_degc": temperature_degc},
+        }
+    )
+
+
+def least_m(zero_hpa: float, press_hpa: float, temperature_degc: float, altitude_m: float = 0.0) -> float:
+    """The smallest error of an altitude, in metres, that a board with ideal sensors resolves."""
+    if zero_hpa == press_hpa:
+        return _LEAST_AT_ZERO_M
+    metres_per_hpa = 29.27 * (temperature_degc + 273.15) / press_hpa  # R / (M g), the isothermal atmosphere
+    return _LEAST_HPA * metres_per_hpa + _LEAST_OF_HEIGHT * abs(altitude_m)
+
+
+def command(firmware: str) -> str:
+    """The command that runs a scenario saved as ``replay.toml``."""
+    return command_line(["fcu", "run", firmware, "--scenario", FILE, "--speed", "max"])
+
+
+def shows(firmware: str, scenario: str) -> bool:
+    """Whether the scenario fails on ``firmware`` and passes on the lab's. Raises InputError."""
+    return _passes(REFERENCE, scenario) and not _passes(firmware, scenario)
+
+
+def _passes(firmware: str, scenario: str) -> bool:
+    with Board(firmware, scenario=scenario_of(tomllib.loads(scenario), Path(FILE))) as board:
+        return run(board).passed
+
+
+_ALONG: tuple[Table, ...] = (
+    {"yaw_deg": 0},
+    {"yaw_deg": 180},
+    {"yaw_deg": -90},
+    {"yaw_deg": 90},
+    {"pitch_deg": 90},
+    {"pitch_deg": -90},
+)
+"""Attitudes with X, -X, Y, -Y, Z, -Z along a horizontal field to the north."""
+
+
+def _direction(end: Vector) -> int:
+    """The index in ``_ALONG`` of the axis along which ``end`` points."""
+    axis = next(index for index, component in enumerate(end) if component)
+    return 2 * axis + (end[axis] < 0)
