@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import stat
 import tempfile
 from contextlib import suppress
 from pathlib import Path
@@ -15,10 +16,15 @@ _BUFFER = 1 << 18
 def write_atomically(path: Path, data: bytes | str, *, private: bool = False) -> None:
     """Put ``data`` into the file ``path``: who reads it, or is interrupted, never sees half of it.
 
-    Folders are made as needed. ``private``: nobody but this user may read it. Raises OutputError.
+    Folders are made as needed. ``private``: nobody but this user may read it. A character device, such as
+    ``/dev/null``, is written to and stays a device. Raises OutputError, for a pipe and a folder as well.
     """
     contents = data.encode("utf-8") if isinstance(data, str) else data
     try:
+        if _is_device(path):
+            with path.open("wb", buffering=0) as device:
+                device.write(contents)
+            return
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(prefix=".", suffix=".tmp", dir=path.parent)
         try:
@@ -33,6 +39,19 @@ def write_atomically(path: Path, data: bytes | str, *, private: bool = False) ->
             raise
     except OSError as error:
         raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
+
+
+def _is_device(path: Path) -> bool:
+    """Tell whether ``path`` is a character device. Raises OutputError if it is neither that nor a file."""
+    try:
+        mode = path.stat().st_mode
+    except OSError:  # there is none yet, or it cannot be made: the writing says so
+        return False
+    if stat.S_ISCHR(mode):
+        return True
+    if not stat.S_ISREG(mode):
+        raise OutputError(f"{path}: cannot be written: it is not a file")
+    return False
 
 
 class BoundedFile:
