@@ -40,7 +40,8 @@ def failure_text(error: Exception) -> str:
         return "cannot do this: there is not enough memory"
     if isinstance(error, OSError):
         return f"cannot do this: {error.strerror or error}"
-    return f"cannot do this: a bug in fcu-emulator ({type(error).__name__}: {str(error)[:200]}); please report it"
+    what = f"{type(error).__name__}: {str(error)[:200]}"
+    return f"cannot do this: a bug in fcu-emulator ({what}); please report it"
 
 
 class InputError(FcuError):

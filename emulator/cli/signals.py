@@ -1,12 +1,12 @@
 """Requests to end: ``kill`` and a closed terminal window end a command as Ctrl-C does.
 
-Python's own reaction to SIGTERM and SIGHUP ends the process at once: temporary folders, and the files by which
-other programs find a board, stay behind, and nothing is said. Here both raise :class:`Terminated`, so every
+Python's reaction to SIGTERM and SIGHUP ends the process at once: temporary folders, and the files by which
+other programs find a board, remain, and nothing is said. Here both raise :class:`Terminated`, so every
 ``finally`` is executed, and the command ends with the exit code of an interruption. A command that ends in
-order, such as ``fcu run``, replaces the reaction for as long as its board runs.
+order, such as ``fcu run``, replaces the reaction while its board runs.
 
-Decision: a signal that is ignored at the start stays ignored: ``nohup`` says so that the command is to outlive
-the terminal.
+Decision: a signal that is ignored at the start stays ignored: with ``nohup`` the user wants the command to
+outlive the terminal.
 """
 
 from __future__ import annotations
@@ -24,7 +24,10 @@ _raised: list[int] = []
 
 
 class Terminated(BaseException):
-    """The process was asked to end by signal ``number``; not an Exception, so that it is not handled as one."""
+    """The process was asked to end by signal ``number``.
+
+    It is not an Exception, so that code that handles any error does not handle it.
+    """
 
     def __init__(self, number: int) -> None:
         self.number = number

@@ -76,10 +76,10 @@ def serve_board(options: WebOptions) -> ExitCode:
         for line in session.ways():
             to_stderr(line)
         session.door = _door(session, links, stack)
-        to_stderr("Ctrl-C ends it")
         if options.browser and limits_of_worker() is None:  # a browser would be under the limits, too
             threading.Thread(target=webbrowser.open, args=(server.url,), daemon=True).start()
         with interruptible(session) as ended:
+            to_stderr("Ctrl-C ends it")
             session.run()
         if ended:
             to_stderr(f"ended by {ended[0]} at {session.board.now_s:.3f} s of virtual time")

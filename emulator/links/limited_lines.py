@@ -23,9 +23,7 @@ class LimitedLines:
     Not thread-safe: each server has one, and uses it in its thread.
     """
 
-    def __init__(
-        self, say: Callable[[str], None], clock_s: Callable[[], float] = time.monotonic
-    ) -> None:
+    def __init__(self, say: Callable[[str], None], clock_s: Callable[[], float] = time.monotonic) -> None:
         self._say = say
         self._clock_s = clock_s
         self._allowance = float(BURST)

@@ -31,7 +31,9 @@ MOST_VARIABLES = 16  # that one page watches
 LARGEST_FIRMWARE = 8 << 20  # bytes; ST's stock firmware with all its debug information has 4 MB
 LONGEST_COMMAND = 64 << 10  # characters, all but an upload
 LONGEST_UPLOAD = LARGEST_FIRMWARE * 4 // 3 + 4096  # characters of one in base64
-_MOST_PIECES = 1000  # commas, quotes and brackets of a message that is longer than a command: an upload has 15
+_MOST_PIECES = (
+    1000  # commas, quotes and brackets of a message that is longer than a command: an upload has 15
+)
 FIRMWARE_FILES = (".elf", ".axf", ".out", ".hex", ".bin")
 _LONGEST_NAME = 200
 

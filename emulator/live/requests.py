@@ -54,7 +54,7 @@ class Requests:
     """Answers requests to the server at ``address``. Raises OSError if the page's files cannot be read."""
 
     def __init__(self, address: Address) -> None:
-        self._token = address.token.encode()
+        self._offer = f"{TOKEN_PREFIX}{address.token}".encode()
         self._hosts = tuple(f"{name}:{address.port}" for name in ("127.0.0.1", "localhost"))
         self._origins = tuple(f"http://{host}" for host in self._hosts)
         page = files("emulator.live").joinpath("page")
@@ -98,12 +98,10 @@ class Requests:
 
     def _knows_token(self, headers: Headers) -> bool:
         offered = ",".join(headers.get_all("Sec-WebSocket-Protocol")).split(",")
-        given = [one.strip().removeprefix(TOKEN_PREFIX) for one in offered if TOKEN_PREFIX in one]
-        return any([compare_digest(one.encode("utf-8", "replace"), self._token) for one in given])
+        given = [one.strip().encode("utf-8", "replace") for one in offered]
+        return any(compare_digest(one, self._offer) for one in given)
 
-    def _refuse(
-        self, status: HTTPStatus, why: str, *headers: tuple[str, str], because: str = ""
-    ) -> Answer:
+    def _refuse(self, status: HTTPStatus, why: str, *headers: tuple[str, str], because: str = "") -> Answer:
         return self._respond(status, _TEXT, f"fcu web: {why}\n".encode(), *headers, because=because)
 
     def _respond(

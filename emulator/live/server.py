@@ -82,8 +82,8 @@ class PageServer:
     """Serves the page and its sockets until :meth:`close`.
 
     ``port`` 0: any free one. ``say(line)`` hears of callers that were refused, and of failures. Raises
-    InputError where the library is missing, LinkError for a port that cannot be had. ``controls`` may be given
-    later, before the first page comes.
+    InputError where the library is missing, LinkError for a port that cannot be had. ``controls`` may be
+    given later, before the first page comes.
     """
 
     def __init__(self, port: int = 0, say: Callable[[str], None] = lambda _line: None) -> None:

@@ -21,7 +21,7 @@ import tempfile
 from dataclasses import asdict
 from pathlib import Path
 
-from tests.attacks import files, gdb, programs
+from tests.attacks import files, gdb, page, programs
 from tests.attacks.attack import Attack, Outcome, carry_out
 
 ATTACKS = (
@@ -30,6 +30,8 @@ ATTACKS = (
     Attack("ELF files", 10_000, files.elf_files),
     Attack("HEX files", 10_000, files.hex_files),
     Attack("gdb connections", 1_000, gdb.connections),
+    Attack("page requests", 20_000, page.requests),
+    Attack("page messages", 20_000, page.messages),
     Attack("readers that leave", 100, programs.leaving_readers, in_programs=True),
     Attack("typing that floods", 50, programs.floods, in_programs=True),
     Attack("signals", 120, programs.signals, in_programs=True),
