@@ -88,7 +88,7 @@ def check_program(options: CheckOptions) -> ExitCode:
     if options.save is not None:
         _save(options.save, shown)
     for line in _Screen(shown, rubric, options, firmware).lines():
-        click.echo(line)
+        click.echo(visible(line, lines=True))
     return exit_code(shown)
 
 

@@ -216,9 +216,9 @@ class PageServer:
         self._callers.pop(connection, None)
         client, outbox = object(), Outbox()
         self._outboxes[client] = outbox
-        controls.attach(client)
         sender = asyncio.create_task(_send(connection, outbox))
         try:
+            controls.attach(client)
             await self._listen(connection, client, outbox, controls)
         finally:
             sender.cancel()
