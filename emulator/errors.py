@@ -38,6 +38,18 @@ class FcuError(Exception):
     """Base of everything this package raises on purpose."""
 
 
+def failure_text(error: Exception) -> str:
+    """Return what a user is told when ``error`` ended one command and the program continues."""
+    if isinstance(error, FcuError):
+        return str(error)
+    if isinstance(error, MemoryError):
+        return "cannot do this: there is not enough memory"
+    if isinstance(error, OSError):
+        return f"cannot do this: {error.strerror or error}"
+    what = f"{type(error).__name__}: {str(error)[:200]}"
+    return f"cannot do this: a bug in fcu-emulator ({what}); please report it"
+
+
 class InputError(FcuError):
     """Something the user gave cannot be used; the message says what, where and what would be right."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import secrets
+import stat
 import tempfile
 from contextlib import suppress
 from pathlib import Path
@@ -30,10 +31,15 @@ def is_about_the_name(error: OSError) -> bool:
 def write_atomically(path: Path, data: bytes | str, *, private: bool = False) -> None:
     """Put ``data`` into the file ``path``: who reads it, or is interrupted, never sees half of it.
 
-    Folders are made as needed. ``private``: nobody but this user may read it. Raises OutputError.
+    Folders are made as needed. ``private``: nobody but this user may read it. A character device, such as
+    ``/dev/null``, is written to and stays a device. Raises OutputError, for a pipe and a folder as well.
     """
     contents = data.encode("utf-8") if isinstance(data, str) else data
     try:
+        if _is_device(path):
+            with path.open("wb", buffering=0) as device:
+                device.write(contents)
+            return
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(prefix=".", suffix=".tmp", dir=path.parent)
         try:
@@ -69,6 +75,19 @@ def secret(path: Path) -> bytes:
         problem = f"must have at least {_SHORTEST_SECRET} bytes, not {len(contents)}"
         raise InputError(f"{path}: a secret {problem}; delete the file, and a new one is made")
     return contents
+
+
+def _is_device(path: Path) -> bool:
+    """Tell whether ``path`` is a character device. Raises OutputError if it is neither that nor a file."""
+    try:
+        mode = path.stat().st_mode
+    except OSError:  # there is none yet, or it cannot be made: the writing says so
+        return False
+    if stat.S_ISCHR(mode):
+        return True
+    if not stat.S_ISREG(mode):
+        raise OutputError(f"{path}: cannot be written: it is not a file")
+    return False
 
 
 class BoundedFile:

@@ -15,8 +15,12 @@ import subprocess
 import sys
 import time
 from importlib.resources import files
+from urllib.parse import urlsplit
 
-from websockets.sync.client import ClientConnection, connect
+from websockets.sync.client import ClientConnection
+
+from emulator.live.address import Address
+from tests.live_fakes import connected
 
 COMMANDS = 1000
 
@@ -30,7 +34,7 @@ def main() -> None:
         with subprocess.Popen(program, stderr=subprocess.PIPE, text=True) as server:
             assert server.stderr is not None
             url = next(found[0] for line in server.stderr if (found := re.search(r"http\S+", line)))
-            with connect(url.replace("http", "ws").replace("/?", "/session?")) as client:
+            with connected(address_of(url)) as client:
                 state(client)
                 print(f"{firmware}: first state {time.monotonic() - began_s:.2f} s after the start")  # noqa: T201
                 measure_load(firmware, server.pid, client, seconds)
@@ -41,6 +45,13 @@ def main() -> None:
     names = ("app.js", "app.css", "index.html", "icon.svg")
     size = sum(len(gzip.compress(page.joinpath(name).read_bytes())) for name in names)
     print(f"page: {size / 1000:.0f} kB compressed")  # noqa: T201
+
+
+def address_of(url: str) -> Address:
+    """The address that was printed."""
+    parts = urlsplit(url)
+    assert parts.port is not None
+    return Address(parts.port, parts.fragment.removeprefix("token="))
 
 
 def measure_load(firmware: str, pid: int, client: ClientConnection, seconds: float) -> None:

@@ -7,8 +7,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from websockets.sync.client import ClientConnection, connect
+
 from emulator.links import ByteLink
 from emulator.live import messages
+from emulator.live.address import Address
 from emulator.live.messages import Command, Event
 from emulator.live.session import Session
 from emulator.live.setup import Setup
@@ -80,6 +83,11 @@ class Page:
 def do(**entry: Any) -> messages.Do:
     """A command of a timeline entry; ``for_`` stands for ``for``."""
     return messages.Do({key.rstrip("_"): value for key, value in entry.items()})
+
+
+def connected(address: Address, **options: Any) -> ClientConnection:
+    """A WebSocket to a served session, of a program that knows its token."""
+    return connect(address.socket, subprotocols=address.protocols, **options)  # type: ignore[arg-type]
 
 
 class Reader:

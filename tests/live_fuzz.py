@@ -57,11 +57,12 @@ def fuzzed(seed: int, count: int) -> Iterator[str | bytes]:
 def main() -> None:
     """Send them, and say how the board is."""
     from websockets.exceptions import ConnectionClosed
-    from websockets.sync.client import ClientConnection, connect
+    from websockets.sync.client import ClientConnection
 
     from emulator.live.server import PageServer
     from emulator.live.session import Session
     from emulator.live.setup import Setup
+    from tests.live_fakes import connected
 
     count = int(sys.argv[1]) if len(sys.argv) > 1 else 10_000
     pages = PageServer()
@@ -70,7 +71,7 @@ def main() -> None:
 
     def attack() -> None:
         try:
-            with connect(pages.address.socket) as client:
+            with connected(pages.address) as client:
                 taken = threading.Event()
 
                 def hear(client: ClientConnection = client, taken: threading.Event = taken) -> None:
@@ -85,7 +86,7 @@ def main() -> None:
                 client.send('{"type":"record"}')
                 while not taken.wait(1):
                     pass
-            with connect(pages.address.socket) as client:
+            with connected(pages.address) as client:
                 client.send('{"type":"firmware","name":"solution"}')
                 client.send('{"type":"run"}')
                 client.send('{"type":"speed","factor":1}')

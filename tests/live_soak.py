@@ -61,10 +61,9 @@ def soak(url: str, pid: int, minutes: int) -> list[Memory]:
     with sync_playwright() as driver:
         browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=ARGUMENTS)
         context = browser.new_context(bypass_csp=True, viewport={"width": 1280, "height": 720})
-        context.request.get(url)
         page = context.new_page()
         page.set_default_timeout(120_000)
-        page.goto(url.split("?", maxsplit=1)[0] + "?2d")
+        page.goto(url.replace("/#", "/?2d#"))
         page.wait_for_selector("body[data-ready=true]")
         inspector = context.new_cdp_session(page)
         inspector.send("Performance.enable")

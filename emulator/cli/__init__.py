@@ -6,17 +6,17 @@ memory for it is reported like everything else (:mod:`emulator.cli.exit_codes`).
 
 from __future__ import annotations
 
-import _thread
 import errno
 import gc
 import math
 import os
 import sys
-import threading
 import traceback
 from contextlib import suppress
 from io import TextIOWrapper
 from typing import TYPE_CHECKING, TextIO
+
+from emulator.cli.signals import Terminated, ask_again, end_at_once, end_in_order
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,16 +26,21 @@ if TYPE_CHECKING:
 _OUT_OF_RESOURCES = {errno.ENOMEM, errno.EMFILE, errno.ENFILE, errno.ENOSPC, errno.EDQUOT, errno.EAGAIN}
 _LEAST_ADDRESS_SPACE = 256 << 20
 """Bytes below which numpy's linear algebra ends the process at once, with an exit code of its own, 1."""
-_AGAIN_AFTER_S = 0.02
-_NOT_JUDGED = 4  # as in emulator.cli.exit_codes, which may itself be what cannot be imported
+_NOT_JUDGED, _INTERRUPTED = 4, 130
+"""As in emulator.cli.exit_codes, which may itself be what cannot be imported."""
 
 
 def main() -> None:
     """Run the command line and exit with its code."""
     _start_quickly()
     _write_what_can_be_written()
-    sys.unraisablehook = _ask_again
-    code = int(execute(sys.argv[1:]))
+    sys.unraisablehook = ask_again
+    end_in_order()
+    try:
+        code = int(execute(sys.argv[1:]))
+    except Terminated:  # while another end was being reported
+        code = _INTERRUPTED
+    end_at_once()
     for stream in (sys.stdout, sys.stderr):
         if stream is not None and not _flushed(stream) and stream is sys.stdout and code in (0, 1):
             code = _NOT_JUDGED
@@ -46,20 +51,6 @@ def _start_quickly() -> None:
     """Two habits of the libraries that would be a sixth of each command's start, and help none of ours."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # numpy's threads: matrices here are 3 x 3
     gc.set_threshold(20_000)  # new objects before the next search for garbage; modules, when loaded, stay
-
-
-def _ask_again(unraisable: sys.UnraisableHookArgs) -> None:
-    """A Ctrl-C that comes while Python cannot raise anything, in a destructor for one, comes again later.
-
-    Python would print it and go on, and the program would not end. Another thread has to send it: here it
-    would be raised at once, and be dropped once more.
-    """
-    if isinstance(unraisable.exc_value, KeyboardInterrupt):
-        again = threading.Timer(_AGAIN_AFTER_S, _thread.interrupt_main)
-        again.daemon = True
-        again.start()
-    else:
-        sys.__unraisablehook__(unraisable)
 
 
 def _write_what_can_be_written() -> None:
@@ -81,7 +72,10 @@ def execute(arguments: Sequence[str]) -> ExitCode | int:
             raise MemoryError
         return _execute(arguments)
     except KeyboardInterrupt:
-        return 130
+        return _INTERRUPTED
+    except Terminated as error:
+        _complain(f"ended by {error}")
+        return _INTERRUPTED
     except MemoryError:
         _complain(
             "there is not enough memory for this; close other programs, or raise the limit (ulimit -v,"

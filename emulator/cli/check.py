@@ -81,7 +81,7 @@ def check_program(options: CheckOptions) -> ExitCode:
         _write(options.json, shown)
     laws = _save(options.save, shown, rubric, firmware) if options.save is not None else {}
     for line in _Screen(shown, rubric, options, firmware, laws).lines():
-        click.echo(line)
+        click.echo(visible(line, lines=True))
     return exit_code(shown)
 
 

@@ -28,6 +28,7 @@ from emulator.cli.exit_codes import ExitCode
 from emulator.errors import InputError
 from emulator.scenario import Scenario, load_scenario
 from emulator.scenario.observed import escaped
+from emulator.text import visible
 from emulator.time.clock import PS_PER_S, parse_duration, seconds
 
 _LONGEST = 100  # characters of an entry that are shown
@@ -63,7 +64,7 @@ def compare_firmwares(options: DiffOptions) -> ExitCode:
     observed = (_replayed if options.replay else _side_by_side)(options, plan, end_ps)
     differences = compare(*observed, rules)
     for line in _report(options, observed, rules, differences):
-        click.echo(line)
+        click.echo(visible(line, lines=True))
     if differences:
         return ExitCode.FAILED
     ended_early = any(side.sequences[END] for side in observed)

@@ -7,7 +7,7 @@
 3       the firmware failed: it crashed, hung, or went beyond a limit that is the same on every machine
 4       it could not be judged: output was lost, the machine's resources or time ran out, the run ended
         before the expectations could be looked at, or fcu itself has a bug
-130     Ctrl-C, before anything was judged
+130     Ctrl-C, SIGTERM or SIGHUP, before anything was judged
 ======  ==================================================================================================
 
 Decision: 1 and 3 speak of the firmware only, and are given only when the firmware is at fault; whatever goes
@@ -34,7 +34,7 @@ class ExitCode(IntEnum):
     FIRMWARE_FAILED = 3
     NOT_JUDGED = 4
     INTERRUPTED = 130
-    """The shell's own code for a program that Ctrl-C ended."""
+    """The shell's own code for a program that Ctrl-C ended; of other requests to end as well."""
 
 
 def code_of(error: FcuError) -> ExitCode:

@@ -12,6 +12,7 @@ from emulator.chip.registers import BLOCKS, address_of
 from emulator.chip.registers.block import BlockRegister, DeclaredBlock, Field
 from emulator.errors import InputError
 from emulator.scenario import json_schema, load_scenario, scenario_names
+from emulator.text import visible
 from sensors import PARTS, Part
 from sensors.declaration import Bus
 from sensors.errors import Figure
@@ -162,7 +163,7 @@ def list_scenarios() -> None:
 def check_scenario(file: str) -> None:
     """Load a scenario; raises ScenarioError naming file and key path."""
     plan = load_scenario(file)
-    click.echo(f"{file}: good; {plan.question}")
+    click.echo(visible(f"{file}: good; {plan.question}"))
 
 
 def print_schema() -> None:

@@ -10,6 +10,7 @@ import click
 
 from emulator.errors import InputError
 from emulator.links.running import RunningBoard, the_running_board
+from emulator.text import visible
 from emulator.time.clock import parse_duration
 
 _ANGLES = ("roll_deg", "pitch_deg", "yaw_deg")
@@ -93,7 +94,7 @@ def move(options: MoveOptions) -> None:
     planned = entries(options, truth)
     for entry in planned:
         truth = _asked(board, {"type": "do", "entry": entry})
-    click.echo(f"{board.name}: {'moves from' if planned else 'lies at'} {_shown(truth)}")
+    click.echo(f"{visible(board.name)}: {'moves from' if planned else 'lies at'} {_shown(truth)}")
 
 
 def entries(options: MoveOptions, truth: dict[str, Any]) -> list[dict[str, Any]]:

@@ -15,6 +15,7 @@ from emulator.boards.fcu001v1 import FCU001V1
 from emulator.cli.toolchain import COMPILER, find_compiler
 from emulator.errors import InputError
 from emulator.system_words import how_to_install, quoted
+from emulator.text import visible
 from firmware_model import arm
 
 _SUPPORT = ("*.c", "*.h", "*.ld", "*.mk", "*.options")
@@ -58,8 +59,9 @@ def _write(directory: Path, bus: str) -> None:
 
 
 def _say_what_is_next(directory: Path, bus: str) -> None:
-    click.echo(f"{directory}: the LAB3 template, sensors on {bus}. Your program is main.c. Next:\n")
-    click.echo(f"  cd {quoted(str(directory))}")
+    name, quoted_name = visible(str(directory)), visible(quoted(str(directory)))
+    click.echo(f"{name}: the LAB3 template, sensors on {bus}. Your program is main.c. Next:\n")
+    click.echo(f"  cd {quoted_name}")
     click.echo("  fcu build")
     click.echo(f"  fcu run lab3.elf{_PROFILE[bus]}")
     click.echo("  fcu check")

@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from emulator.errors import InputError
+from emulator.text import visible
 
 _LARGEST_RECORD = 64 << 20
 
@@ -19,7 +20,7 @@ def draw_record(record: Path, output: Path | None) -> None:
 
     picture = output or record.with_suffix(".png")
     draw(_read(record), picture)
-    click.echo(f"fcu: {picture}", err=True)
+    click.echo(f"fcu: {visible(str(picture))}", err=True)
 
 
 def _read(record: Path) -> dict[str, Any]:

@@ -24,6 +24,7 @@ from emulator.errors import FcuError, InputError, LinkError, OutputError
 from emulator.isolation import limits_of_worker
 from emulator.links import Addressed, ByteLink, open_link
 from emulator.links.runner import Progress, Runner
+from emulator.text import visible
 from emulator.time.clock import parse_duration, seconds
 from emulator.trace import LARGEST_FILE
 
@@ -311,8 +312,10 @@ class Stoppable(Protocol):
 
 
 @contextmanager
-def interruptible(run: Stoppable) -> Iterator[None]:
-    """Ctrl-C ends the run at the next slice, with its summary; a second one ends the program.
+def interruptible(run: Stoppable) -> Iterator[list[str]]:
+    """Give a list that has the signal's name when one has ended the run.
+
+    Ctrl-C ends the run at the next slice, with its summary; a second one ends the program.
 
     A signal that is ignored already stays so: that is how ``nohup`` says that the run is to outlive the
     terminal, and a script's ``&`` that Ctrl-C is not for it.
@@ -321,10 +324,12 @@ def interruptible(run: Stoppable) -> Iterator[None]:
     def stop(number: int, frame: FrameType | None) -> None:
         del frame
         run.stop()
+        ended.append(signal.Signals(number).name)
         signal.signal(number, before[number])
 
+    ended: list[str] = []
     if threading.current_thread() is not threading.main_thread():
-        yield
+        yield ended
         return
     known = [getattr(signal, name) for name in _STOPPING if hasattr(signal, name)]
     numbers = [number for number in known if signal.getsignal(number) is not signal.SIG_IGN]
@@ -332,7 +337,7 @@ def interruptible(run: Stoppable) -> Iterator[None]:
     if limits_of_worker() is not None:  # its parent passes on what may have ended the run already
         before[signal.SIGTERM] = signal.SIG_IGN
     try:
-        yield
+        yield ended
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
@@ -343,9 +348,9 @@ def _silently(line: str) -> None:
 
 
 def to_stderr(line: str) -> None:
-    """A line for the user, with who says it."""
+    """A line for the user, with who says it; control characters in names become escapes."""
     with suppress(OSError):  # stderr may be full or gone; the run goes on
-        click.echo(f"fcu: {line}", err=True)
+        click.echo(f"fcu: {visible(line)}", err=True)
 
 
 # -- The debugger -------------------------------------------------------------------------------------------

@@ -27,6 +27,7 @@ from emulator.errors import InputError, LinkError
 from emulator.links.running import Conversation, RunningBoard, the_running_board
 from emulator.links.tcp import parse_port
 from emulator.loopback import HOST
+from emulator.text import visible
 
 if sys.platform == "win32":
     import msvcrt
@@ -141,7 +142,7 @@ class _DoorPort:
             except LinkError as error:
                 raise OSError(str(error)) from error
             if "error" in answer:
-                click.echo(f"fcu: {answer['error']}\r", err=True)
+                click.echo(f"fcu: {visible(str(answer['error']))}\r", err=True)
 
     def close(self) -> None:
         self._conversation.close()
@@ -168,7 +169,7 @@ def converse(where: str | None, board: str | None = None) -> ExitCode:
     over = threading.Event()
     with contextlib.closing(port), _ended_by_signals(over), Console() as console:
         if console.is_keyboard:
-            click.echo(f"fcu: {name}; Ctrl-] leaves\r", err=True)
+            click.echo(f"fcu: {visible(name)}; Ctrl-] leaves\r", err=True)
         typist = threading.Thread(target=_type, args=(console, port, over), daemon=True)
         typist.start()
         while not over.is_set():

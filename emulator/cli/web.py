@@ -9,8 +9,6 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
-import click
-
 from emulator.cli.exit_codes import ExitCode
 from emulator.cli.isolated import announcement
 from emulator.cli.run import interruptible, to_stderr
@@ -57,8 +55,10 @@ def serve_board(options: WebOptions) -> ExitCode:
     )
     if options.record is not None and not options.record.absolute().parent.is_dir():
         raise InputError(f"--record {options.record}: there is no folder {options.record.parent}")
+    if options.record is not None and (options.record.is_dir() or options.record.is_fifo()):
+        raise InputError(f"--record {options.record} must be a file; give a path that can be written")
     with ExitStack() as stack:
-        server = PageServer(options.port)
+        server = PageServer(options.port, to_stderr)
         stack.callback(server.close)
         links: list[ByteLink] = []
         for spec in dict.fromkeys(options.serial):
@@ -76,15 +76,17 @@ def serve_board(options: WebOptions) -> ExitCode:
         for line in session.ways():
             to_stderr(line)
         session.door = _door(session, links, stack)
-        to_stderr("Ctrl-C ends it")
         if options.browser and limits_of_worker() is None:  # a browser would be under the limits, too
             threading.Thread(target=webbrowser.open, args=(server.url,), daemon=True).start()
-        with interruptible(session):
+        with interruptible(session) as ended:
+            to_stderr("Ctrl-C ends it")
             session.run()
+        if ended:
+            to_stderr(f"ended by {ended[0]} at {session.board.now_s:.3f} s of virtual time")
         for line in session.verdict():
             to_stderr(line)
         if options.record is not None:
-            click.echo(f"fcu: what was done is in {options.record}", err=True)
+            to_stderr(f"what was done is in {options.record}")
     return ExitCode.HELD
 
 

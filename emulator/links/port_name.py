@@ -11,9 +11,11 @@ POSIX only (``fcntl``); what asks for the platform below is for mypy, which chec
 from __future__ import annotations
 
 import contextlib
+import errno
 import fcntl
 import itertools
 import os
+import stat
 import sys
 from pathlib import Path
 
@@ -99,8 +101,11 @@ def _lock_path(path: Path) -> Path:
 def _lock(path: Path) -> int | None:
     """Make the lock file ``path`` and return its descriptor, locked; None if another board holds the lock."""
     while True:
-        lock_fd = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o600)
+        flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
+        lock_fd = os.open(path, flags, 0o600)
         try:
+            if not stat.S_ISREG(os.fstat(lock_fd).st_mode):
+                raise OSError(errno.EINVAL, f"{path.name} is not a regular file", str(path))
             if sys.platform != "win32":
                 fcntl.flock(lock_fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
             if _is_same_file(lock_fd, path):

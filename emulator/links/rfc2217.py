@@ -23,12 +23,15 @@ import serial
 from serial.rfc2217 import PortManager
 
 from emulator.links import programs
+from emulator.links.limited_lines import LimitedLines
 from emulator.links.tcp import Coding, TcpLink
 from emulator.loopback import HOST
 
 FIRST_PORT = 2217
 HOLD_S = 0.4
 SETTLE_S = 0.05
+_MOST_MISMATCHES = 16
+"""Different rates that are told: a client may set any of four thousand million."""
 LONGEST_OPTION = 64
 """Bytes of one Telnet subnegotiation; those of RFC 2217 have up to 6, a signature may be longer."""
 TOLERANCE = 0.0333
@@ -63,7 +66,7 @@ class _Line:
 class Negotiated(Coding):
     """One client's Telnet.
 
-    ``firmware_baud()`` is the rate that the firmware sends at now; ``say`` is told once of each mismatch.
+    ``firmware_baud()`` is the rate that the firmware sends at now; ``say`` is told of a mismatch, repeatedly.
     """
 
     def __init__(self, firmware_baud: Callable[[], float], say: Callable[[str], None]) -> None:
@@ -73,7 +76,6 @@ class Negotiated(Coding):
         self._line = _Line(self._purged)
         self._hold_until_s = time.monotonic() + HOLD_S
         self._ready = self._takes_back = False
-        self._told: set[str] = set()
         self._manager = PortManager(self._line, self)
 
     def write(self, data: bytes) -> None:
@@ -122,9 +124,7 @@ class Negotiated(Coding):
         told = (
             f"the terminal is set to {asked} baud and the firmware to {sends:.0f}; on a wire, that is garbage"
         )
-        if told not in self._told:
-            self._told.add(told)
-            self._say(told)
+        self._say(told)
 
 
 class Rfc2217Link(TcpLink):
@@ -142,7 +142,7 @@ class Rfc2217Link(TcpLink):
     ) -> None:
         super().__init__(port)
         self._firmware_baud = firmware_baud
-        self._say = say
+        self._say = LimitedLines(say)
         self._mismatches: dict[str, None] = {}
 
     def coding(self) -> Coding:
@@ -161,6 +161,6 @@ class Rfc2217Link(TcpLink):
         return [*super().report(), *(f"serial: {self.address}: {one}" for one in self._mismatches)]
 
     def _mismatch(self, text: str) -> None:
-        if text not in self._mismatches:
+        if text not in self._mismatches and len(self._mismatches) < _MOST_MISMATCHES:
             self._mismatches[text] = None
             self._say(f"serial: {self.address}: {text}")

@@ -25,8 +25,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from emulator.errors import FcuError, InputError, LinkError
-from emulator.links.runtime_folder import runtime_folder
+from emulator.errors import InputError, LinkError, OutputError, failure_text
+from emulator.files import write_atomically
+from emulator.links.runtime_folder import read_own_file, runtime_folder
 from emulator.links.tcp import Coding, Reader
 from emulator.loopback import HOST, listen
 
@@ -109,10 +110,10 @@ class Door:
         self._board = RunningBoard(port, secrets.token_hex(16), os.getpid(), name, tuple(serial))
         self._file = folder / f"board-{os.getpid()}-{port}.json"
         try:
-            _write(self._file, json.dumps(asdict(self._board)))
-        except OSError as error:
+            write_atomically(self._file, json.dumps(asdict(self._board)), private=True)
+        except OutputError as error:
             self._listener.close()
-            raise LinkError(f"cannot write {self._file}: {error.strerror}") from error
+            raise LinkError(str(error)) from error
 
     def serve(self) -> None:
         """Between two slices: hear what has arrived, and answer it. Never blocks."""
@@ -121,7 +122,10 @@ class Door:
                 connection, _ = self._listener.accept()
                 self._callers.append(_Caller(connection))
                 if len(self._callers) > MOST_CALLERS:
-                    self._callers.pop(0).reader.close()
+                    strangers = [one for one in self._callers if not one.known]
+                    leaves = (strangers or self._callers)[0]
+                    self._callers.remove(leaves)
+                    leaves.reader.close()
         for caller in list(self._callers):
             caller.serve(self._board.token, self._answer)
             if caller.reader.gone:
@@ -143,7 +147,7 @@ class _Caller:
 
     def __init__(self, connection: socket.socket) -> None:
         self.reader = Reader(connection, Coding())
-        self._known = False
+        self.known = False
         self._heard = bytearray()
 
     def serve(self, token: str, answer: Callable[[Message], dict[str, Any]]) -> None:
@@ -167,15 +171,15 @@ class _Caller:
         try:
             message = _parsed(line)
         except ValueError as error:
-            return {"error": f"no message: {error}"} if self._known else None
-        if self._known:
+            return {"error": f"no message: {error}"} if self.known else None
+        if self.known:
             try:
                 return answer(message)
-            except FcuError as error:
-                return {"error": str(error)}
+            except Exception as error:  # the run that the caller looks at must not end by it
+                return {"error": failure_text(error)}
         given = message.get("token")
-        self._known = isinstance(given, str) and hmac.compare_digest(given.encode(), token.encode())
-        return {"ok": True} if self._known else None
+        self.known = isinstance(given, str) and hmac.compare_digest(given.encode(), token.encode())
+        return {"ok": True} if self.known else None
 
 
 # -- The other side -----------------------------------------------------------------------------------------
@@ -224,18 +228,8 @@ def _age(file: Path) -> float:
         return 0.0
 
 
-def _write(file: Path, text: str) -> None:
-    """In one step for who looks meanwhile, and readable by this user only from the beginning."""
-    fresh = file.with_name(f".{file.name}.new")
-    descriptor = os.open(fresh, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-    with os.fdopen(descriptor, "w", encoding="utf-8") as opened:
-        opened.write(text)
-    fresh.replace(file)
-
-
 def _read(file: Path) -> RunningBoard:
-    with file.open("rb") as opened:
-        known = _parsed(opened.read(_LARGEST_FILE))
+    known = _parsed(read_own_file(file, _LARGEST_FILE))
     return RunningBoard(
         int(known["port"]),
         str(known["token"]),

@@ -6,6 +6,7 @@ temporary files under the user's number; on Windows it is in ``LOCALAPPDATA``, w
 
 from __future__ import annotations
 
+import errno
 import os
 import stat
 import sys
@@ -15,6 +16,7 @@ from pathlib import Path
 from emulator.errors import LinkError
 
 NAME = "fcu-emulator"
+_NEITHER_WAIT_NOR_FOLLOW = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
 
 
 def runtime_folder(option: str, instead: str) -> Path:
@@ -32,6 +34,25 @@ def runtime_folder(option: str, instead: str) -> Path:
         problem = f"cannot use the folder {error.filename}: {error.strerror}"
         raise LinkError(f"{option}: {problem}; {instead}") from error
     return folder
+
+
+def read_own_file(path: Path, most_bytes: int) -> bytes:
+    """Return the contents of a regular file of this user, without waiting for anything.
+
+    Raises OSError for everything else that may have the name: a pipe, a device, a folder, a link, a file of
+    another user, and a file of more than ``most_bytes``.
+    """
+    descriptor = os.open(path, os.O_RDONLY | _NEITHER_WAIT_NOR_FOLLOW)
+    with os.fdopen(descriptor, "rb") as file:
+        status = os.fstat(descriptor)
+        if not stat.S_ISREG(status.st_mode) or path.is_symlink():
+            raise OSError(errno.EINVAL, "is not a regular file", str(path))
+        if sys.platform != "win32" and status.st_uid != os.geteuid():
+            raise OSError(errno.EPERM, "belongs to another user", str(path))
+        contents = file.read(most_bytes + 1)
+    if len(contents) > most_bytes:
+        raise OSError(errno.EFBIG, f"has more than {most_bytes} bytes", str(path))
+    return contents
 
 
 def _windows_folder() -> Path:

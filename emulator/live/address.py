@@ -1,40 +1,55 @@
 """Where a session with a page is reached: its port and token, kept in a folder that is this user's alone.
 
-So a page that was left open finds the server again when it is started anew on the same port. Whoever may read
-the folder could open the page just as well.
+So a page that was left open finds the server again when it is started again on the same port. A program that
+may read the folder could open the page just as well.
+
+The printed address has the token in its fragment, which no browser sends to a server; the socket gets it as a
+subprotocol (:mod:`emulator.live.requests`).
 """
 
 from __future__ import annotations
 
 import json
 import secrets
+import string
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from emulator.errors import LinkError, OutputError
 from emulator.files import write_atomically
-from emulator.links.runtime_folder import runtime_folder
+from emulator.links.runtime_folder import read_own_file, runtime_folder
 
+PROTOCOL = "fcu"
+"""The subprotocol of the socket, which the server selects."""
+TOKEN_PREFIX = "fcu.token."
+"""Begins the other subprotocol that a client offers, which has the token."""
 _TOKEN_LENGTH = 32
+_TOKEN_SIGNS = frozenset(string.ascii_letters + string.digits + "-_")
+_LARGEST_FILE = 4096
 
 
 @dataclass(frozen=True)
 class Address:
-    """``http://127.0.0.1:PORT/?token=TOKEN``."""
+    """``http://127.0.0.1:PORT/#token=TOKEN``."""
 
     port: int
     token: str
 
     @property
     def page(self) -> str:
-        """The first URL of the page."""
-        return f"http://127.0.0.1:{self.port}/?token={self.token}"
+        """The URL that opens the page."""
+        return f"http://127.0.0.1:{self.port}/#token={self.token}"
 
     @property
     def socket(self) -> str:
-        """The WebSocket for programs."""
-        return f"ws://127.0.0.1:{self.port}/session?token={self.token}"
+        """The WebSocket, for programs; it wants :attr:`protocols`."""
+        return f"ws://127.0.0.1:{self.port}/session"
+
+    @property
+    def protocols(self) -> tuple[str, str]:
+        """The subprotocols that a client of :attr:`socket` has to offer."""
+        return PROTOCOL, TOKEN_PREFIX + self.token
 
 
 def address_for(port: int) -> Address:
@@ -42,9 +57,10 @@ def address_for(port: int) -> Address:
     folder = _folder()
     token = ""
     if folder is not None:
-        with suppress(OSError, ValueError, KeyError, TypeError):
-            token = str(json.loads(_file(folder, port).read_text(encoding="utf-8"))["token"])
-    return Address(port, token) if len(token) == _TOKEN_LENGTH else fresh(port)
+        with suppress(OSError, ValueError, KeyError, TypeError, RecursionError):
+            token = str(json.loads(read_own_file(_file(folder, port), _LARGEST_FILE))["token"])
+    usable = len(token) == _TOKEN_LENGTH and _TOKEN_SIGNS.issuperset(token)
+    return Address(port, token) if usable else fresh(port)
 
 
 def fresh(port: int) -> Address:

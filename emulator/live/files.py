@@ -7,6 +7,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from emulator.board.board import Board
+from emulator.text import one_line
 
 
 class FileWatch:
@@ -44,13 +45,20 @@ class FileWatch:
 
 
 class UploadedFile:
-    """A firmware file from a page, in a folder of its own; of its name only the end counts."""
+    """A firmware file from a page, in its own temporary folder; of its name only the end counts.
+
+    Raises OSError, and leaves nothing behind, if it cannot be written.
+    """
 
     def __init__(self, name: str, content: bytes) -> None:
-        self.name = name
+        self.name = one_line(name)
         self._folder = tempfile.TemporaryDirectory(prefix="fcu-web-")
         self.path = Path(self._folder.name) / f"uploaded{Path(name).suffix.lower()}"
-        self.path.write_bytes(content)
+        try:
+            self.path.write_bytes(content)
+        except BaseException:
+            self.remove()
+            raise
 
     def shown(self, board: Board) -> str:
         """The name for people, where it is this firmware that runs."""

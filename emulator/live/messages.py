@@ -24,12 +24,16 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import Any, Literal
 
-from emulator.errors import InputError
+from emulator.errors import InputError, failure_text
+from emulator.text import visible
 
 MOST_VARIABLES = 16  # that one page watches
 LARGEST_FIRMWARE = 8 << 20  # bytes; ST's stock firmware with all its debug information has 4 MB
 LONGEST_COMMAND = 64 << 10  # characters, all but an upload
 LONGEST_UPLOAD = LARGEST_FIRMWARE * 4 // 3 + 4096  # characters of one in base64
+_MOST_PIECES = (
+    1000  # commas, quotes and brackets of a message that is longer than a command: an upload has 15
+)
 FIRMWARE_FILES = (".elf", ".axf", ".out", ".hex", ".bin")
 _LONGEST_NAME = 200
 
@@ -287,10 +291,13 @@ class Recorded(Event):
 
 @dataclass(frozen=True)
 class Notice(Event):
-    """A line for the user; ``kind`` is ``error`` or ``info``."""
+    """A line for the user; ``kind`` is ``error`` or ``info``. Control characters become escapes."""
 
     kind: str
     text: str
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "text", visible(self.text, lines=True))
 
 
 # -- As JSON ------------------------------------------------------------------------------------------------
@@ -304,8 +311,9 @@ def encode(event: Event) -> str:
 
 def decode(text: str) -> Command:
     """A command from JSON. Raises MessageError, of one line, for everything that is none."""
-    if len(text) > LONGEST_COMMAND and not text.startswith('{"type":"upload",'):
-        raise MessageError(f"a message of {len(text)} characters; at most {LONGEST_COMMAND} are taken")
+    is_long = len(text) > LONGEST_COMMAND
+    if len(text) > LONGEST_UPLOAD or (is_long and _pieces(text) > _MOST_PIECES):
+        raise _too_long(text)
     try:
         table = json.loads(text)
     except (ValueError, RecursionError) as error:
@@ -315,6 +323,8 @@ def decode(text: str) -> Command:
     kind = commands().get(str(table.pop("type", ""))[:40])
     if kind is None:
         raise MessageError(f"unknown type; known: {', '.join(commands())}")
+    if is_long and kind is not Upload:
+        raise _too_long(text)
     hints = typing.get_type_hints(kind)
     for name, value in table.items():
         if name not in hints:
@@ -325,6 +335,21 @@ def decode(text: str) -> Command:
         return kind(**table)
     except TypeError as error:
         raise MessageError(f"{_snake(kind)}: {error}") from error
+
+
+def failure(error: Exception) -> Notice:
+    """Return the notice for a page whose command could not be carried out."""
+    return Notice("error", failure_text(error))
+
+
+def _too_long(text: str) -> MessageError:
+    problem = f"a message must have at most {LONGEST_COMMAND} characters, not {len(text)}"
+    return MessageError(f"{problem}; an upload {LONGEST_UPLOAD}")
+
+
+def _pieces(text: str) -> int:
+    """Return a bound on the number of values in JSON: how much memory it takes beyond its length."""
+    return sum(text.count(sign) for sign in ',"[{')
 
 
 @cache

@@ -10,7 +10,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from emulator.board.board import Board
-from emulator.errors import InputError, LinkError, OutputError
+from emulator.errors import InputError, OutputError
 from emulator.files import write_atomically
 from emulator.scenario.schema import MOST_ENTRIES
 from emulator.scenario.timeline import Entry
@@ -85,11 +85,11 @@ class SessionRecording:
         return "".join(lines)
 
     def save(self, path: Path) -> None:
-        """Write the file, whole or not at all. Raises LinkError."""
+        """Write the file, whole or not at all. Raises OutputError."""
         try:
             write_atomically(path, self.text())
         except OutputError as error:
-            raise LinkError(f"--record {error}; give a path that can be written") from error
+            raise OutputError(f"--record {error}") from error
 
 
 def _given(table: dict[str, object]) -> dict[str, object]:

@@ -1,9 +1,12 @@
 """The page and its WebSocket, on 127.0.0.1, in a thread beside the session.
 
-Who gets in: requests for this very host and port (a foreign name that leads here has another Host), with
-the token of the first URL or the cookie that it sets; a socket only from a page of this origin. All else is
-403. Scripts come from here alone (Content-Security-Policy). Nothing but messages of
+Requests are answered by :mod:`emulator.live.requests`: a socket is opened only for the token of the printed
+address. Scripts come from here alone (Content-Security-Policy). Nothing but messages of
 :mod:`emulator.live.messages` goes in, and of files only firmware.
+
+A caller that sends something else than a request, or slowly, is hung up on: a request may take
+:data:`_REQUEST_S`, and of more than :data:`_MOST_CALLERS` connections without a socket the oldest ends. What
+the terminal says of callers is one line each, limited in rate (:mod:`emulator.links.limited_lines`).
 
 A page that is slow or asleep gets less, and never slows the board: of what changes all the time it gets the
 latest, and of the terminal's text the latest 256 KiB; what is missing shows in the positions. A page that
@@ -17,37 +20,31 @@ framework, brings some fifty packages and answers a foreign Host.
 from __future__ import annotations
 
 import asyncio
+import logging
 import threading
 import time
-from collections.abc import Iterable
+from collections.abc import Callable
 from contextlib import suppress
-from hmac import compare_digest
-from http import HTTPStatus
-from http.cookies import CookieError, SimpleCookie
-from importlib.resources import files
-from typing import TYPE_CHECKING, Protocol
-from urllib.parse import parse_qs, urlsplit
+from typing import TYPE_CHECKING, Any, Protocol
 
 from emulator.errors import InputError, LinkError
+from emulator.links.limited_lines import LimitedLines
 from emulator.live import address as addresses
 from emulator.live import messages
 from emulator.live.messages import Command, Event
+from emulator.live.outbox import Outbox
+from emulator.live.requests import Answer, Requests
 
 if TYPE_CHECKING:
     from websockets.asyncio.server import Server, ServerConnection
     from websockets.http11 import Request, Response
 
-_TEXT_KEPT = 256 << 10  # characters of the terminal that wait for one page
-_MOST_KEPT = 2000  # other messages that wait for it
+_REQUEST_S = 5.0  # wall time for a request to arrive
+_MOST_CALLERS = 64  # connections without a socket; a browser opens six for a page
+_MESSAGES_AHEAD = 4  # of one page, read before they are taken; each may be an upload
 _PER_SECOND = 250  # messages that are taken from one page
 _BURST = 50
 _MOST_PAGES = 32
-_FILES = {
-    "/": ("index.html", "text/html; charset=utf-8"),
-    "/app.js": ("app.js", "text/javascript; charset=utf-8"),
-    "/app.css": ("app.css", "text/css; charset=utf-8"),
-    "/icon.svg": ("icon.svg", "image/svg+xml"),
-}
 _LATEST = {
     messages.State: "state",
     messages.Bus: "bus",
@@ -81,63 +78,24 @@ def websockets_missing() -> InputError:
     )
 
 
-class Outbox:
-    """What waits for one page; used in the server's thread only."""
-
-    def __init__(self) -> None:
-        self.filled = asyncio.Event()
-        self._waiting: dict[str, str] = {}
-        self._number = 0
-        self._text = 0
-
-    def put(self, key: str, message: str) -> None:
-        """Let a message wait. ``key``: what it replaces; empty: nothing; "text": of the terminal."""
-        if key and key != "text":
-            self._waiting.pop(key, None)
-        else:
-            self._number += 1
-            if key == "text":
-                self._text += len(message)
-            key = f"{key}#{self._number}"
-        self._waiting[key] = message
-        while self._text > _TEXT_KEPT:
-            self._drop("text#")
-        if len(self._waiting) > _MOST_KEPT:
-            self._drop("")
-        self.filled.set()
-
-    def take(self) -> str | None:
-        """The message that has waited longest; None if there is none."""
-        for key in self._waiting:
-            return self._remove(key)
-        self.filled.clear()
-        return None
-
-    def _drop(self, begin: str) -> None:
-        self._remove(next(key for key in self._waiting if key.startswith(begin) and "#" in key))
-
-    def _remove(self, key: str) -> str:
-        message = self._waiting.pop(key)
-        if key.startswith("text#"):
-            self._text -= len(message)
-        return message
-
-
 class PageServer:
     """Serves the page and its sockets until :meth:`close`.
 
-    ``port`` 0: any free one. Raises InputError where the library is missing, LinkError for a port that
-    cannot be had. ``controls`` may be given later, before the first page comes.
+    ``port`` 0: any free one. ``say(line)`` hears of callers that were refused, and of failures. Raises
+    InputError where the library is missing, LinkError for a port that cannot be had. ``controls`` may be
+    given later, before the first page comes.
     """
 
-    def __init__(self, port: int = 0) -> None:
+    def __init__(self, port: int = 0, say: Callable[[str], None] = lambda _line: None) -> None:
         try:
             import websockets.asyncio.server  # noqa: F401 whether it is there
         except ImportError as error:
             raise websockets_missing() from error
         self.controls: Controls | None = None
         self._fixed = port != 0
+        self._say = LimitedLines(say)
         self._outboxes: dict[object, Outbox] = {}
+        self._callers: dict[ServerConnection, None] = {}
         self._ready = threading.Event()
         self._problems: list[OSError] = []
         self._loop = asyncio.new_event_loop()
@@ -190,28 +148,39 @@ class PageServer:
         from websockets.asyncio.server import serve
 
         self._stop = asyncio.Event()
+        self._loop.set_exception_handler(self._hear_of_failure)
         server = await serve(
             self._talk,
             "127.0.0.1",
             port,
             process_request=self._answer,
+            subprotocols=[addresses.PROTOCOL],  # type: ignore[list-item]  # a str for older versions
             compression=None,
             max_size=messages.LONGEST_UPLOAD,
+            max_queue=_MESSAGES_AHEAD,
             server_header=None,
+            open_timeout=_REQUEST_S,
             close_timeout=0.5,
+            logger=_logger(self._say),
+            create_connection=_counted(self._callers),
         )
         async with server:
             self._begin(server)
             await self._stop.wait()
+            for caller in list(self._callers):  # else each may be waited for as long as a request may take
+                caller.transport.abort()
 
     def _begin(self, server: Server) -> None:
         port = next(iter(server.sockets)).getsockname()[1]
         self.address = addresses.address_for(port) if self._fixed else addresses.fresh(port)
         addresses.publish(self.address)
-        self._hosts = tuple(f"{name}:{port}" for name in ("127.0.0.1", "localhost"))
-        self._origins = tuple(f"http://{host}" for host in self._hosts)
-        self._cookie = f"fcu-{port}"
+        self._requests = Requests(self.address)
         self._ready.set()
+
+    def _hear_of_failure(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+        """Say what asyncio would print with a traceback, such as that no connection can be accepted."""
+        del loop
+        self._say(f"page: {_failure(str(context.get('message')), context.get('exception'))}")
 
     def _put(self, key: str, message: str, client: object | None) -> None:
         if client is not None:
@@ -225,73 +194,18 @@ class PageServer:
     # -- HTTP -------------------------------------------------------------------------------------------
 
     def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
-        """The answer to a request; None: go on to the socket."""
+        """Answer a request; None: open the socket."""
         del connection
-        url = urlsplit(request.path)
-        by_url = self._is_token(parse_qs(url.query).get("token", [""])[0])
-        refused = self._reason_against(request, url.path, by_url)
-        if refused:
-            return self._refuse(refused)
-        if url.path == "/session":
-            return None
-        if url.path == "/" and by_url:
-            cookie = f"{self._cookie}={self.address.token}; HttpOnly; SameSite=Strict; Path=/"
-            return self._respond(HTTPStatus.SEE_OTHER, b"", [("Location", "/"), ("Set-Cookie", cookie)])
-        if url.path in _FILES:
-            name, kind = _FILES[url.path]
-            body = files("emulator.live").joinpath("page", name).read_bytes()
-            return self._respond(HTTPStatus.OK, body, [("Content-Type", kind)])
-        return self._respond(HTTPStatus.NOT_FOUND, b"not found\n", [("Content-Type", "text/plain")])
-
-    def _reason_against(self, request: Request, path: str, by_url: bool) -> str:
-        """Why a request is refused; empty if it is not."""
-        hosts, origins = request.headers.get_all("Host"), request.headers.get_all("Origin")
-        if len(hosts) != 1 or hosts[0] not in self._hosts:
-            return "this server answers 127.0.0.1 only"
-        if not by_url and not self._has_cookie(request):
-            return "open the address that fcu web has printed"
-        if path != "/session":
-            return ""
-        if any(origin not in self._origins for origin in origins) or (not origins and not by_url):
-            return "another page may not move this board"
-        return "too many pages are open" if len(self._outboxes) >= _MOST_PAGES else ""
-
-    def _is_token(self, token: str) -> bool:
-        return compare_digest(token.encode("utf-8", "replace"), self.address.token.encode())
-
-    def _has_cookie(self, request: Request) -> bool:
-        for header in request.headers.get_all("Cookie"):
-            with suppress(CookieError):
-                morsel = SimpleCookie(header).get(self._cookie)
-                if morsel is not None and self._is_token(morsel.value):
-                    return True
-        return False
-
-    def _refuse(self, why: str) -> Response:
-        kind = [("Content-Type", "text/plain; charset=utf-8")]
-        return self._respond(HTTPStatus.FORBIDDEN, f"fcu web: {why}\n".encode(), kind)
-
-    def _respond(self, status: HTTPStatus, body: bytes, headers: Iterable[tuple[str, str]]) -> Response:
-        from websockets.datastructures import Headers
-        from websockets.http11 import Response
-
-        sockets = " ".join(f"ws://{host}" for host in self._hosts)
-        policy = (
-            "default-src 'none'; script-src 'self'; img-src 'self' data: blob:; "
-            "style-src 'self' 'unsafe-inline'; "  # xterm.js writes a style sheet of its own
-            f"connect-src 'self' {sockets}; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
-        )
-        usual = [
-            ("Content-Length", str(len(body))),
-            ("Content-Security-Policy", policy),
-            ("X-Content-Type-Options", "nosniff"),
-            ("Referrer-Policy", "no-referrer"),
-            ("Cross-Origin-Opener-Policy", "same-origin"),
-            ("Cross-Origin-Resource-Policy", "same-origin"),
-            ("Cache-Control", "no-store"),
-            ("Connection", "close"),
-        ]
-        return Response(status.value, status.phrase, Headers([*headers, *usual]), body)
+        try:
+            method = getattr(request, "method", "GET")  # older versions of the library refuse others
+            has_room = len(self._outboxes) < _MOST_PAGES
+            answer = self._requests.answer(method, request.path, request.headers, has_room)
+        except Exception as error:
+            self._say(f"page: {_failure('a request failed', error)}")
+            answer = self._requests.failure()
+        if answer is not None and answer.because:
+            self._say(f"page: a socket was refused: {answer.because}")
+        return None if answer is None else _response(answer)
 
     # -- sockets ----------------------------------------------------------------------------------------
 
@@ -299,11 +213,12 @@ class PageServer:
         controls = self.controls
         if controls is None:
             return
+        self._callers.pop(connection, None)
         client, outbox = object(), Outbox()
         self._outboxes[client] = outbox
-        controls.attach(client)
         sender = asyncio.create_task(_send(connection, outbox))
         try:
+            controls.attach(client)
             await self._listen(connection, client, outbox, controls)
         finally:
             sender.cancel()
@@ -323,8 +238,8 @@ class PageServer:
                         raise messages.MessageError("messages are text")
                     if not controls.post(client, messages.decode(message)):
                         raise messages.MessageError("too many messages wait; this one was dropped")
-                except messages.MessageError as error:
-                    outbox.put("refused", messages.encode(messages.Notice("error", str(error))))
+                except Exception as error:
+                    outbox.put("refused", messages.encode(messages.failure(error)))
                 now_s = time.monotonic()
                 allowance = min(allowance + (now_s - before_s) * _PER_SECOND, _BURST) - 1
                 before_s = now_s
@@ -341,3 +256,53 @@ async def _send(connection: ServerConnection, outbox: Outbox) -> None:
             message = outbox.take()
             if message is not None:
                 await connection.send(message)
+
+
+def _response(answer: Answer) -> Response:
+    from websockets.datastructures import Headers
+    from websockets.http11 import Response
+
+    return Response(answer.status.value, answer.status.phrase, Headers(answer.headers), answer.body)
+
+
+def _counted(callers: dict[ServerConnection, None]) -> type[ServerConnection]:
+    """Return the class of connections that are in ``callers`` until they have a socket, or end."""
+    from websockets.asyncio.server import ServerConnection
+
+    class Connection(ServerConnection):
+        def connection_made(self, transport: asyncio.BaseTransport) -> None:
+            super().connection_made(transport)
+            callers[self] = None
+            if len(callers) > _MOST_CALLERS:
+                oldest = next(iter(callers))
+                del callers[oldest]
+                oldest.transport.abort()
+
+        def connection_lost(self, exc: Exception | None) -> None:
+            callers.pop(self, None)
+            super().connection_lost(exc)
+
+    return Connection
+
+
+class _OneLine(logging.Handler):
+    """Says a record in one line, without a traceback."""
+
+    def __init__(self, say: Callable[[str], None]) -> None:
+        super().__init__(logging.WARNING)
+        self._hear = say
+
+    def emit(self, record: logging.LogRecord) -> None:
+        error = record.exc_info[1] if record.exc_info else None
+        self._hear(f"page: {_failure(record.getMessage(), error)}")
+
+
+def _logger(say: Callable[[str], None]) -> logging.Logger:
+    """Return the library's log, which reaches no other one."""
+    logger = logging.Logger("fcu web", logging.WARNING)
+    logger.addHandler(_OneLine(say))
+    return logger
+
+
+def _failure(what: str, error: object) -> str:
+    return f"{what}: {type(error).__name__}: {error}" if isinstance(error, BaseException) else what

@@ -19,12 +19,14 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from emulator.board.board import Board
-from emulator.errors import FcuError, FirmwareError, InputError
+from emulator.errors import FcuError, FirmwareError, InputError, failure_text
 from emulator.links import ByteLink
 from emulator.live import messages, registers, view
 from emulator.live.broadcast import Broadcast, Publish
@@ -55,6 +57,7 @@ _STEP_SLICE_PS = {"second": 10 * PS_PER_MS, "line": PS_PER_MS, "tick": PS_PER_MS
 
 _TYPED_AHEAD = 2048  # bytes of a link on their way to the board
 _MOST_WAITING = 1000  # commands
+_MOST_UPLOADS = 2  # of these, each with up to 11 MiB
 
 
 class Session:
@@ -101,6 +104,7 @@ class Session:
         self.state = "running"
         self.problem = ""
         self.run_number = 0
+        self._told = ""
         self._begin(setup)
 
     # -- from other threads -----------------------------------------------------------------------------
@@ -109,9 +113,14 @@ class Session:
         """Hand over a command; False if too many wait already."""
         if len(self._commands) >= _MOST_WAITING:
             return False
+        if isinstance(command, messages.Upload) and self._uploads_waiting() >= _MOST_UPLOADS:
+            return False
         self._commands.append((client, command))
         self._wake.set()
         return True
+
+    def _uploads_waiting(self) -> int:
+        return sum(isinstance(command, messages.Upload) for _, command in tuple(self._commands))
 
     def attach(self, client: object) -> None:
         """Tell a new client everything."""
@@ -131,27 +140,51 @@ class Session:
     # -- the loop ---------------------------------------------------------------------------------------
 
     def run(self) -> None:
-        """Run until :meth:`stop`."""
-        try:
+        """Run until :meth:`stop`. Raises OutputError if the recording cannot be written.
+
+        Nothing that a page, a link or another program sends ends the run: what fails is told to the pages.
+        """
+        with ExitStack() as stack:
+            for close in (self._remove_upload, self._close_board, self._close_debugger, self.save):
+                stack.callback(close)  # the last one first
             while not self.stopped and self.board.now_s < self.end_s:
                 self._advance()
-                self._serve_links()
+                self._guard(self._serve_links)
                 if self.door is not None:
-                    self.door.serve()
+                    self._guard(self.door.serve)
                 self._take_commands()
-                self._follow_file()
-                self._broadcast.show(self._wall_s(), self.state == "running")
+                self._guard(self._follow_file)
+                self._guard(self._show)
                 self._wait()
-        finally:
-            self.save()
-            if self._debugger is not None:
-                self._debugger.close()
-            self.board.close()
-            if self._uploaded is not None:
-                self._uploaded.remove()
+
+    def _guard(self, action: Callable[[], object], client: object | None = None) -> None:
+        """Do one thing; what goes wrong is told to ``client``, or to all, and the session continues."""
+        try:
+            action()
+        except FirmwareError as error:
+            self._fail(str(error))
+        except Exception as error:
+            notice = messages.failure(error)
+            if client is not None or notice.text != self._told:  # not the same in each turn of the loop
+                self._publish(notice, client)
+            self._told = notice.text if client is None else self._told
+
+    def _show(self) -> None:
+        self._broadcast.show(self._wall_s(), self.state == "running")
+
+    def _close_debugger(self) -> None:
+        if self._debugger is not None:
+            self._debugger.close()
+
+    def _close_board(self) -> None:
+        self.board.close()
+
+    def _remove_upload(self) -> None:
+        if self._uploaded is not None:
+            self._uploaded.remove()
 
     def save(self) -> None:
-        """Write the recording, if one is wanted. Raises FcuError."""
+        """Write the recording, if one is wanted. Raises OutputError."""
         if self._record is not None:
             self.recording.save(self._record)
 
@@ -194,7 +227,7 @@ class Session:
         """Let the board come to where the wall clock is; a slow machine does not race to catch up."""
         if self.state != "running":
             if self._debugger is not None:
-                self._run_debugged(self._debugger, self.board.clock.now_ps)
+                self._guard(partial(self._run_debugged, self._debugger, self.board.clock.now_ps))
             return
         now_s, wall_s = self.board.now_s, self._wall_s()
         if self.speed is None:
@@ -218,8 +251,8 @@ class Session:
                 self._run_debugged(self._debugger, at_ps)
             elif at_ps > self.board.clock.now_ps:
                 self.board.run_until_ps(at_ps)
-        except FirmwareError as error:
-            self._fail(str(error))
+        except Exception as error:  # of the firmware, of a scenario that a hand has disturbed, of the machine
+            self._fail(failure_text(error))
         self._broadcast.changed = True
 
     def _run_debugged(self, debugger: GdbServer, at_ps: int) -> None:
@@ -232,8 +265,8 @@ class Session:
 
     def _fail(self, problem: str) -> None:
         self.state, self.problem = "failed", problem
-        self._say_status()
-        self._broadcast.look_for_findings()
+        self._guard(self._say_status)
+        self._guard(self._broadcast.look_for_findings)
 
     def _set_origin(self) -> None:
         self._origin_wall_s, self._origin_s = self._wall_s(), self.board.now_s
@@ -248,17 +281,18 @@ class Session:
         held = []
         if hold and setup.scenario is None and self.setup.scenario is None:
             held = as_it_is(self.board)
-        if self.run_number:
+        is_first = not self.run_number
+        if not is_first:
             self.save()
             self._broadcast.close()
-            if self._debugger is not None:
-                self._debugger.close()
+            self._close_debugger()
             self.board.close()
         self.setup, self.board = setup, board
         self._debugger, self._halted = None, False
-        if board.arm is not None or not self.run_number:
-            self._debugger = setup.debugger(board)
-            self._halted = self._debugger is not None and self._debugger.halted
+        if is_first:
+            self._debug(board)
+        elif board.arm is not None:
+            self._guard(lambda: self._debug(board))  # its port may have been taken meanwhile
         self.recording = SessionRecording(board, setup.ideal)
         self.run_number += 1
         self._set_origin()
@@ -273,14 +307,18 @@ class Session:
             self.state = "running"
         self.problem = ""
         for entry in held:
-            self._perform(self._entry(entry))
+            self._guard(partial(self._perform, self._entry(entry)))
+
+    def _debug(self, board: Board) -> None:
+        self._debugger = self.setup.debugger(board)
+        self._halted = self._debugger is not None and self._debugger.halted
 
     def _again(self, setup: Setup, why: str, hold: bool = True) -> None:
         """Power on with another firmware or scenario; what cannot be used is reported, and all stays."""
         try:
             self._begin(setup, hold)
-        except FcuError as error:
-            self._publish(messages.Notice("error", str(error)), None)
+        except Exception as error:
+            self._publish(messages.failure(error), None)
             return
         for client in self._clients:
             self._greet(client)
@@ -291,12 +329,7 @@ class Session:
     def _take_commands(self) -> None:
         for _ in range(len(self._commands)):
             client, command = self._commands.popleft()
-            try:
-                self._obey(client, command)
-            except FirmwareError as error:
-                self._fail(str(error))
-            except FcuError as error:
-                self._publish(messages.Notice("error", str(error)), client)
+            self._guard(partial(self._obey, client, command), client)
 
     def _obey(self, client: object, command: Command) -> None:  # noqa: PLR0912 one case for each command
         self._broadcast.changed = True
@@ -408,9 +441,9 @@ class Session:
                 self._again(self.setup, f"{self._file.path.name} has changed and was loaded again")
 
     def _take_upload(self, name: str, content: bytes) -> None:
-        before, setup = self._uploaded, self.setup
-        self._uploaded = uploaded = UploadedFile(name, content)
-        self._again(replace(setup, firmware=uploaded.path), f"{name} has been loaded")
+        before, setup, uploaded = self._uploaded, self.setup, UploadedFile(name, content)
+        self._uploaded = uploaded
+        self._again(replace(setup, firmware=uploaded.path), f"{uploaded.name} has been loaded")
         if self.setup is setup:
             self._uploaded = before
             uploaded.remove()

@@ -21,7 +21,7 @@ import tempfile
 from dataclasses import asdict
 from pathlib import Path
 
-from tests.attacks import classes, files, gdb, programs
+from tests.attacks import classes, files, gdb, page, programs
 from tests.attacks.attack import Attack, Outcome, carry_out
 
 ATTACKS = (
@@ -33,6 +33,8 @@ ATTACKS = (
     Attack("names of submissions", 10_000, classes.names),
     Attack("rosters and rubrics", 10_000, classes.tables),
     Attack("gdb connections", 1_000, gdb.connections),
+    Attack("page requests", 20_000, page.requests),
+    Attack("page messages", 20_000, page.messages),
     Attack("readers that leave", 100, programs.leaving_readers, in_programs=True),
     Attack("typing that floods", 50, programs.floods, in_programs=True),
     Attack("signals", 120, programs.signals, in_programs=True),

@@ -11,7 +11,15 @@ from tests.attacks.__main__ import ATTACKS, row
 from tests.attacks.attack import Attack, carry_out
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="/proc, /dev/full and POSIX signals")
-FEW = {"gdb connections": 20, "scenarios": 60, "recordings": 60, "ELF files": 40, "HEX files": 40}
+FEW = {
+    "gdb connections": 20,
+    "scenarios": 60,
+    "recordings": 60,
+    "ELF files": 40,
+    "HEX files": 40,
+    "page requests": 300,
+    "page messages": 100,
+}
 SEED = 2  # the usual campaign has another
 
 

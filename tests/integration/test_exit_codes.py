@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -330,3 +331,28 @@ def test_a_summary_that_cannot_be_written_is_refused_before_anything_runs(tmp_pa
     done = fcu("run", "--duration", "1s", "--json", tmp_path / "no" / "run.json")
     assert done.returncode == WRONG_USE
     assert done.stdout == ""
+
+
+@posix
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("run", "{elf}", "--duration", "10ms", "--speed", "max", "--serial", "file:{folder}/text\x07"),
+        ("run", "--scenario", "{scenario}", "--duration", "10ms", "--serial", "pty:{folder}/tty\x07", "-q"),
+        ("web", "{elf}", "--duration", "10ms", "--no-browser", "--record", "{folder}/session\x07.toml"),
+        ("diff", "{elf}", "{elf}", "--scenario", "{scenario}", "--duration", "10ms"),
+        ("scenario", "check", "{scenario}"),
+        ("check", "{elf}", "--exercise", "4"),
+        ("new", "{folder}/project\x07"),
+    ],
+    ids=lambda arguments: " ".join(arguments[:2]),
+)
+def test_names_of_used_files_send_nothing_to_the_terminal(tmp_path: Path, arguments: tuple[str, ...]) -> None:
+    folder = tmp_path / "of\x1b[31m\x07"
+    folder.mkdir()
+    names = {"folder": folder, "elf": folder / "lab3\x07.elf", "scenario": folder / "f\x07.toml"}
+    shutil.copy(prebuilt("solution", "I2C2"), names["elf"])
+    write(folder, SECOND).replace(names["scenario"])
+    done = fcu(*(one.format(**names) for one in arguments))
+    assert done.returncode in (HELD, FAILED, NOT_JUDGED), done.stderr
+    assert (done.stdout + done.stderr).replace("\n", "").replace("\r", "").isprintable()

@@ -77,11 +77,10 @@ class Browser:
         """A page that shows the board."""
         context = self._chromium.new_context(bypass_csp=True, viewport={"width": 1280, "height": 720})
         self._contexts.append(context)
-        context.request.get(served.pages.url)  # which sets the cookie
         page = context.new_page()
         page.on("pageerror", lambda error: self.errors.append(str(error)))
         page.set_default_timeout(30_000)
-        page.goto(served.pages.url.split("?", maxsplit=1)[0] + ("" if in_space else "?2d"))
+        page.goto(served.pages.url.replace("/#", "/#" if in_space else "/?2d#"))
         until(page, "document.body.dataset.state && document.querySelector('#time')?.textContent.length > 2")
         return page
 
@@ -396,3 +395,33 @@ def test_on_a_phone_nothing_sticks_out(width: int, browser: Browser, served: Ser
         page.click(f"#tab-{pane}")
         until(page, f"!document.querySelector('#pane-{pane}, .{pane}').hidden")
         assert page.evaluate("document.documentElement.scrollWidth") == width, pane
+
+
+def test_address_loses_its_token_and_reload_keeps_it(browser: Browser, served: Served) -> None:
+    page = browser.open(served)
+    assert "token" not in page.url
+    page.reload()
+    until(page, "document.body.dataset.state === 'running'")
+    assert page.text_content("#connection") == ""
+    other = page.context.new_page()
+    other.goto(served.pages.url)
+    until(other, "document.body.dataset.state === 'running'")
+    assert page.context.cookies() == []
+
+
+def test_page_without_token_shows_the_way_and_no_board(browser: Browser, served: Served) -> None:
+    page = browser.open(served)
+    page.evaluate("sessionStorage.clear()")
+    page.reload()
+    until(page, "document.querySelector('#connection').textContent.includes('fcu web')")
+    assert page.get_attribute("body", "data-state") is None
+    page.goto(served.pages.url.replace("/#", "/?2d#"))  # only the fragment differs: nothing is loaded
+    until(page, "document.body.dataset.state === 'running'")
+
+
+def test_page_with_a_wrong_token_is_told_so(browser: Browser, served: Served) -> None:
+    page = browser.open(served)
+    page.evaluate("sessionStorage.setItem('fcu-token', 'wrong')")
+    page.reload()
+    until(page, "document.querySelector('#connection').textContent.includes('fcu web')")
+    assert page.get_attribute("body", "data-state") is None

@@ -8,16 +8,19 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from http.client import HTTPConnection, HTTPResponse
 from typing import Any
+from urllib.parse import urlsplit
 
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
 from emulator.errors import InputError, LinkError
-from emulator.live import address, messages, server
-from emulator.live.server import Outbox, PageServer
+from emulator.live import address, messages, outbox
+from emulator.live.outbox import Outbox
+from emulator.live.server import PageServer
 from emulator.live.session import Session
 from emulator.live.setup import Setup
+from tests.live_fakes import connected
 from tests.live_fuzz import fuzzed
 
 
@@ -73,44 +76,82 @@ def say(client: ClientConnection, **command: Any) -> None:
     client.send(json.dumps(command))
 
 
-def test_the_first_url_sets_a_cookie_and_with_it_the_page_comes(live: tuple[PageServer, Session]) -> None:
+def test_page_files_need_no_secret_and_set_no_cookie(live: tuple[PageServer, Session]) -> None:
     pages, _ = live
-    first = get(pages, f"/?token={pages.address.token}")
-    cookie = str(first.getheader("Set-Cookie"))
-    assert (first.status, first.getheader("Location")) == (303, "/")
-    assert {"HttpOnly", "SameSite=Strict"} <= {part.strip() for part in cookie.split(";")}
-    for path in ("/", "/app.js", "/app.css", "/icon.svg"):
-        response = get(pages, path, Cookie=cookie.split(";", maxsplit=1)[0])
+    for path in ("/", "/?2d", "/app.js", "/app.css", "/icon.svg"):
+        response = get(pages, path)
         assert response.status == 200
         policy = str(response.getheader("Content-Security-Policy"))
         assert "script-src 'self';" in policy
         assert "default-src 'none'" in policy
-        assert len(response.read()) == int(str(response.getheader("Content-Length")))
-    assert get(pages, "/../server.py", Cookie=cookie.split(";", maxsplit=1)[0]).status == 404
+        assert response.getheader("X-Content-Type-Options") == "nosniff"
+        assert response.getheader("Set-Cookie") is None
+        body = response.read()
+        assert len(body) == int(str(response.getheader("Content-Length")))
+        assert pages.address.token.encode() not in body
+    assert get(pages, "/../server.py").status == 404
+
+
+def test_printed_address_keeps_its_token_from_servers(live: tuple[PageServer, Session]) -> None:
+    pages, _ = live
+    parts = urlsplit(pages.url)
+    assert (parts.path, parts.query, parts.fragment) == ("/", "", f"token={pages.address.token}")
+
+
+@pytest.mark.parametrize("host", ["evil.example", "evil.example:{port}", "127.0.0.1", "127.0.0.1:1", ""])
+@pytest.mark.parametrize("path", ["/", "/session"])
+def test_foreign_host_is_refused(live: tuple[PageServer, Session], host: str, path: str) -> None:
+    pages, _ = live
+    assert get(pages, path, Host=host.format(port=pages.address.port)).status == 403
 
 
 @pytest.mark.parametrize(
-    "headers",
+    "protocols",
     [
-        {"Host": "evil.example"},
-        {"Host": "evil.example:80"},
-        {"Host": "127.0.0.1"},
-        {"Cookie": "fcu=1"},
-        {"Cookie": "fcu-{port}=wrong"},
-        {},
+        [],
+        ["fcu"],
+        ["fcu", "fcu.token."],
+        ["fcu", "fcu.token.wrong"],
+        ["fcu", "fcu.token.{token}x"],
+        ["fcu", "{token}"],
+        ["{token}", "fcu.token."],
     ],
 )
-def test_others_are_refused(live: tuple[PageServer, Session], headers: dict[str, str]) -> None:
+@pytest.mark.parametrize("by_page", [True, False])
+def test_socket_without_token_is_never_opened(
+    live: tuple[PageServer, Session], protocols: list[str], by_page: bool
+) -> None:
+    pages, session = live
+    before = len(session._clients)
+    offered = [one.format(token=pages.address.token) for one in protocols]
+    origin = f"http://127.0.0.1:{pages.address.port}" if by_page else None
+    cookie = {"Cookie": f"fcu-{pages.address.port}={pages.address.token}"}
+    url = f"{pages.address.socket}?token={pages.address.token}"
+    with (
+        pytest.raises(InvalidStatus) as refused,
+        connect(
+            url,
+            subprotocols=offered or None,  # type: ignore[arg-type]
+            origin=origin,  # type: ignore[arg-type]
+            additional_headers=cookie,
+        ),
+    ):
+        pass
+    assert refused.value.response.status_code == 403
+    assert len(session._clients) == before
+
+
+def test_page_that_offers_the_token_gets_the_board(live: tuple[PageServer, Session]) -> None:
     pages, _ = live
-    token = f"/?token={pages.address.token}" if "Host" in headers else "/?token=wrong"
-    sent = {name: value.format(port=pages.address.port) for name, value in headers.items()}
-    assert get(pages, token, **sent).status == 403
+    with connected(pages.address, origin=f"http://127.0.0.1:{pages.address.port}") as client:
+        assert client.subprotocol == "fcu"
+        assert until(client, "hello")
 
 
 @pytest.mark.parametrize("origin", ["http://evil.example", "null", "https://127.0.0.1", "http://127.0.0.1:1"])
 def test_a_page_of_another_origin_gets_no_socket(live: tuple[PageServer, Session], origin: str) -> None:
     pages, _ = live
-    with pytest.raises(InvalidStatus) as refused, connect(pages.address.socket, origin=origin):  # type: ignore[arg-type]
+    with pytest.raises(InvalidStatus) as refused, connected(pages.address, origin=origin):
         pass
     assert refused.value.response.status_code == 403
 
@@ -132,7 +173,7 @@ def test_the_servers_own_page_gets_a_socket_by_its_cookie_and_origin(
 
 def test_a_client_moves_the_board_and_sees_it(live: tuple[PageServer, Session]) -> None:
     pages, _ = live
-    with connect(pages.address.socket) as client:
+    with connected(pages.address) as client:
         hello = until(client, "hello")
         assert set(hello["parts"]) == {"LSM6DSL", "LIS2MDL", "LPS22HB"}
         assert until(client, "status")["state"] == "running"
@@ -145,8 +186,8 @@ def test_a_client_moves_the_board_and_sees_it(live: tuple[PageServer, Session]) 
 
 def test_two_clients_see_the_same_board_and_one_may_leave(live: tuple[PageServer, Session]) -> None:
     pages, _ = live
-    with connect(pages.address.socket) as one:
-        with connect(pages.address.socket) as other:
+    with connected(pages.address) as one:
+        with connected(pages.address) as other:
             say(other, type="pause")
             assert until(one, "status", state="paused")
             assert until(other, "status", state="paused")
@@ -156,12 +197,12 @@ def test_two_clients_see_the_same_board_and_one_may_leave(live: tuple[PageServer
 
 def test_fuzzed_messages_never_stop_the_board(live: tuple[PageServer, Session]) -> None:
     pages, session = live
-    with connect(pages.address.socket) as client:
+    with connected(pages.address) as client:
         for message in fuzzed(seed=5, count=150):
             client.send(message)
         say(client, type="record")
         until(client, "recorded")  # all before has been taken
-    with connect(pages.address.socket) as client:
+    with connected(pages.address) as client:
         say(client, type="firmware", name="solution")
         say(client, type="run")
         say(client, type="speed", factor=1)
@@ -173,29 +214,29 @@ def test_fuzzed_messages_never_stop_the_board(live: tuple[PageServer, Session]) 
 
 def test_a_huge_message_ends_its_connection_only(live: tuple[PageServer, Session]) -> None:
     pages, _ = live
-    with connect(pages.address.socket) as client, suppress(ConnectionClosed):
+    with connected(pages.address) as client, suppress(ConnectionClosed):
         client.send("x" * (messages.LONGEST_UPLOAD + 1))
         for _ in client:
             pass
     assert client.close_code == 1009
-    with connect(pages.address.socket) as other:
+    with connected(pages.address) as other:
         assert until(other, "state")
 
 
 def test_a_page_that_takes_nothing_is_kept_short() -> None:
-    outbox = Outbox()
+    kept = Outbox()
     for number in range(10_000):
-        outbox.put("state", f"s{number}")
-        outbox.put("text", "x" * 100)
+        kept.put("state", f"s{number}")
+        kept.put("text", "x" * 100)
     for number in range(5_000):
-        outbox.put("", f"n{number}")
+        kept.put("", f"n{number}")
     taken = []
-    while (message := outbox.take()) is not None:
+    while (message := kept.take()) is not None:
         taken.append(message)
-    assert sum(len(one) for one in taken if one.startswith("x")) <= server._TEXT_KEPT
+    assert sum(len(one) for one in taken if one.startswith("x")) <= outbox.TEXT_KEPT
     assert [one for one in taken if one.startswith("s")] in ([], ["s9999"])
     assert taken[-1] == "n4999"
-    assert len(taken) <= server._MOST_KEPT
+    assert len(taken) <= outbox.MOST_KEPT
 
 
 def test_a_server_started_again_on_its_port_lets_the_open_page_in_again() -> None:

@@ -107,9 +107,9 @@ document.getElementById("app")?.append(
 
 // -- What the session says ------------------------------------------------------------------------------------
 
-session.onConnected = (connected) => {
+session.onConnected = (connected, why) => {
   document.body.classList.toggle("lost", !connected);
-  setText(connection, connected ? "" : "not connected");
+  setText(connection, why);
   if (connected) watch();
 };
 

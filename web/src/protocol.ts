@@ -1,5 +1,7 @@
 // The messages of emulator/live/messages.py, and what carries them. The page knows a session only by these.
 
+import { onNewToken, protocols, token } from "./token";
+
 export interface Field { name: string; msb: number; lsb: number; doc: string }
 export interface Register {
   name: string; address: number; size: number; reset: number; access: string; doc: string; modelled: boolean;
@@ -61,8 +63,11 @@ export type Command =
 export interface Session {
   send(command: Command): void;
   onEvent: (event: Event) => void;
-  onConnected: (connected: boolean) => void;
+  onConnected: (connected: boolean, why: string) => void; // why: what to tell the user while it is not
 }
+
+const UNREACHABLE = "not connected";
+const REFUSED = "refused: open the address that fcu web has printed";
 
 // A session over a WebSocket, found again when the server has been restarted. A worker that runs the board in the
 // browser would be another Session.
@@ -76,15 +81,32 @@ export function overWebSocket(): Session {
     onConnected: () => undefined,
   };
   const connect = (): void => {
-    const opened = new WebSocket(`ws://${location.host}/session`);
+    const secret = token();
+    if (!secret) {
+      session.onConnected(false, REFUSED);
+      return;
+    }
+    const opened = new WebSocket(`ws://${location.host}/session`, protocols(secret));
+    let accepted = false;
     socket = opened;
-    opened.onopen = () => session.onConnected(true);
+    opened.onopen = () => {
+      accepted = true;
+      session.onConnected(true, "");
+    };
     opened.onmessage = (message) => session.onEvent(JSON.parse(String(message.data)) as Event);
     opened.onclose = () => {
-      session.onConnected(false);
+      if (!accepted) return void askAgain();
+      session.onConnected(false, UNREACHABLE);
       window.setTimeout(connect, 500);
     };
   };
-  connect();
+  // A browser does not tell why a socket was not opened: a server that gives the page, but no socket, refuses it.
+  const askAgain = async (): Promise<void> => {
+    const refused = await fetch("/icon.svg").then((response) => response.ok, () => false);
+    session.onConnected(false, refused ? REFUSED : UNREACHABLE);
+    window.setTimeout(connect, refused ? 5000 : 500);
+  };
+  onNewToken(() => location.reload());
+  window.setTimeout(connect); // when the page has said what to do with what comes
   return session;
 }

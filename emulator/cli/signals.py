@@ -1,0 +1,77 @@
+"""Requests to end: ``kill`` and a closed terminal window end a command as Ctrl-C does.
+
+Python's reaction to SIGTERM and SIGHUP ends the process at once: temporary folders, and the files by which
+other programs find a board, remain, and nothing is said. Here both raise :class:`Terminated`, so every
+``finally`` is executed, and the command ends with the exit code of an interruption. A command that ends in
+order, such as ``fcu run``, replaces the reaction while its board runs.
+
+Decision: a signal that is ignored at the start stays ignored: with ``nohup`` the user wants the command to
+outlive the terminal.
+"""
+
+from __future__ import annotations
+
+import _thread
+import signal
+import sys
+import threading
+from types import FrameType
+
+_NAMES = ("SIGTERM", "SIGHUP", "SIGBREAK")
+_AGAIN_AFTER_S = 0.02
+_raised: list[int] = []
+"""Signals for which :class:`Terminated` has been raised."""
+
+
+class Terminated(BaseException):
+    """The process was asked to end by signal ``number``.
+
+    It is not an Exception, so that code that handles any error does not handle it.
+    """
+
+    def __init__(self, number: int) -> None:
+        self.number = number
+        super().__init__(signal.Signals(number).name)
+
+
+def end_in_order() -> None:
+    """From now on raise :class:`Terminated` in the main thread when the process is asked to end."""
+    for name in _NAMES:
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) is signal.SIG_DFL:
+            signal.signal(number, _raise)
+
+
+def end_at_once() -> None:
+    """From now on end the process at such a request: nothing is left to do in order."""
+    for name in _NAMES:
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) is _raise:
+            signal.signal(number, signal.SIG_DFL)
+
+
+def ask_again(unraisable: sys.UnraisableHookArgs) -> None:
+    """A request that comes while Python cannot raise anything, in a destructor for one, comes again later.
+
+    Python would print it and continue, and the program would not end. Another thread has to send it: here it
+    would be raised at once, and be dropped once more.
+    """
+    error = unraisable.exc_value
+    if isinstance(error, KeyboardInterrupt | Terminated):
+        _raised.clear()
+        number = error.number if isinstance(error, Terminated) else signal.SIGINT
+        again = threading.Timer(_AGAIN_AFTER_S, _thread.interrupt_main, (number,))
+        again.daemon = True
+        again.start()
+    else:
+        sys.__unraisablehook__(unraisable)
+
+
+def _raise(number: int, frame: FrameType | None) -> None:
+    del frame
+    from emulator.isolation import limits_of_worker
+
+    if _raised and limits_of_worker() is not None:  # its parent has passed on what it had got already
+        return
+    _raised.append(number)
+    raise Terminated(number)

@@ -1,0 +1,43 @@
+"""Lines on the terminal about connections: one line each, without control characters, and not many.
+
+Every program on this machine can connect to a server's port, as often as it likes and with any bytes. The
+user is to read about it, and neither the terminal nor a log may be filled or controlled by it.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from emulator.text import one_line
+
+BURST = 5
+"""Lines that are passed on at once; afterwards one each :data:`EVERY_S`."""
+EVERY_S = 10.0
+"""Wall time, s."""
+
+
+class LimitedLines:
+    """Passes lines on to ``say``, escaped and limited in rate; the next line tells how many were left out.
+
+    Not thread-safe: each server has one, and uses it in its thread.
+    """
+
+    def __init__(self, say: Callable[[str], None], clock_s: Callable[[], float] = time.monotonic) -> None:
+        self._say = say
+        self._clock_s = clock_s
+        self._allowance = float(BURST)
+        self._before_s = clock_s()
+        self._left_out = 0
+
+    def __call__(self, line: str) -> None:
+        """Pass a line on, or count it."""
+        now_s = self._clock_s()
+        self._allowance = min(self._allowance + (now_s - self._before_s) / EVERY_S, BURST)
+        self._before_s = now_s
+        if self._allowance < 1:
+            self._left_out += 1
+            return
+        self._allowance -= 1
+        left_out, self._left_out = self._left_out, 0
+        self._say(one_line(line) + (f" ({left_out} lines were left out before)" if left_out else ""))

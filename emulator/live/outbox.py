@@ -1,0 +1,50 @@
+"""Messages that wait for one page, bounded: a page that is slow or asleep gets the latest ones."""
+
+from __future__ import annotations
+
+import asyncio
+
+TEXT_KEPT = 256 << 10  # characters of the terminal that wait for one page
+MOST_KEPT = 2000  # other messages that wait for it
+
+
+class Outbox:
+    """Messages for one page; used in the server's thread only."""
+
+    def __init__(self) -> None:
+        self.filled = asyncio.Event()
+        self._waiting: dict[str, str] = {}
+        self._number = 0
+        self._text = 0
+
+    def put(self, key: str, message: str) -> None:
+        """Let a message wait. ``key``: what it replaces; empty: nothing; "text": of the terminal."""
+        if key and key != "text":
+            self._waiting.pop(key, None)
+        else:
+            self._number += 1
+            if key == "text":
+                self._text += len(message)
+            key = f"{key}#{self._number}"
+        self._waiting[key] = message
+        while self._text > TEXT_KEPT:
+            self._drop("text#")
+        if len(self._waiting) > MOST_KEPT:
+            self._drop("")
+        self.filled.set()
+
+    def take(self) -> str | None:
+        """The message that has waited longest; None if there is none."""
+        for key in self._waiting:
+            return self._remove(key)
+        self.filled.clear()
+        return None
+
+    def _drop(self, begin: str) -> None:
+        self._remove(next(key for key in self._waiting if key.startswith(begin) and "#" in key))
+
+    def _remove(self, key: str) -> str:
+        message = self._waiting.pop(key)
+        if key.startswith("text#"):
+            self._text -= len(message)
+        return message

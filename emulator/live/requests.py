@@ -1,0 +1,127 @@
+"""Answers to HTTP requests: the page's files for every browser, a socket for those that know the token.
+
+The page's files have no secret in them, so they are given to each request for this host and port (a foreign
+name that leads here has another Host). The socket moves the board, so it needs the token, which the page has
+from the fragment of the printed address and offers as a subprotocol of the WebSocket.
+
+Decision: the token is a subprotocol and never a cookie. Cookies are for a host name, whatever the port: each
+other server on this machine, of another user too, would get it with each request of the browser. A fragment
+is sent to no server, and session storage belongs to one origin, port included. The road not taken, the token
+as the first message, opens a socket for each caller, which then needs a time limit and a bound on what it may
+send; in the handshake, a caller without the token never has a socket.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from hmac import compare_digest
+from http import HTTPStatus
+from importlib.resources import files
+from typing import Protocol
+
+from emulator.live.address import TOKEN_PREFIX, Address
+
+SOCKET = "/session"
+_FILES = {
+    "/": ("index.html", "text/html; charset=utf-8"),
+    "/app.js": ("app.js", "text/javascript; charset=utf-8"),
+    "/app.css": ("app.css", "text/css; charset=utf-8"),
+    "/icon.svg": ("icon.svg", "image/svg+xml"),
+}
+_TEXT = "text/plain; charset=utf-8"
+
+
+class Headers(Protocol):
+    """The headers of a request."""
+
+    def get_all(self, key: str) -> list[str]:
+        """Return the values of a header, in any case."""
+        ...
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Status, headers and body of an HTTP response. ``because``: why a socket was refused, else ""."""
+
+    status: HTTPStatus
+    headers: Sequence[tuple[str, str]]
+    body: bytes
+    because: str = ""
+
+
+class Requests:
+    """Answers requests to the server at ``address``. Raises OSError if the page's files cannot be read."""
+
+    def __init__(self, address: Address) -> None:
+        self._offer = f"{TOKEN_PREFIX}{address.token}".encode()
+        self._hosts = tuple(f"{name}:{address.port}" for name in ("127.0.0.1", "localhost"))
+        self._origins = tuple(f"http://{host}" for host in self._hosts)
+        page = files("emulator.live").joinpath("page")
+        self._contents = {  # read once: a request needs no file descriptor
+            path: (kind, page.joinpath(name).read_bytes()) for path, (name, kind) in _FILES.items()
+        }
+
+    def answer(self, method: str, target: str, headers: Headers, has_room: bool) -> Answer | None:
+        """Return the answer to a request; None: a socket is to be opened.
+
+        ``has_room``: whether one more page may be open.
+        """
+        hosts = headers.get_all("Host")
+        if len(hosts) != 1 or hosts[0].lower() not in self._hosts:
+            return self._refuse(HTTPStatus.FORBIDDEN, "this server answers 127.0.0.1 only")
+        if method != "GET":
+            return self._refuse(HTTPStatus.METHOD_NOT_ALLOWED, "the method must be GET", ("Allow", "GET"))
+        path = target.partition("?")[0]
+        if path == SOCKET:
+            return self._reason_against(headers, has_room)
+        if path not in self._contents:
+            return self._refuse(HTTPStatus.NOT_FOUND, "not found")
+        kind, body = self._contents[path]
+        return self._respond(HTTPStatus.OK, kind, body)
+
+    def failure(self) -> Answer:
+        """Return the answer to a request at which the server itself failed."""
+        return self._refuse(HTTPStatus.INTERNAL_SERVER_ERROR, "the server cannot answer this request")
+
+    def _reason_against(self, headers: Headers, has_room: bool) -> Answer | None:
+        """Return the refusal of a socket; None if it may be opened."""
+        why = ""
+        status = HTTPStatus.FORBIDDEN
+        if any(origin not in self._origins for origin in headers.get_all("Origin")):
+            why = "another page may not move this board"
+        elif not self._knows_token(headers):
+            why = "open the address that fcu web has printed"
+        elif not has_room:
+            status, why = HTTPStatus.SERVICE_UNAVAILABLE, "too many pages are open"
+        return self._refuse(status, why, because=why) if why else None
+
+    def _knows_token(self, headers: Headers) -> bool:
+        offered = ",".join(headers.get_all("Sec-WebSocket-Protocol")).split(",")
+        given = [one.strip().encode("utf-8", "replace") for one in offered]
+        return any(compare_digest(one, self._offer) for one in given)
+
+    def _refuse(self, status: HTTPStatus, why: str, *headers: tuple[str, str], because: str = "") -> Answer:
+        return self._respond(status, _TEXT, f"fcu web: {why}\n".encode(), *headers, because=because)
+
+    def _respond(
+        self, status: HTTPStatus, kind: str, body: bytes, *headers: tuple[str, str], because: str = ""
+    ) -> Answer:
+        sockets = " ".join(f"ws://{host}" for host in self._hosts)
+        policy = (
+            "default-src 'none'; script-src 'self'; img-src 'self' data: blob:; "
+            "style-src 'self' 'unsafe-inline'; "  # xterm.js writes a style sheet into the page
+            f"connect-src 'self' {sockets}; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+        )
+        usual = [
+            ("Content-Type", kind),
+            ("Content-Length", str(len(body))),
+            ("Content-Security-Policy", policy),
+            ("X-Content-Type-Options", "nosniff"),
+            ("Referrer-Policy", "no-referrer"),
+            ("Cross-Origin-Opener-Policy", "same-origin"),
+            ("Cross-Origin-Resource-Policy", "same-origin"),
+            ("Cache-Control", "no-store"),
+            ("Connection", "close"),
+        ]
+        return Answer(status, [*headers, *usual], body, because)

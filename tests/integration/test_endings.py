@@ -1,0 +1,210 @@
+"""Commands that are asked to end: one line, the exit code of an interruption, and no file left behind."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+from firmware_model.arm import prebuilt
+from tests.scenario_files import HEAD, write
+
+pytestmark = [
+    pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals"),
+    pytest.mark.usefixtures("interruptible"),
+]
+HELD, NOT_JUDGED, INTERRUPTED = 0, 4, 130
+FULL = Path("/dev/full")
+FIRMWARE = str(prebuilt("solution", "I2C2"))
+LONG_DIFF = ("diff", FIRMWARE, FIRMWARE, "--scenario", "stairs", "--duration", "3000s")
+linux = pytest.mark.skipif(sys.platform != "linux", reason="/proc")
+
+
+@pytest.fixture
+def folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
+    """The folders in which commands leave what others find, and temporary files."""
+    made = [tmp_path / "runtime", tmp_path / "temporary"]
+    for folder in made:
+        folder.mkdir(mode=0o700)
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(made[0]))
+    monkeypatch.setenv("TMPDIR", str(made[1]))
+    return made
+
+
+def started(*arguments: str | Path) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-m", "emulator", *map(str, arguments)],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def until(process: subprocess.Popen[str], pattern: str) -> Iterator[str]:
+    """The lines of standard error up to one that matches."""
+    assert process.stderr is not None
+    for line in process.stderr:
+        yield line
+        if re.search(pattern, line):
+            return
+    raise AssertionError(f"no line with {pattern}")
+
+
+def left(folders: list[Path]) -> list[Path]:
+    return [path for folder in folders for path in folder.rglob("*") if not path.is_dir()]
+
+
+@pytest.mark.parametrize(
+    ("name", "isolated"),
+    [
+        ("SIGTERM", ()),
+        ("SIGHUP", ()),
+        ("SIGINT", ()),
+        ("SIGTERM", ("--isolate",)),
+        ("SIGHUP", ("--isolate",)),
+    ],
+)
+def test_web_ends_in_order(name: str, isolated: tuple[str, ...], folders: list[Path], tmp_path: Path) -> None:
+    record = tmp_path / "session.toml"
+    process = started("web", "lab3", "--no-browser", "--record", record, "--serial", "pty", *isolated)
+    list(until(process, "Ctrl-C"))
+    assert left(folders) != []
+    process.send_signal(getattr(signal, name))
+    _, errors = process.communicate(timeout=60)
+    lines = errors.splitlines()
+    assert process.returncode == HELD, errors
+    assert len([line for line in lines if "ended by SIG" in line]) == 1
+    assert all(line.startswith("fcu: ") and line.isprintable() for line in lines)
+    assert left(folders) == []
+    assert record.read_text(encoding="utf-8").startswith("# A live session")
+
+
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+@pytest.mark.parametrize(
+    "command", [("run", "lab3", "--speed", "1", "--serial", "pty"), ("web", "--no-browser")]
+)
+def test_second_request_removes_files_too(name: str, command: tuple[str, ...], folders: list[Path]) -> None:
+    process = started(*command)
+    list(until(process, "open it with|page:"))
+    for _ in range(2):
+        process.send_signal(getattr(signal, name))
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode in (HELD, INTERRUPTED), errors
+    assert "Traceback" not in errors
+    assert left(folders) == []
+
+
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+def test_run_of_a_scenario_that_is_ended_is_not_judged(
+    name: str, folders: list[Path], tmp_path: Path
+) -> None:
+    expects = "[[expect]]\nkind = 'line'\ntext = 'LAB3 Init...'\n"
+    path = write(tmp_path, HEAD + 'duration = "300s"\n' + expects)
+    process = started("run", "--scenario", path, "--speed", "1", "--serial", "pty", "--serial", "stdout")
+    assert process.stdout is not None
+    process.stdout.read(1)
+    process.send_signal(getattr(signal, name))
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == NOT_JUDGED, errors
+    assert left(folders) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "isolated", "command"),
+    [
+        ("SIGTERM", (), ("check", FIRMWARE)),
+        ("SIGHUP", (), LONG_DIFF),
+        ("SIGTERM", ("--isolate",), LONG_DIFF),
+        ("SIGHUP", ("--isolate",), ("check", FIRMWARE)),
+    ],
+    ids=["check", "diff", "diff isolated", "check isolated"],
+)
+@linux
+def test_command_without_a_summary_ends_in_one_line(
+    name: str, isolated: tuple[str, ...], command: tuple[str, ...], folders: list[Path]
+) -> None:
+    process = started(*command, *isolated)
+    _wait_until_loaded(process, worker=bool(isolated))
+    process.send_signal(getattr(signal, name))
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == INTERRUPTED, errors
+    assert errors.splitlines()[-1:] == ["fcu: ended by SIGTERM" if isolated else f"fcu: ended by {name}"]
+    assert left(folders) == []
+
+
+@linux
+def test_nohup_is_heeded(folders: list[Path]) -> None:
+    del folders
+    diff = f"diff '{FIRMWARE}' '{FIRMWARE}' --scenario flat --duration 1s"
+    command = f"trap '' HUP; exec '{sys.executable}' -m emulator {diff}"
+    process = subprocess.Popen(
+        ["sh", "-c", command], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+    )
+    _wait_until_loaded(process)
+    process.send_signal(signal.SIGHUP)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == HELD, errors
+
+
+# -- A full disk --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.skipif(not FULL.exists(), reason="/dev/full is a Linux device")
+@pytest.mark.parametrize("isolated", [(), ("--isolate",)], ids=["", "isolated"])
+def test_recording_on_a_full_disk_is_not_judged(isolated: tuple[str, ...], folders: list[Path]) -> None:
+    process = started("web", "lab3", "--no-browser", "--duration", "200ms", "--record", FULL, *isolated)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == NOT_JUDGED
+    assert "/dev/full" in errors.splitlines()[-1]
+    assert "Traceback" not in errors
+    assert left(folders) == []
+
+
+def test_recording_that_may_not_grow_is_not_there(tmp_path: Path, folders: list[Path]) -> None:
+    del folders
+    record = tmp_path / "session.toml"
+    record.write_text("before", encoding="utf-8")
+    web = f"web lab3 --no-browser --duration 200ms --record '{record}'"
+    command = f"ulimit -f 0; exec '{sys.executable}' -m emulator {web}"
+    done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, check=False, timeout=60)
+    assert done.returncode == NOT_JUDGED, done.stderr
+    assert done.stderr.splitlines()[-1].startswith(f"fcu: --record {record}")
+    assert record.read_text(encoding="utf-8") == "before"
+    assert [path.name for path in tmp_path.iterdir() if path.suffix == ".tmp"] == []
+
+
+@pytest.mark.parametrize("make", [os.mkfifo, os.mkdir], ids=["pipe", "folder"])
+def test_recording_in_what_is_no_file_is_refused_at_once(
+    make: Callable[[Path], None], tmp_path: Path
+) -> None:
+    make(tmp_path / "session.toml")
+    process = started(
+        "web", "lab3", "--no-browser", "--duration", "1s", "--record", tmp_path / "session.toml"
+    )
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 2
+    assert len(errors.splitlines()) == 1
+
+
+# -- Waiting ------------------------------------------------------------------------------------------------
+
+
+def _wait_until_loaded(process: subprocess.Popen[str], *, worker: bool = False) -> None:
+    """Poll until the process, or its worker, has the chip's library: it is about to run the firmware."""
+    while True:
+        assert process.poll() is None, process.communicate()
+        children = (
+            Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text(encoding="ascii").split()
+        )
+        for number in children if worker else [str(process.pid)]:
+            with suppress(OSError):
+                if "/emulator/chip/native/" in Path(f"/proc/{number}/maps").read_text(encoding="utf-8"):
+                    return

@@ -1,0 +1,196 @@
+"""Files in the runtime folder: whatever has such a name, no command waits for it."""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+import stat
+import sys
+import threading
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from emulator.errors import InputError, LinkError, OutputError
+from emulator.files import write_atomically
+from emulator.links.running import MOST_CALLERS, Door, RunningBoard, running_boards
+from emulator.links.runtime_folder import read_own_file
+from emulator.live import address
+from emulator.loopback import HOST
+
+posix = pytest.mark.skipif(sys.platform == "win32", reason="pipes, links and devices with a name")
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A runtime folder of this test's own."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.setenv("LOCALAPPDATA", str(tmp_path))
+    made = tmp_path / "fcu-emulator"
+    made.mkdir(mode=0o700)
+    return made
+
+
+def _pipe(path: Path) -> None:
+    os.mkfifo(path)
+
+
+def _folder(path: Path) -> None:
+    path.mkdir()
+
+
+def _link(path: Path) -> None:
+    target = path.with_name("elsewhere")
+    target.write_text(json.dumps({"port": 8000, "token": "x" * 32}), encoding="utf-8")
+    path.symlink_to(target)
+
+
+def _device(path: Path) -> None:
+    path.symlink_to("/dev/zero")
+
+
+def _socket(path: Path) -> None:
+    with closing(socket.socket(socket.AF_UNIX)) as one:
+        one.bind(str(path))
+
+
+def _large(path: Path) -> None:
+    path.write_bytes(b'{"token": "' + b"x" * 200_000)
+
+
+def _deep(path: Path) -> None:
+    path.write_bytes(b"[" * 50_000)
+
+
+def _binary(path: Path) -> None:
+    path.write_bytes(bytes(range(256)))
+
+
+KINDS = [_pipe, _folder, _link, _device, _socket, _large, _deep, _binary]
+
+
+@posix
+@pytest.mark.parametrize("make", KINDS)
+def test_no_board_is_found_in_what_is_not_a_file(folder: Path, make: Callable[[Path], None]) -> None:
+    make(folder / "board-1-2.json")
+    with closing(Door("lab3", [], dict)) as door:
+        serving = threading.Event()
+        thread = threading.Thread(target=_serve, args=(door, serving))
+        thread.start()
+        try:
+            found = running_boards()
+        finally:
+            serving.set()
+            thread.join()
+    assert [one.name for one in found] == ["lab3"]
+
+
+def _serve(door: Door, over: threading.Event) -> None:
+    while not over.wait(0.001):
+        door.serve()
+
+
+@posix
+@pytest.mark.parametrize("make", KINDS)
+def test_token_is_not_read_from_what_is_not_a_file(folder: Path, make: Callable[[Path], None]) -> None:
+    make(folder / "web-8000.json")
+    found = address.address_for(8000)
+    assert found.port == 8000
+    assert found.token != "x" * 32
+
+
+def test_token_that_no_address_can_have_is_replaced(folder: Path) -> None:
+    (folder / "web-8000.json").write_text(json.dumps({"token": "\x1b[31m" + "x" * 27}), encoding="utf-8")
+    assert address.address_for(8000).token.isprintable()
+
+
+@posix
+def test_own_file_is_read_whole_or_not_at_all(folder: Path) -> None:
+    file = folder / "file"
+    file.write_bytes(b"12345")
+    assert read_own_file(file, 5) == b"12345"
+    with pytest.raises(OSError, match="4 bytes"):
+        read_own_file(file, 4)
+
+
+@posix
+def test_port_name_is_not_taken_over_a_pipe(folder: Path) -> None:
+    from emulator.links.port_name import claim_port
+
+    os.mkfifo(folder / ".ttyFCU0.lock")
+    with pytest.raises(LinkError):
+        claim_port()
+
+
+@posix
+def test_file_is_not_written_in_place_of_a_device_or_pipe(folder: Path) -> None:
+    os.mkfifo(folder / "pipe")
+    for path in (folder / "pipe", folder):
+        with pytest.raises(OutputError):
+            write_atomically(path, "text")
+    write_atomically(Path(os.devnull), "text")
+    assert stat.S_ISCHR(Path(os.devnull).stat().st_mode)
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="/dev/full is a Linux device")
+def test_full_device_is_an_error_and_stays_a_device() -> None:
+    with pytest.raises(OutputError):
+        write_atomically(Path("/dev/full"), "text")
+    assert stat.S_ISCHR(Path("/dev/full").stat().st_mode)
+
+
+# -- The control socket -------------------------------------------------------------------------------------
+
+
+def _served(door: Door) -> RunningBoard:
+    return door._board
+
+
+def test_callers_without_the_token_push_no_caller_out() -> None:
+    with closing(Door("lab3", [], lambda _message: {"t_s": 0.0})) as door:
+        board = _served(door)
+        with (
+            closing(socket.create_connection((HOST, board.port))) as one,
+            closing(one.makefile("rb")) as answers,
+        ):
+            one.sendall(json.dumps({"token": board.token}).encode() + b"\n")
+            _until(door, lambda: any(caller.known for caller in door._callers))
+            assert json.loads(answers.readline()) == {"ok": True}
+            strangers = [socket.create_connection((HOST, board.port)) for _ in range(3 * MOST_CALLERS)]
+            _until(door, lambda: len(door._callers) == MOST_CALLERS)
+            one.sendall(b'{"type": "truth"}\n')
+            _until(door, lambda: not door._callers[0].reader.unread())
+            assert json.loads(answers.readline()) == {"t_s": 0.0}
+            for stranger in strangers:
+                stranger.close()
+
+
+def _until(door: Door, condition: Callable[[], bool]) -> None:
+    for _ in range(100_000):
+        door.serve()
+        if condition():
+            return
+    raise AssertionError("it did not happen")
+
+
+@pytest.mark.parametrize(
+    "error", [OSError(28, "No space left on device"), MemoryError(), KeyError("x"), InputError("x")]
+)
+def test_failure_of_a_callers_message_is_its_answer(error: Exception) -> None:
+    def answer(_message: object) -> dict[str, object]:
+        raise error
+
+    with closing(Door("lab3", [], answer)) as door:
+        board = _served(door)
+        with (
+            closing(socket.create_connection((HOST, board.port))) as one,
+            closing(one.makefile("rb")) as answers,
+        ):
+            one.sendall(json.dumps({"token": board.token}).encode() + b'\n{"type": "truth"}\n')
+            _until(door, lambda: any(caller.known for caller in door._callers))
+            door.serve()
+            assert json.loads(answers.readline()) == {"ok": True}
+            assert set(json.loads(answers.readline())) == {"error"}
