@@ -343,6 +343,8 @@ DRAWN = (
     .replace("value = 1000, tolerance = 150", "truth = true, tolerance = 20")
     .replace("tolerance = 8", "tolerance = 1")
 )
+
+
 @posix
 @needs_compiler
 def test_recorded_text_passes_only_the_run_that_was_recorded(tmp_path: Path) -> None:
