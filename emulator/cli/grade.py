@@ -5,9 +5,7 @@ from __future__ import annotations
 import json
 import os
 import secrets
-import signal
 import sys
-import threading
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
@@ -15,13 +13,13 @@ from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import monotonic
-from types import FrameType
 from typing import TYPE_CHECKING
 
 import click
 
 from emulator.boards.fcu001v1 import FCU001V1
 from emulator.cli.exit_codes import ExitCode
+from emulator.cli.signals import Terminated
 from emulator.errors import FcuError, InputError
 from emulator.files import secret, write_atomically
 from emulator.grading.build import Builder
@@ -72,50 +70,23 @@ class GradeOptions:
 
 def grade(options: GradeOptions) -> ExitCode:
     """Grade as asked. Raises FcuError."""
-    with _ended_by_signals():
-        if options.autograder is not None:
-            return _grade_for_gradescope(options, options.autograder)
-        if options.submissions is None or options.out is None:
-            raise InputError(
-                "give the folder with the submissions, and the folder for the reports: --out DIR"
-            )
-        rubric = load_rubric(options.rubric)
-        roster = load_roster(options.roster) if options.roster is not None else None
-        for note in roster.notes if roster else ():
-            _say(note)
-        found: dict[str, Graded] = {}
-        try:
-            with TemporaryDirectory(prefix="fcu-class-", ignore_cleanup_errors=True) as scratch:
-                submissions = find_submissions(options.submissions, roster, Path(scratch))
-                whole = _graded_class(options, options.out, rubric, submissions, found)
-        except KeyboardInterrupt:
-            _say(f"interrupted; {len(found)} submissions are done and kept, the same command continues there")
-            return ExitCode.INTERRUPTED
-        return _conclude(whole, options.out)
-
-
-@contextmanager
-def _ended_by_signals() -> Iterator[None]:
-    """End at a request to end (SIGTERM, SIGHUP) as at Ctrl-C; later requests do not disturb the clean-up."""
-
-    def end(number: int, frame: FrameType | None) -> None:
-        del number, frame
-        for one in before:
-            signal.signal(one, signal.SIG_IGN)
-        raise KeyboardInterrupt
-
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    known = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGBREAK") if hasattr(signal, name)]
-    before = {one: signal.getsignal(one) for one in known if signal.getsignal(one) is not signal.SIG_IGN}
-    for one in before:
-        signal.signal(one, end)
+    if options.autograder is not None:
+        return _grade_for_gradescope(options, options.autograder)
+    if options.submissions is None or options.out is None:
+        raise InputError("give the folder with the submissions, and the folder for the reports: --out DIR")
+    rubric = load_rubric(options.rubric)
+    roster = load_roster(options.roster) if options.roster is not None else None
+    for note in roster.notes if roster else ():
+        _say(note)
+    found: dict[str, Graded] = {}
     try:
-        yield
-    finally:
-        for one, handler in before.items():
-            signal.signal(one, handler)
+        with TemporaryDirectory(prefix="fcu-class-", ignore_cleanup_errors=True) as scratch:
+            submissions = find_submissions(options.submissions, roster, Path(scratch))
+            whole = _graded_class(options, options.out, rubric, submissions, found)
+    except (KeyboardInterrupt, Terminated):
+        _say(f"interrupted; {len(found)} submissions are done and kept, the same command continues there")
+        return ExitCode.INTERRUPTED
+    return _conclude(whole, options.out)
 
 
 def _graded_class(
