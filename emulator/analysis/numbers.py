@@ -74,10 +74,16 @@ def hint(lines: Sequence[Seen], group: Group) -> Hint | None:
     if len(wrong) < _FEWEST or len(wrong) < (1 - _SHARE) * len(rows):
         return None
     for change in _changes(group, rows):
-        fitting = sum(change.distance(row.values, row.truth) <= group.far / 2 for row in rows)
-        if fitting >= _SHARE * len(rows):
+        telling = [row for row in rows if _shows_factor(row, group)] if change.factor else rows
+        fitting = sum(change.distance(row.values, row.truth) <= group.far / 2 for row in telling)
+        if len(telling) >= _FEWEST and fitting >= _SHARE * len(telling):
             return Hint(change.summary, change.sentences, wrong[-1].seen, change.factor)
     return None
+
+
+def _shows_factor(row: _Row, group: Group) -> bool:
+    """Whether a factor can be seen: where the truth is near 0, any small number is a multiple of it."""
+    return any(min(abs(one.low), abs(one.high)) > group.far and one.low * one.high > 0 for one in row.truth)
 
 
 class _Row:
@@ -273,11 +279,15 @@ def _of_tilt() -> Iterator[Change]:
         "Pitch and Roll are exchanged",
         ("Look at the order of PRINTF's arguments, and at which axis each formula takes.", _LOOK_TILT),
     )
-    for factor, what in ((math.pi / 180, "in radians, not degrees"), (180 / math.pi, "57.3 times too large")):
+    ways = ((math.pi / 180, "57.3 times too small, as in radians"), (180 / math.pi, "57.3 times too large"))
+    for factor, what in ways:
         yield Change(
             _scaled(factor),
             f"Pitch and Roll are {what}",
-            ("atan2 gives radians; for printing times 180 / pi, once, after the sines and cosines.",),
+            (
+                "Likely the conversion: atan2 gives radians; times 180 / pi once, after the sines and cosines.",
+            ),
+            factor,
         )
 
 
@@ -287,7 +297,7 @@ def _of_yaw() -> Iterator[Change]:
         (1, 90, "90 degrees too large"),
         (1, -90, "90 degrees too small"),
         (1, 180, "turned by 180 degrees"),
-        (-1, 90, "90 degrees minus the truth: atan2's arguments are exchanged"),
+        (-1, 90, "90 degrees minus the truth, likely by atan2's arguments exchanged"),
     )
     for sign, offset, what in ways:
         yield Change(
@@ -331,17 +341,20 @@ def _of_altitude(rows: Sequence[_Row]) -> Iterator[Change]:
             lambda values, _truth: 0.0 if values[0] < -20_000 else math.inf,
             "Altitude is that of a floor without air",
             (
-                "The pressure at the floor is 0: the LPS22HB was read before its first sample.",
+                "Likely the pressure at the floor is 0: the LPS22HB was read before its first sample.",
                 "Wait for P_DA in its STATUS register (27h), as LPS22HB_WaitForData() does, then read it.",
             ),
         )
-    kelvin = (25.0 / 298.15, "Altitude is 0.084 times the truth: the temperature is in degC, not in kelvin")
+    kelvin = (
+        25.0 / 298.15,
+        "Altitude is 0.084 times the truth, likely by a temperature in degC for one in kelvin",
+    )
     ways = (
         (-1.0, "Altitude is negated", "The ratio is P0 / P: the floor's pressure over the one up here."),
         (*kelvin, "(P0 / P)^(1 / 5.257) - 1 is multiplied with T + 273.15."),
     )
     for factor, summary, look in ways:
-        yield Change(_shrunk(factor), summary, (look,))
+        yield Change(_shrunk(factor), summary, (look,), factor)
 
 
 def _shrunk(factor: float) -> Distance:

@@ -305,6 +305,15 @@ class _Screen:
             yield "By the way, what costs no points:"
             for check in failed:
                 yield from _check(check)
+        yield from self._unjudged_remarks()
+
+    def _unjudged_remarks(self) -> Iterator[str]:
+        """Remarks that are not there, of exercises that are begun: two machines must not differ in silence."""
+        begun = {one.exercise for one in self._verdict.checks if one.points}
+        for check in self._verdict.unjudged:
+            if not check.max_points and check.exercise in begun:
+                yield ""
+                yield from _wrapped(f"Not checked (no points): {check.title}: {check.unjudged_because}.", "")
 
     def _next(self, open_ones: Sequence[str]) -> Iterator[str]:
         target = quoted(self._options.target)

@@ -7,7 +7,6 @@ is one class and its name in the union at the end. What a kind wants to see duri
 
 from __future__ import annotations
 
-import re
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from fractions import Fraction
@@ -102,7 +101,7 @@ class NoWarnings(Check):
     def judge(self, run: Judged) -> Miss | None:
         """Lines with ``warning:`` in what the build printed."""
         if run.build_log is None:
-            raise NotJudgedError("the program was not built here, so nobody knows what the compiler says")
+            raise NotJudgedError("the program was not built here")
         warnings = [line.strip() for line in run.build_log.splitlines() if "warning:" in line]
         if len(warnings) <= self.most:
             return None
@@ -293,8 +292,8 @@ def _known_property(name: str) -> str:
 class Property(Check):
     """A law of the lab's arithmetic holds for the compiled functions (:mod:`emulator.testing.lab3`).
 
-    The same ``examples`` for everybody. Unjudged where the firmware has no such function, or Hypothesis or
-    pytest is not installed.
+    The same ``examples`` for everybody. Unjudged if the firmware has no such function, or Hypothesis is not
+    installed.
     """
 
     kind: Literal["property"]
@@ -308,7 +307,7 @@ class Property(Check):
         try:
             from emulator.testing.judged import counterexample
         except ModuleNotFoundError as error:
-            raise NotJudgedError(f"{error.name} is not installed; pip install hypothesis pytest") from error
+            raise NotJudgedError(f"{error.name} is not installed; pip install {error.name}") from error
         try:
             found = counterexample(str(run.firmware), self.property, self.examples)
         except FirmwareError as error:
@@ -316,7 +315,7 @@ class Property(Check):
         return None if found is None else Miss("wrong value", self._text(), found)
 
     def _text(self) -> str:
-        return re.sub("_", " ", self.property)
+        return self.property.replace("_", " ")
 
 
 AnyCheck = Annotated[

@@ -204,11 +204,14 @@ class _Run:
         outcome: Outcome = "passed"
         share, unjudged = 1.0, self.unjudged
         misses: list[Miss | None] = []
-        try:
-            misses = [self._judged(one) for one in check.expect]
-        except NotJudgedError as error:
-            unjudged = unjudged or str(error).splitlines()[0]
+        for one in check.expect:
+            try:
+                misses.append(self._judged(one))
+            except NotJudgedError as error:
+                unjudged = unjudged or str(error).splitlines()[0]
         failed = [miss for miss in misses if miss is not None]
+        if failed and not check.partial and not self.unjudged:
+            unjudged = ""  # one expectation that is not met decides, whatever the others are
         if unjudged:
             outcome, share = "unjudged", 0.0
         elif self.stopped:
@@ -234,7 +237,19 @@ class _Run:
         )
 
     def _judged(self, check: AnyCheck) -> Miss | None:
-        """Raises NotJudgedError."""
+        """How one expectation is not met; None if it is.
+
+        Raises NotJudgedError, also for an unexpected error inside the check: it costs this check alone.
+        """
+        try:
+            return self._judged_here(check)
+        except NotJudgedError:
+            raise
+        except Exception as error:
+            said = next(iter(str(error).splitlines()), "")
+            raise NotJudgedError(f"the check {check.kind} failed: {type(error).__name__}: {said}") from error
+
+    def _judged_here(self, check: AnyCheck) -> Miss | None:
         if isinstance(check, Check):
             run = Judged(
                 firmware=self.firmware,

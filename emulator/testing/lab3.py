@@ -24,9 +24,9 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol, TypeVar
+from unittest import SkipTest
 
 import numpy as np
-import pytest
 from hypothesis import assume, given, note, settings
 from hypothesis import strategies as st
 
@@ -234,19 +234,23 @@ class _Properties:
         """Pitch and roll within 90 degrees either way, yaw within 180; never a NaN."""
         found = self._angles(sample)
         self._note(sample)
-        assert abs(found.pitch) <= 90.0 + ANGLE_TOLERANCE_DEG
-        assert abs(found.roll) <= 90.0 + ANGLE_TOLERANCE_DEG
-        assert abs(found.yaw) <= 180.0 + ANGLE_TOLERANCE_DEG
+        for name, limit_deg in (("pitch", 90.0), ("roll", 90.0), ("yaw", 180.0)):
+            found_deg = getattr(found, name)
+            right = abs(found_deg) <= limit_deg + ANGLE_TOLERANCE_DEG
+            assert right, f"{name} is {found_deg:.3f}, outside of -{limit_deg:g} to {limit_deg:g} degrees"
 
     @_of(samples(attitudes(max_roll_deg=89.0, max_pitch_deg=89.0)), st.integers(2, 30), st.integers(2, 30))
     def test_angles_do_not_depend_on_the_vectors_lengths(self, sample: Sample, acc: int, mag: int) -> None:
         """Neither a stronger field nor a scale factor of the accelerometer turns the board."""
         longer = Sample(sample.pose, _times(sample.acc, acc), _times(sample.mag, mag))
         found, scaled = self._angles(sample), self._angles(longer)
-        assert _apart(found.pitch, scaled.pitch) < ANGLE_TOLERANCE_DEG
-        assert _apart(found.roll, scaled.roll) < ANGLE_TOLERANCE_DEG
-        if _heading(sample) is not None:
-            assert _apart(found.yaw, scaled.yaw) < ANGLE_TOLERANCE_DEG
+        names = ["pitch", "roll"] + ["yaw"] * (_heading(sample) is not None)
+        for name in names:
+            one, other = getattr(found, name), getattr(scaled, name)
+            same = _apart(one, other) < ANGLE_TOLERANCE_DEG
+            assert same, (
+                f"{name} is {one:.3f} degrees, and {other:.3f} with longer vectors of the same direction"
+            )
 
     @_of(hard_irons(), st.integers(100, 600), st.permutations(range(6)))
     def test_calibration_finds_any_offset(self, offset: Vector, field: int, order: list[int]) -> None:
@@ -256,13 +260,20 @@ class _Properties:
         turned = [_plus(ends[index], offset) for index in order]
         for end in ends:
             last = self.subject.calibrated([*turned, _plus(end, offset)])[-1]
-            assert all(abs(found - true) <= 1 for found, true in zip(last, end, strict=True)), (last, end)
+            right = all(abs(found - true) <= 1 for found, true in zip(last, end, strict=True))
+            assert right, (
+                f"of a field of {_axes(end)} mgauss on a board with a hard iron of {_axes(offset)} mgauss "
+                f"the calibration leaves {_axes(last)}"
+            )
 
     @_of(st.floats(300.0, 1100.0, width=32), st.floats(-20.0, 40.0, width=32))
     def test_altitude_is_0_where_it_was_zeroed(self, press_hpa: float, temperature_degc: float) -> None:
         """At the floor of the room."""
         self._require("altitude")
-        assert abs(self.subject.altitude(press_hpa, temperature_degc, press_hpa)) < 0.01
+        found = self.subject.altitude(press_hpa, temperature_degc, press_hpa)
+        assert abs(found) < 0.01, (
+            f"the altitude is {found:.3f} m at the floor, at {press_hpa:g} hPa and {temperature_degc:g} degC"
+        )
 
     @_of(
         st.floats(300.0, 1099.0, width=32),
@@ -275,15 +286,18 @@ class _Properties:
         zero = np.float32(press_hpa + less)
         found = self.subject.altitude(press_hpa, temperature, float(zero))
         expected = ((float(zero) / press_hpa) ** (1 / 5.257) - 1) * (temperature + 273.15) / 0.0065
-        assert found > 0
-        assert math.isclose(found, expected, rel_tol=1e-4, abs_tol=0.02)
+        right = found > 0 and math.isclose(found, expected, rel_tol=1e-4, abs_tol=0.02)
+        assert right, (
+            f"the altitude is {found:.3f} and should be {expected:.3f} m, at {press_hpa:g} hPa and "
+            f"{temperature:g} degC, with {float(zero):g} hPa at the floor"
+        )
 
     # -- helpers ----------------------------------------------------------------------------------------
 
     def _require(self, what: str) -> None:
         missing = self.subject.missing(what)
         if missing:
-            pytest.skip(missing)
+            raise SkipTest(missing)  # which pytest reports as skipped, and a grader can catch without pytest
 
     def _angles(self, sample: Sample) -> Angles:
         self._require("angles")
@@ -398,6 +412,11 @@ def _axis(axis: int, value: int) -> Vector:
     vector = [0, 0, 0]
     vector[axis] = value
     return vector[0], vector[1], vector[2]
+
+
+def _axes(vector: Vector) -> str:
+    """``x 1, y 2, z 3``."""
+    return ", ".join(f"{name} {value}" for name, value in zip("xyz", vector, strict=True))
 
 
 def _number(value: Any) -> float:

@@ -96,6 +96,23 @@ def test_the_screen_is_one_screen(tmp_path: Path) -> None:
     assert max(map(len, lines)) <= 98
 
 
+def test_without_hypothesis_the_output_says_so(tmp_path: Path) -> None:
+    missing = tmp_path / "hypothesis"
+    missing.mkdir()
+    (missing / "__init__.py").write_text("raise ModuleNotFoundError('no', name='hypothesis')")
+    code = f"import sys; sys.path.insert(0, {str(tmp_path)!r}); from emulator.cli import main; main()"
+    done = subprocess.run(
+        [sys.executable, "-c", code, "check", "solution", *QUICK],
+        cwd=ROOT,
+        capture_output=True,
+        encoding="utf-8",
+        check=False,
+    )
+
+    assert done.returncode == 0
+    assert "hypothesis is not installed" in done.stdout
+
+
 def test_a_verdict_is_written_as_json(tmp_path: Path) -> None:
     file = tmp_path / "verdict.json"
     fcu("check", "lab3", *QUICK, "--seed", "7", "--json", str(file))
