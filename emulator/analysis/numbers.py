@@ -81,9 +81,52 @@ def hint(lines: Sequence[Seen], group: Group) -> Hint | None:
     return None
 
 
+def is_far_off(lines: Sequence[Seen], group: Group) -> bool:
+    """Whether several lines of a group are far from the truth, or no numbers."""
+    rows = [_Row(seen, group) for seen in lines if seen.label == group.label and seen.values is not None]
+    return sum(not _plain(row.values, row.truth) <= group.far for row in rows) >= _FEWEST
+
+
+def always_0(lines: Sequence[Seen], group: Group) -> bool:
+    """Whether all numbers of a group are 0."""
+    rows = [_Row(seen, group) for seen in lines if seen.label == group.label and seen.values is not None]
+    return bool(rows) and all(value == 0 for row in rows for value in row.values)
+
+
 def _shows_factor(row: _Row, group: Group) -> bool:
     """Whether a factor can be seen: where the truth is near 0, any small number is a multiple of it."""
     return any(min(abs(one.low), abs(one.high)) > group.far and one.low * one.high > 0 for one in row.truth)
+
+
+def shows_another(lines: Sequence[Seen], group: Group, others: Sequence[Group]) -> Hint | None:
+    """Whether a vector is another sensor's: near the other's truth in each block."""
+    for other in others:
+        pairs = list(_pairs(lines, group, other))
+        wrong = [one for one, _ in pairs if _plain(one.values, one.truth) > min(group.far, other.far)]
+        fitting = sum(_plain(one.values, two.truth) <= other.far / 2 for one, two in pairs)
+        if len(pairs) >= _FEW_PAIRS and len(wrong) >= _FEWEST and fitting >= _SHARE * len(pairs):
+            name, what = group.label[:3], other.label[:3]
+            sentences = (
+                f"Is the variable of {what} printed in the line of {name}?",
+                "Or are the arguments exchanged: ReadSensorRawData(&acc, &gyro, &mag, &press).",
+            )
+            return Hint(f"{name} shows the numbers of {what}", sentences, wrong[-1].seen)
+    return None
+
+
+_FEW_PAIRS = 4
+
+
+def _pairs(lines: Sequence[Seen], group: Group, other: Group) -> Iterator[tuple[_Row, _Row]]:
+    """Rows of both groups that were printed within half a second."""
+    rows = {
+        one: [_Row(line, one) for line in lines if line.label == one.label and line.values is not None]
+        for one in (group, other)
+    }
+    for row in rows[group]:
+        near = [two for two in rows[other] if abs(two.seen.at_s - row.seen.at_s) < 0.5]
+        if near:
+            yield row, near[0]
 
 
 class _Row:
@@ -135,6 +178,12 @@ def _of_vector(group: Group, rows: Sequence[_Row]) -> Iterator[Change]:
             ),
         )
         return
+    if group is ACC and all(abs(value) <= _FEW_G for row in rows for value in row.values):
+        yield Change(
+            lambda values, truth: max(map(_from_whole_g, values, truth)),
+            "ACC is cut to whole g",
+            ("In C 950 / 1000 is 0; ACC is printed in mg, as ReadSensorRawData() gives it.",),
+        )
     yield from _signed_axes(name)
     factor = _factor(rows, group.far)
     if factor is not None:
@@ -184,6 +233,15 @@ def _of_vector(group: Group, rows: Sequence[_Row]) -> Iterator[Change]:
             ),
         ),
     )
+
+
+_FEW_G = 5
+
+
+def _from_whole_g(value: float, truth: Range) -> float:
+    """How far the truth is outside of what is cut to ``value``."""
+    low, high = 1000 * value - 1000 * (value <= 0), 1000 * value + 1000 * (value >= 0)
+    return max(low - truth.high, truth.low - high, 0.0)
 
 
 Way = tuple[tuple[int, ...], tuple[int, ...]]
@@ -284,9 +342,7 @@ def _of_tilt() -> Iterator[Change]:
         yield Change(
             _scaled(factor),
             f"Pitch and Roll are {what}",
-            (
-                "Likely the conversion: atan2 gives radians; times 180 / pi once, after the sines and cosines.",
-            ),
+            ("Likely the conversion: atan2 gives radians, times 180 / pi once, after sines and cosines.",),
             factor,
         )
 
@@ -345,19 +401,9 @@ def _of_altitude(rows: Sequence[_Row]) -> Iterator[Change]:
                 "Wait for P_DA in its STATUS register (27h), as LPS22HB_WaitForData() does, then read it.",
             ),
         )
-    kelvin = (
-        25.0 / 298.15,
-        "Altitude is 0.084 times the truth, likely by a temperature in degC for one in kelvin",
+    yield Change(
+        lambda values, truth: truth[0].scaled(-1).distance(values[0]),
+        "Altitude is negated",
+        ("The ratio is P0 / P: the floor's pressure over the one up here.",),
+        -1.0,
     )
-    ways = (
-        (-1.0, "Altitude is negated", "The ratio is P0 / P: the floor's pressure over the one up here."),
-        (*kelvin, "(P0 / P)^(1 / 5.257) - 1 is multiplied with T + 273.15."),
-    )
-    for factor, summary, look in ways:
-        yield Change(_shrunk(factor), summary, (look,), factor)
-
-
-def _shrunk(factor: float) -> Distance:
-    """Of an altitude that is ``factor`` times the truth, by a measure that shrinks with it."""
-    closeness = min(abs(factor) * 4, 1.0)
-    return lambda values, truth: truth[0].scaled(factor).distance(values[0]) / closeness

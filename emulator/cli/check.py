@@ -23,6 +23,8 @@ from pathlib import Path
 
 import click
 
+from emulator.board.board import Board
+from emulator.board.firmware import choose
 from emulator.chip.diagnosis.report import KEEPS_SAMPLES_AWAY
 from emulator.cli.exit_codes import ExitCode
 from emulator.errors import InputError, LinkError, OutputError
@@ -47,6 +49,10 @@ _MARKS = (
 )
 """What the lines of a build say that matter, the first kind that is there."""
 _LONGEST_LOG = 1 << 20
+_COMPARED = 60  # characters of a warning
+_FUNCTION = re.compile(r"(\w+)\(")
+_NOT_BEGUN = frozenset({"missing", "stopped", "never lit", "blinks"})
+"""Findings of an exercise that nothing has been written for."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +93,7 @@ def check_program(options: CheckOptions) -> ExitCode:
         _write(options.json, shown)
     if options.save is not None:
         _save(options.save, shown)
-    for line in _Screen(shown, rubric, options, firmware).lines():
+    for line in _Screen(shown, rubric, options, firmware, _first_warning(build_log or "")).lines():
         click.echo(line)
     return exit_code(shown)
 
@@ -164,6 +170,12 @@ def _make(folder: Path) -> str:
     return log
 
 
+def _first_warning(log: str) -> str:
+    """The compiler's first warning about a file of the student's own."""
+    warnings = (visible(line.strip()) for line in log.splitlines() if "warning:" in line)
+    return next((line for line in warnings if not line.startswith("support/")), "")
+
+
 def _build_failed(folder: Path, log: str) -> str:
     lines = [visible(line) for line in log.splitlines() if line.strip()]
     if any("not found" in line or "No such file" in line for line in lines if "arm-none-eabi" in line):
@@ -172,7 +184,7 @@ def _build_failed(folder: Path, log: str) -> str:
     found = ([line.removeprefix(here) for line in lines if mark.search(line)] for mark in _MARKS)
     errors = next(filter(None, found), lines[-_ERRORS_SHOWN:])
     shown = [f"  {line[:_WIDTH]}" for line in dict.fromkeys(errors)][:_ERRORS_SHOWN]
-    end = f"  nothing was judged; mend the first error, then: fcu check {quoted(str(folder))}"
+    end = f"  nothing was judged; fix the first error, then: fcu check {quoted(str(folder))}"
     return "\n".join([f"{folder} does not build:", *shown, end])
 
 
@@ -209,11 +221,14 @@ class _Progress:
 class _Screen:
     """What is printed about a verdict."""
 
-    def __init__(self, verdict: Verdict, rubric: Rubric, options: CheckOptions, firmware: str) -> None:
+    def __init__(
+        self, verdict: Verdict, rubric: Rubric, options: CheckOptions, firmware: str, warning: str
+    ) -> None:
         self._verdict = verdict
         self._rubric = rubric
         self._options = options
         self._firmware = firmware
+        self._warning = warning
         self._names = [one.exercise for one in verdict.exercises if verdict.of(one.exercise)]
 
     def lines(self) -> Iterator[str]:
@@ -228,6 +243,10 @@ class _Screen:
         yield self._sum()
         open_ones = [name for name in self._names if not verdict.is_done(name)]
         if open_ones:
+            if self._warning:
+                yield ""
+                yield "The compiler warns of your file, which is often the mistake itself:"
+                yield from _wrapped(self._warning, "  ")
             for name in open_ones if self._options.exercises else open_ones[:1]:
                 yield from self._exercise(name)
         yield from self._remarks()
@@ -262,7 +281,7 @@ class _Screen:
         first = [cause for cause in causes if cause.kind in KEEPS_SAMPLES_AWAY][:_CAUSES_SHOWN]
         besides = [cause for cause in causes if cause not in first][: _CAUSES_SHOWN - len(first)]
         if first:
-            yield f"Exercise {name}, mend this first, the rest may follow from it:"
+            yield f"Exercise {name}, fix this first, the rest may follow from it:"
             for cause in first:
                 yield from _cause(cause)
             yield "What is not right yet:"
@@ -299,7 +318,8 @@ class _Screen:
         """What costs no points; of a program that does not go on, nothing else matters."""
         if any(run.stopped for run in self._verdict.evidence):
             return
-        failed = [one for one in self._verdict.checks if one.max_points == 0 and one.outcome == "failed"]
+        remarks = [one for one in self._verdict.checks if one.max_points == 0]
+        failed = [one for one in remarks if one.outcome == "failed" and not self._is_said(one)]
         if failed:
             yield ""
             yield "By the way, what costs no points:"
@@ -307,13 +327,30 @@ class _Screen:
                 yield from _check(check)
         yield from self._unjudged_remarks()
 
+    def _is_said(self, remark: CheckResult) -> bool:
+        """Whether it is about the compiler's warning on top of the screen."""
+        done = all(self._verdict.is_done(name) for name in self._names)
+        return bool(self._warning) and not done and self._warning[:_COMPARED] in remark.actual
+
     def _unjudged_remarks(self) -> Iterator[str]:
-        """Remarks that are not there, of exercises that are begun: two machines must not differ in silence."""
+        """Remarks that are missing, of exercises that are begun: machines must not differ in silence."""
         begun = {one.exercise for one in self._verdict.checks if one.points}
         for check in self._verdict.unjudged:
             if not check.max_points and check.exercise in begun:
                 yield ""
                 yield from _wrapped(f"Not checked (no points): {check.title}: {check.unjudged_because}.", "")
+
+    def _is_written(self, name: str, advice: str) -> bool:
+        """Whether the program has what the advice says to write: a function, or lines that are only wrong."""
+        functions = _FUNCTION.findall(advice)
+        if functions:
+            return any(map(self._has, functions))
+        findings = {one.finding for one in self._verdict.of(name) if one.max_points and one.finding}
+        return bool(findings - _NOT_BEGUN)
+
+    def _has(self, function: str) -> bool:
+        image = choose(Board.description, self._firmware, None).image
+        return image is not None and image.symbols is not None and function in image.symbols
 
     def _next(self, open_ones: Sequence[str]) -> Iterator[str]:
         target = quoted(self._options.target)
@@ -329,8 +366,8 @@ class _Screen:
         name = open_ones[0]
         seed = f" --seed {self._options.seed}" if self._options.seed else ""
         advice = self._rubric.exercise(name).next
-        if list(self._causes(name)) or not advice:
-            advice = "mend what is said above, from the top, and look again."
+        if list(self._causes(name)) or not advice or self._is_written(name, advice):
+            advice = "fix the problems above, starting with the first, and check again."
         yield from _wrapped(f"Next: {advice}", "")
         yield f"  {again} --exercise {name}{seed}"
         run = f"  fcu run {quoted(self._firmware)}"

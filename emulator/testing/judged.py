@@ -2,8 +2,8 @@
 
 Unlike in a test, the examples are the same for everybody and every time, and nothing is kept in a database.
 
-Decision: one counter-example is reported, the first that Hypothesis has made small. Several distinct ones would
-come as an exception group, in which no line is the answer.
+Decision: one counter-example is reported, the first that Hypothesis has made small. Several distinct ones
+would come as an exception group, in which no line is the answer.
 """
 
 from __future__ import annotations

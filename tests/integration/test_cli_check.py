@@ -140,7 +140,7 @@ def test_what_does_not_build_is_not_judged(project: Path) -> None:
     assert done.returncode == 2
     assert done.stdout == ""
     assert done.stderr.startswith(f"fcu: {project} does not build:\nfcu:   main.c:")
-    assert done.stderr.endswith(f"mend the first error, then: fcu check {project}\n")
+    assert done.stderr.endswith(f"fix the first error, then: fcu check {project}\n")
 
 
 @needs_compiler
@@ -176,12 +176,12 @@ def test_a_callback_that_starves_main_is_said_before_hints_about_formulas(projec
     assert done.returncode == 1, done.stderr
     assert "  2   not yet     0 of 4    Altitude from the pressure\n" in head
     first, cause, *_ = rest.splitlines()
-    assert first == "mend this first, the rest may follow from it:"
+    assert first == "fix this first, the rest may follow from it:"
     assert cause.startswith("  HAL_TIM_PeriodElapsedCallback() takes about ")
     assert "It calls PRINTF(), from HAL_TIM_PeriodElapsedCallback(), main.c:" in rest
     assert "What is not right yet:\n  - the altitude follows the stairs, 0 m at the floor\n" in rest
     assert "hint:" not in rest
-    assert "Next: mend what is said above, from the top, and look again.\n" in rest
+    assert "Next: fix the problems above, starting with the first, and check again.\n" in rest
 
 
 @pytest.mark.parametrize(

@@ -72,7 +72,7 @@ def test_the_solution_passes(tmp_path: Path, expectation: str) -> None:
 @pytest.mark.parametrize(
     ("expectation", "firmware", "actual"),
     [
-        ('kind = "led_follows", led = "led1", angle = "pitch"', "template-arm", "lit at "),
+        ('kind = "led_follows", led = "led1", angle = "pitch"', "template-arm", "LED1 is lit at "),
         (
             f'{READS.replace("799", "900").replace("801", "950")}, sensor = "gyroscope"',
             "solution",
@@ -81,7 +81,7 @@ def test_the_solution_passes(tmp_path: Path, expectation: str) -> None:
         ('kind = "no_diagnosis", of = ["callback"]', STUCK, "stuck in HAL_Delay(), "),
         ('kind = "within", name = "Pitch", least = 10, most = 20', "solution", "2 of 2 prints outside"),
         ('kind = "printed", name = "Pitch", longest_gap = "1s"', "solution", "none for 1.11"),
-        ('kind = "printed", name = "Pitch", longest_gap = "1s"', "template-arm", "none among "),
+        ('kind = "printed", name = "Pitch", longest_gap = "1s"', "template-arm", 'no line "Pitch: '),
     ],
 )
 def test_a_wrong_program_is_told_why(tmp_path: Path, expectation: str, firmware: str, actual: str) -> None:

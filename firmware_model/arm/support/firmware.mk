@@ -16,9 +16,13 @@ SUPPORT_SOURCES := $(filter-out %/sensor_bus_i2c2.c %/sensor_bus_spi2.c,$(sort $
                    $(SUPPORT)/sensor_bus_$(bus).c
 OBJECTS := $(addprefix $(BUILD)/,$(SOURCES:.c=.o) $(addprefix support/,$(notdir $(SUPPORT_SOURCES:.c=.o))))
 
+# int32_t is int, as on a PC, and not newlib's long int of the same size: so %d, which the slides print it with, is what
+# -Wformat expects, and what it warns of is a mistake.
+INT32 := -U__INT32_TYPE__ -D__INT32_TYPE__=int -U__UINT32_TYPE__ '-D__UINT32_TYPE__=unsigned int'
+
 CPU := -mcpu=cortex-m4 -mthumb -mfpu=fpv4-sp-d16 -mfloat-abi=hard
 CFLAGS := $(CPU) $(OPT) -g -std=gnu11 -Wall -Wextra -ffunction-sections -fdata-sections \
-          -ffp-contract=off -I$(SUPPORT) $(if $(filter spi2,$(bus)),-DSENSORS_ON_SPI2) $(EXTRA_CFLAGS)
+          -ffp-contract=off $(INT32) -I$(SUPPORT) $(if $(filter spi2,$(bus)),-DSENSORS_ON_SPI2) $(EXTRA_CFLAGS)
 # -u _printf_float: without it the small C library prints nothing for %f.
 LDFLAGS := $(CPU) -nostartfiles --specs=nano.specs --specs=nosys.specs -u _printf_float \
            -Wl,--gc-sections -Wl,--build-id=none -T $(SUPPORT)/STM32F401CC.ld
