@@ -175,6 +175,7 @@ def _of_vector(group: Group, rows: Sequence[_Row]) -> Iterator[Change]:
             (
                 f"The {sensor} measures something else: is it switched on, and is it read?",
                 "Is the variable that is printed the one that is written?",
+                *(("Or is it divided by 1000? In C 950 / 1000 is 0; ACC is in mg.",) if group is ACC else ()),
             ),
         )
         return
@@ -182,7 +183,7 @@ def _of_vector(group: Group, rows: Sequence[_Row]) -> Iterator[Change]:
         yield Change(
             lambda values, truth: max(map(_from_whole_g, values, truth)),
             "ACC is cut to whole g",
-            ("In C 950 / 1000 is 0; ACC is printed in mg, as ReadSensorRawData() gives it.",),
+            ("In C 950 / 1000 is 0; ACC is in mg, as ReadSensorRawData() gives it.",),
         )
     yield from _signed_axes(name)
     factor = _factor(rows, group.far)

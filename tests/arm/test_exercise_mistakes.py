@@ -1,6 +1,6 @@
 """Mistakes in the exercises: the scenario of the exercise and the rubric agree, and both lead to the fix.
 
-With FCU_ALL_STUDENTS=1 all of tests/arm/mistakes/exercises.toml, which takes a quarter of an hour; else a part.
+With FCU_ALL_STUDENTS=1 all of tests/arm/mistakes/exercises.toml, a quarter of an hour; else a part.
 """
 
 from __future__ import annotations
@@ -94,10 +94,7 @@ def test_a_crash_costs_what_was_not_shown_before_it(folder: Path) -> None:
     verdict = judge(build(CRASH, "Og", folder), load_rubric("lab3"), seed=1, exercises=["1", "2"])
     points = {one.check: one.points for one in verdict.checks if one.max_points}
 
-    assert points == {
-        **{"1.runs": 0, "1.setup": 0.5, "1.rate": 0, "1.acc": 1, "1.gyr": 0, "1.mag": 0, "1.pre": 0.5},
-        **{"1.block": 0, "2.altitude": 0, "2.block": 0},
-    }
+    assert {check: got for check, got in points.items() if got} == {"1.setup": 0.5, "1.acc": 1, "1.pre": 0.5}
     assert {one.finding for one in verdict.of("2") if one.max_points} == {"stopped"}
 
 
