@@ -146,15 +146,14 @@ def _hint(board: Board, lines: Sequence[Seen], group: Group) -> Hint | None:
     if group in (ACC, GYR):
         others = [one for one in (ACC, GYR, MAG) if one is not group]
         return shows_another(lines, group, others) or hint(lines, group)
-    if group is MAG:
-        return field_hint(lines)
-    if group is TILT:
-        return tilt_hint(lines) if always_0(lines, group) else hint(lines, group) or tilt_hint(lines)
     if group is YAW:
         return yaw_hint(lines, iron) or calibration_hint(lines, iron) or hint(lines, group)
-    if group is ALTITUDE:
-        return hint(lines, group) or _altitude_hint(board, lines)
-    return hint(lines, group)
+    if group is TILT and always_0(lines, group):
+        return tilt_hint(lines) if is_far_off(lines, group) else None
+    found = field_hint(lines) if group is MAG else hint(lines, group)
+    if found is None and group is TILT:
+        return tilt_hint(lines)
+    return _altitude_hint(board, lines) if found is None and group is ALTITUDE else found
 
 
 def _altitude_hint(board: Board, lines: Sequence[Seen]) -> Hint | None:

@@ -47,12 +47,15 @@ def _found_in(function: FunctionAt, code: ReadCode) -> Iterator[int]:
 
 
 def _constants(address: int, first: int, second: int) -> Iterator[int]:
-    """Words that an instruction loads relative to the PC (A7.7.44, A7.7.51, A7.7.236)."""
+    """Words that an instruction loads relative to the PC (A7.7.7, A7.7.44, A7.7.51, A7.7.236)."""
     base = address + 4 & ~3
     if first >> 11 == 0b01001:
         yield base + 4 * (first & 0xFF)
     elif first == 0xF8DF:
         yield base + (second & 0xFFC)
+    elif first >> 11 == 0b10100 or first == 0xF20F:  # ADR: the address of a double, which is loaded then
+        offset = 4 * (first & 0xFF) if first >> 11 == 0b10100 else second & 0xFF
+        yield from (base + offset, base + offset + 4)
     elif first == 0xE9DF or (first & 0xFFBF == 0xED9F and second & 0xE00 == 0xA00):
         yield from (base + 4 * (second & 0xFF), base + 4 * (second & 0xFF) + 4)
 
