@@ -61,6 +61,18 @@ def field_hint(lines: Sequence[Seen]) -> Hint | None:
     return _of_axes(rows) or _of_factor(rows) or _of_bytes(rows)
 
 
+def changes(lines: Sequence[Seen]) -> tuple[Numbers, float, Seen] | None:
+    """The constant by which MAG is off where its changes are right, the field's length, and a line.
+
+    None while the board has not been turned far enough, or if the changes are wrong, too.
+    """
+    rows = _judgeable([line for line in lines if line.label == MAG.label and line.values is not None])
+    if rows is None or rows.residual(rows.low, rows.high) > MAG.far:
+        return None
+    constant = np.median(rows.values - rows.middle, axis=0)
+    return constant, float(np.median(np.linalg.norm(rows.middle, axis=1))), rows.seen[-1]
+
+
 def _judgeable(seen: Sequence[Seen]) -> _Rows | None:
     if len(seen) < 2 * _FEWEST:
         return None

@@ -20,12 +20,28 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 
+from emulator.analysis.calibration import calibration_hint
 from emulator.analysis.field import MAG, field_hint
+from emulator.analysis.formulas import altitude_hint, tilt_hint, yaw_hint
 from emulator.analysis.leds import led_hints
-from emulator.analysis.numbers import ACC, ALTITUDE, GYR, PRESSURE, TILT, YAW, Group, hint
+from emulator.analysis.numbers import (
+    ACC,
+    ALTITUDE,
+    GYR,
+    PRESSURE,
+    TILT,
+    YAW,
+    Group,
+    Hint,
+    always_0,
+    hint,
+    is_far_off,
+    shows_another,
+)
 from emulator.analysis.witness import LABELS, Seen, Witness
 from emulator.board.board import Board
 from emulator.chip.diagnosis.backtrace import Places
+from emulator.chip.diagnosis.exclusive_or import exclusive_or
 from emulator.chip.diagnosis.printing import PrintedLines
 from emulator.chip.diagnosis.report import KEEPS_SAMPLES_AWAY, Diagnosis
 from emulator.chip.firmware import ArmFirmware
@@ -37,15 +53,17 @@ _GROUPS = (ACC, GYR, MAG, TILT, YAW, PRESSURE, ALTITUDE)
 _SHOWN = 90
 
 
-def explain(board: Board, witness: Witness) -> list[Diagnosis]:
+def explain(board: Board, witness: Witness, after_failure: bool = False) -> list[Diagnosis]:
     """What is wrong with the board's firmware as far as this run shows; empty if nothing is seen to be wrong.
 
-    Nothing of the board is changed by looking.
+    ``after_failure``: of a program that has failed also how the sensors were set up before. Nothing of the
+    board is changed by looking.
     """
     found = board.arm.findings() if board.arm is not None else []
-    if found and found[0].fatal:
-        return found[:1]
     lines = list(witness.lines)
+    if found and found[0].fatal:
+        set_up = [*_switched_off(board, lines), *_blocks(board, lines)] if after_failure else []
+        return [*found[:1], *set_up]
     if not lines or any(one.kind in KEEPS_SAMPLES_AWAY for one in found):
         return found
     where = _Where(board.arm)
@@ -54,6 +72,7 @@ def explain(board: Board, witness: Witness) -> list[Diagnosis]:
     if not (judged or not_numbers or any(one.kind == "printing" for one in found)):
         not_numbers += _misprinted_ints(lines, where)
         judged += _numbers(board, lines, where)
+    judged = [*_exclusive_or(board, lines), *judged]
     return [*found, *judged, *not_numbers, *led_hints(board, witness)]
 
 
@@ -77,6 +96,23 @@ def _shown(line: Seen) -> str:
     return f'At {line.at_s:.2f} s the terminal shows "{line.text[:_SHOWN]}".'
 
 
+# -- the program's instructions -----------------------------------------------------------------------------
+
+
+def _exclusive_or(board: Board, lines: Sequence[Seen]) -> Iterator[Diagnosis]:
+    """A ^ in functions whose numbers are wrong."""
+    if board.arm is None or not any(is_far_off(lines, group) for group in (TILT, ALTITUDE)):
+        return
+    place = exclusive_or(Places(board.arm.image), board.arm.chip.core.memory)
+    if place:
+        yield Diagnosis(
+            "numbers",
+            f"{place}: ^ in C is an exclusive or, not a power",
+            ("A square is Gy * Gy, any other power pow(x, y), and its numbers are float or double.",),
+            fatal=False,
+        )
+
+
 # -- numbers ------------------------------------------------------------------------------------------------
 
 
@@ -86,17 +122,42 @@ def _numbers(board: Board, lines: Sequence[Seen], where: _Where) -> Iterator[Dia
     for group in _GROUPS:
         if _rests_on(group) & wrong:
             continue
-        found = field_hint(lines) if group is MAG else hint(lines, group)
+        found = _hint(board, lines, group)
         if found is None and group is YAW:
             yield from _beyond_a_half_turn(lines, where)
         if found is None:
             continue
         wrong.add(group.label if group not in (TILT, YAW) else group.fields[0])
-        truth = ", ".join(f"{name} {_number(found.line.truth[name].middle)}" for name in group.fields)
+        truth = ", ".join(
+            f"{name} {_number(one.middle)}"
+            for name, one in found.line.truth.items()
+            if name in group.fields or group.fields[0] not in found.line.truth
+        )
         sentences = _full_scale(board, group, found.factor) or found.sentences
-        details = _shown(found.line), f"The truth is {truth} {group.unit}.", *sentences
+        unit = MAG.unit if found.line.label == MAG.label else group.unit
+        details = _shown(found.line), f"The truth is {truth} {unit}.", *sentences
         summary = f"{where.printed(found.line)}{found.summary}"
         yield Diagnosis("numbers", summary, details, fatal=False)
+
+
+def _hint(board: Board, lines: Sequence[Seen], group: Group) -> Hint | None:
+    """What has become of the truth of a group: a simple change of it, or a formula with a mistake."""
+    iron = board.world.hard_iron_mgauss(board.now_s)[0]
+    if group in (ACC, GYR):
+        others = [one for one in (ACC, GYR, MAG) if one is not group]
+        return shows_another(lines, group, others) or hint(lines, group)
+    if group is YAW:
+        return yaw_hint(lines, iron) or calibration_hint(lines, iron) or hint(lines, group)
+    if group is TILT and always_0(lines, group):
+        return tilt_hint(lines) if is_far_off(lines, group) else None
+    found = field_hint(lines) if group is MAG else hint(lines, group)
+    if found is None and group is TILT:
+        return tilt_hint(lines)
+    return _altitude_hint(board, lines) if found is None and group is ALTITUDE else found
+
+
+def _altitude_hint(board: Board, lines: Sequence[Seen]) -> Hint | None:
+    return altitude_hint(lines, float(board.world.temperature_degc(board.now_s)[0]))
 
 
 _HALF_TURN = 180.5

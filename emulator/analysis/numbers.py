@@ -74,10 +74,59 @@ def hint(lines: Sequence[Seen], group: Group) -> Hint | None:
     if len(wrong) < _FEWEST or len(wrong) < (1 - _SHARE) * len(rows):
         return None
     for change in _changes(group, rows):
-        fitting = sum(change.distance(row.values, row.truth) <= group.far / 2 for row in rows)
-        if fitting >= _SHARE * len(rows):
+        telling = [row for row in rows if _shows_factor(row, group)] if change.factor else rows
+        fitting = sum(change.distance(row.values, row.truth) <= group.far / 2 for row in telling)
+        if len(telling) >= _FEWEST and fitting >= _SHARE * len(telling):
             return Hint(change.summary, change.sentences, wrong[-1].seen, change.factor)
     return None
+
+
+def is_far_off(lines: Sequence[Seen], group: Group) -> bool:
+    """Whether several lines of a group are far from the truth, or no numbers."""
+    rows = [_Row(seen, group) for seen in lines if seen.label == group.label and seen.values is not None]
+    return sum(not _plain(row.values, row.truth) <= group.far for row in rows) >= _FEWEST
+
+
+def always_0(lines: Sequence[Seen], group: Group) -> bool:
+    """Whether all numbers of a group are 0."""
+    rows = [_Row(seen, group) for seen in lines if seen.label == group.label and seen.values is not None]
+    return bool(rows) and all(value == 0 for row in rows for value in row.values)
+
+
+def _shows_factor(row: _Row, group: Group) -> bool:
+    """Whether a factor can be seen: where the truth is near 0, any small number is a multiple of it."""
+    return any(min(abs(one.low), abs(one.high)) > group.far and one.low * one.high > 0 for one in row.truth)
+
+
+def shows_another(lines: Sequence[Seen], group: Group, others: Sequence[Group]) -> Hint | None:
+    """Whether a vector is another sensor's: near the other's truth in each block."""
+    for other in others:
+        pairs = list(_pairs(lines, group, other))
+        wrong = [one for one, _ in pairs if _plain(one.values, one.truth) > min(group.far, other.far)]
+        fitting = sum(_plain(one.values, two.truth) <= other.far / 2 for one, two in pairs)
+        if len(pairs) >= _FEW_PAIRS and len(wrong) >= _FEWEST and fitting >= _SHARE * len(pairs):
+            name, what = group.label[:3], other.label[:3]
+            sentences = (
+                f"Is the variable of {what} printed in the line of {name}?",
+                "Or are the arguments exchanged: ReadSensorRawData(&acc, &gyro, &mag, &press).",
+            )
+            return Hint(f"{name} shows the numbers of {what}", sentences, wrong[-1].seen)
+    return None
+
+
+_FEW_PAIRS = 4
+
+
+def _pairs(lines: Sequence[Seen], group: Group, other: Group) -> Iterator[tuple[_Row, _Row]]:
+    """Rows of both groups that were printed within half a second."""
+    rows = {
+        one: [_Row(line, one) for line in lines if line.label == one.label and line.values is not None]
+        for one in (group, other)
+    }
+    for row in rows[group]:
+        near = [two for two in rows[other] if abs(two.seen.at_s - row.seen.at_s) < 0.5]
+        if near:
+            yield row, near[0]
 
 
 class _Row:
@@ -126,9 +175,16 @@ def _of_vector(group: Group, rows: Sequence[_Row]) -> Iterator[Change]:
             (
                 f"The {sensor} measures something else: is it switched on, and is it read?",
                 "Is the variable that is printed the one that is written?",
+                *(("Or is it divided by 1000? In C 950 / 1000 is 0; ACC is in mg.",) if group is ACC else ()),
             ),
         )
         return
+    if group is ACC and all(abs(value) <= _FEW_G for row in rows for value in row.values):
+        yield Change(
+            lambda values, truth: max(map(_from_whole_g, values, truth)),
+            "ACC is cut to whole g",
+            ("In C 950 / 1000 is 0; ACC is in mg, as ReadSensorRawData() gives it.",),
+        )
     yield from _signed_axes(name)
     factor = _factor(rows, group.far)
     if factor is not None:
@@ -178,6 +234,15 @@ def _of_vector(group: Group, rows: Sequence[_Row]) -> Iterator[Change]:
             ),
         ),
     )
+
+
+_FEW_G = 5
+
+
+def _from_whole_g(value: float, truth: Range) -> float:
+    """How far the truth is outside of what is cut to ``value``."""
+    low, high = 1000 * value - 1000 * (value <= 0), 1000 * value + 1000 * (value >= 0)
+    return max(low - truth.high, truth.low - high, 0.0)
 
 
 Way = tuple[tuple[int, ...], tuple[int, ...]]
@@ -273,11 +338,13 @@ def _of_tilt() -> Iterator[Change]:
         "Pitch and Roll are exchanged",
         ("Look at the order of PRINTF's arguments, and at which axis each formula takes.", _LOOK_TILT),
     )
-    for factor, what in ((math.pi / 180, "in radians, not degrees"), (180 / math.pi, "57.3 times too large")):
+    ways = ((math.pi / 180, "57.3 times too small, as in radians"), (180 / math.pi, "57.3 times too large"))
+    for factor, what in ways:
         yield Change(
             _scaled(factor),
             f"Pitch and Roll are {what}",
-            ("atan2 gives radians; for printing times 180 / pi, once, after the sines and cosines.",),
+            ("Likely the conversion: atan2 gives radians, times 180 / pi once, after sines and cosines.",),
+            factor,
         )
 
 
@@ -287,7 +354,7 @@ def _of_yaw() -> Iterator[Change]:
         (1, 90, "90 degrees too large"),
         (1, -90, "90 degrees too small"),
         (1, 180, "turned by 180 degrees"),
-        (-1, 90, "90 degrees minus the truth: atan2's arguments are exchanged"),
+        (-1, 90, "90 degrees minus the truth, likely by atan2's arguments exchanged"),
     )
     for sign, offset, what in ways:
         yield Change(
@@ -331,20 +398,13 @@ def _of_altitude(rows: Sequence[_Row]) -> Iterator[Change]:
             lambda values, _truth: 0.0 if values[0] < -20_000 else math.inf,
             "Altitude is that of a floor without air",
             (
-                "The pressure at the floor is 0: the LPS22HB was read before its first sample.",
+                "Likely the pressure at the floor is 0: the LPS22HB was read before its first sample.",
                 "Wait for P_DA in its STATUS register (27h), as LPS22HB_WaitForData() does, then read it.",
             ),
         )
-    kelvin = (25.0 / 298.15, "Altitude is 0.084 times the truth: the temperature is in degC, not in kelvin")
-    ways = (
-        (-1.0, "Altitude is negated", "The ratio is P0 / P: the floor's pressure over the one up here."),
-        (*kelvin, "(P0 / P)^(1 / 5.257) - 1 is multiplied with T + 273.15."),
+    yield Change(
+        lambda values, truth: truth[0].scaled(-1).distance(values[0]),
+        "Altitude is negated",
+        ("The ratio is P0 / P: the floor's pressure over the one up here.",),
+        -1.0,
     )
-    for factor, summary, look in ways:
-        yield Change(_shrunk(factor), summary, (look,))
-
-
-def _shrunk(factor: float) -> Distance:
-    """Of an altitude that is ``factor`` times the truth, by a measure that shrinks with it."""
-    closeness = min(abs(factor) * 4, 1.0)
-    return lambda values, truth: truth[0].scaled(factor).distance(values[0]) / closeness

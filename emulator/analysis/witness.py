@@ -18,9 +18,8 @@ from fractions import Fraction
 import numpy as np
 
 from emulator.board.board import Board
-from emulator.scenario.observed import FORMATS, TRUTH
+from emulator.scenario.observed import FORMATS, TRUTH, lab_angles
 from emulator.time.clock import PS_PER_MS, Periodic
-from emulator.world.track import Array
 
 SETTLE_S = 0.15
 _LOOK_PS = Fraction(487 * PS_PER_MS, 100)
@@ -152,11 +151,3 @@ class Witness:
         else:
             values = {name: TRUTH[name](self.board.world, t_s) for name in fields}
         return {name: Range(float(one.min()), float(one.max())) for name, one in values.items()}
-
-
-def lab_angles(force: Array, mu: float = 1.0) -> tuple[Array, Array]:
-    """The lab's pitch and roll in degrees, of forces (N, 3); ``mu`` weighs X in the roll."""
-    x, y, z = force.T
-    pitch = np.degrees(np.arctan2(-x, np.hypot(y, z)))
-    roll = np.degrees(np.arctan2(y, np.sqrt(mu * x * x + z * z)))
-    return pitch, roll

@@ -11,6 +11,7 @@ causes stand below the checks, whose hints they make precise.
 
 from __future__ import annotations
 
+import re
 import shutil
 import sys
 import textwrap
@@ -21,6 +22,8 @@ from pathlib import Path
 
 import click
 
+from emulator.board.board import Board
+from emulator.board.firmware import choose
 from emulator.chip.diagnosis.report import KEEPS_SAMPLES_AWAY
 from emulator.cli.build import ELF, build_project, build_with_make
 from emulator.cli.exit_codes import ExitCode
@@ -39,6 +42,12 @@ _WRONG = ("failed", "partial")
 _CHECKS_SHOWN = 4  # that failed, of an exercise
 _CAUSES_SHOWN = 2
 _SENTENCES_SHOWN = 4  # of a cause
+_COMPARED = 60  # characters of a warning
+_FUNCTION = re.compile(r"(\w+)\(")
+_NOT_BEGUN = frozenset({"missing", "stopped", "never lit", "blinks"})
+"""Findings of an exercise that nothing has been written for."""
+_NOT_OF_THE_FORMULA = frozenset({"wrong format", "stopped"})
+"""Findings for which the further steps of a hint are no help."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +61,7 @@ class CheckOptions:
     json: Path | None
     save: Path | None = None
     hints: int = 0
-    """How many steps of the hints are shown."""
+    """How many further steps of the hints are shown, after the first."""
 
 
 def check_program(options: CheckOptions) -> ExitCode:
@@ -80,7 +89,8 @@ def check_program(options: CheckOptions) -> ExitCode:
     if options.json is not None:
         _write(options.json, shown)
     laws = _save(options.save, shown, rubric, firmware) if options.save is not None else {}
-    for line in _Screen(shown, rubric, options, firmware, laws).lines():
+    warning = _first_warning(build_log or "")
+    for line in _Screen(shown, rubric, options, firmware, laws, warning).lines():
         click.echo(visible(line, lines=True))
     return exit_code(shown)
 
@@ -159,6 +169,12 @@ def _built(target: str) -> tuple[str, str | None]:
     return str(elf), log
 
 
+def _first_warning(log: str) -> str:
+    """The compiler's first warning about a file of the student's own."""
+    warnings = (visible(line.strip()) for line in log.splitlines() if "warning:" in line)
+    return next((line for line in warnings if not line.startswith("support/")), "")
+
+
 # -- Progress -----------------------------------------------------------------------------------------------
 
 
@@ -199,12 +215,14 @@ class _Screen:
         options: CheckOptions,
         firmware: str,
         laws: Mapping[str, Path],
+        warning: str,
     ) -> None:
         self._laws = laws
         self._verdict = verdict
         self._rubric = rubric
         self._options = options
         self._firmware = firmware
+        self._warning = warning
         self._names = [one.exercise for one in verdict.exercises if verdict.of(one.exercise)]
 
     def lines(self) -> Iterator[str]:
@@ -219,6 +237,10 @@ class _Screen:
         yield self._sum()
         open_ones = [name for name in self._names if not verdict.is_done(name)]
         if open_ones:
+            if self._warning:
+                yield ""
+                yield "The compiler warns of your file, which is often the mistake itself:"
+                yield from _wrapped(self._warning, "  ")
             for name in open_ones if self._options.exercises else open_ones[:1]:
                 yield from self._exercise(name)
         yield from self._remarks()
@@ -253,7 +275,7 @@ class _Screen:
         first = [cause for cause in causes if cause.kind in KEEPS_SAMPLES_AWAY][:_CAUSES_SHOWN]
         besides = [cause for cause in causes if cause not in first][: _CAUSES_SHOWN - len(first)]
         if first:
-            yield f"Exercise {name}, mend this first, the rest may follow from it:"
+            yield f"Exercise {name}, fix this first, the rest may follow from it:"
             for cause in first:
                 yield from _cause(cause)
             yield "What is not right yet:"
@@ -290,7 +312,8 @@ class _Screen:
         """What costs no points; of a program that does not go on, nothing else matters."""
         if any(run.stopped for run in self._verdict.evidence):
             return
-        failed = [one for one in self._verdict.checks if one.max_points == 0 and one.outcome == "failed"]
+        remarks = [one for one in self._verdict.checks if one.max_points == 0]
+        failed = [one for one in remarks if one.outcome == "failed" and not self._is_said(one)]
         if failed:
             yield ""
             yield "By the way, what costs no points:"
@@ -298,23 +321,54 @@ class _Screen:
                 yield from _check(check, self._hints(check))
                 if check.check in self._laws:
                     yield f"      run: {self._run(self._laws[check.check])}"
+        yield from self._unjudged_remarks()
 
     def _hints(self, check: CheckResult) -> list[str]:
-        """The steps that were asked for, none of a check whose hints are not shown."""
+        """The hint of the finding, and the further steps that were asked for; none if hints are hidden."""
         if not check.hint:
             return []
-        return [check.hint, *_table(self._rubric, check).hint_steps][: self._options.hints]
+        return [check.hint, *self._steps(check)[: self._options.hints]]
+
+    def _steps(self, check: CheckResult) -> list[str]:
+        """The further steps of a hint; none where nothing, or only the format, is wrong."""
+        wrong = check.finding not in _NOT_OF_THE_FORMULA
+        return _table(self._rubric, check).hint_steps if wrong else []
 
     def _more_hints(self, name: str) -> bool:
         """Whether the failed checks of an exercise have a further step."""
         wrong = [
             one for one in self._verdict.of(name) if one.max_points and one.outcome in _WRONG and one.hint
         ]
-        return any(1 + len(_table(self._rubric, one).hint_steps) > self._options.hints for one in wrong)
+        return any(len(self._steps(one)) > self._options.hints for one in wrong)
 
     def _run(self, scenario: Path | None = None) -> str:
         words = ["fcu", "run", self._firmware]
         return command_line([*words, "--scenario", str(scenario)] if scenario else words)
+
+    def _is_said(self, remark: CheckResult) -> bool:
+        """Whether it is about the compiler's warning on top of the screen."""
+        done = all(self._verdict.is_done(name) for name in self._names)
+        return bool(self._warning) and not done and self._warning[:_COMPARED] in remark.actual
+
+    def _unjudged_remarks(self) -> Iterator[str]:
+        """Remarks that are missing, of exercises that are begun: machines must not differ in silence."""
+        begun = {one.exercise for one in self._verdict.checks if one.points}
+        for check in self._verdict.unjudged:
+            if not check.max_points and check.exercise in begun:
+                yield ""
+                yield from _wrapped(f"Not checked (no points): {check.title}: {check.unjudged_because}.", "")
+
+    def _is_written(self, name: str, advice: str) -> bool:
+        """Whether the program has what the advice says to write: a function, or lines that are only wrong."""
+        functions = _FUNCTION.findall(advice)
+        if functions:
+            return any(map(self._has, functions))
+        findings = {one.finding for one in self._verdict.of(name) if one.max_points and one.finding}
+        return bool(findings - _NOT_BEGUN)
+
+    def _has(self, function: str) -> bool:
+        image = choose(Board.description, self._firmware, None).image
+        return image is not None and image.symbols is not None and function in image.symbols
 
     def _next(self, open_ones: Sequence[str]) -> Iterator[str]:
         target = quoted(self._options.target)
@@ -331,14 +385,13 @@ class _Screen:
         seed = f" --seed {self._options.seed}" if self._options.seed else ""
         advice = self._rubric.exercise(name).next
         causes = list(self._causes(name))
-        if causes or not advice:
-            advice = "mend what is said above, from the top, and look again."
+        if causes or not advice or self._is_written(name, advice):
+            advice = "fix the problems above, starting with the first, and check again."
         yield from _wrapped(f"Next: {advice}", "")
         yield f"  {again} --exercise {name}{seed}"
         if not causes and self._more_hints(name):
             hints = " --hint" * (self._options.hints + 1)
-            which = "the next hint" if self._options.hints else "a hint"
-            yield f"  {again} --exercise {name}{seed}{hints}     for {which}"
+            yield f"  {again} --exercise {name}{seed}{hints}     for the next hint"
         yield f"  {self._run()}"
         replays = [one.run for one in self._failed_runs(name) if one.replay]
         folder = self._options.save

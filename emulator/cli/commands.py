@@ -483,7 +483,7 @@ def build(folder: Path) -> None:
     metavar="DIR",
     help="Save the motions as scenarios, for fcu run --scenario.",
 )
-@click.option("--hint", count=True, help="Show a hint; once more for the next one.")
+@click.option("--hint", count=True, help="Show the next, more explicit hint; repeat it for the one after.")
 @_LIMIT_OF_PROCESS
 @_ISOLATE
 @click.pass_context

@@ -18,7 +18,10 @@ from emulator.cli.toolchain import COMPILER, find_compiler
 from emulator.errors import FcuError
 from emulator.system_words import how_to_install
 
-_PACKAGES = ("numpy", "greenlet", "click", "pydantic", "pygeomag", "pyserial", "regex")
+_PACKAGES = (
+    *("numpy", "greenlet", "click", "pydantic", "pygeomag", "pyserial", "regex"),
+    *("websockets", "hypothesis"),
+)
 _TERMINALS = {
     **({"screen": "screen", "minicom": "minicom"} if sys.platform != "win32" else {"ttermpro": "Tera Term"}),
     "putty": "PuTTY",
@@ -44,7 +47,6 @@ def examine() -> bool:
     """Print the report; True when everything the board needs is there."""
     findings = [_python(), *(_package(name) for name in _PACKAGES)]
     findings += [
-        _page(),
         _library(),
         *map(_boots, ("lab3", "solution")),
         _port(),
@@ -71,13 +73,6 @@ def _package(name: str) -> Finding:
     except ImportError as error:
         return Finding(False, f"{name}: {error}; pip install {name}", needed=True)
     return Finding(True, f"{name} {version}", needed=True)
-
-
-def _page() -> Finding:
-    try:
-        return Finding(True, f"websockets {importlib.metadata.version('websockets')}, for fcu web")
-    except ImportError:
-        return Finding(False, 'websockets: optional, for fcu web; pip install "fcu-emulator[web]"')
 
 
 def _library() -> Finding:

@@ -7,11 +7,9 @@ is one class and its name in the union at the end. What a kind wants to see duri
 
 from __future__ import annotations
 
-import re
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -19,16 +17,16 @@ from pydantic import AfterValidator, Field
 
 from emulator.analysis.witness import Witness
 from emulator.board.board import Board
+from emulator.chip.diagnosis.backtrace import Places
 from emulator.chip.diagnosis.report import Diagnosis, Kind
 from emulator.chip.firmware import ArmFirmware
 from emulator.errors import FirmwareError, NotJudgedError
-from emulator.scenario.expectations import Kinds, LedName, Miss, Seen
+from emulator.scenario.expectations import Miss, Seen
 from emulator.scenario.observed import escaped
+from emulator.scenario.schema import Kinds
 from emulator.scenario.tables import Duration, Length, Table
 from emulator.text import shown
 from emulator.time.clock import PS_PER_MS, PS_PER_S, Periodic
-from emulator.trace import BusTransfer, TraceEvent
-from sensors import PARTS
 
 # -- What every kind has in common --------------------------------------------------------------------------
 
@@ -102,7 +100,7 @@ class NoWarnings(Check):
     def judge(self, run: Judged) -> Miss | None:
         """Lines with ``warning:`` in what the build printed."""
         if run.build_log is None:
-            raise NotJudgedError("the program was not built here, so nobody knows what the compiler says")
+            raise NotJudgedError("the program was not built here")
         warnings = [line.strip() for line in run.build_log.splitlines() if "warning:" in line]
         if len(warnings) <= self.most:
             return None
@@ -110,112 +108,7 @@ class NoWarnings(Check):
         return Miss("wrong value", f"at most {self.most} warnings" if self.most else "no warning", count)
 
 
-# -- LEDs against the board's inclination -------------------------------------------------------------------
-
-
-class LedFollows(Check):
-    """A LED is lit while the board is inclined by more than ``beyond_deg``, to either side, and only then.
-
-    ``angle``: pitch is the X axis' inclination, roll the Y axis' (the slides' formulas of the true force).
-    Within ``margin_deg`` of the threshold, and for ``settle`` after the board has come to a side of it, the
-    LED may be either.
-    """
-
-    kind: Literal["led_follows"]
-    led: LedName
-    angle: Literal["pitch", "roll"]
-    beyond_deg: float = Field(80.0, gt=0, lt=90)
-    margin_deg: float = Field(3.0, ge=0, lt=10)
-    settle: Duration = PS_PER_S // 5
-
-    def judge(self, run: Judged) -> Miss | None:
-        """At each look of the witness, every 48.7 ms."""
-        expected = f"{self.led.upper()} lit while {self.angle} is beyond {self.beyond_deg:g} degrees"
-        expected += " to either side, and dark otherwise"
-        side_since: tuple[bool | None, float] = None, 0.0
-        wrong: list[tuple[float, float, bool]] = []
-        for look in run.witness.lights:
-            angle = abs(getattr(look, self.angle))
-            near = abs(angle - self.beyond_deg) < self.margin_deg
-            steep = None if near else angle > self.beyond_deg
-            if steep is not side_since[0]:
-                side_since = steep, look.at_s
-            if steep is None or look.at_s - side_since[1] < self.settle / PS_PER_S:
-                continue
-            if look.lit[self.led.upper()] is not steep:
-                wrong.append((look.at_s, getattr(look, self.angle), steep))
-        if not wrong:
-            return None
-        at_s, angle_deg, steep = wrong[0]
-        seen = f"{'dark' if steep else 'lit'} at {at_s:.2f} s, where {self.angle} is {angle_deg:.0f}"
-        return Miss("wrong value", expected, seen)
-
-
-# -- Facts of the bus and of the callback -------------------------------------------------------------------
-
-
-@cache
-def _outputs() -> dict[str, tuple[str, int, str]]:
-    """What can be read, as rubrics call it: part, address of its first byte, and the datasheet's name."""
-    found = {}
-    for name, part, first in (
-        ("accelerometer", "LSM6DSL", "OUTX_L_XL"),
-        ("gyroscope", "LSM6DSL", "OUTX_L_G"),
-        ("magnetometer", "LIS2MDL", "OUTX_L_REG"),
-        ("barometer", "LPS22HB", "PRESS_OUT_XL"),
-    ):
-        registers = next(iter(PARTS[part].maps().values())).registers
-        register = next(one for one in registers if first in one.names)
-        found[name] = part, register.addr, first
-    return found
-
-
-class Reads(Check):
-    """The outputs of a sensor are read so often, counted on the bus in a part of the run.
-
-    A transfer counts when it has the output's first byte, alone or in a burst.
-    """
-
-    kind: Literal["reads"]
-    sensor: Literal["accelerometer", "gyroscope", "magnetometer", "barometer"]
-    least_hz: float = Field(0.0, ge=0)
-    most_hz: float = Field(1e6, gt=0)
-    from_: Duration = Field(2 * PS_PER_S, alias="from")
-    for_: Length = Field(PS_PER_S // 4, alias="for")
-
-    def watch(self, board: Board) -> list[int]:
-        """Count from ``from`` on. Watching every transfer costs time, hence only a part of the run."""
-        part, address, _ = _outputs()[self.sensor]
-        counted = [0]
-
-        def look(event: TraceEvent) -> None:
-            if isinstance(event, BusTransfer) and event.device == part and event.result == "ok":
-                counted[0] += _reaches(event, address)
-
-        def begin() -> None:
-            stop = board.trace.subscribe(look)
-            board.clock.schedule(self.from_ + self.for_, stop, last=True)
-
-        board.clock.schedule(self.from_, begin)
-        return counted
-
-    def judge(self, run: Judged) -> Miss | None:
-        """The count over the time."""
-        part, address, register = _outputs()[self.sensor]
-        rate_hz = run.watched[0] / (self.for_ / PS_PER_S)
-        if self.least_hz <= rate_hz <= self.most_hz:
-            return None
-        wanted = f"at least {self.least_hz:g}" if rate_hz < self.least_hz else f"at most {self.most_hz:g}"
-        place = f"{part} {register} (0x{address:02X})"
-        return Miss("wrong value", f"{place} read {wanted} times a second", f"{rate_hz:.0f} times")
-
-
-def _reaches(transfer: BusTransfer, address: int) -> bool:
-    """Whether a read has the byte at ``address``; the sub-address's top bit is no part of it."""
-    if not transfer.written or not transfer.read:
-        return False
-    first = transfer.written[0] & 0x7F
-    return first <= address < first + len(transfer.read)
+# -- The callback -------------------------------------------------------------------------------------------
 
 
 _LOOK_PS = Fraction(PS_PER_MS, 10)
@@ -258,7 +151,19 @@ class QuietCallback(Check):
         """The first time that it was seen."""
         if not run.watched:
             return None
-        return Miss("wrong value", "no print in the timer's callback", f"one at {run.watched[0]:.3f} s")
+        place = _print_in_callback(run.board)
+        seen = f"one at {run.watched[0]:.3f} s" + (f", from {place}" if place else "")
+        return Miss("wrong value", "no print in the timer's callback", seen)
+
+
+def _print_in_callback(board: Board) -> str:
+    """Where the callback of the HAL prints; "" if that is not seen."""
+    if board.arm is None:
+        return ""
+    places = Places(board.arm.image)
+    start = places.address_of("HAL_TIM_PeriodElapsedCallback")
+    call = start and places.call_of(("PRINTF", "HAL_UART_Transmit"), start, board.arm.chip.core.memory)
+    return f"{call[1]}() in {places.place(call[0])}" if call else ""
 
 
 def _sends_by_itself(arm: ArmFirmware) -> bool:
@@ -293,8 +198,8 @@ def _known_property(name: str) -> str:
 class Property(Check):
     """A law of the lab's arithmetic holds for the compiled functions (:mod:`emulator.testing.lab3`).
 
-    The same ``examples`` for everybody. Unjudged where the firmware has no such function, or Hypothesis or
-    pytest is not installed.
+    The same ``examples`` for everybody. Unjudged if the firmware has no such function, or Hypothesis is not
+    installed.
     """
 
     kind: Literal["property"]
@@ -308,7 +213,7 @@ class Property(Check):
         try:
             from emulator.testing.judged import counterexample
         except ModuleNotFoundError as error:
-            raise NotJudgedError(f"{error.name} is not installed; pip install hypothesis pytest") from error
+            raise NotJudgedError(f"{error.name} is not installed; pip install {error.name}") from error
         try:
             found = counterexample(str(run.firmware), self.property, self.examples)
         except FirmwareError as error:
@@ -316,10 +221,10 @@ class Property(Check):
         return None if found is None else Miss("wrong value", self._text(), found)
 
     def _text(self) -> str:
-        return re.sub("_", " ", self.property)
+        return self.property.replace("_", " ")
 
 
 AnyCheck = Annotated[
-    Kinds | NoFault | NoDiagnosis | NoWarnings | LedFollows | Reads | QuietCallback | Property,
+    Kinds | NoFault | NoDiagnosis | NoWarnings | QuietCallback | Property,
     Field(discriminator="kind"),
 ]

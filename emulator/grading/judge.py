@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from pathlib import Path
 
@@ -111,7 +111,7 @@ def reworded(verdict: Verdict, rubric: Rubric) -> Verdict:
         result.model_copy(
             update={
                 "title": tables[result.check].title,
-                "hint": tables[result.check].hint,
+                "hint": tables[result.check].hint_for(result.finding) if result.finding else "",
                 "visibility": tables[result.check].visible,
                 "detail": tables[result.check].detail,
             }
@@ -195,28 +195,41 @@ class _Run:
             self.stopped = str(error).splitlines()[0]
         except NotJudgedError as error:
             self.unjudged = str(error).splitlines()[0]
-        self.diagnoses = explain(board, self.witness)
+        self.diagnoses = explain(board, self.witness, after_failure=True)
         self.seen: Seen = self.scenario.seen(board)
+        self.died_ps = self._died_ps()
         board.close()
+
+    def _died_ps(self) -> int | None:
+        """When the program has crashed, hung or been stopped; None if it has run to the end."""
+        if self.stopped:
+            return self.board.clock.now_ps
+        fatal = next((one for one in self.diagnoses if one.fatal), None)
+        if fatal is None:
+            return None
+        return (
+            fatal.at_ps if fatal.at_ps is not None else max((one.at_ps for one in self.seen.lines), default=0)
+        )
 
     def result(self, exercise: ExerciseTable, check: CheckTable) -> CheckResult:
         """What one check says about this run."""
         outcome: Outcome = "passed"
         share, unjudged = 1.0, self.unjudged
         misses: list[Miss | None] = []
-        try:
-            misses = [self._judged(one) for one in check.expect]
-        except NotJudgedError as error:
-            unjudged = unjudged or str(error).splitlines()[0]
+        for one in check.expect:
+            try:
+                misses.append(self._judged(one, check.enough))
+            except NotJudgedError as error:
+                unjudged = unjudged or str(error).splitlines()[0]
         failed = [miss for miss in misses if miss is not None]
+        if failed and not check.partial and not self.unjudged:
+            unjudged = ""  # one expectation that is not met decides, whatever the others are
         if unjudged:
-            outcome, share = "unjudged", 0.0
-        elif self.stopped:
-            outcome, share = "failed", 0.0
-            failed = [Miss("stopped", f"a run of {seconds(self.scenario.duration_ps)}", self._stop())]
+            outcome, share, failed = "unjudged", 0.0, []
         elif failed:
             share = 1 - len(failed) / len(misses) if check.partial else 0.0
             outcome = "partial" if share else "failed"
+        first = failed[0] if failed else None
         return CheckResult(
             check=f"{exercise.id}.{check.id}",
             exercise=exercise.id,
@@ -224,35 +237,63 @@ class _Run:
             points=round(share * check.points, 4),
             max_points=check.points,
             outcome=outcome,
-            expected="" if unjudged or not failed else failed[0].expected + _others(len(failed)),
-            actual="" if unjudged or not failed else failed[0].seen,
-            printed="" if unjudged else next(filter(None, map(_first_printed, failed)), ""),
-            hint=check.hint,
+            expected=first.expected + _others(len(failed)) if first else "",
+            actual=first.seen if first else "",
+            printed=next(filter(None, map(_first_printed, failed)), ""),
+            finding=first.kind if first else "",
+            hint=check.hint_for(first.kind) if first else "",
             visibility=check.visible,
             detail=check.detail,
             unjudged_because=unjudged,
         )
 
-    def _judged(self, check: AnyCheck) -> Miss | None:
-        """Raises NotJudgedError."""
+    def _judged(self, check: AnyCheck, enough_ps: int | None) -> Miss | None:
+        """How one expectation is not met; None if it is.
+
+        Raises NotJudgedError, also for an unexpected error inside the check: it costs this check alone.
+        """
+        enough = self.died_ps is None or (enough_ps is not None and self.died_ps >= enough_ps)
+        on_terminal = isinstance(check, Expectation) and check.ON_TERMINAL
+        if not enough and (self.stopped or on_terminal):
+            return Miss("stopped", f"a run of {seconds(self.scenario.duration_ps)}", self._stop())
+        try:
+            return self._judged_here(check, enough)
+        except NotJudgedError:
+            raise
+        except Exception as error:
+            said = next(iter(str(error).splitlines()), "")
+            raise NotJudgedError(f"the check {check.kind} failed: {type(error).__name__}: {said}") from error
+
+    def _judged_here(self, check: AnyCheck, enough: bool) -> Miss | None:
         if isinstance(check, Check):
             run = Judged(
                 firmware=self.firmware,
                 board=self.board,
                 seen=self.seen,
                 witness=self.witness,
-                diagnoses=tuple(self.diagnoses),
+                diagnoses=tuple(one for one in self.diagnoses if not (one.fatal and enough)),
                 build_log=self.build_log,
                 watched=self._watched[id(check)],
             )
             return check.judge(run)
-        miss = judged(check, self.seen)
+        seen = self.seen
+        if self.died_ps is not None and check.ON_TERMINAL:
+            seen = replace(seen, end_ps=min(seen.end_ps, self.died_ps))
+        miss = judged(check, seen)
         if miss is not None and miss.fault == "stopped":
             raise NotJudgedError(miss.seen)
         return miss
 
     def _stop(self) -> str:
-        return f"ended at {self.board.now_s:.3f} s: {self.stopped}"
+        if self.stopped:
+            return f"ended at {self.board.now_s:.3f} s: {self.stopped}"
+        fatal = next(one for one in self.diagnoses if one.fatal)
+        return f"the program ran until {seconds(self.died_ps or 0)}: {fatal.summary}"
+
+    def _shown_diagnoses(self) -> list[Diagnosis]:
+        """What has ended the program hides the rest."""
+        fatal = [one for one in self.diagnoses if one.fatal]
+        return fatal[:1] or self.diagnoses
 
     def evidence(self, exercises: tuple[str, ...]) -> RunEvidence:
         """What a reader needs to understand the run."""
@@ -266,7 +307,7 @@ class _Run:
             series=tuple(map(self._series, self.fields)),
             causes=tuple(
                 Cause(kind=one.kind, summary=one.summary, details=one.details, fatal=one.fatal)
-                for one in self.diagnoses
+                for one in self._shown_diagnoses()
             ),
             ticks=timer.ticks,
             ticks_late=timer.late,

@@ -26,7 +26,7 @@ import os
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Field, ValidationError, model_validator
 
@@ -35,10 +35,11 @@ from emulator.errors import InputError, RubricError, ScenarioError
 from emulator.grading.checks import AnyCheck
 from emulator.grading.verdict import Detail, Visibility
 from emulator.scenario.loader import is_path, load_scenario, read_toml, scenario_error, scenario_of
+from emulator.scenario.rules import with_rules
 from emulator.scenario.scenario import Scenario
-from emulator.scenario.schema import as_written
+from emulator.scenario.schema import as_written, may_be_rule
 from emulator.scenario.schema import json_schema as scenario_schema
-from emulator.scenario.tables import Resources, Table
+from emulator.scenario.tables import Duration, Resources, Table
 from emulator.text import shown
 
 MOST_EXERCISES = 50
@@ -52,14 +53,33 @@ _WORDS = frozenset({"title", "hint", "hint_steps", "next", "visible", "detail"})
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]{0,39}$")]
 Title = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f\x7f-\x9f]+$")]
 
+Hint = Annotated[str, Field(max_length=1_000)]
+FindingKind: TypeAlias = Literal[
+    "missing",
+    "wrong value",
+    "wrong format",
+    "stopped",
+    "never lit",
+    "never dark",
+    "inverted",
+    "blinks",
+    "late",
+    "threshold",
+    "other axis",
+    "one side",
+]
+"""How an expectation may be missed, and of a LED more exactly."""
+
 # -- The file -----------------------------------------------------------------------------------------------
 
 
 class CheckTable(Table):
     """One ``[[exercise.check]]``: what is expected of one run, and what it is worth.
 
-    ``partial``: points for the share of its expectations that are met, instead of all or nothing.
-    ``hint_steps``: what `fcu check` shows after ``hint``, each when it is asked for once more.
+    ``partial``: points for the share of its expectations that are met, instead of all or nothing. ``hint``: a
+    text for every finding, or a table of texts by kind of finding; ``hint_steps``: further texts, one more
+    of which `fcu check` shows each time it is asked. ``enough``: when the run has shown all that the check
+    needs; a program that crashes later is judged by its output until then.
     """
 
     id: Name
@@ -70,8 +90,15 @@ class CheckTable(Table):
     partial: bool = False
     visible: Visibility = "always"
     detail: Detail = "full"
-    hint: str = Field("", max_length=1_000)
-    hint_steps: list[Annotated[str, Field(max_length=1_000)]] = Field(default_factory=list, max_length=10)
+    enough: Duration | None = None
+    hint: Hint | dict[FindingKind, Hint] = ""
+    hint_steps: list[Hint] = Field(default_factory=list, max_length=10)
+
+    def hint_for(self, finding: str) -> str:
+        """The hint for a kind of finding; "" if there is none."""
+        if isinstance(self.hint, str):
+            return self.hint
+        return next((text for kind, text in self.hint.items() if kind == finding), "")
 
 
 class ExerciseTable(Table):
@@ -243,7 +270,7 @@ def load_rubric(name: str | os.PathLike[str]) -> Rubric:
     """
     path = Path(name) if is_path(name) else _shipped(str(name))
     try:
-        table = read_toml(path, "a rubric")
+        table = _with_rules(read_toml(path, "a rubric"), str(path))
         context = {"resources": Resources(path.parent), "board": FCU001V1}
         contents = RubricFile.model_validate(table, context=context)
     except ValidationError as error:
@@ -252,6 +279,28 @@ def load_rubric(name: str | os.PathLike[str]) -> Rubric:
     except ScenarioError as error:
         raise RubricError(error.file, error.key, error.problem) from error
     return Rubric(contents, table, path)
+
+
+def _with_rules(table: dict[str, Any], file: str) -> dict[str, Any]:
+    """A rubric with the rules that its checks name put in place. Raises ScenarioError."""
+    exercises = table.get("exercise")
+    if not isinstance(exercises, list):
+        return table
+    changed = [_exercise_with_rules(one, file, f"exercise[{n}]") for n, one in enumerate(exercises)]
+    return {**table, "exercise": changed}
+
+
+def _exercise_with_rules(exercise: Any, file: str, key: str) -> Any:
+    checks = exercise.get("check") if isinstance(exercise, dict) else None
+    if not isinstance(checks, list):
+        return exercise
+    changed = [
+        {**check, "expect": with_rules(check["expect"], file, f"{key}.check[{number}].expect")}
+        if isinstance(check, dict) and "expect" in check
+        else check
+        for number, check in enumerate(checks)
+    ]
+    return {**exercise, "check": changed}
 
 
 def rubric_names() -> list[str]:
@@ -285,6 +334,7 @@ def json_schema() -> dict[str, Any]:
         "required": ["scenario"],
         "additionalProperties": False,
     }
+    may_be_rule(rubric["$defs"]["CheckTable"])
     runs = rubric["properties"]["run"]["patternProperties"]
     runs.update({pattern: {"anyOf": [named, written_out]} for pattern in runs})
     return {

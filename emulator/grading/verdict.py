@@ -32,9 +32,10 @@ class CheckResult(_Part):
 
     ``check`` is unique in the rubric ("3.pitch"). ``expected`` and ``actual`` are sentences for people, empty
     where the check passed. ``printed``: the first line of the terminal that is wrong, in quotes, and when;
-    control characters as escapes. ``detail`` says how much of it a student sees: everything, all but what was
-    expected, only that the check is there and its outcome, or not even its title. ``unjudged_because``: why
-    nothing can be said; empty for every other outcome.
+    control characters as escapes. ``finding``: how it is not met, in a word or two by which rubrics choose a
+    hint, such as "missing" or "one side"; "" if it passed. ``detail`` says how much of it a student sees:
+    everything, all but what was expected, only that the check is there and its outcome, or not even its
+    title. ``unjudged_because``: why nothing can be said; empty for every other outcome.
     """
 
     check: str
@@ -46,6 +47,7 @@ class CheckResult(_Part):
     expected: str = ""
     actual: str = ""
     printed: str = ""
+    finding: str = ""
     hint: str = ""
     visibility: Visibility = "always"
     detail: Detail = "full"
@@ -221,7 +223,7 @@ def _for_student(check: CheckResult) -> CheckResult:
         return check
     hidden = {"expected": "", "actual": check.printed or check.actual}
     if check.detail in ("name", "none"):
-        hidden |= {"actual": "", "printed": "", "hint": ""}
+        hidden |= {"actual": "", "printed": "", "finding": "", "hint": ""}
     if check.detail == "none":
         hidden |= {"title": "a check that is not shown"}
     return check.model_copy(update=hidden)

@@ -73,9 +73,7 @@ class Controls(Protocol):
 
 def websockets_missing() -> InputError:
     """For who has not got the library."""
-    return InputError(
-        'fcu web needs the package websockets; install it with: pip install "fcu-emulator[web]"'
-    )
+    return InputError("fcu web needs the package websockets; install it with: pip install websockets")
 
 
 class PageServer:

@@ -1,36 +1,36 @@
 """Expectations: what the terminal shows, which numbers it prints, what the hardware does.
 
-Schema and judgement of a kind of expectation stand in one class, so that a new kind is one class and its name
-in the union at the end.
+Schema and judgement of a kind of expectation are in one class. A new kind is one class and its name in
+``Kinds`` of :mod:`emulator.scenario.schema`; those about LEDs and timers are in
+:mod:`emulator.scenario.hardware`.
 """
 
 from __future__ import annotations
 
-import difflib
 import math
-import re
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import AfterValidator, Field, ValidationInfo, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from emulator.scenario.observed import (
     FIELDS,
     FORMAT_OF_FIELD,
     MAX_SETTLE_PS,
     BoardView,
+    LineFormat,
     PrintedLine,
+    Tilt,
     deviation,
     escaped,
     nearest_truth,
     same_banner,
 )
 from emulator.scenario.tables import (
-    LED_NAMES,
     Duration,
     Length,
     PatternText,
@@ -38,17 +38,19 @@ from emulator.scenario.tables import (
     Table,
     TextFile,
     Window,
-    board_of,
+)
+from emulator.scenario.text_diff import (
+    Fault,
+    difference,
+    fault_between,
+    first_difference,
+    format_difference,
+    nearest,
 )
 from emulator.text import shown, visible
-from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, seconds
-from emulator.trace import GpioEdge
+from emulator.time.clock import PS_PER_MS, seconds
 
 # -- What every expectation has in common: how it is missed, a view of the run, a window --------------------
-
-
-Fault = Literal["missing", "wrong value", "wrong format", "stopped"]
-"""Not there at all; there with another value; there in another form; the run ended too soon."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,14 @@ class Miss:
     """Lines in the style of a unified diff: "-" expected, "+" printed, " " around them."""
     for_good: bool = False
     """Nothing that is printed or lit later can make up for it, so the verdict falls while the run is on."""
+    finding: str = ""
+    """How it is not met, more exactly than ``fault`` says: of a LED "never lit", "one side", "late" ...; such
+    kinds choose a rubric's hint."""
+
+    @property
+    def kind(self) -> str:
+        """The finding, or the fault if that is all that is known."""
+        return self.finding or self.fault
 
     def __str__(self) -> str:
         return f"expected {self.expected}; seen: {self.seen}"
@@ -75,10 +85,24 @@ class Seen:
     lines: list[PrintedLine]
     end_ps: int
     patience: SearchPatience = field(default_factory=SearchPatience)
+    tilts: Sequence[Tilt] = ()
+    """The board's inclination in steps of 10 ms, if an expectation asks for it."""
+    watched: Mapping[int, Any] = field(default_factory=dict)
+    """What :meth:`Expectation.watch` has returned, by the expectation's identity."""
 
 
 class Expectation(Table, ABC):
-    """One ``[[expect]]`` table: schema and judgement in one class."""
+    """One ``[[expect]]`` table: schema and judgement in one class.
+
+    ``ON_TERMINAL``: whether it reads what is printed, of which nothing more comes after a crash.
+    """
+
+    ON_TERMINAL: ClassVar[bool] = False
+
+    def watch(self, board: BoardView) -> Any:
+        """Called at power-on for expectations that watch the run themselves; kept in ``Seen.watched``."""
+        del board
+        return None
 
     @abstractmethod
     def wording(self) -> str:
@@ -91,6 +115,8 @@ class Expectation(Table, ABC):
 
 class Windowed(Window, Expectation):
     """Looks at a part of the run only: lines whose printing began in the window."""
+
+    ON_TERMINAL = True
 
     def lines_in_window(self, seen: Seen) -> list[PrintedLine]:
         """The lines that count."""
@@ -189,6 +215,8 @@ class ExpectNever(_Matching):
 class ExpectText(Expectation):
     """Everything printed equals a file, byte by byte; its path counts from the scenario's folder."""
 
+    ON_TERMINAL = True
+
     kind: Literal["text"]
     file: TextFile
 
@@ -220,7 +248,7 @@ def shown_line(text: str) -> str:
     return f'"{escaped(text)}"'
 
 
-# -- Numbers and hardware: a printed field, a LED, the timer's ticks, the hard iron found -------------------
+# -- Printed numbers ----------------------------------------------------------------------------------------
 
 
 SETTLE_PS = 50 * PS_PER_MS  # one period of the slowest sensor (the LPS22HB at 25 Hz) and ten of the timer's
@@ -270,25 +298,48 @@ class ExpectField(Windowed):
         line_format = FORMAT_OF_FIELD[self.name]
         lines = [line for line in self.lines_in_window(seen) if line.text.startswith(line_format.label)]
         if not lines:
-            seen_text = f'no line "{line_format.text}" among {len(seen.lines)}'
-            return Miss("missing", self.wording(), seen_text)
+            return _not_printed(line_format, self.wording(), self.lines_in_window(seen))
         numbers = [(line, line_format.parse(line.text)) for line in lines]
         malformed = [line for line, fields in numbers if fields is None]
         if malformed:
-            seen_text = f"{len(malformed)} of {len(lines)} lines in another format"
-            diff = (f"-{line_format.text}", *map(_printed, malformed[:_DIFF_LINES]))
-            return Miss("wrong format", self.wording(), seen_text, diff, for_good=True)
-        errors = [(line, self._error(line, fields[self.name])) for line, fields in numbers if fields]
-        wrong = [(line, error) for line, error in errors if not abs(error) <= self.tolerance]
+            return replace(_malformed(line_format, self.wording(), malformed, len(lines)), for_good=True)
+        errors = [
+            (line, fields[self.name], self._error(line, fields[self.name]))
+            for line, fields in numbers
+            if fields
+        ]
+        wrong = [one for one in errors if not abs(one[2]) <= self.tolerance]
         if not wrong:
             return None
-        sizes = [abs(error) for _, error in wrong if math.isfinite(error)]
-        seen_text = f"{len(sizes)} of {len(lines)} prints off by up to {max(sizes):.6g}" if sizes else ""
-        if len(sizes) < len(wrong):
-            none = f"{len(wrong) - len(sizes)} of {len(lines)}"
-            seen_text += f", {none} are nan or inf" if sizes else f"{none} prints are nan or inf"
-        diff = tuple(f"{_printed(line)}  (off by {error:+.6g})" for line, error in wrong[:_DIFF_LINES])
+        wrong.sort(key=lambda one: -abs(one[2]) if math.isfinite(one[2]) else math.inf)
+        finite = [one for one in wrong if math.isfinite(one[2])]
+        seen_text = (
+            f"{len(finite)} of {len(lines)} prints off, {self._compared(*finite[0])}" if finite else ""
+        )
+        if len(finite) < len(wrong):
+            none = f"{len(wrong) - len(finite)} of {len(lines)}"
+            seen_text += f", {none} are nan or inf" if finite else f"{none} prints are nan or inf"
+        diff = tuple(
+            f"{_printed(line)}  (off by {error:+.6g}{self._reference(printed, error)})"
+            for line, printed, error in wrong[:_DIFF_LINES]
+        )
         return Miss("wrong value", self.wording(), seen_text, diff, for_good=True)
+
+    def _compared(self, line: PrintedLine, printed: float, error: float) -> str:
+        """The worst print and its reference side by side."""
+        what = "the truth is" if self.truth else "expected is"
+        worst = f"{self.name} is {printed:.6g} and {what} {self._wanted(printed, error):.6g}"
+        return f"the worst by {abs(error):.6g} at {seconds(line.at_ps)}: {worst}"
+
+    def _reference(self, printed: float, error: float) -> str:
+        if not self.truth or not math.isfinite(error):
+            return ""
+        return f", the truth is {self._wanted(printed, error):.6g}"
+
+    def _wanted(self, printed: float, error: float) -> float:
+        wanted = printed - error
+        rounded = round((wanted + 180) % 360 - 180 if self.name == "Yaw" else wanted, 6)
+        return rounded + 0.0  # not -0
 
     def _error(self, line: PrintedLine, printed: float) -> float:
         if self.value is not None:
@@ -313,11 +364,10 @@ class ExpectPrinted(Windowed):
         line_format, expected = FORMAT_OF_FIELD[self.name], self.wording()
         lines = [line for line in self.lines_in_window(seen) if line.text.startswith(line_format.label)]
         if not lines:
-            return Miss("missing", expected, f"none among {len(seen.lines)} lines")
+            return _not_printed(line_format, expected, self.lines_in_window(seen))
         wrong = [line for line in lines if line_format.parse(line.text) is None]
         if wrong:
-            diff = (f"-{line_format.text}", *map(_printed, wrong[:_DIFF_LINES]))
-            return Miss("wrong format", expected, f"{len(wrong)} of {len(lines)} in another format", diff)
+            return _malformed(line_format, expected, wrong, len(lines))
         end_ps = seen.end_ps if self.to is None else min(self.to, seen.end_ps)
         times = [self.from_, *(line.at_ps for line in lines), end_ps]
         gap, since = max((after - before, before) for before, after in pairwise(times))
@@ -346,7 +396,7 @@ class ExpectWithin(Windowed):
         parsed = [(line, line_format.parse(line.text)) for line in self.lines_in_window(seen)]
         values = [(line, fields[self.name]) for line, fields in parsed if fields is not None]
         if not values:
-            return Miss("missing", expected, f'no line "{line_format.text}" among {len(seen.lines)}')
+            return _not_printed(line_format, expected, self.lines_in_window(seen))
         wrong = [line for line, value in values if not self.least <= value <= self.most]
         if wrong:
             text, diff = f"{len(wrong)} of {len(values)} prints outside", map(_printed, wrong[:_DIFF_LINES])
@@ -358,189 +408,21 @@ class ExpectWithin(Windowed):
         return None
 
 
+def _not_printed(line_format: LineFormat, expected: str, lines: Sequence[PrintedLine]) -> Miss:
+    """Nothing begins like the format: there is another form of it, or none."""
+    near = [line for line in lines if line_format.is_meant_by(line.text)]
+    if not near:
+        return Miss("missing", expected, f'no line "{line_format.text}" among {len(lines)}')
+    return _malformed(line_format, expected, near, len(near))
+
+
+def _malformed(line_format: LineFormat, expected: str, wrong: Sequence[PrintedLine], count: int) -> Miss:
+    """Lines that are meant as the format and are not in it, with what is another."""
+    what = format_difference(line_format.text, wrong[0].text)
+    seen_text = f"{len(wrong)} of {count} lines in another format" + (f": {what}" if what else "")
+    diff = (f"-{line_format.text}", *map(_printed, wrong[:_DIFF_LINES]))
+    return Miss("wrong format", expected, seen_text, diff)
+
+
 def _printed(line: PrintedLine) -> str:
     return f"+{escaped(line.text)}  at {seconds(line.at_ps)}"
-
-
-def _known_led(name: str, info: ValidationInfo) -> str:
-    known = [led.lower() for led in board_of(info).leds]
-    if name not in known:
-        raise ValueError(f"is {shown(name)}; give {' or '.join(map(repr, known))}")
-    return name
-
-
-LedName = Annotated[str, AfterValidator(_known_led), Field(json_schema_extra={"enum": LED_NAMES})]
-
-
-class ExpectLed(Windowed):
-    """A LED is on, or off, throughout the window."""
-
-    kind: Literal["led"]
-    led: LedName
-    state: Literal["on", "off"]
-
-    def wording(self) -> str:
-        """The LED and its state."""
-        return f"{self.led} {self.state}{self.window_text()}"
-
-    def judge(self, seen: Seen) -> Miss | None:
-        """From the edges of its pin in the trace; before the pin is set up the LED is dark."""
-        wanted = self.state == "on"
-        end_ps = seen.end_ps if self.to is None else min(self.to, seen.end_ps)
-        for begin_ps, until_ps, lit in self._states(seen):
-            first_ps, last_ps = max(begin_ps, self.from_), min(until_ps, end_ps)
-            if first_ps < last_ps and lit is not wanted:
-                seen_text = f"{'on' if lit else 'off'} from {seconds(first_ps)} to {seconds(last_ps)}"
-                return Miss("wrong value", self.wording(), seen_text, for_good=True)
-        return None
-
-    def _states(self, seen: Seen) -> Iterator[tuple[int, int, bool]]:
-        """(from, until, lit) one after the other."""
-        pin = seen.board.led(self.led.upper()).pin
-        begin_ps, lit = 0, False
-        for edge in seen.board.trace.of(GpioEdge):
-            if edge.pin == pin:
-                yield begin_ps, edge.t_ps, lit
-                begin_ps, lit = edge.t_ps, edge.level == 0
-        yield begin_ps, NEVER_PS, lit
-
-
-class ExpectTicks(Expectation):
-    """How the timer's interrupt did: ticks late and lost, and its rate as configured."""
-
-    kind: Literal["ticks"]
-    late_min: int | None = Field(None, ge=0)
-    late_max: int | None = Field(None, ge=0)
-    lost_min: int | None = Field(None, ge=0)
-    lost_max: int | None = Field(None, ge=0)
-    rate_hz: float | None = Field(None, gt=0)
-    rate_tolerance_hz: float = Field(0.01, ge=0)
-
-    @model_validator(mode="after")
-    def _something(self) -> ExpectTicks:
-        if {self.late_min, self.late_max, self.lost_min, self.lost_max, self.rate_hz} == {None}:
-            raise ValueError("needs one of late_min, late_max, lost_min, lost_max, rate_hz")
-        return self
-
-    def wording(self) -> str:
-        """The rate, then what is asked of late and of lost ticks; a miss names only what is missed."""
-        rate = [] if self.rate_hz is None else [f"ticks at {self.rate_hz:g} Hz"]
-        bounds = (
-            ("at least", self.late_min, "late"),
-            ("at most", self.late_max, "late"),
-            ("at least", self.lost_min, "lost"),
-            ("at most", self.lost_max, "lost"),
-        )
-        return ", ".join(
-            rate + [f"{which} {count} ticks {what}" for which, count, what in bounds if count is not None]
-        )
-
-    def judge(self, seen: Seen) -> Miss | None:
-        """Of the callback's timer at the end of the run."""
-        timer = seen.board.timer
-        if timer.ticks == 0:
-            return Miss("missing", f"ticks of {timer.name}", "the timer was never started")
-        if self.rate_hz is not None and abs(timer.rate_hz - self.rate_hz) > self.rate_tolerance_hz:
-            return Miss("wrong value", f"{timer.name} at {self.rate_hz:g} Hz", f"{timer.rate_hz:.6g} Hz")
-        late = _outside("late", timer.late, self.late_min, self.late_max)
-        return late or _outside("lost", timer.lost, self.lost_min, self.lost_max)
-
-
-def _outside(what: str, count: int, low: int | None, high: int | None) -> Miss | None:
-    if low is not None and count < low:
-        return Miss("wrong value", f"at least {low} ticks {what}", f"{count}")
-    if high is not None and count > high:
-        return Miss("wrong value", f"at most {high} ticks {what}", f"{count}", for_good=True)
-    return None
-
-
-class ExpectHardIron(Expectation):
-    """At the end MagCalibration's centre is the board's hard iron, on each axis."""
-
-    kind: Literal["hard_iron"]
-    within_mgauss: float = Field(ge=0)
-
-    def wording(self) -> str:
-        """How near the centre has to be."""
-        return f"hard iron found within {self.within_mgauss:g} mgauss on each axis"
-
-    def judge(self, seen: Seen) -> Miss | None:
-        """(mag_min + mag_max) / 2 of the firmware's variables against the world."""
-        expected = self.wording()
-        try:
-            low, high = (_axes(seen.board.variable(name)) for name in ("mag_min", "mag_max"))
-        except (KeyError, AttributeError):
-            return Miss("missing", expected, "the firmware has no variables mag_min and mag_max")
-        centre = (low + high) / 2.0
-        true = seen.board.world.hard_iron_mgauss(seen.end_ps / PS_PER_S)[0]
-        if np.all(np.abs(centre - true) <= self.within_mgauss):
-            return None
-        return Miss("wrong value", expected, f"{_vector(centre)} where the board has {_vector(true)}")
-
-
-def _axes(axes: Any) -> np.ndarray[Any, np.dtype[np.float64]]:
-    return np.array([axes.AXIS_X, axes.AXIS_Y, axes.AXIS_Z], dtype=np.float64)
-
-
-def _vector(values: np.ndarray[Any, np.dtype[np.float64]]) -> str:
-    return f"({', '.join(f'{value:.1f}' for value in values)})"
-
-
-# -- Showing how texts differ, in bounded time for texts of any length --------------------------------------
-
-
-_CONTEXT = 3
-_SHOWN = 6  # lines of each side after the first difference
-_CANDIDATES = 500  # distinct lines among which a similar one is looked for
-_LONGEST = 300  # characters of a line that are compared for similarity
-_NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
-
-
-def first_difference(expected: Sequence[str], printed: Sequence[str]) -> int:
-    """Index of the first line that differs."""
-    common = min(len(expected), len(printed))
-    return next((index for index in range(common) if expected[index] != printed[index]), common)
-
-
-def difference(expected: Sequence[str], printed: Sequence[str]) -> tuple[str, ...]:
-    """The place of the first difference, as a unified diff with a few lines of context."""
-    index = first_difference(expected, printed)
-    begin, end = max(index - _CONTEXT, 0), index + _SHOWN
-    old, new = (list(map(escaped, side[begin:end])) for side in (expected, printed))
-    hunks = difflib.unified_diff(old, new, n=_CONTEXT, lineterm="")
-    return (f"@@ line {index + 1} @@", *(line for line in hunks if not line.startswith(("---", "+++", "@@"))))
-
-
-def nearest(wanted: str, lines: Sequence[str]) -> str | None:
-    """The line most like the wanted one, the same but for its numbers first; None when none is like it."""
-    distinct = list(dict.fromkeys(line[:_LONGEST] for line in lines if line))[:_CANDIDATES]
-    same_form = [line for line in distinct if _form(line) == _form(wanted)]
-    folded = {line.casefold(): line for line in same_form or distinct}
-    found = difflib.get_close_matches(wanted[:_LONGEST].casefold(), folded, n=1, cutoff=0.6)
-    return folded[found[0]] if found else next(iter(same_form), None)
-
-
-def fault_between(wanted: str, found: str | None) -> Fault:
-    """Which of the faults it is that ``found`` stands in place of ``wanted``."""
-    if found is None:
-        return "missing"
-    return "wrong value" if _form(wanted) == _form(found) else "wrong format"
-
-
-def _form(line: str) -> str:
-    return _NUMBER.sub("#", line)
-
-
-Kinds = (
-    ExpectLine
-    | ExpectRegex
-    | ExpectNever
-    | ExpectField
-    | ExpectLed
-    | ExpectTicks
-    | ExpectHardIron
-    | ExpectText
-    | ExpectPrinted
-    | ExpectWithin
-)
-"""All kinds, told apart by ``kind``."""

@@ -37,6 +37,7 @@ from pydantic import ValidationError
 from emulator.boards.description import BoardDescription
 from emulator.boards.fcu001v1 import FCU001V1
 from emulator.errors import InputError, ScenarioError
+from emulator.scenario.rules import with_rules
 from emulator.scenario.scenario import Scenario
 from emulator.scenario.schema import scenario_file
 from emulator.scenario.tables import Resources, read_bounded
@@ -67,6 +68,8 @@ def scenario_of(
 
     ``seed``: what its draws come from, instead of its own seed. Raises ScenarioError with file and key path.
     """
+    if "expect" in table:
+        table = {**table, "expect": with_rules(table["expect"], str(path), "expect")}
     if not _has_draws(table):
         return _scenario(table, path, board, name)
     if seed is None:

@@ -37,7 +37,7 @@ from bisect import bisect_right
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import Any, Protocol, TypeAlias
+from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 
@@ -101,6 +101,7 @@ class BoardView(RunnableBoard, Protocol):
 # -- The formats of lines -----------------------------------------------------------------------------------
 
 
+_LONGEST_MEANT = 200  # characters of a line that are searched for a field's name
 _CONVERSIONS = {"%d": r"(-?\d+)", "%f": r"(-?(?:\d+\.\d{6}|inf|nan))"}
 ANGLES = frozenset({"Pitch", "Roll", "Yaw"})
 
@@ -125,6 +126,12 @@ class LineFormat:
         for conversion, number in _CONVERSIONS.items():
             pattern = pattern.replace(conversion, number)
         self._pattern = re.compile(pattern, re.ASCII)
+        names = "|".join(dict.fromkeys(field.partition(".")[0][:3] for field in fields))
+        self._meant = re.compile(rf"\b(?:{names})\w*[^\w\n][^\n]*?\d", re.ASCII | re.IGNORECASE)
+
+    def is_meant_by(self, line: str) -> bool:
+        """Whether a line has the name of one of the fields, and a number after it."""
+        return self._meant.search(line[:_LONGEST_MEANT]) is not None
 
     def parse(self, line: str) -> dict[str, float] | None:
         """The fields' values; None when the line does not follow the format."""
@@ -183,6 +190,33 @@ TRUTH: dict[str, _Law] = {
 }
 
 
+class Tilt(NamedTuple):
+    """Pitch and roll in degrees at a moment, as the slides' formulas have them of the true force."""
+
+    at_ps: int
+    pitch: float
+    roll: float
+
+
+TILT_STEP_PS = 10 * PS_PER_MS
+
+
+def tilts_of(world: World, at_ps: Sequence[int]) -> list[Tilt]:
+    """The inclination at these moments, which the world has to remember."""
+    if not at_ps:
+        return []
+    pitch, roll = lab_angles(world.specific_force_g(np.array(at_ps) / PS_PER_S))
+    return [Tilt(*one) for one in zip(at_ps, pitch.tolist(), roll.tolist(), strict=True)]
+
+
+def lab_angles(force: Array, mu: float = 1.0) -> tuple[Array, Array]:
+    """The lab's pitch and roll in degrees, of forces (N, 3); ``mu`` weighs X in the roll."""
+    x, y, z = force.T
+    pitch = np.degrees(np.arctan2(-x, np.hypot(y, z)))
+    roll = np.degrees(np.arctan2(y, np.sqrt(mu * x * x + z * z)))
+    return pitch, roll
+
+
 def deviation(field: str, printed: float, wanted: float) -> float:
     """``printed`` minus ``wanted``, signed; of angles the shorter way round, within +-180 degrees."""
     difference = printed - wanted
@@ -221,9 +255,14 @@ class PrintedLine:
 
 
 class Recorder:
-    """Watches one board until ``until_ps``; ``settle_ps`` names the fields whose truth is wanted."""
+    """Watches one board until ``until_ps``; ``settle_ps`` names the fields whose truth is wanted.
 
-    def __init__(self, board: BoardView, until_ps: int, settle_ps: Mapping[str, int]) -> None:
+    ``tilts``: whether the inclination is to be recorded as well.
+    """
+
+    def __init__(
+        self, board: BoardView, until_ps: int, settle_ps: Mapping[str, int], tilts: bool = False
+    ) -> None:
         self.until_ps = until_ps
         self._world, self._uart, self._clock = board.world, board.terminal.uart, board.clock
         self._settle_ps = settle_ps
@@ -232,6 +271,7 @@ class Recorder:
         self._last_look_ps = 0
         self._collected = 0  # bytes, counted from power-on
         self._stopped = False
+        self._tilts: list[Tilt] | None = [] if tilts else None
         self._watching = [
             Periodic(self._clock, 0, _LOOK_PS, self._look),
             Periodic(self._clock, 0, _COLLECT_PS, self._collect),
@@ -243,6 +283,12 @@ class Recorder:
         if not self._stopped:
             self._collect()
         return self._lines
+
+    def tilts(self) -> Sequence[Tilt]:
+        """The inclination by now; empty if it is not recorded."""
+        if not self._stopped:
+            self._collect()
+        return self._tilts or ()
 
     def _stop(self) -> None:
         self._collect()
@@ -258,6 +304,9 @@ class Recorder:
 
     def _collect(self) -> None:
         self._look()
+        if self._tilts is not None:
+            next_ps = self._tilts[-1].at_ps + TILT_STEP_PS if self._tilts else 0
+            self._tilts += tilts_of(self._world, range(next_ps, self._clock.now_ps + 1, TILT_STEP_PS))
         start = max(self._collected - self._uart.dropped, 0)
         *complete, _ = bytes(self._uart.received()[start:]).split(b"\n")
         for raw in complete:

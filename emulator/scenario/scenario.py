@@ -28,6 +28,7 @@ from emulator.boards.description import BoardErrors, SensorSettings
 from emulator.errors import InputError, ScenarioError
 from emulator.links.runner import Runner
 from emulator.scenario.expectations import SETTLE_PS, Expectation, ExpectField, Miss, Seen
+from emulator.scenario.hardware import ExpectLedFollows
 from emulator.scenario.observed import BoardView, Recorder, TerminalView, against_truth
 from emulator.scenario.schema import AnyExpectation, LimitsTable, ReportTable, ScenarioFile
 from emulator.scenario.tables import Window
@@ -146,6 +147,7 @@ class Scenario:
         """Whether motions may be planned ahead of their time. On a live board they may not: a hand that turns
         the board would drop what is planned for later."""
         self._recorders: WeakKeyDictionary[TerminalView, Recorder] = WeakKeyDictionary()
+        self._watched: WeakKeyDictionary[TerminalView, dict[int, Any]] = WeakKeyDictionary()
         if self.duration_ps > self.limits.duration:
             problem = "is longer than limits.duration; shorten it or raise that limit"
             raise ScenarioError(self.file, "duration", problem)
@@ -202,7 +204,10 @@ class Scenario:
         The board may be a weak proxy, so that what is scheduled does not keep it alive. Its terminal, which
         no other board has, stands for it here: a proxy is no key.
         """
-        self._recorders[board.terminal] = Recorder(board, self.duration_ps, self._fields_of_interest())
+        tilts = any(isinstance(one, ExpectLedFollows) for one in self.expectations)
+        recorder = Recorder(board, self.duration_ps, self._fields_of_interest(), tilts)
+        self._recorders[board.terminal] = recorder
+        self._watched[board.terminal] = {id(one): one.watch(board) for one in self.expectations}
         jumped = not self.ahead
         for step in self.steps:
             jumped = jumped or step.entry.LIVE
@@ -249,7 +254,9 @@ class Scenario:
         recorder = self._recorders.get(board.terminal)
         if recorder is None:
             raise InputError(f"this board does not play the scenario {self.name}")
-        return Seen(board, recorder.lines(), min(self.duration_ps, board.clock.now_ps))
+        end_ps = min(self.duration_ps, board.clock.now_ps)
+        watched = self._watched[board.terminal]
+        return Seen(board, recorder.lines(), end_ps, tilts=recorder.tilts(), watched=watched)
 
     def asking(self, expectations: Sequence[AnyExpectation], reports: Sequence[ReportTable] = ()) -> Scenario:
         """The same scenario with other expectations and reports. Raises ScenarioError."""
@@ -357,7 +364,7 @@ class Finding:
     @property
     def lines(self) -> list[str]:
         """For people."""
-        head = f"{self.key} ({self.kind}): {self.miss.fault}: {self.miss}"
+        head = f"{self.miss.fault}: {self.miss}"
         return [head, *(f"    {line}" for line in self.miss.diff)]
 
     def __str__(self) -> str:

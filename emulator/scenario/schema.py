@@ -25,7 +25,18 @@ from pydantic_core import CoreSchema, core_schema
 from emulator.boards.description import BoardDescription, BoardErrors, SensorSettings
 from emulator.boards.fcu001v1 import FCU001V1
 from emulator.buses.i2c import FAST_MODE_HZ
-from emulator.scenario.expectations import FieldName, Kinds
+from emulator.scenario.expectations import (
+    ExpectField,
+    ExpectLine,
+    ExpectNever,
+    ExpectPrinted,
+    ExpectRegex,
+    ExpectText,
+    ExpectWithin,
+    FieldName,
+)
+from emulator.scenario.hardware import ExpectHardIron, ExpectLed, ExpectLedFollows, ExpectReads, ExpectTicks
+from emulator.scenario.rules import rule_names
 from emulator.scenario.tables import (
     LED_NAMES,
     PART_NAMES,
@@ -204,6 +215,22 @@ class LimitsTable(Table):
 MOST_ENTRIES = 10_000  # of the timeline: five minutes of a hand on a live board
 MOST_EXPECTATIONS = 1_000
 
+Kinds = (
+    ExpectLine
+    | ExpectRegex
+    | ExpectNever
+    | ExpectField
+    | ExpectLed
+    | ExpectLedFollows
+    | ExpectTicks
+    | ExpectReads
+    | ExpectHardIron
+    | ExpectText
+    | ExpectPrinted
+    | ExpectWithin
+)
+"""All kinds of expectations, told apart by ``kind``."""
+
 AnyExpectation = Annotated[Kinds, Field(discriminator="kind")]
 
 
@@ -261,6 +288,7 @@ def json_schema(board: BoardDescription = FCU001V1) -> dict[str, Any]:
     with_draws = [WorldTable, PlaceTable, FieldTable, *get_args(get_args(AnyEntry)[0])]
     for name in (table.__name__ for table in with_draws):
         parts[name] = _may_be_drawn(parts[name])
+    may_be_rule(schema)
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         **schema,
@@ -280,6 +308,18 @@ _DRAW = {
     "minProperties": 1,
     "additionalProperties": False,
 }
+
+
+def may_be_rule(table: dict[str, Any]) -> None:
+    """Let the entries of a table's ``expect`` name a rule instead of a kind."""
+    rule = {
+        "description": "A rule of the lab, by name; other keys add to it or replace its own.",
+        "type": "object",
+        "properties": {"rule": {"enum": rule_names()}},
+        "required": ["rule"],
+    }
+    expect = table["properties"]["expect"]
+    expect["items"] = {"anyOf": [rule, expect["items"]]}
 
 
 def _may_be_drawn(schema: Any) -> Any:

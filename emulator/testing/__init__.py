@@ -1,4 +1,5 @@
 """Tests of firmware with pytest and Hypothesis: strategies, the lab's properties, fixtures.
 
-Needs the packages pytest and hypothesis: ``pip install 'fcu-emulator[test]'``.
+The properties need Hypothesis, which is installed with the package; the fixtures and a test run need pytest:
+``pip install pytest``.
 """

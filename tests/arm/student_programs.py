@@ -59,6 +59,8 @@ class Program:
     make: dict[str, str] = field(default_factory=dict)
     loses: tuple[str, ...] = ()
     """The checks of the lab's rubric that it does not pass; see tests/arm/graded_programs.py."""
+    leads: tuple[str, ...] = ()
+    """What ``fcu run`` and ``fcu check`` must both say about it."""
 
 
 def programs(file: str) -> dict[str, Program]:
@@ -69,7 +71,7 @@ def programs(file: str) -> dict[str, Program]:
 
 def _program(name: str, entry: dict[str, Any]) -> Program:
     changes = tuple(Change(**change) for change in entry.pop("change", ()))
-    lists = {key: tuple(entry.pop(key, ())) for key in ("add", "loses")}
+    lists = {key: tuple(entry.pop(key, ())) for key in ("add", "loses", "leads")}
     return Program(name, entry.pop("title"), changes, **lists, **entry)
 
 

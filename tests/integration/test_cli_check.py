@@ -88,13 +88,13 @@ def test_a_failed_check_is_replayed_by_the_command_that_is_printed(tmp_path: Pat
 
 
 def test_hints_come_one_by_one() -> None:
-    """Without asking there is none; each further --hint shows one more, until there are no more."""
+    """The first is always there; each --hint shows one more, until there are no more."""
     none, two, all_of_them = (
         fcu("check", "template-arm", *QUICK, *["--hint"] * count).stdout for count in (0, 2, 5)
     )
 
-    assert [screen.count("hint: ") for screen in (none, two, all_of_them)] == [0, 2, 4]
-    assert "\n  fcu check template-arm --exercise 2 --hint     for a hint\n" in none
+    assert [screen.count("hint: ") for screen in (none, two, all_of_them)] == [1, 3, 4]
+    assert "\n  fcu check template-arm --exercise 2 --hint     for the next hint\n" in none
     assert " --hint --hint --hint     for the next hint\n" in two
     assert "0.0065" not in two
     assert "0.0065" in all_of_them
@@ -132,6 +132,23 @@ def test_the_screen_is_one_screen(tmp_path: Path) -> None:
     assert done.stdout.startswith(shown[1].replace("lab3.elf", "template-arm"))
     assert len(lines) <= 32
     assert max(map(len, lines)) <= 98
+
+
+def test_without_hypothesis_the_output_says_so(tmp_path: Path) -> None:
+    missing = tmp_path / "hypothesis"
+    missing.mkdir()
+    (missing / "__init__.py").write_text("raise ModuleNotFoundError('no', name='hypothesis')")
+    code = f"import sys; sys.path.insert(0, {str(tmp_path)!r}); from emulator.cli import main; main()"
+    done = subprocess.run(
+        [sys.executable, "-c", code, "check", "solution", *QUICK],
+        cwd=ROOT,
+        capture_output=True,
+        encoding="utf-8",
+        check=False,
+    )
+
+    assert done.returncode == 0
+    assert "hypothesis is not installed" in done.stdout
 
 
 def test_a_verdict_is_written_as_json(tmp_path: Path) -> None:
@@ -197,12 +214,12 @@ def test_a_callback_that_starves_main_is_said_before_hints_about_formulas(projec
     assert done.returncode == 1, done.stderr
     assert "  2   not yet     0 of 4    Altitude from the pressure\n" in head
     first, cause, *_ = rest.splitlines()
-    assert first == "mend this first, the rest may follow from it:"
+    assert first == "fix this first, the rest may follow from it:"
     assert cause.startswith("  HAL_TIM_PeriodElapsedCallback() takes about ")
     assert "It calls PRINTF(), from HAL_TIM_PeriodElapsedCallback(), main.c:" in rest
     assert "What is not right yet:\n  - the altitude follows the stairs, 0 m at the floor\n" in rest
     assert "hint:" not in rest
-    assert "Next: mend what is said above, from the top, and look again.\n" in rest
+    assert "Next: fix the problems above, starting with the first, and check again.\n" in rest
 
 
 @pytest.mark.parametrize(

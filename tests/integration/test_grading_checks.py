@@ -10,9 +10,14 @@ from emulator.grading.judge import judge
 from emulator.grading.rubric import load_rubric
 from emulator.grading.verdict import CheckResult
 from tests.arm import student_programs
+from tests.arm.student_programs import Change, Program
 
 WRONG_YAW = Path(__file__).parents[1] / "arm" / "calls" / "wrong_yaw.elf"
 STUCK = Path(__file__).parents[1] / "arm" / "broken" / "delay_in_callback.elf"
+
+needs_compiler = pytest.mark.skipif(
+    not student_programs.is_buildable(), reason="arm-none-eabi-gcc or make is not installed"
+)
 
 
 def judged(folder: Path, expectation: str, firmware: str | Path, build_log: str | None = None) -> CheckResult:
@@ -67,7 +72,7 @@ def test_the_solution_passes(tmp_path: Path, expectation: str) -> None:
 @pytest.mark.parametrize(
     ("expectation", "firmware", "actual"),
     [
-        ('kind = "led_follows", led = "led1", angle = "pitch"', "template-arm", "lit at "),
+        ('kind = "led_follows", led = "led1", angle = "pitch"', "template-arm", "LED1 is lit at "),
         (
             f'{READS.replace("799", "900").replace("801", "950")}, sensor = "gyroscope"',
             "solution",
@@ -76,7 +81,7 @@ def test_the_solution_passes(tmp_path: Path, expectation: str) -> None:
         ('kind = "no_diagnosis", of = ["callback"]', STUCK, "stuck in HAL_Delay(), "),
         ('kind = "within", name = "Pitch", least = 10, most = 20', "solution", "2 of 2 prints outside"),
         ('kind = "printed", name = "Pitch", longest_gap = "1s"', "solution", "none for 1.11"),
-        ('kind = "printed", name = "Pitch", longest_gap = "1s"', "template-arm", "none among "),
+        ('kind = "printed", name = "Pitch", longest_gap = "1s"', "template-arm", 'no line "Pitch: '),
     ],
 )
 def test_a_wrong_program_is_told_why(tmp_path: Path, expectation: str, firmware: str, actual: str) -> None:
@@ -101,6 +106,41 @@ def test_what_a_program_does_not_have_is_unjudged_and_no_zero(tmp_path: Path) ->
     assert "MagCalibration" in check.unjudged_because
 
 
+def test_an_error_inside_a_check_costs_that_check_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(firmware: str, law: str, examples: int) -> str | None:
+        raise ExceptionGroup("two", [AssertionError("one"), ZeroDivisionError("other")])
+
+    monkeypatch.setattr("emulator.testing.judged.counterexample", broken)
+    check = judged(tmp_path, 'kind = "property", property = "less_pressure_is_more_altitude"', "solution")
+
+    assert (check.outcome, check.points) == ("unjudged", 0.0)
+    assert "property" in check.unjudged_because
+    assert "ExceptionGroup" in check.unjudged_because
+
+
+@needs_compiler
+def test_several_counterexamples_are_told_as_one_without_objects(tmp_path: Path) -> None:
+    """Without the horizontal part, each sample outside of one is another way to be wrong."""
+    program = Program(
+        "caret",
+        "^ for a square",
+        (
+            Change("main.c", "sqrtf(gy * gy + gz * gz)", "sqrt(acc.AXIS_Y ^ 2 + acc.AXIS_Z ^ 2)"),
+            Change("main.c", "sqrtf(gx * gx + gz * gz)", "sqrt(acc.AXIS_X ^ 2 + acc.AXIS_Z ^ 2)"),
+        ),
+    )
+    elf = student_programs.build(program, "O2", tmp_path)
+    verdict = judge(elf, load_rubric("lab3"), seed=1, exercises=["3"])
+    checks = {one.check: one for one in verdict.checks}
+
+    assert verdict.counts
+    assert checks["3.formulas"].outcome == "failed"
+    assert "(" not in checks["3.formulas"].actual.partition("(roll")[0]
+    assert checks["3.block"].outcome == "passed"
+
+
 def test_warnings_are_counted_where_the_program_was_built(tmp_path: Path) -> None:
     warning = "main.c:3:7: warning: unused variable 'x' [-Wunused-variable]\n"
     found, none, unknown = (
@@ -112,7 +152,7 @@ def test_warnings_are_counted_where_the_program_was_built(tmp_path: Path) -> Non
     assert unknown.outcome == "unjudged"
 
 
-@pytest.mark.skipif(not student_programs.is_buildable(), reason="arm-none-eabi-gcc or make is not installed")
+@needs_compiler
 def test_a_print_in_the_callback_is_seen(tmp_path: Path) -> None:
     program = student_programs.programs("mistakes.toml")["print_in_callback"]
     check = judged(tmp_path, QUIET, student_programs.build(program, "O2", tmp_path))

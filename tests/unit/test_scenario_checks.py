@@ -10,12 +10,14 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pydantic import TypeAdapter
 
 from emulator import Board
 from emulator.errors import ScenarioError
 from emulator.scenario import load_scenario, run
 from emulator.scenario.expectations import ExpectField, Seen
 from emulator.scenario.observed import FORMATS, PrintedLine, deviation, same_banner
+from emulator.scenario.schema import AnyExpectation
 from tests.scenario_files import HEAD, IDEAL, SHORT, play, write
 
 MET = [
@@ -71,7 +73,7 @@ def test_a_broken_expectation_is_found(tmp_path: Path, kind: str, keys: str, fau
     assert (finding.key, finding.kind, finding.miss.fault) == ("expect[0]", kind, fault)
     assert not result.passed
     assert (result.passed_count, result.failed_count) == (0, 1)
-    assert result.lines[0].startswith(f"expect[0] ({kind}): {fault}: expected ")
+    assert result.lines[0].startswith(f"{fault}: expected ")
     assert all(line.isprintable() for line in result.lines)
 
 
@@ -221,7 +223,8 @@ def test_a_malformed_line_is_no_wrong_value() -> None:
         ("Pitch: 1.00 deg Roll: 2.000000 deg Yaw: 3.000000 deg", "wrong format"),
         ("Pitch: 1.000000 deg Roll: 2.000000 deg", "wrong format"),
         ("Pitch: 1.000000", "wrong format"),
-        ("The Pitch: 1.000000 deg Roll: 2.000000 deg Yaw: 3.000000 deg", "missing"),
+        ("The Pitch: 1.000000 deg Roll: 2.000000 deg Yaw: 3.000000 deg", "wrong format"),
+        ("The pitch was not computed", "missing"),
     ):
         miss = expectation.judge(Seen(board, [PrintedLine(1, text, 0)], 10**12))
         assert (miss.fault if miss else None) == fault, text
@@ -242,9 +245,38 @@ def test_what_is_no_number_is_not_off_by_some() -> None:
         assert miss is not None
         return miss.seen
 
-    assert seen(*lines) == "2 of 5 prints off by up to 2.5, 2 of 5 are nan or inf"
+    assert seen(*lines).startswith("2 of 5 prints off, the worst by 2.5 at ")
+    assert seen(*lines).endswith("Pitch is 3.5 and expected is 1, 2 of 5 are nan or inf")
     assert seen(lines[0], lines[3]) == "1 of 2 prints are nan or inf"
-    assert seen(lines[1], lines[3]) == "1 of 2 prints off by up to 2.5"
+
+
+@pytest.mark.parametrize(
+    ("text", "difference"),
+    [
+        ("Pitch = 1.000000 deg Roll = 2.000000 deg Yaw = 3.000000 deg", '"=" in place of ":"'),
+        ("Pitch: 1.0 deg Roll: 2.0 deg Yaw: 3.0 deg", "%.1f"),
+        ("pitch: 1.000000 deg Roll: 2.000000 deg Yaw: 3.000000 deg", '"pitch" in place of "Pitch"'),
+        ("Pitch: 1 deg Roll: 2 deg Yaw: 3 deg", "%d"),
+        ("Pitch: 1.000000 Roll: 2.000000 Yaw: 3.000000", '"Roll" in place of "deg"'),
+        ("Pitch: 1.000000 deg Roll: 2.000000 deg", '"Yaw" is missing'),
+        ("Pitch:1.000000 deg Roll:2.000000 deg Yaw:3.000000 deg", "blanks"),
+        ("Roll: 1.000000 deg", '"Roll" in place of "Pitch"'),
+    ],
+)
+@pytest.mark.parametrize("kind", ["field", "printed", "within"])
+def test_a_line_in_another_format_is_told_the_difference(kind: str, text: str, difference: str) -> None:
+    keys = {
+        "field": {"value": 1.0, "tolerance": 0.1},
+        "printed": {"longest_gap": "1s"},
+        "within": {"least": -90, "most": 90},
+    }
+    table = {"kind": kind, "name": "Pitch", **keys[kind]}
+    expectation = TypeAdapter(AnyExpectation).validate_python(table)
+    miss = expectation.judge(Seen(Board(), [PrintedLine(1, text, 0)], 10**12))
+
+    assert miss is not None
+    assert miss.fault == "wrong format"
+    assert difference in miss.seen
 
 
 @pytest.mark.parametrize("line_format", FORMATS, ids=lambda line_format: line_format.label)

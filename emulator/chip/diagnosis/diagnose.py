@@ -176,7 +176,7 @@ _WAITING = {
 
 
 def slow_callback(chip: Chip, places: Places) -> Diagnosis | None:
-    """The first timer that loses more than a tenth of its ticks.
+    """The first timer that loses more than a tenth of its ticks, or some of them by a call that waits.
 
     How long its callback takes is not measured but follows from the account of ticks: while the handler takes
     longer than the period, it is entered again as soon as it has returned, so it takes the period times the
@@ -185,9 +185,38 @@ def slow_callback(chip: Chip, places: Places) -> Diagnosis | None:
     Decision: never called a failure. A scenario may slow the bus down to show just this.
     """
     for timer in chip.timers.values():
-        if timer.ticks >= _FEWEST_TICKS and timer.lost * 10 > timer.ticks and timer.rate_hz:
+        if timer.ticks < _FEWEST_TICKS or not timer.rate_hz:
+            continue
+        if timer.lost * 10 > timer.ticks:
             return _slow(chip, places, timer)
+        if timer.lost or timer.late * 100 > timer.ticks:
+            found = _sometimes_slow(chip, places, timer)
+            if found is not None:
+                return found
     return None
+
+
+def _sometimes_slow(chip: Chip, places: Places, timer: Timer) -> Diagnosis | None:
+    """Ticks that are late or lost, in a program whose callback calls what waits."""
+    waits = _waiting_call(chip, places)
+    if waits is None:
+        return None
+    site, name = waits
+    period = milliseconds(round(PS_PER_S / timer.rate_hz))
+    counts = f"of {timer.ticks} ticks {timer.lost} were lost and {timer.late} came late"
+    details = (
+        f"{timer.name} runs at {timer.rate_hz:g} Hz; {counts}.",
+        f"It calls {name}(), from {places.place(site)}.",
+        _WAITING[name],
+    )
+    summary = f"{_CALLBACK}() takes longer than a {period} tick, now and then"
+    return Diagnosis("callback", summary, details, fatal=False)
+
+
+def _waiting_call(chip: Chip, places: Places) -> tuple[int, str] | None:
+    """The call in the callback that leads to a function that waits, and the function."""
+    callback = places.address_of(_CALLBACK)
+    return places.call_of(_WAITING, callback, chip.core.memory) if callback is not None else None
 
 
 def _slow(chip: Chip, places: Places, timer: Timer) -> Diagnosis:
@@ -203,9 +232,8 @@ def _slow(chip: Chip, places: Places, timer: Timer) -> Diagnosis:
         ),
         "Fewer or shorter transfers, a faster bus, a lower rate, or less arithmetic in the callback help.",
     ]
-    callback = places.address_of(_CALLBACK)
-    waits = callback and places.call_of(_WAITING, callback, core.memory)
-    if waits:
+    waits = _waiting_call(chip, places)
+    if waits is not None:
         site, name = waits
         details.insert(0, f"It calls {name}(), from {places.place(site)}.")
         details[-1] = _WAITING[name]

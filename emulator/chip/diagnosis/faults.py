@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Final
 
 from emulator.chip.cpu import exceptions
@@ -18,7 +18,7 @@ from emulator.chip.cpu.exceptions import (
 )
 from emulator.chip.cpu.fault_log import FaultLog, FaultRecord
 from emulator.chip.cpu.thumb import decode
-from emulator.chip.diagnosis.backtrace import NOTE, Backtrace, Places, ReadCode
+from emulator.chip.diagnosis.backtrace import NOTE, Backtrace, Call, Places, ReadCode
 from emulator.chip.diagnosis.report import Cause, Diagnosis, at, section
 from emulator.chip.memory_map import FLASH_MEMORY, RAM_MEMORY
 from emulator.chip.registers import scb
@@ -268,8 +268,9 @@ def _report(
     code = core.memory
     cause = cause_of(record, places, code)
     trace = Backtrace(places, record.word, code)
-    callers = trace.lines(record.pc, record.lr, record.sp)
-    where = places.place(record.pc)
+    calls = trace.calls(record.pc, record.lr, record.sp)
+    callers = [trace.line(call) for call in calls[1:]]
+    where = places.place(record.pc) + _from_program(calls, callers, places)
     if record.fault.status & exceptions.INVSTATE or not FLASH_MEMORY.holds(record.pc, record.pc):
         where = f"0x{record.pc:08X}, {callers[0] if callers else 'called from somewhere'}"
     details = [
@@ -282,7 +283,19 @@ def _report(
         *places.help(),
     ]
     name = _name(core, record)
-    return Diagnosis("fault", f"{name} at {at(record.t_ps)} in {where}: {cause.short}", tuple(details))
+    return Diagnosis(
+        "fault", f"{name} at {at(record.t_ps)} in {where}: {cause.short}", tuple(details), at_ps=record.t_ps
+    )
+
+
+def _from_program(calls: Sequence[Call], callers: Sequence[str], places: Places) -> str:
+    """The first caller in the file of main(), of a fault in another file or in a library without lines."""
+    start = places.address_of("main")
+    own = places.file(start) if start is not None else ""
+    if not own or places.file(calls[0].address) == own:
+        return ""
+    outer = zip(calls[1:], callers, strict=True)
+    return next((f", {text}" for call, text in outer if places.file(call.address) == own), "")
 
 
 def _name(core: Core, record: FaultRecord) -> str:

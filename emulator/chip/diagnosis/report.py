@@ -47,6 +47,8 @@ class Diagnosis:
     details: tuple[str, ...]
     fatal: bool = True
     """The firmware has failed. False: it runs on, but hardly as it was meant to."""
+    at_ps: int | None = None
+    """When it has failed, as far as that is known."""
 
     def __str__(self) -> str:
         return "\n".join((self.summary, *(f"{_INDENT}{line}" for line in self.details)))

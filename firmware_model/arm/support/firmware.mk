@@ -17,6 +17,8 @@ SUPPORT_SOURCES := $(filter-out %/sensor_bus_i2c2.c %/sensor_bus_spi2.c,$(sort $
 OBJECTS := $(addprefix $(BUILD)/,$(SOURCES:.c=.o) $(addprefix support/,$(notdir $(SUPPORT_SOURCES:.c=.o))))
 
 # The compiler reads its options from files, which `fcu build` gives it as well, without make.
+# In compile.options, int32_t is int, as on a PC, and not newlib's long int of the same size: so %d, with which the
+# slides print it, is what -Wformat expects, and each warning is about a mistake.
 # In link.options, -u _printf_float: without it the small C library prints nothing for %f.
 CPU := @$(SUPPORT)/cpu.options
 CFLAGS := $(CPU) $(OPT) @$(SUPPORT)/compile.options -I$(SUPPORT) $(if $(filter spi2,$(bus)),-DSENSORS_ON_SPI2) \

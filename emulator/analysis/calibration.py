@@ -1,0 +1,82 @@
+"""A hard-iron calibration that leaves something: the constant by which MAG is off after the board was turned.
+
+The board's hard iron is known here, so the constant tells what the calibration has done: nothing, the wrong
+sign, one axis too few, half of the range in place of its middle, or extremes that began at 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from emulator.analysis.field import changes
+from emulator.analysis.numbers import AXES, Hint
+from emulator.analysis.witness import Seen
+
+_FAR = 60.0  # mgauss of the constant that no right calibration leaves, and of a hard iron that matters
+_NEAR, _NEAR_SHARE = 40.0, 0.15
+
+Numbers = NDArray[np.float64]
+
+
+def calibration_hint(lines: Sequence[Seen], iron_mgauss: Numbers) -> Hint | None:
+    """What the calibration has left of the hard iron, of a program that prints a yaw."""
+    found = changes(lines)
+    if found is None or not any(line.label == "Pitch:" and line.values for line in lines):
+        return None
+    constant, radius, line = found
+    off = np.abs(constant) > _FAR
+    if not off.any() or np.abs(iron_mgauss).max() < _FAR:
+        return None
+    summary, advice = _cause(constant, iron_mgauss, radius, off)
+    shown = (f"The constant is {_vector(constant)} mgauss, the board's hard iron {_vector(iron_mgauss)}.",)
+    return Hint(summary, (*shown, advice), line)
+
+
+_SUBTRACT = (
+    "mag.AXIS_X -= (mag_max.AXIS_X + mag_min.AXIS_X) / 2, likewise Y and Z, in the callback after each read."
+)
+
+
+def _cause(constant: Numbers, iron: Numbers, radius: float, off: NDArray[np.bool_]) -> tuple[str, str]:
+    centre = iron - constant  # what was subtracted
+    magnetic = np.abs(iron) > _FAR
+    names = " and ".join(axis for axis, wrong in zip(AXES, off, strict=True) if wrong)
+    if _alike(constant[magnetic], iron[magnetic]):
+        return (
+            "MAG still has the board's hard iron on each axis",
+            f"Likely the calibration is missing: {_SUBTRACT}",
+        )
+    if _alike(constant[off], iron[off]):
+        return (
+            f"MAG still has the board's hard iron on {names}",
+            f"Likely this axis is left out, or another one is named in its place: {_SUBTRACT}",
+        )
+    if _alike(constant[magnetic], 2 * iron[magnetic]):
+        return "MAG has the board's hard iron twice", f"Likely it is added: {_SUBTRACT}"
+    outside = magnetic & (np.abs(iron) > radius)
+    from_zero = (iron + np.sign(iron) * radius) / 2
+    if outside.any() and _alike(centre[outside], from_zero[outside]):
+        return (
+            "MAG is off by a constant, as with a minimum or maximum that begins at 0",
+            "mag_min begins at 10000 and mag_max at -10000, so that the first sample replaces both.",
+        )
+    if _alike(np.abs(centre), np.full(3, radius)):
+        return (
+            "MAG is off by half of its range",
+            "Likely (max - min) / 2 is subtracted: the middle is (max + min) / 2.",
+        )
+    return (
+        f"MAG is off by a constant on {names} after the board was turned",
+        f"The middle of each axis: {_SUBTRACT}",
+    )
+
+
+def _alike(one: Numbers, other: Numbers) -> bool:
+    return bool(len(one)) and bool((np.abs(one - other) <= _NEAR + _NEAR_SHARE * np.abs(other)).all())
+
+
+def _vector(values: Numbers) -> str:
+    return ", ".join(f"{axis} {value:.0f}" for axis, value in zip(AXES, values, strict=True))

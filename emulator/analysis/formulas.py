@@ -1,0 +1,399 @@
+"""Wrong formulas that explain what is printed: angles and altitude from the numbers of the same block.
+
+A block has ACC, MAG and Pre, from which the program has computed Pitch, Roll, Yaw and Altitude. If the
+slides' formula does not give what is printed and a usual mistake in it does, in nearly all blocks, that
+mistake is the likely cause. This needs neither a board at rest nor a calibrated compass: only the arithmetic
+is judged.
+
+Decision: a list of whole formulas, each as a student would write it, and not a search through expressions: a
+formula that was found by a search fits noise, too, and has no name.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from statistics import median
+from typing import NamedTuple, TypeAlias
+
+from emulator.analysis.numbers import Hint
+from emulator.analysis.witness import Seen
+
+_FEWEST = 5  # blocks
+_SHARE = 0.85  # of the blocks that a formula must explain
+_DIFFERENT = 2  # blocks that the right formula must not explain
+_NEAR_DEG = 4.0  # the numbers of a block are some 30 ms apart, and the board may be turning
+_NEAR_SHARE, _NEAR_M = 0.04, 0.15
+_LONGEST_S = 0.5  # between the lines of a block
+_LABELS = {"ACC[x,y,z]": "acc", "MAG[x,y,z]": "mag", "Pre:": "pre"}
+
+
+Near: TypeAlias = Callable[[float, float], float]
+"""By a value and a formula's scale, how far a print may be from it."""
+
+
+class Block(NamedTuple):
+    """The numbers of a block, and the line that is to be explained."""
+
+    line: Seen
+    acc: tuple[float, ...]
+    mag: tuple[float, ...]
+    pre: float
+    raw_mag: tuple[float, ...] = ()
+    """MAG as the sensor gives it, with the board's hard iron."""
+
+
+class Formula(NamedTuple):
+    """A formula as it should be, or with a mistake: what it gives for a block, and words for it."""
+
+    of: Callable[[Block], float]
+    summary: str
+    advice: str
+    scale: float = 1.0
+    """How much noise and offsets grow, beside the right formula."""
+
+
+_NOTHING = (math.nan,) * 3
+
+
+def blocks(lines: Sequence[Seen], label: str, iron_mgauss: Sequence[float] = (0, 0, 0)) -> list[Block]:
+    """Each line of ``label`` with the latest ACC, MAG and Pre before it."""
+    found, latest = [], dict[str, Seen]()
+    for line in lines:
+        if line.values is None:
+            continue
+        if line.label in _LABELS:
+            latest[_LABELS[line.label]] = line
+        elif line.label == label and all(math.isfinite(value) for value in line.values.values()):
+            fresh = {
+                name: tuple((one.values or {}).values())
+                for name, one in latest.items()
+                if line.at_s - one.at_s < _LONGEST_S
+            }
+            pre = fresh.get("pre", _NOTHING)[0]
+            raw = _raw(latest["mag"], iron_mgauss) if "mag" in fresh else _NOTHING
+            found.append(Block(line, fresh.get("acc", _NOTHING), fresh.get("mag", _NOTHING), pre, raw))
+    return found
+
+
+def _raw(mag: Seen, iron_mgauss: Sequence[float]) -> tuple[float, ...]:
+    return tuple(one.middle + iron for one, iron in zip(mag.truth.values(), iron_mgauss, strict=True))
+
+
+def explained(
+    field: str,
+    rows: Sequence[Block],
+    right: Formula,
+    wrong: Sequence[Formula],
+    near: Near,
+) -> Hint | None:
+    """The first of the wrong formulas that gives what is printed, if the right one does not."""
+    rows = [row for row in rows if math.isfinite(_value(right, row))]
+    different = [row for row in rows if not _fits(field, right, row, near)]
+    if len(rows) < _FEWEST or len(different) < _DIFFERENT:
+        return None
+    for formula in wrong:
+        told = [row for row in rows if math.isfinite(_value(formula, row))]
+        fitting = sum(_fits(field, formula, row, near) for row in told)
+        still = sum(_fits(field, formula, row, near) for row in different)
+        if told and fitting >= _SHARE * len(rows) and still >= _SHARE * len(different):
+            return Hint(formula.summary, (formula.advice,), different[-1].line)
+    return None
+
+
+def _value(formula: Formula, row: Block) -> float:
+    try:
+        return formula.of(row)
+    except (ValueError, ZeroDivisionError, OverflowError):
+        return math.nan
+
+
+def _fits(field: str, formula: Formula, row: Block, near: Near) -> bool:
+    value, printed = _value(formula, row), (row.line.values or {})[field]
+    apart = printed - value
+    if field == "Yaw" and abs(printed) <= 360:
+        apart = (apart + 180) % 360 - 180
+    return abs(apart) <= near(value, formula.scale)
+
+
+def _degrees(value: float, scale: float) -> float:
+    return _NEAR_DEG * scale + _NEAR_SHARE * abs(value)
+
+
+def _metres(value: float, scale: float) -> float:
+    return _NEAR_M * scale + _NEAR_SHARE * abs(value)
+
+
+# -- pitch and roll -----------------------------------------------------------------------------------------
+
+_PITCH = "pitch = atan2(-Gx, sqrt(Gy * Gy + Gz * Gz)) * 180 / pi"
+_ROLL = "roll = atan2(Gy, sqrt(mu * Gx * Gx + Gz * Gz)) * 180 / pi"
+
+
+def _tilt(field: str) -> tuple[Formula, list[Formula], str]:
+    """The right formula of pitch or roll, mistakes in it, and its text."""
+    own, other, sign, name = (0, 1, -1, "Gx") if field == "Pitch" else (1, 0, 1, "Gy")
+    text = _PITCH if field == "Pitch" else _ROLL
+
+    def up(row: Block) -> float:
+        return sign * row.acc[own]
+
+    def root(row: Block, first: int = other) -> float:
+        return math.hypot(row.acc[first], row.acc[2])
+
+    right = Formula(lambda row: _deg(math.atan2(up(row), root(row))), "", text)
+    wrong = [
+        Formula(
+            lambda row: _deg(math.atan2(up(row), root(row) ** 2)),
+            f"{field} is as without sqrt(), or with the root of the wrong thing",
+            f"The sum of the squares needs its root: {text}.",
+        ),
+        Formula(
+            lambda row: _deg(math.atan2(up(row), root(row, own))),
+            f"{field} is as with {name} in the root of its own formula",
+            f"The other two axes belong there: {text}.",
+        ),
+        Formula(
+            lambda row: _deg(math.atan2(up(row), math.hypot(row.acc[0], row.acc[1]))),
+            f"{field} is as with Gx and Gy in the root",
+            f"Gz belongs there: {text}.",
+        ),
+        Formula(
+            lambda row: _deg(math.atan2(root(row), up(row))),
+            f"{field} is as with atan2's arguments exchanged",
+            f"atan2(y, x): the numerator comes first: {text}.",
+        ),
+        Formula(
+            lambda row: _deg(math.atan2(up(row), row.acc[other] + row.acc[2])),
+            f"{field} is as with a sum in place of the root of the squares",
+            text + ".",
+        ),
+        Formula(
+            lambda row: _deg(up(row) / root(row)),
+            f"{field} is as without atan2()",
+            text + ".",
+        ),
+        Formula(
+            lambda row: _deg(_deg(math.atan2(up(row), root(row)))),
+            f"{field} is as converted to degrees twice",
+            "Convert once, after the sines and cosines of the yaw.",
+        ),
+    ]
+    return right, wrong, text
+
+
+def _deg(radians: float) -> float:
+    return math.degrees(radians)
+
+
+_NOT_CALLED = "Is eCompass() called in the callback, and does it write the variables that are printed?"
+
+
+def tilt_hint(lines: Sequence[Seen]) -> Hint | None:
+    """Which mistake in the formula of pitch or roll gives what is printed."""
+    rows = blocks(lines, "Pitch:")
+    if len(rows) >= _FEWEST and not any(value for row in rows for value in (row.line.values or {}).values()):
+        return Hint("Pitch, Roll and Yaw are always 0", (_NOT_CALLED,), rows[-1].line)
+    for field in ("Pitch", "Roll"):
+        right, wrong, _ = _tilt(field)
+        found = explained(field, rows, right, wrong, _degrees)
+        if found is not None:
+            return found
+    return None
+
+
+# -- yaw ----------------------------------------------------------------------------------------------------
+
+_LINES = (
+    "By2 = Bz sin(roll) - By cos(roll), Bz2 = By sin(roll) + Bz cos(roll), "
+    "Bx3 = Bx cos(pitch) + Bz2 sin(pitch)"
+)
+
+
+class _Angles(NamedTuple):
+    pitch: float
+    roll: float
+
+
+def _angles(row: Block) -> _Angles:
+    """As printed beside the yaw: of the same sample, and right, or the yaw is not looked at."""
+    values = row.line.values or {}
+    return _Angles(math.radians(values["Pitch"]), math.radians(values["Roll"]))
+
+
+def _yaw(row: Block, angles: _Angles) -> tuple[float, float]:
+    """By2 and Bx3 of the slides."""
+    bx, by, bz = row.mag
+    pitch, roll = angles
+    by2 = bz * math.sin(roll) - by * math.cos(roll)
+    bz2 = by * math.sin(roll) + bz * math.cos(roll)
+    return by2, bx * math.cos(pitch) + bz2 * math.sin(pitch)
+
+
+def _in_degrees(row: Block) -> _Angles:
+    """Pitch and roll after the conversion, which sine and cosine take for radians."""
+    return _Angles(*map(math.degrees, _angles(row)))
+
+
+RIGHT_YAW = Formula(lambda row: _deg(math.atan2(*_yaw(row, _angles(row)))), "", _LINES)
+_WRONG_YAW = (
+    Formula(
+        lambda row: _deg(math.atan2(*_yaw(row, _in_degrees(row)))),
+        "Yaw is as with sin() and cos() of degrees",
+        "They take radians: convert pitch and roll to degrees after the yaw is computed.",
+    ),
+    Formula(
+        lambda row: _deg(math.atan2(-row.mag[1], row.mag[0])),
+        "Yaw is as without the tilt compensation",
+        f"It is right only while the board is level; use By2 and Bx3: {_LINES}.",
+    ),
+    Formula(
+        lambda row: _deg(math.atan(_ratio(*_yaw(row, _angles(row))))),
+        "Yaw is as with atan() of a quotient, from -90 to 90 degrees",
+        "atan2(By2, Bx3) knows all four quadrants.",
+    ),
+    Formula(
+        lambda row: _deg(math.atan2(*reversed(_yaw(row, _angles(row))))),
+        "Yaw is as with atan2's arguments exchanged",
+        "yaw = atan2(By2, Bx3): By2 comes first.",
+    ),
+    Formula(
+        lambda row: -_deg(math.atan2(*_yaw(row, _angles(row)))),
+        "Yaw is negated",
+        f"Check the signs: {_LINES}.",
+    ),
+    Formula(
+        lambda row: _deg(math.atan2(*_yaw(row, _Angles(_angles(row).roll, _angles(row).pitch)))),
+        "Yaw is as with pitch and roll exchanged in its formulas",
+        f"{_LINES}.",
+    ),
+    Formula(
+        lambda row: _deg(math.atan2(*_yaw(row, _Angles(-_angles(row).pitch, _angles(row).roll)))),
+        "Yaw is as with the sign of pitch exchanged",
+        f"{_LINES}.",
+    ),
+    Formula(
+        lambda row: _deg(math.atan2(*_yaw(row, _Angles(_angles(row).pitch, -_angles(row).roll)))),
+        "Yaw is as with the sign of roll exchanged",
+        f"{_LINES}.",
+    ),
+    Formula(
+        lambda _: 0.0, "Yaw is always 0", "Is it computed in eCompass(), and is azimuth the variable printed?"
+    ),
+)
+_STRONG_MGAUSS = 100.0
+_YAW_IN_RADIANS = Formula(
+    lambda row: math.atan2(*_yaw(row, _angles(row))),
+    "Yaw is 57.3 times too small, as in radians",
+    "Likely the conversion is missing: azimuth = azimuth * 180 / pi.",
+    math.pi / 180,
+)
+
+
+def _ratio(one: float, other: float) -> float:
+    return one / other
+
+
+_UNCALIBRATED = Formula(
+    lambda row: _deg(math.atan2(*_yaw(row._replace(mag=row.raw_mag), _angles(row)))),
+    "Yaw is that of MAG before its calibration, with the board's hard iron",
+    "In HAL_TIM_PeriodElapsedCallback(): ReadSensorRawData(), then MagCalibration(), then eCompass().",
+)
+
+
+def yaw_hint(lines: Sequence[Seen], iron_mgauss: Sequence[float]) -> Hint | None:
+    """Which mistake in the formulas of the yaw gives what is printed, from ACC and MAG as printed."""
+    rows = [row for row in blocks(lines, "Pitch:", iron_mgauss) if any(row.mag)]
+    if any(abs(one) > _STRONG_MGAUSS for one in iron_mgauss):
+        found = explained("Yaw", rows, RIGHT_YAW, (_UNCALIBRATED,), _degrees)
+        if found is not None:
+            return found
+    return explained("Yaw", rows, RIGHT_YAW, (*_WRONG_YAW, _YAW_IN_RADIANS), _degrees)
+
+
+# -- altitude -----------------------------------------------------------------------------------------------
+
+_EXPONENT, _KELVIN, _LAPSE = 1 / 5.257, 273.15, 0.0065
+_ALTITUDE = "h = (pow(P0 / P, 1 / 5.257) - 1) * (T + 273.15) / 0.0065"
+_SEA_HPA = 1013.25
+_SAME_HPA = 0.005
+_FEW_HEIGHTS = 3
+
+
+def _height(ratio: float, kelvin: float, exponent: float = _EXPONENT) -> float:
+    return (math.pow(ratio, exponent) - 1) * kelvin / _LAPSE
+
+
+def altitude_hint(lines: Sequence[Seen], temperature_degc: float) -> Hint | None:
+    """Which mistake in the formula of the altitude gives what is printed, from Pre as printed."""
+    kelvin = temperature_degc + _KELVIN
+    pressures = [line for line in lines if line.values and line.label == "Pre:"]
+    at_floor = [line for line in pressures if line.truth["Pre"].distance(_first(pressures)) < _SAME_HPA]
+    if not at_floor:
+        return None
+    floor_hpa = median(line.values["Pre"] for line in at_floor if line.values)
+
+    def ratio(row: Block) -> float:
+        return floor_hpa / row.pre
+
+    right = Formula(lambda row: _height(ratio(row), kelvin), "", _ALTITUDE)
+    rows = blocks(lines, "Altitude:")
+    printed = {(row.line.values or {})["Altitude"] for row in rows}
+    if len(printed) >= _FEW_HEIGHTS and all(one == round(one) for one in printed):
+        advice = "A number that is kept in an int loses its fraction: float alt."
+        return Hint("Altitude is cut to whole metres", (advice,), rows[-1].line)
+    return explained("Altitude", rows, right, list(_wrong_altitudes(ratio, kelvin)), _metres)
+
+
+def _first(pressures: Sequence[Seen]) -> float:
+    return pressures[0].truth["Pre"].middle
+
+
+def _wrong_altitudes(ratio: Callable[[Block], float], kelvin: float) -> Iterator[Formula]:
+    def of(factor: float) -> Callable[[Block], float]:
+        return lambda row: factor * _height(ratio(row), kelvin)
+
+    yield Formula(
+        lambda row: _height(ratio(row), kelvin, 5.257),
+        "Altitude is as with the exponent 5.257",
+        f"The exponent is 1 / 5.257: {_ALTITUDE}.",
+        _EXPONENT**-2,
+    )
+    yield Formula(
+        lambda row: _height(ratio(row), kelvin - _KELVIN),
+        "Altitude is as with the temperature in degC",
+        f"The formula takes kelvin, T + 273.15: {_ALTITUDE}.",
+        (kelvin - _KELVIN) / kelvin,
+    )
+    yield Formula(
+        lambda row: -_height(1 / ratio(row), kelvin),
+        "Altitude is as with the ratio upside down, or its sign",
+        f"The floor's pressure is above the fraction's bar: {_ALTITUDE}.",
+    )
+    yield Formula(
+        lambda row: _height(1 / ratio(row), kelvin),
+        "Altitude is negated",
+        f"The floor's pressure is above the fraction's bar: {_ALTITUDE}.",
+    )
+    yield Formula(
+        lambda row: _height(_SEA_HPA / row.pre, kelvin),
+        "Altitude is above sea level, as with 1013.25 hPa for P0",
+        f"0 m is the room's floor: P0 is press_zero_level, read at the start. {_ALTITUDE}.",
+    )
+    yield Formula(
+        lambda row: 44330 * (1 - math.pow(row.pre / _SEA_HPA, 1 / 5.255)),
+        "Altitude is above sea level, as with 44330 m and 1013.25 hPa",
+        f"0 m is the room's floor: P0 is press_zero_level, read at the start. {_ALTITUDE}.",
+    )
+    yield Formula(
+        lambda row: _height(100 * ratio(row), kelvin),
+        "Altitude is as with one pressure in Pa and the other in hPa",
+        "Both are in hPa: neither is multiplied by 100.",
+    )
+    yield Formula(
+        lambda row: _height(ratio(row) / 100, kelvin),
+        "Altitude is as with one pressure in Pa and the other in hPa",
+        "Both are in hPa: neither is multiplied by 100.",
+    )
+    for factor, what in ((0.1, "0.1"), (10.0, "10"), (100.0, "100"), (0.01, "0.01"), (1000.0, "1000")):
+        yield Formula(of(factor), f"Altitude is {what} times the truth", f"In metres: {_ALTITUDE}.", factor)

@@ -1,0 +1,392 @@
+"""Expectations about the hardware: LEDs, the timer's ticks, the hard iron that was found."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterator, Sequence
+from functools import cache
+from itertools import groupby, pairwise
+from typing import Annotated, Any, Literal, NamedTuple
+
+import numpy as np
+from pydantic import AfterValidator, Field, ValidationInfo, model_validator
+
+from emulator.scenario.expectations import Expectation, Miss, Seen, Windowed
+from emulator.scenario.observed import BoardView, Tilt
+from emulator.scenario.tables import LED_NAMES, Duration, Length, board_of
+from emulator.text import shown
+from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, seconds
+from emulator.time.ticks import TickCounts
+from emulator.trace import BusTransfer, GpioEdge, TraceEvent
+from sensors import PARTS
+
+# -- LEDs ---------------------------------------------------------------------------------------------------
+
+
+def _known_led(name: str, info: ValidationInfo) -> str:
+    known = [led.lower() for led in board_of(info).leds]
+    if name not in known:
+        raise ValueError(f"is {shown(name)}; give {' or '.join(map(repr, known))}")
+    return name
+
+
+LedName = Annotated[str, AfterValidator(_known_led), Field(json_schema_extra={"enum": LED_NAMES})]
+
+
+class ExpectLed(Windowed):
+    """A LED is on, or off, throughout the window."""
+
+    ON_TERMINAL = False
+
+    kind: Literal["led"]
+    led: LedName
+    state: Literal["on", "off"]
+
+    def wording(self) -> str:
+        """The LED and its state."""
+        return f"{self.led} {self.state}{self.window_text()}"
+
+    def judge(self, seen: Seen) -> Miss | None:
+        """From the edges of its pin in the trace; before the pin is set up the LED is dark."""
+        wanted = self.state == "on"
+        end_ps = seen.end_ps if self.to is None else min(self.to, seen.end_ps)
+        for begin_ps, until_ps, lit in _states(seen, self.led):
+            first_ps, last_ps = max(begin_ps, self.from_), min(until_ps, end_ps)
+            if first_ps < last_ps and lit is not wanted:
+                seen_text = f"{'on' if lit else 'off'} from {seconds(first_ps)} to {seconds(last_ps)}"
+                return Miss("wrong value", self.wording(), seen_text, for_good=True)
+        return None
+
+
+def _states(seen: Seen, led: str) -> Iterator[tuple[int, int, bool]]:
+    """(from, until, lit) one after the other."""
+    pin = seen.board.led(led.upper()).pin
+    begin_ps, lit = 0, False
+    for edge in seen.board.trace.of(GpioEdge):
+        if edge.pin == pin:
+            yield begin_ps, edge.t_ps, lit
+            begin_ps, lit = edge.t_ps, edge.level == 0
+    yield begin_ps, NEVER_PS, lit
+
+
+class _Look(NamedTuple):
+    """A moment at which a LED has to be in one of its states: ``steep`` is what it has to show."""
+
+    at_ps: int
+    angle: float
+    steep: bool
+    lit: bool
+    other_steep: bool
+    """Whether the other angle is beyond the threshold."""
+    since_ps: int
+    """When the board has come to this side of the threshold."""
+
+
+class ExpectLedFollows(Windowed):
+    """A LED is lit while the board is inclined by more than ``beyond_deg``, to either side, and only then.
+
+    ``angle``: pitch is the X axis' inclination, roll the Y axis' (the slides' formulas of the true force).
+    Within ``margin_deg`` of the threshold, and for ``settle`` after the board has come to a side of it, the
+    LED may be either.
+    """
+
+    ON_TERMINAL = False
+
+    kind: Literal["led_follows"]
+    led: LedName
+    angle: Literal["pitch", "roll"]
+    beyond_deg: float = Field(80.0, gt=0, lt=90)
+    margin_deg: float = Field(3.0, ge=0, lt=10)
+    settle: Duration = 300 * PS_PER_MS
+
+    def wording(self) -> str:
+        """When the LED has to be lit."""
+        return (
+            f"{self.led.upper()} lit while {self.angle} is beyond {self.beyond_deg:g} degrees to either side "
+            f"and dark otherwise, at most {seconds(self.settle)} late{self.window_text()}"
+        )
+
+    def judge(self, seen: Seen) -> Miss | None:
+        """Every 10 ms, by the true inclination."""
+        looks = list(self._looks(seen))
+        wrong = [
+            look for look in looks if look.at_ps - look.since_ps >= self.settle and look.lit is not look.steep
+        ]
+        if not wrong:
+            return None
+        finding = _finding(looks, wrong)
+        late_ps = max(look.at_ps - look.since_ps for look in wrong)
+        text = self._seen(finding, wrong[0], late_ps, looks)
+        return Miss("wrong value", self.wording(), text, for_good=True, finding=finding)
+
+    def _looks(self, seen: Seen) -> Iterator[_Look]:
+        """Those away from the threshold, in the window."""
+        changes = list(_states(seen, self.led))
+        begins = [begin for begin, _, _ in changes]
+        side: bool | None = None
+        since_ps = 0
+        for tilt in seen.tilts:
+            angle = self._angle(tilt)
+            near = abs(abs(angle) - self.beyond_deg) < self.margin_deg
+            steep = None if near else abs(angle) > self.beyond_deg
+            if steep is not side:
+                side, since_ps = steep, tilt.at_ps
+            if steep is not None and self.covers(tilt.at_ps) and tilt.at_ps < seen.end_ps:
+                lit = changes[bisect_right(begins, tilt.at_ps) - 1][2]
+                other = abs(tilt.roll if self.angle == "pitch" else tilt.pitch) > self.beyond_deg
+                yield _Look(tilt.at_ps, angle, steep, lit, other, since_ps)
+
+    def _angle(self, tilt: Tilt) -> float:
+        return tilt.pitch if self.angle == "pitch" else tilt.roll
+
+    def _seen(self, finding: str, first: _Look, late_ps: int, looks: Sequence[_Look]) -> str:
+        state = "lit" if first.lit else "dark"
+        where = f"at {seconds(first.at_ps)} with {self.angle} {first.angle:.1f} degrees"
+        here = f"{self.led.upper()} is {state} {where}"
+        more = {
+            "never lit": f", and is never lit: is it switched on, by {self.angle} in degrees?",
+            "never dark": ", and is never dark again: where is it switched off?",
+            "inverted": ": it is lit and dark the wrong way round",
+            "blinks": ", and changes while the board rests",
+            "late": f": it follows up to {seconds(late_ps)} late, as from main's loop, not in the callback",
+            "threshold": f": its threshold is {_threshold_text(looks, self.beyond_deg)}",
+            "other axis": f": it follows {'roll' if self.angle == 'pitch' else 'pitch'}",
+            "one side": f": it is lit for {'negative' if first.angle > 0 else 'positive'} angles only",
+        }
+        return here + more.get(finding, "")
+
+
+_SLOW_PS = 1_300 * PS_PER_MS  # once a second, and the time for the text
+_PROMPT_PS = 300 * PS_PER_MS
+_MOSTLY = 0.8
+_FEWEST_CHANGES = 3
+
+
+def _finding(looks: Sequence[_Look], wrong: Sequence[_Look]) -> str:
+    """Which kind of mistake it is; "" if none of these."""
+    settled = [look for look in looks if look.at_ps - look.since_ps >= _SLOW_PS]
+    inverted = sum(look.lit is not look.steep for look in settled)
+    kinds = (
+        ("never lit", not any(look.lit for look in looks)),
+        ("never dark", _stays_lit(looks)),
+        ("inverted", bool(settled) and inverted >= _MOSTLY * len(settled)),
+        ("other axis", _follows_other(looks)),
+        ("blinks", _blinks(looks)),
+        ("late", all(look.lit is look.steep for look in settled)),
+        ("threshold", _threshold(looks) is not None),
+        ("one side", _one_side(looks, wrong)),
+    )
+    return next((kind for kind, holds in kinds if holds), "")
+
+
+def _threshold(looks: Sequence[_Look]) -> tuple[float, float] | None:
+    """Between which angles the LED changes, if it is lit above and dark below, to both sides."""
+    rest = [look for look in looks if look.at_ps - look.since_ps >= _PROMPT_PS]
+    lit = min((abs(look.angle) for look in rest if look.lit), default=None)
+    dark = max((abs(look.angle) for look in rest if not look.lit), default=None)
+    return (dark, lit) if lit is not None and dark is not None and dark < lit else None
+
+
+def _threshold_text(looks: Sequence[_Look], beyond_deg: float) -> str:
+    dark, lit = _threshold(looks) or (0.0, 90.0)
+    integers = ", as with abs() of an int for fabsf()" if beyond_deg < dark < beyond_deg + 1 else ""
+    return f"between {dark:.1f} and {lit:.1f} degrees, not {beyond_deg:g}{integers}"
+
+
+def _follows_other(looks: Sequence[_Look]) -> bool:
+    """Whether the LED is lit while the other angle is beyond the threshold, and hardly else."""
+    lit = [look for look in looks if look.lit]
+    other = sum(look.other_steep for look in looks)
+    return bool(other) and sum(look.other_steep for look in lit) >= _MOSTLY * max(len(lit), other)
+
+
+def _stays_lit(looks: Sequence[_Look]) -> bool:
+    """Whether the LED, once lit, is lit to the end, although the board leaves the steep side."""
+    since = next((number for number, look in enumerate(looks) if look.lit), len(looks))
+    rest = looks[since:]
+    return all(look.lit for look in rest) and any(a.steep and not b.steep for a, b in pairwise(rest))
+
+
+def _blinks(looks: Sequence[_Look]) -> bool:
+    """Whether the LED changes again and again while the board stays on one side."""
+    stretches = groupby(looks, key=lambda look: look.since_ps)
+    changes = (sum(one.lit is not other.lit for one, other in pairwise(stretch)) for _, stretch in stretches)
+    return any(count >= _FEWEST_CHANGES for count in changes)
+
+
+def _one_side(looks: Sequence[_Look], wrong: Sequence[_Look]) -> bool:
+    """Whether the LED is right beyond one end of the scale, and dark beyond the other."""
+    dark = {look.angle > 0 for look in wrong if look.steep}
+    lit = {look.angle > 0 for look in looks if look.steep and look.lit}
+    return all(look.steep for look in wrong) and len(dark) == 1 and bool(lit - dark)
+
+
+# -- The timer's ticks, and the hard iron ----------------------------------------------------------------
+
+
+class ExpectTicks(Expectation):
+    """How the timer's interrupt did: ticks late and lost, and its rate as configured."""
+
+    kind: Literal["ticks"]
+    late_min: int | None = Field(None, ge=0)
+    late_max: int | None = Field(None, ge=0)
+    late_percent_max: float | None = Field(None, ge=0, le=100)
+    lost_min: int | None = Field(None, ge=0)
+    lost_max: int | None = Field(None, ge=0)
+    rate_hz: float | None = Field(None, gt=0)
+    rate_tolerance_hz: float = Field(0.01, ge=0)
+
+    @model_validator(mode="after")
+    def _something(self) -> ExpectTicks:
+        bounds = {self.late_min, self.late_max, self.late_percent_max, self.lost_min, self.lost_max}
+        if bounds | {self.rate_hz} == {None}:
+            raise ValueError("needs one of late_min, late_max, late_percent_max, lost_min, lost_max, rate_hz")
+        return self
+
+    def wording(self) -> str:
+        """The rate, then what is asked of late and of lost ticks; a miss names only what is missed."""
+        rate = [] if self.rate_hz is None else [f"ticks at {self.rate_hz:g} Hz"]
+        bounds = (
+            ("at least", self.late_min, "late"),
+            ("at most", self.late_max, "late"),
+            ("at least", self.lost_min, "lost"),
+            ("at most", self.lost_max, "lost"),
+        )
+        share = [] if self.late_percent_max is None else [f"at most {self.late_percent_max:g} % late"]
+        counts = [f"{which} {count} ticks {what}" for which, count, what in bounds if count is not None]
+        return ", ".join(rate + share + counts)
+
+    def judge(self, seen: Seen) -> Miss | None:
+        """Of the callback's timer at the end of the run."""
+        timer = seen.board.timer
+        if timer.ticks == 0:
+            return Miss("missing", f"ticks of {timer.name}", "the timer was never started")
+        if self.rate_hz is not None and abs(timer.rate_hz - self.rate_hz) > self.rate_tolerance_hz:
+            return Miss("wrong value", f"{timer.name} at {self.rate_hz:g} Hz", f"{timer.rate_hz:.6g} Hz")
+        late = _outside("late", timer.late, self.late_min, self.late_max) or self._too_many_late(timer)
+        return late or _outside("lost", timer.lost, self.lost_min, self.lost_max)
+
+    def _too_many_late(self, timer: TickCounts) -> Miss | None:
+        if self.late_percent_max is None or timer.late * 100 <= self.late_percent_max * timer.ticks:
+            return None
+        text = f"{timer.late} of {timer.ticks} ticks late, by up to {1000 * timer.longest_wait_s:.2f} ms"
+        longer = f": the callback takes longer than its {1000 / timer.rate_hz:.3g} ms"
+        return Miss("wrong value", f"at most {self.late_percent_max:g} % of the ticks late", text + longer)
+
+
+def _outside(what: str, count: int, low: int | None, high: int | None) -> Miss | None:
+    if low is not None and count < low:
+        return Miss("wrong value", f"at least {low} ticks {what}", f"{count}")
+    if high is not None and count > high:
+        return Miss("wrong value", f"at most {high} ticks {what}", f"{count}", for_good=True)
+    return None
+
+
+class ExpectHardIron(Expectation):
+    """At the end MagCalibration's centre is the board's hard iron, on each axis."""
+
+    kind: Literal["hard_iron"]
+    within_mgauss: float = Field(ge=0)
+
+    def wording(self) -> str:
+        """How near the centre has to be."""
+        return f"hard iron found within {self.within_mgauss:g} mgauss on each axis"
+
+    def judge(self, seen: Seen) -> Miss | None:
+        """(mag_min + mag_max) / 2 of the firmware's variables against the world."""
+        expected = self.wording()
+        try:
+            low, high = (_axes(seen.board.variable(name)) for name in ("mag_min", "mag_max"))
+        except (KeyError, AttributeError):
+            return Miss("missing", expected, "the firmware has no variables mag_min and mag_max")
+        centre = (low + high) / 2.0
+        true = seen.board.world.hard_iron_mgauss(seen.end_ps / PS_PER_S)[0]
+        if np.all(np.abs(centre - true) <= self.within_mgauss):
+            return None
+        return Miss("wrong value", expected, f"{_vector(centre)}, and the board has {_vector(true)}")
+
+
+def _axes(axes: Any) -> np.ndarray[Any, np.dtype[np.float64]]:
+    return np.array([axes.AXIS_X, axes.AXIS_Y, axes.AXIS_Z], dtype=np.float64)
+
+
+def _vector(values: np.ndarray[Any, np.dtype[np.float64]]) -> str:
+    return ", ".join(f"{axis} {value:.1f}" for axis, value in zip("xyz", values, strict=True))
+
+
+# -- Reads on the bus ---------------------------------------------------------------------------------------
+
+
+@cache
+def _outputs() -> dict[str, tuple[str, int, str]]:
+    """What can be read, as files call it: part, address of its first byte, and the datasheet's name."""
+    found = {}
+    for name, part, first in (
+        ("accelerometer", "LSM6DSL", "OUTX_L_XL"),
+        ("gyroscope", "LSM6DSL", "OUTX_L_G"),
+        ("magnetometer", "LIS2MDL", "OUTX_L_REG"),
+        ("barometer", "LPS22HB", "PRESS_OUT_XL"),
+    ):
+        registers = next(iter(PARTS[part].maps().values())).registers
+        register = next(one for one in registers if first in one.names)
+        found[name] = part, register.addr, first
+    return found
+
+
+class ExpectReads(Expectation):
+    """The outputs of a sensor are read so often, counted on the bus in a part of the run.
+
+    A transfer counts when it has the output's first byte, alone or in a burst.
+    """
+
+    kind: Literal["reads"]
+    sensor: Literal["accelerometer", "gyroscope", "magnetometer", "barometer"]
+    least_hz: float = Field(0.0, ge=0)
+    most_hz: float = Field(1e6, gt=0)
+    from_: Duration = Field(2 * PS_PER_S, alias="from")
+    for_: Length = Field(PS_PER_S // 4, alias="for")
+
+    def wording(self) -> str:
+        """The output and how often."""
+        part, address, register = _outputs()[self.sensor]
+        bounds = f"at least {self.least_hz:g}" if self.least_hz else f"at most {self.most_hz:g}"
+        return f"{part} {register} (0x{address:02X}) read {bounds} times a second"
+
+    def watch(self, board: BoardView) -> list[int]:
+        """Count from ``from`` on. Watching every transfer costs time, hence only a part of the run."""
+        part, address, _ = _outputs()[self.sensor]
+        counted = [0]
+
+        def look(event: TraceEvent) -> None:
+            if isinstance(event, BusTransfer) and event.device == part and event.result == "ok":
+                counted[0] += _reaches(event, address)
+
+        def begin() -> None:
+            stop = board.trace.subscribe(look)
+            board.clock.schedule(self.from_ + self.for_, stop, last=True)
+
+        board.clock.schedule(self.from_, begin)
+        return counted
+
+    def judge(self, seen: Seen) -> Miss | None:
+        """The count over the time, once that is over."""
+        part, address, register = _outputs()[self.sensor]
+        watched: list[int] = seen.watched.get(id(self), [0])
+        if seen.end_ps < self.from_ + self.for_:
+            return None
+        rate_hz = watched[0] / (self.for_ / PS_PER_S)
+        if self.least_hz <= rate_hz <= self.most_hz:
+            return None
+        wanted = f"at least {self.least_hz:g}" if rate_hz < self.least_hz else f"at most {self.most_hz:g}"
+        place = f"{part} {register} (0x{address:02X})"
+        return Miss(
+            "wrong value", f"{place} read {wanted} times a second", f"{rate_hz:.0f} times", for_good=True
+        )
+
+
+def _reaches(transfer: BusTransfer, address: int) -> bool:
+    """Whether a read has the byte at ``address``; the sub-address's top bit is no part of it."""
+    if not transfer.written or not transfer.read:
+        return False
+    first = transfer.written[0] & 0x7F
+    return first <= address < first + len(transfer.read)

@@ -1,0 +1,57 @@
+"""Rules of the lab: what is right for a fact, in one place for scenarios, rubrics and the page.
+
+An entry of ``expect`` may name a rule instead of a kind::
+
+    [[expect]]
+    rule = "Yaw"
+    from = "12.1s"
+
+It becomes the rule's own table, with the other keys added or replaced. The rules are in
+``scenarios/rules/lab3.toml``.
+
+Decision: a rule is a table of data that is put in place when a file is read. The road not taken, a default
+tolerance in each kind of expectation, would hide the lab's numbers in the code.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from emulator.errors import ScenarioError
+from emulator.text import shown
+
+
+@cache
+def _rules() -> dict[str, dict[str, Any]]:
+    text = (files("scenarios") / "rules" / "lab3.toml").read_text(encoding="utf-8")
+    return tomllib.loads(text)
+
+
+def rule_names() -> list[str]:
+    """The rules that there are."""
+    return list(_rules())
+
+
+def with_rules(entries: Any, file: str, key: str) -> Any:
+    """Entries of ``expect`` with each rule replaced by its table; anything else is left for the schema.
+
+    ``key``: the place of the entries in ``file``. Raises ScenarioError for an unknown rule.
+    """
+    if not isinstance(entries, Sequence) or isinstance(entries, str):
+        return entries
+    return [_resolved(entry, file, f"{key}[{number}]") for number, entry in enumerate(entries)]
+
+
+def _resolved(entry: Any, file: str, key: str) -> Any:
+    if not isinstance(entry, dict) or "rule" not in entry:
+        return entry
+    name = entry["rule"]
+    if not isinstance(name, str) or name not in _rules():
+        raise ScenarioError(file, f"{key}.rule", f"is {shown(name)}; known: {', '.join(_rules())}")
+    if "kind" in entry:
+        raise ScenarioError(file, f"{key}.kind", "is given beside a rule, which has its own; leave it out")
+    return _rules()[name] | {one: value for one, value in entry.items() if one != "rule"}

@@ -1,0 +1,111 @@
+"""Mistakes in the exercises: the scenario of the exercise and the rubric agree, and both lead to the fix.
+
+With FCU_ALL_STUDENTS=1 all of tests/arm/mistakes/exercises.toml, a quarter of an hour; else a part.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from emulator import Board
+from emulator.grading.judge import judge
+from emulator.grading.rubric import load_rubric
+from emulator.scenario import run
+from tests.arm import student_programs
+from tests.arm.graded_programs import lost, staged
+from tests.arm.student_programs import Change, Program, build
+from tests.integration.test_cli import fcu
+
+MISTAKES = student_programs.programs("exercises.toml")
+ALL = bool(os.environ.get("FCU_ALL_STUDENTS"))
+OF_EXERCISE = {
+    "exercise_1": 1,
+    "stairs": 2,
+    "tilt_sweep": 3,
+    "compass_turn": 3,
+    "led_x": 3,
+    "led_y": 4,
+    "figure_eight": 5,
+}
+
+pytestmark = pytest.mark.skipif(
+    not student_programs.is_buildable(), reason="arm-none-eabi-gcc or make is not installed"
+)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("exercises")
+
+
+def in_one_line(output: bytes) -> str:
+    """The words of an output, whatever its line breaks are."""
+    return " ".join(output.decode().replace("fcu:", " ").split())
+
+
+@pytest.mark.parametrize("name", list(MISTAKES) if ALL else list(MISTAKES)[::6])
+def test_run_and_check_fail_a_mistake_and_lead_to_its_fix(name: str, folder: Path) -> None:
+    program = MISTAKES[name]
+    assert program.scenario is not None
+    exercise = str(OF_EXERCISE[program.scenario])
+    elf = str(build(program, "Og", folder))
+    played = fcu("run", elf, "--scenario", program.scenario, "--speed", "max")
+    checked = fcu("check", elf, "--exercise", exercise)
+
+    assert played.returncode == checked.returncode in (1, 3)
+    for words in program.leads:
+        assert words in in_one_line(played.stderr)
+        assert words in in_one_line(checked.stdout)
+
+
+@pytest.mark.skipif(not ALL, reason="a quarter of an hour; FCU_ALL_STUDENTS=1")
+@pytest.mark.parametrize("name", MISTAKES)
+def test_a_mistake_loses_what_it_should(name: str, folder: Path) -> None:
+    program = MISTAKES[name]
+    wanted = [one.partition(".") for one in program.loses]
+    found = lost(judge(build(program, "Og", folder), load_rubric("lab3"), seed=1))
+
+    assert {
+        one for one in found if one.partition(".")[0] not in {exercise for exercise, _, _ in wanted}
+    } == set()
+    assert {exercise for exercise, _, check in wanted} == {one.partition(".")[0] for one in found}
+
+
+@pytest.mark.parametrize("scenario", OF_EXERCISE)
+def test_a_scenario_passes_when_its_exercise_is_done_and_not_before(scenario: str, folder: Path) -> None:
+    exercise = OF_EXERCISE[scenario]
+
+    assert run(Board(str(staged(exercise, folder)), scenario=scenario)).passed
+    if exercise > 1:
+        assert not run(Board(str(staged(exercise - 1, folder)), scenario=scenario)).passed
+
+
+CRASH = Program(
+    "crash_after_the_first_block",
+    "A write through a NULL pointer after the template's block",
+    (Change("main.c", "    float alt =", "    *(volatile int *)0x10 = 1;\n    float alt ="),),
+)
+
+
+def test_a_crash_costs_what_was_not_shown_before_it(folder: Path) -> None:
+    verdict = judge(build(CRASH, "Og", folder), load_rubric("lab3"), seed=1, exercises=["1", "2"])
+    points = {one.check: one.points for one in verdict.checks if one.max_points}
+
+    assert {check: got for check, got in points.items() if got} == {"1.setup": 0.5, "1.acc": 1, "1.pre": 0.5}
+    assert {one.finding for one in verdict.of("2") if one.max_points} == {"stopped"}
+
+
+CRASH_WHEN_STEEP = Program(
+    "crash_when_steep",
+    "A write through a NULL pointer where LED1 should be lit",
+    (Change("main.c", "    BSP_LED_On(LED1);\n", "    *(volatile int *)0x10 = 1;\n"),),
+)
+
+
+def test_a_crash_in_one_exercise_leaves_the_others(folder: Path) -> None:
+    verdict = judge(build(CRASH_WHEN_STEEP, "Og", folder), load_rubric("lab3"), seed=1, exercises=["3", "4"])
+
+    assert lost(verdict) == ("3.yaw", "3.led1")  # the figure-of-eight before the yaw is steep, too
