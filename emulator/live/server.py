@@ -133,14 +133,13 @@ class PageServer:
     # -- in the server's thread -------------------------------------------------------------------------
 
     def _serve(self, port: int) -> None:
-        asyncio.set_event_loop(self._loop)
         try:
-            self._loop.run_until_complete(self._run(port))
+            with asyncio.Runner(loop_factory=lambda: self._loop) as runner:  # ends tasks of late callers, too
+                runner.run(self._run(port))
         except OSError as error:
             self._problems.append(error)
         finally:
             self._ready.set()
-            self._loop.close()
 
     async def _run(self, port: int) -> None:
         from websockets.asyncio.server import serve
