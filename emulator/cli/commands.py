@@ -27,6 +27,9 @@ _LIMIT_OF_PROCESS = click.option(
 )
 
 
+_GESTURES = ("lift", "tap", "shake", "free_fall", "figure_eight", "turn_over", "pass_magnet", "flat")
+
+
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.version_option(package_name="fcu-emulator", message="fcu-emulator %(version)s")
 def cli() -> None:
@@ -167,7 +170,8 @@ def terminal(where: str | None, board: str | None) -> ExitCode:
 @click.argument(
     "gesture",
     required=False,
-    type=click.Choice(["lift", "tap", "shake", "fall", "eight", "over", "magnet", "reset"]),
+    type=click.Choice([*_GESTURES, "fall", "eight", "over", "magnet", "reset"]),
+    metavar=f"[{'|'.join(_GESTURES)}]",
 )
 @click.argument("amount", type=float, required=False)
 @click.option("--roll", type=float, metavar="DEG", help="Turn to this angle; those not given stay.")
@@ -188,8 +192,9 @@ def move(
 ) -> None:
     """Move the board that runs: fcu move --roll 30 --for 1s, fcu move lift 2, fcu move tap.
 
-    AMOUNT is the metres of lift and magnet (how far away it passes), the g of tap and shake, the turns of
-    eight. reset lays the board flat on the floor. Without a move: how the board lies.
+    GESTURE is lift, tap, shake, free_fall, figure_eight, turn_over, pass_magnet or flat: the words of
+    scenarios; flat lays the board on the floor. AMOUNT is the metres of lift and pass_magnet (how far away it
+    passes), the g of tap and shake, the turns of figure_eight. Without a move: the board's attitude.
     """
     from emulator.cli.move import MoveOptions
     from emulator.cli.move import move as move_board

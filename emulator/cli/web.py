@@ -18,6 +18,7 @@ from emulator.errors import InputError, LinkError
 from emulator.isolation import limits_of_worker
 from emulator.links import Addressed, ByteLink, open_link
 from emulator.links.running import Door
+from emulator.live.exercises import Exercises
 from emulator.live.server import PageServer
 from emulator.live.session import Session
 from emulator.live.setup import Setup
@@ -64,7 +65,7 @@ def serve_board(options: WebOptions) -> ExitCode:
         for spec in dict.fromkeys(options.serial):
             links.append(open_link(spec, say=to_stderr))
             stack.callback(links[-1].close)
-        session = Session(setup, server.publish, options.record, links=links)
+        session = Session(setup, server.publish, options.record, links=links, exercises=_exercises())
         session.end_s = _end_s(options.duration)
         server.controls = session
         booted = session.board.booted
@@ -86,6 +87,12 @@ def serve_board(options: WebOptions) -> ExitCode:
         if options.record is not None:
             click.echo(f"fcu: what was done is in {options.record}", err=True)
     return ExitCode.HELD
+
+
+def _exercises() -> Exercises:
+    from emulator.cli.exercises import LabExercises  # with all that judges: not before a board is served
+
+    return LabExercises()
 
 
 def _door(session: Session, links: list[ByteLink], stack: ExitStack) -> Door | None:

@@ -52,6 +52,7 @@ class LocalWorkers(Executor):
         self._workers: set[_Worker] = set()
         self._lock = threading.Lock()
         self._closed = False
+        self._cancelled = False
         self._threads = [threading.Thread(target=self._serve, daemon=True) for _ in range(jobs)]
         for thread in self._threads:
             thread.start()
@@ -89,6 +90,7 @@ class LocalWorkers(Executor):
                 if task is not None:
                     task.future.cancel()
             with self._lock:
+                self._cancelled = True
                 for worker in self._workers:
                     worker.kill()
         for _ in self._threads:
@@ -143,6 +145,8 @@ class LocalWorkers(Executor):
         worker = _Worker(self._initializer)
         with self._lock:
             self._workers.add(worker)
+            if self._cancelled:  # while the process was being started
+                worker.kill()
         return worker
 
     def _end(self, worker: _Worker) -> None:
