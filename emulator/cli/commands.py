@@ -376,7 +376,13 @@ def grade(
     type=click.IntRange(0, 65535),
     default=0,
     metavar="PORT",
-    help="The page's port on 127.0.0.1. Default: any free one.",
+    help="The page's port. Default: any free one.",
+)
+@click.option(
+    "--listen",
+    default="127.0.0.1",
+    metavar="ADDRESS",
+    help="Serve the page on this address of the machine, for a phone. Default: 127.0.0.1.",
 )
 @click.option("--no-browser", is_flag=True, help="Do not open the page, only print its address.")
 @click.option(
@@ -404,6 +410,7 @@ def web(
     seed: int | None,
     ideal: bool,
     port: int,
+    listen: str,
     no_browser: bool,
     record: Path | None,
     duration: str | None,
@@ -426,7 +433,19 @@ def web(
     from emulator.cli.web import WebOptions, serve_board
 
     options = WebOptions(
-        firmware, scenario, profile, seed, ideal, port, not no_browser, record, duration, serial, gdb, halt
+        firmware,
+        scenario,
+        profile,
+        seed,
+        ideal,
+        port,
+        not no_browser,
+        record,
+        duration,
+        serial,
+        gdb,
+        halt,
+        listen,
     )
     return serve_board(options)
 

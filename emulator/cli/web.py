@@ -19,6 +19,7 @@ from emulator.isolation import limits_of_worker
 from emulator.links import Addressed, ByteLink, open_link
 from emulator.links.running import Door
 from emulator.live.exercises import Exercises
+from emulator.live.listening import LOCAL, warning
 from emulator.live.server import PageServer
 from emulator.live.session import Session
 from emulator.live.setup import Setup
@@ -41,6 +42,7 @@ class WebOptions:
     serial: tuple[str, ...] = ()
     gdb: int | None = None
     halt: bool = False
+    listen: str = LOCAL
 
 
 def serve_board(options: WebOptions) -> ExitCode:
@@ -59,7 +61,7 @@ def serve_board(options: WebOptions) -> ExitCode:
     if options.record is not None and not options.record.absolute().parent.is_dir():
         raise InputError(f"--record {options.record}: there is no folder {options.record.parent}")
     with ExitStack() as stack:
-        server = PageServer(options.port)
+        server = PageServer(options.port, listen=options.listen)
         stack.callback(server.close)
         links: list[ByteLink] = []
         for spec in dict.fromkeys(options.serial):
@@ -74,6 +76,8 @@ def serve_board(options: WebOptions) -> ExitCode:
         for note in (*booted.notes, *announcement()):
             to_stderr(note)
         to_stderr(f"page: {server.url}")
+        if warned := warning(options.listen):
+            to_stderr(warned)
         for line in session.ways():
             to_stderr(line)
         session.door = _door(session, links, stack)

@@ -15,41 +15,43 @@ from pathlib import Path
 from emulator.errors import LinkError, OutputError
 from emulator.files import write_atomically
 from emulator.links.runtime_folder import runtime_folder
+from emulator.live.listening import LOCAL
 
 _TOKEN_LENGTH = 32
 
 
 @dataclass(frozen=True)
 class Address:
-    """``http://127.0.0.1:PORT/?token=TOKEN``."""
+    """``http://HOST:PORT/?token=TOKEN``."""
 
     port: int
     token: str
+    host: str = LOCAL
 
     @property
     def page(self) -> str:
         """The first URL of the page."""
-        return f"http://127.0.0.1:{self.port}/?token={self.token}"
+        return f"http://{self.host}:{self.port}/?token={self.token}"
 
     @property
     def socket(self) -> str:
         """The WebSocket for programs."""
-        return f"ws://127.0.0.1:{self.port}/session?token={self.token}"
+        return f"ws://{self.host}:{self.port}/session?token={self.token}"
 
 
-def address_for(port: int) -> Address:
+def address_for(port: int, host: str = LOCAL) -> Address:
     """The address on ``port``, with the token of an earlier server there, if this user's folder tells."""
     folder = _folder()
     token = ""
     if folder is not None:
         with suppress(OSError, ValueError, KeyError, TypeError):
             token = str(json.loads(_file(folder, port).read_text(encoding="utf-8"))["token"])
-    return Address(port, token) if len(token) == _TOKEN_LENGTH else fresh(port)
+    return Address(port, token, host) if len(token) == _TOKEN_LENGTH else fresh(port, host)
 
 
-def fresh(port: int) -> Address:
+def fresh(port: int, host: str = LOCAL) -> Address:
     """An address with a new token."""
-    return Address(port, secrets.token_urlsafe(24))
+    return Address(port, secrets.token_urlsafe(24), host)
 
 
 def publish(address: Address) -> None:

@@ -125,7 +125,7 @@ class Broadcast:
             due_s = max(self._next_frame_s, wall_s - _FRAME_S / 2)
             self._last_frame_s, self._next_frame_s = wall_s, due_s + _FRAME_S
             self.changed = False
-            self._show_text()
+            self.show_text()
             self._show_state(wall_s, running)
         if wall_s >= self._next_slow_s:
             self._next_slow_s = wall_s + _SLOWLY_S
@@ -141,7 +141,7 @@ class Broadcast:
         """Keep the past for the next client, while there is none."""
         if running and wall_s >= self._next_frame_s:
             self._next_frame_s = wall_s + _UNSEEN_S
-            self._show_text()
+            self.show_text()
             self._show_state(wall_s, running)
 
     def _show_state(self, wall_s: float, running: bool) -> None:
@@ -192,7 +192,8 @@ class Broadcast:
         data, end = self._board.terminal.since(position)
         return messages.Text(self._run_number, end - len(data), data.decode("latin-1"))
 
-    def _show_text(self) -> None:
+    def show_text(self) -> None:
+        """Send the text since the last call, and the numbers of its complete lines."""
         text = self._text(self._position)
         self._position = text.position + len(text.text)
         if not text.text:

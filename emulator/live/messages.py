@@ -264,8 +264,8 @@ class Unknown(Event):
 
 @dataclass(frozen=True)
 class Checked(Event):
-    """An exercise's judgement: ``state`` is ``checking``, ``done``, ``begun``, ``not yet``, ``unjudged`` (a check
-    that gives points could not be judged) or ``error``, where ``problem`` says why.
+    """An exercise's judgement: ``state`` is ``checking``, ``done``, ``begun``, ``not yet``, ``unjudged`` (a
+    check that gives points could not be judged) or ``error``, where ``problem`` says why.
 
     ``checks``: those that give points: title, outcome, expected, seen, hint. ``causes``: diagnoses of the
     runs that failed, the worst first: summary, details, fatal. ``outdated``: another firmware has been

@@ -1,4 +1,4 @@
-"""The page and its WebSocket, on 127.0.0.1, in a thread beside the session.
+"""The page and its WebSocket, on 127.0.0.1 or on the address a user names, in a thread beside the session.
 
 Who gets in: requests for this very host and port (a foreign name that leads here has another Host), with
 the token of the first URL or the cookie that it sets; a socket only from a page of this origin. All else is
@@ -17,6 +17,7 @@ framework, brings some fifty packages and answers a foreign Host.
 from __future__ import annotations
 
 import asyncio
+import errno
 import threading
 import time
 from collections.abc import Iterable
@@ -24,13 +25,13 @@ from contextlib import suppress
 from hmac import compare_digest
 from http import HTTPStatus
 from http.cookies import CookieError, SimpleCookie
-from importlib.resources import files
 from typing import TYPE_CHECKING, Protocol
 from urllib.parse import parse_qs, urlsplit
 
 from emulator.errors import InputError, LinkError
 from emulator.live import address as addresses
-from emulator.live import messages
+from emulator.live import listening, messages
+from emulator.live.bundle import Bundle
 from emulator.live.messages import Command, Event
 
 if TYPE_CHECKING:
@@ -42,12 +43,6 @@ _MOST_KEPT = 2000  # other messages that wait for it
 _PER_SECOND = 250  # messages that are taken from one page
 _BURST = 50
 _MOST_PAGES = 32
-_FILES = {
-    "/": ("index.html", "text/html; charset=utf-8"),
-    "/app.js": ("app.js", "text/javascript; charset=utf-8"),
-    "/app.css": ("app.css", "text/css; charset=utf-8"),
-    "/icon.svg": ("icon.svg", "image/svg+xml"),
-}
 _LATEST = {
     messages.State: "state",
     messages.Bus: "bus",
@@ -126,16 +121,19 @@ class Outbox:
 class PageServer:
     """Serves the page and its sockets until :meth:`close`.
 
-    ``port`` 0: any free one. Raises InputError where the library is missing, LinkError for a port that
-    cannot be had. ``controls`` may be given later, before the first page comes.
+    ``port`` 0: any free one. ``listen``: the address of this machine to listen on. Raises InputError where
+    the library is missing or ``listen`` is not an address, LinkError for an address or a port that cannot be
+    had. ``controls`` may be given later, before the first page comes.
     """
 
-    def __init__(self, port: int = 0) -> None:
+    def __init__(self, port: int = 0, listen: str = listening.LOCAL) -> None:
         try:
             import websockets.asyncio.server  # noqa: F401 whether it is there
         except ImportError as error:
             raise websockets_missing() from error
         self.controls: Controls | None = None
+        self._listen_on = listening.checked(listen)
+        self._bundle = Bundle()
         self._fixed = port != 0
         self._outboxes: dict[object, Outbox] = {}
         self._ready = threading.Event()
@@ -146,8 +144,13 @@ class PageServer:
         self._ready.wait()
         for problem in self._problems:
             self._thread.join()
-            reason = problem.strerror or problem
-            raise LinkError(f"--port {port}: {reason}; give another one, or 0 for any") from problem
+            raise self._unusable(port, problem) from problem
+
+    def _unusable(self, port: int, problem: OSError) -> LinkError:
+        reason = problem.strerror or problem
+        if problem.errno == errno.EADDRNOTAVAIL:
+            return LinkError(f"cannot listen on {self._listen_on}: it is not an address of this machine")
+        return LinkError(f"--port {port}: {reason}; give another one, or 0 for any")
 
     @property
     def url(self) -> str:
@@ -192,7 +195,7 @@ class PageServer:
         self._stop = asyncio.Event()
         server = await serve(
             self._talk,
-            "127.0.0.1",
+            self._listen_on,
             port,
             process_request=self._answer,
             compression=None,
@@ -206,9 +209,10 @@ class PageServer:
 
     def _begin(self, server: Server) -> None:
         port = next(iter(server.sockets)).getsockname()[1]
-        self.address = addresses.address_for(port) if self._fixed else addresses.fresh(port)
+        host = listening.host(self._listen_on)
+        self.address = addresses.address_for(port, host) if self._fixed else addresses.fresh(port, host)
         addresses.publish(self.address)
-        self._hosts = tuple(f"{name}:{port}" for name in ("127.0.0.1", "localhost"))
+        self._hosts = listening.hosts(self._listen_on, port)
         self._origins = tuple(f"http://{host}" for host in self._hosts)
         self._cookie = f"fcu-{port}"
         self._ready.set()
@@ -237,17 +241,16 @@ class PageServer:
         if url.path == "/" and by_url:
             cookie = f"{self._cookie}={self.address.token}; HttpOnly; SameSite=Strict; Path=/"
             return self._respond(HTTPStatus.SEE_OTHER, b"", [("Location", "/"), ("Set-Cookie", cookie)])
-        if url.path in _FILES:
-            name, kind = _FILES[url.path]
-            body = files("emulator.live").joinpath("page", name).read_bytes()
-            return self._respond(HTTPStatus.OK, body, [("Content-Type", kind)])
+        file = self._bundle.file(url.path, request.headers.get_all("Accept-Encoding"))
+        if file is not None:
+            return self._respond(HTTPStatus.OK, file.body, file.headers)
         return self._respond(HTTPStatus.NOT_FOUND, b"not found\n", [("Content-Type", "text/plain")])
 
     def _reason_against(self, request: Request, path: str, by_url: bool) -> str:
         """Why a request is refused; empty if it is not."""
         hosts, origins = request.headers.get_all("Host"), request.headers.get_all("Origin")
         if len(hosts) != 1 or hosts[0] not in self._hosts:
-            return "this server answers 127.0.0.1 only"
+            return f"this server answers {self._listen_on} only"
         if not by_url and not self._has_cookie(request):
             return "open the address that fcu web has printed"
         if path != "/session":

@@ -239,6 +239,7 @@ class Session:
 
     def _fail(self, problem: str) -> None:
         self.state, self.problem = "failed", problem
+        self._broadcast.show_text()  # before the end is marked
         self._say_status()
         self._broadcast.look_for_findings()
 
