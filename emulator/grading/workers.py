@@ -22,6 +22,7 @@ from multiprocessing.connection import Connection
 from typing import Any, Final
 
 from emulator.errors import InputError, NotJudgedError
+from emulator.text import one_line
 
 _ATTEMPTS: Final = 2
 _END_S: Final = 5.0  # how long a process may take to end by itself
@@ -113,7 +114,11 @@ class LocalWorkers(Executor):
         """Let a process do a task; that process, or None if there is none any more."""
         problem = ""
         for _ in range(_ATTEMPTS):
-            worker = worker or self._new_worker()
+            try:
+                worker = worker or self._new_worker()
+            except Exception as error:  # such as no more processes
+                task.future.set_exception(NotJudgedError(f"cannot start a process: {one_line(str(error))}"))
+                return None
             try:
                 done, value = worker.call(task.function, task.arguments, self._longest_s)
             except _DiedError as error:

@@ -58,7 +58,7 @@ export class ExerciseView {
     setText(this.checker, result?.state === "checking" ? "Checking…" : "Check");
     setText(this.question, exercise?.question ?? "");
     setText(this.next, exercise?.next ?? "");
-    this.next.hidden = !exercise?.next || result?.state === "done";
+    this.next.hidden = !exercise?.next || Boolean(result?.checks.length); // the checks have hints
     this.element.dataset["state"] = result?.state ?? "";
     const points = result?.max_points ? `: ${short(result.points)} of ${short(result.max_points)} points` : "";
     const problem = result?.problem ? `: ${result.problem}` : "";

@@ -14,7 +14,7 @@ export class KeyDialog {
         el("dl", {}, ...shortcuts.map(({ keys, text }) => el("div", {}, el("dt", {}, ...keys.split(" ").map((key) => el("kbd", {}, key))), el("dd", {}, text)))))),
       el("div", { class: "row" },
         button("Tour", "Show the parts of the page, one after the other", () => { this.element.close(); tour(); }, { id: "tour-again" }),
-        button("Close", "Close (Escape)", () => this.element.close(), { class: "primary" })));
+        button("Close", "Close (Escape)", () => this.element.close(), { class: "primary", autofocus: "" })));
   }
 
   open(): void {
