@@ -12,6 +12,7 @@ from websockets.sync.client import ClientConnection, connect
 from emulator.links import ByteLink
 from emulator.live import messages
 from emulator.live.address import Address
+from emulator.live.exercises import Exercises
 from emulator.live.messages import Command, Event
 from emulator.live.session import Session
 from emulator.live.setup import Setup
@@ -48,6 +49,7 @@ class Page:
         record: Path | None = None,
         on_event: Callable[[Event], None] = lambda _event: None,
         links: Sequence[ByteLink] = (),
+        exercises: Exercises | None = None,
     ) -> None:
         self.events: list[Event] = []
         self._script = list(script)
@@ -55,7 +57,7 @@ class Page:
         self._on_event = on_event
         self._failed = False
         wall = Wall()
-        self.session = Session(setup, self._hear, record, wall, wall.wait, links)
+        self.session = Session(setup, self._hear, record, wall, wall.wait, links, exercises)
         self.session.attach(self)
 
     def run(self) -> Session:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from playwright.sync_api import sync_playwright
 
+from emulator.cli.exercises import LabExercises
 from emulator.live.setup import Setup
 from tests.integration.test_live_page import ARGUMENTS, Served
 
@@ -15,7 +16,7 @@ DOCS = Path(__file__).parents[1] / "docs"
 
 def main() -> None:
     """Play a scenario, and take both pictures at its end."""
-    served = Served(Setup("solution", "led_x"))
+    served = Served(Setup("solution", "led_x"), exercises=LabExercises())
     try:
         with sync_playwright() as driver:
             browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=ARGUMENTS)
@@ -23,6 +24,7 @@ def main() -> None:
                 context = browser.new_context(
                     bypass_csp=True, viewport={"width": 1280, "height": 720}, color_scheme=theme
                 )
+                context.add_init_script("localStorage.setItem('fcu-tour', 'taken')")
                 page = context.new_page()
                 page.goto(served.pages.url)
                 page.click(f"#tab-{pane}")

@@ -27,6 +27,9 @@ _LIMIT_OF_PROCESS = click.option(
 )
 
 
+_GESTURES = ("lift", "tap", "shake", "free_fall", "figure_eight", "turn_over", "pass_magnet", "flat")
+
+
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.version_option(package_name="fcu-emulator", message="fcu-emulator %(version)s")
 def cli() -> None:
@@ -167,7 +170,8 @@ def terminal(where: str | None, board: str | None) -> ExitCode:
 @click.argument(
     "gesture",
     required=False,
-    type=click.Choice(["lift", "tap", "shake", "fall", "eight", "over", "magnet", "reset"]),
+    type=click.Choice([*_GESTURES, "fall", "eight", "over", "magnet", "reset"]),
+    metavar=f"[{'|'.join(_GESTURES)}]",
 )
 @click.argument("amount", type=float, required=False)
 @click.option("--roll", type=float, metavar="DEG", help="Turn to this angle; those not given stay.")
@@ -188,8 +192,9 @@ def move(
 ) -> None:
     """Move the board that runs: fcu move --roll 30 --for 1s, fcu move lift 2, fcu move tap.
 
-    AMOUNT is the metres of lift and magnet (how far away it passes), the g of tap and shake, the turns of
-    eight. reset lays the board flat on the floor. Without a move: how the board lies.
+    GESTURE is lift, tap, shake, free_fall, figure_eight, turn_over, pass_magnet or flat: the words of
+    scenarios; flat lays the board on the floor. AMOUNT is the metres of lift and pass_magnet (how far away it
+    passes), the g of tap and shake, the turns of figure_eight. Without a move: the board's attitude.
     """
     from emulator.cli.move import MoveOptions
     from emulator.cli.move import move as move_board
@@ -379,7 +384,13 @@ def grade(
     type=click.IntRange(0, 65535),
     default=0,
     metavar="PORT",
-    help="The page's port on 127.0.0.1. Default: any free one.",
+    help="The page's port. Default: any free one.",
+)
+@click.option(
+    "--listen",
+    default="127.0.0.1",
+    metavar="ADDRESS",
+    help="Serve the page on this address of the machine, for a phone. Default: 127.0.0.1.",
 )
 @click.option("--no-browser", is_flag=True, help="Do not open the page, only print its address.")
 @click.option(
@@ -407,6 +418,7 @@ def web(
     seed: int | None,
     ideal: bool,
     port: int,
+    listen: str,
     no_browser: bool,
     record: Path | None,
     duration: str | None,
@@ -429,7 +441,19 @@ def web(
     from emulator.cli.web import WebOptions, serve_board
 
     options = WebOptions(
-        firmware, scenario, profile, seed, ideal, port, not no_browser, record, duration, serial, gdb, halt
+        firmware,
+        scenario,
+        profile,
+        seed,
+        ideal,
+        port,
+        not no_browser,
+        record,
+        duration,
+        serial,
+        gdb,
+        halt,
+        listen,
     )
     return serve_board(options)
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import click
 
 from emulator.errors import InputError
 from emulator.links.running import RunningBoard, the_running_board
+from emulator.live.gestures import GESTURES, OLD_WORDS
 from emulator.text import visible
 from emulator.time.clock import parse_duration
 
@@ -30,65 +30,15 @@ class MoveOptions:
     board: str | None = None
 
 
-@dataclass(frozen=True)
-class Gesture:
-    """What a word does: timeline entries made of (amount, time, axis)."""
-
-    usual: float | None
-    """The number after the word when none is given; None: it takes no number."""
-    entries: Callable[[float, str | None, str | None], list[dict[str, Any]]]
-    takes_time: bool = True
-    takes_axis: bool = False
-
-
-GESTURES = {
-    "lift": Gesture(
-        1.0,
-        lambda metres, time, _: [{"do": "lift", "metres": metres, "for": time or "1s"}],
-    ),
-    "tap": Gesture(
-        3.0,
-        lambda g, time, axis: [
-            {"do": "tap", "amplitude_g": g, "axis": axis or "up"} | ({"for": time} if time else {})
-        ],
-        takes_axis=True,
-    ),
-    "shake": Gesture(
-        0.5,
-        lambda g, time, axis: [
-            {"do": "shake", "amplitude_g": g, "frequency_hz": 5, "axis": axis or "north", "for": time or "1s"}
-        ],
-        takes_axis=True,
-    ),
-    "fall": Gesture(
-        None,
-        lambda _, time, __: [{"do": "free_fall", "for": time or "300ms"}],
-    ),
-    "eight": Gesture(
-        1.0,
-        lambda turns, time, _: [{"do": "figure_eight", "turns": int(turns), "for": time or "4s"}],
-    ),
-    "over": Gesture(
-        None,
-        lambda _, time, __: [{"do": "turn_over", "for": time or "1s"}],
-    ),
-    "magnet": Gesture(
-        0.1,
-        lambda metres, _, __: [
-            {"do": "pass_magnet", "moment_am2": 1, "distance_m": metres, "speed_m_s": 0.3}
-        ],
-        takes_time=False,
-    ),
-    "reset": Gesture(
-        None,
-        lambda _, __, ___: [{"do": "follow_attitude"}, {"do": "follow_altitude", "metres": 0}],
-        takes_time=False,
-    ),
-}
-
-
 def move(options: MoveOptions) -> None:
-    """Move the board that runs, and say from where; without a move, how it lies. Raises InputError."""
+    """Move the board that runs, and say from where; without a move, how it lies. Raises InputError.
+
+    A word of an earlier release is taken with a warning that names the new one.
+    """
+    new_word = OLD_WORDS.get(options.gesture or "")
+    if new_word is not None:
+        click.echo(f"fcu: warning: {options.gesture} is now called {new_word}; use that word", err=True)
+        options = replace(options, gesture=new_word)
     board = the_running_board(options.board)
     truth = _asked(board, {"type": "truth"})
     planned = entries(options, truth)
@@ -120,7 +70,7 @@ def entries(options: MoveOptions, truth: dict[str, Any]) -> list[dict[str, Any]]
     if options.axis is not None and not gesture.takes_axis:
         raise InputError(f"{options.gesture} takes no --axis")
     amount = (gesture.usual or 0.0) if options.amount is None else options.amount
-    if options.gesture == "eight" and amount % 1:
+    if options.gesture == "figure_eight" and amount % 1:
         raise InputError(f"turns is {amount:g}: give a whole number")
     return gesture.entries(amount, options.duration, options.axis)
 

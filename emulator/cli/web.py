@@ -16,6 +16,8 @@ from emulator.errors import InputError, LinkError
 from emulator.isolation import limits_of_worker
 from emulator.links import Addressed, ByteLink, open_link
 from emulator.links.running import Door
+from emulator.live.exercises import Exercises
+from emulator.live.listening import LOCAL, warning
 from emulator.live.server import PageServer
 from emulator.live.session import Session
 from emulator.live.setup import Setup
@@ -38,6 +40,7 @@ class WebOptions:
     serial: tuple[str, ...] = ()
     gdb: int | None = None
     halt: bool = False
+    listen: str = LOCAL
 
 
 def serve_board(options: WebOptions) -> ExitCode:
@@ -58,13 +61,13 @@ def serve_board(options: WebOptions) -> ExitCode:
     if options.record is not None and (options.record.is_dir() or options.record.is_fifo()):
         raise InputError(f"--record {options.record} must be a file; give a path that can be written")
     with ExitStack() as stack:
-        server = PageServer(options.port, to_stderr)
+        server = PageServer(options.port, to_stderr, listen=options.listen)
         stack.callback(server.close)
         links: list[ByteLink] = []
         for spec in dict.fromkeys(options.serial):
             links.append(open_link(spec, say=to_stderr))
             stack.callback(links[-1].close)
-        session = Session(setup, server.publish, options.record, links=links)
+        session = Session(setup, server.publish, options.record, links=links, exercises=_exercises())
         session.end_s = _end_s(options.duration)
         server.controls = session
         booted = session.board.booted
@@ -73,6 +76,8 @@ def serve_board(options: WebOptions) -> ExitCode:
         for note in (*booted.notes, *announcement()):
             to_stderr(note)
         to_stderr(f"page: {server.url}")
+        if warned := warning(options.listen):
+            to_stderr(warned)
         for line in session.ways():
             to_stderr(line)
         session.door = _door(session, links, stack)
@@ -88,6 +93,12 @@ def serve_board(options: WebOptions) -> ExitCode:
         if options.record is not None:
             to_stderr(f"what was done is in {options.record}")
     return ExitCode.HELD
+
+
+def _exercises() -> Exercises:
+    from emulator.cli.exercises import LabExercises  # with all that judges: not before a board is served
+
+    return LabExercises()
 
 
 def _door(session: Session, links: list[ByteLink], stack: ExitStack) -> Door | None:

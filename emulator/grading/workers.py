@@ -22,6 +22,7 @@ from multiprocessing.connection import Connection
 from typing import Any, Final
 
 from emulator.errors import InputError, NotJudgedError
+from emulator.text import one_line
 
 _ATTEMPTS: Final = 2
 _END_S: Final = 5.0  # how long a process may take to end by itself
@@ -119,8 +120,9 @@ class LocalWorkers(Executor):
         for _ in range(_ATTEMPTS):
             try:
                 worker = worker or self._new_worker()
-            except OSError as error:  # no process, no pipe
-                problem = f"this machine cannot start a worker process: {error.strerror or error}"
+            except Exception as error:  # no process, no pipe
+                reason = one_line(getattr(error, "strerror", None) or str(error))
+                problem = f"this machine cannot start a worker process: {reason}"
                 continue
             try:
                 done, value = worker.call(task.function, task.arguments, self._longest_s)
@@ -153,7 +155,7 @@ class LocalWorkers(Executor):
         worker = _Worker(self._initializer)
         with self._lock:
             self._workers.add(worker)
-            if self._cancelled:
+            if self._cancelled:  # while the process was being started
                 worker.kill()
         return worker
 

@@ -19,6 +19,7 @@ from pathlib import Path
 from emulator.errors import LinkError, OutputError
 from emulator.files import write_atomically
 from emulator.links.runtime_folder import read_own_file, runtime_folder
+from emulator.live.listening import LOCAL
 
 PROTOCOL = "fcu"
 """The subprotocol of the socket, which the server selects."""
@@ -31,20 +32,21 @@ _LARGEST_FILE = 4096
 
 @dataclass(frozen=True)
 class Address:
-    """``http://127.0.0.1:PORT/#token=TOKEN``."""
+    """``http://HOST:PORT/#token=TOKEN``."""
 
     port: int
     token: str
+    host: str = LOCAL
 
     @property
     def page(self) -> str:
         """The URL that opens the page."""
-        return f"http://127.0.0.1:{self.port}/#token={self.token}"
+        return f"http://{self.host}:{self.port}/#token={self.token}"
 
     @property
     def socket(self) -> str:
         """The WebSocket, for programs; it wants :attr:`protocols`."""
-        return f"ws://127.0.0.1:{self.port}/session"
+        return f"ws://{self.host}:{self.port}/session"
 
     @property
     def protocols(self) -> tuple[str, str]:
@@ -52,7 +54,7 @@ class Address:
         return PROTOCOL, TOKEN_PREFIX + self.token
 
 
-def address_for(port: int) -> Address:
+def address_for(port: int, host: str = LOCAL) -> Address:
     """The address on ``port``, with the token of an earlier server there, if this user's folder tells."""
     folder = _folder()
     token = ""
@@ -60,12 +62,12 @@ def address_for(port: int) -> Address:
         with suppress(OSError, ValueError, KeyError, TypeError, RecursionError):
             token = str(json.loads(read_own_file(_file(folder, port), _LARGEST_FILE))["token"])
     usable = len(token) == _TOKEN_LENGTH and _TOKEN_SIGNS.issuperset(token)
-    return Address(port, token) if usable else fresh(port)
+    return Address(port, token, host) if usable else fresh(port, host)
 
 
-def fresh(port: int) -> Address:
+def fresh(port: int, host: str = LOCAL) -> Address:
     """An address with a new token."""
-    return Address(port, secrets.token_urlsafe(24))
+    return Address(port, secrets.token_urlsafe(24), host)
 
 
 def publish(address: Address) -> None:

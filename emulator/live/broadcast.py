@@ -12,6 +12,7 @@ from emulator.analysis.witness import Witness
 from emulator.board.board import Board
 from emulator.live import messages, pins, registers, transfers, view
 from emulator.live.messages import Event
+from emulator.live.past import Past
 from emulator.scenario.observed import FORMATS, TRUTH
 
 Publish = Callable[[Event, object | None], None]
@@ -23,6 +24,10 @@ _ANSWER_S = 0.005  # between a frame and the next one that shows what a command 
 _HEARTBEAT_S = 0.5  # beyond _FRAME_S, while nothing changes
 _SLOWLY_S = 0.1  # between two looks at registers and bus
 _FINDINGS_S, _VERDICTS_S = 2.0, 0.5  # between two looks at these
+_FAILURE_S = (
+    0.5  # between two looks for a firmware that is stuck; a fault of the core is seen in the next frame
+)
+_UNSEEN_S = 0.1  # between two states that are kept while there is no client
 _PACE_S = 1.0  # over which the pace is measured
 
 _HISTORY = 64 << 10  # bytes of the terminal for a client that comes later
@@ -61,6 +66,9 @@ class Broadcast:
         self._findings: list[dict[str, Any]] = []
         self._verdicts = messages.Verdicts([], False)
         self._registers: dict[str, messages.Registers] = {}
+        self._past = Past(run_number)
+        self._faults_seen = 0
+        self._next_failure_s = 0.0
         self._next_frame_s = self._next_slow_s = self._next_findings_s = self._next_verdicts_s = 0.0
         self._last_frame_s = 0.0
         self._pace = 0.0
@@ -77,6 +85,7 @@ class Broadcast:
         """Send a client everything that has been sent already."""
         self._publish(hello, client)
         self._publish(status, client)
+        self._publish(self._past.message(), client)
         self._publish(self._text(max(0, self._board.terminal.position - _HISTORY)), client)
         self._publish(self._verdicts, client)
         self._publish(messages.Findings(self._findings), client)
@@ -109,24 +118,50 @@ class Broadcast:
     def show(self, wall_s: float, running: bool) -> None:
         """Send what is due. ``running``: whether the board is to run at all, and so has a pace."""
         if not self._clients:
-            self._position = self._board.terminal.position
+            self._keep_unseen(wall_s, running)
             return
         if wall_s >= self._next_frame_s and (self.changed or wall_s >= self._next_frame_s + _HEARTBEAT_S):
             # Counted from when it was due: else a frame that comes a little late lets the next be left out.
             due_s = max(self._next_frame_s, wall_s - _FRAME_S / 2)
             self._last_frame_s, self._next_frame_s = wall_s, due_s + _FRAME_S
             self.changed = False
-            self._show_text()
-            self._publish(self._state(wall_s, running), None)
+            self.show_text()
+            self._show_state(wall_s, running)
         if wall_s >= self._next_slow_s:
             self._next_slow_s = wall_s + _SLOWLY_S
             self._show_slowly()
         if wall_s >= self._next_verdicts_s:
             self._next_verdicts_s = wall_s + _VERDICTS_S
             self._look_for_verdicts()
-        if wall_s >= self._next_findings_s:
+        if wall_s >= self._next_findings_s or self._has_failed(wall_s):
             self._next_findings_s = wall_s + _FINDINGS_S
             self.look_for_findings()
+
+    def _keep_unseen(self, wall_s: float, running: bool) -> None:
+        """Keep the past for the next client, while there is none."""
+        if running and wall_s >= self._next_frame_s:
+            self._next_frame_s = wall_s + _UNSEEN_S
+            self.show_text()
+            self._show_state(wall_s, running)
+
+    def _show_state(self, wall_s: float, running: bool) -> None:
+        state = self._state(wall_s, running)
+        self._past.add_state(state, wall_s)
+        self._publish(state, None)
+
+    def _has_failed(self, wall_s: float) -> bool:
+        """Return whether the firmware has crashed or is stuck since the findings were sent."""
+        arm = self._board.arm
+        if arm is None:
+            return False
+        faults, self._faults_seen = self._faults_seen, arm.faults.seen
+        if faults != arm.faults.seen:
+            return True
+        if wall_s < self._next_failure_s or any(one["fatal"] for one in self._findings):
+            return False
+        self._next_failure_s = wall_s + _FAILURE_S
+        diagnosis = arm.diagnosis()
+        return diagnosis is not None and diagnosis.fatal
 
     def _state(self, wall_s: float, running: bool) -> messages.State:
         board = self._board
@@ -157,7 +192,8 @@ class Broadcast:
         data, end = self._board.terminal.since(position)
         return messages.Text(self._run_number, end - len(data), data.decode("latin-1"))
 
-    def _show_text(self) -> None:
+    def show_text(self) -> None:
+        """Send the text since the last call, and the numbers of its complete lines."""
         text = self._text(self._position)
         self._position = text.position + len(text.text)
         if not text.text:
@@ -170,7 +206,9 @@ class Broadcast:
             for line_format in FORMATS:
                 values = line_format.parse(line) if line.startswith(line_format.label) else None
                 if values is not None:
-                    self._publish(self._printed(values), None)
+                    printed = self._printed(values)
+                    self._past.add_printed(printed)
+                    self._publish(printed, None)
 
     def _printed(self, values: dict[str, float]) -> messages.Printed:
         board = self._board

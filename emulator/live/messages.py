@@ -148,6 +148,13 @@ class Record(Command):
     """Give the session since power-on as a scenario."""
 
 
+@dataclass(frozen=True)
+class Check(Command):
+    """Judge the loaded firmware by an exercise of the lab, beside the session; :class:`Checked` answers."""
+
+    exercise: str
+
+
 # -- From the session ---------------------------------------------------------------------------------------
 
 
@@ -171,6 +178,10 @@ class Hello(Event):
     outputs: list[dict[str, Any]]
     ways: list[str]
     """The commands that open the serial port and the debugger from elsewhere."""
+    gestures: list[dict[str, Any]]
+    """Motions for buttons, see :func:`emulator.live.gestures.buttons`."""
+    exercises: list[dict[str, Any]]
+    """Exercises that :class:`Check` takes, see :class:`emulator.live.exercises.Exercises`."""
 
 
 @dataclass(frozen=True)
@@ -235,6 +246,44 @@ class Printed(Event):
     t_s: float
     values: dict[str, float]
     truth: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Past(Event):
+    """States and printed numbers of the run until now, for a client that comes later: fields of
+    :class:`State` and :class:`Printed` that are plotted, see :mod:`emulator.live.past`.
+    """
+
+    run: int
+    states: list[dict[str, Any]]
+    prints: list[dict[str, Any]]
+
+
+@dataclass(frozen=True)
+class Unknown(Event):
+    """Names of a :class:`Watch` that are not watched: no such variable, or one without numbers."""
+
+    variables: list[str]
+
+
+@dataclass(frozen=True)
+class Checked(Event):
+    """An exercise's judgement: ``state`` is ``checking``, ``done``, ``begun``, ``not yet``, ``unjudged`` (a
+    check that gives points could not be judged) or ``error``, where ``problem`` says why.
+
+    ``checks``: those that give points: title, outcome, expected, seen, hint. ``causes``: diagnoses of the
+    runs that failed, the worst first: summary, details, fatal. ``outdated``: another firmware has been
+    loaded since.
+    """
+
+    exercise: str
+    state: str
+    points: float = 0.0
+    max_points: float = 0.0
+    checks: list[dict[str, str]] = field(default_factory=list)
+    causes: list[dict[str, Any]] = field(default_factory=list)
+    problem: str = ""
+    outdated: bool = False
 
 
 @dataclass(frozen=True)

@@ -17,18 +17,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from hmac import compare_digest
 from http import HTTPStatus
-from importlib.resources import files
 from typing import Protocol
 
 from emulator.live.address import TOKEN_PREFIX, Address
+from emulator.live.bundle import Bundle
 
 SOCKET = "/session"
-_FILES = {
-    "/": ("index.html", "text/html; charset=utf-8"),
-    "/app.js": ("app.js", "text/javascript; charset=utf-8"),
-    "/app.css": ("app.css", "text/css; charset=utf-8"),
-    "/icon.svg": ("icon.svg", "image/svg+xml"),
-}
 _TEXT = "text/plain; charset=utf-8"
 
 
@@ -51,16 +45,16 @@ class Answer:
 
 
 class Requests:
-    """Answers requests to the server at ``address``. Raises OSError if the page's files cannot be read."""
+    """Answers requests to the server at ``address``. Raises OSError if the page's files cannot be read.
 
-    def __init__(self, address: Address) -> None:
+    ``hosts``: the values that the Host header of a request may have.
+    """
+
+    def __init__(self, address: Address, hosts: Sequence[str]) -> None:
         self._offer = f"{TOKEN_PREFIX}{address.token}".encode()
-        self._hosts = tuple(f"{name}:{address.port}" for name in ("127.0.0.1", "localhost"))
+        self._hosts = tuple(hosts)
         self._origins = tuple(f"http://{host}" for host in self._hosts)
-        page = files("emulator.live").joinpath("page")
-        self._contents = {  # read once: a request needs no file descriptor
-            path: (kind, page.joinpath(name).read_bytes()) for path, (name, kind) in _FILES.items()
-        }
+        self._bundle = Bundle()  # read once: a request needs no file descriptor
 
     def answer(self, method: str, target: str, headers: Headers, has_room: bool) -> Answer | None:
         """Return the answer to a request; None: a socket is to be opened.
@@ -69,16 +63,16 @@ class Requests:
         """
         hosts = headers.get_all("Host")
         if len(hosts) != 1 or hosts[0].lower() not in self._hosts:
-            return self._refuse(HTTPStatus.FORBIDDEN, "this server answers 127.0.0.1 only")
+            return self._refuse(HTTPStatus.FORBIDDEN, f"this server answers {self._hosts[0]} only")
         if method != "GET":
             return self._refuse(HTTPStatus.METHOD_NOT_ALLOWED, "the method must be GET", ("Allow", "GET"))
         path = target.partition("?")[0]
         if path == SOCKET:
             return self._reason_against(headers, has_room)
-        if path not in self._contents:
+        file = self._bundle.file(path, headers.get_all("Accept-Encoding"))
+        if file is None:
             return self._refuse(HTTPStatus.NOT_FOUND, "not found")
-        kind, body = self._contents[path]
-        return self._respond(HTTPStatus.OK, kind, body)
+        return self._respond(HTTPStatus.OK, file.body, file.headers)
 
     def failure(self) -> Answer:
         """Return the answer to a request at which the server itself failed."""
@@ -102,10 +96,11 @@ class Requests:
         return any(compare_digest(one, self._offer) for one in given)
 
     def _refuse(self, status: HTTPStatus, why: str, *headers: tuple[str, str], because: str = "") -> Answer:
-        return self._respond(status, _TEXT, f"fcu web: {why}\n".encode(), *headers, because=because)
+        body = f"fcu web: {why}\n".encode()
+        return self._respond(status, body, [("Content-Type", _TEXT), *headers], because)
 
     def _respond(
-        self, status: HTTPStatus, kind: str, body: bytes, *headers: tuple[str, str], because: str = ""
+        self, status: HTTPStatus, body: bytes, headers: Sequence[tuple[str, str]], because: str = ""
     ) -> Answer:
         sockets = " ".join(f"ws://{host}" for host in self._hosts)
         policy = (
@@ -114,7 +109,6 @@ class Requests:
             f"connect-src 'self' {sockets}; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
         )
         usual = [
-            ("Content-Type", kind),
             ("Content-Length", str(len(body))),
             ("Content-Security-Policy", policy),
             ("X-Content-Type-Options", "nosniff"),

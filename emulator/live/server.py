@@ -1,4 +1,4 @@
-"""The page and its WebSocket, on 127.0.0.1, in a thread beside the session.
+"""The page and its WebSocket, on 127.0.0.1 or on the address a user names, in a thread beside the session.
 
 Requests are answered by :mod:`emulator.live.requests`: a socket is opened only for the token of the printed
 address. Scripts come from here alone (Content-Security-Policy). Nothing but messages of
@@ -20,6 +20,7 @@ framework, brings some fifty packages and answers a foreign Host.
 from __future__ import annotations
 
 import asyncio
+import errno
 import logging
 import threading
 import time
@@ -30,7 +31,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from emulator.errors import InputError, LinkError
 from emulator.links.limited_lines import LimitedLines
 from emulator.live import address as addresses
-from emulator.live import messages
+from emulator.live import listening, messages
 from emulator.live.messages import Command, Event
 from emulator.live.outbox import Outbox
 from emulator.live.requests import Answer, Requests
@@ -79,17 +80,24 @@ def websockets_missing() -> InputError:
 class PageServer:
     """Serves the page and its sockets until :meth:`close`.
 
-    ``port`` 0: any free one. ``say(line)`` hears of callers that were refused, and of failures. Raises
-    InputError where the library is missing, LinkError for a port that cannot be had. ``controls`` may be
-    given later, before the first page comes.
+    ``port`` 0: any free one. ``say(line)`` hears of callers that were refused, and of failures. ``listen``:
+    the address of this machine to listen on. Raises InputError where the library is missing or ``listen`` is
+    not an address, LinkError for an address or a port that cannot be had. ``controls`` may be given later,
+    before the first page comes.
     """
 
-    def __init__(self, port: int = 0, say: Callable[[str], None] = lambda _line: None) -> None:
+    def __init__(
+        self,
+        port: int = 0,
+        say: Callable[[str], None] = lambda _line: None,
+        listen: str = listening.LOCAL,
+    ) -> None:
         try:
             import websockets.asyncio.server  # noqa: F401 whether it is there
         except ImportError as error:
             raise websockets_missing() from error
         self.controls: Controls | None = None
+        self._listen_on = listening.checked(listen)
         self._fixed = port != 0
         self._say = LimitedLines(say)
         self._outboxes: dict[object, Outbox] = {}
@@ -102,8 +110,13 @@ class PageServer:
         self._ready.wait()
         for problem in self._problems:
             self._thread.join()
-            reason = problem.strerror or problem
-            raise LinkError(f"--port {port}: {reason}; give another one, or 0 for any") from problem
+            raise self._unusable(port, problem) from problem
+
+    def _unusable(self, port: int, problem: OSError) -> LinkError:
+        reason = problem.strerror or problem
+        if problem.errno == errno.EADDRNOTAVAIL:
+            return LinkError(f"cannot listen on {self._listen_on}: it is not an address of this machine")
+        return LinkError(f"--port {port}: {reason}; give another one, or 0 for any")
 
     @property
     def url(self) -> str:
@@ -148,7 +161,7 @@ class PageServer:
         self._loop.set_exception_handler(self._hear_of_failure)
         server = await serve(
             self._talk,
-            "127.0.0.1",
+            self._listen_on,
             port,
             process_request=self._answer,
             subprotocols=[addresses.PROTOCOL],  # type: ignore[list-item]  # a str for older versions
@@ -169,9 +182,10 @@ class PageServer:
 
     def _begin(self, server: Server) -> None:
         port = next(iter(server.sockets)).getsockname()[1]
-        self.address = addresses.address_for(port) if self._fixed else addresses.fresh(port)
+        host = listening.host(self._listen_on)
+        self.address = addresses.address_for(port, host) if self._fixed else addresses.fresh(port, host)
         addresses.publish(self.address)
-        self._requests = Requests(self.address)
+        self._requests = Requests(self.address, listening.hosts(self._listen_on, port))
         self._ready.set()
 
     def _hear_of_failure(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:

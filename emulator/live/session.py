@@ -30,6 +30,7 @@ from emulator.errors import FcuError, FirmwareError, InputError, failure_text
 from emulator.links import ByteLink
 from emulator.live import messages, registers, view
 from emulator.live.broadcast import Broadcast, Publish
+from emulator.live.exercises import Exercises
 from emulator.live.files import FileWatch, UploadedFile
 from emulator.live.messages import Command
 from emulator.live.moved import answered
@@ -64,7 +65,7 @@ class Session:
     """A board, its pace, and what is done with it. Raises FcuError when the first board cannot be built.
 
     ``record``: the file that gets the session as a scenario, at its end and at each power-on. ``links``:
-    others who share the terminal.
+    others who share the terminal. ``exercises``: judges what a page asks for; the session closes it.
     """
 
     setup: Setup
@@ -83,6 +84,7 @@ class Session:
         wall_clock_s: Callable[[], float] = time.monotonic,
         wait: Callable[[threading.Event, float], object] = threading.Event.wait,
         links: Sequence[ByteLink] = (),
+        exercises: Exercises | None = None,
     ) -> None:
         self._publish = publish
         self.door: Door | None = None
@@ -93,6 +95,8 @@ class Session:
         self._wall_s = wall_clock_s
         self._wait_for = wait
         self._links = links
+        self._exercises = exercises
+        self._checked: dict[str, messages.Checked] = {}
         self._commands: deque[tuple[object, Command]] = deque()
         self._wake = threading.Event()
         self._clients: dict[object, messages.Watch] = {}
@@ -145,7 +149,13 @@ class Session:
         Nothing that a page, a link or another program sends ends the run: what fails is told to the pages.
         """
         with ExitStack() as stack:
-            for close in (self._remove_upload, self._close_board, self._close_debugger, self.save):
+            for close in (
+                self._remove_upload,
+                self._close_board,
+                self._close_debugger,
+                self._close_exercises,
+                self.save,
+            ):
                 stack.callback(close)  # the last one first
             while not self.stopped and self.board.now_s < self.end_s:
                 self._advance()
@@ -154,6 +164,7 @@ class Session:
                     self._guard(self.door.serve)
                 self._take_commands()
                 self._guard(self._follow_file)
+                self._guard(self._tell_checked)
                 self._guard(self._show)
                 self._wait()
 
@@ -171,6 +182,10 @@ class Session:
 
     def _show(self) -> None:
         self._broadcast.show(self._wall_s(), self.state == "running")
+
+    def _close_exercises(self) -> None:
+        if self._exercises is not None:
+            self._exercises.close()
 
     def _close_debugger(self) -> None:
         if self._debugger is not None:
@@ -265,6 +280,7 @@ class Session:
 
     def _fail(self, problem: str) -> None:
         self.state, self.problem = "failed", problem
+        self._guard(self._broadcast.show_text)  # before the end is marked
         self._guard(self._say_status)
         self._guard(self._broadcast.look_for_findings)
 
@@ -313,13 +329,18 @@ class Session:
         self._debugger = self.setup.debugger(board)
         self._halted = self._debugger is not None and self._debugger.halted
 
-    def _again(self, setup: Setup, why: str, hold: bool = True) -> None:
-        """Power on with another firmware or scenario; what cannot be used is reported, and all stays."""
+    def _again(self, setup: Setup, why: str, hold: bool = True, loaded: bool = False) -> None:
+        """Power on with another firmware or scenario; what cannot be used is reported, and all stays.
+
+        ``loaded``: the firmware may be another one, so that earlier judgements are outdated.
+        """
         try:
             self._begin(setup, hold)
         except Exception as error:
             self._publish(messages.failure(error), None)
             return
+        if loaded:
+            self._checked = {name: replace(one, outdated=True) for name, one in self._checked.items()}
         for client in self._clients:
             self._greet(client)
         self._publish(messages.Notice("info", why), None)
@@ -354,7 +375,7 @@ class Session:
                 if name not in self.board.description.firmware:
                     known = ", ".join(self.board.description.firmware)
                     raise InputError(f"unknown firmware {name[:40]!r}; known: {known}")
-                self._again(replace(self.setup, firmware=name), f"{name} has been loaded")
+                self._again(replace(self.setup, firmware=name), f"{name} has been loaded", loaded=True)
             case messages.Upload(name=name):
                 self._take_upload(name, command.content())
             case messages.Play(scenario=scenario):
@@ -365,15 +386,43 @@ class Session:
                     firmware = self.board.booted.name or None
                 self._again(replace(self.setup, scenario=scenario, firmware=firmware), "from the start")
             case messages.Watch():
-                self._clients[client] = command
-                self._broadcast.look_again()
+                self._watch(client, command)
             case messages.Record():
                 self._publish(messages.Recorded(self.recording.text()), client)
+            case messages.Check(exercise=exercise):
+                self._check(exercise)
             case _Attach():
                 self._clients[client] = messages.Watch()
                 self._greet(client)
             case _Detach():
                 self._clients.pop(client, None)
+
+    def _watch(self, client: object, watch: messages.Watch) -> None:
+        """Watch what a client asks for; raises InputError for variables that are not watched."""
+        known = [name for name in watch.variables if view.can_be_watched(self.board, name)]
+        self._clients[client] = replace(watch, variables=known)
+        self._broadcast.look_again()
+        unknown = [name for name in watch.variables if name not in known]
+        if unknown:
+            self._publish(messages.Unknown(unknown), client)
+            raise InputError(view.why_not_watched(self.board, unknown[0]))
+
+    def _check(self, exercise: str) -> None:
+        """Judge the loaded firmware beside the session. Raises InputError."""
+        if self._exercises is None:
+            raise InputError("cannot check exercises: this board has no lab")
+        if callable(self.setup.firmware):
+            raise InputError("cannot check a firmware that is neither a file nor a shipped one")
+        self._exercises.start(exercise, self.board.booted.name, self.setup.seed or 0)
+        self._tell(messages.Checked(exercise, "checking"))
+
+    def _tell_checked(self) -> None:
+        for checked in self._exercises.finished() if self._exercises is not None else ():
+            self._tell(replace(checked, outdated=self._checked[checked.exercise].outdated))
+
+    def _tell(self, checked: messages.Checked) -> None:
+        self._checked[checked.exercise] = checked
+        self._publish(checked, None)
 
     def answer(self, message: Mapping[str, Any]) -> dict[str, Any]:
         """What :attr:`door` answers, as :class:`emulator.live.moved.Moved` does. Raises InputError."""
@@ -438,12 +487,14 @@ class Session:
         if wall_s >= self._next_watch_s:
             self._next_watch_s = wall_s + _WATCH_S
             if self._file is not None and self._file.changed():
-                self._again(self.setup, f"{self._file.path.name} has changed and was loaded again")
+                self._again(
+                    self.setup, f"{self._file.path.name} has changed and was loaded again", loaded=True
+                )
 
     def _take_upload(self, name: str, content: bytes) -> None:
         before, setup, uploaded = self._uploaded, self.setup, UploadedFile(name, content)
         self._uploaded = uploaded
-        self._again(replace(setup, firmware=uploaded.path), f"{uploaded.name} has been loaded")
+        self._again(replace(setup, firmware=uploaded.path), f"{uploaded.name} has been loaded", loaded=True)
         if self.setup is setup:
             self._uploaded = before
             uploaded.remove()
@@ -488,7 +539,10 @@ class Session:
         self._publish(self._status(), None)
 
     def _greet(self, client: object) -> None:
-        self._broadcast.greet(client, view.hello(self.board, self.ways()), self._status())
+        exercises = self._exercises.offered() if self._exercises is not None else []
+        self._broadcast.greet(client, view.hello(self.board, self.ways(), exercises), self._status())
+        for checked in self._checked.values():
+            self._publish(checked, client)
 
 
 class _Attach(Command):

@@ -4,6 +4,8 @@ nothing. Transfers, registers and pins are in files of their own.
 
 from __future__ import annotations
 
+import difflib
+import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -12,8 +14,9 @@ import numpy as np
 from emulator.analysis.witness import Witness
 from emulator.board.board import Board
 from emulator.buses.i2c import I2CBus
-from emulator.live import messages, transfers
+from emulator.live import gestures, messages, transfers
 from emulator.scenario import scenario_names
+from emulator.text import shown
 from emulator.time.clock import PS_PER_S
 from emulator.world.attitude import matrix_to_euler
 from emulator.world.track import Array
@@ -22,7 +25,7 @@ _MOST_LEAVES = 16  # numbers of one variable that are shown
 _LOOKS_OF_LOAD = 400  # of the witness: two seconds of virtual time
 
 
-def hello(board: Board, ways: list[str]) -> messages.Hello:
+def hello(board: Board, ways: list[str], exercises: list[dict[str, Any]]) -> messages.Hello:
     """What does not change while a session lives; ``ways``: how else its serial line is reached."""
     from importlib.metadata import version
 
@@ -35,6 +38,8 @@ def hello(board: Board, ways: list[str]) -> messages.Hello:
         parts=[part.NAME for part in board.sensors],
         outputs=transfers.outputs(board),
         ways=ways,
+        gestures=gestures.buttons(),
+        exercises=exercises,
     )
 
 
@@ -105,24 +110,44 @@ def _has(board: Board, name: str) -> bool:
 def variable(board: Board, path: str) -> dict[str, float]:
     """The numbers of a variable by path: ``pitch``, or ``acc.AXIS_X`` of a structure, ``a[0]`` of an array.
 
-    Nothing where there is no such variable or it is no number.
+    Nothing if there is no such variable, or none of its numbers is finite.
     """
-    name, _, member = path.partition(".")
+    return {name: value for name, value in _numbers(board, path).items() if np.isfinite(value)}
+
+
+def can_be_watched(board: Board, path: str) -> bool:
+    """Return whether a path names a global variable of the firmware that has numbers, finite or not."""
+    return bool(_numbers(board, path))
+
+
+def why_not_watched(board: Board, path: str) -> str:
+    """Return the message for a variable that cannot be watched, with names that are nearly the same."""
+    names = variable_names(board)
+    name = re.split(r"[.\[]", path, maxsplit=1)[0]
+    if name in names:
+        members = list(_numbers(board, name))
+        if not members:
+            return f"variable {name} has no numbers to plot"
+        return f"variable {name} has no {shown(path)}; it has {', '.join(members[:_MOST_LEAVES])}"
+    if not names:
+        return f"cannot plot {shown(path)}: the firmware has no symbols"
+    near = difflib.get_close_matches(name, names, n=3) or names[:8]
+    return f"unknown variable {shown(path)}; the firmware has {', '.join(near)}"
+
+
+def _numbers(board: Board, path: str) -> dict[str, float]:
+    name = re.split(r"[.\[]", path, maxsplit=1)[0]
     try:
         value = board.variable(name)
     except KeyError:
         return {}
-    leaves = dict(_leaves(name, value))
-    if member:
-        return {path: leaves[path]} if path in leaves else {}
-    return leaves
+    within = (path + ".", path + "[")
+    return {one: value for one, value in _leaves(name, value) if one == path or one.startswith(within)}
 
 
 def _leaves(name: str, value: Any, depth: int = 3) -> Iterator[tuple[str, float]]:
     if isinstance(value, bool | int | float | np.number):
-        number = float(value)
-        if np.isfinite(number):
-            yield name, number
+        yield name, float(value)
     elif depth and isinstance(value, tuple | list):
         for index, one in enumerate(value[:_MOST_LEAVES]):
             yield from _leaves(f"{name}[{index}]", one, depth - 1)

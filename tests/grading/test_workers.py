@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from emulator.errors import InputError, NotJudgedError
+from emulator.grading import workers as workers_module
 from emulator.grading.workers import LocalWorkers
 
 
@@ -101,6 +102,17 @@ def test_a_task_that_takes_too_long_is_stopped() -> None:
         stuck = workers.submit(pid_after, 3600)
         with pytest.raises(NotJudgedError, match=r"more than 0\.2 s of wall time"):
             stuck.result()
+
+
+def test_task_without_a_process_is_not_judged(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object) -> None:
+        raise BlockingIOError(11, "Resource temporarily unavailable")
+
+    monkeypatch.setattr(workers_module, "_Worker", refuse)
+    with LocalWorkers(1) as workers:
+        for _ in range(2):
+            with pytest.raises(NotJudgedError, match="cannot start a process"):
+                workers.submit(give, 1).result(timeout=10)
 
 
 def test_the_end_with_cancel_leaves_no_process() -> None:

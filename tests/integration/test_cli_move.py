@@ -19,10 +19,11 @@ import pytest
 
 from emulator import Board
 from emulator.cli.commands import cli
-from emulator.cli.move import GESTURES, MoveOptions, entries, move
+from emulator.cli.move import MoveOptions, entries, move
 from emulator.errors import InputError
 from emulator.links.runner import Runner
 from emulator.links.running import Door, running_boards
+from emulator.live.gestures import GESTURES, OLD_WORDS, buttons
 from emulator.live.moved import Moved
 
 DEADLINE_S = 30.0
@@ -75,7 +76,23 @@ def test_with_a_time_it_takes_that_time() -> None:
 def test_the_command_line_knows_the_words() -> None:
     (argument,) = [one for one in cli.commands["move"].params if one.name == "gesture"]
     assert isinstance(argument.type, click.Choice)
-    assert list(argument.type.choices) == list(GESTURES)
+    assert list(argument.type.choices) == [*GESTURES, *OLD_WORDS]
+
+
+def test_gestures_have_the_scenarios_words() -> None:
+    for word, gesture in GESTURES.items():
+        done = {entry["do"] for entry in gesture.entries(gesture.usual or 0.0, None, None)}
+        assert done == ({"follow_attitude", "follow_altitude"} if word == "flat" else {word})
+
+
+def test_every_button_of_the_page_is_a_gesture_that_the_board_does() -> None:
+    for one in buttons():
+        assert one["word"] in GESTURES
+        assert one["label"].lower().replace(" ", "_").startswith(one["word"])
+        board = Board()
+        for entry in one["entries"]:
+            assert "truth" in Moved(board).answer({"type": "do", "entry": entry})
+        board.run_for(0.01)
 
 
 @pytest.mark.parametrize("word", GESTURES)
@@ -89,11 +106,11 @@ def test_every_word_is_something_that_the_board_does(word: str) -> None:
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        (options("fall", 3.0), "fall takes no number"),
-        (options("reset", duration="1s"), "reset takes no --for"),
+        (options("free_fall", 3.0), "free_fall takes no number"),
+        (options("flat", duration="1s"), "flat takes no --for"),
         (options("lift", axis="up"), "lift takes no --axis"),
         (options("tap", roll=3.0), "tap and an angle are two moves"),
-        (options("eight", 1.5), "turns is 1.5: give a whole number"),
+        (options("figure_eight", 1.5), "turns is 1.5: give a whole number"),
         (options(roll=3.0, duration="3"), "--for is '3'; give a number and a unit"),
         (options(duration="3s"), "say how to move"),
     ],
@@ -119,12 +136,22 @@ def test_the_board_turns_and_says_how_it_lies(capsys: pytest.CaptureFixture[str]
     assert "roll 0.0, pitch " in second
 
 
-def test_reset_brings_it_back(capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("old", OLD_WORDS)
+def test_an_old_word_still_works_and_names_the_new_one(old: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with running(Board()):
+        move(options(old))
+    output = capsys.readouterr()
+    (warning,) = output.err.splitlines()
+    assert OLD_WORDS[old] in warning
+    assert output.out.startswith("lab3: moves from")
+
+
+def test_flat_brings_it_back(capsys: pytest.CaptureFixture[str]) -> None:
     board = Board()
     board.world.set_attitude(10, 20, 30)
     board.world.set_altitude(5)
     with running(board):
-        move(options("reset"))
+        move(options("flat"))
     board.run_for(2.0)
     assert attitude(board, board.now_s) == [0.0, 0.0, 0.0]
     assert board.world.altitude_m(np.array([board.now_s]))[0] == pytest.approx(0.0)

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 
+from emulator.live.exercises import Exercises
 from emulator.live.server import PageServer
 from emulator.live.session import Session
 from emulator.live.setup import Setup
@@ -37,8 +38,9 @@ ARGUMENTS = [
 class Served:
     """A session and its page's server, which can be started again."""
 
-    def __init__(self, setup: Setup, port: int = 0) -> None:
+    def __init__(self, setup: Setup, port: int = 0, exercises: Exercises | None = None) -> None:
         self.pages = PageServer(port)
+        self._exercises = exercises
         self.ready = threading.Event()
         self.session: Session
         self._thread = threading.Thread(target=self._live, args=(setup,))
@@ -51,7 +53,7 @@ class Served:
         self.pages.close()
 
     def _live(self, setup: Setup) -> None:
-        self.session = Session(setup, self.pages.publish)
+        self.session = Session(setup, self.pages.publish, exercises=self._exercises)
         self.pages.controls = self.session
         self.ready.set()
         self.session.run()
@@ -73,10 +75,16 @@ class Browser:
         self._contexts: list[playwright.BrowserContext] = []
         self.errors: list[str] = []
 
-    def open(self, served: Served, *, in_space: bool = False) -> playwright.Page:
-        """A page that shows the board."""
-        context = self._chromium.new_context(bypass_csp=True, viewport={"width": 1280, "height": 720})
+    def open(
+        self, served: Served, *, in_space: bool = False, first_visit: bool = False, theme: str = "light"
+    ) -> playwright.Page:
+        """A page that shows the board, of a user who has taken the tour unless it is the ``first_visit``."""
+        context = self._chromium.new_context(
+            bypass_csp=True, viewport={"width": 1280, "height": 720}, color_scheme=theme
+        )
         self._contexts.append(context)
+        if not first_visit:
+            context.add_init_script("localStorage.setItem('fcu-tour', 'taken')")
         page = context.new_page()
         page.on("pageerror", lambda error: self.errors.append(str(error)))
         page.set_default_timeout(30_000)

@@ -15,8 +15,9 @@ export function el<K extends keyof HTMLElementTagNameMap>(
   return element;
 }
 
+// A button is called by its label; `title` says more. Only a label without letters needs an aria-label in `more`.
 export function button(label: string, title: string, click: () => void, more: Record<string, string> = {}): HTMLButtonElement {
-  return el("button", { type: "button", title, "aria-label": title, click, ...more }, label);
+  return el("button", { type: "button", title, click, ...more }, label);
 }
 
 export function setText(element: Element, text: string): void {

@@ -3,7 +3,8 @@
 
 import { button, el, fixed, setText } from "./dom";
 import type { BoardPicture } from "./board3d";
-import type { Entry, Place, Truth } from "./protocol";
+import type { Shortcut } from "./help";
+import type { Entry, Gesture, Place, Truth } from "./protocol";
 import { about, multiply, toAngles, toMatrix, type Angles, type Matrix } from "./rotation";
 
 const SEND_EVERY_MS = 25;
@@ -11,6 +12,20 @@ const HELD_MS = 400; // after the last move the sliders follow the board again
 const DEGREES_PER_PIXEL = 0.45;
 const FIRST_PLACE: Place = [0.2, 0, 0]; // of a magnet that is held near the board
 const NEAREST_M = 0.03, FARTHEST_M = 0.3; // where it is dragged to
+
+export const HAND_KEYS: Shortcut[] = [
+  { keys: "↑ ↓", text: "tilt about the board's X axis" },
+  { keys: "← →", text: "tilt about the board's Y axis" },
+  { keys: "Q E", text: "turn about the vertical" },
+  { keys: "PageUp PageDown", text: "lift and lower by 10 cm" },
+  { keys: "0", text: "lay the board flat" },
+  { keys: "Shift", text: "with arrows, Q and E: 1 degree instead of 5; while dragging: roll about the line of sight" },
+];
+export const MAGNET_KEYS: Shortcut[] = [
+  { keys: "← → ↑ ↓", text: "move the magnet north, south, west and east by 1 cm" },
+  { keys: "PageUp PageDown", text: "move the magnet up and down by 1 cm" },
+  { keys: "Shift", text: "5 cm instead of 1" },
+];
 
 interface Slider { input: HTMLInputElement; output: HTMLOutputElement; digits: number; unit: string }
 
@@ -26,6 +41,7 @@ export class Hand {
   private magnet: Place | null = null;
   private readonly holder = button("Hold one", "Hold a magnet near the board, or take it away; drag it, or move it with the arrow keys, Page Up and Page Down", () => this.toggleMagnet(), { id: "magnet", "aria-pressed": "false" });
   private readonly place = el("output", { for: "magnet", id: "magnet-place" });
+  private readonly gestures = el("div", { class: "gestures", role: "group", "aria-label": "Gestures" });
   private readonly sliders: Record<string, Slider> = {};
 
   constructor(private readonly picture: BoardPicture, private readonly act: (entry: Entry) => void) {
@@ -98,7 +114,7 @@ export class Hand {
   private toggleMagnet(): void {
     if (!this.magnet) return this.leadMagnet(FIRST_PLACE);
     this.showMagnet(null);
-    this.gesture({ do: "take_magnet_away" });
+    this.perform([{ do: "take_magnet_away" }]);
   }
 
   private showMagnet(place: Place | null): void {
@@ -153,24 +169,25 @@ export class Hand {
       event.preventDefault();
     }, { passive: false });
     element.addEventListener("keydown", (event) => {
-      const step = event.shiftKey ? 1 : 5;
-      const moves: Record<string, () => void> = {
-        ArrowUp: () => this.turnBy([1, 0, 0], -step, true),
-        ArrowDown: () => this.turnBy([1, 0, 0], step, true),
-        ArrowLeft: () => this.turnBy([0, 1, 0], -step, true),
-        ArrowRight: () => this.turnBy([0, 1, 0], step, true),
-        q: () => this.turnBy([0, 0, 1], step),
-        e: () => this.turnBy([0, 0, 1], -step),
-        PageUp: () => this.liftTo(this.metres + 0.1),
-        PageDown: () => this.liftTo(this.metres - 0.1),
-        "0": () => this.flat(),
-      };
-      const move = moves[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+      const move = this.moves[event.key.length === 1 ? event.key.toLowerCase() : event.key];
       if (!move) return;
-      move();
+      move(event.shiftKey ? 1 : 5);
       event.preventDefault();
     });
   }
+
+  // The keys of HAND_KEYS; the step is in degrees.
+  private readonly moves: Record<string, (step: number) => void> = {
+    ArrowUp: (step) => this.turnBy([1, 0, 0], -step, true),
+    ArrowDown: (step) => this.turnBy([1, 0, 0], step, true),
+    ArrowLeft: (step) => this.turnBy([0, 1, 0], -step, true),
+    ArrowRight: (step) => this.turnBy([0, 1, 0], step, true),
+    q: (step) => this.turnBy([0, 0, 1], step),
+    e: (step) => this.turnBy([0, 0, 1], -step),
+    PageUp: () => this.liftTo(this.metres + 0.1),
+    PageDown: () => this.liftTo(this.metres - 0.1),
+    "0": () => this.flat(),
+  };
 
   private readonly magnetKey = (event: KeyboardEvent): void => {
     const step = event.shiftKey ? 0.05 : 0.01;
@@ -189,9 +206,9 @@ export class Hand {
     this.liftTo(0);
   }
 
-  private gesture(entry: Entry): void {
+  private perform(entries: Entry[]): void {
     this.movedAt = 0;
-    this.act(entry);
+    for (const entry of entries) this.act(entry);
   }
 
   private build(): HTMLElement {
@@ -199,17 +216,6 @@ export class Hand {
       const value = (name: string): number => Number(this.sliders[name]?.input.value ?? 0);
       this.turnTo(toMatrix({ roll: value("roll"), pitch: value("pitch"), yaw: value("yaw") }));
     };
-    const turn = { do: "turn_over", for: "1200ms", interrupts: true };
-    const gestures: [string, string, Entry][] = [
-      ["Tap", "A fingertip's blow from above", { do: "tap" }],
-      ["Shake", "To and fro for a second, 1 g at 5 Hz", { do: "shake", axis: "north", amplitude_g: 1, frequency_hz: 5, for: "1s" }],
-      ["Drop", "Free fall for 0.3 s, then caught", { do: "free_fall", for: "300ms", interrupts: true }],
-      ["Lift 1 m", "Up by a metre in two seconds", { do: "lift", metres: 1, for: "2s", interrupts: true }],
-      ["Lower 1 m", "Down by a metre in two seconds", { do: "lift", metres: -1, for: "2s", interrupts: true }],
-      ["Turn over", "Half round about the board's X axis", turn],
-      ["Eight", "The calibration's figure-of-eight, 12 seconds", { do: "figure_eight", for: "12s", interrupts: true }],
-      ["Magnet passes", "A magnet of 8 A m² passes 0.4 m to the east", { do: "pass_magnet", moment_am2: 8, distance_m: 0.4, speed_m_s: 1 }],
-    ];
     return el("div", { class: "hand" },
       el("div", { class: "sliders" },
         this.slider("roll", "Roll", -180, 180, 0.5, 1, "°", angle),
@@ -217,9 +223,12 @@ export class Hand {
         this.slider("yaw", "Yaw", -180, 180, 0.5, 1, "°", angle),
         this.slider("height", "Height", -1, 10, 0.01, 2, " m", () => this.liftTo(Number(this.sliders["height"]?.input.value ?? 0))),
         el("div", { class: "slider magnet", keydown: this.magnetKey }, el("span", {}, "Magnet"), this.holder, this.place)),
-      el("div", { class: "gestures", role: "group", "aria-label": "Gestures" },
-        button("Flat", "Lay the board flat on the floor, X to the north (0)", () => this.flat()),
-        ...gestures.map(([name, title, entry]) => button(name, title, () => this.gesture(entry)))));
+      this.gestures);
+  }
+
+  // Motions with the scenario's words.
+  offer(gestures: Gesture[]): void {
+    this.gestures.replaceChildren(...gestures.map(({ word, label, doc, entries }) => button(label, doc, () => this.perform(entries), { "data-gesture": word })));
   }
 
   private slider(name: string, text: string, low: number, high: number, step: number, digits: number, unit: string, change: () => void): HTMLElement {

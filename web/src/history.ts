@@ -1,6 +1,6 @@
 // What has been seen, for the plot: ten minutes at most, so that an hour's memory is flat.
 
-import type { Printed, State } from "./protocol";
+import type { Past, Plotted, Printed } from "./protocol";
 
 const KEPT = 30_000; // states, ten minutes at 50 a second
 const KEPT_PRINTS = 6_000;
@@ -70,7 +70,14 @@ export class History {
     this.prints.clear();
   }
 
-  addState(state: State): void {
+  // What the session has kept takes the place of what has been seen: nothing is missing then.
+  replace({ states, prints }: Past): void {
+    this.clear();
+    for (const state of states) this.addState(state);
+    for (const printed of prints) this.addPrinted(printed);
+  }
+
+  addState(state: Plotted): void {
     const { truth } = state;
     const values: Record<string, number> = {
       "truth.Roll": truth.roll_deg, "truth.Pitch": truth.pitch_deg, "truth.Yaw": truth.yaw_deg,
@@ -89,7 +96,7 @@ export class History {
     this.states.add(state.t_s, values);
   }
 
-  addPrinted(printed: Printed): void {
+  addPrinted(printed: Pick<Printed, "t_s" | "values">): void {
     this.prints.add(printed.t_s, Object.fromEntries(Object.entries(printed.values).map(([name, value]) => [`print.${name}`, value])));
   }
 }

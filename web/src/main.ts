@@ -6,7 +6,10 @@ import "uplot/dist/uPlot.min.css";
 import "./app.css";
 import { boardIn3d } from "./board3d";
 import { button, download, el, fixed, setText } from "./dom";
-import { Hand } from "./hand";
+import { ExerciseView } from "./exercise";
+import { FailureStrip } from "./failure";
+import { Hand, HAND_KEYS, MAGNET_KEYS } from "./hand";
+import { KeyDialog, Tour, type Shortcut } from "./help";
 import { History } from "./history";
 import { boardIn2d } from "./horizon";
 import { BusView, DiagnosisView, PinView, ScenarioView } from "./panels";
@@ -14,6 +17,7 @@ import { Plot } from "./plot";
 import { RegisterView } from "./registers";
 import { overWebSocket, type Command, type Entry, type Event, type Finding, type State, type Status } from "./protocol";
 import { Serial } from "./serial";
+import { TabRow } from "./tabs";
 import { World } from "./world";
 
 const SPEEDS: [string, number | null][] = [["0.01", 0.01], ["0.1", 0.1], ["0.5", 0.5], ["1", 1], ["2", 2], ["5", 5], ["10", 10], ["max", null]];
@@ -37,6 +41,8 @@ const bus = new BusView();
 const pins = new PinView();
 const scenario = new ScenarioView((name) => send({ type: "play", scenario: name }));
 const diagnosis = new DiagnosisView();
+const exercise = new ExerciseView((name) => send({ type: "check", exercise: name }));
+const failure = new FailureStrip(() => open("diagnosis"), () => send({ type: "reset" }));
 
 let status: Status | null = null;
 let findings: Finding[] = [];
@@ -45,7 +51,7 @@ const leds = el("div", { class: "leds", "aria-label": "LEDs" });
 const lamps: Record<string, HTMLElement> = {};
 const time = el("output", { id: "time", title: "Virtual time since power-on" }, "0.000 s");
 const pace = el("span", { class: "pace", id: "pace", title: "Virtual over wall time" });
-const firmware = el("select", { id: "firmware", "aria-label": "Firmware", change: () => firmware.value && send({ type: "firmware", name: firmware.value }) });
+const firmware = el("select", { id: "firmware", change: () => firmware.value && send({ type: "firmware", name: firmware.value }) });
 const file = el("input", { type: "file", accept: ".elf,.axf,.out,.hex,.bin", hidden: true, "aria-label": "Firmware file", change: () => void upload(file.files?.[0]) });
 const runner = button("Pause", "Pause, or go on (Space)", () => send({ type: status?.state === "running" ? "pause" : "run" }), { id: "runner", class: "primary" });
 const speed = el("select", { id: "speed", "aria-label": "Speed", title: "Virtual over wall time", change: () => send({ type: "speed", factor: SPEEDS.find(([name]) => name === speed.value)?.[1] ?? null }) },
@@ -59,22 +65,22 @@ const panes: [string, string, HTMLElement][] = [
   ["scenario", "Scenario", scenario.element], ["diagnosis", "Diagnosis", diagnosis.element],
 ];
 let pane = "world";
-let greeted = false;
-const tabs = el("div", { class: "tabs", role: "tablist", "aria-label": "What is inside" },
-  ...panes.map(([id, name]) => el("button", { type: "button", role: "tab", id: `tab-${id}`, "aria-controls": `pane-${id}`, click: () => open(id) }, name)));
-tabs.querySelector("#tab-diagnosis")?.append(badge);
+let greeted = false; // by a status
+let toured = false;
+const tabs = new TabRow("Inside", open);
+tabs.offer(panes.map(([id, name]) => ({ id, name, attributes: { id: `tab-${id}`, "aria-controls": `pane-${id}` }, more: id === "diagnosis" ? badge : undefined })));
 for (const [id, , element] of panes) {
-  element.id = element.id || `pane-${id}`;
+  element.id = `pane-${id}`;
   element.setAttribute("role", "tabpanel");
+  element.setAttribute("aria-labelledby", `tab-${id}`);
+  element.tabIndex = 0; // so that the keys scroll it
   element.classList.add("pane");
 }
 
 function open(id: string): void {
   pane = id;
-  panes.forEach(([one, , element], index) => {
-    element.hidden = one !== id;
-    tabs.children[index]?.setAttribute("aria-selected", String(one === id));
-  });
+  for (const [one, , element] of panes) element.hidden = one !== id;
+  tabs.select(id);
   watch();
 }
 
@@ -82,11 +88,30 @@ function watch(): void {
   send({ type: "watch", variables: plot.watched, registers: pane === "registers" ? registers.part : null, bus: pane === "bus", pins: pane === "pins" });
 }
 
+// -- Keys, and the tour ---------------------------------------------------------------------------------------
+
+interface Key extends Shortcut { key: string; press: () => void }
+const PAGE_KEYS: Key[] = [
+  { key: " ", keys: "Space", text: "pause or run", press: () => runner.click() },
+  { key: ".", keys: ".", text: "run to the next tick of the callback", press: () => send({ type: "step", of: "tick" }) },
+  { key: ",", keys: ",", text: "run to the next line of text", press: () => send({ type: "step", of: "line" }) },
+  { key: "?", keys: "?", text: "show these keys", press: () => keys.open() },
+];
+const tour = new Tour();
+const keys = new KeyDialog([
+  ["The page", PAGE_KEYS], ["The board, when it has the focus", HAND_KEYS], ["The magnet, when its button has the focus", MAGNET_KEYS],
+  ["Elsewhere", [
+    { keys: "← → Home End", text: "in a row of tabs: choose another one" },
+    { keys: "Enter", text: "in Find: the next place; with Shift the one before" },
+    { keys: "Double-click", text: "in the plot: follow the run again after a zoom" },
+  ]],
+], () => tour.start());
+
 const view = el("div", { class: "view" }, picture.element, leds,
-  el("p", { class: "keys" }, "drag turns · wheel lifts · keys ← → ↑ ↓ Q E"));
+  el("p", { class: "keys" }, "drag turns · wheel lifts · press ? for keys"));
 document.getElementById("app")?.append(
   el("header", { class: "bar" },
-    el("strong", { class: "name" }, "fcu", el("span", { id: "board-name" })),
+    el("h1", { class: "name" }, "fcu", el("span", { id: "board-name" })),
     el("label", { class: "pick" }, el("span", {}, "Firmware"), firmware), button("Open…", "Load an ELF, HEX or BIN file; or drop it anywhere on the page", () => file.click()), file,
     el("span", { class: "gap" }),
     runner,
@@ -97,12 +122,14 @@ document.getElementById("app")?.append(
     speed, button("Reset", "Power on again; the board stays where it is held", () => send({ type: "reset" }), { id: "reset" }),
     el("span", { class: "clock" }, time, pace),
     button("Save run", "Save what was done since power-on as a scenario (TOML)", () => send({ type: "record" }), { id: "record" }),
-    button("◐", "Light or dark", toggleTheme, { id: "theme", class: "quiet" }), connection),
+    button("◐", "Light or dark", toggleTheme, { id: "theme", class: "quiet", "aria-label": "Light or dark" }),
+    button("?", "Keys and tour (?)", () => keys.open(), { id: "help", class: "quiet", "aria-label": "Keys and tour (?)" }), connection),
   el("main", {},
-    el("section", { class: "left", "aria-label": "The board" }, view, hand.controls),
-    el("section", { class: "middle" }, plot.element, serial.element),
-    el("section", { class: "right" }, tabs, ...panes.map(([, , element]) => element))),
-  notices,
+    el("section", { class: "left", "aria-label": "The board" }, failure.element, view, hand.controls),
+    el("section", { class: "middle", "aria-label": "Plot and terminal" }, plot.element, serial.element),
+    el("section", { class: "right", "aria-label": "Exercise, and inside" }, exercise.element,
+      el("div", { class: "inside", id: "inside" }, tabs.element, ...panes.map(([, , element]) => element))),
+    notices, tour.element, keys.element),
   el("div", { class: "drop", hidden: true, id: "drop" }, el("p", {}, "Drop the firmware: ELF, HEX or BIN")));
 
 // -- What the session says ------------------------------------------------------------------------------------
@@ -120,14 +147,21 @@ session.onEvent = (event: Event) => {
       document.title = `${event.board} – fcu`;
       firmware.replaceChildren(el("option", { value: "", hidden: true }), ...Object.entries(event.firmware).map(([name, text]) => el("option", { value: name, title: text }, name)));
       scenario.offer(event.scenarios);
+      exercise.offer(event.exercises);
+      hand.offer(event.gestures);
       registers.offer(event.parts);
       plot.declare(event.outputs);
       world.declare(event.outputs);
       world.tellWays(event.ways);
+      if (!toured) tour.startOnFirstVisit(); // with all parts of the page, as this board has them
+      toured = true;
       leds.replaceChildren(...event.leds.map((name) => (lamps[name] = el("span", { class: "led", "data-led": name, "data-on": "false" }, el("i", {}), name))));
       break;
     case "status":
-      if (status && status.run !== event.run) history.clear();
+      if (status && status.run !== event.run) {
+        history.clear();
+        findings = [];
+      }
       status = event;
       showStatus(event);
       break;
@@ -139,6 +173,16 @@ session.onEvent = (event: Event) => {
       break;
     case "printed":
       history.addPrinted(event);
+      break;
+    case "past":
+      history.replace(event);
+      plot.refresh();
+      break;
+    case "unknown":
+      plot.refuse(event.variables);
+      break;
+    case "checked":
+      exercise.show(event);
       break;
     case "declared":
       registers.declare(event.part);
@@ -169,12 +213,12 @@ session.onEvent = (event: Event) => {
 };
 
 function showStatus(now: Status): void {
-  const known = [...firmware.options].some((option) => option.value === now.firmware);
-  const other = firmware.options[0];
+  const [other, ...shipped] = firmware.options; // the first option is for what is not shipped, such as a file
+  const known = shipped.some((option) => option.value === now.firmware);
   if (other) {
     other.value = known ? "" : now.firmware;
     other.hidden = known;
-    setText(other, known ? "" : now.firmware);
+    setText(other, other.value);
   }
   firmware.value = now.firmware;
   firmware.title = now.file ? `${now.file}, loaded again when it changes` : now.firmware;
@@ -192,7 +236,7 @@ function showStatus(now: Status): void {
 
 function showState(state: State): void {
   setText(time, `${fixed(state.t_s, 3)} s`);
-  setText(pace, status?.state === "running" ? (state.pace ? `${fixed(state.pace, 2)} ×` : "") : status?.state === "halted" ? "held by gdb" : status?.state ?? "");
+  setText(pace, stopped() ? "stopped" : status?.state === "running" ? (state.pace ? `${fixed(state.pace, 2)} ×` : "") : status?.state === "halted" ? "held by gdb" : status?.state ?? "");
   for (const [name, on] of Object.entries(state.leds)) {
     const lamp = lamps[name];
     if (lamp) lamp.dataset["on"] = String(on);
@@ -206,11 +250,24 @@ function showState(state: State): void {
   document.body.dataset["done"] = String(state.done);
 }
 
+// Why the firmware runs no more; empty while it runs.
+function stopped(): string {
+  if (status?.state === "failed") return status.problem.split("\n")[0] || "it has failed";
+  return findings.find((one) => one.fatal)?.summary ?? "";
+}
+
 function showDiagnosis(): void {
   diagnosis.show(findings, status?.problem ?? "", status?.notes ?? []);
-  const count = findings.length + (status?.problem ? 1 : 0);
+  const count = findings.length + (status?.problem ? 1 : 0), why = stopped();
   badge.hidden = !count;
   setText(badge, String(count));
+  badge.title = `${count} ${count === 1 ? "finding" : "findings"}`;
+  document.body.dataset["stopped"] = String(why !== "");
+  failure.show(why);
+  if (why) {
+    setText(pace, "stopped");
+    serial.markEnd(why);
+  } else serial.unmarkEnd();
 }
 
 function notify(text: string, kind: "error" | "info"): void {
@@ -249,13 +306,11 @@ window.addEventListener("drop", (event) => {
 });
 window.addEventListener("keydown", (event) => {
   const target = event.target as HTMLElement;
-  if (target.closest("input, select, textarea, button, .screen") || event.ctrlKey || event.metaKey || event.altKey) return;
-  const keys: Record<string, () => void> = {
-    " ": () => runner.click(), ".": () => send({ type: "step", of: "tick" }), ",": () => send({ type: "step", of: "line" }),
-  };
-  const key = keys[event.key];
+  const takesKey = target.closest("input, select, textarea, dialog, .screen") || (event.key === " " && target.closest("button"));
+  if (takesKey || event.ctrlKey || event.metaKey || event.altKey) return;
+  const key = PAGE_KEYS.find((one) => one.key === event.key);
   if (key) {
-    key();
+    key.press();
     event.preventDefault();
   }
 });

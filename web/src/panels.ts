@@ -12,7 +12,7 @@ export class BusView {
   constructor() {
     this.element.append(
       el("p", { class: "hint" }, "The latest transfers. Pause, and step tick by tick, to see every one."),
-      el("table", { class: "bus-table" }, el("thead", {}, el("tr", {}, ...["t (s)", "", "register", "bytes", "meaning"].map((name) => el("th", { scope: "col" }, name)))), this.body));
+      el("table", { class: "bus-table" }, el("thead", {}, el("tr", {}, ...["t (s)", "R/W", "register", "bytes", "meaning"].map((name) => el("th", { scope: "col" }, name)))), this.body));
   }
 
   show({ transfers }: Bus): void {
@@ -57,24 +57,29 @@ export class ScenarioView {
   private readonly progress = el("progress", { max: "1", value: "0", "aria-label": "How far the scenario is" });
   private readonly list = el("ul", { class: "verdicts", id: "verdicts" });
   private readonly count = el("p", { class: "count", id: "verdict-count" });
+  private readonly offers = el("ul", { class: "offers", id: "scenarios", "aria-label": "Scenarios" });
   private duration = 0;
 
-  constructor(play: (scenario: string | null) => void) {
+  constructor(private readonly play: (scenario: string | null) => void) {
     this.select = el("select", { id: "scenario", "aria-label": "Scenario", change: () => play(this.select.value || null) });
     this.element.append(
       el("div", { class: "row" }, this.select, el("button", { type: "button", click: () => play(this.select.value || null) }, "From the start")),
-      this.question, this.progress, this.count, this.list);
+      this.question, this.progress, this.count, this.list, this.offers);
   }
 
   offer(scenarios: Record<string, string>): void {
-    this.select.replaceChildren(el("option", { value: "" }, "No scenario: by hand"), ...Object.entries(scenarios).map(([name, question]) => el("option", { value: name, title: question }, name)));
+    const named = Object.entries(scenarios);
+    this.select.replaceChildren(el("option", { value: "" }, "No scenario: by hand"), ...named.map(([name, question]) => el("option", { value: name }, `${name}: ${question}`)));
+    this.offers.replaceChildren(...named.map(([name, question]) => el("li", {},
+      el("button", { type: "button", "data-scenario": name, click: () => this.play(name) }, el("code", {}, name), el("span", {}, question)))));
   }
 
   status(status: Status): void {
     this.select.value = status.scenario;
     this.duration = status.duration_s;
-    setText(this.question, status.question || "Choose a scenario: the board is moved, and what the firmware prints and lights is judged.");
+    setText(this.question, status.question || "Choose a scenario: the board is moved, and the firmware's text and LEDs are judged.");
     this.progress.hidden = !status.scenario;
+    this.offers.hidden = status.scenario !== "";
   }
 
   time(t: number): void {
@@ -84,7 +89,7 @@ export class ScenarioView {
   show({ verdicts, over }: Verdicts): void {
     const signs = { open: "·", met: "✓", failed: "✗" };
     this.list.replaceChildren(...verdicts.map((one) => el("li", { class: one.state, "data-state": one.state },
-      el("b", { "aria-label": one.state }, signs[one.state]), el("span", {}, el("code", {}, one.kind), ` ${one.says}`, one.found ? el("small", {}, one.found) : null))));
+      el("b", { role: "img", "aria-label": one.state }, signs[one.state]), el("span", {}, el("code", {}, one.kind), ` ${one.says}`, one.found ? el("small", {}, one.found) : null))));
     const met = verdicts.filter((one) => one.state === "met").length;
     setText(this.count, verdicts.length ? `${met} of ${verdicts.length} expectations met${over ? "" : " so far"}` : "");
   }
@@ -93,7 +98,7 @@ export class ScenarioView {
 // -- Diagnosis, and ways in ------------------------------------------------------------------------------------
 
 export class DiagnosisView {
-  readonly element = el("div", { class: "diagnosis", id: "diagnosis" });
+  readonly element = el("div", { class: "diagnosis" });
 
   show(findings: Finding[], problem: string, notes: string[]): void {
     const parts: HTMLElement[] = [];
@@ -102,7 +107,7 @@ export class DiagnosisView {
       parts.push(el("article", { class: one.fatal ? "fatal" : "" }, el("h3", {}, one.summary), el("pre", {}, one.details.join("\n"))));
     }
     for (const note of notes) parts.push(el("p", { class: "hint" }, note));
-    if (!parts.length) parts.push(el("p", { class: "hint" }, "Nothing is seen to be wrong with the firmware."));
+    if (!parts.length) parts.push(el("p", { class: "hint" }, "No problems found."));
     this.element.replaceChildren(...parts);
   }
 }

@@ -4,19 +4,22 @@ import uPlot from "uplot";
 import { button, colour, download, el, setText } from "./dom";
 import type { History } from "./history";
 import type { Output } from "./protocol";
+import { TabRow } from "./tabs";
+import { tints, type Tinted } from "./tints";
 
-interface Channel { id: string; name: string; tint: string; kind: "truth" | "raw" | "print" | "var" }
+interface Channel extends Tinted { id: string; name: string; wraps?: boolean }
 interface Subject { id: string; name: string; unit: string; channels: Channel[]; quantity?: string }
 
-const XYZ: [string, string][] = [["x", "--axis-x"], ["y", "--axis-y"], ["z", "--axis-z"]];
-const TINTS = ["--accent", "--axis-x", "--axis-y", "--axis-z", "--tint-5", "--tint-6", "--tint-7", "--tint-8"];
+const AXES = ["x", "y", "z"] as const;
+const MOST_WATCHED = 16;
+const HALF_TURN = 180; // degrees: an angle that changes by more between two points has wrapped
 
 function vector(id: string, name: string, unit: string, quantity: string): Subject {
   return {
     id, name, unit, quantity,
-    channels: XYZ.flatMap(([axis, tint]): Channel[] => [
-      { id: `truth.${id}.${axis}`, name: `${axis} truth`, tint, kind: "truth" },
-      { id: `print.${id}.${axis}`, name: `${axis} printed`, tint, kind: "print" },
+    channels: AXES.flatMap((family): Channel[] => [
+      { id: `truth.${id}.${family}`, name: `${family} truth`, family, kind: "truth" },
+      { id: `print.${id}.${family}`, name: `${family} printed`, family, kind: "print" },
     ]),
   };
 }
@@ -25,26 +28,26 @@ function scalar(id: string, name: string, unit: string, quantity = ""): Subject 
   return {
     id, name, unit, quantity,
     channels: [
-      { id: `truth.${id}`, name: "truth", tint: "--muted", kind: "truth" },
-      { id: `print.${id}`, name: "printed", tint: "--accent", kind: "print" },
+      { id: `truth.${id}`, name: "truth", family: "", kind: "truth" },
+      { id: `print.${id}`, name: "printed", family: "", kind: "print" },
     ],
   };
 }
 
 // What the firmware reads of a quantity, of all parts that measure it.
 function readings(outputs: Output[]): Channel[] {
-  return outputs.flatMap((one, index): Channel[] => {
+  return outputs.flatMap((one): Channel[] => {
     const whose = outputs.length > 1 ? `${one.part} ` : "";
-    if (one.axes > 1) return XYZ.map(([axis, tint]) => ({ id: `raw.${one.id}.${axis}`, name: `${axis} ${whose}read`, tint, kind: "raw" }));
-    return [{ id: `raw.${one.id}`, name: `${whose}read`, tint: TINTS[(index + 3) % TINTS.length] ?? "--accent", kind: "raw" }];
+    if (one.axes > 1) return AXES.map((family) => ({ id: `raw.${one.id}.${family}`, name: `${family} ${whose}read`, family, kind: "raw" }));
+    return [{ id: `raw.${one.id}`, name: `${whose}read`, family: "", kind: "raw" }];
   });
 }
 
 const ANGLES: Subject = {
   id: "angles", name: "Angles", unit: "deg",
-  channels: ([["Roll", "--axis-x"], ["Pitch", "--axis-y"], ["Yaw", "--axis-z"]] as const).flatMap(([name, tint]): Channel[] => [
-    { id: `truth.${name}`, name: `${name} truth`, tint, kind: "truth" },
-    { id: `print.${name}`, name: `${name} printed`, tint, kind: "print" },
+  channels: ([["Roll", "x", false], ["Pitch", "y", false], ["Yaw", "z", true]] as const).flatMap(([name, family, wraps]): Channel[] => [
+    { id: `truth.${name}`, name: `${name} truth`, family, kind: "truth", wraps },
+    { id: `print.${name}`, name: `${name} printed`, family, kind: "print", wraps },
   ]),
 };
 const QUANTITIES: Subject[] = [
@@ -73,12 +76,14 @@ export class Plot {
   readonly element: HTMLElement;
   watched: string[] = [];
   onWatch: (names: string[]) => void = () => undefined;
-  private readonly area = el("div", { class: "area" });
+  private readonly area = el("div", { class: "area", id: "plot-area", role: "tabpanel", "aria-label": "Plot over virtual time", tabindex: "0" });
   private readonly names = el("datalist", { id: "variable-names" });
   private readonly chips = el("span", { class: "chips" });
   private readonly freezer: HTMLButtonElement;
-  private readonly tabs = el("div", { class: "tabs", role: "tablist", "aria-label": "What is plotted" });
+  private readonly tabs = new TabRow("Quantity", (id) => this.chooseById(id), "plot-area");
+  private readonly add: HTMLInputElement;
   private readonly adding: HTMLElement;
+  private offered: Subject[] = [];
   private subject: Subject = ANGLES;
   private window = 20;
   private frozenAt: number | null = null;
@@ -90,33 +95,39 @@ export class Plot {
 
   constructor(private readonly history: History) {
     this.freezer = button("Freeze", "Hold the plot still; the board goes on", () => this.freeze(this.frozenAt === null));
-    const add = el("input", {
-      type: "text", list: "variable-names", placeholder: "Add a variable", "aria-label": "Add a global variable to the plot", class: "short", spellcheck: "false",
+    this.add = el("input", {
+      type: "text", list: "variable-names", placeholder: "Add a variable", title: "A global variable of the program, such as pitch or acc.AXIS_X", "aria-label": "Add a variable", class: "short", spellcheck: "false",
       change: () => {
-        const name = add.value.trim();
-        if (name && !this.watched.includes(name) && this.watched.length < 16) this.watch([...this.watched, name]);
-        add.value = "";
+        const name = this.add.value.trim();
+        if (name && !this.watched.includes(name) && this.watched.length < MOST_WATCHED) this.watch([...this.watched, name]);
+        this.add.value = "";
       },
     });
-    this.adding = el("div", { class: "adding" }, add, this.names, this.chips);
+    this.adding = el("div", { class: "adding" }, this.add, this.names, this.chips);
     const span = el("select", { "aria-label": "Seconds shown", change: () => { this.window = Number(span.value); this.freeze(false); } },
       ...[5, 20, 60, 300].map((seconds) => el("option", { value: String(seconds), selected: seconds === this.window }, `${seconds} s`)));
     this.element = el("section", { class: "panel plot", "aria-label": "Plot" },
-      el("header", {}, el("h2", {}, "Plot"), this.tabs, el("span", { class: "gap" }), span, this.freezer,
+      el("header", {}, el("h2", {}, "Plot"), this.tabs.element, el("span", { class: "gap" }), span, this.freezer,
         button("CSV", "Save what is shown as CSV", () => this.saveCsv()), button("PNG", "Save the picture", () => this.savePng())),
       this.adding, this.area);
     this.adding.hidden = true;
+    this.watch((kept("fcu-watched") ?? "").split("\n").filter(Boolean));
   }
 
   declare(outputs: Output[]): void {
-    const offered = subjects(outputs);
-    this.tabs.replaceChildren(...offered.map((subject) => el("button", { type: "button", role: "tab", "data-subject": subject.id, click: () => this.choose(subject) }, subject.name)));
-    this.choose(offered.find((one) => one.id === this.subject.id) ?? ANGLES);
+    this.offered = subjects(outputs);
+    this.tabs.offer(this.offered.map(({ id, name }) => ({ id, name, attributes: { "data-subject": id } })));
+    this.chooseById(kept("fcu-subject") ?? this.subject.id);
+  }
+
+  private chooseById(id: string): void {
+    this.choose(this.offered.find((one) => one.id === id) ?? ANGLES);
+    keep("fcu-subject", this.subject.id);
   }
 
   private choose(subject: Subject): void {
     this.subject = subject;
-    for (const tab of this.tabs.children) tab.setAttribute("aria-selected", String(tab.getAttribute("data-subject") === subject.id));
+    this.tabs.select(subject.id);
     this.adding.hidden = subject.id !== "variables";
     this.rebuild();
   }
@@ -127,9 +138,16 @@ export class Plot {
 
   private watch(names: string[]): void {
     this.watched = names;
+    keep("fcu-watched", names.join("\n"));
     this.chips.replaceChildren(...names.map((name) => button(`${name} ×`, `Remove ${name}`, () => this.watch(this.watched.filter((one) => one !== name)))));
     this.onWatch(names);
     this.refresh();
+  }
+
+  // Variables that the session does not know; the first one may be corrected where it was typed.
+  refuse(names: string[]): void {
+    this.watch(this.watched.filter((one) => !names.includes(one)));
+    this.add.value = names[0] ?? "";
   }
 
   freeze(on: boolean): void {
@@ -167,7 +185,7 @@ export class Plot {
     if (this.subject.id === "variables") {
       const known = [...this.history.states.columns.keys()].filter((id) => id.startsWith("var."));
       const wanted = known.filter((id) => this.watched.some((name) => id === `var.${name}` || id.startsWith(`var.${name}.`) || id.startsWith(`var.${name}[`)));
-      return wanted.map((id, index) => ({ id, name: id.slice(4), tint: TINTS[index % TINTS.length] ?? "--accent", kind: "var" }));
+      return wanted.map((id) => ({ id, name: id.slice(4), family: "", kind: "var", wraps: /(^|[._])(yaw|heading)$/i.test(id.slice(4)) }));
     }
     const { states, prints } = this.history;
     return this.subject.channels.filter(({ id, kind }) => kind === "truth" || (kind === "print" ? prints : states).columns.has(id));
@@ -205,9 +223,15 @@ export class Plot {
     const ink = colour("--muted"), grid = { stroke: colour("--grid"), width: 1 };
     const font = "11px system-ui, sans-serif";
     const { unit } = this.subject;
+    const tinted = tints(channels, document.documentElement.dataset["theme"] === "dark");
+    // An angle that wraps has an axis of its own, at the right, or its jumps would flatten the other lines.
+    const turns = channels.some((one) => one.wraps), others = channels.some((one) => !one.wraps);
+    const scaleOf = (one: Channel): string => (one.wraps && others ? "turn" : "y");
+    const range: uPlot.Scale.Range = (_chart, low, high) => around(low, high);
+    const right: uPlot.Axis[] = turns && others ? [{ scale: "turn", side: 1, stroke: ink, grid: { show: false }, ticks: grid, font, size: 50, label: `${names(channels)}${unit ? ` ${unit}` : ""}`, labelFont: font, labelSize: 14 }] : [];
     this.chart = new uPlot({
       width, height: Math.max(80, height - 30),
-      scales: { x: { time: false }, y: { range: (_chart, low, high) => around(low, high) } },
+      scales: { x: { time: false }, y: { range }, ...(right.length ? { turn: { range } } : {}) },
       cursor: { drag: { x: true, y: false }, points: { size: 6 } },
       legend: { live: true, markers: { dash: (_chart, index) => (channels[index - 1]?.kind === "truth" ? "dashed" : "solid") } },
       hooks: {
@@ -221,13 +245,14 @@ export class Plot {
       axes: [
         { stroke: ink, grid, ticks: grid, font, size: 28, values: (_chart, ticks) => ticks.map((one) => `${one} s`) },
         { stroke: ink, grid, ticks: grid, font, size: 56, label: unit, labelFont: font, labelSize: 14 },
+        ...right,
       ],
       series: [
         { label: "t", value: (_chart, value) => (value === null ? "–" : `${value.toFixed(3)} s`) },
-        ...channels.map((one): uPlot.Series => ({
-          label: one.name, stroke: colour(one.tint), spanGaps: true,
+        ...channels.map((one, index): uPlot.Series => ({
+          label: one.name, stroke: tinted[index] ?? ink, scale: scaleOf(one), spanGaps: false, gaps: one.wraps || this.subject === ANGLES ? wraps : () => [],
           width: one.kind === "truth" ? 1 : 1.6, dash: one.kind === "truth" ? [5, 4] : [],
-          points: { show: one.kind === "print", size: 5, fill: colour(one.tint) },
+          points: { show: one.kind === "print", size: 5, fill: tinted[index] ?? ink },
           value: (_chart: uPlot, value: number | null) => (value === null ? "–" : `${value.toFixed(2)}${unit ? ` ${unit}` : ""}`),
         })),
       ],
@@ -262,6 +287,35 @@ export class Plot {
     context.drawImage(source, 0, 0);
     canvas.toBlob((blob) => blob && download(`${this.subject.id}.png`, blob));
   }
+}
+
+// Names of the quantities that wrap, each once: "Yaw".
+function names(channels: Channel[]): string {
+  return [...new Set(channels.filter((one) => one.wraps).map((one) => one.name.split(" ")[0]))].join(", ");
+}
+
+// Gaps of an angle's line: where it wraps from one end to the other. What is missing between two points is no gap.
+function wraps(chart: uPlot, index: number, from: number, to: number): uPlot.Series.Gaps {
+  const times = chart.data[0], values = chart.data[index] ?? [];
+  const gaps: uPlot.Series.Gaps = [];
+  const at = (one: number): number => chart.valToPos(times[one] ?? 0, "x", true);
+  let before = -1;
+  for (let now = from; now <= to; now++) {
+    const value = values[now];
+    if (value === null || value === undefined) continue;
+    if (before >= 0 && Math.abs(value - (values[before] ?? value)) > HALF_TURN) gaps.push([at(before), at(now)]);
+    before = now;
+  }
+  return gaps;
+}
+
+// What a reload of the page keeps, in this tab.
+function kept(name: string): string | null {
+  return sessionStorage.getItem(name);
+}
+
+function keep(name: string, value: string): void {
+  sessionStorage.setItem(name, value);
 }
 
 // What is seen, with a margin, and no noise blown up to the whole height.

@@ -12,8 +12,10 @@ export interface Output { id: string; part: string; quantity: string; doc: strin
 
 export interface Hello {
   type: "hello"; board: string; version: string; leds: string[]; firmware: Record<string, string>;
-  scenarios: Record<string, string>; parts: string[]; outputs: Output[]; ways: string[];
+  scenarios: Record<string, string>; parts: string[]; outputs: Output[]; ways: string[]; gestures: Gesture[]; exercises: Exercise[];
 }
+export interface Gesture { word: string; label: string; doc: string; entries: Entry[] }
+export interface Exercise { id: string; title: string; question: string; next: string }
 export interface Status {
   type: "status"; run: number; firmware: string; file: string; profile: string; scenario: string; question: string;
   duration_s: number; state: "running" | "paused" | "failed" | "halted"; speed: number | null; problem: string; notes: string[];
@@ -30,6 +32,15 @@ export interface State {
 }
 export interface Text { type: "text"; run: number; position: number; text: string }
 export interface Printed { type: "printed"; t_s: number; values: Record<string, number>; truth: Record<string, number> }
+export type PlottedTruth = Omit<Truth, "rotation" | "magnet_m">;
+export interface Plotted { t_s: number; truth: PlottedTruth; samples: Record<string, number[]>; variables: Record<string, number> }
+export interface Past { type: "past"; run: number; states: Plotted[]; prints: { t_s: number; values: Record<string, number> }[] }
+export interface Unknown { type: "unknown"; variables: string[] }
+export interface Check { title: string; outcome: "passed" | "partial" | "failed" | "unjudged"; expected: string; seen: string; hint: string }
+export interface Checked {
+  type: "checked"; exercise: string; state: "checking" | "done" | "begun" | "not yet" | "unjudged" | "error"; points: number;
+  max_points: number; checks: Check[]; causes: { summary: string; details: string[]; fatal: boolean }[]; problem: string; outdated: boolean;
+}
 export interface Declared { type: "declared"; part: Part }
 export interface Registers { type: "registers"; part: string; values: Record<string, string>; note: string }
 export interface Pin { name: string; use: string; mode: string; level: 0 | 1 | null }
@@ -47,7 +58,7 @@ export interface Recorded { type: "recorded"; text: string }
 export interface Notice { type: "notice"; kind: "error" | "info"; text: string }
 
 export type Event =
-  | Hello | Status | State | Text | Printed | Declared | Registers | Pins | Bus | Verdicts | Findings | Recorded | Notice;
+  | Hello | Status | State | Text | Printed | Past | Unknown | Checked | Declared | Registers | Pins | Bus | Verdicts | Findings | Recorded | Notice;
 
 export type Entry = { do: string } & Record<string, unknown>;
 export type Command =
@@ -58,6 +69,7 @@ export type Command =
   | { type: "firmware"; name: string }
   | { type: "upload"; name: string; data: string }
   | { type: "play"; scenario: string | null }
+  | { type: "check"; exercise: string }
   | { type: "watch"; variables: string[]; registers: string | null; bus: boolean; pins: boolean };
 
 export interface Session {

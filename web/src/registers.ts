@@ -2,12 +2,13 @@
 
 import { el, setText } from "./dom";
 import type { Field, Part, Registers } from "./protocol";
+import { TabRow } from "./tabs";
 
 export class RegisterView {
   readonly element = el("div", { class: "registers" });
   part = "";
   onPart: () => void = () => undefined;
-  private readonly choice = el("div", { class: "tabs", role: "tablist", "aria-label": "Sensor, or block of the chip" });
+  private readonly choice = new TabRow("Sensor", (name) => this.choose(name));
   private readonly blocks = el("select", { id: "block", "aria-label": "Block of the chip", hidden: true, change: () => this.blocks.value && this.choose(this.blocks.value) });
   private readonly body = el("tbody");
   private readonly place = el("p", { class: "hint" });
@@ -19,7 +20,7 @@ export class RegisterView {
 
   constructor() {
     this.changedOnly = el("input", { type: "checkbox", checked: true, change: () => this.hide() });
-    this.element.append(el("div", { class: "row" }, this.choice, this.blocks),
+    this.element.append(el("div", { class: "row" }, this.choice.element, this.blocks),
       el("div", { class: "row" }, this.place, el("label", { class: "check" }, this.changedOnly, " set by the firmware only")),
       el("table", { class: "register-table" }, this.body));
   }
@@ -27,7 +28,7 @@ export class RegisterView {
   // The sensors' names, and the names of the chip's blocks, of which firmware in Python has none.
   offer(parts: string[]): void {
     this.names = parts;
-    this.choice.replaceChildren(...parts.map((name) => el("button", { type: "button", role: "tab", "data-part": name, click: () => this.choose(name) }, name)));
+    this.choice.offer(parts.map((name) => ({ id: name, name, attributes: { "data-part": name } })));
     this.choose(this.part || (parts[0] ?? ""));
   }
 
@@ -44,7 +45,7 @@ export class RegisterView {
     this.part = name;
     this.blocks.value = this.names.includes(name) ? "" : name;
     this.blocks.classList.toggle("chosen", !this.names.includes(name));
-    for (const tab of this.choice.children) tab.setAttribute("aria-selected", String(tab.getAttribute("data-part") === name));
+    this.choice.select(name);
     this.onPart();
   }
 

@@ -7,6 +7,7 @@ import { button, colour, download, el } from "./dom";
 import type { Entry, Text } from "./protocol";
 
 const KEPT = 4 << 20; // characters for "save"
+const DIM = "\x1b[2m", END = "\x1b[1;31m";
 const AT_ONCE = 1024; // bytes of one entry
 
 export class Serial {
@@ -21,6 +22,7 @@ export class Serial {
   private kept = "";
   private run = 0;
   private position = 0;
+  private ended = false;
 
   constructor(private readonly act: (entry: Entry) => void) {
     this.terminal.loadAddon(this.fit);
@@ -63,7 +65,7 @@ export class Serial {
   restyle(): void {
     this.terminal.options.theme = {
       background: colour("--surface"), foreground: colour("--ink"), cursor: colour("--accent"),
-      selectionBackground: colour("--selected"),
+      selectionBackground: colour("--selected"), red: colour("--bad"), brightRed: colour("--bad"),
     };
   }
 
@@ -72,6 +74,7 @@ export class Serial {
       if (this.run) this.say("reset");
       this.run = run;
       this.position = position;
+      this.ended = false;
     }
     const known = Math.max(0, this.position - position); // what has come already, before a reconnection
     if (position > this.position) this.say(`${position - this.position} bytes were not shown`);
@@ -81,8 +84,21 @@ export class Serial {
     this.kept = (this.kept + fresh).slice(-KEPT);
   }
 
-  private say(what: string): void {
-    this.terminal.write(`\r\n\x1b[2m--- ${what} ---\x1b[0m\r\n`);
+  // The end of the text: the firmware has stopped, and prints no more. Shown once, until the next run.
+  markEnd(why: string): void {
+    if (this.ended) return;
+    this.ended = true;
+    this.say(`the firmware has stopped: ${why}`, END);
+  }
+
+  // The firmware runs after all, as after a watchdog's reset.
+  unmarkEnd(): void {
+    this.ended = false;
+  }
+
+  private say(what: string, style = DIM): void {
+    const harmless = what.replaceAll(/[\x00-\x1f\x7f-\x9f]/g, "?"); // a name in a file may have control characters
+    this.terminal.write(`\r\n${style}--- ${harmless} ---\x1b[0m\r\n`);
   }
 
   private type(bytes: Uint8Array): void {

@@ -18,7 +18,7 @@ export class World {
 
   constructor(act: (entry: Entry) => void) {
     const table = el("table", { class: "numbers" });
-    const head = (...names: string[]): void => void table.append(el("tr", {}, ...["", ...names].map((name) => el("th", { scope: "col" }, name))));
+    const head = (...names: string[]): void => void table.append(el("tr", {}, ...["", ...names].map((name) => (name ? el("th", { scope: "col" }, name) : el("td")))));
     const row = (id: string, name: string, unit: string, ids: string[] = ["x", "y", "z"]): void => {
       const cells = ids.map((one) => el("td", { id: `num-${id}-${one}` }));
       this.rows[id] = cells;
@@ -33,7 +33,7 @@ export class World {
     table.append(el("tr", { class: "space" }, el("th", { colspan: "5", scope: "col" }, "read by the firmware, sensors' own axes")));
     const setting = (id: string, name: string, unit: string, step: string, entry: (value: number) => Entry): HTMLElement => {
       const input = el("input", {
-        type: "number", step, id: `set-${id}`, "aria-label": name,
+        type: "number", step, id: `set-${id}`,
         change: () => { if (input.value !== "") act(entry(Number(input.value))); },
       });
       this.figures[`set-${id}`] = input;
@@ -75,7 +75,7 @@ export class World {
       this.rows[id] = cells;
       const name = outputs[index - 1]?.part === part ? "" : part;
       const beside = name === "" && axes === 1; // such as a thermometer, which most programs do not read
-      return el("tr", { "data-output": id, title: doc, hidden: beside }, el("th", { scope: "row" }, name), ...cells, ...(axes > 1 ? [] : [el("td", {}), el("td", {})]), el("td", { class: "unit" }, unit));
+      return el("tr", { "data-output": id, title: doc, hidden: beside }, name ? el("th", { scope: "row" }, name) : el("td"), ...cells, ...(axes > 1 ? [] : [el("td", {}), el("td", {})]), el("td", { class: "unit" }, unit));
     }));
     const shown: [string, boolean][] = [
       ["pressure", felt("pressure_hpa")], ["temperature", felt("temperature_degc")], ["humidity", felt("relative_humidity_percent")],

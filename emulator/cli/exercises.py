@@ -1,0 +1,140 @@
+"""Exercises of a lab beside a live board: ``fcu check`` for one exercise, in a process beside the session."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from concurrent.futures import Future
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from emulator.errors import FcuError, InputError
+from emulator.grading.judge import judge
+from emulator.grading.rubric import load_rubric
+from emulator.grading.verdict import Cause, CheckResult, Verdict
+from emulator.grading.workers import LocalWorkers
+from emulator.live.messages import Checked
+from emulator.text import visible
+
+_LONGEST_S = 600.0  # wall time of one judgement
+_MOST_CAUSES = 2
+_MOST_DETAILS = 4  # sentences of one cause
+
+
+class LabExercises:
+    """The exercises of a rubric, judged one at a time. Raises InputError for an unknown rubric."""
+
+    def __init__(self, rubric: str = "lab3") -> None:
+        self._rubric = load_rubric(rubric)
+        self._workers: LocalWorkers | None = None
+        self._running: tuple[str, Future[Verdict], tempfile.TemporaryDirectory[str]] | None = None
+
+    def offered(self) -> list[dict[str, Any]]:
+        """Return ``id``, ``title``, ``question`` and ``next`` of each exercise."""
+        return [
+            {
+                "id": one.id,
+                "title": one.title,
+                "question": self._question(one.id),
+                "next": one.next.strip(),
+            }
+            for one in self._rubric.exercises
+        ]
+
+    def start(self, exercise: str, firmware: str, seed: int) -> None:
+        """Start to judge a copy of the firmware, so that it may change meanwhile. Raises InputError."""
+        self._rubric.exercise(exercise)
+        if self._running is not None:
+            raise InputError(
+                f"cannot check exercise {exercise}: exercise {self._running[0]} is being checked"
+            )
+        folder = tempfile.TemporaryDirectory(prefix="fcu-check-")
+        try:
+            path = Path(firmware)
+            if path.is_file():
+                firmware = str(shutil.copy(path, folder.name))
+        except OSError as error:
+            folder.cleanup()
+            raise InputError(f"cannot check {visible(firmware)}: {error.strerror or error}") from error
+        if self._workers is None:
+            self._workers = LocalWorkers(1, longest_s=_LONGEST_S)
+        future = self._workers.submit(judged, firmware, self._rubric.file, exercise, seed)
+        self._running = exercise, future, folder
+
+    def finished(self) -> list[Checked]:
+        """Return the result of the judgement if it has ended since the last call."""
+        if self._running is None or not self._running[1].done():
+            return []
+        exercise, future, folder = self._running
+        self._running = None
+        folder.cleanup()
+        try:
+            return [as_checked(exercise, future.result())]
+        except FcuError as error:
+            return [Checked(exercise, "error", problem=str(error))]
+
+    def close(self) -> None:
+        """End the process, and a judgement in it."""
+        if self._workers is not None:
+            self._workers.shutdown(cancel_futures=True)
+            self._workers = None
+        if self._running is not None:
+            with suppress(OSError):
+                self._running[2].cleanup()
+            self._running = None
+
+    def _question(self, exercise: str) -> str:
+        """Return the question of the run that the exercise names, else of its first check."""
+        table = self._rubric.exercise(exercise)
+        return self._rubric.scenario(table.run or self._rubric.run_of(table, table.check[0]), 0).question
+
+
+def judged(firmware: str, rubric: str, exercise: str, seed: int) -> Verdict:
+    """Judge one exercise as ``fcu check`` does; called in a worker's process. Raises InputError."""
+    try:
+        return judge(firmware, load_rubric(rubric), seed=seed, exercises=[exercise]).for_student()
+    except FcuError as error:  # of which not all can be pickled
+        raise InputError(str(error).splitlines()[0]) from None
+
+
+def as_checked(exercise: str, verdict: Verdict) -> Checked:
+    """Return a verdict about one exercise as a message for the page."""
+    checks = [one for one in verdict.of(exercise) if one.max_points > 0]
+    points = sum(one.points for one in checks)
+    state = "done" if verdict.is_done(exercise) else "begun" if points else "not yet"
+    if not any(one.outcome in ("failed", "partial") for one in checks) and state != "done":
+        state = "unjudged"
+    return Checked(
+        exercise,
+        state,
+        points=round(points, 4),
+        max_points=sum(one.max_points for one in checks),
+        checks=[_check(one) for one in checks],
+        causes=[] if state == "done" else _causes(verdict),
+    )
+
+
+def _check(check: CheckResult) -> dict[str, str]:
+    seen = "; ".join(filter(None, (check.actual, check.printed and f"such as {check.printed}")))
+    wrong = check.outcome in ("failed", "partial")
+    return {
+        "title": check.title,
+        "outcome": check.outcome,
+        "expected": check.expected,
+        "seen": check.unjudged_because or seen,
+        "hint": check.hint if wrong else "",
+    }
+
+
+def _causes(verdict: Verdict) -> list[dict[str, Any]]:
+    """Return the diagnoses of the runs, each once, the worst first."""
+    found: dict[str, Cause] = {}
+    for run in verdict.evidence:
+        for cause in run.causes:
+            found.setdefault("".join(char for char in cause.summary if not char.isdigit()), cause)
+    worst_first = sorted(found.values(), key=lambda cause: not cause.fatal)[:_MOST_CAUSES]
+    return [
+        {"summary": one.summary, "details": list(one.details[:_MOST_DETAILS]), "fatal": one.fatal}
+        for one in worst_first
+    ]

@@ -1,0 +1,48 @@
+"""Network address on which the page is served: this machine alone, or one address that a user names.
+
+Decision: one address of this machine, and neither all of them nor a host name. So a request's Host header can
+be compared with a literal address, which no foreign name that leads here can have (DNS rebinding).
+"""
+
+from __future__ import annotations
+
+import ipaddress
+
+from emulator.errors import InputError
+from emulator.text import shown
+
+LOCAL = "127.0.0.1"
+
+
+def checked(listen: str) -> str:
+    """Return an address in its usual spelling. Raises InputError for what is not one address."""
+    try:
+        address = ipaddress.ip_address(listen)
+    except ValueError as error:
+        raise InputError(f"--listen must be an IP address of this machine, not {shown(listen)}") from error
+    if address.is_unspecified or address.is_multicast:
+        raise InputError(f"--listen must be one address of this machine, such as 192.168.1.20, not {address}")
+    if address.version == 6 and address.is_link_local:
+        raise InputError(f"--listen must be an address that a browser can open, not {address}")
+    return str(address)
+
+
+def host(listen: str) -> str:
+    """Return an address as a URL has it: IPv6 in brackets."""
+    return f"[{listen}]" if ":" in listen else listen
+
+
+def hosts(listen: str, port: int) -> tuple[str, ...]:
+    """Return the values of the Host header that a request may have."""
+    names = (LOCAL, "localhost") if listen == LOCAL else (host(listen),)
+    return tuple(f"{name}:{port}" for name in names)
+
+
+def warning(listen: str) -> str:
+    """Return the line that is printed when other machines can reach the page; empty if they cannot."""
+    if ipaddress.ip_address(listen).is_loopback:
+        return ""
+    return (
+        f"warning: machines that reach {listen} can open the page with its address, which is not encrypted; "
+        "use a network that you trust"
+    )

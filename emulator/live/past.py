@@ -1,0 +1,46 @@
+"""The past of a run, for the plot of a page that comes later: states and printed numbers, a bounded number.
+
+A state is kept ten times a second, of virtual or of wall time, whichever is more often: at real time the last
+five minutes, which is the longest span that the plot shows.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Any
+
+from emulator.live import messages
+
+MOST_STATES = 3000
+MOST_PRINTS = 1000
+_EVERY_S = 0.0999  # of virtual or of wall time; a little less than 0.1, which frames meet only nearly
+_NOT_PLOTTED = frozenset({"rotation", "magnet_m"})
+
+
+class Past:
+    """The kept states and printed numbers of one run."""
+
+    def __init__(self, run_number: int) -> None:
+        self._run_number = run_number
+        self._states: deque[dict[str, Any]] = deque(maxlen=MOST_STATES)
+        self._prints: deque[dict[str, Any]] = deque(maxlen=MOST_PRINTS)
+        self._kept_s = -1.0
+        self._kept_wall_s = -1.0
+
+    def add_state(self, state: messages.State, wall_s: float) -> None:
+        """Keep a state, unless the last one that was kept is nearly the same moment."""
+        passed_s = state.t_s - self._kept_s
+        if passed_s < _EVERY_S and (passed_s <= 0 or wall_s - self._kept_wall_s < _EVERY_S):
+            return
+        self._kept_s, self._kept_wall_s = state.t_s, wall_s
+        truth = {name: value for name, value in state.truth.items() if name not in _NOT_PLOTTED}
+        plotted = {"t_s": state.t_s, "truth": truth, "samples": state.samples, "variables": state.variables}
+        self._states.append(plotted)
+
+    def add_printed(self, printed: messages.Printed) -> None:
+        """Keep the numbers of a printed line."""
+        self._prints.append({"t_s": printed.t_s, "values": printed.values})
+
+    def message(self) -> messages.Past:
+        """Return everything that is kept, the oldest first."""
+        return messages.Past(self._run_number, list(self._states), list(self._prints))

@@ -1,0 +1,85 @@
+"""The exercises beside a live board: judged as ``fcu check`` judges them, in a process beside the session."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from emulator.cli.exercises import LabExercises, as_checked, judged
+from emulator.errors import InputError
+from emulator.grading.judge import judge
+from emulator.grading.rubric import load_rubric
+from emulator.live.messages import Checked
+from firmware_model.arm import prebuilt
+from tests.arm.broken_programs import FOLDER
+
+
+@pytest.fixture
+def exercises() -> Iterator[LabExercises]:
+    one = LabExercises()
+    yield one
+    one.close()
+
+
+def result(exercises: LabExercises) -> Checked:
+    """The next result; the judge's own future says when it is there."""
+    assert exercises._running is not None
+    exercises._running[1].exception(timeout=120)
+    (checked,) = exercises.finished()
+    return checked
+
+
+def test_each_exercise_is_offered_with_its_question(exercises: LabExercises) -> None:
+    offered = exercises.offered()
+    assert [one["id"] for one in offered] == ["1", "2", "3", "4", "5"]
+    assert all(one["title"] and one["question"].endswith("?") for one in offered)
+
+
+def test_it_is_judged_as_fcu_check_judges(exercises: LabExercises, tmp_path: Path) -> None:
+    program = tmp_path / "mine.elf"
+    program.write_bytes(prebuilt("template", "I2C2").read_bytes())
+    exercises.start("4", str(program), 3)
+    program.unlink()  # as a new build does it
+    checked = result(exercises)
+    verdict = judge(prebuilt("template", "I2C2"), load_rubric("lab3"), seed=3, exercises=["4"])
+    expected = [one.title for one in verdict.checks if one.max_points > 0]
+    assert checked == as_checked("4", verdict.for_student())
+    assert checked.state == "not yet"
+    assert [one["title"] for one in checked.checks] == expected
+    assert exercises.finished() == []
+
+
+def test_a_program_that_crashes_is_told_with_its_cause() -> None:
+    checked = as_checked("4", judged(str(FOLDER / "null_pointer.elf"), "lab3", "4", 0))
+    assert checked.state == "not yet"
+    assert checked.causes[0]["fatal"]
+    assert "storeReading" in checked.causes[0]["summary"]
+
+
+def test_one_is_judged_at_a_time(exercises: LabExercises) -> None:
+    exercises.start("4", "solution", 0)
+    with pytest.raises(InputError, match="exercise 4 is being checked"):
+        exercises.start("1", "solution", 0)
+    with pytest.raises(InputError):
+        exercises.start("no such exercise", "solution", 0)
+
+
+def test_what_is_no_firmware_is_an_error_of_its_result(exercises: LabExercises, tmp_path: Path) -> None:
+    program = tmp_path / "empty.elf"
+    program.write_bytes(b"")
+    exercises.start("4", str(program), 0)
+    checked = result(exercises)
+    assert (checked.state, checked.checks) == ("error", [])
+    assert "\n" not in checked.problem
+    assert checked.problem
+
+
+def test_closing_ends_a_judgement() -> None:
+    exercises = LabExercises()
+    exercises.start("5", "solution", 0)
+    exercises.close()
+    assert not [one for one in threading.enumerate() if "_serve" in one.name]
+    exercises.close()
