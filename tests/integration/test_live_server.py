@@ -156,21 +156,6 @@ def test_a_page_of_another_origin_gets_no_socket(live: tuple[PageServer, Session
     assert refused.value.response.status_code == 403
 
 
-def test_the_servers_own_page_gets_a_socket_by_its_cookie_and_origin(
-    live: tuple[PageServer, Session],
-) -> None:
-    pages, _ = live
-    url = pages.address.socket.partition("?")[0]
-    cookie = f"fcu-{pages.address.port}={pages.address.token}"
-    own = f"http://127.0.0.1:{pages.address.port}"
-    with connect(url, origin=own, additional_headers={"Cookie": cookie}) as client:  # type: ignore[arg-type]
-        until(client, "hello")
-    for headers in ({"Cookie": cookie}, {"Origin": own}, {"Cookie": cookie, "Origin": "http://evil.example"}):
-        with pytest.raises(InvalidStatus) as refused, connect(url, additional_headers=headers):
-            pass
-        assert refused.value.response.status_code == 403
-
-
 def test_a_client_moves_the_board_and_sees_it(live: tuple[PageServer, Session]) -> None:
     pages, _ = live
     with connected(pages.address) as client:
