@@ -104,4 +104,5 @@ class CommBench(FakeProcessor):
         return self.chip.next_ps
 
     def notes(self) -> list[str]:
-        return [note.text for note in self.trace.of(DeviceNote)]
+        """Of every note so far its kind and its text, such as ``forbidden: TRISE is 2; ...``."""
+        return [f"{note.what}: {note.text}" for note in self.trace.of(DeviceNote)]

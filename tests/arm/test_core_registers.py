@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from emulator.trace import DeviceNote
+from tests.arm.chip_fakes import NativeChip
 from tests.arm.core_bench import STACK, SYMBOLS, CoreBench, interrupts, store
 
 
@@ -180,6 +181,20 @@ def test_a_program_may_bring_its_ram() -> None:
     core.run_us(20)
 
     assert core.values == [42]
+
+
+@pytest.mark.parametrize("bit", [0, 1, 3, 7, 8, 10, 11, 12, 13, 14, 15, 16, 17, 18])
+def test_shcsr_sets_and_clears_the_bits_of_its_own_exceptions_alone(bit: int) -> None:
+    """B3.2.13: active, pending and enable bits can be written; interrupts and PendSV stay pending."""
+    shcsr, icsr, ispr0, pend_sv = 0xD24, 0xD04, 0x200, 1 << 28
+    space = NativeChip()["SCS"]
+    space.write(ispr0, 0xFFFF)
+    space.write(icsr, pend_sv)
+    for value in (1 << bit, 0, 0x7_FD8B, 1 << bit):
+        space.write(shcsr, value)
+        assert space.read(shcsr) == value
+        assert space.read(ispr0) == 0xFFFF
+        assert space.read(icsr) & pend_sv
 
 
 # -- accesses that are noted --------------------------------------------------------------------------------

@@ -17,7 +17,7 @@ import pytest
 
 import emulator.errors
 from emulator.errors import LinkError
-from emulator.links import StdoutLink
+from emulator.links import StdoutLink, stdout
 
 ALL_BYTES = bytes(range(256))
 DEADLINE_S = 30.0
@@ -196,6 +196,27 @@ link.close()
         output, errors = process.communicate(b"a recording\r\n", timeout=DEADLINE_S)
     assert errors == b""
     assert output == b"a recording\r\n"
+
+
+def test_a_keyboard_that_cannot_be_read_for_a_while_is_read_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The process was in the background, where a read of its terminal fails, and came back."""
+    ended = threading.Event()
+    answers = iter((OSError("in the background"), OSError("still"), b"typed", b""))
+
+    def read(fd: int, most: int) -> bytes:
+        answer = next(answers)
+        if isinstance(answer, OSError):
+            raise answer
+        if not answer:
+            ended.set()
+        return answer
+
+    monkeypatch.setattr(stdout, "RETRY_S", 0.0)
+    monkeypatch.setattr(os, "read", read)
+    keyboard = stdout.Keyboard(99)
+    assert ended.wait(DEADLINE_S)
+    assert keyboard.read(3) == b"typ"
+    assert keyboard.read(100) == b"ed"
 
 
 def test_announce_does_not_speak_of_typing_without_a_keyboard(pipe: Pipe) -> None:
