@@ -77,7 +77,7 @@ def _page() -> Finding:
     try:
         return Finding(True, f"websockets {importlib.metadata.version('websockets')}, for fcu web")
     except ImportError:
-        return Finding(False, 'websockets: optional, for fcu web; pip install "fcu-emulator[web]"')
+        return Finding(False, "websockets: optional, for fcu web; pip install websockets")
 
 
 def _library() -> Finding:
