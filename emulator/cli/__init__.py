@@ -24,9 +24,11 @@ if TYPE_CHECKING:
     from emulator.cli.exit_codes import ExitCode
 
 _OUT_OF_RESOURCES = {errno.ENOMEM, errno.EMFILE, errno.ENFILE, errno.ENOSPC, errno.EDQUOT, errno.EAGAIN}
+_COMPLETION = "_FCU_COMPLETE"
+"""The variable by which a shell asks for completions; click makes its name from the program's."""
 _LEAST_ADDRESS_SPACE = 256 << 20
 """Bytes below which numpy's linear algebra ends the process at once, with an exit code of its own, 1."""
-_NOT_JUDGED, _INTERRUPTED = 4, 130
+_NOT_JUDGED, _INTERRUPTED, _READER_GONE = 4, 130, 141
 """As in emulator.cli.exit_codes, which may itself be what cannot be imported."""
 
 
@@ -42,8 +44,9 @@ def main() -> None:
         code = _INTERRUPTED
     end_at_once()
     for stream in (sys.stdout, sys.stderr):
-        if stream is not None and not _flushed(stream) and stream is sys.stdout and code in (0, 1):
-            code = _NOT_JUDGED
+        lost = None if stream is None else _lost(stream)
+        if lost is not None and stream is sys.stdout and code in (0, 1):
+            code = _READER_GONE if _is_broken_pipe(lost) else _NOT_JUDGED
     sys.exit(code)
 
 
@@ -82,6 +85,8 @@ def execute(arguments: Sequence[str]) -> ExitCode | int:
             " or with --isolate --limit memory_bytes=NUMBER)"
         )
     except OSError as error:
+        if _was_printing(error) and _is_broken_pipe(error):
+            return _READER_GONE
         if _was_printing(error):
             _complain(f"standard output: {error.strerror or error}; what was printed is not complete")
         elif error.errno in _OUT_OF_RESOURCES:
@@ -105,8 +110,10 @@ def _execute(arguments: Sequence[str]) -> ExitCode | int:
             raise OutputError(f"standard output is closed; give it somewhere to go, such as > {os.devnull}")
         try:
             code = cli.main(list(arguments), prog_name="fcu", standalone_mode=False, obj=arguments)
-        except SystemExit as error:  # click's own answer to a broken pipe: 1, without a word
-            raise OutputError("standard output: Broken pipe; what was printed is not complete") from error
+        except SystemExit as error:
+            if _COMPLETION in os.environ:  # a shell asks for completions, which click answers, and exits
+                return int(error.code or 0)
+            return ExitCode.READER_GONE  # click's own answer to a broken pipe: 1, without a word
         return code if isinstance(code, int) else ExitCode.HELD
     except click.ClickException as error:
         with suppress(OSError):
@@ -157,14 +164,21 @@ def _complain(line: str) -> None:
         sys.stderr.write(f"fcu: {visible(line)}\n")
 
 
-def _flushed(stream: TextIO) -> bool:
-    """Write out what is left; if that fails, let the interpreter not try it again at its end."""
+def _is_broken_pipe(error: BaseException) -> bool:
+    """Whether the reader of standard output has closed it, which is no fault."""
+    from emulator.links.writer import is_broken_pipe
+
+    return is_broken_pipe(error)
+
+
+def _lost(stream: TextIO) -> Exception | None:
+    """Write out what is left; if that fails, let the interpreter not try it again at its end, and say why."""
     try:
         stream.flush()
-    except (OSError, ValueError):
+    except (OSError, ValueError) as error:
         with suppress(OSError, ValueError):
             null = os.open(os.devnull, os.O_WRONLY)
             os.dup2(null, stream.fileno())
             os.close(null)
-        return False
-    return True
+        return error
+    return None

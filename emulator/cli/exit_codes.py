@@ -8,6 +8,7 @@
 4       it could not be judged: output was lost, the machine's resources or time ran out, the run ended
         before the expectations could be looked at, or fcu itself has a bug
 130     Ctrl-C, SIGTERM or SIGHUP, before anything was judged
+141     the reader of standard output has closed it, as in ``fcu ... | head``
 ======  ==================================================================================================
 
 Decision: 1 and 3 speak of the firmware only, and are given only when the firmware is at fault; whatever goes
@@ -35,6 +36,8 @@ class ExitCode(IntEnum):
     NOT_JUDGED = 4
     INTERRUPTED = 130
     """The shell's own code for a program that Ctrl-C ended; of other requests to end as well."""
+    READER_GONE = 141
+    """The shell's own code for a program that SIGPIPE ended."""
 
 
 def code_of(error: FcuError) -> ExitCode:
@@ -48,6 +51,8 @@ def code_of(error: FcuError) -> ExitCode:
     return ExitCode.FAILED if isinstance(error, ExpectationError) else ExitCode.FIRMWARE_FAILED
 
 
-def with_losses(code: ExitCode, lost: int) -> ExitCode:
-    """``code`` of a run of which ``lost`` bytes of output did not arrive."""
-    return ExitCode.NOT_JUDGED if lost and code in (ExitCode.HELD, ExitCode.FAILED) else code
+def with_losses(code: ExitCode, lost: int, reader_gone: bool = False) -> ExitCode:
+    """``code`` of a run of which ``lost`` bytes of output did not arrive; the reader may have left."""
+    if not lost or code not in (ExitCode.HELD, ExitCode.FAILED):
+        return code
+    return ExitCode.READER_GONE if reader_gone else ExitCode.NOT_JUDGED

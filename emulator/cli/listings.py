@@ -34,7 +34,7 @@ def print_registers(name: str | None) -> None:
 
     Raises InputError naming what is known.
     """
-    wanted = (name or "").upper()
+    wanted = (name or "").strip().upper()
     block = next((one for own, one in BLOCKS.items() if own.upper() == wanted), None)
     if wanted in PARTS:
         _print_part(PARTS[wanted])

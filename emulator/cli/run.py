@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +24,7 @@ from emulator.errors import FcuError, InputError, LinkError, OutputError
 from emulator.isolation import limits_of_worker
 from emulator.links import Addressed, ByteLink, open_link
 from emulator.links.runner import Progress, Runner
+from emulator.links.stdout import StdoutLink
 from emulator.text import visible
 from emulator.time.clock import parse_duration, seconds
 from emulator.trace import LARGEST_FILE
@@ -94,6 +95,7 @@ def run_board(options: RunOptions) -> ExitCode:
 
         def between_slices(progress: Progress) -> None:
             explainer.look()
+            runner.stopped |= end_ps is None and _unread(links)
             if door:
                 door.serve()
             if show:
@@ -118,9 +120,14 @@ def run_board(options: RunOptions) -> ExitCode:
         except FcuError as error:
             record.write(code_of(error), str(error))
             raise
-        code = with_losses(code, sum(link.undelivered() for link in links))
+        code = with_losses(code, sum(link.undelivered() for link in links), _unread(links))
         record.write(code)
         return code
+
+
+def _unread(links: Sequence[ByteLink]) -> bool:
+    """Whether the only reader of the terminal's text has gone."""
+    return bool(links) and all(isinstance(link, StdoutLink) and link.reader_gone for link in links)
 
 
 def _check_files(options: RunOptions) -> None:

@@ -74,10 +74,15 @@ class StdoutLink:
         return [f"serial: on standard output{typing}"]
 
     def report(self) -> list[str]:
-        """Return one line if bytes were lost."""
-        lost = self._writer.lost
+        """Return one line if bytes were lost; none if the reader wanted no more."""
+        lost = 0 if self.reader_gone else self._writer.lost
         reason = self._writer.failure or "its reader was too slow"
         return [f"serial: {lost} bytes lost on standard output: {reason}"] if lost else []
+
+    @property
+    def reader_gone(self) -> bool:
+        """Whether standard output is a pipe whose reader has closed it."""
+        return self._writer.reader_gone
 
     def undelivered(self) -> int:
         """Return how many bytes were lost, for whatever reason."""

@@ -7,6 +7,8 @@ seen. Once a write has failed (reader gone, disk full) nothing more is written, 
 
 from __future__ import annotations
 
+import errno
+import sys
 import threading
 import time
 from collections.abc import Callable
@@ -18,6 +20,12 @@ BACKLOG_LIMIT = 16 * 1024 * 1024
 CHUNK = 4096
 """Bytes in one write."""
 JOIN_S = 0.2
+
+
+def is_broken_pipe(error: BaseException) -> bool:
+    """Whether a write failed because the reader has closed the pipe; on Windows that is EINVAL."""
+    broken = {errno.EPIPE, errno.EINVAL} if sys.platform == "win32" else {errno.EPIPE}
+    return isinstance(error, OSError) and error.errno in broken
 
 
 class RawFile(Protocol):
@@ -46,6 +54,7 @@ class BackgroundWriter:
         self._in_flight = 0
         self._lost = 0
         self._failure = ""
+        self._reader_gone = False
         self._closed = False
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
@@ -55,6 +64,12 @@ class BackgroundWriter:
         """Why nothing is written any more, "" while all is well."""
         with self._changed:
             return self._failure
+
+    @property
+    def reader_gone(self) -> bool:
+        """Whether the reader of a pipe has closed it, as ``head`` does when it has enough."""
+        with self._changed:
+            return self._reader_gone
 
     @property
     def lost(self) -> int:
@@ -127,6 +142,7 @@ class BackgroundWriter:
     def _give_up(self, error: Exception) -> None:
         self._on_failure()
         with self._changed:
+            self._reader_gone = is_broken_pipe(error)
             self._failure = (error.strerror if isinstance(error, OSError) else "") or str(error)
             self._lost += self._untaken()
             self._backlog.take()

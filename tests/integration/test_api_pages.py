@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import importlib
+import importlib.metadata
 import re
 import shutil
 import subprocess
 import sys
 import textwrap
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -50,6 +52,26 @@ def test_what_a_page_shows_says_what_it_is(kind: str, name: str) -> None:
     shown = importlib.import_module(name) if kind == "module" else found(name)
 
     assert (shown.__doc__ or "").strip()
+
+
+def test_the_docs_extra_has_what_the_pages_import() -> None:
+    """Of the packages that other extras name, only those of the extra may be imported."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    extras = {
+        name: {re.split(r"[<>=~;\[ ]", one)[0].lower() for one in packages}
+        for name, packages in project["optional-dependencies"].items()
+    }
+    others = set.union(*extras.values()) - extras["docs"] - {"fcu-emulator"}
+    owners = importlib.metadata.packages_distributions()
+    hidden = [name for name, owner in owners.items() if others & {one.lower() for one in owner}]
+    modules = sorted({name for kind, name in (one.values for one in SHOWN) if kind == "module"})
+    program = (
+        f"import importlib, sys\nsys.modules.update(dict.fromkeys({hidden!r}))\n"
+        f"for name in {modules!r}:\n    importlib.import_module(name)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, check=False)
+
+    assert done.returncode == 0, done.stderr.decode()
 
 
 @pytest.mark.parametrize(("kind", "name"), SHOWN)

@@ -17,6 +17,7 @@ from firmware_model.arm import prebuilt
 from tests.scenario_files import HEAD, write
 
 HELD, FAILED, WRONG_USE, FIRMWARE_FAILED, NOT_JUDGED = range(5)
+READER_GONE = 141
 FULL = Path("/dev/full")
 needs_full = pytest.mark.skipif(not FULL.exists(), reason="/dev/full is a Linux device")
 posix = pytest.mark.skipif(sys.platform == "win32", reason="how a POSIX shell starts a program")
@@ -157,8 +158,44 @@ def test_a_reader_that_has_gone(arguments: tuple[str, ...]) -> None:
         done = fcu(*arguments, stdout=written)
     finally:
         os.close(written)
-    assert done.returncode == NOT_JUDGED
-    assert done.stderr == "fcu: standard output: Broken pipe; what was printed is not complete\n"
+    assert (done.returncode, done.stderr) == (READER_GONE, "")
+
+
+@posix
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("registers", "LSM6DSL"),
+        ("scenario", "schema"),
+        ("run", "lab3", "--quiet"),  # without an end: it ends with its reader
+        ("run", "lab3", "--scenario", "desk", "--speed", "max", "--quiet"),
+    ],
+    ids=" ".join,
+)
+def test_a_reader_that_has_enough_ends_every_command(arguments: tuple[str, ...]) -> None:
+    """``| head -1``: no message about it; only a verdict, which is not on standard output."""
+    with subprocess.Popen(
+        [sys.executable, "-m", "emulator", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        assert process.stdout.readline()
+        process.stdout.close()
+        said = process.stderr.read().decode()
+        code = process.wait(timeout=120)
+
+    assert code in (READER_GONE, HELD)  # what fits into the pipe's buffer has been printed
+    assert said in ("", "fcu: 8 of 8 expectations met\n")
+    if arguments[0] == "run":
+        assert code == READER_GONE
+
+
+def test_an_unknown_part_is_one_line() -> None:
+    for name in ("", " ", "LSM", "\x1b"):
+        done = fcu("registers", name)
+        assert (done.returncode, done.stdout) == (WRONG_USE, "")
+        (line,) = done.stderr.splitlines()
+        assert line.startswith("fcu: ")
 
 
 def test_names_of_files_send_nothing_to_the_terminal() -> None:
