@@ -13,7 +13,7 @@ transfers a second of virtual time would cost more through a general encoder tha
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields
 from functools import lru_cache
 from json.encoder import encode_basestring_ascii as quoted
@@ -220,35 +220,72 @@ class Trace:
     """A run's events; iterate over it, or ask :meth:`of` for one type.
 
     ``detailed``: whether somebody wants the frequent events; producers ask before they build one.
+    ``observed``: whether events are written or handed to a subscriber. Until then a producer may keep events
+    in another form and add them when the trace is read (:meth:`draw_from`).
     """
 
     def __init__(self) -> None:
         self.detailed = False
+        self.observed = False
         self.dropped = 0
+        self._sources: list[Callable[[], None]] = []
         self._events: deque[TraceEvent] = deque()
         self._keep_detail = False
         self._subscribers: list[tuple[Subscriber, bool]] = []
         self._files: list[BoundedFile] = []
 
     def __len__(self) -> int:
+        self._draw()
         return len(self._events)
 
     def __iter__(self) -> Iterator[TraceEvent]:
+        self._draw()
         return iter(tuple(self._events))
 
     def of(self, kind: type[EventT]) -> list[EventT]:
         """The kept events of one type, in order."""
+        self._draw()
         return [event for event in self._events if isinstance(event, kind)]
 
     def record_all(self) -> None:
         """Keep every event in memory from now on, bus transfers and terminal bytes included."""
-        self.detailed = self._keep_detail = True
+        self._draw()
+        self._keep_detail = True
+        self._look_who_listens()
+
+    def draw_from(self, source: Callable[[], None]) -> None:
+        """Call ``source()`` before the trace is read, or another event added: it adds what it has kept.
+
+        It does so by :meth:`add_kept`.
+        """
+        self._sources.append(source)
+
+    def add_kept(self, events: Sequence[TraceEvent], dropped: int) -> None:
+        """Add rare events that a source has kept, and the number of those before that it has dropped."""
+        most = self.kept_at_most
+        dropped += max(0, len(events) - most)
+        events = events[-most:]
+        too_many = max(0, len(self._events) + len(events) - most) if not dropped else len(self._events)
+        for _ in range(too_many):
+            self._events.popleft()
+        self.dropped += dropped + too_many
+        self._events.extend(events)
+
+    @property
+    def kept_at_most(self) -> int:
+        """How many events are kept in memory."""
+        return _KEPT_IN_DETAIL if self._keep_detail else _KEPT
+
+    def _draw(self) -> None:
+        for source in self._sources:
+            source()
 
     def subscribe(self, subscriber: Subscriber, *, detail: bool = True) -> Callable[[], None]:
         """Call ``subscriber(event)`` for each event from now on, the frequent ones only with ``detail``.
 
         Returns what ends the subscription.
         """
+        self._draw()
         entry = subscriber, detail
         self._subscribers.append(entry)
         self._look_who_listens()
@@ -266,11 +303,13 @@ class Trace:
         What cannot be written later, or would make the file larger than ``most_bytes``, is an OutputError
         that comes out of the run.
         """
+        self._draw()
         self._files.append(BoundedFile(path, f"trace file {path}", most_bytes))
         self._look_who_listens()
 
     def add(self, event: TraceEvent) -> None:
         """Record a rare event."""
+        self._draw()
         self._keep(event)
         self._hand_on(event, detail=False)
 
@@ -312,16 +351,19 @@ class Trace:
 
     def snapshot(self) -> int:
         """How many events there have been; for :mod:`emulator.board.snapshot`."""
+        self._draw()
         return len(self._events) + self.dropped
 
     def restore(self, state: int) -> None:
         """Forget the events that came after these; who observes goes on, and files keep what they have."""
+        self._draw()
         for _ in range(min(len(self._events) + self.dropped - state, len(self._events))):
             self._events.pop()
 
     def _look_who_listens(self) -> None:
         subscribed = any(detail for _, detail in self._subscribers)
         self.detailed = self._keep_detail or subscribed or bool(self._files)
+        self.observed = self.detailed or bool(self._subscribers)
 
     def _hand_on(self, event: TraceEvent, *, detail: bool) -> None:
         if self._files:
@@ -341,7 +383,7 @@ class Trace:
             raise
 
     def _keep(self, event: TraceEvent) -> None:
-        if len(self._events) >= (_KEPT_IN_DETAIL if self._keep_detail else _KEPT):
+        if len(self._events) >= self.kept_at_most:
             self._events.popleft()
             self.dropped += 1
         self._events.append(event)

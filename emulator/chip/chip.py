@@ -92,7 +92,7 @@ class Chip:
             else:  # nothing is connected to it
                 ConnectedI2c(self.core, name, I2CBus(name, signals.clock, signals.trace))
         self.core.power_on(soc, self.system, self.system.rcc.reset_because)
-        self.system.rcc.control(self.core.all_blocks)
+        self.system.rcc.control(self.core.all_blocks, self.core)
 
     def _reset(self, reason: str) -> None:
         self.core.request_reset(reason)

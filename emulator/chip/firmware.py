@@ -9,14 +9,14 @@
 A run of built firmware has limits. Whoever runs a stranger's file, or an endless loop of their own, gets
 the machine back, with one line that says which limit was exceeded.
 
-Virtual time needs no limit of its own: a run ends at the time that it was asked for. The others are looked
-at every 10 ms of virtual time, between two instructions, so a run that is far slower than real time (an
-access to a register in every instruction, an interrupt storm) is stopped soon after its limit and not at the
-end of what was asked for.
+Virtual time needs no limit of its own: a run ends at the time that it was asked for. The limit on work
+(:mod:`emulator.chip.cpu.work`) is checked in C, so firmware that makes the emulator far slower than real time
+(a storm of interrupts, a loop that changes clocks) is stopped at the instruction that exceeds it. The other
+limits are checked every 10 ms of virtual time, between two instructions.
 
-Decision: limits on what the firmware does (instructions, bytes, resets) strike at the same instruction on
-every machine and are close enough for nearly all; wall time is the last resort, and generous, because a
-verdict that depends on the machine is no verdict. The road not taken, a process of its own that is killed
+Decision: limits on what the firmware does (work, instructions, bytes, resets) strike at the same instruction
+on every machine; wall time is the last resort, and generous, because a verdict must not depend on the
+machine. The road not taken, a process of its own that is killed
 after a while, would also stop an endless loop of ours, but no firmware can cause one: it reaches nothing
 but the model.
 """
@@ -35,6 +35,7 @@ from emulator.chip.chip import Chip
 from emulator.chip.cpu.core import RESETS_KEPT, Core, CoreSettings
 from emulator.chip.cpu.exceptions import bits
 from emulator.chip.cpu.fault_log import FaultLog
+from emulator.chip.cpu.work import costliest
 from emulator.chip.diagnosis import Diagnosis, diagnose, findings
 from emulator.chip.diagnosis.hang import exception_name
 from emulator.chip.image import FirmwareImage
@@ -132,6 +133,10 @@ class ArmFirmware:
 # -- its limits ---------------------------------------------------------------------------------------------
 
 
+WORK_PER_S = 800_000_000
+"""Twelve times the instructions of a second at 84 MHz; about two seconds of processor time."""
+
+
 @dataclass(frozen=True)
 class Limits:
     """What is allowed since power-on. Raises InputError for a limit that is not above 0."""
@@ -146,6 +151,8 @@ class Limits:
     """Time spent in running this board, waiting for the wall clock not included."""
     trace_bytes: int = LARGEST_FILE
     """Of a trace file."""
+    work_per_s: int = WORK_PER_S
+    """For each second of virtual time since power-on and one more, in units of an executed instruction."""
 
     def __post_init__(self) -> None:
         for field in fields(self):
@@ -154,6 +161,10 @@ class Limits:
                 raise InputError(f"limit {field.name} is {value!r}; give a number above 0")
         if self.resets_per_s >= RESETS_KEPT:
             raise InputError(f"limit resets_per_s is {self.resets_per_s}; give less than {RESETS_KEPT}")
+
+    def work_until(self, at_ps: int) -> int:
+        """Return the work that is allowed from power-on to ``at_ps``."""
+        return min(self.work_per_s * (at_ps + PS_PER_S) // PS_PER_S, _MOST_WORK)
 
     def check_printed(self, count: int) -> None:
         """Raises LimitError when ``count`` bytes of text are too many."""
@@ -182,6 +193,7 @@ def parse_limits(settings: Iterable[str]) -> Limits:
 
 
 _LOOK_EVERY_PS = 10 * PS_PER_MS
+_MOST_WORK = (1 << 63) - 1
 
 
 class LimitedRun:
@@ -201,14 +213,19 @@ class LimitedRun:
         clock = self._clock
         while True:
             stop_ps = min(at_ps, clock.now_ps + _LOOK_EVERY_PS)
+            self._core.work_limit = limits.work_until(stop_ps)
             began_s = self._wall_clock_s()
             self._core.run_until_ps(stop_ps)
             self._wall_s += self._wall_clock_s() - began_s
-            self._check(limits)
+            self._check(limits, stop_ps)
             if stop_ps == at_ps or clock.now_ps < stop_ps:
                 return
 
-    def _check(self, limits: Limits) -> None:
+    def _check(self, limits: Limits, at_ps: int) -> None:
+        if self._core.work > limits.work_until(at_ps):
+            time_s = f"{self._clock.now_ps / PS_PER_S:.3g} s of virtual time"
+            limit = f"work_per_s is {limits.work_per_s:,}"
+            raise LimitError("work_per_s", f"too slow: {costliest(self._core)} in {time_s} ({limit})")
         if self._core.retired > limits.instructions:
             raise LimitError("instructions", f"it has executed more than {limits.instructions} instructions")
         limits.check_printed(self._uart.received_count())

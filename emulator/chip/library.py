@@ -30,7 +30,10 @@ from emulator.time.clock import Clock
 from emulator.trace import DeviceNote, Trace
 
 _i32, _u32, _i64, _pointer = ctypes.c_int32, ctypes.c_uint32, ctypes.c_int64, ctypes.c_void_p
+_u64 = ctypes.c_uint64
 
+WORK_OF_A_CALL: Final = 2_000
+"""Of Python by C, in units of work.h."""
 NOTE_KINDS: Final = ("forbidden", "not modelled", "refused")
 """enum NoteKind of block.h."""
 BLOCK_CLASSES: Final[dict[str, type[ChipBlock]]] = {}
@@ -96,6 +99,16 @@ class Status(ctypes.Structure):
     )
 
 
+class Costliest(ctypes.Structure):
+    """struct Costliest of fcu.h."""
+
+    times: int
+    kind: int
+    index: int
+
+    _fields_ = (("times", _i64), ("kind", _i32), ("index", _i32))
+
+
 _numbers, _words = ctypes.POINTER(_i32), ctypes.POINTER(_u32)
 
 _FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {
@@ -129,6 +142,7 @@ _FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {
     "fcu_set_breakpoint": (None, _pointer, _u32, _i32),
     "fcu_watch_memory": (None, _pointer, _i32, _u32, _u32),
     "fcu_status": (None, _pointer, ctypes.POINTER(Status)),
+    "fcu_costliest": (None, _pointer, ctypes.POINTER(Costliest)),
     "fcu_priority": (_i32, _pointer, _i32),
     "fcu_priority_group": (_i32, _pointer, _i32),
     "fcu_load": (_i32, _pointer, _u32, _u32, _words),
@@ -143,8 +157,10 @@ _FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {
     "fcu_set_clocks": (None, _pointer, ctypes.POINTER(ClocksTable)),
     "fcu_block_count": (_i32, _pointer),
     "fcu_block_base": (_u32, _pointer, _i32),
-    "fcu_gate": (None, _pointer, _i32, _i32),
-    "fcu_reset_block": (None, _pointer, _i32),
+    "fcu_gate_python": (None, _pointer, _u32, _i32),
+    "fcu_gate": (None, _pointer, _u64, _u64),
+    "fcu_is_clocked": (_i32, _pointer, _i32),
+    "fcu_reset_blocks": (None, _pointer, _u64),
     "fcu_read_block": (_u32, _pointer, _i32, _u32),
     "fcu_peek_block": (_u32, _pointer, _i32, _u32),
     "fcu_write_block": (None, _pointer, _i32, _u32, _u32, _u32),
@@ -167,6 +183,8 @@ _FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {
     "fcu_dma_request": (_i32, _pointer, _i32),
     "fcu_dma_remaining": (_u32, _pointer, _i32),
     "fcu_connect_pins": (None, _pointer, ctypes.POINTER(PinTable)),
+    "fcu_edges_waiting": (_i64, _pointer),
+    "fcu_take_edges": (_i64, _pointer, _pointer, _i64, ctypes.POINTER(_i64)),
     "fcu_watch_pin": (None, _pointer, _i32, _i32),
     "fcu_frequent_pin": (None, _pointer, _i32, _i32),
     "fcu_drive_pin": (None, _pointer, _i32, _i32, _i32),
@@ -221,6 +239,7 @@ class FcuChip:
     def __init__(self, clock: Clock, trace: Trace) -> None:
         self.library = load()
         self.clock, self.trace = clock, trace
+        self.closed = False
         self._error: BaseException | None = None
         self._kept: list[object] = []
         self._noted: set[tuple[int, int, bytes]] = set()
@@ -239,9 +258,10 @@ class FcuChip:
         self.handle = _pointer(handle)
         self._owner = _Owner()
         self._destroy = weakref.finalize(self._owner, self.library.fcu_destroy, self.handle)
-        shared = (_i64 * 5).from_address(handle)
+        shared = (_i64 * 8).from_address(handle)
         self.shared = memoryview(shared).cast("B").cast("q")
-        """now_ps, host_next_ps, until_ps, must_stop, detailed: the first members of struct Chip."""
+        """The first members of struct Chip: now_ps, host_next_ps, until_ps, must_stop, detailed, work,
+        work_limit, observed."""
         self._kept.append(shared)
         self.flash = self._memory(self.library.fcu_flash, FLASH_SIZE)
         self.ram = self._memory(self.library.fcu_ram, RAM_SIZE)
@@ -276,6 +296,7 @@ class FcuChip:
         nothing = memoryview(b"")
         self.flash = self.ram = self.system_memory = self.shared = nothing
         self._memories = ()
+        self.closed = True
         self._destroy()
 
     # -- memory and registers ---------------------------------------------------------------------------
@@ -348,7 +369,8 @@ class FcuChip:
 
     def enter(self) -> None:
         """Before C carries out anything: what it has to know of Python."""
-        self.shared[1], self.shared[4] = self.clock.next_ps, self.trace.detailed
+        shared, trace = self.shared, self.trace
+        shared[1], shared[4], shared[7] = self.clock.next_ps, trace.detailed, trace.observed
 
     def settle(self) -> None:
         """Carry out what is due by now, in C and in Python."""
@@ -359,8 +381,21 @@ class FcuChip:
 
     def set_clocks(self, tree: ClockTree) -> None:
         """The frequencies of RCC are these from now on."""
-        names = (field[0] for field in ClocksTable._fields_)
-        self.library.fcu_set_clocks(self.handle, ClocksTable(*(getattr(tree, name) for name in names)))
+        clocks = tree.sysclk_hz, tree.hclk_hz, tree.pclk1_hz, tree.pclk2_hz, tree.timer1_hz, tree.timer2_hz
+        self.library.fcu_set_clocks(self.handle, ClocksTable(*clocks))
+        self.raise_error()
+
+    def gate(self, blocks: int, clocked: int) -> None:
+        """Switch the clocks of blocks in C on or off: bit = index."""
+        self.library.fcu_gate(self.handle, blocks, clocked)
+
+    def gate_python(self, block: Peripheral, clocked: bool) -> None:
+        """Tell C that the clock of a block in Python has been switched on or off."""
+        self.library.fcu_gate_python(self.handle, block.base, clocked)
+
+    def reset_blocks(self, blocks: int) -> None:
+        """Put blocks in C into their state after reset: bit = index."""
+        self.library.fcu_reset_blocks(self.handle, blocks)
         self.raise_error()
 
     def set_irq(self, number: int, level: bool) -> None:
@@ -409,6 +444,7 @@ class FcuChip:
         def called(now_ps: int, *arguments: Any) -> Any:
             try:
                 clock.now_ps = now_ps
+                self.shared[5] += WORK_OF_A_CALL
                 if self._unreported[0]:
                     self.targets.settle()
                 return function(*arguments)
@@ -459,26 +495,25 @@ class FcuChip:
 class ChipBlock(Peripheral):
     """A block in C as Python sees it: registers by offset, reset, clock gate."""
 
+    index: int
+
     def __init__(self, chip: FcuChip, index: int, name: str, base: int) -> None:
         self._chip, self.index = chip, index
         self.name, self.base, self.size = name, base, 0x400
         self.NAMES = names_of(name)
-        self._clocked = True
 
     @property
     def clocked(self) -> bool:
         """Set by RCC."""
-        return self._clocked
+        return bool(self._chip.library.fcu_is_clocked(self._chip.handle, self.index))
 
     @clocked.setter
     def clocked(self, clocked: bool) -> None:
-        self._clocked = clocked
-        self._chip.library.fcu_gate(self._chip.handle, self.index, clocked)
+        self._chip.gate(1 << self.index, clocked << self.index)
 
     def reset(self) -> None:
         """Back to the state after reset."""
-        self._chip.library.fcu_reset_block(self._chip.handle, self.index)
-        self._chip.raise_error()
+        self._chip.reset_blocks(1 << self.index)
 
     def read(self, offset: int) -> int:
         """The word at ``offset``, side effects included."""

@@ -22,6 +22,8 @@ _PREFETCHED = 8 * (1 + 3 * _TARGETS)
 _PUT: Final = struct.Struct(f"=qQq{_BYTES}s")  # struct Prefetched
 _LENGTHS: Final = (1 << _BYTES + 1) - 1
 _KNOWN: Final = -1  # POSITION_KNOWN
+_WORK: Final = 5_000
+"""Of asking a part for its bytes, in units of work.h."""
 
 
 class TargetTable(ctypes.Structure):
@@ -136,6 +138,7 @@ class Targets:
         clock = chip.clock
         try:
             clock.now_ps = now_ps
+            chip.shared[5] += _WORK
             if self.unreported[0]:
                 self.settle()
             if skip:

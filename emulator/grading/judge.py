@@ -1,7 +1,7 @@
 """Judging one program by a rubric, in this process.
 
-Limits are virtual time and what the firmware does (instructions, bytes, resets), never wall time: the verdict
-is the same on a loaded machine. Each run of the rubric that the wanted exercises look at is made once.
+Limits are virtual time and what the firmware does (work, instructions, bytes, resets), never wall time: the
+verdict is the same on a loaded machine. Each run of the rubric that the wanted exercises need is made once.
 """
 
 from __future__ import annotations
@@ -183,6 +183,7 @@ class _Run:
             board.arm.limits = Limits(
                 instructions=limits.instructions,
                 terminal_bytes=limits.terminal_bytes,
+                work_per_s=limits.work_per_s,
                 resets_per_s=limits.resets_per_s,
                 wall_s=_NO_WALL_S,
             )

@@ -31,6 +31,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import Field, ValidationError, model_validator
 
 from emulator.boards.fcu001v1 import FCU001V1
+from emulator.chip.firmware import WORK_PER_S
 from emulator.errors import InputError, RubricError, ScenarioError
 from emulator.grading.checks import AnyCheck
 from emulator.grading.verdict import Detail, Visibility
@@ -116,6 +117,7 @@ class RubricLimits(Table):
 
     instructions: int = Field(10**11, ge=1)
     terminal_bytes: int = Field(1 << 20, ge=1, le=8 << 20)
+    work_per_s: int = Field(WORK_PER_S, ge=1, le=10**12)
     resets_per_s: int = Field(100, ge=1, le=1_000)
 
 

@@ -44,6 +44,7 @@ def to_ps(seconds: float) -> int:
 
 
 _LAST: Final = 1 << 60  # added to an event's order
+_FEW: Final = 1_000  # entries of the queue among which cancelled ones do not matter
 
 
 class Event:
@@ -80,6 +81,7 @@ class Clock:
         self._front: _Entry | None = None
         """The earliest event, if it was put in as such: a timer that repeats itself needs no heap."""
         self._order = 0
+        self._purge_at = _FEW
         self.deferred_ps: int = NEVER_PS
         self._deferred: list[_Entry] = []
         self.before_firing: list[Callable[[int], None]] = []
@@ -98,10 +100,20 @@ class Clock:
         ``last`` puts it after everything else of the same time, also what is scheduled later.
         """
         event = Event(action)
+        if len(self._queue) >= self._purge_at:
+            self._purge()
         self._order += 1
         order = self._order + (_LAST if last else 0)
         self._put((max(at_ps, self.now_ps), order, event))
         return event
+
+    def _purge(self) -> None:
+        """Drop cancelled events: one that is planned and cancelled all the time would fill the queue."""
+        self._queue[:] = [entry for entry in self._queue if entry[2].action is not None]
+        heapq.heapify(self._queue)
+        self._purge_at = max(_FEW, 2 * len(self._queue))
+        front = self._front
+        self.next_ps = front[0] if front else self._queue[0][0] if self._queue else NEVER_PS
 
     def repeat(self, event: Event, at_ps: int) -> None:
         """Put an event that has just fired back into the queue, for a time that has not passed yet."""

@@ -25,7 +25,7 @@ class Board:
         self.blocks = SystemBlocks(self.chip.soc, oscillators=oscillators)
         self.rcc = self.blocks.rcc
         self.native = NativeChip()
-        self.rcc.control((*self.blocks, *self.native.fcu.blocks.values()))
+        self.rcc.control((*self.blocks, *self.native.fcu.blocks.values()), self.native.fcu)
 
     def set_bits(self, offset: int, bits: int) -> None:
         self.rcc.write(offset, self.rcc.read(offset) | bits)

@@ -32,7 +32,8 @@ CYCLES_PER_INSTRUCTION: Final = Fraction(13, 10)
 RESETS_KEPT: Final = 10_000
 _REASONS: Final = ("", "SYSRESETREQ", "PIN", "IWDG", "WWDG", "power-on")
 """enum ResetReason of machine.h, and those that come from Python."""
-_HALTED: Final = 1
+_HALTED, _BY_WORK = 1, 3
+"""enum Ended of machine.h."""
 _TOUCHED: Final = (("clock", "read"), ("clock", "written"), ("unknown", "read"), ("unknown", "written"))
 """enum Touched of chip.h."""
 
@@ -116,13 +117,13 @@ class Core(FcuChip):
     # -- running ----------------------------------------------------------------------------------------
 
     def run_until_ps(self, at_ps: int) -> None:
-        """Run up to and including ``at_ps``; less if a debugger halts the core."""
+        """Run up to and including ``at_ps``; less if a debugger halts the core, or beyond ``work_limit``."""
         clock, shared = self.clock, self.shared
         self.enter()
         ended = self.library.fcu_run_until(self.handle, at_ps)
         self.raise_error()
         clock.now_ps = shared[0]  # a fault while a frame was saved has been reported at its end
-        if ended != _HALTED:
+        if ended not in (_HALTED, _BY_WORK):
             clock.advance_to(at_ps)
 
     def request_reset(self, reason: str) -> None:
@@ -167,6 +168,20 @@ class Core(FcuChip):
     def skipped(self) -> int:
         """Of these, how many were counted instead of being executed, because they were repetitions."""
         return self.status().skipped
+
+    @property
+    def work(self) -> int:
+        """Work done since power-on, in units of work.h: about that of an executed instruction."""
+        return self.shared[5]
+
+    @property
+    def work_limit(self) -> int:
+        """Beyond so much work since power-on, :meth:`run_until_ps` ends early."""
+        return self.shared[6]
+
+    @work_limit.setter
+    def work_limit(self, work: int) -> None:
+        self.shared[6] = work
 
     @property
     def thread_ps(self) -> int:
@@ -314,7 +329,7 @@ class Core(FcuChip):
         return value
 
     def _write(self, address: int, size: int, value: int) -> None:
-        self.python.write(address, size, value)
+        self.shared[2] = self.python.write(address, size, value)
 
     def _touched(self, block: int, offset: int, what: int) -> None:
         kind, done = _TOUCHED[what]

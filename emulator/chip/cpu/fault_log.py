@@ -88,16 +88,16 @@ class FaultLog:
 
     def _record(self, fault: Fault) -> None:
         core = self._core
-        now_ps = core.now_ps
+        now_ps, pc = core.clock.now_ps, core.pc
         self.seen += 1
-        if self.origin is not None and self.origin.pc == core.pc and now_ps - self.last_ps <= _SOON_PS:
+        if self.origin is not None and self.origin.pc == pc and now_ps - self.last_ps <= _SOON_PS:
             self.times, self.last_ps = self.times + 1, now_ps
             return
         before = self.latest
         self.latest = record = FaultRecord(
             t_ps=now_ps,
             fault=fault,
-            pc=core.pc,
+            pc=pc,
             registers=CORE.unpack(core.core_state()),
             cfsr=core.peek(_CFSR) or 0,
             hfsr=core.peek(_HFSR) or 0,

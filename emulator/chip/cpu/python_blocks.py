@@ -15,12 +15,13 @@ from emulator.chip.memory_map import CHIP_NAME, PAGE_SHIFT
 from emulator.chip.peripherals.peripheral import ALREADY_PS, WORD, Peripheral, Soc
 from emulator.chip.peripherals.rcc import ENABLE
 from emulator.chip.registers import BLOCKS
-from emulator.time.clock import NEVER_PS
 from emulator.trace import DeviceNote
 
 # -- what stands where the model has no block ---------------------------------------------------------------
 
 _MOST_REPORTED = 100
+NOTHING_PS, SILENT_PAGE_PS = -2, -3
+"""As in bus.h: C remembers that there is nothing, and asks no more."""
 
 
 class Absent(Peripheral):
@@ -38,6 +39,10 @@ class Absent(Peripheral):
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
         """Forgotten, and reported."""
         self._report(offset, f"0x{value & mask:X} written, forgotten")
+
+    def is_silent(self) -> bool:
+        """Return whether no access is reported any more."""
+        return len(self._reported) > _MOST_REPORTED
 
     def _report(self, offset: int, what: str) -> None:
         if offset in self._reported or len(self._reported) > _MOST_REPORTED:
@@ -114,31 +119,36 @@ class PythonBlocks:
         return next((one for one in self._reserved if one.base <= address < one.base + one.size), None)
 
     def read(self, address: int, size: int) -> tuple[int, int]:
-        """As :meth:`Peripheral.read_with_validity`: the value, and until when it stays so."""
+        """As :meth:`Peripheral.read_with_validity`: the value, and until when it stays so.
+
+        Where nothing is, ``NOTHING_PS`` or ``SILENT_PAGE_PS``.
+        """
         block = self.find(address)
         assert block is not None, f"0x{address:08X} is not on the bus"
         register = address - block.base & 0xFFFF_FFFC
         if not block.clocked:
             self.report_clock(block, register, "read")
-            return 0, NEVER_PS
+            return 0, NOTHING_PS
         if not _has(block, register):
             self.report_unknown(block, register, "read")
-            return 0, ALREADY_PS
+            return 0, NOTHING_PS
         value, until_ps = block.read_with_validity(register)
-        return value >> 8 * (address & 3) & _MASK[size], until_ps
+        return value >> 8 * (address & 3) & _MASK[size], _validity(block, until_ps)
 
-    def write(self, address: int, size: int, value: int) -> None:
-        """Write ``size`` bytes there."""
+    def write(self, address: int, size: int, value: int) -> int:
+        """Write ``size`` bytes there; as the validity of :meth:`read`."""
         block = self.find(address)
         assert block is not None, f"0x{address:08X} is not on the bus"
         register = address - block.base & 0xFFFF_FFFC
         shift = 8 * (address & 3)
         if not block.clocked:
             self.report_clock(block, register, "written")
-        elif not _has(block, register):
+            return NOTHING_PS
+        if not _has(block, register):
             self.report_unknown(block, register, "written")
-        else:
-            block.write(register, value << shift, _MASK[size] << shift)
+            return NOTHING_PS
+        block.write(register, value << shift, _MASK[size] << shift)
+        return _validity(block, ALREADY_PS)
 
     def peek(self, address: int) -> int | None:
         """The word there without side effects, whether its clock runs or not; None where no block can be."""
@@ -166,6 +176,15 @@ class PythonBlocks:
         if key not in self._reported:
             self._reported.add(key)
             self._soc.trace.add(DeviceNote(self._soc.clock.now_ps, block.name, kind, text))
+
+
+def _validity(block: Peripheral, until_ps: int) -> int:
+    """``until_ps``, or that nothing is there and such an access will not be reported again."""
+    if isinstance(block, NamedBlock):
+        return SILENT_PAGE_PS
+    if isinstance(block, Absent):
+        return SILENT_PAGE_PS if block.is_silent() else NOTHING_PS
+    return until_ps
 
 
 def _has(block: Peripheral, register: int) -> bool:

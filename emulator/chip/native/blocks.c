@@ -202,6 +202,9 @@ static Memory *memory_at(Core *core, uint32_t address) {
 /* The chain under way, if there is one, ends after the instruction in flight. */
 static void forget_all(Core *core) {
   Blocks *blocks = core->blocks;
+  int64_t work = WORK_DECODE * (int64_t)blocks->used;
+  core->chip->work += work;
+  core->chip->costs.instructions.work += work;
   for (const Insn *insn = blocks->insns + 1; insn < blocks->insns + blocks->used; insn++) {
     Memory *memory = memory_at(core, insn->address);
     if (memory) {

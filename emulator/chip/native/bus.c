@@ -70,22 +70,36 @@ void core_note_stores(Core *core, uint32_t address, uint32_t size) {
   }
 }
 
-static uint32_t load(Chip *chip, Block *block, uint32_t address, unsigned size, int64_t *until_ps) {
+/* An access has been made, when so much work had been done before. */
+static void charge(Chip *chip, uint32_t address, int64_t before) {
+  Cost *cost = &chip->costs.accesses[page_of(address)];
+  chip->work += WORK_ACCESS;
+  cost->times++;
+  cost->work += chip->work - before;
+}
+
+static uint32_t load_there(Chip *chip, Block *block, uint32_t address, unsigned size, int64_t *until_ps) {
   if (block) {
     return block_read(block, address - block->base, size, until_ps);
   }
-  chip->until_ps = ALREADY_PS;
-  uint32_t value = chip->host.read(chip->now_ps, address, size);
-  *until_ps = chip->until_ps;
+  return python_load(chip, address, size, until_ps);
+}
+
+static uint32_t load(Chip *chip, Block *block, uint32_t address, unsigned size, int64_t *until_ps) {
+  int64_t before = chip->work;
+  uint32_t value = load_there(chip, block, address, size, until_ps);
+  charge(chip, address, before);
   return value;
 }
 
 static void store(Chip *chip, Block *block, uint32_t address, unsigned size, uint32_t value) {
+  int64_t before = chip->work;
   if (block) {
     block_write(block, address - block->base, size, value);
   } else {
-    chip->host.write(chip->now_ps, address, size, value);
+    python_store(chip, address, size, value);
   }
+  charge(chip, address, before);
 }
 
 static void flip_ram_bit(Chip *chip, uint32_t byte, unsigned bit, uint32_t value) {
@@ -123,6 +137,7 @@ bool bus_store(Chip *chip, uint32_t address, unsigned size, uint32_t value) {
 }
 
 int32_t fcu_load(Chip *chip, uint32_t address, uint32_t size, uint32_t *value) {
+  remembered_outdate(chip);
   chip_settle(chip);
   return bus_load(chip, address, size, value);
 }
@@ -144,7 +159,8 @@ static void arrive(Chip *chip) {
 
 static void depart(Chip *chip) {
   bool sooner = chip->next_ps < chip->machine.end_ps || chip->host_next_ps < chip->machine.end_ps;
-  if (sooner || chip->nvic.changed || chip->must_stop || chip->machine.reset_reason || chip->machine.halting) {
+  if (sooner || chip->nvic.changed || chip->must_stop || chip->machine.reset_reason || chip->machine.halting ||
+      chip->work > chip->work_limit) {
     machine_end_in_time(chip);
   }
 }

@@ -6,6 +6,7 @@
 
 #include "block.h"
 #include "core.h"
+#include "work.h"
 
 /* -- bus.c ----------------------------------------------------------------------------------------------- */
 
@@ -13,6 +14,44 @@
  * (fcu_load(), fcu_store()). False where nothing answers. */
 bool bus_load(Chip *chip, uint32_t address, unsigned size, uint32_t *value);
 bool bus_store(Chip *chip, uint32_t address, unsigned size, uint32_t value);
+
+/* -- remembered.c: what Python would only say again ------------------------------------------------------ */
+
+#define REMEMBERED 1024 /* reads; a power of 2, as the next */
+#define FORGOTTEN 4096  /* registers */
+
+typedef struct {
+  uint64_t version; /* of what Python has; changes with each call that may change a register of its blocks */
+  struct {
+    int64_t until_ps;
+    uint64_t version;
+    uint32_t address, size, value;
+  } reads[REMEMBERED];
+  uint32_t forgotten[FORGOTTEN]; /* address and kind */
+  uint8_t silent[PAGES];         /* enum Access */
+  uint8_t unclocked[PAGES];      /* blocks in Python whose clock RCC has switched off */
+} Remembered;
+
+/* Kinds of places that are forgotten: reads give 0, writes do nothing, and that has been reported. */
+enum Forgotten { WITHOUT_REGISTER = 1, WITHOUT_CLOCK = 2 };
+
+/* What a call of Python answers in chip->until_ps, beside a time: there is nothing at the address (in the whole
+ * kilobyte) as long as the clock of its block is as it is, and that will not be reported again. */
+#define NOTHING_PS ((int64_t)-2)
+#define SILENT_PAGE_PS ((int64_t)-3)
+
+enum Access { READ = 1, WRITTEN = 2 };
+
+/* Registers in Python may be others from now on. */
+void remembered_outdate(Chip *chip);
+/* Whether such a place is one of the latest that were reported; it has been. address is that of a word. */
+bool remembered_forgotten(const Chip *chip, uint32_t address, enum Forgotten kind);
+void remembered_forget(Chip *chip, uint32_t address, enum Forgotten kind);
+/* A register in Python, by what was read before or by asking; *until_ps as in BlockType. Now. */
+uint32_t python_load(Chip *chip, uint32_t address, unsigned size, int64_t *until_ps);
+void python_store(Chip *chip, uint32_t address, unsigned size, uint32_t value);
+/* Where an address is, among the pages of work.h. */
+int page_of(uint32_t address);
 
 /* -- waiting.c: loops that poll registers ---------------------------------------------------------------- */
 

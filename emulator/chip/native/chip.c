@@ -17,6 +17,7 @@ Chip *fcu_create(const Host *host) {
   }
   chip->host = *host;
   chip->host_next_ps = chip->next_ps = chip->due_ps = NEVER_PS;
+  chip->work_limit = INT64_MAX;
   chip->clocks = (Clocks){16000000, 16000000, 16000000, 16000000, 16000000, 16000000}; /* HSI (RM0368 6.2.2) */
   memset(chip->alternate, -1, sizeof chip->alternate);
   memset(chip->flash, 0xFF, sizeof chip->flash);
@@ -32,7 +33,10 @@ Chip *fcu_create(const Host *host) {
   dwt_create(chip);
   scb_create(chip);
   systick_create(chip, &chip->scb.block);
-  gpio_create(chip);
+  if (!gpio_create(chip)) {
+    fcu_destroy(chip);
+    return NULL;
+  }
   exti_create(chip);
   timers_create(chip);
   dma_create(chip);
@@ -49,6 +53,7 @@ Chip *fcu_create(const Host *host) {
 }
 
 void fcu_destroy(Chip *chip) {
+  gpio_destroy(chip);
   core_destroy(&chip->core);
   free(chip);
 }
@@ -84,6 +89,30 @@ void fcu_status(const Chip *chip, Status *status) {
   };
 }
 
+static int64_t dearer(const Cost *cost, int64_t most, enum CostKind kind, int index, Costliest *found) {
+  if (cost->work <= most) {
+    return most;
+  }
+  *found = (Costliest){.times = cost->times, .kind = (int32_t)kind, .index = index};
+  return cost->work;
+}
+
+void fcu_costliest(const Chip *chip, Costliest *found) {
+  const Costs *costs = &chip->costs;
+  int64_t most = dearer(&costs->instructions, -1, COST_INSTRUCTIONS, 0, found);
+  most = dearer(&costs->python_events, most, COST_PYTHON_EVENTS, 0, found);
+  most = dearer(&costs->resets, most, COST_RESETS, 0, found);
+  for (int n = 0; n < PAGES; n++) {
+    most = dearer(&costs->accesses[n], most, COST_ACCESSES, n, found);
+  }
+  for (int n = 0; n < chip->block_count; n++) {
+    most = dearer(&costs->events[n], most, COST_EVENTS, n, found);
+  }
+  for (int n = 0; n < EXCEPTIONS; n++) {
+    most = dearer(&costs->exceptions[n], most, COST_EXCEPTIONS, n, found);
+  }
+}
+
 /* -- snapshots ------------------------------------------------------------------------------------------- */
 
 int64_t fcu_snapshot_size(void) { return sizeof(Chip); }
@@ -98,12 +127,15 @@ void fcu_restore(Chip *chip, const void *snapshot) {
   uint32_t watches = core->watches, begin = core->data_begin, end = core->data_end;
   uint32_t code_in_ram = (core->slow_stores | saved->core.slow_stores) & STORES_CHANGE_CODE;
   uint8_t debugged = chip->machine.debugged;
+  int64_t edges = chip->gpio.edge_count;
   bool other_code = core->fpu_on != saved->core.fpu_on || code_in_ram ||
                     memcmp(chip->flash, saved->flash, sizeof chip->flash) != 0;
   memcpy(chip, saved, sizeof *chip);
   core->unlinked = NULL;
   core->slow_stores |= code_in_ram;
   chip->machine.debugged = debugged;
+  chip->gpio.edge_count = chip->gpio.edges_taken = edges; /* those since are forgotten */
+  remembered_outdate(chip);
   if (other_code) {
     fcu_forget_code(chip);
   }
@@ -127,8 +159,14 @@ void block_create(Chip *chip, Block *block, const BlockType *type, uint32_t base
 
 void block_knows_all(Block *block) { memset(block->known, 0xFF, sizeof block->known); }
 
+/* Reported once: the next time of the same kind nothing is called. */
 static void touched(Block *block, uint32_t offset, enum Touched what) {
-  block->chip->host.touched(block->chip->now_ps, block->index, offset, what);
+  uint32_t address = block->base + offset;
+  enum Forgotten kind = what <= WRITE_UNCLOCKED ? WITHOUT_CLOCK : WITHOUT_REGISTER;
+  if (!remembered_forgotten(block->chip, address, kind)) {
+    remembered_forget(block->chip, address, kind);
+    block->chip->host.touched(block->chip->now_ps, block->index, offset, what);
+  }
 }
 
 uint32_t block_read(Block *block, uint32_t offset, unsigned size, int64_t *until_ps) {
@@ -183,15 +221,36 @@ int32_t fcu_block_at(const Chip *chip, uint32_t address) {
   return block ? block->index : -1;
 }
 
-void fcu_gate(Chip *chip, int32_t index, int32_t clocked) {
-  Block *block = chip->blocks[index];
-  block->clocked = clocked != 0;
-  if (block->type->gated) {
+static void gate(Block *block, bool clocked) {
+  bool changed = block->clocked != clocked;
+  block->clocked = clocked;
+  if (changed && block->type->gated) {
     block->type->gated(block);
   }
 }
 
-void fcu_reset_block(Chip *chip, int32_t index) { chip->blocks[index]->type->reset(chip->blocks[index]); }
+void fcu_gate(Chip *chip, uint64_t blocks, uint64_t clocked) {
+  for (int n = 0; blocks; n++, blocks >>= 1) {
+    if (blocks & 1) {
+      gate(chip->blocks[n], clocked >> n & 1);
+    }
+  }
+}
+
+int32_t fcu_is_clocked(const Chip *chip, int32_t index) { return chip->blocks[index]->clocked; }
+
+void fcu_gate_python(Chip *chip, uint32_t address, int32_t clocked) {
+  chip->remembered.unclocked[page_of(address)] = !clocked;
+  remembered_outdate(chip);
+}
+
+void fcu_reset_blocks(Chip *chip, uint64_t blocks) {
+  for (int n = 0; blocks; n++, blocks >>= 1) {
+    if (blocks & 1) {
+      chip->blocks[n]->type->reset(chip->blocks[n]);
+    }
+  }
+}
 
 uint32_t fcu_read_block(Chip *chip, int32_t index, uint32_t offset) {
   chip_settle(chip);
@@ -273,10 +332,25 @@ static void fire_earliest(Chip *chip) {
       earliest = event;
     }
   }
+  int64_t before = chip->work;
+  Cost *cost = &chip->costs.events[chip->event_block[earliest]->index];
   chip->now_ps = chip->due_ps;
   chip->event_ps[earliest] = NEVER_PS;
   look_at_events(chip);
   chip->event_fire[earliest](chip->event_block[earliest]);
+  chip->work += WORK_EVENT;
+  cost->times++;
+  cost->work += chip->work - before;
+}
+
+/* Python's clock has something due. */
+static void advance_python(Chip *chip) {
+  int64_t before = chip->work;
+  chip->now_ps = chip->host_next_ps;
+  remembered_outdate(chip);
+  chip->host.advance(chip->now_ps);
+  chip->costs.python_events.times++;
+  chip->costs.python_events.work += chip->work - before;
 }
 
 void chip_advance(Chip *chip, int64_t to_ps) {
@@ -284,8 +358,7 @@ void chip_advance(Chip *chip, int64_t to_ps) {
     if (chip->due_ps <= to_ps && chip->due_ps <= chip->host_next_ps) {
       fire_earliest(chip);
     } else if (chip->host_next_ps <= to_ps && !chip->must_stop) {
-      chip->now_ps = chip->host_next_ps;
-      chip->host.advance(chip->now_ps);
+      advance_python(chip);
     } else {
       break;
     }
@@ -303,9 +376,15 @@ void chip_settle(Chip *chip) {
   }
 }
 
-void fcu_advance(Chip *chip, int64_t to_ps) { chip_advance(chip, to_ps); }
+void fcu_advance(Chip *chip, int64_t to_ps) {
+  remembered_outdate(chip);
+  chip_advance(chip, to_ps);
+}
 
-void fcu_settle(Chip *chip) { chip_settle(chip); }
+void fcu_settle(Chip *chip) {
+  remembered_outdate(chip);
+  chip_settle(chip);
+}
 
 int64_t fcu_next_event(const Chip *chip) { return chip->next_ps; }
 

@@ -24,9 +24,10 @@
 #include "tim.h"
 #include "timeline.h"
 #include "usart.h"
+#include "work.h"
 
 #define EVENTS 64
-#define BLOCKS 48
+#define BLOCKS COST_BLOCKS
 #define INTERRUPTS 85 /* RM0368 table 38 */
 #define PERIPHERALS 0x40000000u
 #define PERIPHERALS_SIZE 0x80000u
@@ -63,6 +64,9 @@ struct Chip {
   int64_t until_ps;     /* what a read of a register in Python, or by it, is valid until */
   int64_t must_stop;    /* a callback has failed, or wants the run to end after this instruction */
   int64_t detailed;     /* the trace records everything: each bus transfer, each edge of a chip select */
+  int64_t work;         /* that was done since power-on, in units of work.h */
+  int64_t work_limit;   /* beyond it the run ends */
+  int64_t observed;     /* events of the trace are wanted at once, and not when it is read */
 
   int32_t bare;         /* every register is Python's: fcu_execute() */
   Host host;
@@ -82,6 +86,8 @@ struct Chip {
   Block *blocks[BLOCKS];
   int32_t block_count;
   Block *pages[PERIPHERALS_SIZE >> 10]; /* the block at each kilobyte; NULL: Python's */
+  Remembered remembered;
+  Costs costs;
 
   /* Events. next_ps: the earliest scheduled one; due_ps: the earliest of all. */
   int64_t next_ps, due_ps;

@@ -163,6 +163,9 @@ void exceptions_finish_entry(Chip *chip) {
   uint32_t vector = 0;
   const uint8_t *bytes = core_bytes_at(&chip->core, chip->scb.vtor + 4 * (uint32_t)number, 4);
   chip->exceptions.entering = 0;
+  chip->work += WORK_EXCEPTION;
+  chip->costs.exceptions[number].times += number > USAGE_FAULT; /* faults are counted below */
+  chip->costs.exceptions[number].work += WORK_EXCEPTION;
   nvic_activate(&chip->nvic, number);
   chip->nvic.event = 1;
   if (!bytes) {
@@ -226,7 +229,10 @@ static bool escalate(Chip *chip, Fault fault) {
 
 static bool pend_fault(Chip *chip, Fault fault) {
   bool pending = escalate(chip, fault);
+  int64_t before = chip->work;
   chip->host.fault(timeline_ps(&chip->timeline, 0), fault.exception, fault.status, fault.hard, fault.address);
+  chip->costs.exceptions[fault.exception].times++;
+  chip->costs.exceptions[fault.exception].work += chip->work - before;
   return pending;
 }
 

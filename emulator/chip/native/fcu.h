@@ -94,6 +94,12 @@ typedef struct {
   uint32_t asleep;   /* enum Sleep */
 } Status;
 void fcu_status(const Chip *chip, Status *status);
+/* What has cost most work since power-on. */
+typedef struct {
+  int64_t times;       /* how often it was */
+  int32_t kind, index; /* enum CostKind of work.h */
+} Costliest;
+void fcu_costliest(const Chip *chip, Costliest *found);
 /* An exception's priority; the part of a priority that decides on preemption. */
 int32_t fcu_priority(const Chip *chip, int32_t exception);
 int32_t fcu_priority_group(const Chip *chip, int32_t priority);
@@ -130,9 +136,12 @@ int32_t fcu_block_count(const Chip *chip);
 uint32_t fcu_block_base(const Chip *chip, int32_t index);
 /* The index of the block in C at an address; -1 if it is Python's or nobody's. */
 int32_t fcu_block_at(const Chip *chip, uint32_t address);
-/* RCC switches the block's clock on or off; resets it. */
-void fcu_gate(Chip *chip, int32_t index, int32_t clocked);
-void fcu_reset_block(Chip *chip, int32_t index);
+/* RCC switches the clock of the block in Python at an address on or off. */
+void fcu_gate_python(Chip *chip, uint32_t address, int32_t clocked);
+/* RCC switches the clocks of some blocks (bit = index) on or off; whether a block has one; resets some blocks. */
+void fcu_gate(Chip *chip, uint64_t blocks, uint64_t clocked);
+int32_t fcu_is_clocked(const Chip *chip, int32_t index);
+void fcu_reset_blocks(Chip *chip, uint64_t blocks);
 /* The word at an offset, clock or not: with side effects, chip->until_ps then says until when it is valid; and
  * without. */
 uint32_t fcu_read_block(Chip *chip, int32_t index, uint32_t offset);
@@ -155,6 +164,10 @@ void fcu_set_alternate(Chip *chip, int32_t port, int32_t pin, int32_t function);
 
 /* Pins by the index of their port ("ABCDEH") and their number. */
 void fcu_connect_pins(Chip *chip, const PinCalls *calls);
+/* Edges of outputs that Python has not taken, while the trace is not observed; take them, at most the latest `size`,
+ * the oldest first: how many, and how many more there were. */
+int64_t fcu_edges_waiting(const Chip *chip);
+int64_t fcu_take_edges(Chip *chip, Edge *edges, int64_t size, int64_t *lost);
 /* From now on changed() is called after every change of what the pin reads. */
 void fcu_watch_pin(Chip *chip, int32_t port, int32_t pin);
 /* From now on edge() is called for this pin while chip->detailed is set only. */

@@ -20,6 +20,8 @@
  */
 #include "gpio.h"
 
+#include <stdlib.h>
+
 #include "chip.h"
 #include "exti.h"
 #include "fcu.h"
@@ -79,9 +81,32 @@ static void show(GpioPort *port, int pin, int level) {
   }
   put(&port->shown, bit, true);
   put(&port->shown_high, bit, level);
-  if ((!(port->frequent & bit) || chip->detailed) && chip->gpio.calls.edge) {
+  if (port->frequent & bit && !chip->detailed) {
+    return;
+  }
+  if (!chip->observed) {
+    Gpio *gpio = &chip->gpio;
+    gpio->edges[gpio->edge_count++ % EDGES_KEPT] = (Edge){
+        .at_ps = chip->now_ps, .port = (uint8_t)index_of(port), .pin = (uint8_t)pin, .level = (uint8_t)level};
+    chip->work += gpio->edge_count - gpio->edges_taken <= EDGES_KEPT ? WORK_EDGE_KEPT : WORK_EDGE;
+  } else if (chip->gpio.calls.edge) {
     chip->gpio.calls.edge(chip->now_ps, index_of(port), pin, level);
   }
+}
+
+int64_t fcu_edges_waiting(const Chip *chip) { return chip->gpio.edge_count - chip->gpio.edges_taken; }
+
+int64_t fcu_take_edges(Chip *chip, Edge *edges, int64_t size, int64_t *lost) {
+  Gpio *gpio = &chip->gpio;
+  int64_t first = gpio->edge_count - (size < EDGES_KEPT ? size : EDGES_KEPT);
+  first = first > gpio->edges_taken ? first : gpio->edges_taken;
+  *lost = first - gpio->edges_taken;
+  int64_t count = gpio->edge_count - first;
+  for (int64_t n = 0; n < count; n++) {
+    edges[n] = gpio->edges[(first + n) % EDGES_KEPT];
+  }
+  gpio->edges_taken = gpio->edge_count;
+  return count;
 }
 
 /* -- outputs -------------------------------------------------------------------------------------------- */
@@ -242,13 +267,20 @@ static const BlockType TYPE = {
   .changes_nothing = gpio_changes_nothing,
 };
 
-void gpio_create(Chip *chip) {
+bool gpio_create(Chip *chip) {
+  chip->gpio.edges = calloc(EDGES_KEPT, sizeof(Edge));
+  if (!chip->gpio.edges) {
+    return false;
+  }
   for (int n = 0; n < PORTS; n++) {
     block_create(chip, &chip->gpio.ports[n].block, &TYPE, BASES[n], 0x400, GPIO_OFFSETS);
     chip->gpio.ports[n].block.steady = 1;
     gpio_reset(&chip->gpio.ports[n].block);
   }
+  return true;
 }
+
+void gpio_destroy(Chip *chip) { free(chip->gpio.edges); }
 
 /* -- pins for other blocks ------------------------------------------------------------------------------ */
 

@@ -25,12 +25,24 @@ typedef struct {
 
 /* Callbacks into Python. */
 typedef struct {
-  void (*edge)(int64_t now_ps, int32_t port, int32_t pin, int32_t level);    /* the chip's output changed */
+  void (*edge)(int64_t now_ps, int32_t port, int32_t pin, int32_t level);    /* the chip's output changed; while
+                                                                                 the trace is observed */
   void (*changed)(int64_t now_ps, int32_t port, int32_t pin, int32_t level); /* what a watched pin reads */
 } PinCalls;
 
+#define EDGES_KEPT 262144 /* that are kept; a power of 2, and more than a trace keeps (emulator/trace.py) */
+
+/* An edge for the trace that Python has not taken yet. */
+typedef struct {
+  int64_t at_ps;
+  uint8_t port, pin, level, _[5];
+} Edge;
+
 typedef struct {
   GpioPort ports[PORTS];
+  Edge *edges;         /* a ring; not part of a snapshot: Python takes them before */
+  int64_t edge_count;  /* edges so far */
+  int64_t edges_taken; /* of these; what is more than EDGES_KEPT behind is lost */
   PinCalls calls;
   struct {
     Block *block;
@@ -40,6 +52,7 @@ typedef struct {
   int32_t listener_count;
 } Gpio;
 
-void gpio_create(Chip *chip);
+bool gpio_create(Chip *chip);
+void gpio_destroy(Chip *chip);
 
 #endif

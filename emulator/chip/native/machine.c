@@ -166,7 +166,8 @@ void machine_end_in_time(Chip *chip) {
     machine->end = earlier(machine->end, chip->timeline.count + left);
     core_limit(core, (uint64_t)earlier(left, (int64_t)core->limit));
   }
-  if (chip->nvic.changed || chip->must_stop || machine->reset_reason || machine->halting) {
+  if (chip->nvic.changed || chip->must_stop || machine->reset_reason || machine->halting ||
+      chip->work > chip->work_limit) {
     core_limit(core, core->counter);
   }
 }
@@ -227,6 +228,9 @@ enum Stop machine_run(Chip *chip, int64_t instructions) {
   chip->machine.running = 0;
   chip->machine.executed = (int64_t)core->counter;
   chip->timeline.count += (int64_t)core->counter;
+  chip->work += (int64_t)core->counter + WORK_RUN;
+  chip->costs.instructions.times += (int64_t)core->counter;
+  chip->costs.instructions.work += (int64_t)core->counter + WORK_RUN;
   core->counter = core->limit = 0;
   stopped(chip, core->stop);
   return core->stop;
@@ -314,9 +318,14 @@ static void reset(Chip *chip) {
   machine->reset_reason = RESET_NONE;
   machine->asleep = AWAKE;
   machine->reported_lock_up = 0;
+  int64_t before = chip->work;
+  remembered_outdate(chip);
   chip->host.reset(chip->now_ps, reason); /* resets all blocks, RCC last: none sees new clocks with old settings */
   fcu_start(chip);
   timeline_sleep_until(&chip->timeline, chip->now_ps + RESET_PULSE_PS);
+  chip->work += WORK_RESET;
+  chip->costs.resets.times++;
+  chip->costs.resets.work += chip->work - before;
 }
 
 void fcu_request_reset(Chip *chip, int32_t reason) {
@@ -385,6 +394,7 @@ static bool between_instructions(Chip *chip) {
 int32_t fcu_run_until(Chip *chip, int64_t at_ps) {
   Machine *machine = &chip->machine;
   machine->at_ps = at_ps;
+  remembered_outdate(chip);
   for (;;) {
     int64_t core_ps = timeline_ps(&chip->timeline, 0), due_ps = earlier(core_ps, at_ps);
     if (next_event_ps(chip) <= due_ps) {
@@ -398,6 +408,9 @@ int32_t fcu_run_until(Chip *chip, int64_t at_ps) {
     }
     if (chip->must_stop) {
       return ENDED_BY_HOST;
+    }
+    if (chip->work > chip->work_limit) {
+      return ENDED_BY_WORK;
     }
     if (core_ps > chip->now_ps) {
       chip->now_ps = core_ps;

@@ -12,7 +12,7 @@
 #include "core.h"
 
 /* Why fcu_run_until() has returned. */
-enum Ended { ENDED_AT_TIME, ENDED_HALTED, ENDED_BY_HOST };
+enum Ended { ENDED_AT_TIME, ENDED_HALTED, ENDED_BY_HOST, ENDED_BY_WORK };
 enum Sleep { AWAKE, SLEEPS_WFI, SLEEPS_WFE };
 /* Reasons for a reset; the rest are Python's, by number (cpu/core.py). */
 enum ResetReason { RESET_NONE, RESET_SYSRESETREQ };

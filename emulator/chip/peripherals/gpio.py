@@ -2,13 +2,27 @@
 
 from __future__ import annotations
 
+import ctypes
 from typing import Final, TypeAlias
+
+import numpy as np
 
 from emulator.buses.gpio import Gpio
 from emulator.chip.library import PIN_CHANGED, FcuChip, PinTable
+from emulator.trace import GpioEdge
 
 PORTS: Final = "ABCDEH"
 """In the order of their indices (chip.c, ``port_index``)."""
+_NAMES: Final = tuple(tuple(f"P{port}{pin}" for pin in range(16)) for port in PORTS)
+_EDGE: Final = np.dtype(
+    {
+        "names": ("at_ps", "port", "pin", "level"),
+        "formats": ("i8", "u1", "u1", "u1"),
+        "offsets": (0, 8, 9, 10),
+        "itemsize": 16,
+    }
+)
+"""struct Edge of gpio.h."""
 PinFunction: TypeAlias = tuple[str, int, int]
 """Port letter, pin number, alternate function: ``("B", 10, 4)`` is PB10 as AF4."""
 
@@ -25,6 +39,23 @@ class ConnectedPins:
         )
         self._library.fcu_connect_pins(self._handle, calls)
         gpio.attach(self)
+        chip.trace.draw_from(self._add_edges)
+
+    def _add_edges(self) -> None:
+        """Add the edges that C has kept while nothing has observed the trace."""
+        if self._chip.closed:
+            return
+        waiting = self._library.fcu_edges_waiting(self._handle)
+        if not waiting:
+            return
+        trace, lost = self._chip.trace, ctypes.c_int64()
+        edges = np.empty(min(waiting, trace.kept_at_most), _EDGE)
+        place = ctypes.c_void_p(edges.ctypes.data)
+        count = self._library.fcu_take_edges(self._handle, place, len(edges), ctypes.byref(lost))
+        kept = [
+            GpioEdge(at_ps, _NAMES[port][pin], level) for at_ps, port, pin, level in edges[:count].tolist()
+        ]
+        trace.add_kept(kept, lost.value)
 
     def side(self, port: str, pin: int) -> tuple[int | None, int | None, int | None]:
         """Level of the output stage, of the pull resistor, and alternate function; None for none."""

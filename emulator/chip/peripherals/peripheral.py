@@ -144,6 +144,8 @@ class Peripheral:
     refuses writes, and the core notes the access by name.
     """
 
+    index: int | None = None
+    """Among the blocks in C; None for one in Python."""
     REGISTERS: ClassVar[dict[int, int]] = {}
     NAMES: Mapping[int, str] = MappingProxyType({})
     """The reference manual's name of each register, by offset: for the trace and for diagnoses."""

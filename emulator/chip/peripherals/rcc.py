@@ -13,9 +13,10 @@ here it has.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
+from typing import Protocol
 
 from emulator.boards.description import BoardErrors
 from emulator.chip.peripherals.peripheral import WORD, InterruptInput, Peripheral, Soc
@@ -30,6 +31,8 @@ HSI_HZ = 16_000_000
 HSE_HZ = 16_000_000  # the board's crystal (HSE_VALUE of STSW-FCU001, ST's firmware for it)
 LSI_HZ = 32_000  # STM32F401xB/C datasheet, LSI oscillator: 17 to 47 kHz
 LSE_HZ = 32_768
+
+_SETTINGS = 64  # of a register that are remembered, each with what it leads to
 
 HSI, HSE, PLL = range(3)  # RCC_CFGR.SW and SWS
 
@@ -74,6 +77,7 @@ class PllOutput:
         return ""
 
 
+@lru_cache(maxsize=_SETTINGS)
 def pll(pllcfgr: int, oscillators: Oscillators = NOMINAL) -> PllOutput:
     """The PLL's frequencies; M = 0 and 1 are not allowed and count as 1."""
     fields = rcc.PLLCFGR
@@ -102,6 +106,7 @@ class Frequencies:
         return ""
 
 
+@lru_cache(maxsize=_SETTINGS)
 def frequencies(sysclk_hz: int, cfgr: int, *, timpre: bool = False) -> Frequencies:
     """The clocks that RCC_CFGR's prescalers make of SYSCLK; ``timpre`` is RCC_DCKCFGR.TIMPRE (6.3.23)."""
     hclk_hz = sysclk_hz >> _AHB_SHIFT[rcc.CFGR.HPRE.get(cfgr)]
@@ -193,6 +198,47 @@ _READY_FLAGS = sum(source.flag for source in _SOURCES.values())
 _SYSCLK_SOURCES = ("HSI", "HSE", "PLL")  # in the order of SW
 
 
+_OSCILLATORS = frozenset((CR, PLLCFGR, BDCR, CSR))
+"""Registers that start and stop oscillators; of the others some divide what these give."""
+
+
+class ChipInC(Protocol):
+    """What is needed of the chip in C: :class:`emulator.chip.library.FcuChip`. Blocks: bit = index."""
+
+    def gate(self, blocks: int, clocked: int) -> None:
+        """Switch the clocks of blocks in C."""
+        ...
+
+    def gate_python(self, block: Peripheral, clocked: bool) -> None:
+        """Tell C of the clock of a block in Python."""
+        ...
+
+    def reset_blocks(self, blocks: int) -> None:
+        """Reset blocks in C."""
+        ...
+
+
+class _Controlled:
+    """What the bits of one register gate or reset: blocks in C by their index, and blocks in Python."""
+
+    def __init__(self, names: Mapping[int, str], blocks: Mapping[str, Peripheral]) -> None:
+        known = [(bit, blocks[name]) for bit, name in names.items() if name in blocks]
+        self._in_c = {1 << bit: 1 << block.index for bit, block in known if block.index is not None}
+        self._in_python = tuple((bit, block) for bit, block in known if block.index is None)
+        self._latest: dict[int, tuple[int, tuple[tuple[int, Peripheral], ...]]] = {}
+
+    def of(self, bits: int) -> tuple[int, tuple[tuple[int, Peripheral], ...]]:
+        """Blocks of these bits: those in C (bit = index), and those in Python with their bits."""
+        found = self._latest.get(bits)
+        if found is None:
+            if len(self._latest) >= _SETTINGS:
+                self._latest.clear()
+            in_c = sum(index for bit, index in self._in_c.items() if bits & bit)
+            in_python = tuple(one for one in self._in_python if bits >> one[0] & 1)
+            self._latest[bits] = found = in_c, in_python
+        return found
+
+
 class Rcc(Peripheral, declared=BLOCKS["RCC"]):
     """Implements :class:`ClockTree`; :meth:`control` gives it the blocks that it feeds."""
 
@@ -209,7 +255,9 @@ class Rcc(Peripheral, declared=BLOCKS["RCC"]):
         self._oscillators = oscillators
         self._pwr = pwr
         self._irq = irq
-        self._blocks: dict[str, Peripheral] = {}
+        self._gated: dict[int, _Controlled] = {}
+        self._reset: dict[int, _Controlled] = {}
+        self._chip: ChipInC | None = None
         self._listeners: list[Callable[[], None]] = []
         self._backup_listeners: list[Callable[[], None]] = []
         self._starting: dict[str, Event] = {}
@@ -220,10 +268,16 @@ class Rcc(Peripheral, declared=BLOCKS["RCC"]):
 
     # -- for the other blocks ---------------------------------------------------------------------------
 
-    def control(self, blocks: Iterable[Peripheral]) -> None:
-        """The blocks whose clock gates and resets are here, found by their names; all start without clock."""
-        self._blocks = {block.name: block for block in blocks}
-        self._apply_gates()
+    def control(self, blocks: Iterable[Peripheral], chip: ChipInC | None = None) -> None:
+        """The blocks whose clock gates and resets are here, found by their names; all start without clock.
+
+        ``chip`` has those of them that are in C: their gates and resets are one call.
+        """
+        by_name = {block.name: block for block in blocks}
+        self._chip = chip
+        self._gated = {offset: _Controlled(names, by_name) for offset, names in ENABLE.items()}
+        self._reset = {offset: _Controlled(names, by_name) for offset, names in RESET.items()}
+        self._apply_all_gates()
 
     def on_change(self, changed: Callable[[], None]) -> None:
         """Call ``changed()`` after any frequency has become another one, the RTC's included."""
@@ -257,7 +311,7 @@ class Rcc(Peripheral, declared=BLOCKS["RCC"]):
             self._starting.pop(name).cancel()
         self.registers = dict(self.REGISTERS) | kept
         self._irq.set(self.name, False)
-        self._apply_gates()
+        self._apply_all_gates()
         self._update()
 
     # -- registers --------------------------------------------------------------------------------------
@@ -273,17 +327,19 @@ class Rcc(Peripheral, declared=BLOCKS["RCC"]):
         super().write(offset, value, mask)
         value &= mask
         if offset in ENABLE:
-            self._apply_gates()
+            self._apply_gates(offset, self.registers[offset] ^ old)
         elif offset in RESET:
             self._apply_resets(offset, self.registers[offset] & ~old)
         elif offset == CIR:
             cleared = value >> rcc.CIR.LSIRDYC.lsb & (_READY_FLAGS | rcc.CIR.CSSF.mask)
             self.registers[CIR] &= ~cleared
             self._signal()
-        else:
-            self._clocks_written(offset, value)
+        elif offset in _OSCILLATORS:
+            self._oscillators_written(offset, value)
+        elif self.registers.get(offset, 0) != old:
+            self._select()
 
-    def _clocks_written(self, offset: int, value: int) -> None:
+    def _oscillators_written(self, offset: int, value: int) -> None:
         if offset == CR:
             self._keep_used_sources()
         elif offset == CSR and value & _RMVF:
@@ -302,17 +358,33 @@ class Rcc(Peripheral, declared=BLOCKS["RCC"]):
         for name in used:
             self.registers[CR] |= _SOURCES[name].on
 
-    def _apply_gates(self) -> None:
-        for offset, names in ENABLE.items():
-            enabled = self.registers[offset]
-            for bit, name in names.items():
-                if name in self._blocks:
-                    self._blocks[name].gate(clocked=bool(enabled >> bit & 1))
+    def _apply_all_gates(self) -> None:
+        for offset in self._gated:
+            self._apply_gates(offset, WORD)
+
+    def _apply_gates(self, offset: int, changed: int) -> None:
+        controlled = self._gated.get(offset)
+        if controlled is None:
+            return
+        enabled = self.registers[offset]
+        in_c, in_python = controlled.of(changed)
+        if self._chip is not None and in_c:
+            self._chip.gate(in_c, controlled.of(enabled)[0])
+        for bit, block in in_python:
+            clocked = bool(enabled >> bit & 1)
+            block.gate(clocked=clocked)
+            if self._chip is not None:
+                self._chip.gate_python(block, clocked)
 
     def _apply_resets(self, offset: int, rising: int) -> None:
-        for bit, name in RESET[offset].items():
-            if rising >> bit & 1 and name in self._blocks:
-                self._blocks[name].reset()
+        controlled = self._reset.get(offset)
+        if controlled is None or not rising:
+            return
+        in_c, in_python = controlled.of(rising)
+        if self._chip is not None and in_c:
+            self._chip.reset_blocks(in_c)
+        for _, block in in_python:
+            block.reset()
 
     # -- oscillators ------------------------------------------------------------------------------------
 
@@ -387,7 +459,7 @@ class Rcc(Peripheral, declared=BLOCKS["RCC"]):
         self.timer1_hz, self.timer2_hz = clocks.timer1_hz, clocks.timer2_hz
         for changed in self._listeners:
             changed()
-        if nominal.problem() and self._check is None:
+        if self._check is None and nominal.problem():
             self._check = self.soc.clock.schedule(self.soc.clock.now_ps + _CHECK_AFTER_PS, self._judge)
 
     def _judge(self) -> None:

@@ -180,6 +180,8 @@ class Rtc(Peripheral, declared=BLOCKS["RTC"]):
         return self._cycles + elapsed_ps * self._hz // PS_PER_S
 
     def _clock_changed(self) -> None:
+        if self._hz == self._rcc.rtc_hz():
+            return
         if not self.registers[ISR] & _INITF:
             self._cycles = self._now_cycles()
             self._since_ps = self.soc.clock.now_ps

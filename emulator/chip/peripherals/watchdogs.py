@@ -165,9 +165,12 @@ class Wwdg(Peripheral, declared=BLOCKS["WWDG"]):
         self._since_ps = self.soc.clock.now_ps
 
     def _clock_changed(self) -> None:
-        self._store_counter()
+        running = self.registers[WWDG_CR] & _WDGA
+        if running:
+            self._store_counter()
         self._hz = self.soc.clocks.pclk1_hz
-        self._plan()
+        if running:
+            self._plan()
 
     def _plan(self) -> None:
         """The next thing to happen: the early wake-up at 0x40, or the reset one count later."""

@@ -95,6 +95,8 @@ static void prepare(Chip *chip) {
   fcu_forget_code(chip);
   chip->must_stop = 0;
   chip->detailed = any(4) == 0;
+  chip->observed = chip->detailed || any(2);
+  memset(&chip->remembered, 0, sizeof chip->remembered); /* a stream depends on its number alone */
   set_some_clocks(chip);
   fcu_reset_now(chip, 1);
   int32_t numbers[13];
@@ -114,6 +116,11 @@ static void run(Chip *chip) {
     int32_t ended = fcu_run_until(chip, until_ps);
     chip->must_stop = 0;
     fcu_status(chip, &after);
+    static Edge edges[64];
+    int64_t lost;
+    if (fcu_take_edges(chip, edges, 64, &lost) > 64 || lost < 0) {
+      wrong("more edges were given than there is room for");
+    }
     if (ended == ENDED_AT_TIME && chip->now_ps < until_ps) {
       wrong("the run ended too early");
     }

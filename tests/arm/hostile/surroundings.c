@@ -46,12 +46,13 @@ static void happen(Chip *chip) {
 /* What a write to RCC or another rare block may mean. */
 static void obey(Chip *chip) {
   int32_t block = (int32_t)any((uint32_t)fcu_block_count(chip));
-  switch (any(12)) {
+  switch (any(13)) {
   case 0:
   case 1: set_some_clocks(chip); break;
-  case 2: fcu_gate(chip, block, 0); break;
-  case 3: fcu_gate(chip, block, 1); break;
-  case 4: fcu_reset_block(chip, block); break;
+  case 2: fcu_gate(chip, UINT64_C(1) << block, 0); break;
+  case 3: fcu_gate(chip, UINT64_C(1) << block, UINT64_MAX); break;
+  case 4: fcu_reset_blocks(chip, UINT64_C(1) << block); break;
+  case 8: fcu_gate_python(chip, PERIPHERALS + any(PERIPHERALS_SIZE), any(2)); break;
   case 5: fcu_request_reset(chip, 1 + (int32_t)any(5)); break;
   case 6: fcu_set_irq(chip, (int32_t)any(INTERRUPTS), (int32_t)any(2)); break;
   case 7: chip->must_stop = any(16) == 0; break;
@@ -73,7 +74,7 @@ static uint32_t read_register(int64_t now_ps, uint32_t address, uint32_t size) {
   hostile.chip->until_ps = any(2) ? NEVER_PS : now_ps + any(5000000);
   if (any(3) == 0) { /* flags that firmware waits for come and go */
     word ^= any(0);
-    hostile.chip->until_ps = ALREADY_PS;
+    hostile.chip->until_ps = ALREADY_PS - (int64_t)any(64) / 62; /* NOTHING_PS sometimes */
   }
   word >>= 8 * (address & 3);
   return size == 4 ? word : word & ((1u << 8 * size) - 1);
@@ -115,8 +116,8 @@ static void reset(int64_t now_ps, int32_t reason) {
   settle();
   hostile.resets++;
   for (int32_t index = 0; index < fcu_block_count(chip); index++) {
-    fcu_reset_block(chip, index);
-    fcu_gate(chip, index, any(16) != 0);
+    fcu_reset_blocks(chip, UINT64_C(1) << index);
+    fcu_gate(chip, UINT64_C(1) << index, any(16) != 0 ? UINT64_MAX : 0);
   }
   set_some_clocks(chip);
 }
