@@ -323,8 +323,8 @@ class _Screen:
         if failed:
             yield ""
             yield "By the way, what costs no points:"
-            for check in failed:
-                yield from _check(check)
+            for check in failed:  # a hint about edges leads away from what is wrong everywhere
+                yield from _check(check, hint=self._verdict.is_done(check.exercise))
         yield from self._unjudged_remarks()
 
     def _is_said(self, remark: CheckResult) -> bool:
