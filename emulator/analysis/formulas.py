@@ -23,7 +23,8 @@ _FEWEST = 5  # blocks
 _SHARE = 0.85  # of the blocks that a formula must explain
 _DIFFERENT = 2  # blocks that the right formula must not explain
 _NEAR_DEG = 4.0  # the numbers of a block are some 30 ms apart, and the board may be turning
-_NEAR_SHARE, _NEAR_M = 0.04, 0.15
+_NEAR_SHARE, _NEAR_M = 0.04, 0.3
+_MOVING_SHARE, _MOST_MOVING = 0.3, 15.0  # of what the truth has changed in the last 0.15 s
 _LONGEST_S = 0.5  # between the lines of a block
 _LABELS = {"ACC[x,y,z]": "acc", "MAG[x,y,z]": "mag", "Pre:": "pre"}
 
@@ -51,6 +52,8 @@ class Formula(NamedTuple):
     advice: str
     scale: float = 1.0
     """How much noise and offsets grow, beside the right formula."""
+    period_deg: float = 360.0
+    """Of a yaw: where it jumps, it does so by this."""
 
 
 _NOTHING = (math.nan,) * 3
@@ -87,18 +90,21 @@ def explained(
     wrong: Sequence[Formula],
     near: Near,
 ) -> Hint | None:
-    """The first of the wrong formulas that gives what is printed, if the right one does not."""
+    """The wrong formula that gives best what is printed, if the right one does not."""
     rows = [row for row in rows if math.isfinite(_value(right, row))]
     different = [row for row in rows if not _fits(field, right, row, near)]
     if len(rows) < _FEWEST or len(different) < _DIFFERENT:
         return None
+    fitting = []
     for formula in wrong:
-        told = [row for row in rows if math.isfinite(_value(formula, row))]
-        fitting = sum(_fits(field, formula, row, near) for row in told)
-        still = sum(_fits(field, formula, row, near) for row in different)
-        if told and fitting >= _SHARE * len(rows) and still >= _SHARE * len(different):
-            return Hint(formula.summary, (formula.advice,), different[-1].line)
-    return None
+        share = sum(_fits(field, formula, row, near) for row in rows) / len(rows)
+        of_different = sum(_fits(field, formula, row, near) for row in different) / len(different)
+        if min(share, of_different) >= _SHARE:
+            fitting.append((median(_apart(field, formula, row) for row in different), formula))
+    if not fitting:
+        return None
+    _, best = min(fitting, key=lambda one: one[0])
+    return Hint(best.summary, (best.advice,), different[-1].line)
 
 
 def _value(formula: Formula, row: Block) -> float:
@@ -109,11 +115,18 @@ def _value(formula: Formula, row: Block) -> float:
 
 
 def _fits(field: str, formula: Formula, row: Block, near: Near) -> bool:
-    value, printed = _value(formula, row), (row.line.values or {})[field]
-    apart = printed - value
+    truth = row.line.truth[field]
+    moving = min(_MOVING_SHARE * (truth.high - truth.low), _MOST_MOVING)
+    return _apart(field, formula, row) <= near(_value(formula, row), formula.scale) + moving
+
+
+def _apart(field: str, formula: Formula, row: Block) -> float:
+    """How far a print is from a formula; nan where that has no value."""
+    printed = (row.line.values or {})[field]
+    apart = printed - _value(formula, row)
     if field == "Yaw" and abs(printed) <= 360:
-        apart = (apart + 180) % 360 - 180
-    return abs(apart) <= near(value, formula.scale)
+        apart = (apart + formula.period_deg / 2) % formula.period_deg - formula.period_deg / 2
+    return abs(apart)
 
 
 def _degrees(value: float, scale: float) -> float:
@@ -251,6 +264,7 @@ _WRONG_YAW = (
         lambda row: _deg(math.atan(_ratio(*_yaw(row, _angles(row))))),
         "Yaw is as with atan() of a quotient, from -90 to 90 degrees",
         "atan2(By2, Bx3) knows all four quadrants.",
+        period_deg=180.0,
     ),
     Formula(
         lambda row: _deg(math.atan2(*reversed(_yaw(row, _angles(row))))),
@@ -342,28 +356,43 @@ def altitude_hint(lines: Sequence[Seen], temperature_degc: float) -> Hint | None
     if len(printed) >= _FEW_HEIGHTS and all(one == round(one) for one in printed):
         advice = "A number that is kept in an int loses its fraction: float alt."
         return Hint("Altitude is cut to whole metres", (advice,), rows[-1].line)
-    return explained("Altitude", rows, right, list(_wrong_altitudes(ratio, kelvin)), _metres)
+    wrong = [*_wrong_altitudes(ratio, kelvin), *_times(rows, right)]
+    return explained("Altitude", rows, right, wrong, _metres)
 
 
 def _first(pressures: Sequence[Seen]) -> float:
     return pressures[0].truth["Pre"].middle
 
 
-def _wrong_altitudes(ratio: Callable[[Block], float], kelvin: float) -> Iterator[Formula]:
-    def of(factor: float) -> Callable[[Block], float]:
-        return lambda row: factor * _height(ratio(row), kelvin)
+def _times(rows: Sequence[Block], right: Formula) -> Iterator[Formula]:
+    """The altitude by a factor, if there is one that is plainly not 1."""
+    high = [row for row in rows if abs(_value(right, row)) > _HIGH_M]
+    if len(high) < _FEWEST:
+        return
+    factor = median((row.line.values or {})["Altitude"] / right.of(row) for row in high)
+    if factor <= 0 or 1 / _PLAIN_FACTOR < factor < _PLAIN_FACTOR:
+        return
+    degc = (
+        ", as with the temperature in degC, or with 0.065 for 0.0065"
+        if _OF_DEGC[0] < factor < _OF_DEGC[1]
+        else ""
+    )
+    summary = f"Altitude is {factor:.2g} times the truth{degc}"
+    yield Formula(
+        lambda row: factor * right.of(row), summary, f"In metres, and T in degC: {_ALTITUDE}.", factor
+    )
 
+
+_OF_DEGC = 0.03, 0.13  # a temperature of 8 to 40 over the same in kelvin
+_HIGH_M, _PLAIN_FACTOR = 1.0, 1.15
+
+
+def _wrong_altitudes(ratio: Callable[[Block], float], kelvin: float) -> Iterator[Formula]:
     yield Formula(
         lambda row: _height(ratio(row), kelvin, 5.257),
         "Altitude is as with the exponent 5.257",
         f"The exponent is 1 / 5.257: {_ALTITUDE}.",
         _EXPONENT**-2,
-    )
-    yield Formula(
-        lambda row: _height(ratio(row), kelvin - _KELVIN),
-        "Altitude is as with the temperature in degC",
-        f"The formula takes kelvin, T + 273.15: {_ALTITUDE}.",
-        (kelvin - _KELVIN) / kelvin,
     )
     yield Formula(
         lambda row: -_height(1 / ratio(row), kelvin),
@@ -395,5 +424,3 @@ def _wrong_altitudes(ratio: Callable[[Block], float], kelvin: float) -> Iterator
         "Altitude is as with one pressure in Pa and the other in hPa",
         "Both are in hPa: neither is multiplied by 100.",
     )
-    for factor, what in ((0.1, "0.1"), (10.0, "10"), (100.0, "100"), (0.01, "0.01"), (1000.0, "1000")):
-        yield Formula(of(factor), f"Altitude is {what} times the truth", f"In metres: {_ALTITUDE}.", factor)

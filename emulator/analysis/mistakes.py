@@ -69,8 +69,8 @@ def explain(board: Board, witness: Witness, after_failure: bool = False) -> list
     where = _Where(board.arm)
     judged = [*_misread(board), *_switched_off(board, lines), *_blocks(board, lines)]
     not_numbers = list(_not_a_number(board, lines, where))
-    if not (judged or not_numbers or any(one.kind == "printing" for one in found)):
-        not_numbers += _misprinted_ints(lines, where)
+    if not (judged or any(one.kind == "printing" for one in found)):
+        not_numbers += [] if not_numbers else _misprinted_ints(lines, where)
         judged += _numbers(board, lines, where)
     judged = [*_exclusive_or(board, lines), *judged]
     return [*found, *judged, *not_numbers, *led_hints(board, witness)]

@@ -317,8 +317,8 @@ class _Screen:
         if failed:
             yield ""
             yield "By the way, what costs no points:"
-            for check in failed:
-                yield from _check(check, self._hints(check))
+            for check in failed:  # a hint about edges leads away from what is wrong everywhere
+                yield from _check(check, self._hints(check) if self._verdict.is_done(check.exercise) else [])
                 if check.check in self._laws:
                     yield f"      run: {self._run(self._laws[check.check])}"
         yield from self._unjudged_remarks()

@@ -158,6 +158,7 @@ class ExpectLedFollows(Windowed):
 
 _SLOW_PS = 1_300 * PS_PER_MS  # once a second, and the time for the text
 _PROMPT_PS = 300 * PS_PER_MS
+_RESTING_DEG = 0.01  # in 10 ms; a LED of a moving board lags behind
 _MOSTLY = 0.8
 _FEWEST_CHANGES = 3
 
@@ -181,7 +182,11 @@ def _finding(looks: Sequence[_Look], wrong: Sequence[_Look]) -> str:
 
 def _threshold(looks: Sequence[_Look]) -> tuple[float, float] | None:
     """Between which angles the LED changes, if it is lit above and dark below, to both sides."""
-    rest = [look for look in looks if look.at_ps - look.since_ps >= _PROMPT_PS]
+    rest = [
+        look
+        for before, look in pairwise(looks)
+        if look.at_ps - look.since_ps >= _PROMPT_PS and abs(look.angle - before.angle) < _RESTING_DEG
+    ]
     lit = min((abs(look.angle) for look in rest if look.lit), default=None)
     dark = max((abs(look.angle) for look in rest if not look.lit), default=None)
     return (dark, lit) if lit is not None and dark is not None and dark < lit else None
