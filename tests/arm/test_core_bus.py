@@ -42,6 +42,28 @@ def test_a_store_reaches_a_register_with_the_bytes_that_are_meant(
     assert (register, written & bits, bits) == (0, value, mask)
 
 
+TIM2_ARR, DMA1_S0M0AR = 0x4000_002C, 0x4002_601C
+"""Registers of 32 bits of blocks in C."""
+
+
+@pytest.mark.parametrize("register", [TIM2_ARR, DMA1_S0M0AR])
+@pytest.mark.parametrize(
+    ("size", "offset"), [("", 0), ("h", 0), ("h", 2), ("b", 0), ("b", 1), ("b", 2), ("b", 3)]
+)
+def test_accesses_of_all_sizes_reach_their_bytes_of_a_register(register: int, size: str, offset: int) -> None:
+    """RM0368 2.3; the other bytes keep their values."""
+    core = run(
+        f"mov32 r0, {register}\n mov32 r1, 0xAABBCCDD\n str r1, [r0]\n mov32 r1, 0x12345678\n"
+        f"mov32 r2, {register + offset}\n str{size} r1, [r2]\n ldr{size} r4, [r2]\n\n"
+        "ldr r5, [r0]\n log r4\n log r5"
+    )
+    bits = {"": 32, "h": 16, "b": 8}[size]
+    part = 0x1234_5678 & (1 << bits) - 1
+    kept = 0xAABB_CCDD & ~((1 << bits) - 1 << 8 * offset)
+
+    assert core.values == [part, kept | part << 8 * offset]
+
+
 @pytest.mark.parametrize(
     ("instruction", "offset", "value"),
     [

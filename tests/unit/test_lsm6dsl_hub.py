@@ -33,6 +33,7 @@ from tests.sensor_fakes import (
 FUNC_CFG_ACCESS, CTRL1_XL, CTRL2_G, CTRL3_C, CTRL9_XL, CTRL10_C = 0x01, 0x10, 0x11, 0x12, 0x18, 0x19
 MASTER_CONFIG, SENSORHUB1, SENSORHUB13 = 0x1A, 0x2E, 0x4D
 FUNC_SRC1, FUNC_SRC2, TAP_CFG, MD2_CFG, OUT_MAG_RAW = 0x53, 0x54, 0x58, 0x5F, 0x66
+X_OFS_USR = 0x73
 END_OP, SI_END_OP, HI_FAIL = 0x01, 0x02, 0x04
 MASTER_ON, IRON_EN, PASS_THROUGH, START_CONFIG = 0x01, 0x02, 0x04, 0x10
 SLV0_ADD, SLV0_SUBADD, SLAVE0_CONFIG, SLV1_ADD, SLAVE1_CONFIG, DATAWRITE = 0x02, 0x03, 0x04, 0x05, 0x07, 0x0E
@@ -272,6 +273,16 @@ def test_more_than_18_bytes_are_noted_and_cut_off() -> None:
 
     assert list(outputs(chip)) == [*range(0x10, 0x17), *range(0x20, 0x27), *range(0x30, 0x34)]
     assert chip.notes == [("forbidden", "SLAVEx_CONFIG: more than 18 bytes to read")]
+
+
+def test_bytes_that_are_cut_off_change_no_other_register() -> None:
+    """Slave 2's are partly behind SENSORHUB18, slave 3's wholly."""
+    chip = hub(slaves(*((0x3D, 0x10 * n, 7, 0) for n in range(1, 5))), a1E=Recorder())
+    chip.write(X_OFS_USR, 0x41, 0x42, 0x43)
+    chip.wait(PS_PER_S)
+
+    assert outputs(chip)[-4:] == bytes(range(0x30, 0x34))
+    assert chip.read(X_OFS_USR, 3) == b"\x41\x42\x43"
 
 
 def test_a_slave_that_is_not_read_takes_no_room() -> None:
