@@ -7,7 +7,7 @@ its exit code.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal, TypeAlias, get_args
+from typing import Any, Literal, TypeAlias, get_args
 
 import click
 
@@ -327,22 +327,7 @@ def diff(
     metavar="DIR",
     help="With --gradescope: its folder.",
 )
-def grade(
-    submissions: Path | None,
-    rubric: str,
-    out: Path | None,
-    roster: Path | None,
-    salt: Path | None,
-    jobs: int | None,
-    dask: str | None,
-    take: Literal["source", "firmware"] | None,
-    bus: str,
-    build_without_sandbox: bool,
-    anonymous: bool,
-    before_due_date: bool,
-    gradescope: bool,
-    autograder: Path,
-) -> ExitCode:
+def grade(gradescope: bool, autograder: Path, **options: Any) -> ExitCode:
     """Judge the programs of a class by a rubric, and write reports.
 
     SUBMISSIONS is a folder (or its zip file) with an entry for each student: a folder, a zip file, main.c or
@@ -353,22 +338,7 @@ def grade(
     from emulator.cli.grade import GradeOptions
     from emulator.cli.grade import grade as grade_class
 
-    options = GradeOptions(
-        submissions=submissions,
-        rubric=rubric,
-        out=out,
-        roster=roster,
-        salt=salt,
-        jobs=jobs,
-        dask=dask,
-        take=take,
-        bus=bus,
-        build_without_sandbox=build_without_sandbox,
-        anonymous=anonymous,
-        before_due_date=before_due_date,
-        autograder=autograder if gradescope else None,
-    )
-    return grade_class(options)
+    return grade_class(GradeOptions(autograder=autograder if gradescope else None, **options))
 
 
 @cli.command()

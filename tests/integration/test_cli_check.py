@@ -117,10 +117,13 @@ def test_a_broken_law_is_saved_as_a_scenario_that_fails(project: Path, tmp_path:
     assert fcu("run", "solution", *command[3:], "--quiet", folder=project).returncode == 0
 
 
-def test_a_saved_scenario_says_what_it_does_not_expect(tmp_path: Path) -> None:
+def test_saved_scenario_of_a_led_fails_as_the_check_does(tmp_path: Path) -> None:
     done = fcu("check", "template-arm", "--exercise", "4", "--save", "motions", folder=tmp_path)
+    saved = ["--scenario", "motions/steep_y.toml", "--speed", "max", "--quiet"]
 
-    assert "These scenarios only move the board for: LED2 is lit beyond 80 degrees" in done.stdout
+    assert "These scenarios only move the board for" not in done.stdout
+    assert fcu("run", "template-arm", *saved, folder=tmp_path).returncode == 1
+    assert fcu("run", "solution", *saved, folder=tmp_path).returncode == 0
 
 
 def test_the_screen_is_one_screen(tmp_path: Path) -> None:

@@ -80,7 +80,8 @@ LINES: list[tuple[str, str, Any]] = [
     ),
     (
         "emulator.cli.grade.grade",
-        """grade class --rubric lab3 --out out --roster r.csv --jobs 3 --dask tcp://h:1 --take source
+        """grade class --rubric lab3 --out out --roster r.csv --salt s.key --jobs 3 --dask tcp://h:1 --take
+        source
         --bus SPI2 --build-without-sandbox --anonymous --before-due-date --gradescope --autograder
         there""",
         GradeOptions(
@@ -88,6 +89,7 @@ LINES: list[tuple[str, str, Any]] = [
             rubric="lab3",
             out=Path("out"),
             roster=Path("r.csv"),
+            salt=Path("s.key"),
             jobs=3,
             dask="tcp://h:1",
             take="source",
@@ -106,7 +108,7 @@ LINES: list[tuple[str, str, Any]] = [
     (
         "emulator.cli.web.serve_board",
         """web a.elf --scenario desk --profile lab3 --seed 3 --ideal --port 8000 --no-browser
-        --record r.toml --duration 1h --serial tcp --gdb 1234 --halt""",
+        --record r.toml --duration 1h --serial tcp --gdb 1234 --halt --listen 127.0.0.2""",
         WebOptions(
             firmware="a.elf",
             scenario="desk",
@@ -120,6 +122,7 @@ LINES: list[tuple[str, str, Any]] = [
             serial=("tcp",),
             gdb=1234,
             halt=True,
+            listen="127.0.0.2",
         ),
     ),
     (
@@ -129,7 +132,7 @@ LINES: list[tuple[str, str, Any]] = [
     ),
     (
         "emulator.cli.check.check_program",
-        "check a.elf --exercise 1 -e 2 --seed 3 --rubric other --json j.json --save motions",
+        "check a.elf --exercise 1 -e 2 --seed 3 --rubric other --json j.json --save motions --hint --hint",
         CheckOptions(
             target="a.elf",
             rubric="other",
@@ -137,6 +140,7 @@ LINES: list[tuple[str, str, Any]] = [
             seed=3,
             json=Path("j.json"),
             save=Path("motions"),
+            hints=2,
         ),
     ),
     ("emulator.cli.check.check_program", "check", CheckOptions(".", "lab3", (), 0, None)),
