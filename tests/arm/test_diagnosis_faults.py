@@ -97,7 +97,7 @@ SKIP = "ldr r0, [sp, #24] \n adds r0, r0, #2 \n str r0, [sp, #24] \n bx lr"
 
 
 def with_handlers(thread: str, hard_fault: str, nmi: str) -> tuple[Board, Labels]:
-    """A board 10 ms after it has begun with these instructions; each of them ends in a loop of its own."""
+    """A board 10 ms after it has begun with these instructions; each part ends in an endless loop."""
     board = template()
     assert board.arm is not None
     source = f"thread: {thread}\n b .\n hard_fault: {hard_fault}\n b .\n nmi: {nmi}\n loop: b .\n"

@@ -369,7 +369,7 @@ def test_a_write_to_sr1_clears_the_errors_alone_and_only_the_bytes_written() -> 
     bench.poll(bench.i2c2, SR1, SB)
     bench.write(bench.i2c2, SR1, 0)
     assert bench.read(bench.i2c2, SR1) == SB
-    bench.write(bench.i2c2, DR, 0x35 << 1)  # nobody is there
+    bench.write(bench.i2c2, DR, 0x35 << 1)  # no device has this address
     bench.poll(bench.i2c2, SR1, AF)
     bench.write(bench.i2c2, SR1, 0, mask=0xFF)
     assert bench.read(bench.i2c2, SR1) == AF

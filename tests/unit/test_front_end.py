@@ -206,7 +206,7 @@ def test_a_motion_of_25_delays_or_more_is_asked_for_once_a_sample(delays: float,
     counted = Counted(world)
     front_end = FrontEnd(counted, lambda number, count: np.arange(number, number + count) / 104)
     front_end.configure(use)
-    # Its begin and its end are jumps of the acceleration, which are looked at in any case.
+    # The acceleration jumps at its beginning and at its end, which are filtered in any case.
     numbers = np.arange(int((1.0 + use.memory_s) * 104) + 1, int((1.0 + 0.95 * duration_s) * 104))
     front_end.block(int(numbers[0]), numbers / 104)
     assert counted.asked[0] == len(numbers) > 3

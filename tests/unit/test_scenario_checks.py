@@ -149,7 +149,7 @@ def test_a_text_is_compared_byte_by_byte(tmp_path: Path) -> None:
     assert play(tmp_path, text).failed_count == 1
 
 
-def test_a_text_that_goes_on_after_the_other_has_ended_differs_in_its_next_line(tmp_path: Path) -> None:
+def test_the_longer_of_two_texts_differs_in_its_next_line(tmp_path: Path) -> None:
     text = f"{IDEAL}[[expect]]\nkind = 'text'\nfile = 'golden.txt'\n"
     golden = write(tmp_path, text).with_name("golden.txt")
     golden.write_bytes(b"")
