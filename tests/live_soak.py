@@ -61,6 +61,7 @@ def soak(url: str, pid: int, minutes: int) -> list[Memory]:
     with sync_playwright() as driver:
         browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=ARGUMENTS)
         context = browser.new_context(bypass_csp=True, viewport={"width": 1280, "height": 720})
+        context.add_init_script("localStorage.setItem('fcu-tour', 'taken')")
         page = context.new_page()
         page.set_default_timeout(120_000)
         page.goto(url.replace("/#", "/?2d#"))
