@@ -30,6 +30,8 @@ from emulator.system_words import command_line, how_to_install
 from emulator.text import visible
 
 ELF = "lab3.elf"
+_BUSES = [profile.bus for profile in FCU001V1.profiles]
+"""Where the sensors may be; without a word of the Makefile, the first."""
 _BUILD_S = 300.0
 _LONGEST_LOG = 1 << 20
 _WIDTH = 98
@@ -139,10 +141,10 @@ class _Build:
             raise InputError(f"cannot read {self._makefile}: {error.strerror or error}") from error
         given = {name: value.partition("#")[0].strip() for name, value in _ASSIGNMENT.findall(text)}
         self._bus = given.get("BUS") or FCU001V1.profile().bus
-        if self._bus not in {profile.bus for profile in FCU001V1.profiles}:
-            raise InputError(f"{self._makefile}: BUS must be I2C2 or SPI2, not {self._bus}")
+        if self._bus not in _BUSES:
+            raise InputError(f"{self._makefile}: BUS must be {' or '.join(_BUSES)}, not {self._bus}")
         self._flags = [*shlex.split(given.get("OPT", "-Og")), "@support/compile.options", "-Isupport"]
-        self._flags += ["-DSENSORS_ON_SPI2"] if self._bus == "SPI2" else []
+        self._flags += [f"-DSENSORS_ON_{self._bus}"] if self._bus != _BUSES[0] else []
         self._flags += shlex.split(given.get("EXTRA_CFLAGS", ""))
         self._gcc = _chosen(given.get("PREFIX", ""))
 
@@ -181,10 +183,10 @@ class _Build:
         """In the order in which the Makefile links them."""
         for path in sorted(self._folder.glob("*.c")):
             yield _Unit(path.name, f"build/{self._bus}/{path.stem}.o")
-        bus = f"sensor_bus_{self._bus.lower()}"
+        buses = [f"sensor_bus_{bus.lower()}" for bus in _BUSES]
         others = [path.stem for path in sorted(self._support.glob("*.c"))]
-        others = [name for name in others if name not in ("sensor_bus_i2c2", "sensor_bus_spi2")]
-        for name in (*others, bus):
+        others = [name for name in others if name not in buses]
+        for name in (*others, buses[_BUSES.index(self._bus)]):
             yield _Unit(f"support/{name}.c", f"build/{self._bus}/support/{name}.o")
 
     def _is_stale(self, unit: _Unit) -> bool:

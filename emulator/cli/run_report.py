@@ -22,6 +22,7 @@ from emulator.cli.run_figures import figures
 from emulator.errors import FirmwareError
 from emulator.links import ByteLink
 from emulator.links.runner import Progress
+from emulator.links.stdout import StdoutLink
 from emulator.trace import BusTransfer, DeviceNote, Fault
 
 # -- Progress, never in the terminal's text -----------------------------------------------------------------
@@ -81,7 +82,8 @@ def summary(
     yield from _bus_errors(board)
     yield from _notes(board, all_notes)
     for link in links:
-        yield from link.report()
+        if not (isinstance(link, StdoutLink) and link.reader_gone):  # it wanted no more
+            yield from link.report()
 
 
 def _ticks(board: Board) -> Iterator[str]:

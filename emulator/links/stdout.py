@@ -74,8 +74,8 @@ class StdoutLink:
         return [f"serial: on standard output{typing}"]
 
     def report(self) -> list[str]:
-        """Return one line if bytes were lost; none if the reader wanted no more."""
-        lost = 0 if self.reader_gone else self._writer.lost
+        """Return one line if bytes were lost."""
+        lost = self._writer.lost
         reason = self._writer.failure or "its reader was too slow"
         return [f"serial: {lost} bytes lost on standard output: {reason}"] if lost else []
 
