@@ -228,6 +228,7 @@ def test_a_new_page_gets_the_last_64_kib_of_text_and_the_others_nothing_twice() 
     sent.board.run_for(7)
     sent.pass_ms(10, changed=True)
     sent.clients[PAGE] = Watch()
+    sent.events.clear()
     sent.broadcast.greet(PAGE, view.hello(sent.board, [], []), status(sent.board))
     sent.pass_ms(100, changed=True)
 
