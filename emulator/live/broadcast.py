@@ -138,10 +138,10 @@ class Broadcast:
             self.look_for_findings()
 
     def _keep_unseen(self, wall_s: float, running: bool) -> None:
-        """Keep the past for the next client, while there is none."""
+        """Keep the past for the next client, while there is none. The greeting has all text until then."""
+        self.show_text()
         if running and wall_s >= self._next_frame_s:
             self._next_frame_s = wall_s + _UNSEEN_S
-            self.show_text()
             self._show_state(wall_s, running)
 
     def _show_state(self, wall_s: float, running: bool) -> None:
