@@ -21,7 +21,8 @@ from emulator.analysis.witness import Seen
 
 _FEWEST = 5  # blocks
 _SHARE = 0.85  # of the blocks that a formula must explain
-_DIFFERENT = 2  # blocks that the right formula must not explain
+_DIFFERENT = 2  # blocks that the right formula must not explain,
+_BETTER = 3  # and of which another must be nearer by so much
 _NEAR_DEG = 4.0  # the numbers of a block are some 30 ms apart, and the board may be turning
 _NEAR_SHARE, _NEAR_M = 0.04, 0.3
 _MOVING_SHARE, _MOST_MOVING = 0.3, 15.0  # of what the truth has changed in the last 0.15 s
@@ -93,14 +94,16 @@ def explained(
     """The wrong formula that gives best what is printed, if the right one does not."""
     rows = [row for row in rows if math.isfinite(_value(right, row))]
     different = [row for row in rows if not _fits(field, right, row, near)]
-    if len(rows) < _FEWEST or len(different) < _DIFFERENT:
+    if len(rows) < _FEWEST or len(different) < max(_DIFFERENT, (1 - _SHARE) * len(rows)):
         return None
+    most = median(_apart(field, right, row) for row in different) / _BETTER
     fitting = []
     for formula in wrong:
         share = sum(_fits(field, formula, row, near) for row in rows) / len(rows)
         of_different = sum(_fits(field, formula, row, near) for row in different) / len(different)
-        if min(share, of_different) >= _SHARE:
-            fitting.append((median(_apart(field, formula, row) for row in different), formula))
+        apart = median(_apart(field, formula, row) for row in different)
+        if min(share, of_different) >= _SHARE and apart < most:
+            fitting.append((apart, formula))
     if not fitting:
         return None
     _, best = min(fitting, key=lambda one: one[0])
@@ -331,6 +334,7 @@ _EXPONENT, _KELVIN, _LAPSE = 1 / 5.257, 273.15, 0.0065
 _ALTITUDE = "h = (pow(P0 / P, 1 / 5.257) - 1) * (T + 273.15) / 0.0065"
 _SEA_HPA = 1013.25
 _SAME_HPA = 0.005
+_OFF_M = 0.8
 _FEW_HEIGHTS = 3
 
 
@@ -356,6 +360,10 @@ def altitude_hint(lines: Sequence[Seen], temperature_degc: float) -> Hint | None
     if len(printed) >= _FEW_HEIGHTS and all(one == round(one) for one in printed):
         advice = "A number that is kept in an int loses its fraction: float alt."
         return Hint("Altitude is cut to whole metres", (advice,), rows[-1].line)
+    truths = [(row.line.truth["Altitude"], (row.line.values or {})["Altitude"]) for row in rows]
+    off = sum(truth.distance(value) > _OFF_M for truth, value in truths)
+    if off < _DIFFERENT:
+        return None  # what noise and a single reading of the floor make of a right program
     wrong = [*_wrong_altitudes(ratio, kelvin), *_times(rows, right)]
     return explained("Altitude", rows, right, wrong, _metres)
 

@@ -174,8 +174,8 @@ def _of_vector(group: Group, rows: Sequence[_Row]) -> Iterator[Change]:
             f"{name} is always 0",
             (
                 f"The {sensor} measures something else: is it switched on, and is it read?",
-                "Is the variable that is printed the one that is written?",
-                *(("Or is it divided by 1000? In C 950 / 1000 is 0; ACC is in mg.",) if group is ACC else ()),
+                "Is the variable that is printed the one that is written?"
+                + (" Is it divided? In C 950 / 1000 is 0; ACC is in mg." if group is ACC else ""),
             ),
         )
         return

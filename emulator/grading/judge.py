@@ -31,7 +31,7 @@ from emulator.grading.verdict import (
     Series,
     Verdict,
 )
-from emulator.scenario.expectations import Expectation, ExpectField, ExpectText, Miss, Seen
+from emulator.scenario.expectations import Expectation, ExpectField, ExpectText, Miss, Seen, Windowed
 from emulator.scenario.observed import FORMAT_OF_FIELD
 from emulator.scenario.scenario import judged
 from emulator.scenario.schema import ReportTable
@@ -257,6 +257,8 @@ class _Run:
         on_terminal = isinstance(check, Expectation) and check.ON_TERMINAL
         if not enough and (self.stopped or on_terminal):
             return Miss("stopped", f"a run of {seconds(self.scenario.duration_ps)}", self._stop())
+        if enough and enough_ps is not None and on_terminal:
+            check = self._seen_before_the_end(check, enough_ps)
         try:
             return self._judged_here(check, enough)
         except NotJudgedError:
@@ -264,6 +266,13 @@ class _Run:
         except Exception as error:
             said = next(iter(str(error).splitlines()), "")
             raise NotJudgedError(f"the check {check.kind} failed: {type(error).__name__}: {said}") from error
+
+    def _seen_before_the_end(self, check: AnyCheck, enough_ps: int) -> AnyCheck:
+        """The check of a program that has died before its window has had a print: from ``enough_ps`` on."""
+        if self.died_ps is None or not isinstance(check, Windowed):
+            return check
+        begun = any(check.covers(line.at_ps) and line.at_ps < self.died_ps for line in self.seen.lines)
+        return check if begun else check.model_copy(update={"from_": enough_ps})
 
     def _judged_here(self, check: AnyCheck, enough: bool) -> Miss | None:
         if isinstance(check, Check):

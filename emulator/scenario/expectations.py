@@ -363,6 +363,9 @@ class ExpectPrinted(Windowed):
         """From the window's begin to its end, or the run's."""
         line_format, expected = FORMAT_OF_FIELD[self.name], self.wording()
         lines = [line for line in self.lines_in_window(seen) if line.text.startswith(line_format.label)]
+        before = [line for line in seen.lines if line_format.parse(line.text) and line.at_ps < self.from_]
+        if not lines and before:
+            return Miss("missing", expected, f"none after {seconds(before[-1].at_ps)}")
         if not lines:
             return _not_printed(line_format, expected, self.lines_in_window(seen))
         wrong = [line for line in lines if line_format.parse(line.text) is None]
