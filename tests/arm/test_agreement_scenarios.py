@@ -28,6 +28,7 @@ SECONDS = {
     "clocks": 4.4,  # the vibration has begun
     "compass_turn": 3.3,  # figure-of-eight from 2 s on
     "desk": 2.2,
+    "exercise_1": 2.2,
     "drift": 2.3,
     "figure_eight": 2.3,
     "flat": 2.3,

@@ -14,7 +14,14 @@ from random import Random
 
 _FCU = (sys.executable, "-m", "emulator")
 _LONGEST_S = 120
-_CODES = {0: "held", 2: "wrong use", 3: "firmware failed", 4: "not judged", 130: "interrupted"}
+_CODES = {
+    0: "held",
+    2: "wrong use",
+    3: "firmware failed",
+    4: "not judged",
+    130: "interrupted",
+    141: "the reader has gone",
+}
 _QUICK = ("run", "lab3", "--duration", "2s", "--speed", "max")
 _PACED = ("run", "lab3", "--duration", "60s", "--speed", "1")
 _ITS_END = "60.000 s of virtual time"
@@ -53,7 +60,7 @@ def leaving_readers(tries: int, random: Random, folder: Path) -> Iterator[str]:
             process.stdout.close()
             errors = process.stderr.read()
             code = process.wait(_LONGEST_S)
-        yield _told(code, errors, {0, 4})
+        yield _told(code, errors, {0, 141})
 
 
 def floods(tries: int, random: Random, folder: Path) -> Iterator[str]:
@@ -98,7 +105,7 @@ def signals(tries: int, random: Random, folder: Path) -> Iterator[str]:
             if process.poll() is None:
                 process.send_signal(kind)
         _, errors = process.communicate(timeout=_LONGEST_S)
-        killed = set() if outlives else {-kind}  # before fcu was loaded
+        killed = set() if ignoring or inherited else {-kind}  # before Python was loaded
         code = process.returncode
         if code in killed or (code == 1 and "KeyboardInterrupt" in errors):
             yield f"{name}: ended while starting"

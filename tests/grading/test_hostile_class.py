@@ -204,7 +204,17 @@ def fresh_toolchain() -> object:
     building._toolchain_of_path.cache_clear()
 
 
-@pytest.mark.usefixtures("fresh_toolchain")
+@pytest.fixture
+def heeded() -> object:
+    """Signals are not ignored, as they are under nohup and in a script's background."""
+    known = [getattr(signal, name) for name in ("SIGHUP", "SIGINT", "SIGTERM") if hasattr(signal, name)]
+    before = {one: signal.signal(one, signal.SIG_DFL) for one in known}
+    yield
+    for one, handler in before.items():
+        signal.signal(one, handler)
+
+
+@pytest.mark.usefixtures("fresh_toolchain", "heeded")
 @posix
 @needs_compiler
 @pytest.mark.parametrize("sign", ["KILL", "TERM", "HUP"])
@@ -426,6 +436,7 @@ def is_worker(pid: str) -> bool:
         return False
 
 
+@pytest.mark.usefixtures("heeded")
 @pytest.mark.skipif(sys.platform != "linux", reason="children are found in /proc")
 @pytest.mark.parametrize("sign", ["SIGTERM", "SIGHUP", "SIGINT"])
 def test_signal_ends_workers_and_removes_temporary_folders(

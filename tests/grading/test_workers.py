@@ -111,7 +111,7 @@ def test_task_without_a_process_is_not_judged(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr(workers_module, "_Worker", refuse)
     with LocalWorkers(1) as workers:
         for _ in range(2):
-            with pytest.raises(NotJudgedError, match="cannot start a process"):
+            with pytest.raises(NotJudgedError, match="cannot start a worker process"):
                 workers.submit(give, 1).result(timeout=10)
 
 
