@@ -17,7 +17,7 @@ from emulator.scenario import run
 from tests.arm import student_programs
 from tests.arm.graded_programs import lost, staged
 from tests.arm.student_programs import Change, Program, build
-from tests.integration.test_cli import fcu
+from tests.integration.test_cli_check import fcu
 
 MISTAKES = student_programs.programs("exercises.toml")
 ALL = bool(os.environ.get("FCU_ALL_STUDENTS"))
@@ -41,9 +41,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("exercises")
 
 
-def in_one_line(output: bytes) -> str:
+def in_one_line(output: str) -> str:
     """The words of an output, whatever its line breaks are."""
-    return " ".join(output.decode().replace("fcu:", " ").split())
+    return " ".join(output.replace("fcu:", " ").split())
 
 
 @pytest.mark.parametrize("name", list(MISTAKES) if ALL else list(MISTAKES)[::6])
