@@ -88,7 +88,7 @@ def test_a_failed_check_is_replayed_by_the_command_that_is_printed(tmp_path: Pat
 
 
 def test_hints_come_one_by_one() -> None:
-    """Each of two checks has one at once; each --hint shows one more of the first, until there are no more."""
+    """Two checks have one at once; each --hint shows one more of the first, until there are no more."""
     none, two, all_of_them = (
         fcu("check", "template-arm", *QUICK, *["--hint"] * count).stdout for count in (0, 2, 5)
     )
