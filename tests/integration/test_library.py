@@ -171,7 +171,9 @@ def test_an_editable_installation_is_built_with_the_compiler_of_the_environment(
     assert native.built_from(clone / NATIVE / native.library_name())[1] == compiler
 
 
-def test_a_wheel_has_the_library_and_neither_its_sources_nor_the_solutions(clone: Path, tmp_path: Path) -> None:
+def test_a_wheel_has_the_library_and_neither_its_sources_nor_the_solutions(
+    clone: Path, tmp_path: Path
+) -> None:
     before = files(clone)
     done = pip(clone, "wheel", "-w", tmp_path / "wheel", ".")
     assert done.returncode == 0, done.stdout + done.stderr
