@@ -186,9 +186,10 @@ def test_every_exercise_has_a_scenario() -> None:
 
 
 @pytest.mark.parametrize("scenario", [scenario for _, scenario in EXERCISES])
-def test_an_exercise_is_right_in_the_solution_and_wrong_in_the_template(scenario: str) -> None:
+def test_scenario_of_an_exercise_passes_if_it_is_done(scenario: str) -> None:
     assert run(Board(firmware="solution", scenario=scenario)).passed
-    assert not run(Board(firmware="template-arm", scenario=scenario)).passed
+    done_by_template = scenario == "exercise_1"
+    assert run(Board(firmware="template-arm", scenario=scenario)).passed is done_by_template
 
 
 def test_the_fragments_make_a_section_of_the_changelog() -> None:
