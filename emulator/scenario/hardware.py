@@ -173,11 +173,17 @@ def _finding(looks: Sequence[_Look], wrong: Sequence[_Look]) -> str:
         ("inverted", bool(settled) and inverted >= _MOSTLY * len(settled)),
         ("other axis", _follows_other(looks)),
         ("blinks", _blinks(looks)),
-        ("late", all(look.lit is look.steep for look in settled)),
+        ("late", all(look.lit is look.steep for look in settled) and _catches_up(looks, wrong)),
         ("threshold", _threshold(looks) is not None),
         ("one side", _one_side(looks, wrong)),
     )
     return next((kind for kind, holds in kinds if holds), "")
+
+
+def _catches_up(looks: Sequence[_Look], wrong: Sequence[_Look]) -> bool:
+    """Whether the LED became right before the board left the side on which it was wrong."""
+    last = {look.since_ps: look for look in looks}
+    return all(last[look.since_ps].lit is look.steep for look in wrong)
 
 
 def _threshold(looks: Sequence[_Look]) -> tuple[float, float] | None:

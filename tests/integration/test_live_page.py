@@ -268,8 +268,8 @@ def test_a_scenarios_verdict_falls(browser: Browser, served: Served) -> None:
     page.select_option("#scenario", "led_x")
     until(page, "document.querySelector('#question').textContent.includes('LED1')")
     page.select_option("#speed", "max")
-    until(page, "document.querySelectorAll('#verdicts [data-state=met]').length === 5")
-    assert page.text_content("#verdict-count") == "5 of 5 expectations met"
+    until(page, "document.querySelectorAll('#verdicts [data-state=met]').length === 1")
+    assert (page.text_content("#verdict-count") or "").startswith("1 of 1 expectation")
 
 
 def test_a_page_of_a_scenario_opens_at_its_question(browser: Browser) -> None:

@@ -25,7 +25,7 @@ CFLAGS := $(CPU) $(OPT) @$(SUPPORT)/compile.options -I$(SUPPORT) $(if $(filter s
           $(EXTRA_CFLAGS)
 LDFLAGS := $(CPU) @$(SUPPORT)/link.options -T $(SUPPORT)/STM32F401CC.ld
 
-$(NAME).elf: $(OBJECTS) $(SUPPORT)/STM32F401CC.ld
+$(NAME).elf: $(OBJECTS) $(SUPPORT)/STM32F401CC.ld $(SUPPORT)/link.options
 	@echo "  LINK    $@"
 	@$(CC) $(LDFLAGS) $(OBJECTS) -lm -o $@
 
