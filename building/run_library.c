@@ -125,7 +125,7 @@ int main(int count, char **arguments) {
   fcu_connect_usarts_(chip, &calls);
   int32_t usart = -1;
   for (int32_t index = 0; index < fcu_block_count_(chip); index++) {
-    fcu_gate_(chip, index, 1);
+    fcu_gate_(chip, UINT64_C(1) << index, UINT64_C(1) << index);
     usart = fcu_block_base_(chip, index) == USART1 ? index : usart;
   }
   fcu_start_(chip);
