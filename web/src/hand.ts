@@ -228,7 +228,7 @@ export class Hand {
 
   // Motions with the scenario's words.
   offer(gestures: Gesture[]): void {
-    this.gestures.replaceChildren(...gestures.map(({ word, label, doc, entries }) => button(label, doc, () => this.perform(entries), { "data-gesture": word })));
+    this.gestures.replaceChildren(...gestures.map(({ word, label, doc, entries }) => button(label, doc, () => word === "flat" ? this.flat() : this.perform(entries), { "data-gesture": word })));
   }
 
   private slider(name: string, text: string, low: number, high: number, step: number, digits: number, unit: string, change: () => void): HTMLElement {
