@@ -81,9 +81,17 @@ def build_with_make(folder: Path, command: str) -> str:
     changed = [argument for name in sources for argument in ("-W", name)]
     compiler = find_compiler()
     prefix = [] if compiler is None or shutil.which(COMPILER) else [f"PREFIX={_prefix(compiler)}"]
+    code, log = _run(["make", *changed, *prefix], folder)
+    if code:
+        raise InputError(_build_failed(folder, log, command))
+    return log
+
+
+def _run(command: Sequence[str], folder: Path) -> tuple[int, str]:
+    """Return exit code and output of a program of the build. Raises InputError if it cannot end normally."""
     try:
         done = subprocess.run(
-            ["make", *changed, *prefix],
+            command,
             cwd=folder,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
@@ -92,13 +100,10 @@ def build_with_make(folder: Path, command: str) -> str:
             check=False,
         )
     except subprocess.TimeoutExpired as error:
-        raise InputError(f"{folder}: make has not ended after {_BUILD_S:g} s") from error
+        raise InputError(f"{folder}: {command[0]} has not ended after {_BUILD_S:g} s") from error
     except OSError as error:
-        raise InputError(f"{folder}: make cannot be run: {error.strerror or error}") from error
-    log = done.stdout[:_LONGEST_LOG].decode("utf-8", "replace")
-    if done.returncode:
-        raise InputError(_build_failed(folder, log, command))
-    return log
+        raise InputError(f"cannot run {command[0]}: {error.strerror or error}") from error
+    return done.returncode, done.stdout[:_LONGEST_LOG].decode("utf-8", "replace")
 
 
 def _build_failed(folder: Path, log: str, command: str) -> str:
@@ -202,21 +207,7 @@ class _Build:
         )
 
     def _call(self, arguments: Sequence[str]) -> tuple[int, str]:
-        try:
-            done = subprocess.run(
-                [str(self._gcc), *arguments],
-                cwd=self._folder,
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT,
-                timeout=_BUILD_S,
-                check=False,
-            )
-        except subprocess.TimeoutExpired as error:
-            raise InputError(f"{self._folder}: the compiler has not ended after {_BUILD_S:g} s") from error
-        except OSError as error:
-            raise InputError(f"cannot run {self._gcc}: {error.strerror or error}") from error
-        return done.returncode, done.stdout[:_LONGEST_LOG].decode("utf-8", "replace")
+        return _run([str(self._gcc), *arguments], self._folder)
 
 
 def _chosen(prefix: str) -> Path:
