@@ -160,6 +160,7 @@ def _rewrite_page(names: Sequence[str]) -> None:
         if len({without_numbers(one) for one in words.values()}) > 1:
             blocks[f"{program.name}_O0"] = words["O0"]
         for name, block in blocks.items():
+            assert block, f"{name} is not explained in scenario {program.scenario}"
             there = re.compile(rf"^<!-- {name} -->\n```text\n.*?\n```$", re.DOTALL | re.MULTILINE)
             assert there.search(text), f"{PAGE.name} has no block {name}"
             shown = f"<!-- {name} -->\n```text\n{block}\n```"
