@@ -133,8 +133,8 @@ class ArmFirmware:
 # -- its limits ---------------------------------------------------------------------------------------------
 
 
-WORK_PER_S = 700_000_000
-"""Eleven times the instructions of a second at 84 MHz; about two seconds of processor time."""
+WORK_PER_S = 400_000_000
+"""Six times the instructions of a second at 84 MHz; about one second of processor time."""
 
 
 @dataclass(frozen=True)

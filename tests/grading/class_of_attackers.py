@@ -34,8 +34,7 @@ def honest(folder: Path) -> None:
     """The shipped programs, as files and as source."""
     for name in ("solution", "template"):
         shutil.copyfile(prebuilt(name), folder / f"{_HONEST}-{name}.elf")
-        (folder / f"{_HONEST}-{name}-source").mkdir()
-        shutil.copyfile(sources() / name / "main.c", folder / f"{_HONEST}-{name}-source" / "main.c")
+        shutil.copytree(sources() / name, folder / f"{_HONEST}-{name}-source")
 
 
 def _zip(name: str, contents: bytes = b"int main(void) { return 0; }", kind: int = 0) -> Write:

@@ -132,6 +132,7 @@ static int selected_port(const Syscfg *syscfg, int line) {
 
 /* Another pin on a line is an edge if it has another level. */
 static void select_pins(Chip *chip) {
+  chip->work += WORK_PIN * (PIN_LINES / 4); /* four lines have changed at most */
   for (int line = 0; line < PIN_LINES; line++) {
     chip->exti.port[line] = selected_port(&chip->syscfg, line);
   }

@@ -151,6 +151,7 @@ static void latch(GpioPort *port, uint32_t odr) {
 /* -- set-up --------------------------------------------------------------------------------------------- */
 
 static void set_up(GpioPort *port, int pin) {
+  port->block.chip->work += WORK_PIN;
   uint32_t bit = 1u << pin, mode = *at(port, MODER) >> 2 * pin & 3;
   uint32_t pull = mode == ANALOG ? NO_PULL : *at(port, PUPDR) >> 2 * pin & 3;
   put(&port->pulled_up, bit, pull == PULL_UP);
