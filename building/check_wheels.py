@@ -19,7 +19,7 @@ import lief
 from library import FOLDER, NATIVE
 from targets import TARGETS, Target
 
-_PLACE: Final = "emulator/chip/native/"
+_PLACE: Final = "fcu_emulator/emulator/chip/native/"
 _MACHINES: Final = {
     "x86_64": ("X86_64", "AMD64"),
     "amd64": ("X86_64", "AMD64"),
@@ -68,7 +68,9 @@ def _carried(wheel: Path) -> int:
     }
     wanted = set()
     for folder, pattern in folders.items():
-        found = {path.relative_to(root).as_posix() for path in (root / folder).glob(pattern)}
+        found = {
+            f"fcu_emulator/{path.relative_to(root).as_posix()}" for path in (root / folder).glob(pattern)
+        }
         assert found, f"there is nothing in {folder}"
         wanted |= found
     with ZipFile(wheel) as archive:

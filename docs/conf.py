@@ -1,4 +1,4 @@
-"""The documentation as static pages: python -m sphinx -W -b dirhtml docs build/docs
+"""The documentation as static pages: python -m sphinx -W -b html docs build/docs
 
 The guides are the Markdown pages of this folder, as GitHub shows them; api/ is made from docstrings.
 """

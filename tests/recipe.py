@@ -17,8 +17,13 @@ PAGE = Path(__file__).parents[1] / "docs" / "new-sensor-and-board.md"
 _FILE = re.compile(r"^```python\n# (\w+)\.py\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 
 
+def sources() -> dict[str, str]:
+    """The text of each file of the page, by the name of its module."""
+    return dict(_FILE.findall(PAGE.read_text(encoding="utf-8")))
+
+
 def _load() -> None:
-    for name, source in _FILE.findall(PAGE.read_text(encoding="utf-8")):
+    for name, source in sources().items():
         if name not in sys.modules:
             module = types.ModuleType(name)
             sys.modules[name] = module

@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from tests import recipe
+
 ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(autouse=True)
+def linked() -> None:
+    """Types are checked where the four folders are one package."""
+    subprocess.run([sys.executable, "building/namespace.py"], cwd=ROOT, check=True)
 
 
 @pytest.mark.parametrize(
@@ -24,6 +33,31 @@ def test_the_tree_is_clean(command: list[str]) -> None:
     done = subprocess.run(
         [sys.executable, "-m", *command], cwd=ROOT, capture_output=True, text=True, check=False
     )
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(
+    "command",
+    [["ruff", "check", "--no-cache", "--config"], ["mypy", "--strict", "--no-incremental", "--config-file"]],
+    ids=["lint", "types"],
+)
+def test_the_recipe_for_a_sensor_and_a_board_is_clean(command: list[str], tmp_path: Path) -> None:
+    """The files of docs/new-sensor-and-board.md, by the settings of the project."""
+    sources = recipe.sources()
+    for name, source in sources.items():
+        (tmp_path / f"{name}.py").write_text(source, encoding="utf-8")
+    config = [ROOT / "pyproject.toml"] if command[0] == "ruff" else [""]
+    types = os.environ | {"MYPYPATH": os.pathsep.join((str(ROOT / "build" / "types"), str(tmp_path)))}
+    done = subprocess.run(
+        [sys.executable, "-m", *command, *config, *(f"{name}.py" for name in sources)],
+        cwd=tmp_path,
+        env=types,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+    assert sources
     assert done.returncode == 0, done.stdout + done.stderr
 
 

@@ -14,8 +14,8 @@ from pathlib import Path
 
 import pytest
 
-import emulator
-from firmware_model.arm import prebuilt
+from fcu_emulator import emulator
+from fcu_emulator.firmware_model.arm import prebuilt
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted((ROOT / "docs" / "api").glob("*.md"))
@@ -102,10 +102,10 @@ def test_all_that_is_imported_from_the_package_is_on_a_page() -> None:
 
 
 def test_every_page_is_built_without_a_warning(tmp_path: Path) -> None:
-    """As CONTRIBUTING says: python -m sphinx -W -b dirhtml docs build/docs"""
+    """As CONTRIBUTING says: python -m sphinx -W -b html docs build/docs"""
     pytest.importorskip("furo", reason="the documentation's tools are not installed: pip install '.[docs]'")
     pytest.importorskip("myst_parser", reason="the documentation's tools are not installed")
-    command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "dirhtml", "docs"]
+    command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html", "docs"]
     done = subprocess.run([*command, str(tmp_path)], cwd=ROOT, capture_output=True, text=True, check=False)
 
     assert done.returncode == 0, done.stderr
