@@ -52,6 +52,18 @@ def test_a_second_is_so_many_instructions() -> None:
     assert core.core.retired == -(-84_000_000 * 10 // 13)
 
 
+@pytest.mark.parametrize("hclk_hz", [84_000_000, 84_012_243])
+def test_time_stays_exact_when_counts_exceed_64_bits(hclk_hz: int) -> None:
+    """A clock with a deviation has a rate without small terms: count x cycles x PS_PER_S / HCLK overflows soon."""
+    turns = 20_000_000
+    source = f"reset: mov32 r0, {turns}\nagain: subs r0, #1\nbne again\nlog 1\n b .\n"
+    core = CoreBench(source, hclk_hz=hclk_hz, cycles=CYCLES_PER_INSTRUCTION)
+    core.run_us(700_000)
+
+    place = 2 + 2 * turns + 3
+    assert [at_ps for at_ps, _ in core.probe.log] == [int(place * CYCLES_PER_INSTRUCTION * PS_PER_S / hclk_hz)]
+
+
 def test_a_new_hclk_counts_from_the_store_that_sets_it() -> None:
     """RM0368 6.3.3: as when RCC_CFGR.SW switches to the PLL."""
     core = CoreBench(f"reset: log 1\n {store('RATE', 4_000)} log 2\n {store('RATE', 500)} log 3\n b .\n")

@@ -256,6 +256,7 @@ static void execute_or_skip(Chip *chip, int64_t instructions) {
 
 static void execute_run(Chip *chip) {
   Machine *machine = &chip->machine;
+  timeline_move_origin(&chip->timeline);
   machine->end_ps = earlier(next_event_ps(chip), machine->at_ps);
   int64_t left = timeline_position(&chip->timeline, machine->end_ps) - chip->timeline.count;
   left = earlier(left, LONGEST);

@@ -34,6 +34,11 @@ int64_t timeline_position(const Timeline *timeline, int64_t at_ps) {
   if (at_ps >= NEVER_PS) {
     return NEVER_PS;
   }
+  int64_t after_ps = at_ps - timeline->origin_ps, product;
+  if (after_ps >= 0 && !__builtin_mul_overflow(after_ps, timeline->den, &product) && product >= timeline->extra) {
+    product -= timeline->extra;
+    return product / timeline->num + (product % timeline->num > 0);
+  }
   Wide wanted = (Wide)(at_ps - timeline->origin_ps) * timeline->den - timeline->extra;
   Wide quotient = wanted / timeline->num;
   return (int64_t)(quotient + (wanted % timeline->num > 0));
@@ -43,6 +48,16 @@ void timeline_spend(Timeline *timeline, int cycles) {
   Wide extra = timeline->extra + (Wide)cycles * timeline->cycle;
   timeline->origin_ps += (int64_t)(extra / timeline->den);
   timeline->extra = (int64_t)(extra % timeline->den);
+}
+
+void timeline_move_origin(Timeline *timeline) {
+  if (timeline->count >= timeline->limit / 2) {
+    Wide passed = (Wide)timeline->count * timeline->num + timeline->extra;
+    timeline->origin_ps += (int64_t)(passed / timeline->den);
+    timeline->extra = (int64_t)(passed % timeline->den);
+    timeline->before += timeline->count;
+    timeline->count = 0;
+  }
 }
 
 static void restart(Timeline *timeline, int64_t at_ps, int64_t running) {

@@ -31,6 +31,10 @@ void timeline_create(Timeline *timeline, int64_t cycles_num, int64_t cycles_den,
 int64_t timeline_ps(const Timeline *timeline, int64_t n);
 /* The value of count from which on the time is at_ps or later. */
 int64_t timeline_position(const Timeline *timeline, int64_t at_ps);
+/* Move the origin to the present before counts exceed 64 bits; no time changes. Between runs. A clock with a deviation
+ * has a rate without small terms: its limit is a tenth of a second.
+ */
+void timeline_move_origin(Timeline *timeline);
 /* Cycles in which no instruction is retired: exception entry and return. Between runs. */
 void timeline_spend(Timeline *timeline, int cycles);
 /* The core stands still until at_ps. */
