@@ -27,6 +27,8 @@ Python itself is the bus master, through ``board.i2c2``. An error outside this t
 
 from __future__ import annotations
 
+from emulator.text import visible
+
 _LONGEST_PROBLEM = 400  # characters; a list of all keys that are known can be longer
 
 
@@ -35,7 +37,20 @@ def _shortened(problem: str) -> str:
 
 
 class FcuError(Exception):
-    """Base of everything this package raises on purpose."""
+    """Base of everything this package raises on purpose.
+
+    Its text is one line without control characters, whatever the names and values in it are.
+    """
+
+    def __str__(self) -> str:
+        return visible(super().__str__())
+
+
+class _LinesError(FcuError):
+    """An error whose text may have several lines; other control characters are escaped all the same."""
+
+    def __str__(self) -> str:
+        return visible(Exception.__str__(self), lines=True)
 
 
 def failure_text(error: Exception) -> str:
@@ -89,7 +104,7 @@ class FirmwareFileError(InputError):
 
     def __init__(self, file: str, problem: str) -> None:
         self.file = file
-        self.problem = problem
+        self.problem = problem = _shortened(problem)
         super().__init__(f"{file}: {problem}")
 
 
@@ -97,7 +112,7 @@ class LinkError(InputError):
     """A serial link or an output file cannot be opened on this machine."""
 
 
-class ExpectationError(FcuError):
+class ExpectationError(_LinesError):
     """Something expected of the firmware did not happen.
 
     ``lines``: the last lines of the terminal; ``diagnosis``: what is seen to be wrong with the firmware, ""
@@ -115,7 +130,7 @@ class ExpectationError(FcuError):
         )
 
 
-class FirmwareError(FcuError):
+class FirmwareError(_LinesError):
     """The firmware under test failed; ``__cause__`` is its own exception."""
 
 

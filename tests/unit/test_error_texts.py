@@ -1,0 +1,84 @@
+"""Errors of this package: one line each without control characters, whatever the names in them are."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from emulator import Board
+from emulator.errors import (
+    ExpectationError,
+    FcuError,
+    FirmwareError,
+    FirmwareFileError,
+    InputError,
+    LimitError,
+    LinkError,
+    NotJudgedError,
+    OutputError,
+    RecordingError,
+    RubricError,
+    ScenarioError,
+)
+from emulator.grading.roster import load_roster
+from emulator.grading.rubric import load_rubric
+from emulator.scenario import load_scenario
+from emulator.world.recording import load_recording
+
+HOSTILE = "a\x1b[31m\n\r\x85\u2028\u202eb\udcff"
+LONGEST = 600
+"""Characters of an error, a file's name of some hundred characters included."""
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        InputError(HOSTILE),
+        LinkError(HOSTILE),
+        NotJudgedError(HOSTILE),
+        OutputError(HOSTILE),
+        ScenarioError(HOSTILE, HOSTILE, HOSTILE),
+        RubricError(HOSTILE, HOSTILE, HOSTILE),
+        RecordingError(HOSTILE, 1, HOSTILE),
+        FirmwareFileError(HOSTILE, HOSTILE),
+    ],
+    ids=lambda error: type(error).__name__,
+)
+def test_error_is_one_line_without_control_characters(error: FcuError) -> None:
+    assert str(error).isprintable()
+
+
+@pytest.mark.parametrize(
+    "error",
+    [FirmwareError(HOSTILE), LimitError("work", HOSTILE), ExpectationError(HOSTILE, (HOSTILE,), HOSTILE)],
+    ids=lambda error: type(error).__name__,
+)
+def test_error_with_lines_has_no_other_control_characters(error: FcuError) -> None:
+    assert all(line.isprintable() for line in str(error).split("\n"))
+
+
+@pytest.mark.parametrize("error", [ScenarioError, RubricError], ids=lambda error: error.__name__)
+def test_long_problem_in_a_file_is_cut(error: Callable[..., FcuError]) -> None:
+    assert len(str(error("file", "key", "x" * 10_000))) < LONGEST
+    assert len(str(RecordingError("file", 1, "x" * 10_000))) < LONGEST
+    assert len(str(FirmwareFileError("file", "x" * 10_000))) < LONGEST
+
+
+@pytest.mark.parametrize(
+    "load",
+    [load_scenario, load_rubric, load_roster, load_recording, Board],
+    ids=["scenario", "rubric", "roster", "recording", "firmware"],
+)
+@pytest.mark.parametrize("data", [b"", b"\xff", b"[" * 10_000, b"k" * 10_000, b"k.k=1\n[k.k]\n"])
+def test_file_with_a_hostile_name_is_refused_in_one_line(
+    load: Callable[[Path], object], data: bytes, tmp_path: Path
+) -> None:
+    for suffix in (".toml", ".csv", ".elf"):
+        path = tmp_path / f"a\x1b[31m\n\r\x85\u2028\u202eb{suffix}"
+        path.write_bytes(data)
+        with pytest.raises(InputError) as refused:
+            load(path)
+        assert str(refused.value).isprintable()
+        assert len(str(refused.value)) < LONGEST + len(str(path))
