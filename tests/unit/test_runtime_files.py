@@ -69,7 +69,16 @@ def _binary(path: Path) -> None:
     path.write_bytes(bytes(range(256)))
 
 
-KINDS = [_pipe, _folder, _link, _device, _socket, _large, _deep, _binary]
+def _infinite(path: Path) -> None:
+    path.write_text('{"port": Infinity, "token": "x", "process": 1, "name": "x", "serial": []}', "utf-8")
+
+
+def _large_number(path: Path) -> None:
+    number = "9" * 300
+    path.write_text(f'{{"port": {number}, "token": "x", "process": 1, "name": "x", "serial": []}}', "utf-8")
+
+
+KINDS = [_pipe, _folder, _link, _device, _socket, _large, _deep, _binary, _infinite, _large_number]
 
 
 @posix
@@ -166,6 +175,32 @@ def test_callers_without_the_token_push_no_caller_out() -> None:
             assert json.loads(answers.readline()) == {"t_s": 0.0}
             for stranger in strangers:
                 stranger.close()
+
+
+def test_caller_whose_token_has_arrived_is_not_pushed_out() -> None:
+    with closing(Door("lab3", [], lambda _message: {"t_s": 0.0})) as door:
+        board = _served(door)
+        with (
+            closing(socket.create_connection((HOST, board.port))) as one,
+            closing(one.makefile("rb")) as answers,
+        ):
+            one.sendall(json.dumps({"token": board.token}).encode() + b"\n")
+            strangers = [socket.create_connection((HOST, board.port)) for _ in range(3 * MOST_CALLERS)]
+            _until(door, lambda: len(door._callers) == MOST_CALLERS)
+            assert json.loads(answers.readline()) == {"ok": True}
+            for stranger in strangers:
+                stranger.close()
+
+
+@posix
+def test_token_is_in_files_of_this_user_alone(folder: Path) -> None:
+    with closing(Door("lab3", [], dict)):
+        one = address.fresh(8000)
+        address.publish(one)
+        files = [path for path in folder.iterdir() if path.is_file()]
+        assert len(files) == 2
+        assert {stat.S_IMODE(path.stat().st_mode) for path in files} == {0o600}
+        assert stat.S_IMODE(folder.stat().st_mode) == 0o700
 
 
 def _until(door: Door, condition: Callable[[], bool]) -> None:
