@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -30,6 +31,9 @@ from emulator.world.recording import load_recording
 HOSTILE = "a\x1b[31m\n\r\x85\u2028\u202eb\udcff"
 LONGEST = 600
 """Characters of an error, a file's name of some hundred characters included."""
+
+
+LOADERS: list[Callable[[Path], object]] = [load_scenario, load_rubric, load_roster, load_recording, Board]
 
 
 @pytest.mark.parametrize(
@@ -68,7 +72,7 @@ def test_long_problem_in_a_file_is_cut(error: Callable[..., FcuError]) -> None:
 
 @pytest.mark.parametrize(
     "load",
-    [load_scenario, load_rubric, load_roster, load_recording, Board],
+    LOADERS,
     ids=["scenario", "rubric", "roster", "recording", "firmware"],
 )
 @pytest.mark.parametrize("data", [b"", b"\xff", b"[" * 10_000, b"k" * 10_000, b"k.k=1\n[k.k]\n"])
@@ -82,3 +86,15 @@ def test_file_with_a_hostile_name_is_refused_in_one_line(
             load(path)
         assert str(refused.value).isprintable()
         assert len(str(refused.value)) < LONGEST + len(str(path))
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="named pipes are POSIX")
+@pytest.mark.parametrize(
+    "load", LOADERS, ids=["scenario", "rubric", "roster", "recording", "firmware"]
+)
+def test_pipe_is_refused_and_not_waited_for(load: Callable[[Path], object], tmp_path: Path) -> None:
+    for suffix in (".toml", ".csv", ".elf"):
+        path = tmp_path / f"pipe{suffix}"
+        os.mkfifo(path)
+        with pytest.raises(InputError):
+            load(path)
