@@ -11,6 +11,7 @@ import pytest
 
 from emulator import Board
 from emulator.chip.gdb.attach import serve
+from emulator.cli import execute
 from emulator.links.rfc2217 import Rfc2217Link
 from emulator.links.running import Door
 from emulator.links.tcp import TcpLink
@@ -62,3 +63,15 @@ def test_port_is_open_on_127_0_0_1_alone(
     with pytest.raises(ConnectionRefusedError):
         socket.create_connection((HOST, port), 30)
     assert [path for path in tmp_path.rglob("*") if not path.is_dir()] == []
+
+
+def test_run_without_options_opens_no_port(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    opened: list[object] = []
+    monkeypatch.setattr(socket.socket, "listen", lambda *arguments: opened.append(arguments))
+    assert execute(["run", "lab3", "--duration", "10ms", "--speed", "max"]) == 0
+    capfd.readouterr()
+    assert opened == []
+    assert execute(["run", "lab3", "--duration", "10ms", "--speed", "max", "--serial", "tcp:0", "-q"]) == 0
+    assert opened

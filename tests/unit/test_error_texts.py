@@ -89,9 +89,7 @@ def test_file_with_a_hostile_name_is_refused_in_one_line(
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="named pipes are POSIX")
-@pytest.mark.parametrize(
-    "load", LOADERS, ids=["scenario", "rubric", "roster", "recording", "firmware"]
-)
+@pytest.mark.parametrize("load", LOADERS, ids=["scenario", "rubric", "roster", "recording", "firmware"])
 def test_pipe_is_refused_and_not_waited_for(load: Callable[[Path], object], tmp_path: Path) -> None:
     for suffix in (".toml", ".csv", ".elf"):
         path = tmp_path / f"pipe{suffix}"
