@@ -185,7 +185,9 @@ class _Caller:
             except Exception as error:  # the run that the caller looks at must not end by it
                 return {"error": failure_text(error)}
         given = message.get("token")
-        self.known = isinstance(given, str) and hmac.compare_digest(given.encode(), token.encode())
+        self.known = isinstance(given, str) and hmac.compare_digest(
+            given.encode("utf-8", "replace"), token.encode()
+        )
         return {"ok": True} if self.known else None
 
 

@@ -9,14 +9,14 @@ import stat
 import sys
 import threading
 from collections.abc import Callable
-from contextlib import closing
+from contextlib import closing, suppress
 from pathlib import Path
 
 import pytest
 
 from emulator.errors import InputError, LinkError, OutputError
 from emulator.files import write_atomically
-from emulator.links.running import MOST_CALLERS, Door, RunningBoard, running_boards
+from emulator.links.running import LONGEST_MESSAGE, MOST_CALLERS, Door, RunningBoard, running_boards
 from emulator.links.runtime_folder import read_own_file
 from emulator.live import address
 from emulator.loopback import HOST
@@ -190,6 +190,55 @@ def test_caller_whose_token_has_arrived_is_not_pushed_out() -> None:
             assert json.loads(answers.readline()) == {"ok": True}
             for stranger in strangers:
                 stranger.close()
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        b'{"type": "truth"}',
+        b'{"token": ""}',
+        b'{"token": "0123456789abcdef0123456789abcdef"}',
+        b'{"token": ["{token}"]}',
+        b'{"token": "{token}x"}',
+        b'["{token}"]',
+        b'{"token": "\\ud800"}',
+        b'{"token": "\xc3\xa9"}',
+        b"{token}",
+        b"\xff\x00",
+        b"[" * 50_000,
+        b"9" * 5_000,
+        b"GET / HTTP/1.1",
+        b"x" * (2 * LONGEST_MESSAGE),
+    ],
+    ids=lambda said: repr(said[:20]),
+)
+def test_caller_without_the_token_is_turned_away(said: bytes) -> None:
+    asked: list[object] = []
+
+    def answer(message: object) -> dict[str, object]:
+        asked.append(message)
+        return {}
+
+    with closing(Door("lab3", [], answer)) as door:
+        board = _served(door)
+        said = said.replace(b"{token}", board.token.encode()) + b'\n{"type": "truth"}\n'
+        with closing(socket.create_connection((HOST, board.port))) as one:
+            ended = threading.Event()
+            caller = threading.Thread(target=_send, args=(one, said, ended))
+            caller.start()
+            _until(door, ended.is_set)
+            caller.join()
+    assert asked == []
+
+
+def _send(connection: socket.socket, data: bytes, ended: threading.Event) -> None:
+    """Send ``data`` and wait until the board has closed the connection, without an answer."""
+    with suppress(ConnectionError):  # it may be closed before all is read
+        connection.sendall(data)
+    with suppress(ConnectionError):
+        if connection.recv(1):
+            return
+    ended.set()
 
 
 @posix
