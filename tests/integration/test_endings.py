@@ -102,7 +102,7 @@ def test_second_request_removes_files_too(name: str, command: tuple[str, ...], f
     assert left(folders) == []
 
 
-@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP", "SIGINT"])
 def test_run_of_a_scenario_that_is_ended_is_not_judged(
     name: str, folders: list[Path], tmp_path: Path
 ) -> None:
