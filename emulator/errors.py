@@ -39,18 +39,14 @@ def _shortened(problem: str) -> str:
 class FcuError(Exception):
     """Base of everything this package raises on purpose.
 
-    Its text is one line without control characters, whatever the names and values in it are.
+    Its text is one line without control characters, whatever the names and values in it are. With
+    ``has_lines`` it may have several lines, of a terminal, a compiler or a diagnosis.
     """
 
-    def __str__(self) -> str:
-        return visible(super().__str__())
-
-
-class _LinesError(FcuError):
-    """An error whose text may have several lines; other control characters are escaped all the same."""
+    has_lines = False
 
     def __str__(self) -> str:
-        return visible(Exception.__str__(self), lines=True)
+        return visible(super().__str__(), lines=self.has_lines)
 
 
 def failure_text(error: Exception) -> str:
@@ -112,12 +108,14 @@ class LinkError(InputError):
     """A serial link or an output file cannot be opened on this machine."""
 
 
-class ExpectationError(_LinesError):
+class ExpectationError(FcuError):
     """Something expected of the firmware did not happen.
 
     ``lines``: the last lines of the terminal; ``diagnosis``: what is seen to be wrong with the firmware, ""
     if nothing is. Both are part of the message.
     """
+
+    has_lines = True
 
     def __init__(self, problem: str, lines: tuple[str, ...] = (), diagnosis: str = "") -> None:
         self.lines = lines
@@ -130,8 +128,10 @@ class ExpectationError(_LinesError):
         )
 
 
-class FirmwareError(_LinesError):
+class FirmwareError(FcuError):
     """The firmware under test failed; ``__cause__`` is its own exception."""
+
+    has_lines = True
 
 
 class LimitError(FirmwareError):

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from emulator import Board
+from emulator.cli.build import ProjectBuildError
 from emulator.errors import (
     ExpectationError,
     FcuError,
@@ -56,11 +57,18 @@ def test_error_is_one_line_without_control_characters(error: FcuError) -> None:
 
 @pytest.mark.parametrize(
     "error",
-    [FirmwareError(HOSTILE), LimitError("work", HOSTILE), ExpectationError(HOSTILE, (HOSTILE,), HOSTILE)],
+    [
+        FirmwareError(HOSTILE),
+        LimitError("work", HOSTILE),
+        ExpectationError(HOSTILE, (HOSTILE,), HOSTILE),
+        ProjectBuildError(HOSTILE),
+    ],
     ids=lambda error: type(error).__name__,
 )
 def test_error_with_lines_has_no_other_control_characters(error: FcuError) -> None:
-    assert all(line.isprintable() for line in str(error).split("\n"))
+    lines = str(error).split("\n")
+    assert len(lines) > 1
+    assert all(line.isprintable() for line in lines)
 
 
 @pytest.mark.parametrize("error", [ScenarioError, RubricError], ids=lambda error: error.__name__)
