@@ -154,6 +154,34 @@ def test_nohup_is_heeded(folders: list[Path]) -> None:
     assert process.returncode == HELD, errors
 
 
+LOADING = """
+import os, signal, sys
+from emulator.cli import main
+
+class Signals:
+    def find_spec(self, name, path=None, target=None):
+        if name == {module!r}:
+            sys.meta_path.remove(self)
+            os.kill(os.getpid(), signal.SIGTERM)
+
+sys.meta_path.insert(0, Signals())
+sys.argv = ["fcu", "run", "lab3", "--duration", "10ms", "--speed", "max"]
+main()
+"""
+"""A run that gets a signal while it loads a module, and with it those that need that one."""
+
+
+@pytest.mark.parametrize(
+    "module", ["click", "emulator.text", "emulator.errors", "emulator.isolation", "numpy"]
+)
+def test_signal_while_a_module_loads_ends_the_command(module: str, folders: list[Path]) -> None:
+    command = [sys.executable, "-c", LOADING.format(module=module)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+    assert done.returncode == INTERRUPTED, done.stderr
+    assert done.stderr.splitlines() == ["fcu: ended by SIGTERM"]
+    assert left(folders) == []
+
+
 # -- A full disk --------------------------------------------------------------------------------------------
 
 
