@@ -182,6 +182,30 @@ def test_signal_while_a_module_loads_ends_the_command(module: str, folders: list
     assert left(folders) == []
 
 
+IN_A_CLASS = """
+import dataclasses, os, signal, sys
+from emulator.cli import main
+
+def set_name(self, owner, name):
+    del dataclasses.Field.__set_name__
+    os.kill(os.getpid(), signal.{signal})
+
+dataclasses.Field.__set_name__ = set_name
+sys.argv = ["fcu", "run", "lab3", "--duration", "10ms", "--speed", "max"]
+main()
+"""
+"""Python 3.11 raises RuntimeError for whatever is raised there."""
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
+def test_signal_while_a_class_is_made_ends_the_command(name: str, folders: list[Path]) -> None:
+    command = [sys.executable, "-c", IN_A_CLASS.format(signal=name)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+    assert done.returncode == INTERRUPTED, done.stderr
+    assert done.stderr.splitlines() == ([] if name == "SIGINT" else [f"fcu: ended by {name}"])
+    assert left(folders) == []
+
+
 # -- A full disk --------------------------------------------------------------------------------------------
 
 
