@@ -64,8 +64,8 @@ def build_and_say(folder: Path) -> None:
     """Build the project, print the compiler's warnings and the name of the file. Raises InputError."""
     log = build_project(folder)
     if log:
-        click.echo(log, err=True)
-    click.echo(f"built {folder / ELF}")
+        click.echo(visible(log, lines=True), err=True)
+    click.echo(visible(f"built {folder / ELF}"))
 
 
 def build_project(folder: Path, command: str = "build") -> str:
