@@ -27,7 +27,7 @@ Python itself is the bus master, through ``board.i2c2``. An error outside this t
 
 from __future__ import annotations
 
-from emulator.text import visible
+from fcu_emulator.emulator.text import visible
 
 _LONGEST_PROBLEM = 400  # characters; a list of all keys that are known can be longer
 
@@ -135,7 +135,7 @@ class FirmwareError(FcuError):
 
 
 class LimitError(FirmwareError):
-    """Firmware was stopped at ``limit``, a field of :class:`emulator.chip.firmware.Limits`."""
+    """Firmware was stopped at ``limit``, a field of :class:`fcu_emulator.emulator.chip.firmware.Limits`."""
 
     def __init__(self, limit: str, problem: str) -> None:
         self.limit = limit

@@ -1,7 +1,7 @@
 """TCP ports of this machine that only programs on this machine can reach.
 
 Decision: serial ports, the debugger's port and the control port listen on 127.0.0.1 alone; the page, which
-has a token, can have another address (:mod:`emulator.live.listening`). A user of another machine connects
+has a token, can have another address (:mod:`fcu_emulator.emulator.live.listening`). A user of another machine connects
 through ``ssh -L``, which asks for a password; the road not taken, an option for the address of each port,
 would put a port without a password on a lecture hall's network.
 """
@@ -11,7 +11,7 @@ from __future__ import annotations
 import socket
 import sys
 
-from emulator.errors import LinkError
+from fcu_emulator.emulator.errors import LinkError
 
 HOST = "127.0.0.1"
 LARGEST_PORT = 65_535

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from emulator import Board
-from emulator.cli.build import ProjectBuildError
-from emulator.errors import (
+from fcu_emulator import Board
+from fcu_emulator.emulator.cli.build import ProjectBuildError
+from fcu_emulator.emulator.errors import (
     ExpectationError,
     FcuError,
     FirmwareError,
@@ -24,10 +24,10 @@ from emulator.errors import (
     RubricError,
     ScenarioError,
 )
-from emulator.grading.roster import load_roster
-from emulator.grading.rubric import load_rubric
-from emulator.scenario import load_scenario
-from emulator.world.recording import load_recording
+from fcu_emulator.emulator.grading.roster import load_roster
+from fcu_emulator.emulator.grading.rubric import load_rubric
+from fcu_emulator.emulator.scenario import load_scenario
+from fcu_emulator.emulator.world.recording import load_recording
 
 HOSTILE = "a\x1b[31m\n\r\x85\u2028\u202eb\udcff"
 LONGEST = 600
