@@ -27,6 +27,8 @@ Python itself is the bus master, through ``board.i2c2``. An error outside this t
 
 from __future__ import annotations
 
+from fcu_emulator.emulator.text import visible
+
 _LONGEST_PROBLEM = 400  # characters; a list of all keys that are known can be longer
 
 
@@ -35,7 +37,16 @@ def _shortened(problem: str) -> str:
 
 
 class FcuError(Exception):
-    """Base of everything this package raises on purpose."""
+    """Base of everything this package raises on purpose.
+
+    Its text is one line without control characters, whatever the names and values in it are. With
+    ``has_lines`` it may have several lines, of a terminal, a compiler or a diagnosis.
+    """
+
+    has_lines = False
+
+    def __str__(self) -> str:
+        return visible(super().__str__(), lines=self.has_lines)
 
 
 def failure_text(error: Exception) -> str:
@@ -89,7 +100,7 @@ class FirmwareFileError(InputError):
 
     def __init__(self, file: str, problem: str) -> None:
         self.file = file
-        self.problem = problem
+        self.problem = problem = _shortened(problem)
         super().__init__(f"{file}: {problem}")
 
 
@@ -104,6 +115,8 @@ class ExpectationError(FcuError):
     if nothing is. Both are part of the message.
     """
 
+    has_lines = True
+
     def __init__(self, problem: str, lines: tuple[str, ...] = (), diagnosis: str = "") -> None:
         self.lines = lines
         self.diagnosis = diagnosis
@@ -117,6 +130,8 @@ class ExpectationError(FcuError):
 
 class FirmwareError(FcuError):
     """The firmware under test failed; ``__cause__`` is its own exception."""
+
+    has_lines = True
 
 
 class LimitError(FirmwareError):

@@ -35,10 +35,13 @@ from dataclasses import asdict, dataclass, fields
 from types import FrameType
 
 from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.text import shown
 
 # -- What a process may take --------------------------------------------------------------------------------
 
 _LEAST_MEMORY = 256 << 20
+_MOST = 1 << 60
+"""The system keeps a limit in 64 bits, with a sign; processor time is added to the time used before."""
 _ON_MACOS = ("memory_bytes",)
 """There the address space has a limit that can be set and is not kept."""
 
@@ -61,6 +64,8 @@ class Limits:
             value = getattr(self, field.name)
             if not value > 0:
                 raise InputError(f"limit {field.name} is {value!r}; give a number above 0")
+            if value > _MOST:
+                raise InputError(f"limit {field.name} must be at most {_MOST}, not {shown(value)}")
         if self.memory_bytes < _LEAST_MEMORY:
             problem = f"is {self.memory_bytes}; Python and numpy alone need {_LEAST_MEMORY}"
             raise InputError(f"limit memory_bytes {problem}")

@@ -1,8 +1,9 @@
 """TCP ports of this machine that only programs on this machine can reach.
 
-Decision: every server of this package listens on 127.0.0.1 alone. Whoever wants a board from elsewhere goes
-through ``ssh -L``, which asks who is there; the road not taken, an option for the address, would put a
-port without a password on a lecture hall's network.
+Decision: serial ports, the debugger's port and the control port listen on 127.0.0.1 alone; the page, which
+has a token, can have another address (:mod:`fcu_emulator.emulator.live.listening`). A user of another machine connects
+through ``ssh -L``, which asks for a password; the road not taken, an option for the address of each port,
+would put a port without a password on a lecture hall's network.
 """
 
 from __future__ import annotations

@@ -6,6 +6,7 @@ they stand in (bidirectional overrides) or cannot be seen (zero-width ones). All
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 
 _SPACES = frozenset(
@@ -14,6 +15,8 @@ _SPACES = frozenset(
 _KEPT = frozenset("\n\t")
 _FORMULA = ("=", "+", "-", "@", "\t", "\r", "\uff1d", "\uff0b", "\uff0d", "\uff20")
 """Signs at the beginning of a cell with which a spreadsheet computes it (OWASP, CSV injection)."""
+_AFTER_SEMICOLON = re.compile(rf"""(;[\s"']*)(?=[{re.escape("".join(_FORMULA))}])""")
+"""The beginning of a cell for a spreadsheet that separates by semicolons, as the system's settings say."""
 _SHOWN = 40  # characters of a bad value that a message repeats
 
 
@@ -58,7 +61,7 @@ def csv_text(rows: Iterable[Sequence[str | float]]) -> str:
 def _cell(value: str | float) -> str | float:
     if not isinstance(value, str):
         return value
-    text = visible(value)
+    text = _AFTER_SEMICOLON.sub(r"\1'", visible(value))
     return f"'{text}" if text.startswith(_FORMULA) else text
 
 

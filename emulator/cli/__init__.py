@@ -74,11 +74,8 @@ def execute(arguments: Sequence[str]) -> ExitCode | int:
         if _address_space() < _LEAST_ADDRESS_SPACE:
             raise MemoryError
         return _execute(arguments)
-    except KeyboardInterrupt:
-        return _INTERRUPTED
-    except Terminated as error:
-        _complain(f"ended by {error}")
-        return _INTERRUPTED
+    except (KeyboardInterrupt, Terminated) as error:
+        return _interrupted(error)
     except MemoryError:
         _complain(
             "there is not enough memory for this; close other programs, or raise the limit (ulimit -v,"
@@ -93,9 +90,30 @@ def execute(arguments: Sequence[str]) -> ExitCode | int:
             _complain(f"this machine has run out of something: {error}")
         else:
             _report_bug()
-    except Exception:
+    except Exception as error:
+        request = _request_inside(error)
+        if request is not None:
+            return _interrupted(request)
         _report_bug()
     return _NOT_JUDGED
+
+
+def _interrupted(request: BaseException) -> int:
+    """Say by which signal the command was ended, if not by Ctrl-C; the exit code."""
+    if isinstance(request, Terminated):
+        _complain(f"ended by {request}")
+    return _INTERRUPTED
+
+
+def _request_inside(error: BaseException) -> BaseException | None:
+    """Return the request to end that ``error`` was raised from, if there is one.
+
+    Until version 3.11 Python raises RuntimeError for a request that comes in ``__set_name__``.
+    """
+    found: BaseException | None = error
+    while found is not None and not isinstance(found, KeyboardInterrupt | Terminated):
+        found = found.__cause__ or found.__context__
+    return found
 
 
 def _execute(arguments: Sequence[str]) -> ExitCode | int:

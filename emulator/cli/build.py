@@ -46,6 +46,12 @@ _OPTIONS = ("cpu.options", "compile.options", "link.options")
 _ASSIGNMENT = re.compile(r"(?m)^(BUS|OPT|EXTRA_CFLAGS|PREFIX)[ \t]*[?:]?=[ \t]*(.*?)[ \t]*$")
 
 
+class ProjectBuildError(InputError):
+    """A project does not build; the text has the compiler's first errors, each on a line."""
+
+    has_lines = True
+
+
 class BuildError(Exception):
     """The compiler failed; ``log`` is its output."""
 
@@ -58,8 +64,8 @@ def build_and_say(folder: Path) -> None:
     """Build the project, print the compiler's warnings and the name of the file. Raises InputError."""
     log = build_project(folder)
     if log:
-        click.echo(log, err=True)
-    click.echo(f"built {folder / ELF}")
+        click.echo(visible(log, lines=True), err=True)
+    click.echo(visible(f"built {folder / ELF}"))
 
 
 def build_project(folder: Path, command: str = "build") -> str:
@@ -72,7 +78,7 @@ def build_project(folder: Path, command: str = "build") -> str:
     try:
         return _Build(folder).run()
     except BuildError as error:
-        raise InputError(_build_failed(folder, error.log, command)) from error
+        raise ProjectBuildError(_build_failed(folder, error.log, command)) from error
 
 
 def build_with_make(folder: Path, command: str) -> str:
@@ -83,7 +89,7 @@ def build_with_make(folder: Path, command: str) -> str:
     prefix = [] if compiler is None or shutil.which(COMPILER) else [f"PREFIX={_prefix(compiler)}"]
     code, log = _run(["make", *changed, *prefix], folder)
     if code:
-        raise InputError(_build_failed(folder, log, command))
+        raise ProjectBuildError(_build_failed(folder, log, command))
     return log
 
 
@@ -116,7 +122,8 @@ def _build_failed(folder: Path, log: str, command: str) -> str:
     errors = next(filter(None, found), lines[-_ERRORS_SHOWN:])
     shown = [f"  {line[:_WIDTH]}" for line in dict.fromkeys(errors)][:_ERRORS_SHOWN]
     again = command_line(["fcu", command, *([] if folder == Path() else [str(folder)])])
-    return "\n".join([f"{folder} does not build:", *shown, f"  fix the first error, then: {again}"])
+    title = f"{visible(str(folder))} does not build:"
+    return "\n".join([title, *shown, f"  fix the first error, then: {visible(again)}"])
 
 
 @dataclass(frozen=True)

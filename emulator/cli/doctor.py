@@ -17,6 +17,7 @@ import click
 from fcu_emulator.emulator.cli.toolchain import COMPILER, find_compiler
 from fcu_emulator.emulator.errors import FcuError
 from fcu_emulator.emulator.system_words import how_to_install
+from fcu_emulator.emulator.text import visible
 
 _PACKAGES = (
     *("numpy", "greenlet", "click", "pydantic", "pygeomag", "pyserial", "regex"),
@@ -55,7 +56,7 @@ def examine() -> bool:
     ]
     for finding in findings:
         mark = "ok     " if finding.ok else ("MISSING" if finding.needed else "absent ")
-        click.echo(f"{mark}  {finding.text}")
+        click.echo(f"{mark}  {visible(finding.text)}")
     healthy = all(finding.ok for finding in findings if finding.needed)
     click.echo("\nThe board runs here: fcu run" if healthy else "\nInstall what is missing, then try again.")
     return healthy

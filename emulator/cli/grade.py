@@ -36,7 +36,7 @@ from fcu_emulator.emulator.grading.tasks import code_digest, use_temporary_folde
 from fcu_emulator.emulator.grading.verdict import ExerciseTitle
 from fcu_emulator.emulator.grading.workers import DaskWorkers, LocalWorkers
 from fcu_emulator.emulator.isolation import Limits
-from fcu_emulator.emulator.text import csv_text, one_line
+from fcu_emulator.emulator.text import csv_text, one_line, visible
 
 if TYPE_CHECKING:
     from click._termui_impl import ProgressBar
@@ -236,12 +236,12 @@ def _progress_name(graded: Graded | None) -> str | None:
 def _conclude(whole: GradedClass, out: Path) -> ExitCode:
     """Say how it went; the exit code is about the grading, not about the programs."""
     for line in summary(whole):
-        click.echo(line)
+        click.echo(visible(line))
     for one in whole.not_judged[:_MOST_LISTED]:
-        click.echo(f"  {one_line(one.shown_name, 60)}: {one.reason}")
+        click.echo(visible(f"  {one_line(one.shown_name, 60)}: {one.reason}"))
     if len(whole.not_judged) > _MOST_LISTED:
         click.echo(f"  and {len(whole.not_judged) - _MOST_LISTED} more")
-    click.echo(f"reports: {out / 'index.html'}")
+    click.echo(visible(f"reports: {out / 'index.html'}"))
     again = whole.of("unjudged", "partly")
     if again:
         _say(f"{len(again)} could not be judged, through no fault of theirs; run the same command again")
@@ -250,7 +250,7 @@ def _conclude(whole: GradedClass, out: Path) -> ExitCode:
 
 def _say(line: str) -> None:
     with suppress(OSError):
-        click.echo(f"fcu: {line}", err=True)
+        click.echo(visible(f"fcu: {line}"), err=True)
 
 
 # -- Gradescope ---------------------------------------------------------------------------------------------
@@ -271,7 +271,7 @@ def _grade_for_gradescope(options: GradeOptions, autograder: Path) -> ExitCode:
     file = autograder / "results" / "results.json"
     write_atomically(file, json.dumps(gradescope_results(graded), indent=1) + "\n")
     points = "rejected" if graded.points is None else f"{graded.points:g} of {rubric.max_points:g} points"
-    click.echo(f"{file}: {points}")
+    click.echo(visible(f"{file}: {points}"))
     return ExitCode.HELD
 
 

@@ -69,9 +69,16 @@ def ask_again(unraisable: sys.UnraisableHookArgs) -> None:
 
 def _raise(number: int, frame: FrameType | None) -> None:
     del frame
-    from fcu_emulator.emulator.isolation import limits_of_worker
-
-    if _raised and limits_of_worker() is not None:  # its parent has passed on what it had got already
+    if _raised and _is_worker():  # its parent has passed on what it had got already
         return
     _raised.append(number)
     raise Terminated(number)
+
+
+def _is_worker() -> bool:
+    """Tell whether this is a worker of :mod:`fcu_emulator.emulator.isolation`, which loads that module first.
+
+    Nothing is imported: a signal may come while a module is loaded that the import would find half loaded.
+    """
+    limits_of_worker = getattr(sys.modules.get("fcu_emulator.emulator.isolation"), "limits_of_worker", None)
+    return limits_of_worker is not None and limits_of_worker() is not None

@@ -4,7 +4,8 @@ SUBMISSIONS is a folder with an entry for each student (a folder, a zip file, a 
 ``.bin`` file), as one collects them by hand, or as learning platforms export them:
 
 - Moodle: ``Full Name_1234_assignsubmission_file_/...``, in a folder or still in its zip file. A name with
-  two such ids is rejected: the student chooses a part of it, and could name another student's id;
+  two ids, of one platform or of two, is rejected: the student chooses a part of it, and could name another
+  student's id;
   Or all files in one folder, ``Full Name_1234_assignsubmission_file_main.c``;
 - Canvas: all files in one folder, ``lovelaceada_1234_5678_main.c``;
 - Gradescope: ``submission_1234/...`` with ``submission_metadata.yml`` beside them (needs PyYAML).
@@ -133,7 +134,8 @@ def find_submissions(where: Path, roster: Roster | None, scratch: Path) -> list[
         student, known, problem = _student_of(path, roster, told)
         first = found.setdefault(student.id.casefold(), Submission(student, path, known, problem))
         if first.path is not None and first.path is not path:
-            if _own_name(first.path) and _own_name(path) and not first.problem:
+            same = _platform_ids(first.path) == _platform_ids(path)
+            if _own_name(first.path) and _own_name(path) and same and not first.problem:
                 found[student.id.casefold()] = replace(first, more=(*first.more, path))
                 continue
             both = f"{one_line(first.path.name)!r} and {one_line(path.name)!r}"
@@ -178,7 +180,7 @@ def _student_of(path: Path, roster: Roster | None, told: Mapping[str, Student]) 
     The platform's own word counts, else the file's name.
     """
     name = path.name if path.is_dir() else path.stem
-    if len(_MOODLE.findall(path.name)) > 1:
+    if len(_platform_ids(path)) > 1:
         problem = f"the name {one_line(path.name)!r} has two ids in it; download the submissions again"
         return Student(name), roster is None, problem
     keys = [path.name, name]
@@ -198,6 +200,12 @@ def _student_of(path: Path, roster: Roster | None, told: Mapping[str, Student]) 
         return student or Student(name), True, ""
     listed = roster.find(*keys)
     return (listed, True, "") if listed else (student or Student(name), False, "")
+
+
+def _platform_ids(path: Path) -> list[str]:
+    """Return the ids in a name by the patterns of all platforms; more than one if a student put one in."""
+    canvas = _CANVAS.fullmatch(path.name)
+    return [one["id"] for one in _MOODLE.finditer(path.name)] + ([canvas["id"]] if canvas else [])
 
 
 def _own_name(path: Path) -> str:

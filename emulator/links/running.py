@@ -21,7 +21,7 @@ import secrets
 import socket
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing, suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +29,7 @@ from fcu_emulator.emulator.errors import InputError, LinkError, OutputError, fai
 from fcu_emulator.emulator.files import write_atomically
 from fcu_emulator.emulator.links.runtime_folder import read_own_file, runtime_folder
 from fcu_emulator.emulator.links.tcp import Coding, Reader
-from fcu_emulator.emulator.loopback import HOST, listen
+from fcu_emulator.emulator.loopback import HOST, LARGEST_PORT, listen
 
 LONGEST_MESSAGE = 64 * 1024
 MOST_CALLERS = 8
@@ -122,15 +122,22 @@ class Door:
                 connection, _ = self._listener.accept()
                 self._callers.append(_Caller(connection))
                 if len(self._callers) > MOST_CALLERS:
-                    strangers = [one for one in self._callers if not one.known]
-                    leaves = (strangers or self._callers)[0]
-                    self._callers.remove(leaves)
-                    leaves.reader.close()
+                    self._make_room()
         for caller in list(self._callers):
             caller.serve(self._board.token, self._answer)
             if caller.reader.gone:
                 self._callers.remove(caller)
                 caller.reader.close()
+
+    def _make_room(self) -> None:
+        """End the oldest connection without the token; a token that has arrived by now is read before."""
+        for caller in self._callers:
+            if not caller.known:
+                caller.serve(self._board.token, self._answer)
+        strangers = [one for one in self._callers if not one.known]
+        leaves = (strangers or self._callers)[0]
+        self._callers.remove(leaves)
+        leaves.reader.close()
 
     def close(self) -> None:
         """Nobody finds the board any more."""
@@ -178,7 +185,9 @@ class _Caller:
             except Exception as error:  # the run that the caller looks at must not end by it
                 return {"error": failure_text(error)}
         given = message.get("token")
-        self.known = isinstance(given, str) and hmac.compare_digest(given.encode(), token.encode())
+        self.known = isinstance(given, str) and hmac.compare_digest(
+            given.encode("utf-8", "replace"), token.encode()
+        )
         return {"ok": True} if self.known else None
 
 
@@ -192,7 +201,7 @@ def running_boards() -> list[RunningBoard]:
         try:
             board = _read(file)
             board.ask()
-        except (OSError, ValueError, TypeError, KeyError, LinkError):
+        except (OSError, ValueError, LinkError):
             with suppress(OSError):  # of a board that was killed
                 file.unlink()
             continue
@@ -229,14 +238,20 @@ def _age(file: Path) -> float:
 
 
 def _read(file: Path) -> RunningBoard:
+    """Return the board of a file. Raises OSError, or ValueError for a file that no board has written."""
     known = _parsed(read_own_file(file, _LARGEST_FILE))
-    return RunningBoard(
-        int(known["port"]),
-        str(known["token"]),
-        int(known["process"]),
-        str(known["name"]),
-        tuple(known["serial"]),
-    )
+    port, token, process, name, serial = (known.get(one.name) for one in fields(RunningBoard))
+    if not (
+        isinstance(port, int)
+        and 0 < port <= LARGEST_PORT
+        and isinstance(process, int)
+        and isinstance(token, str)
+        and isinstance(name, str)
+        and isinstance(serial, list)
+        and all(isinstance(one, str) for one in serial)
+    ):
+        raise ValueError(f"{file} is not the file of a running board")
+    return RunningBoard(port, token, process, name, tuple(serial))
 
 
 def _parsed(line: bytes) -> dict[str, Any]:

@@ -47,7 +47,9 @@ def draw(record: Mapping[str, Any], picture: Path) -> None:
         panels = _panels(record["printed"])
         lights = [(float(at), [bool(one) for one in on]) for at, *on in record.get("leds", [])]
         end_s = float(record.get("virtual_s", 0.0))
-    except (TypeError, ValueError, KeyError, AttributeError) as error:
+        if not math.isfinite(end_s):
+            raise ValueError("the end of the run must be a finite time")
+    except (TypeError, ValueError, KeyError, AttributeError, OverflowError) as error:
         raise InputError("the record is damaged; make it again with fcu run --json") from error
     if not panels:
         raise InputError("nothing in this run's lines could be read, so there is nothing to draw")

@@ -45,11 +45,11 @@ ONLY_IN = {
 ROOMS = (
     "sensors",
     "firmware_model",
+    "text",
     "errors",
     "system_words",
     "loopback",
     "isolation",
-    "text",
     "time",
     "files",
     "trace",

@@ -61,7 +61,9 @@ def test_time_stays_exact_when_counts_exceed_64_bits(hclk_hz: int) -> None:
     core.run_us(700_000)
 
     place = 2 + 2 * turns + 3
-    assert [at_ps for at_ps, _ in core.probe.log] == [int(place * CYCLES_PER_INSTRUCTION * PS_PER_S / hclk_hz)]
+    assert [at_ps for at_ps, _ in core.probe.log] == [
+        int(place * CYCLES_PER_INSTRUCTION * PS_PER_S / hclk_hz)
+    ]
 
 
 def test_a_new_hclk_counts_from_the_store_that_sets_it() -> None:

@@ -122,6 +122,9 @@ def test_source_that_eats_the_machine_is_stopped(source: bytes, builder: Builder
         b'#include "/etc/passwd"\n',
         b'asm(".incbin \\"/etc/passwd\\"");\n',
         b'#include "/build/../etc/hosts"\n',
+        f'asm(".incbin \\"{Path(__file__).as_posix()}\\"");\n'.encode(),
+        f'asm(".incbin \\"{sys.executable}\\"");\n'.encode(),
+        b'asm(".incbin \\"/proc/self/environ\\"");\n',
     ],
 )
 def test_behind_the_walls_there_are_no_files_of_this_machine(source: bytes, walled: Builder) -> None:

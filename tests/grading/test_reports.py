@@ -215,6 +215,15 @@ def test_a_spreadsheet_does_not_compute_a_name(name: str) -> None:
     assert visible(name) in rows[0]["name"]
 
 
+@pytest.mark.parametrize("name", ["a;=1+1", 'a; "=1+1', "a;\u00a0@SUM(A1)", 'a;""+1', "a;;-1;=2"])
+def test_a_spreadsheet_that_separates_by_semicolons_computes_nothing(name: str) -> None:
+    """A spreadsheet takes the system's separator, a semicolon in half of Europe, and not the file's."""
+    text = grades_csv(whole(graded("7", name=name)))
+
+    for cell in text.replace('"', "").split(";"):
+        assert not cell.strip().startswith(("=", "+", "-", "@"))
+
+
 @pytest.mark.parametrize(
     "student", ["../../x", "a/b", "CON", "nul.txt", "a\nb", "", ".", "x" * 500, "Ada", "ada", "\udcff"]
 )

@@ -185,6 +185,7 @@ def test_a_digest_depends_on_names_and_contents() -> None:
     [
         "Eve_4242_assignsubmission_file_x_1815_assignsubmission_file_.c",  # by a file's name
         "Eve_1815_assignsubmission_file__4242_assignsubmission_file_x.c",  # by a name in the profile
+        "eve_4242_1_x_1815_assignsubmission_file_.c",  # Moodle's id in the name of a file on Canvas
     ],
 )
 def test_name_with_two_ids_is_rejected_under_its_whole_name(tmp_path: Path, stolen: str) -> None:
@@ -200,6 +201,19 @@ def test_name_with_two_ids_is_rejected_under_its_whole_name(tmp_path: Path, stol
     assert not thief.known
     with pytest.raises(RejectedError, match="two ids"):
         thief.content(tmp_path / "s")
+
+
+@pytest.mark.parametrize("suffix", ["c", "h"])
+def test_file_with_another_platform_id_is_not_added(suffix: str, tmp_path: Path) -> None:
+    files = {
+        "Ada_1815_assignsubmission_file_main.c": b"1",
+        f"Ada_777_assignsubmission_file_x.{suffix}": b"2",
+    }
+    where = tree(tmp_path / "class", **files)
+    (found,) = find_submissions(where, Roster([Student("1815", "Ada")]), tmp_path / "s")
+
+    with pytest.raises(RejectedError, match="two submissions for one student"):
+        found.content(tmp_path / "s")
 
 
 def test_moodles_folders_are_known_by_number_and_name(tmp_path: Path) -> None:

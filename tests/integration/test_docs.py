@@ -28,6 +28,9 @@ NAMED = re.compile(
 )
 
 
+NAMED_TEST = re.compile(r"`(tests/[\w/]+\.py)::(test_\w+)`")
+
+
 def text_of(page: Path) -> str:
     return page.read_text(encoding="utf-8")
 
@@ -107,6 +110,12 @@ def test_links_lead_somewhere(page: Path) -> None:
         file = (page.parent / target) if target else page
         assert file.exists(), target
         assert not heading or heading in anchors(file), f"{target}#{heading}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_tests_that_a_page_names_exist(page: Path) -> None:
+    for file, name in NAMED_TEST.findall(text_of(page)):
+        assert f"def {name}(" in text_of(ROOT / file), f"{file}::{name}"
 
 
 def test_the_index_of_decisions_is_up_to_date() -> None:

@@ -102,7 +102,7 @@ def test_second_request_removes_files_too(name: str, command: tuple[str, ...], f
     assert left(folders) == []
 
 
-@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP", "SIGINT"])
 def test_run_of_a_scenario_that_is_ended_is_not_judged(
     name: str, folders: list[Path], tmp_path: Path
 ) -> None:
@@ -152,6 +152,65 @@ def test_nohup_is_heeded(folders: list[Path]) -> None:
     process.send_signal(signal.SIGHUP)
     _, errors = process.communicate(timeout=60)
     assert process.returncode == HELD, errors
+
+
+LOADING = """
+import os, signal, sys
+from fcu_emulator.emulator.cli import main
+
+class Signals:
+    def find_spec(self, name, path=None, target=None):
+        if name == {module!r}:
+            sys.meta_path.remove(self)
+            os.kill(os.getpid(), signal.SIGTERM)
+
+sys.meta_path.insert(0, Signals())
+sys.argv = ["fcu", "run", "lab3", "--duration", "10ms", "--speed", "max"]
+main()
+"""
+"""A run that gets a signal while it loads a module, and with it those that need that one."""
+
+
+@pytest.mark.parametrize(
+    "module",
+    [
+        "click",
+        "fcu_emulator.emulator.text",
+        "fcu_emulator.emulator.errors",
+        "fcu_emulator.emulator.isolation",
+        "numpy",
+    ],
+)
+def test_signal_while_a_module_loads_ends_the_command(module: str, folders: list[Path]) -> None:
+    command = [sys.executable, "-c", LOADING.format(module=module)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+    assert done.returncode == INTERRUPTED, done.stderr
+    assert done.stderr.splitlines() == ["fcu: ended by SIGTERM"]
+    assert left(folders) == []
+
+
+IN_A_CLASS = """
+import dataclasses, os, signal, sys
+from fcu_emulator.emulator.cli import main
+
+def set_name(self, owner, name):
+    del dataclasses.Field.__set_name__
+    os.kill(os.getpid(), signal.{signal})
+
+dataclasses.Field.__set_name__ = set_name
+sys.argv = ["fcu", "run", "lab3", "--duration", "10ms", "--speed", "max"]
+main()
+"""
+"""Python 3.11 raises RuntimeError for whatever is raised there."""
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
+def test_signal_while_a_class_is_made_ends_the_command(name: str, folders: list[Path]) -> None:
+    command = [sys.executable, "-c", IN_A_CLASS.format(signal=name)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+    assert done.returncode == INTERRUPTED, done.stderr
+    assert done.stderr.splitlines() == ([] if name == "SIGINT" else [f"fcu: ended by {name}"])
+    assert left(folders) == []
 
 
 # -- A full disk --------------------------------------------------------------------------------------------

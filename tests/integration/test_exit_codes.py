@@ -14,6 +14,8 @@ from pathlib import Path
 import pytest
 
 from fcu_emulator.firmware_model.arm import prebuilt
+from tests.grading.test_build import needs_compiler
+from tests.grading.test_grade import RUBRIC
 from tests.scenario_files import HEAD, write
 
 HELD, FAILED, WRONG_USE, FIRMWARE_FAILED, NOT_JUDGED = range(5)
@@ -393,3 +395,18 @@ def test_names_of_used_files_send_nothing_to_the_terminal(tmp_path: Path, argume
     done = fcu(*(one.format(**names) for one in arguments))
     assert done.returncode in (HELD, FAILED, NOT_JUDGED), done.stderr
     assert (done.stdout + done.stderr).replace("\n", "").replace("\r", "").isprintable()
+
+
+@posix
+@needs_compiler
+def test_names_of_projects_and_classes_send_nothing_to_the_terminal(tmp_path: Path) -> None:
+    project, classes, out = (tmp_path / name for name in ("of\x1b[31m\x07", "class\x07", "out\x07"))
+    said = [fcu("new", project), fcu("build", project)]
+    (classes / "a\x07").mkdir(parents=True)
+    shutil.copy(prebuilt("solution", "I2C2"), classes / "a\x07" / "b\x07.elf")
+    rubric = tmp_path / "r\x07.toml"
+    rubric.write_text(RUBRIC, encoding="utf-8")
+    said.append(fcu("grade", classes, "--rubric", rubric, "--out", out, "--jobs", "1"))
+    for done in said:
+        assert done.returncode == HELD, done.stderr
+        assert (done.stdout + done.stderr).replace("\n", "").replace("\r", "").isprintable()

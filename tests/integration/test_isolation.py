@@ -145,10 +145,11 @@ def test_this_process_is_no_worker() -> None:
     assert limits_of_worker() is None
 
 
+@pytest.mark.parametrize("number", [0, 1 << 62, 10**30])
 @pytest.mark.parametrize("name", ["memory_bytes", "cpu_s", "file_bytes", "open_files"])
-def test_limits_are_above_0(name: str) -> None:
+def test_limit_out_of_range_is_refused(name: str, number: int) -> None:
     with pytest.raises(InputError, match=name):
-        Limits(**{name: 0})
+        Limits(**{name: number})
 
 
 # -- How a worker ends --------------------------------------------------------------------------------------

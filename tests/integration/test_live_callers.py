@@ -155,6 +155,16 @@ def test_noise_is_hung_up_on(pages: PageServer, said: list[str], data: bytes) ->
     assert said == []
 
 
+@pytest.mark.parametrize("data", [b"", b"GET / HTTP/1.1\r\nA: "])
+def test_unfinished_request_is_ended(monkeypatch: pytest.MonkeyPatch, data: bytes) -> None:
+    monkeypatch.setattr(server, "_REQUEST_S", 0.01)
+    pages = PageServer(0)
+    try:
+        assert answer(pages, data) == b""
+    finally:
+        pages.close()
+
+
 def test_many_callers_are_bounded_and_keep_no_page_out(pages: PageServer) -> None:
     with ExitStack() as stack:
         for _ in range(5 * server._MOST_CALLERS):

@@ -288,6 +288,10 @@ def test_a_picture_says_what_is_drawn(record: Path, tmp_path: Path) -> None:
     assert picture.count("<!-- truth, a bar for the moments before a print -->") == 1
 
 
+UNFIT = ["Infinity", "NaN", "1" + "0" * 400]
+"""Numbers of JSON that are not times."""
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -300,6 +304,8 @@ def test_a_picture_says_what_is_drawn(record: Path, tmp_path: Path) -> None:
             '{"printed": [{"label": "x", "values": {"a": "b"}, "at_s": 0, "truth": {}}]}',
             "the record is damaged",
         ),
+        *((f'{{"printed": [], "virtual_s": {one}}}', "the record is damaged") for one in UNFIT),
+        ('{"printed": [], "leds": [[1' + "0" * 400 + ", true]]}", "the record is damaged"),
     ],
 )
 def test_what_is_no_record_is_told_in_one_line(tmp_path: Path, text: str, message: str) -> None:

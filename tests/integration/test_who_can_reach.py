@@ -11,6 +11,7 @@ import pytest
 
 from fcu_emulator import Board
 from fcu_emulator.emulator.chip.gdb.attach import serve
+from fcu_emulator.emulator.cli import execute
 from fcu_emulator.emulator.links.rfc2217 import Rfc2217Link
 from fcu_emulator.emulator.links.running import Door
 from fcu_emulator.emulator.links.tcp import TcpLink
@@ -62,3 +63,15 @@ def test_port_is_open_on_127_0_0_1_alone(
     with pytest.raises(ConnectionRefusedError):
         socket.create_connection((HOST, port), 30)
     assert [path for path in tmp_path.rglob("*") if not path.is_dir()] == []
+
+
+def test_run_without_options_opens_no_port(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    opened: list[object] = []
+    monkeypatch.setattr(socket.socket, "listen", lambda *arguments: opened.append(arguments))
+    assert execute(["run", "lab3", "--duration", "10ms", "--speed", "max"]) == 0
+    capfd.readouterr()
+    assert opened == []
+    assert execute(["run", "lab3", "--duration", "10ms", "--speed", "max", "--serial", "tcp:0", "-q"]) == 0
+    assert opened

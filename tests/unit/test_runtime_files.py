@@ -9,14 +9,20 @@ import stat
 import sys
 import threading
 from collections.abc import Callable
-from contextlib import closing
+from contextlib import closing, suppress
 from pathlib import Path
 
 import pytest
 
 from fcu_emulator.emulator.errors import InputError, LinkError, OutputError
 from fcu_emulator.emulator.files import write_atomically
-from fcu_emulator.emulator.links.running import MOST_CALLERS, Door, RunningBoard, running_boards
+from fcu_emulator.emulator.links.running import (
+    LONGEST_MESSAGE,
+    MOST_CALLERS,
+    Door,
+    RunningBoard,
+    running_boards,
+)
 from fcu_emulator.emulator.links.runtime_folder import read_own_file
 from fcu_emulator.emulator.live import address
 from fcu_emulator.emulator.loopback import HOST
@@ -69,7 +75,16 @@ def _binary(path: Path) -> None:
     path.write_bytes(bytes(range(256)))
 
 
-KINDS = [_pipe, _folder, _link, _device, _socket, _large, _deep, _binary]
+def _infinite(path: Path) -> None:
+    path.write_text('{"port": Infinity, "token": "x", "process": 1, "name": "x", "serial": []}', "utf-8")
+
+
+def _large_number(path: Path) -> None:
+    number = "9" * 300
+    path.write_text(f'{{"port": {number}, "token": "x", "process": 1, "name": "x", "serial": []}}', "utf-8")
+
+
+KINDS = [_pipe, _folder, _link, _device, _socket, _large, _deep, _binary, _infinite, _large_number]
 
 
 @posix
@@ -166,6 +181,81 @@ def test_callers_without_the_token_push_no_caller_out() -> None:
             assert json.loads(answers.readline()) == {"t_s": 0.0}
             for stranger in strangers:
                 stranger.close()
+
+
+def test_caller_whose_token_has_arrived_is_not_pushed_out() -> None:
+    with closing(Door("lab3", [], lambda _message: {"t_s": 0.0})) as door:
+        board = _served(door)
+        with (
+            closing(socket.create_connection((HOST, board.port))) as one,
+            closing(one.makefile("rb")) as answers,
+        ):
+            one.sendall(json.dumps({"token": board.token}).encode() + b"\n")
+            strangers = [socket.create_connection((HOST, board.port)) for _ in range(3 * MOST_CALLERS)]
+            _until(door, lambda: len(door._callers) == MOST_CALLERS)
+            assert json.loads(answers.readline()) == {"ok": True}
+            for stranger in strangers:
+                stranger.close()
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        b'{"type": "truth"}',
+        b'{"token": ""}',
+        b'{"token": "0123456789abcdef0123456789abcdef"}',
+        b'{"token": ["{token}"]}',
+        b'{"token": "{token}x"}',
+        b'["{token}"]',
+        b'{"token": "\\ud800"}',
+        b'{"token": "\xc3\xa9"}',
+        b"{token}",
+        b"\xff\x00",
+        b"[" * 50_000,
+        b"9" * 5_000,
+        b"GET / HTTP/1.1",
+        b"x" * (2 * LONGEST_MESSAGE),
+    ],
+    ids=lambda said: repr(said[:20]),
+)
+def test_caller_without_the_token_is_turned_away(said: bytes) -> None:
+    asked: list[object] = []
+
+    def answer(message: object) -> dict[str, object]:
+        asked.append(message)
+        return {}
+
+    with closing(Door("lab3", [], answer)) as door:
+        board = _served(door)
+        said = said.replace(b"{token}", board.token.encode()) + b'\n{"type": "truth"}\n'
+        with closing(socket.create_connection((HOST, board.port))) as one:
+            ended = threading.Event()
+            caller = threading.Thread(target=_send, args=(one, said, ended))
+            caller.start()
+            _until(door, ended.is_set)
+            caller.join()
+    assert asked == []
+
+
+def _send(connection: socket.socket, data: bytes, ended: threading.Event) -> None:
+    """Send ``data`` and wait until the board has closed the connection, without an answer."""
+    with suppress(ConnectionError):  # it may be closed before all is read
+        connection.sendall(data)
+    with suppress(ConnectionError):
+        if connection.recv(1):
+            return
+    ended.set()
+
+
+@posix
+def test_token_is_in_files_of_this_user_alone(folder: Path) -> None:
+    with closing(Door("lab3", [], dict)):
+        one = address.fresh(8000)
+        address.publish(one)
+        files = [path for path in folder.iterdir() if path.is_file()]
+        assert len(files) == 2
+        assert {stat.S_IMODE(path.stat().st_mode) for path in files} == {0o600}
+        assert stat.S_IMODE(folder.stat().st_mode) == 0o700
 
 
 def _until(door: Door, condition: Callable[[], bool]) -> None:
