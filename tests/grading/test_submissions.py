@@ -290,16 +290,25 @@ def test_gradescope_export_without_yaml_is_refused(tmp_path: Path, monkeypatch: 
 
 
 FLAT = {
-    "moodle": ("Ada Lovelace_1815_assignsubmission_file_", "Bob_1816_assignsubmission_file_"),
-    "canvas": ("lovelaceada_1815_77_", "boolegeorge_LATE_1816_78_"),
+    "moodle": ("Ada Lovelace_1815_assignsubmission_file_{}", "Bob_1816_assignsubmission_file_{}"),
+    "canvas": ("lovelaceada_1815_7{n}_{}", "boolegeorge_LATE_1816_8{n}_{}"),
+    "blackboard": (
+        "Lab_3_1815_attempt_2026-11-20-10-11-12_{}",
+        "Lab_3_1816_attempt_2026-11-21-08-00-00_{}",
+    ),
 }
+
+
+def flat(pattern: str, files: dict[str, bytes]) -> dict[str, bytes]:
+    """One student's files in a platform's folder for all."""
+    return {pattern.format(name, n=n): data for n, (name, data) in enumerate(files.items())}
 
 
 @pytest.mark.parametrize("platform", FLAT)
 def test_files_of_one_student_in_a_flat_folder_are_one_submission(tmp_path: Path, platform: str) -> None:
     ada, bob = FLAT[platform]
-    files = {f"{ada}main.c": b"1", f"{ada}motion.c": b"2", f"{ada}motion.h": b"3", f"{ada}report.pdf": b"4"}
-    where = tree(tmp_path / "class", **files, **{f"{bob}lab3.elf": ELF})
+    files = {"main.c": b"1", "motion.c": b"2", "motion.h": b"3", "report.pdf": b"4"}
+    where = tree(tmp_path / "class", **flat(ada, files), **flat(bob, {"lab3.elf": ELF}))
     found = {one.student.id: one for one in find_submissions(where, None, tmp_path / "s")}
 
     assert set(found) == {"1815", "1816"}
@@ -307,4 +316,6 @@ def test_files_of_one_student_in_a_flat_folder_are_one_submission(tmp_path: Path
     source = found["1815"].content(scratch)
     assert isinstance(source, Source)
     assert source.files == {"main.c": b"1", "motion.c": b"2", "motion.h": b"3"}
-    assert found["1816"].content(scratch) == Firmware(f"{bob}lab3.elf", ELF)
+    program = found["1816"].content(scratch)
+    assert isinstance(program, Firmware)
+    assert program.data == ELF
