@@ -288,6 +288,18 @@ def diff(
     "--roster", type=click.Path(path_type=Path), metavar="FILE", help="The class: CSV with id, name, email."
 )
 @click.option(
+    "--overrides",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Points that you give yourself: CSV with id, what (total, an exercise or a check), points, comment.",
+)
+@click.option(
+    "--deadline",
+    type=click.DateTime(["%Y-%m-%dT%H:%M", "%Y-%m-%d %H:%M", "%Y-%m-%dT%H:%M:%S"]),
+    metavar="TIME",
+    help="Say who is late, and by how much; such as 2026-11-20T23:59, local time.",
+)
+@click.option(
     "--salt",
     type=click.Path(path_type=Path),
     metavar="FILE",

@@ -6,9 +6,10 @@ import json
 import os
 import secrets
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
+from datetime import datetime
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -23,11 +24,13 @@ from emulator.cli.signals import Terminated
 from emulator.errors import FcuError, InputError
 from emulator.files import secret, write_atomically
 from emulator.grading.build import Builder
+from emulator.grading.copies import with_copies
 from emulator.grading.grading import Grader
+from emulator.grading.overrides import load_overrides, with_overrides
 from emulator.grading.reports.class_page import summary
 from emulator.grading.reports.machine import gradescope_results
 from emulator.grading.reports.writer import Reports
-from emulator.grading.results import Graded, GradedClass, pseudonym
+from emulator.grading.results import Graded, GradedClass, Override, pseudonym
 from emulator.grading.roster import Student, load_roster
 from emulator.grading.rubric import Rubric, load_rubric
 from emulator.grading.store import Store
@@ -65,6 +68,8 @@ class GradeOptions:
     build_without_sandbox: bool = False
     anonymous: bool = False
     before_due_date: bool = False
+    overrides: Path | None = None
+    deadline: datetime | None = None
     autograder: Path | None = None
 
 
@@ -75,6 +80,7 @@ def grade(options: GradeOptions) -> ExitCode:
     if options.submissions is None or options.out is None:
         raise InputError("give the folder with the submissions, and the folder for the reports: --out DIR")
     rubric = load_rubric(options.rubric)
+    overrides = load_overrides(options.overrides, rubric) if options.overrides is not None else {}
     roster = load_roster(options.roster) if options.roster is not None else None
     for note in roster.notes if roster else ():
         _say(note)
@@ -82,7 +88,8 @@ def grade(options: GradeOptions) -> ExitCode:
     try:
         with TemporaryDirectory(prefix="fcu-class-", ignore_cleanup_errors=True) as scratch:
             submissions = find_submissions(options.submissions, roster, Path(scratch))
-            whole = _graded_class(options, options.out, rubric, submissions, found)
+            _check_known(options.overrides, overrides, submissions)
+            whole = _graded_class(options, options.out, rubric, submissions, found, overrides)
     except (KeyboardInterrupt, Terminated):
         _say(f"interrupted; {len(found)} submissions are done and kept, the same command continues there")
         return ExitCode.INTERRUPTED
@@ -95,6 +102,7 @@ def _graded_class(
     rubric: Rubric,
     submissions: list[Submission],
     found: dict[str, Graded],
+    overrides: Mapping[str, tuple[Override, ...]],
 ) -> GradedClass:
     """``found`` is filled as submissions are done, by their students' ids."""
     reports = Reports(out, rubric.title, after_due_date=not options.before_due_date)
@@ -106,9 +114,13 @@ def _graded_class(
         _progress(len(submissions)) as advance,
     ):
         for submission, graded in finished:
-            found[submission.student.id] = _reported(reports, graded)
+            graded = _timed(graded, submission, options)  # noqa: PLW2901
+            given = overrides.get(submission.student.id.casefold(), ())
+            found[submission.student.id] = _reported(
+                reports, with_overrides(graded, given) if given else graded
+            )
             advance(graded)
-    lines = [found[submission.student.id] for submission in submissions]
+    lines = with_copies((one.path or one.student.id, found[one.student.id]) for one in submissions)
     if options.anonymous:
         lines.sort(key=lambda one: one.id)  # the roster's order would say who is who
     whole = GradedClass(
@@ -119,10 +131,33 @@ def _graded_class(
         max_points=rubric.max_points,
         exercises=tuple(ExerciseTitle(exercise=one.id, title=one.title) for one in rubric.exercises),
         anonymous=options.anonymous,
+        handed_in=len({entry.path for one in submissions for entry in one.entries if entry.is_there}),
         submissions=tuple(lines),
     )
     reports.whole(whole)
     return whole
+
+
+def _check_known(
+    file: Path | None, overrides: Mapping[str, tuple[Override, ...]], submissions: Sequence[Submission]
+) -> None:
+    """Raise InputError for an override of a student whom the class does not have: it would be lost."""
+    unknown = overrides.keys() - {one.student.id.casefold() for one in submissions}
+    if unknown:
+        names = ", ".join(one_line(name, 40) for name in sorted(unknown)[:3])
+        raise InputError(f"{file}: id must be that of a student of this class, not {names}")
+
+
+def _timed(graded: Graded, submission: Submission, options: GradeOptions) -> Graded:
+    """Return the result with the time at which it was handed in, and how late that was."""
+    at, deadline = submission.submitted(), options.deadline
+    late_by_s = round((at - deadline).total_seconds()) if at is not None and deadline is not None else 0
+    changed = {
+        "submitted": at.isoformat(timespec="seconds") if at is not None and not options.anonymous else "",
+        "late": submission.is_marked_late or late_by_s > 0,
+        "late_by_s": late_by_s if late_by_s > 0 else None,
+    }
+    return graded.model_copy(update=changed)
 
 
 def _reported(reports: Reports, graded: Graded) -> Graded:

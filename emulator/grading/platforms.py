@@ -84,6 +84,11 @@ class Entry:
     is_there: bool = True
 
     @property
+    def has_own_time(self) -> bool:
+        """Whether the platform or the file says when it was handed in."""
+        return self.is_there and not self.group.startswith("canvas")
+
+    @property
     def is_renamed(self) -> bool:
         """Whether files in this folder may have a mark of the platform before the student's own name."""
         return self.group.startswith("ilias")
@@ -128,7 +133,13 @@ def entries(folder: Path) -> list[Entry]:
 
 def stem(path: Path) -> str:
     """Return the name of an entry by which it is known without a platform: that of a file without suffix."""
-    return path.name if path.is_dir() else path.stem
+    name = path.name if path.is_dir() else path.stem
+    return name if name.strip() else repr(name)
+
+
+def shown_name(name: str) -> str:
+    """Return the name of a file or folder as reports show it; one of spaces in quotes."""
+    return one_line(name, 200) or repr(name)
 
 
 def _handed_in(folder: Path) -> list[Path]:

@@ -20,7 +20,9 @@ import os
 import re
 import stat
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from datetime import datetime
 from pathlib import Path
 from typing import Final, Literal, NamedTuple, TypeAlias
 
@@ -104,6 +106,29 @@ class Submission:
         attempts = {entry.attempt for entry in self.entries}
         return f"the last of {len(attempts)} attempts is judged" if len(attempts) > 1 else ""
 
+    @property
+    def counted(self) -> list[Entry]:
+        """The entries that are judged: of several attempts the last."""
+        last = max((entry.attempt for entry in self.entries), default="")
+        return [entry for entry in self.entries if entry.attempt == last and entry.is_there]
+
+    @property
+    def is_marked_late(self) -> bool:
+        """Whether the platform says that it is late."""
+        return any(entry.late for entry in self.counted)
+
+    def submitted(self) -> datetime | None:
+        """Return when it was handed in, in local time: as the platform says, else as the newest file does.
+
+        None if neither says: Canvas gives its files the time of the download.
+        """
+        times = []
+        for entry in self.counted:
+            if entry.has_own_time:
+                with suppress(OSError, ValueError, OverflowError, RejectedError):
+                    times.append(entry.handed_in or _newest(entry.path))
+        return max(times, default=None)
+
     def content(self, scratch: Path, take: Take | None = None) -> Firmware | Source:
         """Return the program in it; archives are unpacked into ``scratch``, an empty folder.
 
@@ -113,8 +138,7 @@ class Submission:
         if self.problem:
             raise RejectedError(self.problem)
         assert self.path is not None
-        last = max((entry.attempt for entry in self.entries), default="")
-        counted = [entry for entry in self.entries if entry.attempt == last]
+        counted = self.counted
         try:
             if len(counted) > 1 or any(entry.is_renamed for entry in counted):
                 gathered = _gathered(counted, scratch / "gathered")
@@ -130,6 +154,12 @@ class Submission:
 
 
 # -- who ----------------------------------------------------------------------------------------------------
+
+
+def _newest(path: Path) -> datetime:
+    """Return the time of a file, or of the newest file in a folder. Raises ValueError for an empty folder."""
+    files = _walk(path) if path.is_dir() else [path]
+    return datetime.fromtimestamp(max(one.lstat().st_mtime for one in files))
 
 
 class _Resolved(NamedTuple):

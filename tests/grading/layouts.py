@@ -53,7 +53,8 @@ def write_zips(where: Path, students: list[Handed]) -> Path:
 
 def write_gradescope(where: Path, students: list[Handed], *, team: bool = False) -> Path:
     """With ``team``, the first student's folder is that of all."""
-    lines = []
+    lines = ["# Gradescope"]
+    where.mkdir(parents=True, exist_ok=True)
     for one in students[:1] if team else students:
         _write(where / f"submission_{one.number}", one.files)
         lines.append(f"submission_{one.number}:\n  :submitters:")
@@ -102,6 +103,7 @@ def write_ilias(where: Path, students: list[Handed]) -> Path:
     """A download of all submissions: the students' folders in a folder beside a table."""
     for one in students:
         _write(where / "Submissions" / f"{one.last}_{one.first}_{one.id}_{one.number}", one.files)
+    where.mkdir(parents=True, exist_ok=True)
     (where / "Lab_3.xlsx").write_bytes(b"PK")
     return where
 
@@ -111,6 +113,7 @@ def write_ilias_feedback(where: Path, students: list[Handed]) -> Path:
     folder = where / "multi_feedback_Lab_3_12"
     for one in students:
         _write(folder / f"{one.last}_{one.first}_{one.id}_{one.number}", one.files)
+    folder.mkdir(parents=True, exist_ok=True)
     for name in ("status.xlsx", "status.csv", "README.md"):
         (folder / name).write_bytes(b"")
     return where

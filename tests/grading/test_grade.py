@@ -150,7 +150,7 @@ def test_a_class_is_graded_and_what_is_bad_costs_only_itself(
     page = (out / "students" / "bob.html").read_text(encoding="utf-8")
     assert "Print what eCompass computes." in page
     said = capsys.readouterr()
-    assert said.out.startswith("7 submissions: 2 judged, 5 not\n")
+    assert said.out.startswith("7 students: 2 judged, 5 rejected\n7 files and folders were handed in")
     assert said.out.endswith(f"reports: {out / 'index.html'}\n")
     assert said.err == ""  # no time has passed
 

@@ -239,7 +239,7 @@ def test_only_what_was_judged_has_points() -> None:
     assert [row["points"] for row in rows] == ["2", "", "", "", ""]
     assert [row["exercise_1"] for row in rows] == ["2", "", "", "", ""]
     assert summary(found) == [
-        "5 submissions: 1 judged, 4 not",
+        "5 students: 1 judged, 1 rejected, 1 judged in part, 1 not judged, 1 handed in nothing",
         "of 2 points: mean 2.0, median 2.0; 1 has all of them",
     ]
     text = Page(class_page(found)).text
