@@ -61,7 +61,7 @@ class Firmware:
 
 @dataclass(frozen=True)
 class Source:
-    """A program to build: its C files and headers by name. One is ``main.c``."""
+    """A program to build: its C files and headers by name."""
 
     files: Mapping[str, bytes] = field(repr=False)
 
@@ -140,7 +140,7 @@ class Submission:
         assert self.path is not None
         counted = self.counted
         try:
-            if len(counted) > 1 or any(entry.is_renamed for entry in counted):
+            if len(counted) > 1 or any(entry.own_name or entry.is_renamed for entry in counted):
                 gathered = _gathered(counted, scratch / "gathered")
                 return _content(gathered, scratch / "unpacked", take)
             return _content(counted[0].path if counted else self.path, scratch, take)
@@ -348,17 +348,21 @@ def _raise(error: OSError) -> None:
 
 
 def _source(main: Path) -> Source:
-    """``main`` with the C files and headers beside it."""
+    """``main`` with the C files and headers beside it; ``main.c`` if make cannot take its name."""
     left = _LARGEST_SOURCE
     files = {}
     for path in sorted(main.parent.iterdir()):
         wanted = path.suffix.casefold() in _SOURCE and stat.S_ISREG(path.lstat().st_mode)
         if wanted and re.fullmatch(r"\w[\w+.-]{0,79}", path.name, re.ASCII) is None:
+            if path == main:
+                files["main.c"] = _read(path, left)
+                left -= len(files["main.c"])
+                continue
             raise RejectedError(f"the file {one_line(path.name, 60)!r} has a name that make cannot take")
         if wanted:
             data = _read(path, left)
             left -= len(data)
-            files["main.c" if path == main else path.name] = data
+            files[path.name if path != main or path.suffix == ".c" else "main.c"] = data
     return Source(files)
 
 

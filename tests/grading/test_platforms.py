@@ -43,7 +43,7 @@ def test_layout_gives_one_submission_a_student(
 
     assert all_found.keys() == ({"1815", "1816", "7"} if with_roster else {"1815", "1816"})
     assert source(all_found["1815"], tmp_path) == {"main.c": b"1", "motion.c": b"2", "motion.h": b"3"}
-    assert source(all_found["1816"], tmp_path) == {"main.c": b"5"}
+    assert source(all_found["1816"], tmp_path) == {"lab.c": b"5"}
     assert all(one.known for one in all_found.values())
 
 
@@ -54,7 +54,7 @@ def test_layout_lists_students_who_are_not_on_the_roster(
     all_found = found(layout(tmp_path / "class", [ADA, BOB]), Roster([Student("1815", "Ada Lovelace")]))
 
     assert [one.known for one in all_found.values()] == [True, False]
-    assert source(all_found["1816"], tmp_path) == {"main.c": b"5"}
+    assert source(all_found["1816"], tmp_path) == {"lab.c": b"5"}
 
 
 def test_blackboards_text_names_the_student_of_a_login_with_underscores(tmp_path: Path) -> None:

@@ -80,13 +80,14 @@ def test_source_goes_before_firmware_unless_firmware_is_wanted(tmp_path: Path) -
     assert content(where, "firmware") == Firmware("lab3.elf", ELF)
 
 
-def test_the_one_c_file_is_main_whatever_it_is_called(tmp_path: Path) -> None:
-    where = tree(tmp_path / "class", **{"ada/my program.c": b"1", "ada/notes.txt": b""})
-    (where / "ada/my program.c").rename(where / "ada/my-program.c")
-    found = content(where)
+@pytest.mark.parametrize(
+    ("name", "built"), [("my-program.c", "my-program.c"), ("my program.c", "main.c"), ("LAB.C", "main.c")]
+)
+def test_the_one_c_file_is_the_program_whatever_it_is_called(name: str, built: str, tmp_path: Path) -> None:
+    found = content(tree(tmp_path / "class", **{f"ada/{name}": b"1", "ada/notes.txt": b""}))
 
     assert isinstance(found, Source)
-    assert found.files == {"main.c": b"1"}
+    assert found.files == {built: b"1"}
 
 
 def test_one_build_in_several_forms_is_one_program(tmp_path: Path) -> None:
@@ -316,6 +317,6 @@ def test_files_of_one_student_in_a_flat_folder_are_one_submission(tmp_path: Path
     source = found["1815"].content(scratch)
     assert isinstance(source, Source)
     assert source.files == {"main.c": b"1", "motion.c": b"2", "motion.h": b"3"}
-    program = found["1816"].content(scratch)
+    program = found["1816"].content(Path(mkdtemp(dir=tmp_path)))
     assert isinstance(program, Firmware)
     assert program.data == ELF
