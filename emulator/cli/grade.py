@@ -23,6 +23,7 @@ from emulator.cli.exit_codes import ExitCode
 from emulator.cli.signals import Terminated
 from emulator.errors import FcuError, InputError
 from emulator.files import secret, write_atomically
+from emulator.grading.autograder import write_autograder
 from emulator.grading.build import Builder
 from emulator.grading.copies import with_copies
 from emulator.grading.grading import Grader
@@ -71,12 +72,16 @@ class GradeOptions:
     overrides: Path | None = None
     deadline: datetime | None = None
     autograder: Path | None = None
+    gradescope_zip: Path | None = None
+    wheel: Path | None = None
 
 
 def grade(options: GradeOptions) -> ExitCode:
     """Grade as asked. Raises FcuError."""
     if options.autograder is not None:
         return _grade_for_gradescope(options, options.autograder)
+    if options.gradescope_zip is not None:
+        return _pack_for_gradescope(options, options.gradescope_zip)
     if options.submissions is None or options.out is None:
         raise InputError("give the folder with the submissions, and the folder for the reports: --out DIR")
     rubric = load_rubric(options.rubric)
@@ -307,6 +312,17 @@ def _grade_for_gradescope(options: GradeOptions, autograder: Path) -> ExitCode:
     write_atomically(file, json.dumps(gradescope_results(graded), indent=1) + "\n")
     points = "rejected" if graded.points is None else f"{graded.points:g} of {rubric.max_points:g} points"
     click.echo(f"{file}: {points}")
+    return ExitCode.HELD
+
+
+def _pack_for_gradescope(options: GradeOptions, file: Path) -> ExitCode:
+    """Write the archive that a course uploads to Gradescope as its autograder."""
+    salt = secret(options.salt) if options.salt is not None else secrets.token_bytes(32)
+    rubric = load_rubric(options.rubric)
+    names = write_autograder(file, rubric, salt, wheel=options.wheel, bus=options.bus, take=options.take)
+    click.echo(f"{file}: {', '.join(names)}")
+    if options.wheel is None:
+        _say("without --wheel FILE, Gradescope installs this version of fcu-emulator from PyPI")
     return ExitCode.HELD
 
 
