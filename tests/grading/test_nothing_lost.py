@@ -115,7 +115,11 @@ ODD_NAMES = st.one_of(
             *("Ewe_Eve_1_1", "Ewe_Eve_x_1_2", "Team 1", "\u202egnp.c", "a\nb.c"),
         ]
     ),
-    st.text(st.characters(exclude_characters="/\0", categories=("L", "N", "P", "S", "Z", "Cc", "Cf")), min_size=1, max_size=12),
+    st.text(
+        st.characters(exclude_characters="/\0", categories=("L", "N", "P", "S", "Z", "Cc", "Cf")),
+        min_size=1,
+        max_size=12,
+    ),
 )
 ODD = st.dictionaries(
     ODD_NAMES.filter(lambda name: name not in (".", "..") and len(name.encode()) < 200),
