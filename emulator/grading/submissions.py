@@ -292,8 +292,8 @@ def _content(path: Path, scratch: Path, take: Take | None) -> Firmware | Source:
         raise RejectedError(f"is not an ordinary file; hand in {_wanted(take)}")
     suffix = path.suffix.casefold()
     if suffix == ".zip":
-        unpack(path, scratch)
-        return _choose(scratch, None, take)
+        unpack(path, scratch / "outer")
+        return _choose(scratch / "outer", scratch / "inner", take)
     if suffix == ".c" and take != "firmware":
         return Source({"main.c": _read(path, _LARGEST_SOURCE)})
     if suffix in _FIRMWARE and take != "source":
@@ -361,6 +361,8 @@ def _source(main: Path) -> Source:
             raise RejectedError(f"the file {one_line(path.name, 60)!r} has a name that make cannot take")
         if wanted:
             data = _read(path, left)
+            if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+                raise RejectedError(f"{one_line(path.name, 60)} is saved as UTF-16; save it as UTF-8")
             left -= len(data)
             files[path.name if path != main or path.suffix == ".c" else "main.c"] = data
     return Source(files)

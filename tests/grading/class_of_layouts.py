@@ -33,6 +33,7 @@ DEADLINE = "2026-11-20T23:59"
 _IN_TIME, _LATE = (datetime.fromisoformat(f"2026-11-{day}T10:11:12").timestamp() for day in (20, 21))
 _FIRST = ("Ada", "Bob", "Cid", "Dora", "Eve", "Finn", "Gül", "Hans")
 _LAST = ("Lovelace", "von Neumann", "Ångström", "O'Neill", "Curie")
+_IN_MAIN = b"  BSP_LED_Init(LED1);\n"
 _CHANGES = (
     ("float pitch, roll, azimuth;", "float pich, roll, azimuth;"),
     ('PRINTF("Altitude', 'PRINTF("Height'),
@@ -61,19 +62,20 @@ def _files() -> Iterator[dict[str, bytes]]:
     template = (arm.sources() / "template" / "main.c").read_bytes()
     elf = arm.prebuilt("solution").read_bytes()
     for number in range(10):
-        yield {"main.c": right + b"\nint own_%d;\n" % number, "readme.txt": b"see main.c"}
+        own = b"  for (volatile int own = %d; own > 0; own--) { }\n%s" % (number, _IN_MAIN)
+        yield {"main.c": right.replace(_IN_MAIN, own), "readme.txt": b"see main.c"}
     for old, new in _CHANGES:
         changed = right.replace(old.encode(), new.encode())
         yield {"main.c": changed}
-        yield {"main.c": changed + b"\nint another;\n"}
+        yield {"main.c": changed.replace(_IN_MAIN, _IN_MAIN * 2)}
     yield {"main.c": right + b"\nint shared;\n"}
     yield {"main.c": b"/* all my own work */\n" + right + b"\n\n int  shared ;  // mine\n"}
     yield {"main.c": template}
     yield {"lab3.elf": elf}
     yield {"main.c": right, "main_old.c": template}
-    yield {"lab.zip": _zip({"lab/main.c": right + b"\nint zipped;\n"})}
-    yield {"main.c": right, "notes.docx": b"PK"}
-    yield {"lab.c": template + b"\nint named;\n"}
+    yield {"lab.zip": _zip({"lab/main.c": right.replace(_IN_MAIN, _IN_MAIN * 3)})}
+    yield {"main.c": right.replace(_IN_MAIN, _IN_MAIN * 4), "notes.docx": b"PK"}
+    yield {"lab.c": template.replace(_IN_MAIN, _IN_MAIN * 2)}
     odd: list[dict[str, bytes]] = [
         {"report.pdf": b"%PDF"},
         {"lab.7z": b"7z"},

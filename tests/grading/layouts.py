@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import zipfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -83,7 +84,7 @@ def write_moodle_flat(where: Path, students: list[Handed]) -> Path:
 def write_canvas(where: Path, students: list[Handed]) -> Path:
     number = 7_000
     for one in students:
-        head = f"{one.last}{one.first}".replace(" ", "").lower() + ("_LATE" if one.late else "")
+        head = re.sub(r"\W", "", f"{one.last}{one.first}").lower() + ("_LATE" if one.late else "")
         for name, data in one.files.items():
             number += 1
             _write(where, {f"{head}_{one.number}_{number}_{name.replace('/', '_')}": data})

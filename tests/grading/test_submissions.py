@@ -113,6 +113,9 @@ def test_an_archive_is_looked_into_also_where_it_lies_in_a_folder(tmp_path: Path
     zipped(where / "ada.zip", **{"lab/main.c": b"1"})
     assert content(where) == Source({"main.c": b"1"})
 
+    zipped(tmp_path / "zips" / "ada.zip", **{"lab/lab.zip": (where / "ada.zip").read_bytes()})
+    assert content(tmp_path / "zips") == Source({"main.c": b"1"})
+
     other = tmp_path / "other"
     zipped(other / "ada" / "lab.zip", **{"lab/main.c": b"1"})
     assert content(other) == Source({"main.c": b"1"})
@@ -132,6 +135,7 @@ def test_an_archive_is_looked_into_also_where_it_lies_in_a_folder(tmp_path: Path
         ({"ada/main.c": b"1", "ada/a b.c": b"2"}, "a name that make cannot take"),
         ({"ada/main.c": b"1", "ada/-o.c": b"2"}, "a name that make cannot take"),
         ({"ada/main.c": bytes(5 << 20)}, "main.c is too large"),
+        ({"ada/main.c": "int x;".encode("utf-16")}, "main.c is saved as UTF-16; save it as UTF-8"),
     ],
 )
 def test_what_cannot_be_taken_says_why(files: dict[str, bytes], words: str, tmp_path: Path) -> None:
