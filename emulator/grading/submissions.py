@@ -41,6 +41,7 @@ _FIRMWARE: Final = (".elf", ".axf", ".out", ".hex", ".bin")
 _SOURCE: Final = (".c", ".h")
 _MADE = {"build", "support"}
 _FOREIGN_ARCHIVES = {".rar", ".7z", ".tar", ".gz", ".tgz", ".xz", ".bz2"}
+_OTHER_LANGUAGES = {".cpp", ".cc", ".cxx", ".ino", ".py", ".rs"}
 _MOST_ENTRIES = 5_000  # of one submission's folders
 _DEEPEST = 12
 _LARGEST = 64 << 20  # bytes, of one file
@@ -399,6 +400,9 @@ def _nothing(take: Take | None, paths: list[Path]) -> str:
     foreign = next((path for path in paths if path.suffix.casefold() in _FOREIGN_ARCHIVES), None)
     if foreign is not None:
         return f"{one_line(foreign.name, 60)} is an archive of another kind; hand in a zip file, or {wanted}"
+    other = next((path for path in paths if path.suffix.casefold() in _OTHER_LANGUAGES), None)
+    if other is not None and take != "firmware":
+        return f"{one_line(other.name, 60)} is not C; hand in {wanted}"
     return f"has no program in it; hand in {wanted}"
 
 

@@ -131,6 +131,7 @@ def test_an_archive_is_looked_into_also_where_it_lies_in_a_folder(tmp_path: Path
         ),
         ({"ada/a.elf": b"1", "ada/b.elf": b"2"}, "has 2 programs (a.elf, b.elf); hand in one"),
         ({"ada/lab.rar": b"Rar!"}, "lab.rar is an archive of another kind; hand in a zip file, or main.c"),
+        ({"ada/main.cpp": b"1"}, "main.cpp is not C; hand in main.c or an ELF file"),
         ({"ada.7z": b"7z"}, "ada.7z is an archive of another kind"),
         ({"ada/main.c": b"1", "ada/a b.c": b"2"}, "a name that make cannot take"),
         ({"ada/main.c": b"1", "ada/-o.c": b"2"}, "a name that make cannot take"),

@@ -13,9 +13,10 @@ from emulator.grading.reports.style import STYLE
 from emulator.grading.results import Graded, GradedClass
 
 _MOST_HARD = 12
+_MOST_FILES = 4
 _STATUS = {
-    "rejected": "cannot be judged as handed in",
-    "missing": "nothing handed in",
+    "rejected": "rejected",
+    "missing": "missing",
     "unjudged": "not judged: try again",
     "partly": "some checks not judged: try again",
 }
@@ -145,7 +146,12 @@ def _listed(title: str, rows: list[tuple[Graded, str]]) -> Iterator[Html]:
 
 
 def _files(one: Graded) -> str:
-    return ", ".join(one.files) or _counted(one.handed_in, "file or folder", "files and folders")
+    """The first names of what was handed in; ``grade.json`` has all."""
+    names = list(one.files[:_MOST_FILES])
+    if not names:  # in an anonymous report
+        return _counted(one.handed_in, "file or folder", "files and folders")
+    more = len(one.files) - len(names)
+    return ", ".join(names) + (f" and {more} more" if more else "")
 
 
 def _hardest(checks: list[HardCheck]) -> Iterator[Html]:

@@ -36,6 +36,8 @@ def _body(graded: Graded, title: str, after_due_date: bool) -> Iterator[Html]:
     if graded.late:
         by = f" by {graded.late_by}" if graded.late_by_s is not None else ""
         yield element("p", f"Handed in late{by}.", class_="quiet")
+    if graded.files:
+        yield element("p", f"Handed in: {', '.join(graded.files)}", class_="quiet")
     if graded.note:
         yield element("p", f"{graded.note[0].upper()}{graded.note[1:]}.", class_="quiet")
     if graded.status != "judged":
@@ -72,7 +74,8 @@ def _notice(graded: Graded) -> Html:
         "unjudged": "This submission has not been judged, through no fault of its own: ",
         "partly": "Some checks could not be judged, through no fault of the program, and do not count: ",
     }
-    return element("div", element("p", words[graded.status], graded.reason, "."), class_="notice")
+    end = "" if graded.reason.endswith((".", "?", "!")) else "."
+    return element("div", element("p", words[graded.status], graded.reason, end), class_="notice")
 
 
 def _build_log(graded: Graded) -> Iterator[Html]:
