@@ -295,6 +295,7 @@ def diff(
     metavar="TIME",
     help="Say who is late, and by how much; such as 2026-11-20T23:59, local time.",
 )
+@click.option("--only", type=_PATH, metavar="FILE", help="Grade only the students of this CSV, again.")
 @click.option(
     "--salt", type=_PATH, metavar="FILE", help="Secret that draws the boards. Default: DIR/kept/salt.key."
 )

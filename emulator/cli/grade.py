@@ -6,7 +6,7 @@ import json
 import os
 import secrets
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from datetime import datetime
@@ -71,6 +71,7 @@ class GradeOptions:
     before_due_date: bool = False
     overrides: Path | None = None
     deadline: datetime | None = None
+    only: Path | None = None
     autograder: Path | None = None
     gradescope_zip: Path | None = None
     wheel: Path | None = None
@@ -113,10 +114,12 @@ def _graded_class(
     reports = Reports(out, rubric.title, after_due_date=not options.before_due_date)
     shown = _pseudonyms(out / "kept", submissions) if options.anonymous else None
     salt = secret(options.salt or out / "kept" / "salt.key")
+    found |= _earlier(options.only, out, rubric, submissions, shown) if options.only is not None else {}
+    todo = [one for one in submissions if one.student.id not in found]
     with (
         _grader(options, rubric, salt, out / "kept", shown) as grader,
-        closing(grader.grade(submissions)) as finished,
-        _progress(len(submissions)) as advance,
+        closing(grader.grade(todo)) as finished,
+        _progress(len(todo)) as advance,
     ):
         for submission, graded in finished:
             graded = _timed(graded, submission, options)  # noqa: PLW2901
@@ -143,11 +146,37 @@ def _graded_class(
     return whole
 
 
-def _check_known(
-    file: Path | None, overrides: Mapping[str, tuple[Override, ...]], submissions: Sequence[Submission]
-) -> None:
-    """Raise InputError for an override of a student whom the class does not have: it would be lost."""
-    unknown = overrides.keys() - {one.student.id.casefold() for one in submissions}
+def _earlier(
+    only: Path,
+    out: Path,
+    rubric: Rubric,
+    submissions: Sequence[Submission],
+    shown: Mapping[str, Student] | None,
+) -> dict[str, Graded]:
+    """Return the earlier results of all students who are not in the list ``only``, by their ids.
+
+    A student without an earlier result is graded, too. Raises InputError.
+    """
+    again = {student.id.casefold() for student in load_roster(only).students}
+    _check_known(only, again, submissions)
+    file = out / "grade.json"
+    try:
+        whole = GradedClass.from_json(file.read_bytes())
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"cannot read {file}, which --only continues; grade the whole class first"
+        ) from error
+    if whole.rubric_digest != rubric.digest:
+        raise InputError(f"{file} is of another rubric; grade the whole class, without --only")
+    earlier = {one.id: one for one in whole.submissions}
+    ids = [one.student.id for one in submissions if one.student.id.casefold() not in again]
+    names = {name: shown[name].id if shown is not None else name for name in ids}
+    return {name: earlier[names[name]] for name in ids if names[name] in earlier}
+
+
+def _check_known(file: Path | None, ids: Iterable[str], submissions: Sequence[Submission]) -> None:
+    """Raise InputError for a student whom the class does not have: a line of the file would be lost."""
+    unknown = set(ids) - {one.student.id.casefold() for one in submissions}
     if unknown:
         names = ", ".join(one_line(name, 40) for name in sorted(unknown)[:3])
         raise InputError(f"{file}: id must be that of a student of this class, not {names}")

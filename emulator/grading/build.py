@@ -65,6 +65,7 @@ _TWICE = re.compile(
     r" (\S+\.o:)?(?P<there>[\w+.-]+\.c)?"
 )
 _UNDEFINED = re.compile(r"(?m)^(?P<where>[\w+.-]+\.c(:\d+)?)?\S* undefined reference to [`'](?P<name>[^']+)'")
+_A_FILE = "another file"  # of which the linker says no name
 _LINKER = re.compile(r"(?m)^(?:/\S*/)?(?:arm-none-eabi-)?ld: (?:in function [`'].*:$\n?)?")
 _OBJECT = re.compile(r"\bbuild/\w+/(\w[\w+.-]*)\.o\b")
 _LIMITED = (
@@ -110,19 +111,23 @@ class CompileError(RejectedError):
 
 def _link_error(log: str) -> str:
     """Return in one sentence why the files do not make one program; "" if the linker says nothing of it."""
-    if match := _TWICE.search(log):
-        first, second = sorted((match["here"], match["there"]), key=lambda name: (name != "main.c", name))
+    twice = list(_TWICE.finditer(log))
+    if twice:
+        match = next((one for one in twice if one["name"] == "main"), twice[0])
+        first, second = sorted(
+            (match["here"] or _A_FILE, match["there"] or _A_FILE), key=lambda name: (name != "main.c", name)
+        )
         name = one_line(match["name"], 60)
         if first == second:
             return f"does not link: {name} is defined twice in {first}; leave one definition"
         if name == "main":
             return f"has two programs: {first} and {second} both define main(); hand in one of them"
         return f"does not link: {name} is defined in {first} and in {second}; leave one definition"
-    if match := _UNDEFINED.search(log):
-        name = one_line(match["name"], 60)
+    if undefined := _UNDEFINED.search(log):
+        name = one_line(undefined["name"], 60)
         if name == "main":
             return "has no main(): no file that was handed in defines it; hand in the whole program"
-        where = f"{match['where']} uses" if match["where"] else "the program uses"
+        where = f"{undefined['where']} uses" if undefined["where"] else "the program uses"
         return f"does not link: {where} {name}, which no file that was handed in defines"
     return ""
 

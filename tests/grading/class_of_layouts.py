@@ -66,8 +66,10 @@ def _files() -> Iterator[dict[str, bytes]]:
         yield {"main.c": right.replace(_IN_MAIN, own), "readme.txt": b"see main.c"}
     for old, new in _CHANGES:
         changed = right.replace(old.encode(), new.encode())
+        assert changed != right, old
         yield {"main.c": changed}
-        yield {"main.c": changed.replace(_IN_MAIN, _IN_MAIN * 2)}
+    for times in (5, 6, 7):
+        yield {"main.c": right.replace(_IN_MAIN, _IN_MAIN * times)}
     yield {"main.c": right + b"\nint shared;\n"}
     yield {"main.c": b"/* all my own work */\n" + right + b"\n\n int  shared ;  // mine\n"}
     yield {"main.c": template}
@@ -87,7 +89,7 @@ def _files() -> Iterator[dict[str, bytes]]:
         {"a.elf": elf, "b.elf": arm.prebuilt("template").read_bytes()},
         {"lab.zip": b"PK\3\4"},
         {"main.c": b'#include "motion.h"\nint main(void) { return 0; }\n'},
-        {"Main.C": template},
+        {"Main.C": template.replace(_IN_MAIN, _IN_MAIN * 3)},
         {"lab3.hex": b":00000001FF\n"},
         {"main.c": b"\xff\xfe" + "int main(void) { return 0; }".encode("utf-16-le")},
         {"screenshot.png": b"\x89PNG"},

@@ -128,6 +128,14 @@ def test_quoted_source_is_no_reason(builder: Builder) -> None:
             ("main.c", "main_old.c"),
         ),
         (
+            {
+                "main.c": b"int x; int main(void) { return 0; }\n",
+                "b.c": b"int x; int main(void) { return 0; }\n",
+            },
+            "has two programs",
+            ("main.c", "b.c"),
+        ),
+        (
             {"main.c": b"int x; int main(void) { return 0; }\n", "a.c": b"int x;\n"},
             "does not link",
             ("main.c", "a.c", "x is defined"),

@@ -30,7 +30,7 @@ def where(tmp_path: Path, no_machine: None, monkeypatch: pytest.MonkeyPatch) -> 
     """Ada and Bob are judged; Eve's program does not compile."""
     monkeypatch.setattr("tests.grading.test_nothing_lost.VERDICT", VERDICT)
     (tmp_path / "little.toml").write_text(RUBRIC, encoding="utf-8")
-    programs = {"ada": GOOD, "bob": GOOD + b" // b", "eve": BAD}
+    programs = {"ada": GOOD, "bob": GOOD + b" int b;", "eve": BAD}
     return write_folders(
         tmp_path / "class", [Handed(name, "", "", {"main.c": data}) for name, data in programs.items()]
     )
@@ -114,6 +114,35 @@ def test_override_that_would_be_lost_is_refused(
     said = capsys.readouterr().err
     assert "overrides.csv" in said
     assert place in said
+
+
+# -- grading some again -------------------------------------------------------------------------------------
+
+
+def test_only_the_students_of_a_list_are_graded_again(where: Path) -> None:
+    grade(where, "--overrides", overrides(where, "bob,2,1,kept"))
+    before = rows(where)
+    for name in ("ada", "bob"):
+        (where / name / "main.c").write_bytes(BAD)
+    (where / "zoe").mkdir()
+    (where.parent / "again.csv").write_text("id\nAda\n", encoding="utf-8")
+    assert grade(where, "--only", where.parent / "again.csv") == 0
+    after = rows(where)
+
+    assert after["ada"]["status"] == "rejected"
+    for name in ("bob", "eve"):
+        assert {**after[name], "copies": ""} == {**before[name], "copies": ""}
+    assert after["zoe"]["status"] == "rejected"
+    assert "kept" in page(where, "bob")
+
+
+@pytest.mark.parametrize(("line", "graded"), [("nobody", True), ("ada", False)])
+def test_list_of_which_nothing_can_be_graded_is_refused(where: Path, line: str, graded: bool) -> None:
+    if graded:
+        grade(where)
+    (where.parent / "again.csv").write_text(f"id\n{line}\n", encoding="utf-8")
+
+    assert grade(where, "--only", where.parent / "again.csv") == 2
 
 
 # -- who is late --------------------------------------------------------------------------------------------
