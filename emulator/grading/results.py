@@ -108,9 +108,9 @@ class Graded(_Part):
             return f"is the {self.shipped} that comes with fcu"
         said = []
         if self.same_source:
-            said.append(f"same source as {', '.join(self.same_source)}")
+            said.append(f"same source as {_ids(self.same_source)}")
         if self.same_program:
-            said.append(f"same program as {', '.join(self.same_program)}")
+            said.append(f"same program as {_ids(self.same_program)}")
         return "; ".join(said)
 
     @property
@@ -160,6 +160,10 @@ class GradedClass(_Part):
     def from_json(cls, text: str | bytes) -> GradedClass:
         """What :meth:`to_json` has written. Raises ValueError for anything else."""
         return cls.model_validate_json(text)
+
+
+def _ids(ids: tuple[str, ...]) -> str:
+    return ", ".join(map(visible, ids))
 
 
 def duration_text(seconds: int) -> str:

@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from emulator.cli import execute
@@ -158,6 +158,8 @@ def handed_in(where: Path) -> list[str]:
 
 
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@example("folders", [], {"ada.c": "file", "0\t": "folder"}, None)
+@example("moodle-flat", [], {" ": "file", "\n": "file", "ada.c": "link"}, [("ada", "")])
 @given(st.sampled_from(sorted(set(LAYOUTS) - {"ilias", "ilias-feedback"})), STUDENTS, ODD, ROSTERS)
 def test_every_entry_is_in_one_result(
     no_machine: None,
