@@ -93,7 +93,8 @@ class Grader:
         except CompileError as error:
             status, reason, log = "rejected", str(error), error.log
         except RejectedError as error:
-            status, reason = "missing" if submission.path is None else "rejected", str(error)
+            nothing = submission.path is None and not submission.entries
+            status, reason = "missing" if nothing else "rejected", str(error)
         except FcuError as error:
             reason = str(error)
         except OSError as error:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import os
+import shutil
 from collections.abc import Iterator
 from concurrent.futures import Executor, Future
 from contextlib import contextmanager
@@ -238,3 +239,18 @@ def assert_reports_agree(whole: GradedClass, out: Path) -> None:
     assert links == {f"students/{one.report}.html" for one in whole.submissions}
     assert len({one.report for one in whole.submissions}) == len(whole.submissions)
     assert json.loads((out / "grade.json").read_bytes())["handed_in"] == whole.handed_in
+
+
+def test_folder_that_is_missing_in_a_download_is_not_called_nothing(no_machine: None, tmp_path: Path) -> None:
+    pytest.importorskip("yaml")
+    students = [Handed(number, "A", "B", {"main.c": GOOD}) for number in ("1", "2")]
+    where = LAYOUTS["gradescope"](tmp_path / "class", students)
+    shutil.rmtree(where / "submission_2")
+    assert execute(["grade", str(where), "--rubric", "lab3", "--out", str(tmp_path / "out")]) == 0
+    whole = GradedClass.from_json((tmp_path / "out" / "grade.json").read_bytes())
+
+    assert [(one.id, one.status, one.handed_in) for one in whole.submissions] == [
+        ("1", "judged", 1),
+        ("2", "rejected", 0),
+    ]
+    assert "download it again" in whole.submissions[1].reason
