@@ -32,7 +32,6 @@ def _body(graded: Graded, title: str, after_due_date: bool) -> Iterator[Html]:
     verdict = graded.verdict and graded.verdict.for_student(after_due_date)
     if verdict is not None:
         yield element("p", _total(graded, verdict), class_="points")
-    yield from _of_the_teacher(graded, verdict)
     if graded.late:
         by = f" by {graded.late_by}" if graded.late_by_s is not None else ""
         yield element("p", f"Handed in late{by}.", class_="quiet")
@@ -40,6 +39,7 @@ def _body(graded: Graded, title: str, after_due_date: bool) -> Iterator[Html]:
         yield element("p", f"Handed in: {', '.join(graded.files)}", class_="quiet")
     if graded.note:
         yield element("p", f"{graded.note[0].upper()}{graded.note[1:]}.", class_="quiet")
+    yield from _of_the_teacher(graded, verdict)
     if graded.status != "judged":
         yield _notice(graded)
     if graded.build_log:
