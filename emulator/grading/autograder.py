@@ -18,11 +18,11 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
 
-from emulator.errors import InputError
-from emulator.files import write_atomically
-from emulator.grading.rubric import Rubric
-from emulator.scenario.loader import read_toml
-from emulator.system_words import quoted
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.files import write_atomically
+from fcu_emulator.emulator.grading.rubric import Rubric
+from fcu_emulator.emulator.scenario.loader import read_toml
+from fcu_emulator.emulator.system_words import quoted
 
 _ROOT: Final = "/autograder"
 _LARGEST_FILE = 64 << 20

@@ -16,11 +16,11 @@ import re
 from collections.abc import Hashable, Iterable, Mapping
 from typing import Final
 
-from emulator.chip.image.image import parse_firmware
-from emulator.errors import FcuError
-from emulator.grading.results import Graded
-from emulator.grading.submissions import Firmware, Source
-from firmware_model import arm
+from fcu_emulator.emulator.chip.image.image import parse_firmware
+from fcu_emulator.emulator.errors import FcuError
+from fcu_emulator.emulator.grading.results import Graded
+from fcu_emulator.emulator.grading.submissions import Firmware, Source
+from fcu_emulator.firmware_model import arm
 
 _CONTINUED = re.compile(rb"\\\r?\n")
 _TOKEN = re.compile(

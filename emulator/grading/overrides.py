@@ -13,12 +13,12 @@ import math
 from collections.abc import Mapping
 from pathlib import Path
 
-from emulator.errors import InputError
-from emulator.grading.results import TOTAL, Graded, Override
-from emulator.grading.roster import delimiter, read_csv
-from emulator.grading.rubric import Rubric
-from emulator.grading.verdict import CheckResult
-from emulator.text import one_line
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.grading.results import TOTAL, Graded, Override
+from fcu_emulator.emulator.grading.roster import delimiter, read_csv
+from fcu_emulator.emulator.grading.rubric import Rubric
+from fcu_emulator.emulator.grading.verdict import CheckResult
+from fcu_emulator.emulator.text import one_line
 
 _COLUMNS = ("id", "what", "points", "comment")
 

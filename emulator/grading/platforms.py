@@ -28,9 +28,9 @@ from itertools import takewhile
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from emulator.errors import InputError
-from emulator.grading.roster import Student
-from emulator.text import one_line
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.grading.roster import Student
+from fcu_emulator.emulator.text import one_line
 
 _METADATA = "submission_metadata.yml"
 _LARGEST_METADATA = 16 << 20

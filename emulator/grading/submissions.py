@@ -2,7 +2,7 @@
 
 SUBMISSIONS is a folder with an entry for each student (a folder, a zip file, a ``.c``, ``.elf``, ``.hex`` or
 ``.bin`` file), collected by hand or downloaded from a learning platform
-(:mod:`emulator.grading.platforms`). Every entry is in one submission, graded or rejected with a reason; only
+(:mod:`fcu_emulator.emulator.grading.platforms`). Every entry is in one submission, graded or rejected with a reason; only
 a team's entry is in the submission of each of its students.
 
 A submission is what is in it: **source** if there is one ``main.c`` (or just one C file), with the C files
@@ -26,13 +26,13 @@ from datetime import datetime
 from pathlib import Path
 from typing import Final, Literal, NamedTuple, TypeAlias
 
-from emulator.errors import InputError, NotJudgedError
-from emulator.files import is_about_the_name
-from emulator.grading import platforms
-from emulator.grading.archives import CLASS, ArchiveError, unpack
-from emulator.grading.platforms import Entry
-from emulator.grading.roster import Roster, Student
-from emulator.text import one_line
+from fcu_emulator.emulator.errors import InputError, NotJudgedError
+from fcu_emulator.emulator.files import is_about_the_name
+from fcu_emulator.emulator.grading import platforms
+from fcu_emulator.emulator.grading.archives import CLASS, ArchiveError, unpack
+from fcu_emulator.emulator.grading.platforms import Entry
+from fcu_emulator.emulator.grading.roster import Roster, Student
+from fcu_emulator.emulator.text import one_line
 
 Take: TypeAlias = Literal["source", "firmware"]
 

@@ -20,10 +20,10 @@ from datetime import datetime
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from emulator.cli import execute
-from emulator.grading.platforms import shown_name
-from emulator.grading.results import GradedClass
-from firmware_model import arm
+from fcu_emulator.emulator.cli import execute
+from fcu_emulator.emulator.grading.platforms import shown_name
+from fcu_emulator.emulator.grading.results import GradedClass
+from fcu_emulator.firmware_model import arm
 from tests.arm import student_programs
 from tests.grading.layouts import LAYOUTS, Handed
 from tests.grading.test_nothing_lost import handed_in

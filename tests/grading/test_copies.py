@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from emulator.cli import execute
-from emulator.grading.copies import program_digest, shipped_digests, source_digest, with_copies
-from emulator.grading.reports.class_page import class_page
-from emulator.grading.results import Graded
-from emulator.grading.submissions import Firmware, Source
-from firmware_model import arm
+from fcu_emulator.emulator.cli import execute
+from fcu_emulator.emulator.grading.copies import program_digest, shipped_digests, source_digest, with_copies
+from fcu_emulator.emulator.grading.reports.class_page import class_page
+from fcu_emulator.emulator.grading.results import Graded
+from fcu_emulator.emulator.grading.submissions import Firmware, Source
+from fcu_emulator.firmware_model import arm
 from tests.grading.test_nothing_lost import no_machine
 from tests.grading.test_reports import assert_harmless, graded, whole
 

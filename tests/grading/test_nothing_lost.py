@@ -17,11 +17,11 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from emulator.cli import execute
-from emulator.grading.build import Built, CompileError
-from emulator.grading.platforms import shown_name
-from emulator.grading.results import GradedClass
-from emulator.grading.submissions import Firmware, RejectedError, Source
+from fcu_emulator.emulator.cli import execute
+from fcu_emulator.emulator.grading.build import Built, CompileError
+from fcu_emulator.emulator.grading.platforms import shown_name
+from fcu_emulator.emulator.grading.results import GradedClass
+from fcu_emulator.emulator.grading.submissions import Firmware, RejectedError, Source
 from tests.grading.layouts import LAYOUTS, Handed
 from tests.grading.test_grade import RUBRIC
 from tests.grading.test_reports import assert_harmless, check, verdict
@@ -70,8 +70,8 @@ def fake_workers(options: object) -> Iterator[FakeWorkers]:
 @pytest.fixture
 def no_machine(monkeypatch: pytest.MonkeyPatch) -> None:
     """Neither a compiler nor an emulator: what counts here is who is listed."""
-    monkeypatch.setattr("emulator.cli.grade._workers", fake_workers)
-    monkeypatch.setattr("emulator.cli.grade.Builder", FakeBuilder)
+    monkeypatch.setattr("fcu_emulator.emulator.cli.grade._workers", fake_workers)
+    monkeypatch.setattr("fcu_emulator.emulator.cli.grade.Builder", FakeBuilder)
 
 
 WORDS = st.text("abcé ü'", min_size=1, max_size=5).map(lambda text: f"N{text.strip()}")

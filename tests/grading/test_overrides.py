@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from emulator.cli import execute
-from emulator.grading.results import duration_text
+from fcu_emulator.emulator.cli import execute
+from fcu_emulator.emulator.grading.results import duration_text
 from tests.grading.layouts import Handed, write_blackboard, write_canvas, write_folders, write_zips
 from tests.grading.test_grade import RUBRIC
 from tests.grading.test_nothing_lost import BAD, GOOD, no_machine

@@ -8,8 +8,8 @@ from tempfile import mkdtemp
 
 import pytest
 
-from emulator.grading.roster import Roster, Student
-from emulator.grading.submissions import RejectedError, Source, Submission, find_submissions
+from fcu_emulator.emulator.grading.roster import Roster, Student
+from fcu_emulator.emulator.grading.submissions import RejectedError, Source, Submission, find_submissions
 from tests.grading.layouts import LAYOUTS, Handed, write_gradescope, write_ilias_teams
 from tests.grading.test_submissions import tree
 
