@@ -16,6 +16,7 @@ from fcu_emulator.emulator.cli.exit_codes import ExitCode
 Ignorable: TypeAlias = Literal["time", "numbers", "registers", "leds"]  # as in emulator.analysis.compare
 
 
+_PATH = click.Path(path_type=Path)
 _ISOLATE = click.option(
     "--isolate", is_flag=True, help="Run in a process of its own, with limits on memory, CPU and files."
 )
@@ -281,17 +282,22 @@ def diff(
 
 
 @cli.command()
-@click.argument("submissions", required=False, type=click.Path(path_type=Path))
+@click.argument("submissions", required=False, type=_PATH)
 @click.option("--rubric", required=True, metavar="NAME|FILE", help="What is judged, such as lab3.")
-@click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Where the reports go.")
+@click.option("--out", type=_PATH, metavar="DIR", help="Where the reports go.")
+@click.option("--roster", type=_PATH, metavar="FILE", help="The class: CSV with id, name, email.")
 @click.option(
-    "--roster", type=click.Path(path_type=Path), metavar="FILE", help="The class: CSV with id, name, email."
+    "--overrides", type=_PATH, metavar="FILE", help="Your own points: CSV with id, what, points, comment."
 )
 @click.option(
-    "--salt",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="Secret from which boards and motions are drawn; made at the first run. Default: DIR/kept/salt.key.",
+    "--deadline",
+    type=click.DateTime(["%Y-%m-%dT%H:%M", "%Y-%m-%d %H:%M", "%Y-%m-%dT%H:%M:%S"]),
+    metavar="TIME",
+    help="Say who is late, and by how much; such as 2026-11-20T23:59, local time.",
+)
+@click.option("--only", type=_PATH, metavar="FILE", help="Grade only the students of this CSV, again.")
+@click.option(
+    "--salt", type=_PATH, metavar="FILE", help="Secret that draws the boards. Default: DIR/kept/salt.key."
 )
 @click.option("--jobs", type=click.IntRange(1, 1024), help="Processes on this machine. Default: one a core.")
 @click.option("--dask", metavar="ADDRESS", help="Judge on a cluster: its scheduler, such as tcp://host:8786.")
@@ -321,11 +327,17 @@ def diff(
 )
 @click.option(
     "--autograder",
-    type=click.Path(path_type=Path),
+    type=_PATH,
     default="/autograder",
     show_default=True,
     metavar="DIR",
     help="With --gradescope: its folder.",
+)
+@click.option(
+    "--gradescope-zip", type=_PATH, metavar="FILE", help="Write the autograder for Gradescope; grade nothing."
+)
+@click.option(
+    "--wheel", type=_PATH, metavar="FILE", help="With --gradescope-zip: a wheel of this version to put in."
 )
 def grade(gradescope: bool, autograder: Path, **options: Any) -> ExitCode:
     """Judge the programs of a class by a rubric, and write reports.

@@ -23,6 +23,11 @@ _PACKAGES = (
     *("numpy", "greenlet", "click", "pydantic", "pygeomag", "pyserial", "regex"),
     *("websockets", "hypothesis"),
 )
+_OPTIONAL_PACKAGES = {
+    "PyYAML": ("yaml", "with it fcu grade reads downloads of Gradescope"),
+    "distributed": ("distributed", "with it fcu grade --dask judges on a cluster"),
+}
+"""Of grading: module and purpose."""
 _TERMINALS = {
     **({"screen": "screen", "minicom": "minicom"} if sys.platform != "win32" else {"ttermpro": "Tera Term"}),
     "putty": "PuTTY",
@@ -31,6 +36,7 @@ _TERMINALS = {
 _BUILD_TOOLS = {
     "make": "fcu build does without",
     "gdb-multiarch": "the debugger for fcu run --gdb",
+    "bwrap": "the sandbox in which fcu grade builds source",
 }
 _SPEED_TEST_S = 2.0
 
@@ -53,6 +59,7 @@ def examine() -> bool:
         _port(),
         *_terminals(),
         *_build_tools(),
+        *(_optional_package(*one) for one in _OPTIONAL_PACKAGES.items()),
     ]
     for finding in findings:
         mark = "ok     " if finding.ok else ("MISSING" if finding.needed else "absent ")
@@ -74,6 +81,15 @@ def _package(name: str) -> Finding:
     except ImportError as error:
         return Finding(False, f"{name}: {error}; pip install {name}", needed=True)
     return Finding(True, f"{name} {version}", needed=True)
+
+
+def _optional_package(name: str, of: tuple[str, str]) -> Finding:
+    module, purpose = of
+    try:
+        importlib.import_module(module)
+    except ImportError:
+        return Finding(False, f"{name}: optional, {purpose}: pip install {name}")
+    return Finding(True, f"{name} {importlib.metadata.version(name)}: {purpose}")
 
 
 def _library() -> Finding:

@@ -6,9 +6,10 @@ import json
 import os
 import secrets
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
+from datetime import datetime
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -22,12 +23,15 @@ from fcu_emulator.emulator.cli.exit_codes import ExitCode
 from fcu_emulator.emulator.cli.signals import Terminated
 from fcu_emulator.emulator.errors import FcuError, InputError
 from fcu_emulator.emulator.files import secret, write_atomically
+from fcu_emulator.emulator.grading.autograder import write_autograder
 from fcu_emulator.emulator.grading.build import Builder
+from fcu_emulator.emulator.grading.copies import with_copies
 from fcu_emulator.emulator.grading.grading import Grader
+from fcu_emulator.emulator.grading.overrides import load_overrides, with_overrides
 from fcu_emulator.emulator.grading.reports.class_page import summary
 from fcu_emulator.emulator.grading.reports.machine import gradescope_results
 from fcu_emulator.emulator.grading.reports.writer import Reports
-from fcu_emulator.emulator.grading.results import Graded, GradedClass, pseudonym
+from fcu_emulator.emulator.grading.results import Graded, GradedClass, Override, pseudonym
 from fcu_emulator.emulator.grading.roster import Student, load_roster
 from fcu_emulator.emulator.grading.rubric import Rubric, load_rubric
 from fcu_emulator.emulator.grading.store import Store
@@ -65,16 +69,24 @@ class GradeOptions:
     build_without_sandbox: bool = False
     anonymous: bool = False
     before_due_date: bool = False
+    overrides: Path | None = None
+    deadline: datetime | None = None
+    only: Path | None = None
     autograder: Path | None = None
+    gradescope_zip: Path | None = None
+    wheel: Path | None = None
 
 
 def grade(options: GradeOptions) -> ExitCode:
     """Grade as asked. Raises FcuError."""
     if options.autograder is not None:
         return _grade_for_gradescope(options, options.autograder)
+    if options.gradescope_zip is not None:
+        return _pack_for_gradescope(options, options.gradescope_zip)
     if options.submissions is None or options.out is None:
         raise InputError("give the folder with the submissions, and the folder for the reports: --out DIR")
     rubric = load_rubric(options.rubric)
+    overrides = load_overrides(options.overrides, rubric) if options.overrides is not None else {}
     roster = load_roster(options.roster) if options.roster is not None else None
     for note in roster.notes if roster else ():
         _say(note)
@@ -82,7 +94,8 @@ def grade(options: GradeOptions) -> ExitCode:
     try:
         with TemporaryDirectory(prefix="fcu-class-", ignore_cleanup_errors=True) as scratch:
             submissions = find_submissions(options.submissions, roster, Path(scratch))
-            whole = _graded_class(options, options.out, rubric, submissions, found)
+            _check_known(options.overrides, overrides, submissions)
+            whole = _graded_class(options, options.out, rubric, submissions, found, overrides)
     except (KeyboardInterrupt, Terminated):
         _say(f"interrupted; {len(found)} submissions are done and kept, the same command continues there")
         return ExitCode.INTERRUPTED
@@ -95,20 +108,27 @@ def _graded_class(
     rubric: Rubric,
     submissions: list[Submission],
     found: dict[str, Graded],
+    overrides: Mapping[str, tuple[Override, ...]],
 ) -> GradedClass:
     """``found`` is filled as submissions are done, by their students' ids."""
     reports = Reports(out, rubric.title, after_due_date=not options.before_due_date)
     shown = _pseudonyms(out / "kept", submissions) if options.anonymous else None
     salt = secret(options.salt or out / "kept" / "salt.key")
+    found |= _earlier(options.only, out, rubric, submissions, shown) if options.only is not None else {}
+    todo = [one for one in submissions if one.student.id not in found]
     with (
         _grader(options, rubric, salt, out / "kept", shown) as grader,
-        closing(grader.grade(submissions)) as finished,
-        _progress(len(submissions)) as advance,
+        closing(grader.grade(todo)) as finished,
+        _progress(len(todo)) as advance,
     ):
         for submission, graded in finished:
-            found[submission.student.id] = _reported(reports, graded)
+            graded = _timed(graded, submission, options)  # noqa: PLW2901
+            given = overrides.get(submission.student.id.casefold(), ())
+            found[submission.student.id] = _reported(
+                reports, with_overrides(graded, given) if given else graded
+            )
             advance(graded)
-    lines = [found[submission.student.id] for submission in submissions]
+    lines = with_copies((one.path or one.student.id, found[one.student.id]) for one in submissions)
     if options.anonymous:
         lines.sort(key=lambda one: one.id)  # the roster's order would say who is who
     whole = GradedClass(
@@ -119,10 +139,59 @@ def _graded_class(
         max_points=rubric.max_points,
         exercises=tuple(ExerciseTitle(exercise=one.id, title=one.title) for one in rubric.exercises),
         anonymous=options.anonymous,
+        handed_in=len({entry.path for one in submissions for entry in one.entries if entry.is_there}),
         submissions=tuple(lines),
     )
     reports.whole(whole)
     return whole
+
+
+def _earlier(
+    only: Path,
+    out: Path,
+    rubric: Rubric,
+    submissions: Sequence[Submission],
+    shown: Mapping[str, Student] | None,
+) -> dict[str, Graded]:
+    """Return the earlier results of all students who are not in the list ``only``, by their ids.
+
+    A student without an earlier result is graded, too. Raises InputError.
+    """
+    again = {student.id.casefold() for student in load_roster(only).students}
+    _check_known(only, again, submissions)
+    file = out / "grade.json"
+    try:
+        whole = GradedClass.from_json(file.read_bytes())
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"cannot read {file}, which --only continues; grade the whole class first"
+        ) from error
+    if whole.rubric_digest != rubric.digest:
+        raise InputError(f"{file} is of another rubric; grade the whole class, without --only")
+    earlier = {one.id: one for one in whole.submissions}
+    ids = [one.student.id for one in submissions if one.student.id.casefold() not in again]
+    names = {name: shown[name].id if shown is not None else name for name in ids}
+    return {name: earlier[names[name]] for name in ids if names[name] in earlier}
+
+
+def _check_known(file: Path | None, ids: Iterable[str], submissions: Sequence[Submission]) -> None:
+    """Raise InputError for a student whom the class does not have: a line of the file would be lost."""
+    unknown = set(ids) - {one.student.id.casefold() for one in submissions}
+    if unknown:
+        names = ", ".join(one_line(name, 40) for name in sorted(unknown)[:3])
+        raise InputError(f"{file}: id must be that of a student of this class, not {names}")
+
+
+def _timed(graded: Graded, submission: Submission, options: GradeOptions) -> Graded:
+    """Return the result with the time at which it was handed in, and how late that was."""
+    at, deadline = submission.submitted(), options.deadline
+    late_by_s = round((at - deadline).total_seconds()) if at is not None and deadline is not None else 0
+    changed = {
+        "submitted": at.isoformat(timespec="seconds") if at is not None and not options.anonymous else "",
+        "late": submission.is_marked_late or late_by_s > 0,
+        "late_by_s": late_by_s if late_by_s > 0 else None,
+    }
+    return graded.model_copy(update=changed)
 
 
 def _reported(reports: Reports, graded: Graded) -> Graded:
@@ -272,6 +341,17 @@ def _grade_for_gradescope(options: GradeOptions, autograder: Path) -> ExitCode:
     write_atomically(file, json.dumps(gradescope_results(graded), indent=1) + "\n")
     points = "rejected" if graded.points is None else f"{graded.points:g} of {rubric.max_points:g} points"
     click.echo(visible(f"{file}: {points}"))
+    return ExitCode.HELD
+
+
+def _pack_for_gradescope(options: GradeOptions, file: Path) -> ExitCode:
+    """Write the archive that a course uploads to Gradescope as its autograder."""
+    salt = secret(options.salt) if options.salt is not None else secrets.token_bytes(32)
+    rubric = load_rubric(options.rubric)
+    names = write_autograder(file, rubric, salt, wheel=options.wheel, bus=options.bus, take=options.take)
+    click.echo(f"{file}: {', '.join(names)}")
+    if options.wheel is None:
+        _say("without --wheel FILE, Gradescope installs this version of fcu-emulator from PyPI")
     return ExitCode.HELD
 
 

@@ -12,10 +12,13 @@ memory; a file that has the four bytes elsewhere is only counted too high. The r
 from __future__ import annotations
 
 import mmap
+import os
 import re
 import stat
 import zipfile
+from contextlib import suppress
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Final
 
@@ -107,6 +110,14 @@ def _unpack(opened: zipfile.ZipFile, into: Path, bounds: Bounds, packed: int) ->
                 if bounds.bytes - left > most:
                     raise ArchiveError(f"unpacks to more than {bounds.ratio:g} times its size: a zip bomb")
                 sink.write(piece)
+        _set_time(target, entry)
+
+
+def _set_time(target: Path, entry: zipfile.ZipInfo) -> None:
+    """Give a file the time that the archive says; platforms write there when it was handed in."""
+    with suppress(OSError, ValueError, OverflowError):
+        at = datetime(*entry.date_time).timestamp()
+        os.utime(target, (at, at))
 
 
 def _checked_name(entry: zipfile.ZipInfo) -> tuple[str, ...]:

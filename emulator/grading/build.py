@@ -53,12 +53,21 @@ _MEMORY_KIB = 1 << 20  # of address space, for each process of the build
 _FILE_BLOCKS = 65_536  # of 512 bytes: 32 MiB for a file
 _LONGEST_LOG = 16_000  # characters that are kept of what the compiler says
 _NOBODY = 65534
-_FORMAT = 2  # of kept builds
+_OF_MAKE = ("make:", "make[", "  CC", "  LINK", "collect2: ")
+_FORMAT = 3  # of kept builds
 _HERE = "/build"  # where the compiler thinks it is
 _TEMPLATE = "/template"
 _FAILURE = re.compile(
     r"(?i)error:|undefined reference|multiple definition|out of memory|memory exhausted|overflowed by|stopped"
 )
+_TWICE = re.compile(
+    r"(?m)^(\S+\.o:)?(?P<here>[\w+.-]+\.c)?[^\s]* multiple definition of [`'](?P<name>[^']+)';"
+    r" (\S+\.o:)?(?P<there>[\w+.-]+\.c)?"
+)
+_UNDEFINED = re.compile(r"(?m)^(?P<where>[\w+.-]+\.c(:\d+)?)?\S* undefined reference to [`'](?P<name>[^']+)'")
+_A_FILE = "another file"  # of which the linker says no name
+_LINKER = re.compile(r"(?m)^(?:/\S*/)?(?:arm-none-eabi-)?ld: (?:in function [`'].*:$\n?)?")
+_OBJECT = re.compile(r"\bbuild/\w+/(\w[\w+.-]*)\.o\b")
 _LIMITED = (
     f"ulimit -S -t {_CPU_S}; ulimit -H -t {_CPU_S + 3}; ulimit -v {_MEMORY_KIB} 2>/dev/null; "
     f'ulimit -f {_FILE_BLOCKS}; ulimit -c 0; exec "$@"'
@@ -94,9 +103,33 @@ class CompileError(RejectedError):
     """The program does not compile; ``log`` holds the compiler's messages."""
 
     def __init__(self, log: str) -> None:
-        first = next(filter(_FAILURE.search, log.splitlines()), "")
-        super().__init__("does not compile" + (f": {one_line(first)}" if first else ""))
+        # lines of an excerpt begin with a space: what they quote is the student's
+        first = next((line for line in log.splitlines() if line[:1] != " " and _FAILURE.search(line)), "")
+        super().__init__(_link_error(log) or "does not compile" + (f": {one_line(first)}" if first else ""))
         self.log = log
+
+
+def _link_error(log: str) -> str:
+    """Return in one sentence why the files do not make one program; "" if the linker says nothing of it."""
+    twice = list(_TWICE.finditer(log))
+    if twice:
+        match = next((one for one in twice if one["name"] == "main"), twice[0])
+        first, second = sorted(
+            (match["here"] or _A_FILE, match["there"] or _A_FILE), key=lambda name: (name != "main.c", name)
+        )
+        name = one_line(match["name"], 60)
+        if first == second:
+            return f"does not link: {name} is defined twice in {first}; leave one definition"
+        if name == "main":
+            return f"has two programs: {first} and {second} both define main(); hand in one of them"
+        return f"does not link: {name} is defined in {first} and in {second}; leave one definition"
+    if undefined := _UNDEFINED.search(log):
+        name = one_line(undefined["name"], 60)
+        if name == "main":
+            return "has no main(): no file that was handed in defines it; hand in the whole program"
+        where = f"{undefined['where']} uses" if undefined["where"] else "the program uses"
+        return f"does not link: {where} {name}, which no file that was handed in defines"
+    return ""
 
 
 @dataclass(frozen=True)
@@ -280,7 +313,7 @@ class Builder:
             f"BUS={self._bus}",
         ]
         same_paths = f"-fdebug-prefix-map={work}={_HERE} -fdebug-prefix-map={self._template}={_TEMPLATE}"
-        flags = "-fmax-errors=20 -fno-diagnostics-show-caret" + ("" if self.sandbox else f" {same_paths}")
+        flags = "-fmax-errors=20" + ("" if self.sandbox else f" {same_paths}")
         command.append(f"EXTRA_CFLAGS={flags}")
         if self.sandbox:
             command = [*_sandbox(work, self._template), *command]
@@ -422,8 +455,11 @@ def _compiler_version() -> str:
 
 def _readable(said: str, here: str, template: str) -> str:
     """The compiler's words without our paths and make's own lines."""
-    text = visible(said, lines=True).replace(f"{here}/", "").replace(f"{template}/", "")
-    lines = [line for line in text.splitlines() if not line.startswith(("make:", "make[", "  CC", "  LINK"))]
+    text = visible(said, lines=True)
+    for folder in (here, template, _HERE, _TEMPLATE):
+        text = text.replace(f"{folder}/", "")
+    text = _OBJECT.sub(r"\1.o", _LINKER.sub("", text))
+    lines = [line for line in text.splitlines() if not line.startswith(_OF_MAKE)]
     text = "\n".join(lines)
     if len(text) > _LONGEST_LOG:
         text = text[:_LONGEST_LOG].rpartition("\n")[0] + "\n[... and more]"

@@ -101,7 +101,8 @@ class NoWarnings(Check):
         """Lines with ``warning:`` in what the build printed."""
         if run.build_log is None:
             raise NotJudgedError("the program was not built here")
-        warnings = [line.strip() for line in run.build_log.splitlines() if "warning:" in line]
+        lines = run.build_log.splitlines()
+        warnings = [line for line in lines if "warning:" in line and line[:1] != " "]  # a space: an excerpt
         if len(warnings) <= self.most:
             return None
         count = f"{len(warnings)} warning{'s' * (len(warnings) > 1)}, the first: {escaped(warnings[0])[:200]}"

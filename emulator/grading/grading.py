@@ -16,6 +16,8 @@ from tempfile import TemporaryDirectory
 
 from fcu_emulator.emulator.errors import FcuError
 from fcu_emulator.emulator.grading.build import Builder, CompileError
+from fcu_emulator.emulator.grading.copies import program_digest, source_digest
+from fcu_emulator.emulator.grading.platforms import shown_name
 from fcu_emulator.emulator.grading.results import Graded, Status, report_name
 from fcu_emulator.emulator.grading.roster import Student
 from fcu_emulator.emulator.grading.rubric import Rubric
@@ -83,14 +85,16 @@ class Grader:
     def _graded(self, submission: Submission) -> Graded:
         """Grade one submission. Whatever happens inside it, ends as its result."""
         task, log, verdict = None, "", None
+        digests: dict[str, str] = {}
         status: Status = "unjudged"
         try:
-            task, log = self._task(submission)
+            task, log = self._task(submission, digests)
             verdict = self._judged(task)
         except CompileError as error:
             status, reason, log = "rejected", str(error), error.log
         except RejectedError as error:
-            status, reason = "missing" if submission.path is None else "rejected", str(error)
+            nothing = submission.path is None and not submission.entries
+            status, reason = "missing" if nothing else "rejected", str(error)
         except FcuError as error:
             reason = str(error)
         except OSError as error:
@@ -103,22 +107,24 @@ class Grader:
                 status, reason = "judged", ""
             elif verdict.max_points:
                 status = "partly"
-        return self._result(submission, status, reason, task, verdict, log)
+        return self._result(submission, status, reason, task, verdict, log).model_copy(update=digests)
 
-    def _task(self, submission: Submission) -> tuple[Task, str]:
-        """Return the program as a task, and the compiler's messages."""
+    def _task(self, submission: Submission, digests: dict[str, str]) -> tuple[Task, str]:
+        """Return the program as a task, and the compiler's messages; ``digests`` is filled meanwhile."""
         with TemporaryDirectory(prefix="fcu-", ignore_cleanup_errors=True) as scratch:
             content = submission.content(Path(scratch), self.take)
         log = None
         if not isinstance(content, Firmware):
+            digests["source_digest"] = source_digest(content)
             built = self._builder().build(content)
             content, log = built.firmware, built.log
+        digests["program_digest"] = program_digest(content)
         task = Task(
             firmware=content.data,
             name=content.name,
             rubric=self.rubric_name,
             rubric_digest=self.rubric.digest,
-            seed=self.rubric.seed_for(submission.student.id, content.data, self.salt),
+            seed=self.rubric.seed_for(submission.board, content.data, self.salt),
             code=code_digest(),
             build_log=log,
             limits=self.limits,
@@ -149,6 +155,13 @@ class Grader:
         log: str,
     ) -> Graded:
         student = self.shown(submission.student)
+        files = tuple(map(shown_name, submission.files))
+        reason = one_line(reason, 400)
+        if student != submission.student:
+            for name, number in sorted(
+                zip(files, range(1, len(files) + 1), strict=True), key=lambda one: -len(one[0])
+            ):
+                reason = reason.replace(name, f"file {number}")
         seed = task.seed if task is not None and verdict is not None else None
         if student != submission.student and not self.rubric.same_for_all:
             seed, verdict = None, verdict and verdict.without_seed()
@@ -157,11 +170,14 @@ class Grader:
             name=student.name,
             email=student.email,
             status=status,
-            reason=one_line(reason, 400),
+            reason=reason,
             seed=seed,
             firmware=task.name if task is not None and verdict is not None else "",
             build_log=log,
             report=report_name(student.id),
             on_roster=submission.known,
+            files=files if student == submission.student else (),
+            handed_in=len(files),
+            note=submission.note,
             verdict=verdict,
         )

@@ -18,6 +18,7 @@ from fcu_emulator.emulator.grading.roster import Student
 from fcu_emulator.emulator.grading.rubric import is_shipped
 from fcu_emulator.emulator.grading.verdict import ExerciseTitle, Verdict
 from fcu_emulator.emulator.system_words import command_line
+from fcu_emulator.emulator.text import visible
 
 Status: TypeAlias = Literal["judged", "partly", "unjudged", "rejected", "missing"]
 """Everything is judged; some checks could not be; none could be, through no fault of the program; what was
@@ -28,11 +29,27 @@ class _Part(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
 
 
+TOTAL = "total"
+"""What an override of all points is of."""
+
+
+class Override(_Part):
+    """Points that the teacher gives: of a check, an exercise or everything (:data:`TOTAL`)."""
+
+    what: str
+    points: float
+    comment: str = ""
+
+
 class Graded(_Part):
     """One student. ``verdict`` is None unless something was judged, and is kept here without evidence.
 
     ``reason``: why it is not judged, or not wholly. ``report``: the name of the student's files, without
-    suffix. ``on_roster``: False for a submission of whom the roster does not have.
+    suffix. ``on_roster``: False for a submission of a student whom the roster does not have. ``files``: the
+    names of what was handed in; none in anonymous reports, so ``handed_in`` counts them. ``submitted``: ISO
+    8601, in local time, as the platform or the file says. ``late``: after the deadline, or so the platform
+    says; ``late_by_s``: None if it is not known by how much. ``shipped``: "template" or "solution" if it is
+    that of fcu. ``same_source``, ``same_program``: the ids of students who have handed in the same.
     """
 
     id: str
@@ -45,12 +62,56 @@ class Graded(_Part):
     build_log: str = ""
     report: str
     on_roster: bool = True
+    files: tuple[str, ...] = ()
+    handed_in: int = 0
+    note: str = ""
+    submitted: str = ""
+    late: bool = False
+    late_by_s: int | None = None
+    program_digest: str = ""
+    source_digest: str = ""
+    shipped: str = ""
+    same_source: tuple[str, ...] = ()
+    same_program: tuple[str, ...] = ()
+    overrides: tuple[Override, ...] = ()
     verdict: Verdict | None = None
 
     @property
     def points(self) -> float | None:
         """The points, where they count; never a zero for what was not judged."""
-        return self.verdict.points if self.verdict is not None and self.status == "judged" else None
+        if (total := self._given(TOTAL)) is not None:
+            return total
+        if self.verdict is None or self.status != "judged":
+            return None
+        points = (self.points_of(one.exercise) for one in self.verdict.exercises)
+        return round(sum(one for one in points if one is not None), 4)
+
+    def points_of(self, exercise: str) -> float | None:
+        """Return the points of an exercise; None if it was not judged, or not wholly."""
+        given = self._given(exercise)
+        return given if given is not None or self.verdict is None else self.verdict.points_of(exercise)
+
+    def _given(self, what: str) -> float | None:
+        return next((one.points for one in self.overrides if one.what == what), None)
+
+    @property
+    def late_by(self) -> str:
+        """How late it is, in words: "3 d 4 h", "late" if that is not known; "" for in time."""
+        if not self.late:
+            return ""
+        return duration_text(self.late_by_s) if self.late_by_s is not None else "late"
+
+    @property
+    def copies(self) -> str:
+        """What is identical with what was handed in, in words; "" for nothing."""
+        if self.shipped:
+            return f"is the {self.shipped} that comes with fcu"
+        said = []
+        if self.same_source:
+            said.append(f"same source as {_ids(self.same_source)}")
+        if self.same_program:
+            said.append(f"same program as {_ids(self.same_program)}")
+        return "; ".join(said)
 
     @property
     def again(self) -> str:
@@ -63,8 +124,8 @@ class Graded(_Part):
 
     @property
     def shown_name(self) -> str:
-        """Name and id, as far as they are known."""
-        return f"{self.name} ({self.id})" if self.name and self.name != self.id else self.id
+        """Name and id on one line, as far as they are known."""
+        return visible(f"{self.name} ({self.id})" if self.name and self.name != self.id else self.id)
 
 
 class GradedClass(_Part):
@@ -78,6 +139,8 @@ class GradedClass(_Part):
     max_points: float
     exercises: tuple[ExerciseTitle, ...]
     anonymous: bool = False
+    handed_in: int = 0
+    """How many files and folders were handed in; one of a team counts once."""
     submissions: tuple[Graded, ...]
 
     def of(self, *statuses: Status) -> list[Graded]:
@@ -87,7 +150,7 @@ class GradedClass(_Part):
     @property
     def not_judged(self) -> list[Graded]:
         """The list of its own: of whom there is no grade yet, and why."""
-        return [one for one in self.submissions if one.status != "judged"]
+        return [one for one in self.submissions if one.status != "judged" and one.points is None]
 
     def to_json(self) -> str:
         """The file's text."""
@@ -97,6 +160,18 @@ class GradedClass(_Part):
     def from_json(cls, text: str | bytes) -> GradedClass:
         """What :meth:`to_json` has written. Raises ValueError for anything else."""
         return cls.model_validate_json(text)
+
+
+def _ids(ids: tuple[str, ...]) -> str:
+    return ", ".join(map(visible, ids))
+
+
+def duration_text(seconds: int) -> str:
+    """Return how late something is: 3 d 4 h 5 min."""
+    minutes = -(-seconds // 60)
+    days, hours, minutes = minutes // 1440, minutes // 60 % 24, minutes % 60
+    parts = ((days, "d"), (hours, "h"), (minutes, "min"))
+    return " ".join(f"{count} {unit}" for count, unit in parts if count) or "0 min"
 
 
 def report_name(student: str) -> str:

@@ -80,8 +80,8 @@ class Roster:
 
 def load_roster(path: Path) -> Roster:
     """The roster in a CSV file. Raises InputError that names file and line, and what would be right."""
-    text, notes = _read(path)
-    lines = csv.reader(io.StringIO(text, newline=""), delimiter=_delimiter(text), strict=True)
+    text, notes = read_csv(path)
+    lines = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter(text), strict=True)
     students: dict[str, Student] = {}
     try:
         columns = _columns(path, next(lines, []))
@@ -100,7 +100,8 @@ def load_roster(path: Path) -> Roster:
     return Roster(students.values(), notes)
 
 
-def _read(path: Path) -> tuple[str, list[str]]:
+def read_csv(path: Path) -> tuple[str, list[str]]:
+    """Return the text of a CSV file with a column for ids, and notes for the user. Raises InputError."""
     try:
         if path.exists() and not path.is_file():
             raise InputError(f"{path}: is no ordinary file; give a CSV file with a column id")
@@ -118,8 +119,8 @@ def _read(path: Path) -> tuple[str, list[str]]:
         return data.decode("cp1252", errors="replace"), [note]
 
 
-def _delimiter(text: str) -> str:
-    """Comma; semicolon or tab where the header has more of them (spreadsheets in half of Europe)."""
+def delimiter(text: str) -> str:
+    """Return the comma, or semicolon or tab if the header has more of them, as some spreadsheets write."""
     header = text.partition("\n")[0]
     return max(",;\t", key=header.count)
 

@@ -1,14 +1,9 @@
 """What was handed in: finding each student's program among folders, archives and files.
 
 SUBMISSIONS is a folder with an entry for each student (a folder, a zip file, a ``.c``, ``.elf``, ``.hex`` or
-``.bin`` file), as one collects them by hand, or as learning platforms export them:
-
-- Moodle: ``Full Name_1234_assignsubmission_file_/...``, in a folder or still in its zip file. A name with
-  two ids, of one platform or of two, is rejected: the student chooses a part of it, and could name another
-  student's id;
-  Or all files in one folder, ``Full Name_1234_assignsubmission_file_main.c``;
-- Canvas: all files in one folder, ``lovelaceada_1234_5678_main.c``;
-- Gradescope: ``submission_1234/...`` with ``submission_metadata.yml`` beside them (needs PyYAML).
+``.bin`` file), collected by hand or downloaded from a learning platform
+(:mod:`fcu_emulator.emulator.grading.platforms`). Every entry is in one submission, graded or rejected with a reason; only
+a team's entry is in the submission of each of its students.
 
 A submission is what is in it: **source** if there is one ``main.c`` (or just one C file), with the C files
 and headers beside it; otherwise **firmware**, the one ELF, HEX or BIN file. What the build made (``build``,
@@ -25,13 +20,17 @@ import os
 import re
 import stat
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from datetime import datetime
 from pathlib import Path
-from typing import Final, Literal, TypeAlias
+from typing import Final, Literal, NamedTuple, TypeAlias
 
 from fcu_emulator.emulator.errors import InputError, NotJudgedError
 from fcu_emulator.emulator.files import is_about_the_name
+from fcu_emulator.emulator.grading import platforms
 from fcu_emulator.emulator.grading.archives import CLASS, ArchiveError, unpack
+from fcu_emulator.emulator.grading.platforms import Entry
 from fcu_emulator.emulator.grading.roster import Roster, Student
 from fcu_emulator.emulator.text import one_line
 
@@ -42,17 +41,11 @@ _FIRMWARE: Final = (".elf", ".axf", ".out", ".hex", ".bin")
 _SOURCE: Final = (".c", ".h")
 _MADE = {"build", "support"}
 _FOREIGN_ARCHIVES = {".rar", ".7z", ".tar", ".gz", ".tgz", ".xz", ".bz2"}
+_OTHER_LANGUAGES = {".cpp", ".cc", ".cxx", ".ino", ".py", ".rs"}
 _MOST_ENTRIES = 5_000  # of one submission's folders
 _DEEPEST = 12
 _LARGEST = 64 << 20  # bytes, of one file
 _LARGEST_SOURCE = 4 << 20  # of all C files together
-_METADATA = "submission_metadata.yml"
-_LARGEST_METADATA = 16 << 20
-_OF_SYSTEMS = {_METADATA, "thumbs.db", "desktop.ini"}
-_MOODLE = re.compile(r"(?P<name>.*?)_(?P<id>\d+)_assignsubmission_", re.DOTALL | re.ASCII)
-_CANVAS = re.compile(r"(?P<name>[a-z-]+)(_LATE)?_(?P<id>\d+)_\d+_(?P<file>.+)", re.DOTALL | re.ASCII)
-_MOODLES_FILE = re.compile(r".*?_assignsubmission_(file|onlinetext)_(?P<file>.+)", re.DOTALL)
-_GRADESCOPE = re.compile(r"submission_(?P<id>\d+)", re.ASCII)
 
 
 class RejectedError(InputError):
@@ -69,7 +62,7 @@ class Firmware:
 
 @dataclass(frozen=True)
 class Source:
-    """A program to build: its C files and headers by name. One is ``main.c``."""
+    """A program to build: its C files and headers by name."""
 
     files: Mapping[str, bytes] = field(repr=False)
 
@@ -85,7 +78,7 @@ class Source:
 
 @dataclass(frozen=True)
 class Submission:
-    """One student's entry. ``path`` is None for a student of the roster who handed in nothing."""
+    """What one student handed in. ``path`` is None if there is nothing."""
 
     student: Student
     path: Path | None
@@ -93,8 +86,49 @@ class Submission:
     """Whether the student is on the roster, or there is no roster."""
     problem: str = ""
     """Why it cannot be taken, known already from where it lies."""
-    more: tuple[Path, ...] = ()
-    """Further files, if the platform has put all files of the class into one folder."""
+    entries: tuple[Entry, ...] = ()
+    """All files and folders of the student, if there is more to know of them than ``path``."""
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The names of the files and folders that were handed in."""
+        if self.entries:
+            return tuple(entry.path.name for entry in self.entries if entry.is_there)
+        return (self.path.name,) if self.path is not None else ()
+
+    @property
+    def board(self) -> str:
+        """The id that chooses the board: the student's, or one for all students of a team."""
+        return next((entry.team for entry in self.entries if entry.team), self.student.id)
+
+    @property
+    def note(self) -> str:
+        """What the student and the teacher should know about the files that are judged; or ""."""
+        attempts = {entry.attempt for entry in self.entries}
+        return f"the last of {len(attempts)} attempts is judged" if len(attempts) > 1 else ""
+
+    @property
+    def counted(self) -> list[Entry]:
+        """The entries that are judged: of several attempts the last."""
+        last = max((entry.attempt for entry in self.entries), default="")
+        return [entry for entry in self.entries if entry.attempt == last and entry.is_there]
+
+    @property
+    def is_marked_late(self) -> bool:
+        """Whether the platform says that it is late."""
+        return any(entry.late for entry in self.counted)
+
+    def submitted(self) -> datetime | None:
+        """Return when it was handed in, in local time: as the platform says, else as the newest file does.
+
+        None if neither says: Canvas gives its files the time of the download.
+        """
+        times = []
+        for entry in self.counted:
+            if entry.has_own_time:
+                with suppress(OSError, ValueError, OverflowError, RejectedError):
+                    times.append(entry.handed_in or _newest(entry.path))
+        return max(times, default=None)
 
     def content(self, scratch: Path, take: Take | None = None) -> Firmware | Source:
         """Return the program in it; archives are unpacked into ``scratch``, an empty folder.
@@ -105,11 +139,12 @@ class Submission:
         if self.problem:
             raise RejectedError(self.problem)
         assert self.path is not None
+        counted = self.counted
         try:
-            if self.more:
-                gathered = _gathered((self.path, *self.more), scratch / "gathered")
+            if len(counted) > 1 or any(entry.own_name or entry.is_renamed for entry in counted):
+                gathered = _gathered(counted, scratch / "gathered")
                 return _content(gathered, scratch / "unpacked", take)
-            return _content(self.path, scratch, take)
+            return _content(counted[0].path if counted else self.path, scratch, take)
         except ArchiveError as error:
             raise RejectedError(f"the archive {error}") from error
         except OSError as error:
@@ -122,25 +157,38 @@ class Submission:
 # -- who ----------------------------------------------------------------------------------------------------
 
 
+def _newest(path: Path) -> datetime:
+    """Return the time of a file, or of the newest file in a folder. Raises ValueError for an empty folder."""
+    files = _walk(path) if path.is_dir() else [path]
+    return datetime.fromtimestamp(max(one.lstat().st_mtime for one in files))
+
+
+class _Resolved(NamedTuple):
+    """An entry and its student. ``sure``: not found by a name alone, which a student may have chosen."""
+
+    entry: Entry
+    student: Student
+    known: bool
+    problem: str
+    sure: bool = True
+
+
 def find_submissions(where: Path, roster: Roster | None, scratch: Path) -> list[Submission]:
-    """All submissions, in the roster's order, then by name. Raises InputError if there are none.
+    """Return all submissions, in the roster's order, then by name. Raises InputError if there are none.
 
     ``where`` may be the archive of a class, which is unpacked into ``scratch``.
     """
-    folder = _class_folder(where, scratch)
-    told = _gradescope_students(folder)
+    handed_in = platforms.entries(_class_folder(where, scratch))
     found: dict[str, Submission] = {}
-    for path in _entries(folder):
-        student, known, problem = _student_of(path, roster, told)
-        first = found.setdefault(student.id.casefold(), Submission(student, path, known, problem))
-        if first.path is not None and first.path is not path:
-            same = _platform_ids(first.path) == _platform_ids(path)
-            if _own_name(first.path) and _own_name(path) and same and not first.problem:
-                found[student.id.casefold()] = replace(first, more=(*first.more, path))
-                continue
-            both = f"{one_line(first.path.name)!r} and {one_line(path.name)!r}"
-            problem = f"two submissions for one student: {both}"
-            found[student.id.casefold()] = replace(first, problem=problem)
+    resolved = [_resolved(entry, roster) for entry in handed_in]
+    for one in sorted(resolved, key=lambda one: not one.sure):
+        first = found.get(one.student.id.casefold())
+        if first is not None and not one.sure and one.entry.group != first.entries[0].group:
+            student = Student(platforms.stem(one.entry.path))
+            problem = f"its name is that of {_shown(first.student)}, who has another submission"
+            one = _Resolved(one.entry, student, False, problem)  # noqa: PLW2901
+            first = found.get(student.id.casefold())
+        found[one.student.id.casefold()] = _joined(first, one)
     if not found:
         raise InputError(f"{where}: has no submissions; give a folder with an entry for each student")
     if roster is None:
@@ -149,7 +197,22 @@ def find_submissions(where: Path, roster: Roster | None, scratch: Path) -> list[
         found.pop(student.id.casefold(), Submission(student, None, problem="nothing was handed in"))
         for student in roster.students
     ]
-    return [*listed, *found.values()]
+    return [*listed, *sorted(found.values(), key=lambda one: one.student.id.casefold())]
+
+
+def _joined(first: Submission | None, one: _Resolved) -> Submission:
+    """Add an entry to a student's submission, or begin one."""
+    entry = one.entry
+    if first is None:
+        return Submission(
+            one.student, entry.path if entry.is_there else None, one.known, one.problem, (entry,)
+        )
+    together = (*first.entries, entry)
+    if entry.group and {other.group for other in first.entries} == {entry.group}:
+        return replace(first, entries=together, problem=first.problem or one.problem)
+    names = [repr(one_line(other.path.name, 60)) for other in together]
+    shown = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
+    return replace(first, entries=together, problem=f"two submissions for one student: {shown}; leave one")
 
 
 def _class_folder(where: Path, scratch: Path) -> Path:
@@ -161,102 +224,61 @@ def _class_folder(where: Path, scratch: Path) -> Path:
         unpack(where, scratch, CLASS)
     except ArchiveError as error:
         raise InputError(f"{where}: {error}") from error
-    inside = _entries(scratch)
+    inside = [path for path in scratch.iterdir() if not path.name.startswith((".", "__MACOSX"))]
     return inside[0] if len(inside) == 1 and inside[0].is_dir() else scratch
 
 
-def _entries(folder: Path) -> list[Path]:
-    """Return everything that was handed in; files of the platform and of operating systems are left out."""
-    return [
-        path
-        for path in sorted(folder.iterdir())
-        if not path.name.startswith((".", "__MACOSX")) and path.name.casefold() not in _OF_SYSTEMS
-    ]
-
-
-def _student_of(path: Path, roster: Roster | None, told: Mapping[str, Student]) -> tuple[Student, bool, str]:
-    """Return the student of a submission, whether the roster knows the student, and a problem of the name.
-
-    The platform's own word counts, else the file's name.
-    """
-    name = path.name if path.is_dir() else path.stem
-    if len(_platform_ids(path)) > 1:
-        problem = f"the name {one_line(path.name)!r} has two ids in it; download the submissions again"
-        return Student(name), roster is None, problem
-    keys = [path.name, name]
-    student = told.get(path.name)
-    if student is not None:
-        keys += [student.id, student.email]
-    elif moodle := _MOODLE.match(name):
-        student = Student(moodle["id"], moodle["name"])
-        keys += [moodle["id"], moodle["name"]]
-    elif canvas := _CANVAS.fullmatch(path.name):
-        student = Student(canvas["id"], canvas["name"])
-        keys += [canvas["id"], canvas["name"]]
-    elif gradescope := _GRADESCOPE.fullmatch(name):
-        student = Student(gradescope["id"])
-        keys.append(gradescope["id"])
+def _resolved(entry: Entry, roster: Roster | None) -> _Resolved:
+    """Find the student of an entry: the teacher's word counts, then the platform's ids, then names."""
+    unknown = Student(platforms.stem(entry.path))
+    if entry.problem and entry.is_there:  # its name can be read in two ways
+        return _Resolved(entry, unknown, roster is None, entry.problem)
     if roster is None:
-        return student or Student(name), True, ""
-    listed = roster.find(*keys)
-    return (listed, True, "") if listed else (student or Student(name), False, "")
+        return _Resolved(entry, entry.student, True, entry.problem)
+    if listed := roster.find(entry.path.name, unknown.id):
+        return _Resolved(entry, listed, True, entry.problem)
+    by_id = [listed for key in entry.ids if (listed := roster.find(key))]
+    by_name = [listed for key in entry.names if (listed := roster.find(key))]
+    students = list(dict.fromkeys((*by_id, *by_name)))
+    if len(students) > 1:
+        could_be = " or ".join(map(_shown, students[:3]))
+        problem = f"its name could be that of {could_be}; say whose it is in the roster's column submission"
+        return _Resolved(entry, unknown, False, problem)
+    if students:
+        return _Resolved(entry, students[0], True, entry.problem, sure=bool(by_id))
+    return _Resolved(entry, entry.student, False, entry.problem)
 
 
-def _platform_ids(path: Path) -> list[str]:
-    """Return the ids in a name by the patterns of all platforms; more than one if a student put one in."""
-    canvas = _CANVAS.fullmatch(path.name)
-    return [one["id"] for one in _MOODLE.finditer(path.name)] + ([canvas["id"]] if canvas else [])
+def _shown(student: Student) -> str:
+    return one_line(f"{student.name} ({student.id})" if student.name else student.id, 60)
 
 
-def _own_name(path: Path) -> str:
-    """Return the student's own name of a file that the platform has put into a flat folder; else ""."""
-    match = _MOODLES_FILE.fullmatch(path.name) or _CANVAS.fullmatch(path.name)
-    return match["file"] if match and path.is_file() and not path.is_symlink() else ""
-
-
-def _gathered(paths: Sequence[Path], folder: Path) -> Path:
-    """Copy one student's files into a folder, under the student's own names."""
-    folder.mkdir()
-    for path in paths:
-        target = folder / _own_name(path)
+def _gathered(handed_in: Sequence[Entry], folder: Path) -> Path:
+    """Copy the entries of one student into a folder, under the student's own names."""
+    folder.mkdir(parents=True)
+    left = _LARGEST
+    for source, name in _own_files(handed_in):
+        target = folder / name
         if target.exists():
             raise RejectedError(f"has two files {one_line(target.name, 60)!r}; hand in one")
-        target.write_bytes(_read(path, _LARGEST))
+        target.parent.mkdir(parents=True, exist_ok=True)
+        data = _read(source, left)
+        left -= len(data)
+        target.write_bytes(data)
     return folder
 
 
-def _gradescope_students(folder: Path) -> dict[str, Student]:
-    """Return the students by the names of their folders; none if there is no such file."""
-    file = folder / _METADATA
-    if not file.is_file():
-        return {}
-    if file.stat().st_size > _LARGEST_METADATA:
-        raise InputError(f"{file}: must have at most {_LARGEST_METADATA >> 20} MiB")
-    try:
-        import yaml
-    except ImportError as error:  # without it, grades would go to numbers instead of students
-        raise InputError(f"{file}: reading it needs PyYAML; install it with: pip install PyYAML") from error
-    try:
-        table = yaml.safe_load(file.read_bytes())
-    except MemoryError:
-        raise
-    except Exception as error:  # PyYAML raises many kinds of errors for damaged files
-        raise InputError(f"{file}: is no YAML: {one_line(str(error), 80)}") from error
-    students = {}
-    for name, entry in table.items() if isinstance(table, dict) else ():
-        submitters = entry.get(":submitters") if isinstance(entry, dict) else None
-        first = submitters[0] if isinstance(submitters, list) and submitters else None
-        if isinstance(first, dict):
-            told = {key: _word(first.get(f":{key}")) for key in ("sid", "name", "email")}
-            students[str(name)] = Student(
-                told["sid"] or told["email"] or str(name), told["name"], told["email"]
-            )
-    return students
-
-
-def _word(value: object) -> str:
-    """Return text or a number of a YAML file as text; a nested value could be huge, and says nothing."""
-    return str(value) if isinstance(value, str | int) else ""
+def _own_files(handed_in: Sequence[Entry]) -> Iterator[tuple[Path, str]]:
+    """Yield each ordinary file with the student's own name. Raises RejectedError for a link or a device."""
+    for entry in handed_in:
+        kind = entry.path.lstat().st_mode
+        if stat.S_ISLNK(kind) or not (stat.S_ISREG(kind) or stat.S_ISDIR(kind)):
+            raise RejectedError("is a link or a device; hand in the file itself")
+        if stat.S_ISREG(kind):
+            yield entry.path, entry.own_name or entry.path.name
+            continue
+        for path in _walk(entry.path):
+            yield path, entry.without_mark(path.relative_to(entry.path).as_posix())
 
 
 # -- what ---------------------------------------------------------------------------------------------------
@@ -271,8 +293,8 @@ def _content(path: Path, scratch: Path, take: Take | None) -> Firmware | Source:
         raise RejectedError(f"is not an ordinary file; hand in {_wanted(take)}")
     suffix = path.suffix.casefold()
     if suffix == ".zip":
-        unpack(path, scratch)
-        return _choose(scratch, None, take)
+        unpack(path, scratch / "outer")
+        return _choose(scratch / "outer", scratch / "inner", take)
     if suffix == ".c" and take != "firmware":
         return Source({"main.c": _read(path, _LARGEST_SOURCE)})
     if suffix in _FIRMWARE and take != "source":
@@ -327,17 +349,23 @@ def _raise(error: OSError) -> None:
 
 
 def _source(main: Path) -> Source:
-    """``main`` with the C files and headers beside it."""
+    """``main`` with the C files and headers beside it; ``main.c`` if make cannot take its name."""
     left = _LARGEST_SOURCE
     files = {}
     for path in sorted(main.parent.iterdir()):
         wanted = path.suffix.casefold() in _SOURCE and stat.S_ISREG(path.lstat().st_mode)
         if wanted and re.fullmatch(r"\w[\w+.-]{0,79}", path.name, re.ASCII) is None:
+            if path == main:
+                files["main.c"] = _read(path, left)
+                left -= len(files["main.c"])
+                continue
             raise RejectedError(f"the file {one_line(path.name, 60)!r} has a name that make cannot take")
         if wanted:
             data = _read(path, left)
+            if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+                raise RejectedError(f"{one_line(path.name, 60)} is saved as UTF-16; save it as UTF-8")
             left -= len(data)
-            files["main.c" if path == main else path.name] = data
+            files[path.name if path != main or path.suffix == ".c" else "main.c"] = data
     return Source(files)
 
 
@@ -372,6 +400,9 @@ def _nothing(take: Take | None, paths: list[Path]) -> str:
     foreign = next((path for path in paths if path.suffix.casefold() in _FOREIGN_ARCHIVES), None)
     if foreign is not None:
         return f"{one_line(foreign.name, 60)} is an archive of another kind; hand in a zip file, or {wanted}"
+    other = next((path for path in paths if path.suffix.casefold() in _OTHER_LANGUAGES), None)
+    if other is not None and take != "firmware":
+        return f"{one_line(other.name, 60)} is not C; hand in {wanted}"
     return f"has no program in it; hand in {wanted}"
 
 

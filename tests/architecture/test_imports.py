@@ -30,6 +30,7 @@ ONLY_IN = {
         "emulator/board/firmware.py",
         "emulator/cli",
         "emulator/grading/build.py",
+        "emulator/grading/copies.py",
         "emulator/testing/",
         "firmware_model/",
     ),

@@ -165,10 +165,10 @@ def _class(where: Path, random: Random) -> list[str]:
 
 
 def _account(entries: list[str], found: list[Submission], graded: list[Graded]) -> None:
-    """Every entry is a submission, or is named in the problem of the one it collides with."""
-    paths = {path.name for one in found for path in (one.path, *one.more) if path is not None}
+    """Every entry is in one submission."""
+    listed = [name for one in found for name in one.files]
     for name in entries:
-        assert name in paths or any("two submissions" in one.problem for one in found), name
+        assert listed.count(name) == 1, name
     assert len(graded) == len(found)
     assert all(one.status in ("rejected", "unjudged", "missing") for one in graded)
     for one in graded:

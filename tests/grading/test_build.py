@@ -55,7 +55,7 @@ def said(builder: Builder, source: bytes) -> str:
     with pytest.raises(CompileError) as refused:
         builder.build(Source({"main.c": source}))
     assert all(line.isprintable() for line in refused.value.log.splitlines())
-    assert str(refused.value).startswith("does not compile: ")
+    assert str(refused.value).startswith("does not ")
     return refused.value.log
 
 
@@ -96,6 +96,69 @@ def test_errors_are_words_without_paths_of_this_machine(builder: Builder) -> Non
     assert "main.c:1:25: error: 'x' undeclared" in log
     assert "/tmp" not in log
     assert "make" not in log
+
+
+def test_errors_show_the_line_and_the_place_in_the_students_file(builder: Builder) -> None:
+    log = said_of(builder, {"lab.c": b"int main(void)\n{\n  return pich;\n}\n"})
+    lines = log.splitlines()
+    number = next(number for number, line in enumerate(lines) if line.startswith("lab.c:3:10: error:"))
+
+    assert "return pich;" in lines[number + 1]
+    assert lines[number + 2].rstrip("~").endswith("^")
+    assert lines[number + 2].index("^") == lines[number + 1].index("pich")
+
+
+def test_quoted_source_is_no_reason(builder: Builder) -> None:
+    source = b"int f(void) { int a; return 1; } // error: none\nint main(void) { return x; }\n"
+    with pytest.raises(CompileError) as refused:
+        builder.build(Source({"main.c": source}))
+
+    assert "main.c:2:25: error: 'x' undeclared" in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("files", "kind", "names"),
+    [
+        (
+            {
+                "main.c": b"int main(void) { return 0; }\n",
+                "main_old.c": b"int x;\nint main(void) { return 1; }\n",
+            },
+            "has two programs",
+            ("main.c", "main_old.c"),
+        ),
+        (
+            {
+                "main.c": b"int x; int main(void) { return 0; }\n",
+                "b.c": b"int x; int main(void) { return 0; }\n",
+            },
+            "has two programs",
+            ("main.c", "b.c"),
+        ),
+        (
+            {"main.c": b"int x; int main(void) { return 0; }\n", "a.c": b"int x;\n"},
+            "does not link",
+            ("main.c", "a.c", "x is defined"),
+        ),
+        (
+            {"main.c": b"int one(void);\nint main(void) { return one(); }\n"},
+            "does not link",
+            ("main.c:2", "one"),
+        ),
+        ({"main.c": b"int x;\n"}, "has no main()", ()),
+    ],
+)
+def test_linkers_message_is_one_sentence_that_names_the_files(
+    builder: Builder, files: dict[str, bytes], kind: str, names: tuple[str, ...]
+) -> None:
+    with pytest.raises(CompileError) as refused:
+        builder.build(Source(files))
+    reason = str(refused.value)
+
+    assert reason.startswith(kind)
+    assert all(name in reason for name in names)
+    assert not [word for word in ("/usr", "build/", ".o:", "ld:", "collect2") if word in reason]
+    assert not [word for word in ("/usr", "/tmp", "collect2") if word in refused.value.log]
 
 
 def test_control_characters_in_source_do_not_reach_the_reader(builder: Builder) -> None:

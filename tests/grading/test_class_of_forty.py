@@ -6,10 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from tests.grading import class_of_forty
+from tests.grading import class_of_forty, class_of_layouts
 from tests.grading.test_build import needs_compiler, needs_sandbox
 from tests.grading.test_grade import RUBRIC
+from tests.grading.test_nothing_lost import no_machine
 from tests.grading.test_reports import assert_harmless
+
+__all__ = ["no_machine"]
 
 
 @needs_compiler
@@ -36,3 +39,13 @@ def test_hostile_submissions_cost_only_themselves(tmp_path: Path, capsys: pytest
         "<script>document.title = 1</script>\\x1b[2J\\x1b]0;owned\\x07</pre>"
         in assert_harmless(next(evil).read_text(encoding="utf-8")).text
     )
+
+
+def test_class_of_forty_in_five_layouts_loses_no_file(
+    no_machine: None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    class_of_layouts.main(tmp_path)
+    said = [line for line in capsys.readouterr().out.splitlines() if "accounted for" in line]
+
+    assert [line.partition(":")[0] for line in said] == list(class_of_layouts.GRADED)
+    assert all("1 late" in line for line in said)

@@ -13,6 +13,7 @@ import subprocess
 import sys
 import zipfile
 from contextlib import closing
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -150,7 +151,7 @@ def test_a_class_is_graded_and_what_is_bad_costs_only_itself(
     page = (out / "students" / "bob.html").read_text(encoding="utf-8")
     assert "Print what eCompass computes." in page
     said = capsys.readouterr()
-    assert said.out.startswith("7 submissions: 2 judged, 5 not\n")
+    assert said.out.startswith("7 students: 2 judged, 5 rejected\n7 files and folders were handed in")
     assert said.out.endswith(f"reports: {out / 'index.html'}\n")
     assert said.err == ""  # no time has passed
 
@@ -419,32 +420,37 @@ def test_wrong_use_says_what_would_be_right(
 
 # -- Gradescope ---------------------------------------------------------------------------------------------
 
-PAGE = Path(__file__).parents[2] / "docs" / "grading.md"
-
-
-def documented(name: str) -> str:
-    """A script from the page for teachers."""
-    text = PAGE.read_text(encoding="utf-8")
-    return text.partition(f"`{name}`:\n\n```bash\n")[2].partition("```\n")[0]
-
 
 @pytest.fixture
 def autograder(tmp_path: Path, rubric: Path) -> Path:
-    """Folders as Gradescope lays them out, with the scripts of the page; fcu is the one that is tested."""
+    """Folders as Gradescope lays them out, with the unpacked archive; fcu is the one that is tested."""
     folder = tmp_path / "autograder"
     for name in ("source", "submission", "results"):
         (folder / name).mkdir(parents=True)
-    shutil.copyfile(rubric, folder / "source" / "rubric.toml")
-    (folder / "source" / "salt.key").write_bytes(SALT)
-    for name in ("setup.sh", "run_autograder"):
-        text = documented(name).replace("/autograder", str(folder))
-        assert text.startswith("#!/usr/bin/env bash\n"), name
-        script = folder / ("source/setup.sh" if name == "setup.sh" else name)
-        script.write_text(text, encoding="utf-8")
-        script.chmod(script.stat().st_mode | stat.S_IXUSR)
+    (tmp_path / "salt.key").write_bytes(SALT)
+    unpack_autograder(tmp_path, rubric, "--salt", tmp_path / "salt.key")
     metadata = {"id": 1, "users": [{"id": 42, "name": "Bob", "email": "b@x.org"}, {"id": 41, "name": "Ada"}]}
     (folder / "submission_metadata.json").write_text(json.dumps(metadata), encoding="utf-8")
     return folder
+
+
+def unpack_autograder(tmp_path: Path, rubric: object, *options: object) -> Path:
+    """Make the archive and unpack it as Gradescope does, with its folder under ``tmp_path``."""
+    source = tmp_path / "autograder" / "source"
+    wheel = tmp_path / f"fcu_emulator-{version('fcu-emulator')}-py3-none-any.whl"
+    wheel.touch()
+    file = tmp_path / "autograder.zip"
+    assert grade("--rubric", rubric, "--gradescope-zip", file, "--wheel", wheel, *options) == 0
+    with zipfile.ZipFile(file) as archive:
+        archive.extractall(source)
+        modes = {one.filename: one.external_attr >> 16 for one in archive.infolist()}
+    for name in ("setup.sh", "run_autograder"):
+        text = (source / name).read_text(encoding="utf-8")
+        assert text.startswith("#!/usr/bin/env bash\n"), name
+        (source / name).write_text(text.replace("/autograder", str(source.parent)), encoding="utf-8")
+        (source / name).chmod(stat.S_IMODE(modes[name]))
+    shutil.move(source / "run_autograder", source.parent / "run_autograder")
+    return source
 
 
 def run_autograder(folder: Path) -> subprocess.CompletedProcess[str]:
@@ -470,7 +476,6 @@ def test_gradescopes_setup_installs_the_package_and_hides_the_rubric(autograder:
         (played / name).chmod(0o755)
     setup = source / "setup.sh"
     setup.write_text(setup.read_text(encoding="utf-8").replace("/opt/fcu/bin", str(played)), encoding="utf-8")
-    (source / "fcu_emulator-1.0-py3-none-any.whl").touch()
     path = f"{played}{os.pathsep}{os.environ['PATH']}"
     subprocess.run([str(setup)], env={**os.environ, "PATH": path}, check=True)
     calls = (played / "calls").read_text(encoding="utf-8").splitlines()
@@ -480,7 +485,7 @@ def test_gradescopes_setup_installs_the_package_and_hides_the_rubric(autograder:
     assert {"gcc-arm-none-eabi", "libnewlib-arm-none-eabi", "make", "python3-venv"} <= set(calls[1].split())
     assert calls[2:] == [
         "python3 -m venv /opt/fcu",
-        f"pip install {source}/fcu_emulator-1.0-py3-none-any.whl",
+        f"pip install {source}/fcu_emulator-{version('fcu-emulator')}-py3-none-any.whl",
     ]
     assert stat.S_IMODE(source.stat().st_mode) == 0o700
 
@@ -496,7 +501,7 @@ def test_gradescopes_autograder_runs_in_its_folders(autograder: Path) -> None:
     assert [one["score"] for one in results["tests"]] == [1, 0]
     assert [one["visibility"] for one in results["tests"]] == ["visible", "after_due_date"]
     salt = (autograder / "source" / "salt.key").read_bytes()
-    seed = seed_of(autograder / "source" / "rubric.toml", "41", "template", salt)
+    seed = seed_of(autograder / "source" / "rubric" / "little.toml", "41", "template", salt)
     assert results["extra_data"]["seed"] == seed
 
 
@@ -508,3 +513,40 @@ def test_gradescopes_autograder_says_what_to_hand_in(autograder: Path) -> None:
 
     assert results["score"] == 0
     assert "hand in main.c" in results["output"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Gradescope runs Linux")
+def test_gradescopes_archive_has_the_files_that_the_rubric_names(tmp_path: Path) -> None:
+    folder = tmp_path / "course"
+    (folder / "more").mkdir(parents=True)
+    (folder / "roster.csv").write_text("id\nada\n")
+    scenario = "schema = 1\nquestion = 'Why?'\nduration = '1s'\n[[expect]]\nkind = 'no_fault'\n"
+    scenario = scenario.partition("[[")[0]
+    (folder / "more" / "still.toml").write_text(scenario)
+    text = RUBRIC.replace('question = "What is printed?"\nduration = "1.2s"', 'scenario = "more/still.toml"')
+    (folder / "mine.toml").write_text(text)
+    source = unpack_autograder(tmp_path, folder / "mine.toml")
+
+    assert {path.relative_to(source).as_posix() for path in source.rglob("*") if path.is_file()} == {
+        *("setup.sh", "salt.key", "rubric/mine.toml", "rubric/more/still.toml"),
+        f"fcu_emulator-{version('fcu-emulator')}-py3-none-any.whl",
+    }
+    assert load_rubric(source / "rubric" / "mine.toml").digest == load_rubric(folder / "mine.toml").digest
+
+
+@pytest.mark.parametrize(
+    "name", ["fcu_emulator-0.0.1-py3-none-any.whl", "lab.zip", "fcu_emulator-{}-win_amd64.whl"]
+)
+def test_gradescopes_archive_takes_no_other_wheel(name: str, tmp_path: Path, rubric: Path) -> None:
+    wheel = tmp_path / name.format(version("fcu-emulator"))
+    wheel.touch()
+
+    assert grade("--rubric", rubric, "--gradescope-zip", tmp_path / "a.zip", "--wheel", wheel) == 2
+    assert not (tmp_path / "a.zip").exists()
+
+
+def test_gradescopes_archive_without_a_wheel_installs_this_version(tmp_path: Path) -> None:
+    assert grade("--rubric", "lab3", "--gradescope-zip", tmp_path / "a.zip") == 0
+    with zipfile.ZipFile(tmp_path / "a.zip") as archive:
+        assert f"fcu-emulator=={version('fcu-emulator')}" in archive.read("setup.sh").decode()
+        assert "rubric/lab3.toml" in archive.namelist()

@@ -255,7 +255,7 @@ def test_only_what_was_judged_has_points() -> None:
     assert [row["points"] for row in rows] == ["2", "", "", "", ""]
     assert [row["exercise_1"] for row in rows] == ["2", "", "", "", ""]
     assert summary(found) == [
-        "5 submissions: 1 judged, 4 not",
+        "5 students: 1 judged, 1 rejected, 1 judged in part, 1 not judged, 1 handed in nothing",
         "of 2 points: mean 2.0, median 2.0; 1 has all of them",
     ]
     text = Page(class_page(found)).text
@@ -271,6 +271,24 @@ def test_only_what_was_judged_has_points() -> None:
 def test_a_reason_stands_on_the_students_page_whatever_it_speaks_of(reason: str) -> None:
     page = Page(student_page(graded(status="rejected", reason=reason), "Lab"))
     assert f"could not be judged as it was handed in: {reason}." in page.text
+
+
+def test_students_page_says_what_was_handed_in_and_ends_a_question_once() -> None:
+    one = graded(status="rejected", reason="does not compile: did you mean x?", files=("main.c", "notes.txt"))
+    page = assert_harmless(student_page(one, "Lab"))
+
+    assert "Handed in: main.c, notes.txt" in page.text
+    assert "x?." not in page.text
+
+
+def test_class_page_lists_late_ones_and_those_not_on_the_roster() -> None:
+    late = graded("ada", late=True, late_by_s=3700, files=tuple(f"{number}.c" for number in range(9)))
+    page = assert_harmless(class_page(whole(late, graded("eve", on_roster=False, files=("eve.c",)))))
+
+    assert "Late: 1" in page.text
+    assert "1 h 2 min" in page.text
+    assert "Not on the roster: 1" in page.text
+    assert "eve.c" in page.text
 
 
 def test_a_check_without_points_that_could_not_be_judged_keeps_nobody_from_a_grade() -> None:

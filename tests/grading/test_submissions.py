@@ -86,13 +86,14 @@ def test_source_goes_before_firmware_unless_firmware_is_wanted(tmp_path: Path) -
     assert content(where, "firmware") == Firmware("lab3.elf", ELF)
 
 
-def test_the_one_c_file_is_main_whatever_it_is_called(tmp_path: Path) -> None:
-    where = tree(tmp_path / "class", **{"ada/my program.c": b"1", "ada/notes.txt": b""})
-    (where / "ada/my program.c").rename(where / "ada/my-program.c")
-    found = content(where)
+@pytest.mark.parametrize(
+    ("name", "built"), [("my-program.c", "my-program.c"), ("my program.c", "main.c"), ("LAB.C", "main.c")]
+)
+def test_the_one_c_file_is_the_program_whatever_it_is_called(name: str, built: str, tmp_path: Path) -> None:
+    found = content(tree(tmp_path / "class", **{f"ada/{name}": b"1", "ada/notes.txt": b""}))
 
     assert isinstance(found, Source)
-    assert found.files == {"main.c": b"1"}
+    assert found.files == {built: b"1"}
 
 
 def test_one_build_in_several_forms_is_one_program(tmp_path: Path) -> None:
@@ -118,6 +119,9 @@ def test_an_archive_is_looked_into_also_where_it_lies_in_a_folder(tmp_path: Path
     zipped(where / "ada.zip", **{"lab/main.c": b"1"})
     assert content(where) == Source({"main.c": b"1"})
 
+    zipped(tmp_path / "zips" / "ada.zip", **{"lab/lab.zip": (where / "ada.zip").read_bytes()})
+    assert content(tmp_path / "zips") == Source({"main.c": b"1"})
+
     other = tmp_path / "other"
     zipped(other / "ada" / "lab.zip", **{"lab/main.c": b"1"})
     assert content(other) == Source({"main.c": b"1"})
@@ -133,10 +137,12 @@ def test_an_archive_is_looked_into_also_where_it_lies_in_a_folder(tmp_path: Path
         ),
         ({"ada/a.elf": b"1", "ada/b.elf": b"2"}, "has 2 programs (a.elf, b.elf); hand in one"),
         ({"ada/lab.rar": b"Rar!"}, "lab.rar is an archive of another kind; hand in a zip file, or main.c"),
+        ({"ada/main.cpp": b"1"}, "main.cpp is not C; hand in main.c or an ELF file"),
         ({"ada.7z": b"7z"}, "ada.7z is an archive of another kind"),
         ({"ada/main.c": b"1", "ada/a b.c": b"2"}, "a name that make cannot take"),
         ({"ada/main.c": b"1", "ada/-o.c": b"2"}, "a name that make cannot take"),
         ({"ada/main.c": bytes(5 << 20)}, "main.c is too large"),
+        ({"ada/main.c": "int x;".encode("utf-16")}, "main.c is saved as UTF-16; save it as UTF-8"),
     ],
 )
 def test_what_cannot_be_taken_says_why(files: dict[str, bytes], words: str, tmp_path: Path) -> None:
@@ -210,10 +216,15 @@ def test_file_with_another_platform_id_is_not_added(suffix: str, tmp_path: Path)
         f"Ada_777_assignsubmission_file_x.{suffix}": b"2",
     }
     where = tree(tmp_path / "class", **files)
-    (found,) = find_submissions(where, Roster([Student("1815", "Ada")]), tmp_path / "s")
+    roster = Roster([Student("1815", "Ada")])
+    found = {one.student.id: one for one in find_submissions(where, roster, tmp_path / "s")}
+    other = f"Ada_777_assignsubmission_file_x.{suffix}"
 
-    with pytest.raises(RejectedError, match="two submissions for one student"):
-        found.content(tmp_path / "s")
+    assert found.pop("1815").path == where / "Ada_1815_assignsubmission_file_main.c"
+    ((name, rejected),) = found.items()
+    assert name == other.removesuffix(f".{suffix}")
+    with pytest.raises(RejectedError, match="another submission"):
+        rejected.content(tmp_path / "s")
 
 
 def test_moodles_folders_are_known_by_number_and_name(tmp_path: Path) -> None:
@@ -310,16 +321,25 @@ def test_gradescope_export_without_yaml_is_refused(tmp_path: Path, monkeypatch: 
 
 
 FLAT = {
-    "moodle": ("Ada Lovelace_1815_assignsubmission_file_", "Bob_1816_assignsubmission_file_"),
-    "canvas": ("lovelaceada_1815_77_", "boolegeorge_LATE_1816_78_"),
+    "moodle": ("Ada Lovelace_1815_assignsubmission_file_{}", "Bob_1816_assignsubmission_file_{}"),
+    "canvas": ("lovelaceada_1815_7{n}_{}", "boolegeorge_LATE_1816_8{n}_{}"),
+    "blackboard": (
+        "Lab_3_1815_attempt_2026-11-20-10-11-12_{}",
+        "Lab_3_1816_attempt_2026-11-21-08-00-00_{}",
+    ),
 }
+
+
+def flat(pattern: str, files: dict[str, bytes]) -> dict[str, bytes]:
+    """One student's files in a platform's folder for all."""
+    return {pattern.format(name, n=n): data for n, (name, data) in enumerate(files.items())}
 
 
 @pytest.mark.parametrize("platform", FLAT)
 def test_files_of_one_student_in_a_flat_folder_are_one_submission(tmp_path: Path, platform: str) -> None:
     ada, bob = FLAT[platform]
-    files = {f"{ada}main.c": b"1", f"{ada}motion.c": b"2", f"{ada}motion.h": b"3", f"{ada}report.pdf": b"4"}
-    where = tree(tmp_path / "class", **files, **{f"{bob}lab3.elf": ELF})
+    files = {"main.c": b"1", "motion.c": b"2", "motion.h": b"3", "report.pdf": b"4"}
+    where = tree(tmp_path / "class", **flat(ada, files), **flat(bob, {"lab3.elf": ELF}))
     found = {one.student.id: one for one in find_submissions(where, None, tmp_path / "s")}
 
     assert set(found) == {"1815", "1816"}
@@ -327,4 +347,6 @@ def test_files_of_one_student_in_a_flat_folder_are_one_submission(tmp_path: Path
     source = found["1815"].content(scratch)
     assert isinstance(source, Source)
     assert source.files == {"main.c": b"1", "motion.c": b"2", "motion.h": b"3"}
-    assert found["1816"].content(scratch) == Firmware(f"{bob}lab3.elf", ELF)
+    program = found["1816"].content(Path(mkdtemp(dir=tmp_path)))
+    assert isinstance(program, Firmware)
+    assert program.data == ELF

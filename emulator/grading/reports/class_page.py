@@ -13,11 +13,20 @@ from fcu_emulator.emulator.grading.reports.style import STYLE
 from fcu_emulator.emulator.grading.results import Graded, GradedClass
 
 _MOST_HARD = 12
+_MOST_FILES = 4
 _STATUS = {
-    "rejected": "cannot be judged as handed in",
-    "missing": "nothing handed in",
+    "rejected": "rejected",
+    "missing": "missing",
     "unjudged": "not judged: try again",
     "partly": "some checks not judged: try again",
+}
+
+
+_COUNTED = {
+    "rejected": "rejected",
+    "partly": "judged in part",
+    "unjudged": "not judged",
+    "missing": "handed in nothing",
 }
 
 
@@ -61,13 +70,26 @@ def class_page(graded: GradedClass) -> str:
 def summary(graded: GradedClass) -> list[str]:
     """The class in a few lines of text."""
     points = _points(graded)
-    lines = [f"{len(graded.submissions)} submissions: {len(points)} judged, {len(graded.not_judged)} not"]
+    found = [f"{len(points)} judged"]
+    without = [one for one in graded.submissions if one.points is None]
+    for status, words in _COUNTED.items():
+        if count := sum(one.status == status for one in without):
+            found.append(f"{count} {words}")
+    lines = [f"{_counted(len(graded.submissions), 'student')}: {', '.join(found)}"]
+    if graded.handed_in:
+        handed_in = _counted(graded.handed_in, "file or folder was", "files and folders were")
+        lines.append(f"{handed_in} handed in: each is graded, or listed with the reason")
     if points:
         middle = f"mean {statistics.fmean(points):.1f}, median {statistics.median(points):.1f}"
         full = sum(value >= graded.max_points for value in points)
         have = "has" if full == 1 else "have"
         lines.append(f"of {number(graded.max_points)} points: {middle}; {full} {have} all of them")
     return lines
+
+
+def _counted(count: int, one: str, more: str = "") -> str:
+    """Return a number with its noun: 1 student, 2 students."""
+    return f"{count} {one if count == 1 else more or one + 's'}"
 
 
 def _points(graded: GradedClass) -> list[float]:
@@ -82,6 +104,11 @@ def _body(graded: GradedClass) -> Iterator[Html]:
         yield element("h2", "How the points are distributed")
         yield histogram(points, graded.max_points)
     yield from _not_judged(graded.not_judged)
+    yield from _listed(
+        "Not on the roster", [(one, _files(one)) for one in graded.submissions if not one.on_roster]
+    )
+    yield from _listed("Late", [(one, one.late_by) for one in graded.submissions if one.late])
+    yield from _listed("Identical", [(one, one.copies) for one in graded.submissions if one.copies])
     yield from _hardest(hardest_checks(graded))
     yield element("h2", "Everybody, by exercise")
     yield element("div", _everybody(graded), class_="scroll")
@@ -99,11 +126,32 @@ def _not_judged(ones: list[Graded]) -> Iterator[Html]:
             element("td", _link(one), class_="who"),
             element("td", _STATUS[one.status], class_="what"),
             element("td", one.reason),
+            element("td", "" if one.status == "missing" else _files(one)),
         )
         for one in ones
     )
-    head = element("tr", element("th", "who"), element("th", "what"), element("th", "why"))
+    head = element("tr", *(element("th", name) for name in ("who", "what", "why", "files")))
     yield element("div", element("table", head, *rows), class_="scroll")
+
+
+def _listed(title: str, rows: list[tuple[Graded, str]]) -> Iterator[Html]:
+    """A list of students, each with a few words."""
+    if rows:
+        yield element("h2", f"{title}: {len(rows)}")
+        cells = (
+            element("tr", element("td", _link(one), class_="who"), element("td", words))
+            for one, words in rows
+        )
+        yield element("div", element("table", *cells), class_="scroll")
+
+
+def _files(one: Graded) -> str:
+    """The first names of what was handed in; ``grade.json`` has all."""
+    names = list(one.files[:_MOST_FILES])
+    if not names:  # in an anonymous report
+        return _counted(one.handed_in, "file or folder", "files and folders")
+    more = len(one.files) - len(names)
+    return ", ".join(names) + (f" and {more} more" if more else "")
 
 
 def _hardest(checks: list[HardCheck]) -> Iterator[Html]:
@@ -143,7 +191,7 @@ def _everybody(graded: GradedClass) -> Html:
 
 
 def _of_exercise(one: Graded, exercise: str) -> str:
-    points = one.verdict.points_of(exercise) if one.verdict else None
+    points = one.points_of(exercise)
     return "–" if points is None else number(points)  # noqa: RUF001
 
 

@@ -22,14 +22,17 @@ _VISIBILITY = {"always": "visible", "after_due_date": "after_due_date", "never":
 
 
 def grades_csv(graded: GradedClass) -> str:
-    """A line for each student: id, name, email, points and those of each exercise, status, reason."""
+    """Return a line for each student: who, points and those of each exercise, status, what was handed in."""
     exercises = [exercise.exercise for exercise in graded.exercises]
     columns = ["id", "name", "email", "points", "max_points", *(f"exercise_{name}" for name in exercises)]
-    rows = [[*columns, "status", "reason"]]
+    handed_in = ["on_roster", "handed_in", "files", "submitted", "late_by", "copies", "comment"]
+    rows = [[*columns, "status", "reason", *handed_in]]
     for one in graded.submissions:
         row = [one.id, one.name, one.email, _points(one.points), _points(graded.max_points)]
-        row += [_points(one.verdict.points_of(name) if one.verdict else None) for name in exercises]
-        rows.append([*row, one.status, one.reason])
+        row += [_points(one.points_of(name)) for name in exercises]
+        row += [one.status, one.reason, "yes" if one.on_roster else "no", str(one.handed_in)]
+        comments = "; ".join(filter(None, (override.comment for override in one.overrides)))
+        rows.append([*row, ", ".join(one.files), one.submitted, one.late_by, one.copies, comments])
     return csv_text(rows)
 
 

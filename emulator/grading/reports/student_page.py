@@ -8,7 +8,7 @@ from itertools import takewhile
 from fcu_emulator.emulator.grading.reports.markup import Html, element, page
 from fcu_emulator.emulator.grading.reports.plots import series_plot, share_bar
 from fcu_emulator.emulator.grading.reports.style import STYLE
-from fcu_emulator.emulator.grading.results import Graded
+from fcu_emulator.emulator.grading.results import TOTAL, Graded
 from fcu_emulator.emulator.grading.verdict import Cause, CheckResult, RunEvidence, Verdict
 from fcu_emulator.emulator.system_words import command_line
 
@@ -31,8 +31,15 @@ def _body(graded: Graded, title: str, after_due_date: bool) -> Iterator[Html]:
     yield element("h1", graded.shown_name)
     verdict = graded.verdict and graded.verdict.for_student(after_due_date)
     if verdict is not None:
-        total = f"{number(verdict.points)} of {number(verdict.max_points)} points"
-        yield element("p", total, class_="points")
+        yield element("p", _total(graded, verdict), class_="points")
+    if graded.late:
+        by = f" by {graded.late_by}" if graded.late_by_s is not None else ""
+        yield element("p", f"Handed in late{by}.", class_="quiet")
+    if graded.files:
+        yield element("p", f"Handed in: {', '.join(graded.files)}", class_="quiet")
+    if graded.note:
+        yield element("p", f"{graded.note[0].upper()}{graded.note[1:]}.", class_="quiet")
+    yield from _of_the_teacher(graded, verdict)
     if graded.status != "judged":
         yield _notice(graded)
     if graded.build_log:
@@ -40,7 +47,7 @@ def _body(graded: Graded, title: str, after_due_date: bool) -> Iterator[Html]:
     if verdict is None:
         return
     yield from _causes(verdict)
-    yield _overview(verdict)
+    yield _overview(graded, verdict)
     if graded.again:
         yield element("p", "The same on your machine:", class_="quiet")
         yield element("pre", graded.again)
@@ -67,7 +74,8 @@ def _notice(graded: Graded) -> Html:
         "unjudged": "This submission has not been judged, through no fault of its own: ",
         "partly": "Some checks could not be judged, through no fault of the program, and do not count: ",
     }
-    return element("div", element("p", words[graded.status], graded.reason, "."), class_="notice")
+    end = "" if graded.reason.endswith((".", "?", "!")) else "."
+    return element("div", element("p", words[graded.status], graded.reason, end), class_="notice")
 
 
 def _build_log(graded: Graded) -> Iterator[Html]:
@@ -93,15 +101,49 @@ def _cause(cause: Cause) -> Html:
     return element("div", *lines, more, class_="cause fatal" if cause.fatal else "cause")
 
 
-def _overview(verdict: Verdict) -> Html:
+def _total(graded: Graded, verdict: Verdict) -> str:
+    """The points of what the page shows, or all points if the teacher gives them."""
+    if any(one.what == TOTAL for one in graded.overrides) and graded.points is not None:
+        return f"{number(graded.points)} points"
+    got = sum(_points_of(graded, verdict, one.exercise) for one in verdict.exercises)
+    return f"{number(got)} of {number(verdict.max_points)} points"
+
+
+def _points_of(graded: Graded, verdict: Verdict, exercise: str) -> float:
+    given = (one.points for one in graded.overrides if one.what == exercise)
+    return next(given, sum(check.points for check in verdict.of(exercise)))
+
+
+def _of_the_teacher(graded: Graded, verdict: Verdict | None) -> Iterator[Html]:
+    """The teacher's points and comments, but those of checks that the page does not show."""
+    checks = {check.check: check.title for check in verdict.checks} if verdict else {}
+    names = checks | {TOTAL: "everything"}
+    if verdict is not None:
+        names |= {one.exercise: f"exercise {one.exercise}: {one.title}" for one in verdict.exercises}
+    shown = [one for one in graded.overrides if one.what in names]
+    if shown:
+        yield element("h2", "Points given by the teacher")
+        rows = (
+            element(
+                "tr",
+                element("td", names[one.what]),
+                element("td", one.comment),
+                element("td", number(one.points), class_="number"),
+            )
+            for one in shown
+        )
+        yield element("table", *rows)
+
+
+def _overview(graded: Graded, verdict: Verdict) -> Html:
     rows = []
     for exercise in verdict.exercises:
         checks = verdict.of(exercise.exercise)
         most = sum(check.max_points for check in checks)
-        got = sum(check.points for check in checks)
+        got = _points_of(graded, verdict, exercise.exercise)
         if checks:
             link = element("a", exercise.title, href=f"#e-{exercise.exercise}")
-            share = share_bar(got / most if most else 0.0)
+            share = share_bar(min(got / most, 1.0) if most else 0.0)
             points = element("td", f"{number(got)} of {number(most)}", class_="number")
             rows.append(
                 element(

@@ -1,0 +1,105 @@
+"""Copies: programs and sources of a class that are identical, and those that are the product's own.
+
+Two programs are identical if the same bytes are loaded into the chip's memories: an ELF, a HEX and a BIN file
+of one build are, whatever their debug information says. Two sources are identical if they are after removal
+of comments and layout; names and order of the files do not count. Nothing is said about likeness beyond that.
+
+Decision: each program has a digest of its normal form, so a class of hundreds costs one pass. The road not
+taken, a measure of similarity, finds more and accuses students who wrote the few lines of a lab alike.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import re
+from collections.abc import Hashable, Iterable, Mapping
+from typing import Final
+
+from fcu_emulator.emulator.chip.image.image import parse_firmware
+from fcu_emulator.emulator.errors import FcuError
+from fcu_emulator.emulator.grading.results import Graded
+from fcu_emulator.emulator.grading.submissions import Firmware, Source
+from fcu_emulator.firmware_model import arm
+
+_CONTINUED = re.compile(rb"\\\r?\n")
+_TOKEN = re.compile(
+    rb"(?P<comment>/\*.*?(?:\*/|\Z)|//[^\n]*)"
+    rb'|"(?:\\.|[^"\\\n])*"'
+    rb"|'(?:\\.|[^'\\\n])*'"
+    rb"|[\w.$]+"
+    rb"|<<=|>>=|->|\+\+|--|<<|>>|<=|>=|==|!=|&&|\|\||##|[-+*/%&|^]="
+    rb"|\S",
+    re.DOTALL,
+)
+_OF_SOLUTION: Final = arm.sources() / "prebuilt" / "solution-source.sha256"
+"""A digest of the solution's source, which a wheel does not contain; a test keeps it current."""
+
+
+def program_digest(firmware: Firmware) -> str:
+    """Return a digest of the bytes that are loaded; "" for a file that is no firmware."""
+    try:
+        image = parse_firmware(firmware.data, firmware.name)
+    except FcuError:
+        return ""
+    digest = hashlib.sha256()
+    for segment in image.segments:
+        digest.update(f"{segment.address} {len(segment.data)} ".encode() + segment.data)
+    return digest.hexdigest()
+
+
+def source_digest(source: Source) -> str:
+    """Return a digest of the C tokens of all files, without comments and layout."""
+    forms = sorted(filter(None, map(_normal_form, source.files.values())))
+    return hashlib.sha256(b"\0".join(forms)).hexdigest()
+
+
+def _normal_form(data: bytes) -> bytes:
+    tokens = _TOKEN.finditer(_CONTINUED.sub(b"", data))
+    return b"\n".join(token[0] for token in tokens if token["comment"] is None)
+
+
+@functools.cache
+def shipped_digests() -> Mapping[str, str]:
+    """Return "template" or "solution" by the digests of the programs and sources that come with fcu."""
+    found = {}
+    for program in arm.PROGRAMS:
+        for bus in arm.BUSES:
+            file = arm.prebuilt(program, bus)
+            found[program_digest(Firmware(file.name, file.read_bytes()))] = program
+    template = arm.sources() / "template" / "main.c"
+    found[source_digest(Source({"main.c": template.read_bytes()}))] = "template"
+    found[_OF_SOLUTION.read_text(encoding="ascii").strip()] = "solution"
+    return found
+
+
+def with_copies(graded: Iterable[tuple[Hashable, Graded]]) -> list[Graded]:
+    """Return the results with the ids of identical ones. The first of each pair: what was handed in.
+
+    Students of a team have handed in the same thing, which is not a copy.
+    """
+    pairs = list(graded)
+    sources: dict[str, list[tuple[Hashable, str]]] = {}
+    programs: dict[str, list[tuple[Hashable, str]]] = {}
+    for what, one in pairs:
+        if one.source_digest:
+            sources.setdefault(one.source_digest, []).append((what, one.id))
+        if one.program_digest:
+            programs.setdefault(one.program_digest, []).append((what, one.id))
+    own = shipped_digests()
+    found = []
+    for what, one in pairs:
+        shipped = own.get(one.source_digest) or own.get(one.program_digest) or ""
+        source = (
+            [] if shipped else [name for other, name in sources.get(one.source_digest, ()) if other != what]
+        )
+        program = (
+            [] if shipped else [name for other, name in programs.get(one.program_digest, ()) if other != what]
+        )
+        changed = {
+            "shipped": shipped,
+            "same_source": tuple(source),
+            "same_program": tuple(name for name in program if name not in source),
+        }
+        found.append(one.model_copy(update=changed))
+    return found

@@ -1,0 +1,407 @@
+"""Layouts of class folders: the entries that were handed in, and the student whom each entry names.
+
+A class folder is collected by hand, with an entry named after each student, or it is a download:
+
+- Moodle: ``Full Name_1234_assignsubmission_file_/...``, or all files in one folder,
+  ``Full Name_1234_assignsubmission_file_main.c``; typed text is in ``..._assignsubmission_onlinetext_...``;
+- Canvas: all files in one folder, ``lovelaceada_1234_5678_main.c``, or ``lovelaceada_LATE_1234_5678_main.c``;
+  the second number is different for each file;
+- Blackboard: all files in one folder, ``Lab 3_ada_attempt_2026-11-20-10-11-12_main.c``, and a text with the
+  student's name and comment for each attempt, ``Lab 3_ada_attempt_2026-11-20-10-11-12.txt``;
+- Ilias: ``Lovelace_Ada_login_1234/...``, in a folder such as ``Submissions``, beside a table; those of a team
+  in ``Team 12/``; late files begin with ``Late Submission - ``;
+- Gradescope: ``submission_1234/...`` with ``submission_metadata.yml`` beside them (needs PyYAML).
+
+Decision: a student chooses the names of files, and on some platforms the name in the profile. Only the
+platform's own parts of a name decide whose it is. A name that can be read in two ways is a problem, and its
+entry is a submission under its whole name: a guess could take another student's place.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from datetime import datetime
+from itertools import takewhile
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.grading.roster import Student
+from fcu_emulator.emulator.text import one_line
+
+_METADATA = "submission_metadata.yml"
+_LARGEST_METADATA = 16 << 20
+_LARGEST_TEXT = 1 << 16  # bytes that are read of a text of Blackboard
+_OF_SYSTEMS: Final = {
+    *(_METADATA, "thumbs.db", "desktop.ini", ".ds_store", ".localized", ".directory"),
+    *(".gitignore", ".gitattributes", ".gitkeep"),
+}
+_TABLES: Final = {".xlsx", ".xls", ".csv", ".md"}
+"""Kinds of files that Ilias puts beside the students' folders."""
+_MOODLE = re.compile(r"(?P<name>.*?)_(?P<id>\d+)_assignsubmission_", re.DOTALL | re.ASCII)
+_MOODLES_FILE = re.compile(r".*?_assignsubmission_(file|onlinetext)_(?P<file>.+)", re.DOTALL)
+_CANVAS = re.compile(
+    r"(?P<name>[^\W\d_][\w-]*?)(?P<late>_late)?_(?P<id>[0-9]+)(?P<file_id>_[0-9]+_|_(?=(text|link)\.html$))"
+    r"(?P<file>.+)",
+    re.DOTALL | re.IGNORECASE,
+)
+_ATTEMPT = re.compile(r"_attempt_(?P<at>\d{4}-\d\d-\d\d-\d\d-\d\d-\d\d)(?=[_.]|$)", re.ASCII)
+_BLACKBOARDS_NAME = re.compile(r"Name:\s*(?P<name>.*)\((?P<login>[^()\s]+)\)\s*")
+_ILIAS = re.compile(r"(?P<last>[^_]+)_(?P<rest>.+)_(?P<id>\d+)", re.DOTALL | re.ASCII)
+_LATE_MARK = re.compile(r"^(Late Submission|Versp(ä|ae|a)tete Abgabe) - ")
+"""What Ilias writes before the name of a late file, in English and German."""
+_TEAM = re.compile(r"\w+ \d+")
+_GRADESCOPE = re.compile(r"submission_(?P<id>\d+)", re.ASCII)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One file or folder that was handed in, or one that a platform lists and that is not there.
+
+    ``ids`` and ``names``: what a roster may know the student by; the platform gives ids, a student may have
+    chosen the name. ``group``: equal for the entries of one submission; "" for an entry that is a whole one.
+    ``own_name``: the student's name of a file that the platform has renamed. ``attempt``: the last one of a
+    group is judged.
+    """
+
+    path: Path
+    student: Student
+    ids: tuple[str, ...] = ()
+    names: tuple[str, ...] = ()
+    group: str = ""
+    own_name: str = ""
+    attempt: str = ""
+    problem: str = ""
+    team: str = ""
+    """The student whose board is the team's, for a submission that several students share."""
+    handed_in: datetime | None = field(default=None, compare=False)
+    """When, by the clock of this machine's time zone; None if the platform does not say."""
+    late: bool = False
+    """The platform marks it as late."""
+    is_there: bool = True
+
+    @property
+    def has_own_time(self) -> bool:
+        """Whether the platform or the file says when it was handed in."""
+        return self.is_there and not self.group.startswith("canvas")
+
+    @property
+    def is_renamed(self) -> bool:
+        """Whether files in this folder may have a mark of the platform before the student's own name."""
+        return self.group.startswith("ilias")
+
+    def without_mark(self, name: str) -> str:
+        """Return the student's own name of a file in this folder."""
+        return _LATE_MARK.sub("", name) if self.is_renamed else name
+
+
+def entries(folder: Path) -> list[Entry]:
+    """Return the entries of a class folder in alphabetical order. Raises InputError."""
+    folder = _ilias_folder(folder)
+    paths = _handed_in(folder)
+    told = _gradescope_submitters(folder)
+    blackboard, ilias = _blackboard(paths), _ilias(paths)
+    canvas = _canvas([path for path in paths if path not in blackboard])
+    if ilias.entries:
+        paths = [path for path in paths if not _is_table(path)]
+    found: list[Entry] = []
+    for path in paths:
+        if path in ilias.teams:
+            found += (ilias.entries[member] for member in ilias.teams[path])
+        elif path.name in told:
+            found += (replace(one, path=path) for one in told[path.name])
+        else:
+            found.append(
+                _moodle(path)
+                or blackboard.get(path)
+                or canvas.get(path)
+                or ilias.entries.get(path)
+                or _by_name(path)
+            )
+    there = {path.name for path in paths}
+    for name, submitters in told.items():
+        if name not in there:
+            reason = (
+                f"the download lists the folder {one_line(name, 60)}, which is not in it; download it again"
+            )
+            found += (replace(one, path=folder / name, problem=reason, is_there=False) for one in submitters)
+    return found
+
+
+def stem(path: Path) -> str:
+    """Return the name of an entry by which it is known without a platform: that of a file without suffix."""
+    name = path.name if path.is_dir() else path.stem
+    return name if name.strip() else repr(name)
+
+
+def shown_name(name: str) -> str:
+    """Return the name of a file or folder as reports show it; one of spaces in quotes."""
+    return one_line(name, 200) or repr(name)
+
+
+def _handed_in(folder: Path) -> list[Path]:
+    """Return all paths in a class folder but those of operating systems, version control and platforms."""
+    return [path for path in sorted(folder.iterdir()) if not _is_of_a_system(path)]
+
+
+def _is_of_a_system(path: Path) -> bool:
+    name = path.name.casefold()
+    return name in _OF_SYSTEMS or name.startswith(("._", "__macosx")) or (name[0] == "." and path.is_dir())
+
+
+def _by_name(path: Path) -> Entry:
+    """An entry of a folder that was collected by hand, or a folder of Gradescope without its table."""
+    name = stem(path)
+    if match := _GRADESCOPE.fullmatch(name):
+        return Entry(path, Student(match["id"]), ids=(match["id"],))
+    return Entry(path, Student(name))
+
+
+def _moodle(path: Path) -> Entry | None:
+    name = stem(path)
+    heads = _MOODLE.findall(path.name)
+    if len(heads) + (bool(heads) and _CANVAS.fullmatch(path.name) is not None) > 1:
+        problem = f"the name {one_line(path.name)!r} has two ids in it; download the submissions again"
+        return Entry(path, Student(name), problem=problem)
+    if not (match := _MOODLE.match(name)):
+        return None
+    own = _MOODLES_FILE.fullmatch(path.name) if not path.is_dir() else None
+    return Entry(
+        path,
+        Student(match["id"], match["name"]),
+        ids=(match["id"],),
+        names=(match["name"],),
+        group=f"moodle {match['id']} {match['name']}",
+        own_name=own["file"] if own else "",
+    )
+
+
+def _canvas(paths: Sequence[Path]) -> dict[Path, Entry]:
+    """Entries of Canvas: each id has one name, and each file a number that no other file has."""
+    matches = {path: match for path in paths if (match := _CANVAS.fullmatch(path.name)) and not path.is_dir()}
+    names: dict[str, set[str]] = {}
+    for match in matches.values():
+        names.setdefault(match["id"], set()).add(match["name"].casefold())
+    files = Counter(match["file_id"] for match in matches.values() if match["file_id"] != "_")
+    return {
+        path: Entry(
+            path,
+            Student(match["id"], match["name"]),
+            ids=(match["id"],),
+            names=(match["name"],),
+            group=f"canvas {match['id']}",
+            own_name=match["file"],
+            late=bool(match["late"]),
+        )
+        for path, match in matches.items()
+        if len(names[match["id"]]) == 1 and files[match["file_id"]] <= 1
+    }
+
+
+def _blackboard(paths: Sequence[Path]) -> dict[Path, Entry]:
+    """Entries of Blackboard. The login begins after the assignment's name, which all names begin with."""
+    found = {path: list(_ATTEMPT.finditer(path.name)) for path in paths if not path.is_dir()}
+    found = {path: matches for path, matches in found.items() if matches}
+    sure = {path: matches[0] for path, matches in found.items() if len(matches) == 1}
+    logins = _logins({path: path.name[: match.start()] for path, match in sure.items()})
+    entries = {}
+    for path in found:
+        if path not in sure:
+            problem = (
+                f"the name {one_line(path.name)!r} has two attempts in it; download the submissions again"
+            )
+            entries[path] = Entry(path, Student(path.stem), problem=problem)
+            continue
+        match, rest = sure[path], path.name[sure[path].end() :]
+        who = logins[path.name[: match.start()]]
+        entries[path] = Entry(
+            path,
+            Student(who.logins[0], who.name),
+            ids=who.logins,
+            names=(who.name,) if who.name else (),
+            group=f"blackboard {path.name[: match.start()]}",
+            own_name=rest[1:] if rest.startswith("_") and rest[1:] else path.name,
+            attempt=match["at"],
+            handed_in=_time(match["at"], "%Y-%m-%d-%H-%M-%S"),
+        )
+    return entries
+
+
+class _Who(NamedTuple):
+    """``logins``: the likely one, and others if the name can be read in several ways."""
+
+    logins: tuple[str, ...]
+    name: str = ""
+
+
+def _logins(heads: Mapping[Path, str]) -> dict[str, _Who]:
+    """Return the student of each beginning of Blackboard's names; two beginnings never share a login."""
+    said = {}
+    for path, head in heads.items():
+        match = _BLACKBOARDS_NAME.match(_beginning(path)) if path.suffix == ".txt" else None
+        if match and path.stem.startswith(f"{head}_attempt_") and head.endswith(f"_{match['login']}"):
+            said[head] = _Who((match["login"],), match["name"].strip())
+    different = sorted(set(heads.values()))
+    common = _common_words(different)
+    found = {}
+    for head in different:
+        words = head.split("_")
+        rests = ["_".join(words[number:]) for number in range(1, len(words))] or [head]
+        likely = head.removeprefix(f"{common}_") if common else rests[-1]
+        found[head] = said.get(head) or _Who(tuple(dict.fromkeys((likely, *rests))))
+    times = Counter(who.logins[0].casefold() for who in found.values())
+    return {
+        head: who if times[who.logins[0].casefold()] == 1 else _Who((head,), who.name)
+        for head, who in found.items()
+    }
+
+
+def _common_words(names: Sequence[str]) -> str:
+    """Return the words that all names begin with, joined by underscores; "" for fewer than two names."""
+    if len(names) < 2:
+        return ""
+    columns = zip(*(name.split("_")[:-1] for name in names), strict=False)
+    return "_".join(words[0] for words in takewhile(lambda words: len(set(words)) == 1, columns))
+
+
+def _beginning(path: Path) -> str:
+    """Return the first lines of a text; "" if it cannot be read."""
+    try:
+        if path.is_symlink() or not path.is_file():
+            return ""
+        with path.open("rb") as file:
+            return file.read(_LARGEST_TEXT).decode("utf-8", errors="replace").removeprefix("\ufeff")
+    except OSError:
+        return ""
+
+
+class _Ilias(NamedTuple):
+    entries: dict[Path, Entry]
+    teams: dict[Path, list[Path]]
+    """The members' folders in the folder of each team."""
+
+
+def _ilias(paths: Sequence[Path]) -> _Ilias:
+    """Entries of Ilias, if most folders have its names, each with another number at the end."""
+    teams = {path: _handed_in(path) for path in paths if _TEAM.fullmatch(path.name) and _is_folder(path)}
+    teams = {
+        path: members
+        for path, members in teams.items()
+        if members and all(_is_ilias(member) for member in members)
+    }
+    folders = [path for path in paths if _is_folder(path) and path not in teams]
+    folders += [member for members in teams.values() for member in members]
+    matches = {path: match for path in folders if (match := _ILIAS.fullmatch(path.name)) and _is_ilias(path)}
+    ids = Counter(match["id"] for match in matches.values())
+    if any(count > 1 for count in ids.values()) or 2 * len(matches) <= len(folders):
+        return _Ilias({}, {})
+    return _Ilias({path: _iliass_entry(path, match) for path, match in matches.items()}, teams)
+
+
+def _iliass_entry(path: Path, match: re.Match[str]) -> Entry:
+    """``Last_First_login_id``. Names and logins may have underscores: each way to read them is tried."""
+    words = match["rest"].split("_")
+    first = " ".join(words[: max(1, len(words) - 1)])
+    logins = tuple("_".join(words[number:]) for number in range(1, len(words)))
+    return Entry(
+        path,
+        Student(match["id"], f"{first} {match['last']}"),
+        ids=(match["id"], *logins),
+        names=(f"{first} {match['last']}", f"{match['last']}, {first}"),
+        group=f"ilias {match['id']}",
+    )
+
+
+def _is_ilias(path: Path) -> bool:
+    if path.name.startswith("multi_feedback_"):  # the folder that holds them all
+        return False
+    return path.name.count("_") >= 3 and bool(_ILIAS.fullmatch(path.name)) and _is_folder(path)
+
+
+def _is_folder(path: Path) -> bool:
+    return path.is_dir() and not path.is_symlink()
+
+
+def _ilias_folder(folder: Path) -> Path:
+    """Return the folder with the students' folders: in a download of Ilias at most two below its top."""
+    here = folder
+    for _ in range(3):
+        paths = _handed_in(here)
+        if _ilias(paths).entries:
+            return here
+        folders = [path for path in paths if _is_folder(path)]
+        if len(folders) != 1 or any(not _is_table(path) for path in paths if path not in folders):
+            return folder
+        here = folders[0]
+    return folder
+
+
+def _is_table(path: Path) -> bool:
+    return path.suffix.casefold() in _TABLES and path.is_file()
+
+
+# -- Gradescope's table -------------------------------------------------------------------------------------
+
+
+def _gradescope_submitters(folder: Path) -> dict[str, list[Entry]]:
+    """Return the students by the names of their folders, all of a team; nothing if there is no table."""
+    file = folder / _METADATA
+    if not file.is_file():
+        return {}
+    table = _yaml(file)
+    found: dict[str, list[Entry]] = {}
+    for name, entry in table.items() if isinstance(table, dict) else ():
+        submitters = entry.get(":submitters") if isinstance(entry, dict) else None
+        listed = [one for one in submitters if isinstance(one, dict)] if isinstance(submitters, list) else []
+        students = [_submitter(str(name), one) for one in listed]
+        board = min((student.id for student in students), default="")
+        at = _time(str(entry.get(":created_at")) if isinstance(entry, dict) else "")
+        found[str(name)] = [
+            Entry(
+                folder / str(name),
+                student,
+                ids=tuple(filter(None, (student.id, student.email))),
+                names=(student.name,) if student.name else (),
+                team=board if len(students) > 1 else "",
+                handed_in=at,
+            )
+            for student in students
+        ]
+    return {name: students for name, students in found.items() if students}
+
+
+def _yaml(file: Path) -> Any:
+    if file.stat().st_size > _LARGEST_METADATA:
+        raise InputError(f"{file}: must have at most {_LARGEST_METADATA >> 20} MiB")
+    try:
+        import yaml
+    except ImportError as error:  # without it, grades would go to numbers instead of students
+        raise InputError(f"{file}: reading it needs PyYAML; install it with: pip install PyYAML") from error
+    try:
+        return yaml.safe_load(file.read_bytes())
+    except MemoryError:
+        raise
+    except Exception as error:  # PyYAML raises many kinds of errors for damaged files
+        raise InputError(f"{file}: is not YAML: {one_line(str(error), 80)}") from error
+
+
+def _submitter(folder: str, entry: Mapping[object, object]) -> Student:
+    told = {key: _word(entry.get(f":{key}")) for key in ("sid", "name", "email")}
+    return Student(told["sid"] or told["email"] or folder, told["name"], told["email"])
+
+
+def _word(value: object) -> str:
+    """Return text or a number of a YAML file as text; a nested value could be huge, and says nothing."""
+    return str(value) if isinstance(value, str | int) else ""
+
+
+def _time(text: str, form: str = "") -> datetime | None:
+    """Return a time of a platform as this machine's clock shows it; None if it is not one."""
+    try:
+        at = datetime.strptime(text, form) if form else datetime.fromisoformat(text)
+    except ValueError:
+        return None
+    return at.astimezone().replace(tzinfo=None) if at.tzinfo else at

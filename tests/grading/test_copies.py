@@ -1,0 +1,135 @@
+"""Identical submissions are named, by what is loaded and by what is written; nothing is said of others."""
+
+from __future__ import annotations
+
+import csv
+import shutil
+from pathlib import Path
+
+import pytest
+
+from fcu_emulator.emulator.cli import execute
+from fcu_emulator.emulator.grading.copies import program_digest, shipped_digests, source_digest, with_copies
+from fcu_emulator.emulator.grading.reports.class_page import class_page
+from fcu_emulator.emulator.grading.results import Graded
+from fcu_emulator.emulator.grading.submissions import Firmware, Source
+from fcu_emulator.firmware_model import arm
+from tests.grading.test_nothing_lost import no_machine
+from tests.grading.test_reports import assert_harmless, graded, whole
+
+__all__ = ["no_machine"]
+
+SOURCE = b'int main(void)\n{\n  char *a = "x // y /* z"; /* why */\n  return a[0] - \'"\'; // end\n}\n'
+
+
+def digest(**files: bytes) -> str:
+    return source_digest(Source({f"{name}.c": data for name, data in files.items()}))
+
+
+@pytest.mark.parametrize(
+    "same",
+    [
+        SOURCE.replace(b"/* why */", b""),
+        SOURCE.replace(b"// end", b"/* another\n comment */"),
+        b" ".join(SOURCE.replace(b"// end", b"").split()),
+        SOURCE.replace(b"\n", b"\r\n"),
+        SOURCE.replace(b"return", b"re\\\nturn"),
+        SOURCE.replace(b" - ", b"-"),
+    ],
+)
+def test_comments_and_layout_do_not_count(same: bytes) -> None:
+    assert digest(main=same) == digest(main=SOURCE) == digest(other=same, empty=b"// nothing\n")
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        SOURCE.replace(b"// y", b""),
+        SOURCE.replace(b"a[0]", b"a[1]"),
+        SOURCE.replace(b"char *a", b"char *b"),
+        SOURCE.replace(b" - ", b" -- "),
+        SOURCE + b"int x;",
+    ],
+)
+def test_every_other_difference_counts(other: bytes) -> None:
+    assert digest(main=other) != digest(main=SOURCE)
+
+
+def test_order_and_names_of_files_do_not_count() -> None:
+    assert digest(main=b"int a;", b=b"int b;") == digest(main=b"int b;", x=b"int a;")
+
+
+def test_programs_are_compared_as_they_are_loaded(tmp_path: Path) -> None:
+    elf = arm.prebuilt("template").read_bytes()
+    changed = elf.replace(b"main.c", b"MAIN.c")  # in the debug information alone
+    assert changed != elf
+
+    assert program_digest(Firmware("a.elf", elf)) == program_digest(Firmware("b.elf", changed))
+    assert program_digest(Firmware("a.elf", arm.prebuilt("solution").read_bytes())) != program_digest(
+        Firmware("a.elf", elf)
+    )
+    assert program_digest(Firmware("a.elf", b"a text")) == ""
+
+
+def test_solutions_source_is_the_one_that_is_shipped_as_a_digest() -> None:
+    folder = arm.sources() / "solution"
+    files = {path.name: path.read_bytes() for path in folder.glob("*.[ch]")}
+
+    assert shipped_digests()[source_digest(Source(files))] == "solution"
+
+
+def copies(*submissions: tuple[str, str, str]) -> list[Graded]:
+    return with_copies(
+        (number, graded(name, source_digest=source, program_digest=program))
+        for number, (name, source, program) in enumerate(submissions)
+    )
+
+
+def test_each_copy_names_the_others_once() -> None:
+    found = copies(("ada", "s", "p"), ("bob", "s", "p"), ("eve", "", "p"), ("moe", "", ""), ("zoe", "", ""))
+
+    assert [(one.same_source, one.same_program) for one in found] == [
+        (("bob",), ("eve",)),
+        (("ada",), ("eve",)),
+        ((), ("ada", "bob")),
+        ((), ()),
+        ((), ()),
+    ]
+
+
+def test_team_is_no_copy() -> None:
+    found = with_copies(("together", graded(name, source_digest="s")) for name in ("ada", "bob"))
+
+    assert [one.copies for one in found] == ["", ""]
+
+
+def test_class_page_lists_copies_and_no_others() -> None:
+    page = assert_harmless(
+        class_page(whole(*copies(("ada", "s", "p"), ("bob", "s", "q"), ("eve", "t", "r"))))
+    )
+
+    assert "Identical: 2" in page.text
+    assert "same source as bob" in page.text
+
+
+def test_command_names_copies_and_shipped_programs(no_machine: None, tmp_path: Path) -> None:
+    where = tmp_path / "class"
+    texts = {"ada": SOURCE, "bob": SOURCE + b"// mine\n", "eve": b"int main(void) { return 7; }\n"}
+    texts["moe"] = (arm.sources() / "template" / "main.c").read_bytes() + b"\n/* all my own work */\n"
+    for name, text in texts.items():
+        (where / name).mkdir(parents=True)
+        (where / name / "main.c").write_bytes(text)
+    (where / "zoe").mkdir()
+    shutil.copyfile(arm.prebuilt("solution"), where / "zoe" / "lab3.elf")
+    execute(["grade", str(where), "--rubric", "lab3", "--out", str(tmp_path / "out"), "--take", "source"])
+    with (tmp_path / "out" / "grades.csv").open(encoding="utf-8-sig", newline="") as file:
+        found = {row["id"]: row["copies"] for row in csv.DictReader(file)}
+    execute(["grade", str(where), "--rubric", "lab3", "--out", str(tmp_path / "out"), "--take", "firmware"])
+    with (tmp_path / "out" / "grades.csv").open(encoding="utf-8-sig", newline="") as file:
+        built = {row["id"]: row["copies"] for row in csv.DictReader(file)}
+
+    assert "same source as bob" in found["ada"]
+    assert "same source as ada" in found["bob"]
+    assert "template" in found["moe"]
+    assert "solution" in built["zoe"]
+    assert "copies" not in (tmp_path / "out" / "students" / "ada.html").read_text(encoding="utf-8")
