@@ -44,9 +44,9 @@ _CAUSES_SHOWN = 2
 _SENTENCES_SHOWN = 4  # of a cause
 _COMPARED = 60  # characters of a warning
 _FUNCTION = re.compile(r"(\w+)\(")
-_NOT_BEGUN = frozenset({"missing", "stopped", "never lit", "blinks"})
+_NOT_BEGUN = frozenset({"missing", "stopped", "never lit", "blinks", "prerequisite"})
 """Findings of an exercise that nothing has been written for."""
-_NOT_OF_THE_FORMULA = frozenset({"wrong format", "stopped"})
+_NOT_OF_THE_FORMULA = frozenset({"wrong format", "stopped", "prerequisite"})
 """Findings for which the further steps of a hint are no help."""
 
 

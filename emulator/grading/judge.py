@@ -66,20 +66,22 @@ def judge(
 
     ``exercises``: only these, by their ids. ``build_log``: what the compiler said, where the program was
     built; checks about it are unjudged without. Raises InputError for a file that is no firmware for this
-    board, or an unknown exercise.
+    board, or an unknown exercise. A check that a wanted one requires is judged as well.
     """
     wanted = [rubric.exercise(name) for name in exercises] if exercises is not None else rubric.exercises
     digest = firmware_digest(firmware)
-    checks: dict[str, list[tuple[ExerciseTable, CheckTable]]] = {}
-    for exercise in wanted:
-        for check in exercise.check:
-            checks.setdefault(rubric.run_of(exercise, check), []).append((exercise, check))
+    tables = {f"{one.id}.{check.id}": (one, check) for one in rubric.exercises for check in one.check}
+    asked = [f"{exercise.id}.{check.id}" for exercise in wanted for check in exercise.check]
+    needed = rubric.prerequisites.needed(asked)
+    checks: dict[str, list[str]] = {}
+    for check_id in (*asked, *(one for one in tables if one in needed and one not in asked)):
+        checks.setdefault(rubric.run_of(*tables[check_id]), []).append(check_id)
     total_s = sum(rubric.scenario(name, seed).duration_s for name in checks)
     done_s = 0.0
-    results: dict[tuple[str, str], CheckResult] = {}
+    results: dict[str, CheckResult] = {}
     evidence = []
     for name, looking in checks.items():
-        one = _Run(firmware, rubric, name, seed, [check for _, check in looking], build_log)
+        one = _Run(firmware, rubric, name, seed, [tables[check_id][1] for check_id in looking], build_log)
         before_s = done_s
 
         def told(now_s: float, name: str = name, before_s: float = before_s) -> None:
@@ -88,9 +90,12 @@ def judge(
 
         one.make(told)
         done_s += one.duration_s
-        evidence.append(one.evidence(tuple(dict.fromkeys(exercise.id for exercise, _ in looking))))
-        for exercise, check in looking:
-            results[exercise.id, check.id] = one.result(exercise, check)
+        shown = dict.fromkeys(tables[check_id][0].id for check_id in looking if check_id in asked)
+        if shown:
+            evidence.append(one.evidence(tuple(shown)))
+        results |= {check_id: one.result(*tables[check_id]) for check_id in looking}
+    hints = {check_id: check.hint_for("prerequisite") for check_id, (_, check) in tables.items()}
+    results = rubric.prerequisites.applied(results, hints)
     return Verdict(
         rubric=rubric.name,
         rubric_title=rubric.title,
@@ -98,8 +103,8 @@ def judge(
         firmware_digest=digest,
         seed=seed,
         version=version("fcu-emulator"),
-        exercises=tuple(ExerciseTitle(exercise=one.id, title=one.title) for one in wanted),
-        checks=tuple(results[exercise.id, check.id] for exercise in wanted for check in exercise.check),
+        exercises=tuple(ExerciseTitle(exercise=each.id, title=each.title) for each in wanted),
+        checks=tuple(results[check_id] for check_id in asked),
         evidence=tuple(evidence),
     )
 

@@ -34,6 +34,7 @@ from emulator.boards.fcu001v1 import FCU001V1
 from emulator.chip.firmware import WORK_PER_S
 from emulator.errors import InputError, RubricError, ScenarioError
 from emulator.grading.checks import AnyCheck
+from emulator.grading.prerequisites import PrerequisiteError, Prerequisites
 from emulator.grading.verdict import Detail, Visibility
 from emulator.scenario.loader import is_path, load_scenario, read_toml, scenario_error, scenario_of
 from emulator.scenario.rules import with_rules
@@ -68,8 +69,9 @@ FindingKind: TypeAlias = Literal[
     "threshold",
     "other axis",
     "one side",
+    "prerequisite",
 ]
-"""How an expectation may be missed, and of a LED more exactly."""
+"""How an expectation may be missed, and of a LED more exactly; and that a required check has not passed."""
 
 # -- The file -----------------------------------------------------------------------------------------------
 
@@ -80,13 +82,15 @@ class CheckTable(Table):
     ``partial``: points for the share of its expectations that are met, instead of all or nothing. ``hint``: a
     text for every finding, or a table of texts by kind of finding; ``hint_steps``: further texts, one more
     of which `fcu check` shows each time it is asked. ``enough``: when the run has shown all that the check
-    needs; a program that crashes later is judged by its output until then.
+    needs; a program that crashes later is judged by its output until then. ``requires``: the checks or
+    exercises that must have passed, or this check has no points (:mod:`emulator.grading.prerequisites`).
     """
 
     id: Name
     title: Title
     points: float = Field(1.0, ge=0, le=MOST_POINTS)
     run: Name | None = None
+    requires: list[str] = Field(default_factory=list, max_length=MOST_CHECKS)
     expect: list[AnyCheck] = Field(min_length=1, max_length=MOST_CHECKS)
     partial: bool = False
     visible: Visibility = "always"
@@ -168,6 +172,7 @@ class Rubric:
         self._scenarios: dict[str, Scenario] = {}
         self._seed_of_scenarios = 0
         self._refuse_unknown_runs()
+        self.prerequisites = self._prerequisites()
         sources = {name: self._source(name) for name in contents.run}
         self.digest = _digest([table, sources])
         self.judging_digest = _digest([_without_words(table), sources])
@@ -263,6 +268,23 @@ class Rubric:
                 if name not in self._runs:
                     problem = f"is {shown(name)}; known: {', '.join(self._runs)}"
                     raise RubricError(self.file, key, problem)
+
+
+    def _prerequisites(self) -> Prerequisites:
+        """What each check requires. Raises RubricError."""
+        tables = {f"{one.id}.{check.id}": check for one in self.exercises for check in one.check}
+        requires = {name: check.requires for name, check in tables.items()}
+        try:
+            return Prerequisites(requires, [name for name, check in tables.items() if check.points])
+        except PrerequisiteError as error:
+            number, index = next(
+                (number, index)
+                for number, one in enumerate(self.exercises)
+                for index, check in enumerate(one.check)
+                if f"{one.id}.{check.id}" == error.check
+            )
+            key = f"exercise[{number}].check[{index}].requires[{error.number}]"
+            raise RubricError(self.file, key, str(error)) from error
 
 
 def load_rubric(name: str | os.PathLike[str]) -> Rubric:
