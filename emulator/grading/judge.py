@@ -32,7 +32,6 @@ from emulator.grading.verdict import (
     Verdict,
 )
 from emulator.scenario.expectations import Expectation, ExpectField, ExpectText, Miss, Seen, Windowed
-from emulator.scenario.observed import FORMAT_OF_FIELD
 from emulator.scenario.scenario import judged
 from emulator.scenario.schema import ReportTable
 from emulator.scenario.written import names_files, scenario_text
@@ -164,9 +163,12 @@ class _Run:
     def __post_init__(self) -> None:
         scenario = self.rubric.scenario(self.name, self.seed)
         expectations = [one for check in self.checks for one in check.expect if isinstance(one, Expectation)]
-        fields = dict.fromkeys(one.name for one in expectations if isinstance(one, ExpectField) and one.truth)
-        reports = [ReportTable.model_validate({"field": name, "against": "truth"}) for name in fields]
-        self.fields = tuple(fields)
+        compared = [one for one in expectations if isinstance(one, ExpectField) and one.truth]
+        self.numbers: dict[str, ExpectField] = {}
+        for one in compared:
+            self.numbers.setdefault(one.title, one)
+        self.fields = tuple(dict.fromkeys(one.name for one in compared if one.name is not None))
+        reports = [ReportTable.model_validate({"field": name, "against": "truth"}) for name in self.fields]
         self.scenario = scenario.asking(expectations, reports)
         self.duration_s = scenario.duration_s
         self.board = Board(self.firmware, scenario=self.scenario, seed=self.seed)
@@ -319,7 +321,7 @@ class _Run:
             exercises=exercises,
             duration_s=self.duration_s,
             terminal=_shortened(self.board.terminal.text),
-            series=tuple(map(self._series, self.fields)),
+            series=tuple(map(self._series, self.numbers.values())),
             causes=tuple(
                 Cause(kind=one.kind, summary=one.summary, details=one.details, fatal=one.fatal)
                 for one in self._shown_diagnoses()
@@ -348,19 +350,26 @@ class _Run:
             comment += f"# The rubric also looks at what no scenario expects: {', '.join(others)}\n"
         return comment + scenario_text({key: value for key, value in table.items() if value != []})
 
-    def _series(self, name: str) -> Series:
-        line_format = FORMAT_OF_FIELD[name]
+    def _series(self, number: ExpectField) -> Series:
+        line_format = number.number_format()
         points = []
         for line in self.seen.lines:
-            if line.text.startswith(line_format.label) and name in line.truth:
-                fields = line_format.parse(line.text)
-                printed = None if fields is None or fields[name] - fields[name] != 0 else fields[name]
-                points.append((line.at_ps / PS_PER_S, printed, float(line.truth[name][1][-1])))
+            if line_format.is_begun_by(line.text) and number.quantity in line.truth:
+                value = line_format.number(line.text)
+                printed = None if value is None or value - value != 0 else value
+                truth = number.scale * float(line.truth[number.quantity][1][-1])
+                points.append((line.at_ps / PS_PER_S, printed, truth))
         step = max(1, -(-len(points) // MOST_PRINTS))
         kept = points[::step]
-        unit = "mgauss" if name.startswith("MAG") else line_format.text.split()[-1]
+        unit = (
+            "mgauss"
+            if number.title.startswith("MAG")
+            else line_format.text.split()[-1]
+            if number.name
+            else ""
+        )
         return Series(
-            name=name,
+            name=number.title,
             unit=unit,
             t_s=tuple(one[0] for one in kept),
             printed=tuple(one[1] for one in kept),

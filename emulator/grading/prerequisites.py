@@ -21,7 +21,7 @@ from emulator.text import shown
 
 
 class PrerequisiteError(ValueError):
-    """A check requires what is not in the rubric, or itself. ``check``: its name; ``number``: of the entry."""
+    """A check requires what is not in the rubric, or itself: entry ``number`` of the check ``check``."""
 
     def __init__(self, check: str, number: int, problem: str) -> None:
         super().__init__(problem)

@@ -269,7 +269,6 @@ class Rubric:
                     problem = f"is {shown(name)}; known: {', '.join(self._runs)}"
                     raise RubricError(self.file, key, problem)
 
-
     def _prerequisites(self) -> Prerequisites:
         """What each check requires. Raises RubricError."""
         tables = {f"{one.id}.{check.id}": check for one in self.exercises for check in one.check}

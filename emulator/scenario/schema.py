@@ -35,6 +35,7 @@ from emulator.scenario.expectations import (
     ExpectWithin,
     FieldName,
 )
+from emulator.scenario.following import ExpectLineFollows
 from emulator.scenario.hardware import ExpectHardIron, ExpectLed, ExpectLedFollows, ExpectReads, ExpectTicks
 from emulator.scenario.rules import rule_names
 from emulator.scenario.tables import (
@@ -49,6 +50,7 @@ from emulator.scenario.tables import (
     Window,
     within,
 )
+from emulator.scenario.thresholds import MOST_THRESHOLDS, ThresholdTable
 from emulator.scenario.timeline import AnyEntry
 from emulator.text import shown
 from emulator.time.clock import PS_PER_S, format_duration
@@ -222,6 +224,7 @@ Kinds = (
     | ExpectField
     | ExpectLed
     | ExpectLedFollows
+    | ExpectLineFollows
     | ExpectTicks
     | ExpectReads
     | ExpectHardIron
@@ -256,6 +259,8 @@ class ScenarioFile(Table):
     sensors: SensorsTable = SensorsTable()
     board: Annotated[dict[str, Any], Figures(BoardErrors)] = Field(default_factory=dict)
     timeline: list[AnyEntry] = Field(default_factory=list, max_length=MOST_ENTRIES)
+    threshold: list[ThresholdTable] = Field(default_factory=list, max_length=MOST_THRESHOLDS)
+    """Put into the timeline when a file is read."""
     expect: list[AnyExpectation] = Field(default_factory=list, max_length=MOST_EXPECTATIONS)
     report: list[ReportTable] = Field(default_factory=list, max_length=MOST_EXPECTATIONS)
     limits: LimitsTable = Field(default_factory=lambda: LimitsTable.model_validate({}))
@@ -285,7 +290,7 @@ def json_schema(board: BoardDescription = FCU001V1) -> dict[str, Any]:
     """The file's JSON schema (draft 2020-12), for an editor's completion and checks."""
     schema = as_written(scenario_file(board).model_json_schema(by_alias=True), board)
     parts = schema["$defs"]
-    with_draws = [WorldTable, PlaceTable, FieldTable, *get_args(get_args(AnyEntry)[0])]
+    with_draws = [WorldTable, PlaceTable, FieldTable, ThresholdTable, *get_args(get_args(AnyEntry)[0])]
     for name in (table.__name__ for table in with_draws):
         parts[name] = _may_be_drawn(parts[name])
     may_be_rule(schema)

@@ -210,7 +210,9 @@ def test_hidden_prerequisite_is_not_named_to_students(tmp_path: Path) -> None:
 
 
 def test_unjudged_prerequisite_leaves_the_check_unjudged(tmp_path: Path) -> None:
-    text = NEEDY.replace('{ kind = "printed", name = "Pitch", longest_gap = "2s" }', '{ kind = "no_warnings" }')
+    text = NEEDY.replace(
+        '{ kind = "printed", name = "Pitch", longest_gap = "2s" }', '{ kind = "no_warnings" }'
+    )
     verdict = judged_by(tmp_path, text, "lab3")
 
     assert {one.outcome for one in verdict.checks} == {"unjudged"}
