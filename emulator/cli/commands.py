@@ -547,11 +547,12 @@ def rubric() -> None:
 
 @rubric.command("check")
 @click.argument("file")
-def check_rubric_file(file: str) -> None:
-    """Check a rubric FILE without judging anything."""
-    from emulator.cli.listings import check_rubric
+@click.option("--file-only", is_flag=True, help="Judge no programs, only check the file.")
+def check_rubric_file(file: str, file_only: bool) -> None:
+    """Check a rubric FILE, and show what programs that do nothing earn by it."""
+    from emulator.cli.rubric_check import check_rubric
 
-    check_rubric(file)
+    check_rubric(file, not file_only)
 
 
 @rubric.command("schema")

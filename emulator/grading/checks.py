@@ -17,6 +17,7 @@ from pydantic import AfterValidator, Field
 
 from emulator.analysis.witness import Witness
 from emulator.board.board import Board
+from emulator.board.firmware import FirmwareFactory
 from emulator.chip.diagnosis.backtrace import Places
 from emulator.chip.diagnosis.report import Diagnosis, Kind
 from emulator.chip.firmware import ArmFirmware
@@ -38,7 +39,7 @@ class Judged:
     ``watched``: what the check's own :meth:`Check.watch` has returned.
     """
 
-    firmware: str | Path
+    firmware: str | Path | FirmwareFactory
     board: Board
     seen: Seen
     witness: Witness
@@ -210,6 +211,8 @@ class Property(Check):
 
     def judge(self, run: Judged) -> Miss | None:
         """Hypothesis looks for a counter-example, and makes it small."""
+        if not isinstance(run.firmware, str | Path):
+            raise NotJudgedError("firmware in Python has no compiled functions")
         try:
             from emulator.testing.judged import counterexample
         except ModuleNotFoundError as error:

@@ -11,11 +11,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from pathlib import Path
+from typing import TypeAlias
 
 from emulator.analysis.mistakes import explain
 from emulator.analysis.witness import Witness
 from emulator.board.board import Board
-from emulator.board.firmware import choose
+from emulator.board.firmware import FirmwareFactory, choose
 from emulator.chip.diagnosis.report import Diagnosis
 from emulator.errors import FirmwareError, NotJudgedError
 from emulator.grading.checks import AnyCheck, Check, Judged
@@ -43,6 +44,10 @@ _NOT_REPLAYED = frozenset({"expect", "report", "firmware"})
 """Of a scenario's file: a rubric's checks and a student's program take their place."""
 
 
+Program: TypeAlias = str | Path | FirmwareFactory
+"""A name, a file, or what makes firmware in Python for a HAL."""
+
+
 @dataclass(frozen=True)
 class JudgeProgress:
     """How far a judgement is: which run, and virtual seconds done of all runs together."""
@@ -53,7 +58,7 @@ class JudgeProgress:
 
 
 def judge(
-    firmware: str | Path,
+    firmware: Program,
     rubric: Rubric,
     *,
     seed: int,
@@ -61,7 +66,7 @@ def judge(
     build_log: str | None = None,
     progress: Callable[[JudgeProgress], None] | None = None,
 ) -> Verdict:
-    """Judge a firmware (a file, or a shipped one by name) on the board ``seed``.
+    """Judge a firmware (a file, a shipped one by name, or one in Python) on the board ``seed``.
 
     ``exercises``: only these, by their ids. ``build_log``: what the compiler said, where the program was
     built; checks about it are unjudged without. Raises InputError for a file that is no firmware for this
@@ -135,8 +140,8 @@ def reworded(verdict: Verdict, rubric: Rubric) -> Verdict:
     return verdict.model_copy(update=changed)
 
 
-def firmware_digest(firmware: str | Path) -> str:
-    """SHA-256 of the file; of a shipped firmware in Python, of its name and the version it comes with.
+def firmware_digest(firmware: Program) -> str:
+    """SHA-256 of the file; of a firmware in Python, of its name and the version it comes with.
 
     Raises InputError for what is no firmware.
     """
@@ -150,7 +155,7 @@ def firmware_digest(firmware: str | Path) -> str:
 class _Run:
     """One run of the board, for all checks that look at it."""
 
-    firmware: str | Path
+    firmware: Program
     rubric: Rubric
     name: str
     seed: int

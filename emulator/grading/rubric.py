@@ -84,6 +84,7 @@ class CheckTable(Table):
     of which `fcu check` shows each time it is asked. ``enough``: when the run has shown all that the check
     needs; a program that crashes later is judged by its output until then. ``requires``: the checks or
     exercises that must have passed, or this check has no points (:mod:`emulator.grading.prerequisites`).
+    Without ``expect`` it takes the expectations of the scenario that its run names.
     """
 
     id: Name
@@ -91,7 +92,7 @@ class CheckTable(Table):
     points: float = Field(1.0, ge=0, le=MOST_POINTS)
     run: Name | None = None
     requires: list[str] = Field(default_factory=list, max_length=MOST_CHECKS)
-    expect: list[AnyCheck] = Field(min_length=1, max_length=MOST_CHECKS)
+    expect: list[AnyCheck] = Field(default_factory=list, max_length=MOST_CHECKS)
     partial: bool = False
     visible: Visibility = "always"
     detail: Detail = "full"
@@ -178,6 +179,9 @@ class Rubric:
         self.judging_digest = _digest([_without_words(table), sources])
         for name in contents.run:
             self.scenario(name, 0)
+        self.uncounted: dict[str, int] = {}
+        """How many expectations a scenario has of its file that no check takes, by run."""
+        self.exercises = self._with_expectations()
 
     @property
     def max_points(self) -> float:
@@ -268,6 +272,28 @@ class Rubric:
                 if name not in self._runs:
                     problem = f"is {shown(name)}; known: {', '.join(self._runs)}"
                     raise RubricError(self.file, key, problem)
+
+    def _with_expectations(self) -> list[ExerciseTable]:
+        """The exercises, with the expectations of scenarios in checks that have none. Raises RubricError."""
+        taken: set[str] = set()
+        changed = []
+        for number, exercise in enumerate(self.exercises):
+            checks = []
+            for index, check in enumerate(exercise.check):
+                run = self.run_of(exercise, check)
+                expect = check.expect or self.scenario(run, 0).expectations
+                if not expect:
+                    key = f"exercise[{number}].check[{index}].expect"
+                    raise RubricError(self.file, key, f"is missing, and the run {run} expects nothing either")
+                if not check.expect:
+                    taken.add(run)
+                checks.append(check.model_copy(update={"expect": list(expect)}))
+            changed.append(exercise.model_copy(update={"check": checks}))
+        for run in self._runs:
+            count = len(self.scenario(run, 0).expectations)
+            if count and run not in taken:
+                self.uncounted[run] = count
+        return changed
 
     def _prerequisites(self) -> Prerequisites:
         """What each check requires. Raises RubricError."""

@@ -143,6 +143,19 @@ class PrintfFormat:
         return float(int(text, 16)) if self._hex[self._number - 1] else float(text)
 
 
+def printed_with_zeros(text: str) -> str:
+    """Return what a format string prints if every number is 0, and every text "x"."""
+
+    def printed(match: re.Match[str]) -> str:
+        kind = match["kind"]
+        if kind in "%sc":
+            return "%" if kind == "%" else "x"
+        digits = "" if match["digits"] is None else f".{match['digits']}"
+        return f"%{match['flags']}{match['width']}{digits}{'d' if kind in 'iu' else kind}" % 0
+
+    return _CONVERSION.sub(printed, text)
+
+
 # -- A pattern ----------------------------------------------------------------------------------------------
 
 
