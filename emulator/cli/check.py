@@ -25,16 +25,17 @@ import click
 from emulator.board.board import Board
 from emulator.board.firmware import choose
 from emulator.chip.diagnosis.report import KEEPS_SAMPLES_AWAY
+from emulator.cli.boards_table import BoardsTable
 from emulator.cli.build import ELF, build_project, build_with_make
 from emulator.cli.exit_codes import ExitCode
 from emulator.errors import FirmwareError, InputError, LinkError, NotJudgedError, OutputError
 from emulator.files import write_atomically
 from emulator.grading.checks import Property
 from emulator.grading.judge import JudgeProgress, judge
-from emulator.grading.rubric import CheckTable, Rubric, load_rubric
+from emulator.grading.rubric import PROJECT_RUBRIC, CheckTable, Rubric, load_rubric
 from emulator.grading.verdict import Cause, CheckResult, RunEvidence, Verdict
 from emulator.scenario.expectations import Expectation
-from emulator.system_words import command_line, quoted
+from emulator.system_words import command_line
 from emulator.text import visible
 
 _WIDTH = 98
@@ -52,16 +53,34 @@ _NOT_OF_THE_FORMULA = frozenset({"wrong format", "stopped", "prerequisite"})
 
 @dataclass(frozen=True)
 class CheckOptions:
-    """The arguments of ``fcu check`` as typed."""
+    """The arguments of ``fcu check`` as typed. ``rubric`` None: the project's, else LAB3's."""
 
     target: str
-    rubric: str
+    rubric: str | None
     exercises: tuple[str, ...]
     seed: int
     json: Path | None
     save: Path | None = None
     hints: int = 0
     """How many further steps of the hints are shown, after the first."""
+    boards: int | None = None
+    """On so many boards, from ``seed`` on; None: on one, with what is wrong and what to do."""
+
+    @property
+    def rubric_named(self) -> str:
+        """The rubric's name or file: as typed, else that of the project, else LAB3's."""
+        if self.rubric is not None:
+            return self.rubric
+        target = Path(self.target)
+        own = (target if target.is_dir() else target.parent) / PROJECT_RUBRIC
+        return str(own) if own.is_file() else "lab3"
+
+    def again(self) -> str:
+        """The command without the options that choose exercises, boards and hints."""
+        words = ["fcu", "check", *([self.target] if self.target != "." else [])]
+        return command_line(
+            [*words, *(["--rubric", self.rubric] if self.rubric not in (None, "lab3") else [])]
+        )
 
 
 def check_program(options: CheckOptions) -> ExitCode:
@@ -69,23 +88,13 @@ def check_program(options: CheckOptions) -> ExitCode:
 
     Raises InputError.
     """
-    rubric = load_rubric(options.rubric)
+    rubric = load_rubric(options.rubric_named)
     for name in options.exercises:
         rubric.exercise(name)  # before anything is built
     firmware, build_log = _built(options.target)
-    progress = _Progress()
-    try:
-        verdict = judge(
-            firmware,
-            rubric,
-            seed=options.seed,
-            exercises=options.exercises or None,
-            build_log=build_log,
-            progress=progress.update,
-        )
-    finally:
-        progress.close()
-    shown = verdict.for_student()
+    if options.boards is not None:
+        return _on_boards(firmware, build_log, rubric, options, options.boards)
+    shown = _judged(firmware, build_log, rubric, options, options.seed).for_student()
     if options.json is not None:
         _write(options.json, shown)
     laws = _save(options.save, shown, rubric, firmware) if options.save is not None else {}
@@ -93,6 +102,39 @@ def check_program(options: CheckOptions) -> ExitCode:
     for line in _Screen(shown, rubric, options, firmware, laws, warning).lines():
         click.echo(visible(line, lines=True))
     return exit_code(shown)
+
+
+def _judged(
+    firmware: str, build_log: str | None, rubric: Rubric, options: CheckOptions, seed: int
+) -> Verdict:
+    progress = _Progress()
+    try:
+        return judge(
+            firmware,
+            rubric,
+            seed=seed,
+            exercises=options.exercises or None,
+            build_log=build_log,
+            progress=progress.update,
+        )
+    finally:
+        progress.close()
+
+
+def _on_boards(
+    firmware: str, build_log: str | None, rubric: Rubric, options: CheckOptions, count: int
+) -> ExitCode:
+    """Judge on several boards, and say on which of them points are lost. Raises InputError."""
+    if options.json is not None or options.save is not None or options.hints:
+        raise InputError("--boards shows a table alone; leave out --json, --save and --hint")
+    boards = BoardsTable(rubric, firmware)
+    for seed in range(options.seed, options.seed + count):
+        shown = _judged(firmware, build_log, rubric, options, seed).for_student()
+        boards.add(seed, shown, exit_code(shown))
+        click.echo(visible(boards.row(seed)))
+    for line in boards.summary(options.again()):
+        click.echo(visible(line))
+    return boards.exit_code
 
 
 def exit_code(verdict: Verdict) -> ExitCode:
@@ -371,10 +413,7 @@ class _Screen:
         return image is not None and image.symbols is not None and function in image.symbols
 
     def _next(self, open_ones: Sequence[str]) -> Iterator[str]:
-        target = quoted(self._options.target)
-        again = f"fcu check {target}" if self._options.target != "." else "fcu check"
-        if self._options.rubric != "lab3":
-            again += f" --rubric {quoted(self._options.rubric)}"
+        again = self._options.again()
         yield ""
         if not open_ones:
             which = "Everything asked for" if self._options.exercises else "Everything"

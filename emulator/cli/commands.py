@@ -437,11 +437,12 @@ def web(
     show_default=True,
     help="Where the sensors are: I2C2 in the lab, SPI2 on the real board.",
 )
-def new(directory: Path, bus: str) -> None:
+@click.option("--rubric", metavar="NAME|FILE", help="What fcu check asks in this project, if not LAB3.")
+def new(directory: Path, bus: str, rubric: str | None) -> None:
     """Start a LAB3 program in C in the new folder DIR."""
     from emulator.cli.new import create_project
 
-    create_project(directory, bus)
+    create_project(directory, bus, rubric)
 
 
 @cli.command(short_help="Build a project of fcu new, without make.")
@@ -467,9 +468,8 @@ def build(folder: Path) -> None:
     show_default=True,
     help="Which board of the class, and motion.",
 )
-@click.option(
-    "--rubric", default="lab3", show_default=True, metavar="NAME|FILE", help="What is asked of the program."
-)
+@click.option("--boards", type=click.IntRange(1, 1000), metavar="N", help="On N boards, with a summary.")
+@click.option("--rubric", metavar="NAME|FILE", help="What is asked: that of the project, else lab3.")
 @click.option("--json", type=click.Path(path_type=Path), help="Write what is shown to a JSON file as well.")
 @click.option(
     "--save",
@@ -486,7 +486,8 @@ def check(
     target: str,
     exercise: tuple[str, ...],
     seed: int,
-    rubric: str,
+    boards: int | None,
+    rubric: str | None,
     json: Path | None,
     save: Path | None,
     hint: int,
@@ -507,7 +508,7 @@ def check(
 
     from emulator.cli.check import CheckOptions, check_program
 
-    return check_program(CheckOptions(target, rubric, exercise, seed, json, save, hint))
+    return check_program(CheckOptions(target, rubric, exercise, seed, json, save, hint, boards))
 
 
 @cli.command(short_help="List the scenarios, and the question that each asks.")

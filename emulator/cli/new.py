@@ -14,6 +14,7 @@ import click
 from emulator.boards.fcu001v1 import FCU001V1
 from emulator.cli.toolchain import COMPILER, find_compiler
 from emulator.errors import InputError
+from emulator.grading.rubric import PROJECT_RUBRIC, Rubric, load_rubric
 from emulator.system_words import how_to_install, quoted
 from emulator.text import visible
 from firmware_model import arm
@@ -26,18 +27,35 @@ _PROFILE = {
 """By bus, what ``fcu run`` has to be told."""
 
 
-def create_project(directory: Path, bus: str) -> None:
+def create_project(directory: Path, bus: str, rubric: str | None = None) -> None:
     """Write the template into ``directory``, for sensors on ``bus``, and print what to do next.
 
-    Raises InputError if there is already something in it, or it cannot be written.
+    ``rubric``: the file of the rubric that ``fcu check`` uses in the project; it and the files that it names
+    are copied. Raises InputError if there is already something in the directory, or it cannot be written.
     """
+    lab = None if rubric is None else load_rubric(rubric)
     try:
         if directory.exists() and (not directory.is_dir() or any(directory.iterdir())):
             raise InputError(f"{directory} exists and is not an empty folder; give the name of a new one")
         _write(directory, bus)
+        if lab is not None:
+            _copy_rubric(lab, directory)
     except OSError as error:
         raise InputError(f"cannot create {directory}: {error.strerror or error}") from error
-    _say_what_is_next(directory, bus)
+    _say_what_is_next(directory, bus, "LAB3" if lab is None else lab.title)
+
+
+def _copy_rubric(rubric: Rubric, directory: Path) -> None:
+    """The rubric under the name that ``fcu check`` knows, and the files that it needs."""
+    for name in rubric.files():
+        target = directory / name
+        if target.exists():
+            raise InputError(
+                f"the rubric names {name}, which is a file of the template; give it another name"
+            )
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(rubric.path.parent / name, target)
+    shutil.copyfile(rubric.path, directory / PROJECT_RUBRIC)
 
 
 def _write(directory: Path, bus: str) -> None:
@@ -58,9 +76,9 @@ def _write(directory: Path, bus: str) -> None:
     (directory / "Makefile").write_text(makefile, encoding="utf-8", newline="\n")
 
 
-def _say_what_is_next(directory: Path, bus: str) -> None:
+def _say_what_is_next(directory: Path, bus: str, lab: str) -> None:
     name, quoted_name = visible(str(directory)), visible(quoted(str(directory)))
-    click.echo(f"{name}: the LAB3 template, sensors on {bus}. Your program is main.c. Next:\n")
+    click.echo(f"{name}: the {visible(lab)} template, sensors on {bus}. Your program is main.c. Next:\n")
     click.echo(f"  cd {quoted_name}")
     click.echo("  fcu build")
     click.echo(f"  fcu run lab3.elf{_PROFILE[bus]}")

@@ -36,6 +36,7 @@ from emulator.errors import InputError, RubricError, ScenarioError
 from emulator.grading.checks import AnyCheck
 from emulator.grading.prerequisites import PrerequisiteError, Prerequisites
 from emulator.grading.verdict import Detail, Visibility
+from emulator.scenario.expectations import ExpectText
 from emulator.scenario.loader import is_path, load_scenario, read_toml, scenario_error, scenario_of
 from emulator.scenario.rules import with_rules
 from emulator.scenario.scenario import Scenario
@@ -44,11 +45,15 @@ from emulator.scenario.schema import json_schema as scenario_schema
 from emulator.scenario.tables import Duration, Resources, Table
 from emulator.text import shown
 
+PROJECT_RUBRIC = "rubric.toml"
+"""The file in a project that `fcu check` uses without being told."""
 MOST_EXERCISES = 50
 MOST_CHECKS = 100  # of one exercise
 MOST_POINTS = 1_000.0
 _NOT_OF_A_RUN = frozenset({"schema", "expect", "report", "firmware", "seed"})
 """Keys of a scenario's file that are the rubric's."""
+_FILE_KEYS = frozenset({"csv", "file"})
+"""Keys of a scenario that name a file beside it."""
 _WORDS = frozenset({"title", "hint", "hint_steps", "next", "visible", "detail"})
 """Keys that say how a check is shown and decide nothing."""
 
@@ -295,6 +300,31 @@ class Rubric:
                 self.uncounted[run] = count
         return changed
 
+    def files(self) -> list[Path]:
+        """Return the files beside the rubric that it needs, by their paths from its folder.
+
+        Raises RubricError for one that is not in the folder.
+        """
+        found: list[Path] = []
+        for run, table in self._runs.items():
+            named = table.get("scenario")
+            if isinstance(named, str) and is_path(named):
+                scenario = Path(named)
+                names = [scenario, *(scenario.parent / one for one in _named_files(self._source(run)))]
+            else:
+                names = [Path(one) for one in _named_files(table)]
+            for name in names:
+                if name.is_absolute() or ".." in name.parts:
+                    problem = (
+                        f"names {shown(str(name))}, outside of the rubric's folder; put it beside the rubric"
+                    )
+                    raise RubricError(self.file, f"run.{run}", problem)
+            found += names
+        for exercise in self.exercises:
+            for check in exercise.check:
+                found += [Path(one.file.path) for one in check.expect if isinstance(one, ExpectText)]
+        return [name for name in dict.fromkeys(found) if (self.path.parent / name).is_file()]
+
     def _prerequisites(self) -> Prerequisites:
         """What each check requires. Raises RubricError."""
         tables = {f"{one.id}.{check.id}": check for one in self.exercises for check in one.check}
@@ -310,6 +340,16 @@ class Rubric:
             )
             key = f"exercise[{number}].check[{index}].requires[{error.number}]"
             raise RubricError(self.file, key, str(error)) from error
+
+
+def _named_files(value: Any) -> list[str]:
+    """The files that a scenario's table names, in any of its tables."""
+    if isinstance(value, list):
+        return [name for one in value for name in _named_files(one)]
+    if not isinstance(value, dict):
+        return []
+    own = [name for key, name in value.items() if key in _FILE_KEYS and isinstance(name, str)]
+    return own + [name for one in value.values() for name in _named_files(one)]
 
 
 def load_rubric(name: str | os.PathLike[str]) -> Rubric:

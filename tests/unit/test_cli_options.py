@@ -132,7 +132,7 @@ LINES: list[tuple[str, str, Any]] = [
     ),
     (
         "emulator.cli.check.check_program",
-        "check a.elf --exercise 1 -e 2 --seed 3 --rubric other --json j.json --save motions --hint --hint",
+        "check a.elf -e 1 -e 2 --seed 3 --rubric other --json j.json --save motions --hint --hint --boards 4",
         CheckOptions(
             target="a.elf",
             rubric="other",
@@ -141,9 +141,10 @@ LINES: list[tuple[str, str, Any]] = [
             json=Path("j.json"),
             save=Path("motions"),
             hints=2,
+            boards=4,
         ),
     ),
-    ("emulator.cli.check.check_program", "check", CheckOptions(".", "lab3", (), 0, None)),
+    ("emulator.cli.check.check_program", "check", CheckOptions(".", None, (), 0, None)),
 ]
 ELSEWHERE = {"--isolate", "--help"}
 """A worker runs the same command without it: tests/integration/test_isolation.py."""
