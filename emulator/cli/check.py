@@ -88,6 +88,8 @@ def check_program(options: CheckOptions) -> ExitCode:
 
     Raises InputError.
     """
+    if options.boards is not None and (options.json is not None or options.save is not None or options.hints):
+        raise InputError("--boards shows a table alone; leave out --json, --save and --hint")
     rubric = load_rubric(options.rubric_named)
     for name in options.exercises:
         rubric.exercise(name)  # before anything is built
@@ -124,9 +126,7 @@ def _judged(
 def _on_boards(
     firmware: str, build_log: str | None, rubric: Rubric, options: CheckOptions, count: int
 ) -> ExitCode:
-    """Judge on several boards, and say on which of them points are lost. Raises InputError."""
-    if options.json is not None or options.save is not None or options.hints:
-        raise InputError("--boards shows a table alone; leave out --json, --save and --hint")
+    """Judge on several boards, and say on which of them points are lost."""
     boards = BoardsTable(rubric, firmware)
     for seed in range(options.seed, options.seed + count):
         shown = _judged(firmware, build_log, rubric, options, seed).for_student()

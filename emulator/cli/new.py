@@ -7,6 +7,7 @@ lab's computers and in CubeIDE, and a student can look into everything the chip 
 from __future__ import annotations
 
 import shutil
+from collections.abc import Sequence
 from pathlib import Path
 
 import click
@@ -34,20 +35,21 @@ def create_project(directory: Path, bus: str, rubric: str | None = None) -> None
     are copied. Raises InputError if there is already something in the directory, or it cannot be written.
     """
     lab = None if rubric is None else load_rubric(rubric)
+    beside = [] if lab is None else lab.files()
     try:
         if directory.exists() and (not directory.is_dir() or any(directory.iterdir())):
             raise InputError(f"{directory} exists and is not an empty folder; give the name of a new one")
         _write(directory, bus)
         if lab is not None:
-            _copy_rubric(lab, directory)
+            _copy_rubric(lab, beside, directory)
     except OSError as error:
         raise InputError(f"cannot create {directory}: {error.strerror or error}") from error
     _say_what_is_next(directory, bus, "LAB3" if lab is None else lab.title)
 
 
-def _copy_rubric(rubric: Rubric, directory: Path) -> None:
-    """The rubric under the name that ``fcu check`` knows, and the files that it needs."""
-    for name in rubric.files():
+def _copy_rubric(rubric: Rubric, beside: Sequence[Path], directory: Path) -> None:
+    """The rubric under the name that ``fcu check`` knows, and the files ``beside`` it that it needs."""
+    for name in beside:
         target = directory / name
         if target.exists():
             raise InputError(

@@ -62,7 +62,10 @@ WRONG = {
     "one side only: `roll < -45.0f` in both": ((BOTH, "roll < -45.0f"),),
     "`fabsf` missing at the LED": (led("roll > 45.0f"),),
     "inverted LED": (led("fabsf(roll) <= 45.0f"),),
-    "alarm printed once only": (alarm(f"alarms++ == 0 && {BOTH}"), ("float roll;", "int alarms; float roll;")),
+    "alarm printed once only": (
+        alarm(f"alarms++ == 0 && {BOTH}"),
+        ("float roll;", "int alarms; float roll;"),
+    ),
     "alarm printed always": (alarm("1"),),
     "pitch in place of roll": (("atan2f(gy, sqrtf(gx * gx", "atan2f(-gx, sqrtf(gy * gy"),),
 }

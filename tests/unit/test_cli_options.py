@@ -132,7 +132,8 @@ LINES: list[tuple[str, str, Any]] = [
     ),
     (
         "emulator.cli.check.check_program",
-        "check a.elf -e 1 -e 2 --seed 3 --rubric other --json j.json --save motions --hint --hint --boards 4",
+        """check a.elf --exercise 1 -e 2 --seed 3 --rubric other --json j.json --save motions --hint --hint
+        --boards 4""",
         CheckOptions(
             target="a.elf",
             rubric="other",
