@@ -403,14 +403,11 @@ class _Screen:
     def _is_written(self, name: str, advice: str) -> bool:
         """Whether the program has what the advice says to write: a function, or lines that are only wrong."""
         functions = _FUNCTION.findall(advice)
-        if functions:
-            return any(map(self._has, functions))
+        own = [name for name in functions if not _has("template-arm", name)]
+        if own:
+            return any(_has(self._firmware, name) for name in own)
         findings = {one.finding for one in self._verdict.of(name) if one.max_points and one.finding}
         return bool(findings - _NOT_BEGUN)
-
-    def _has(self, function: str) -> bool:
-        image = choose(Board.description, self._firmware, None).image
-        return image is not None and image.symbols is not None and function in image.symbols
 
     def _next(self, open_ones: Sequence[str]) -> Iterator[str]:
         again = self._options.again()
@@ -450,6 +447,11 @@ class _Screen:
         ]
         if left_out:
             yield from _wrapped(f"These scenarios only move the board for: {'; '.join(left_out)}.", "  ")
+
+
+def _has(firmware: str, function: str) -> bool:
+    image = choose(Board.description, firmware, None).image
+    return image is not None and image.symbols is not None and function in image.symbols
 
 
 def _check(check: CheckResult, hints: Sequence[str]) -> Iterator[str]:

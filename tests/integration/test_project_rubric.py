@@ -1,4 +1,4 @@
-"""A project that has a rubric, ``fcu new --rubric``, and a program on several boards, ``fcu check --boards``."""
+"""A project that has a rubric (``fcu new --rubric``), and a program on several boards (``--boards``)."""
 
 from __future__ import annotations
 
@@ -71,6 +71,14 @@ def test_check_in_a_project_uses_its_rubric(desk: Path, program: str, code: int)
     assert "--rubric" not in done.stdout
     shutil.rmtree(desk / "motions")
     assert fcu(desk, "check", "lab/lab3.elf").returncode == code
+
+
+def test_next_step_of_a_rubric_may_name_a_function_of_the_template(desk: Path) -> None:
+    table = 'title = "Pitch"\nnext = "Compute it in HAL_TIM_PeriodElapsedCallback(), and print it."'
+    (desk / "pitch.toml").write_text(RUBRIC.replace('title = "Pitch"', table), encoding="utf-8")
+    done = fcu(desk, "check", "template-arm", "--rubric", "pitch.toml")
+
+    assert "Next: Compute it in HAL_TIM_PeriodElapsedCallback(), and print it." in done.stdout
 
 
 def test_rubric_with_an_option_comes_before_the_projects(desk: Path) -> None:
