@@ -182,14 +182,15 @@ def _finding(looks: Sequence[_Look], wrong: Sequence[_Look]) -> str:
     """Which kind of mistake it is; "" if none of these."""
     settled = [look for look in looks if look.at_ps - look.since_ps >= _SLOW_PS]
     inverted = sum(look.lit is not look.steep for look in settled)
+    threshold = _threshold(looks)
     kinds = (
         ("never lit", not any(look.lit for look in looks)),
         ("never dark", _stays_lit(looks)),
         ("inverted", bool(settled) and inverted >= _MOSTLY * len(settled)),
         ("other axis", _follows_other(looks)),
-        ("threshold", _threshold(looks) is not None),  # before those that a wrong threshold looks like
-        ("blinks", _blinks(looks)),
+        ("blinks", _blinks(looks) and threshold is None),  # not of a board that passes a wrong threshold
         ("late", all(look.lit is look.steep for look in settled) and _catches_up(looks, wrong)),
+        ("threshold", threshold is not None),
         ("one side", _one_side(looks, wrong)),
     )
     return next((kind for kind, holds in kinds if holds), "")
