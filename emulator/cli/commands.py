@@ -550,7 +550,7 @@ def rubric() -> None:
 @click.argument("file")
 @click.option("--file-only", is_flag=True, help="Judge no programs, only check the file.")
 def check_rubric_file(file: str, file_only: bool) -> None:
-    """Check a rubric FILE, and show what programs that do nothing earn by it."""
+    """Check a rubric FILE, and show the points that it gives away."""
     from emulator.cli.rubric_check import check_rubric
 
     check_rubric(file, not file_only)

@@ -1,4 +1,4 @@
-"""``fcu rubric check FILE``: whether a rubric can be used, and what programs that do nothing earn by it."""
+"""``fcu rubric check FILE``: check a rubric, and show the points that it gives away."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _TEMPLATE = "template-arm"
 
 
 def check_rubric(file: str, programs: bool) -> None:
-    """Load a rubric, and judge programs that do nothing by it if ``programs``.
+    """Load a rubric, and with ``programs`` judge programs by it that do not solve the lab.
 
     Raises RubricError naming file and key path.
     """
@@ -38,7 +38,7 @@ def check_rubric(file: str, programs: bool) -> None:
 
 
 def _try(file: str, rubric: Rubric) -> None:
-    click.echo("\nprograms that do nothing of it earn:")
+    click.echo("\nprograms that do not solve the lab earn:")
     tried = []
     for trial in trials(rubric, _TEMPLATE):
         points = f"{trial.verdict.points:g} of {trial.verdict.max_points:g}"

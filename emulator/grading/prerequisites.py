@@ -21,7 +21,7 @@ from emulator.text import shown
 
 
 class PrerequisiteError(ValueError):
-    """A check requires what is not in the rubric, or itself: entry ``number`` of the check ``check``."""
+    """A check requires an unknown check, or itself: entry ``number`` of the check ``check``."""
 
     def __init__(self, check: str, number: int, problem: str) -> None:
         super().__init__(problem)

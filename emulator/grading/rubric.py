@@ -348,8 +348,8 @@ def _named_files(value: Any) -> list[str]:
         return [name for one in value for name in _named_files(one)]
     if not isinstance(value, dict):
         return []
-    own = [name for key, name in value.items() if key in _FILE_KEYS and isinstance(name, str)]
-    return own + [name for one in value.values() for name in _named_files(one)]
+    here = [name for key, name in value.items() if key in _FILE_KEYS and isinstance(name, str)]
+    return here + [name for one in value.values() for name in _named_files(one)]
 
 
 def load_rubric(name: str | os.PathLike[str]) -> Rubric:

@@ -1,11 +1,11 @@
-"""Programs that do nothing of a lab, judged by its rubric: what they earn is given away.
+"""Programs that do not solve a lab, judged by its rubric: it gives away the points that they earn.
 
 The template of the lab, and four that read no sensor: they print nothing, or every line that the rubric asks
 for, all the time and with the number 0; and their LEDs are off or on. A check that one of them passes says
 nothing about a student's program, unless it requires another one (:mod:`emulator.grading.prerequisites`).
 
-Decision: the programs print what the rubric asks for, so they are made for each rubric. They run as firmware
-in Python, which needs no compiler.
+Decision: the programs print the lines of the rubric's checks, so they are generated for each rubric. They are
+firmware in Python, which needs no compiler.
 """
 
 from __future__ import annotations

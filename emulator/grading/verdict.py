@@ -210,7 +210,8 @@ class Verdict(_Part):
 
     def allowed(self) -> tuple[CheckResult, ...]:
         """All checks, with as much detail as a student may see who is shown the check."""
-        return tuple(map(_for_student, self.checks))
+        unnamed = {one.check for one in self.checks if one.visibility != "always" or one.detail == "none"}
+        return tuple(_for_student(check, unnamed) for check in self.checks)
 
     def to_json(self) -> str:
         """As JSON, on several lines."""

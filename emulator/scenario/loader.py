@@ -100,7 +100,7 @@ def _drawn_scenario(
         of = [one.number for one in parts if entry is not None and int(entry[1]) in one.entries]
         if not of:
             raise
-        raise ScenarioError(error.file, f"threshold[{of[0]}]", error.problem) from error  # what the file has
+        raise ScenarioError(error.file, f"threshold[{of[0]}]", error.problem) from error  # as in the file
     for part in parts:
         _refuse_disturbed(part, scenario)
     return scenario

@@ -1,4 +1,4 @@
-"""A lab with lines, conditions and thresholds of a teacher's choice: what a run of it finds."""
+"""Labs with other lines, conditions and thresholds than LAB3: what a run of them finds."""
 
 from __future__ import annotations
 
