@@ -27,12 +27,15 @@ from emulator.grading.verdict import (
     Cause,
     CheckResult,
     ExerciseTitle,
+    Following,
     Outcome,
     RunEvidence,
     Series,
     Verdict,
 )
 from emulator.scenario.expectations import Expectation, ExpectField, ExpectText, Miss, Seen, Windowed
+from emulator.scenario.following import ExpectLineFollows
+from emulator.scenario.hardware import ExpectLedFollows
 from emulator.scenario.scenario import judged
 from emulator.scenario.schema import ReportTable
 from emulator.scenario.written import names_files, scenario_text
@@ -327,6 +330,7 @@ class _Run:
             duration_s=self.duration_s,
             terminal=_shortened(self.board.terminal.text),
             series=tuple(map(self._series, self.numbers.values())),
+            following=self._following(),
             causes=tuple(
                 Cause(kind=one.kind, summary=one.summary, details=one.details, fatal=one.fatal)
                 for one in self._shown_diagnoses()
@@ -337,6 +341,18 @@ class _Run:
             timer_hz=timer.rate_hz if timer.ticks else None,
             stopped=self._stop() if self.stopped else "",
             replay=self._replay(),
+        )
+
+    def _following(self) -> tuple[Following, ...]:
+        """LEDs and lines against the conditions that they have to follow, each once."""
+        expected = (one for check in self.checks for one in check.expect)
+        kinds = (ExpectLedFollows, ExpectLineFollows)
+        followed = [one.followed(self.seen) for one in expected if isinstance(one, kinds)]
+        return tuple(
+            Following(
+                name=one.name, condition=one.condition, wanted=_in_s(one.wanted), shown=_in_s(one.shown)
+            )
+            for one in {(one.name, one.condition): one for one in followed}.values()
         )
 
     def _replay(self) -> str:
@@ -380,6 +396,10 @@ class _Run:
             printed=tuple(one[1] for one in kept),
             truth=tuple(one[2] for one in kept),
         )
+
+
+def _in_s(spans: Sequence[tuple[int, int]]) -> tuple[tuple[float, float], ...]:
+    return tuple((begin / PS_PER_S, end / PS_PER_S) for begin, end in spans[:MOST_PRINTS])
 
 
 def _first_printed(miss: Miss) -> str:

@@ -74,6 +74,18 @@ class Series(_Part):
     truth: tuple[float, ...]
 
 
+class Following(_Part):
+    """A LED or a line that has to follow a condition: when that holds, and when it is lit or printed.
+
+    Times in s, from and until; of a printed line both are its begin. At most :data:`MOST_PRINTS` of each.
+    """
+
+    name: str
+    condition: str
+    wanted: tuple[tuple[float, float], ...]
+    shown: tuple[tuple[float, float], ...]
+
+
 class Cause(_Part):
     """What the diagnosis says: one line with function and source line where they are known, and sentences."""
 
@@ -99,6 +111,7 @@ class RunEvidence(_Part):
     duration_s: float
     terminal: str
     series: tuple[Series, ...] = ()
+    following: tuple[Following, ...] = ()
     causes: tuple[Cause, ...] = ()
     ticks: int = 0
     ticks_late: int = 0
@@ -192,7 +205,9 @@ class Verdict(_Part):
         visible = tuple(_for_student(check, unnamed) for check in self.checks if check.visibility in shown)
         secret = {check.exercise for check in self.checks if not _is_open(check, shown)}
         evidence = (
-            one.model_copy(update={"series": (), "replay": ""}) if secret & set(one.exercises) else one
+            one.model_copy(update={"series": (), "following": (), "replay": ""})
+            if secret & set(one.exercises)
+            else one
             for one in self.evidence
             if any(check.exercise in one.exercises and check.detail != "none" for check in visible)
         )

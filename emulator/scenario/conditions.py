@@ -59,6 +59,18 @@ class Stretch(NamedTuple):
     holds: bool | None
 
 
+class Followed(NamedTuple):
+    """What has to follow a condition: when that holds, and when the LED is lit or the line is printed.
+
+    Times in ps, from and until; of a printed line both are its begin.
+    """
+
+    name: str
+    condition: str
+    wanted: tuple[tuple[int, int], ...]
+    shown: tuple[tuple[int, int], ...]
+
+
 class Condition(Table):
     """A quantity is ``beyond`` a value (to either side), ``above`` or ``below`` it; or a LED is lit."""
 
@@ -113,6 +125,10 @@ class Condition(Table):
             if at_ps < seen.end_ps:
                 yield Stretch(at_ps, min(end_ps, seen.end_ps), holds)
             at_ps = end_ps
+
+    def held(self, seen: Seen) -> tuple[tuple[int, int], ...]:
+        """When it holds."""
+        return tuple((one.begin_ps, one.end_ps) for one in self.stretches(seen) if one.holds)
 
     def value_text(self, seen: Seen, at_ps: int) -> str:
         """The state at a moment, for findings: " with roll 44.2"."""

@@ -7,7 +7,7 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
-from emulator.scenario.conditions import Condition, Stretch
+from emulator.scenario.conditions import Condition, Followed, Stretch
 from emulator.scenario.expectations import Miss, Seen, Windowed, shown_line
 from emulator.scenario.observed import PrintedLine, escaped, same_banner
 from emulator.scenario.tables import Duration, Length, PatternText
@@ -61,6 +61,12 @@ class ExpectLineFollows(Windowed):
         text = f"printed {len(wrong)} times otherwise, first at {when}"
         diff = tuple(f"+{escaped(line.text)}  at {seconds(line.at_ps)}" for line in wrong[:_DIFF_LINES])
         return Miss("wrong value", self.wording(), text, diff, for_good=True)
+
+    def followed(self, seen: Seen) -> Followed:
+        """When the line is printed, and when it has to be, margin and settling aside."""
+        at_ps = (line.at_ps for line in seen.lines if self._is_it(line, seen))
+        shown = tuple((one, one) for one in at_ps)
+        return Followed(self._line(), self.when.text(), self.when.held(seen), shown)
 
     def _settled(self, seen: Seen) -> list[Stretch]:
         """The parts of the window in which the line has to be printed, or not to be."""

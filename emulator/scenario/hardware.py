@@ -11,7 +11,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from pydantic import Field, model_validator
 
-from emulator.scenario.conditions import Condition, LedName, led_states
+from emulator.scenario.conditions import Condition, Followed, LedName, led_states
 from emulator.scenario.expectations import Expectation, Miss, Seen, Windowed
 from emulator.scenario.observed import SAMPLE_STEP_PS, BoardView
 from emulator.scenario.tables import Duration, Length
@@ -110,6 +110,12 @@ class ExpectLedFollows(Windowed):
             f"{self.led.upper()} lit while {self.angle} is beyond {self.beyond_deg:g} degrees to either side "
             f"and dark otherwise, at most {seconds(self.settle)} late{self.window_text()}"
         )
+
+    def followed(self, seen: Seen) -> Followed:
+        """When the LED is lit for 1 ms or more, and when it has to be, margin and settling aside."""
+        states = ((begin, min(until, seen.end_ps)) for begin, until, lit in led_states(seen, self.led) if lit)
+        lit = tuple((begin, until) for begin, until in states if until - begin >= PS_PER_MS)
+        return Followed(self.led.upper(), self.condition.text(), self.condition.held(seen), lit)
 
     def judge(self, seen: Seen) -> Miss | None:
         """Every 10 ms, by the true inclination."""

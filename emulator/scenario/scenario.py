@@ -322,12 +322,9 @@ class Scenario:
 
     def _sampled(self) -> list[str]:
         """Quantities that conditions are about."""
-        found = [
-            one.when for one in self.expectations if isinstance(one, ExpectLedFollows | ExpectLineFollows)
-        ]
-        return list(
-            dict.fromkeys(one.quantity for one in found if one is not None and one.quantity is not None)
-        )
+        found = [one.condition for one in self.expectations if isinstance(one, ExpectLedFollows)]
+        found += [one.when for one in self.expectations if isinstance(one, ExpectLineFollows)]
+        return list(dict.fromkeys(one.quantity for one in found if one.quantity is not None))
 
     def _magnetic_field(self) -> tuple[float, float, float] | None:
         """NED in uT; None for the world's default."""

@@ -7,11 +7,13 @@ import re
 import shutil
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
+import jsonschema
 import pytest
 
-from emulator.grading.rubric import load_rubric
+from emulator.grading.rubric import json_schema, load_rubric
 from emulator.grading.trials import trials
 from emulator.grading.verdict import Verdict
 from firmware_model import arm
@@ -105,6 +107,13 @@ def test_class_gets_the_points_that_the_page_shows(tmp_path: Path) -> None:
         lost = [check.check for check in verdict.checks if check.outcome != "passed"]
         got[name] = (points[number], ", ".join(lost) or "nothing")
     assert got == shown
+    page = (tmp_path / "graded" / "students" / "s0.html").read_text(encoding="utf-8")
+    for name in ("tilt=%d cdeg", "LED1 while ", "ALARM"):
+        assert re.search(f"<figcaption>[^<]*{name}", page), name
+
+
+def test_rubric_follows_the_schema() -> None:
+    jsonschema.Draft202012Validator(json_schema()).validate(tomllib.loads(RUBRIC))
 
 
 @needs_compiler

@@ -217,3 +217,39 @@ def test_unjudged_prerequisite_leaves_the_check_unjudged(tmp_path: Path) -> None
 
     assert {one.outcome for one in verdict.checks} == {"unjudged"}
     assert (verdict.points, verdict.unjudged_points) == (0, 4)
+
+
+FOLLOWING = """\
+schema = 1
+title = "LED1 follows the pitch"
+[run.steep]
+duration = "6s"
+sensors = { grade = "ideal" }
+timeline = [{ do = "set_attitude", pitch_deg = 85, at = "3s" }]
+[[exercise]]
+id = "1"
+title = "LED1"
+run = "steep"
+[[exercise.check]]
+id = "led"
+title = "LED1 is lit"
+DETAIL
+expect = [{ kind = "led_follows", led = "led1", angle = "pitch" }]
+"""
+
+
+def test_evidence_has_leds_beside_their_conditions(tmp_path: Path) -> None:
+    (evidence,) = judged_by(tmp_path, FOLLOWING.replace("DETAIL", ""), "lab3").evidence
+    (led,) = evidence.following
+
+    assert led.name == "LED1"
+    for spans in (led.wanted, led.shown):
+        (span,) = spans
+        assert span == pytest.approx((3.0, 6.0), abs=0.05)
+
+
+def test_conditions_of_hidden_checks_are_not_shown(tmp_path: Path) -> None:
+    verdict = judged_by(tmp_path, FOLLOWING.replace("DETAIL", 'detail = "actual"'), "lab3")
+
+    assert verdict.evidence[0].following
+    assert verdict.for_student().evidence[0].following == ()
