@@ -65,7 +65,7 @@ WRONG = {
     "`fabsf` missing at the LED": (led("roll > 45.0f"),),
     "inverted LED": (led("fabsf(roll) <= 45.0f"),),
     "alarm printed once only": (
-        alarm(f"alarms++ == 0 && {BOTH}"),
+        alarm(f"{BOTH} && alarms++ == 0"),
         ("float roll;", "int alarms; float roll;"),
     ),
     "alarm printed always": (alarm("1"),),
