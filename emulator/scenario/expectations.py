@@ -428,7 +428,7 @@ class ExpectPrinted(_Number):
     def wording(self) -> str:
         """The line's format, and how often it comes."""
         every = f"at least every {seconds(self.longest_gap)}"
-        return f'a line "{visible(self.number_format().text)}" {every}{self.window_text()}'
+        return f'a line "{self.number_format().text}" {every}{self.window_text()}'
 
     def judge(self, seen: Seen) -> Miss | None:
         """From the window's begin to its end, or the run's."""
@@ -486,7 +486,7 @@ def _not_printed(line_format: NumberFormat, expected: str, lines: Sequence[Print
     """Nothing begins like the format: there is another form of it, or none."""
     near = [line for line in lines if line_format.is_meant_by(line.text)]
     if not near:
-        return Miss("missing", expected, f'no line "{visible(line_format.text)}" among {len(lines)}')
+        return Miss("missing", expected, f'no line "{line_format.text}" among {len(lines)}')
     return _malformed(line_format, expected, near, len(near))
 
 
@@ -494,7 +494,7 @@ def _malformed(line_format: NumberFormat, expected: str, wrong: Sequence[Printed
     """Lines that are meant as the format and are not in it, with what is another."""
     what = format_difference(line_format.text, wrong[0].text)
     seen_text = f"{len(wrong)} of {count} lines in another format" + (f": {what}" if what else "")
-    diff = (f"-{visible(line_format.text)}", *map(_printed, wrong[:_DIFF_LINES]))
+    diff = (f"-{line_format.text}", *map(_printed, wrong[:_DIFF_LINES]))
     return Miss("wrong format", expected, seen_text, diff)
 
 

@@ -78,16 +78,17 @@ class PrintfFormat:
     """A format string of ``printf``, and which of its numbers is meant, counted from 1. Raises ValueError."""
 
     def __init__(self, text: str, number: int = 1) -> None:
-        self.text = text.strip(_BLANKS)
-        self._label = self.text.partition("%")[0].rstrip()
+        bare = text.strip(_BLANKS)
+        self.text = visible(bare)
+        self._label = bare.partition("%")[0].rstrip()
         self._hex: list[bool] = []
         place, pattern = 0, ""
-        for match in _CONVERSION.finditer(self.text):
-            pattern += re.escape(self.text[place : match.start()]) + self._conversion(match)
+        for match in _CONVERSION.finditer(bare):
+            pattern += re.escape(bare[place : match.start()]) + self._conversion(match)
             place = match.end()
-        if "%" in self.text[place:]:
+        if "%" in bare[place:]:
             raise ValueError(f"is {shown(text)}, which ends within a conversion; write %% for a percent sign")
-        self._line = re.compile(pattern + re.escape(self.text[place:]), re.ASCII)
+        self._line = re.compile(pattern + re.escape(bare[place:]), re.ASCII)
         if not 1 <= number <= len(self._hex):
             count = f"{len(self._hex)} number{'s' * (len(self._hex) != 1)}"
             raise ValueError(f"is {shown(text)}, which prints {count}; number {number} is not among them")
@@ -163,7 +164,7 @@ class PatternFormat:
     """A regular expression whose group ``number`` is the number."""
 
     def __init__(self, pattern: Pattern, patience: SearchPatience | None = None) -> None:
-        self.text = pattern.text
+        self.text = visible(pattern.text)
         self._pattern = pattern
         self._patience = SearchPatience() if patience is None else patience
 
