@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from pathlib import Path
@@ -347,12 +348,16 @@ class _Run:
         """LEDs and lines against the conditions that they have to follow, each once."""
         expected = (one for check in self.checks for one in check.expect)
         kinds = (ExpectLedFollows, ExpectLineFollows)
-        followed = [one.followed(self.seen) for one in expected if isinstance(one, kinds)]
+        followed = []
+        for one in expected:
+            if isinstance(one, kinds):
+                with suppress(TimeoutError):  # of a pattern, which its check says
+                    followed.append(one.followed(self.seen))
         return tuple(
             Following(
                 name=one.name, condition=one.condition, wanted=_in_s(one.wanted), shown=_in_s(one.shown)
             )
-            for one in {(one.name, one.condition): one for one in followed}.values()
+            for one in {(each.name, each.condition): each for each in followed}.values()
         )
 
     def _replay(self) -> str:
@@ -374,12 +379,13 @@ class _Run:
     def _series(self, number: ExpectField) -> Series:
         line_format = number.number_format()
         points = []
-        for line in self.seen.lines:
-            if line_format.is_begun_by(line.text) and number.quantity in line.truth:
-                value = line_format.number(line.text)
-                printed = None if value is None or value - value != 0 else value
-                truth = number.scale * float(line.truth[number.quantity][1][-1])
-                points.append((line.at_ps / PS_PER_S, printed, truth))
+        with suppress(TimeoutError):  # of a pattern, which its check says
+            for line in self.seen.lines:
+                if line_format.is_begun_by(line.text) and number.quantity in line.truth:
+                    value = line_format.number(line.text)
+                    printed = None if value is None or value - value != 0 else value
+                    truth = number.scale * float(line.truth[number.quantity][1][-1])
+                    points.append((line.at_ps / PS_PER_S, printed, truth))
         step = max(1, -(-len(points) // MOST_PRINTS))
         kept = points[::step]
         unit = (

@@ -308,7 +308,7 @@ class _Number(Windowed):
     def number_format(self, patience: SearchPatience | None = None) -> NumberFormat:
         """How the number is found in a line."""
         if self.format is not None:
-            return PrintfFormat(self.format, self.number)
+            return PrintfFormat(self.format, self.number, patience)
         return NamedFormat(self.name) if self.name else PatternFormat(self._pattern(), patience)
 
     @property

@@ -72,64 +72,74 @@ _NUMBERS = "diufFeEgGx"
 _KINDS = f"{_NUMBERS}Xsc%"
 _BLANKS = " \r\n\t"
 _LONGEST_MEANT = 200
+_MOST_DIGITS = 2  # of a width
 
 
 class PrintfFormat:
-    """A format string of ``printf``, and which of its numbers is meant, counted from 1. Raises ValueError."""
+    """A format string of ``printf``, and which of its numbers is meant, counted from 1. Raises ValueError.
 
-    def __init__(self, text: str, number: int = 1) -> None:
+    The conversions of a format may be ambiguous, such as "%s%s", so a search in a line has a time limit.
+    """
+
+    def __init__(self, text: str, number: int = 1, patience: SearchPatience | None = None) -> None:
         bare = text.strip(_BLANKS)
         self.text = visible(bare)
+        self._patience = SearchPatience() if patience is None else patience
         self._label = bare.partition("%")[0].rstrip()
-        self._hex: list[bool] = []
+        self._base = 10
+        self._meant_number, self._numbers = number, 0
         place, pattern = 0, ""
         for match in _CONVERSION.finditer(bare):
             pattern += re.escape(bare[place : match.start()]) + self._conversion(match)
             place = match.end()
         if "%" in bare[place:]:
             raise ValueError(f"is {shown(text)}, which ends within a conversion; write %% for a percent sign")
-        self._line = re.compile(pattern + re.escape(bare[place:]), re.ASCII)
-        if not 1 <= number <= len(self._hex):
-            count = f"{len(self._hex)} number{'s' * (len(self._hex) != 1)}"
+        if not 1 <= number <= self._numbers:
+            count = f"{self._numbers} number{'s' * (self._numbers != 1)}"
             raise ValueError(f"is {shown(text)}, which prints {count}; number {number} is not among them")
-        self._number = number
+        self._line = Pattern(rf"\A{pattern}{re.escape(bare[place:])}\Z")
         word = re.search(r"[^\W\d_]{3}", self._label)  # three letters by which another form is recognised
         meant = rf"\b{word[0]}\w*[^\w\n][^\n]*?\d" if word else ""
         self._meant = re.compile(meant, re.IGNORECASE) if meant else None
 
     def _conversion(self, match: re.Match[str]) -> str:
-        """The pattern of what one conversion prints."""
+        """The pattern of what one conversion prints; the number that is meant is a group."""
         kind = match["kind"]
         if kind not in _KINDS:
             raise ValueError(
                 f"has the conversion {shown(match[0])}; known: {', '.join(f'%{k}' for k in _KINDS)}"
             )
+        if max(len(match["width"]), len(match["digits"] or "")) > _MOST_DIGITS:
+            raise ValueError(f"has the conversion {shown(match[0])}; give a width and digits below 100")
         if kind == "%":
             return "%"
         if kind in "sc":
             return ".*?" if kind == "s" else "."
-        self._hex.append(kind in "xX")
+        self._numbers += 1
+        group = "?:"
+        if self._numbers == self._meant_number:
+            group, self._base = "?P<number>", 16 if kind in "xX" else 10
         sign = r"[-+]" if "+" in match["flags"] else r"[- ]?" if " " in match["flags"] else "-?"
         blanks = " *" if match["width"] else ""
         after = " *" if "-" in match["flags"] else ""
-        return f"{blanks}({sign}{self._digits(kind, match['digits'])}){after}"
+        return f"{blanks}({group}{sign}{self._digits(kind, match['digits'])}){after}"
 
     @staticmethod
     def _digits(kind: str, digits: str | None) -> str:
         if kind in "diu":
-            return r"\d+"
+            return "[0-9]+"
         if kind in "xX":
-            return r"(?:0[xX])?[0-9a-fA-F]+"
+            return "(?:0[xX])?[0-9a-fA-F]+"
         if kind in "gG":
-            return r"(?:\d+\.?\d*(?:[eE][-+]\d+)?|inf|nan)"
+            return r"(?:[0-9]+\.?[0-9]*(?:[eE][-+][0-9]+)?|inf|nan)"
         count = 6 if digits is None else int(digits or 0)
-        decimals = rf"\.\d{{{count}}}" if count else ""
-        exponent = r"[eE][-+]\d+" if kind in "eE" else ""
-        return rf"(?:\d+{decimals}{exponent}|inf|nan|INF|NAN)"
+        decimals = rf"\.[0-9]{{{count}}}" if count else ""
+        exponent = "[eE][-+][0-9]+" if kind in "eE" else ""
+        return rf"(?:[0-9]+{decimals}{exponent}|inf|nan|INF|NAN)"
 
     def is_begun_by(self, line: str) -> bool:
         """By the text before the first conversion; without one, by the whole format."""
-        return line.startswith(self._label) if self._label else self._line.fullmatch(line) is not None
+        return line.startswith(self._label) if self._label else self.number(line) is not None
 
     def is_meant_by(self, line: str) -> bool:
         """By the first word before the first conversion, and a number after it."""
@@ -137,11 +147,11 @@ class PrintfFormat:
 
     def number(self, line: str) -> float | None:
         """The number at its place."""
-        match = self._line.fullmatch(line)
-        if match is None:
+        found = self._line.group_in(line, "number", self._patience)
+        if found is None:
             return None
-        text = match[self._number].replace(" ", "")
-        return float(int(text, 16)) if self._hex[self._number - 1] else float(text)
+        text = found.replace(" ", "")
+        return float(int(text, 16)) if self._base == 16 else float(text)
 
 
 def printed_with_zeros(text: str) -> str:

@@ -253,3 +253,15 @@ def test_conditions_of_hidden_checks_are_not_shown(tmp_path: Path) -> None:
 
     assert verdict.evidence[0].following
     assert verdict.for_student().evidence[0].following == ()
+
+
+def test_pattern_that_takes_too_long_is_not_judged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("emulator.scenario.tables._LINE_PATIENCE_S", 0.01)
+    monkeypatch.setattr("emulator.scenario.tables._RUN_PATIENCE_S", 0.02)
+    slow = "pattern = '^(?P<number>.|..)+(?<!.)$'"
+    following = f"kind = 'line_follows', {slow}, longest_gap = '1s', when = {{ led = 'led1' }}"
+    number = f"kind = 'field', {slow}, truth = 'roll', tolerance = 1"
+    for expectation in (following, number):
+        old = '{ kind = "printed", name = "Pitch", longest_gap = "2s" }'
+        verdict = judged_by(tmp_path, NEEDY.replace(old, f"{{ {expectation} }}"), "lab3", ["1"])
+        assert verdict.checks[0].outcome == "unjudged"

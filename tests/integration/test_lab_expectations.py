@@ -226,6 +226,8 @@ def test_own_format_serves_every_kind_about_numbers(tmp_path: Path, kind: str) -
         ('format = "tilt=%d"', 'truth = "rol", tolerance = 1'),
         ('format = "tilt=%d", number = 2', "value = 1, tolerance = 1"),
         ('format = "tilt=%q"', "value = 1, tolerance = 1"),
+        ('format = "tilt=%999999999d"', "value = 1, tolerance = 1"),
+        ('format = "tilt=%.999999999f"', "value = 1, tolerance = 1"),
         ('format = "tilt=%d", name = "Pitch"', "value = 1, tolerance = 1"),
         ('pattern = "tilt=(-?[0-9]+)"', "value = 1, tolerance = 1"),
         ('format = "tilt=%d"', 'truth = "roll", scale = 0, tolerance = 1'),
