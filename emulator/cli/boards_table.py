@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from emulator.cli.exit_codes import ExitCode
-from emulator.grading.rubric import Rubric
-from emulator.grading.verdict import Verdict
+from fcu_emulator.emulator.cli.exit_codes import ExitCode
+from fcu_emulator.emulator.grading.rubric import Rubric
+from fcu_emulator.emulator.grading.verdict import Verdict
 
 _WORST_FIRST = (ExitCode.FIRMWARE_FAILED, ExitCode.FAILED, ExitCode.NOT_JUDGED, ExitCode.HELD)
 _SEEDS_SHOWN = 10

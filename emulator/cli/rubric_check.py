@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import click
 
-from emulator.grading.rubric import Rubric, load_rubric
-from emulator.grading.trials import Trial, trials
-from emulator.system_words import quoted
-from emulator.text import visible
+from fcu_emulator.emulator.grading.rubric import Rubric, load_rubric
+from fcu_emulator.emulator.grading.trials import Trial, trials
+from fcu_emulator.emulator.system_words import quoted
+from fcu_emulator.emulator.text import visible
 
 _TEMPLATE = "template-arm"
 

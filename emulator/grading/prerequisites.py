@@ -16,8 +16,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 
-from emulator.grading.verdict import CheckResult, requires_text
-from emulator.text import shown
+from fcu_emulator.emulator.grading.verdict import CheckResult, requires_text
+from fcu_emulator.emulator.text import shown
 
 
 class PrerequisiteError(ValueError):

@@ -2,7 +2,7 @@
 
 The template of the lab, and four that read no sensor: they print nothing, or every line that the rubric asks
 for, all the time and with the number 0; and their LEDs are off or on. A check that one of them passes says
-nothing about a student's program, unless it requires another one (:mod:`emulator.grading.prerequisites`).
+nothing about a student's program, unless it requires another one (:mod:`fcu_emulator.emulator.grading.prerequisites`).
 
 Decision: the programs print the lines of the rubric's checks, so they are generated for each rubric. They are
 firmware in Python, which needs no compiler.
@@ -14,16 +14,22 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from emulator.board.board import Board
-from emulator.board.firmware import FirmwareFactory
-from emulator.grading.judge import judge
-from emulator.grading.rubric import Rubric
-from emulator.grading.verdict import Verdict
-from emulator.python_cpu.hal import Hal
-from emulator.scenario.expectations import ExpectField, ExpectLine, ExpectPrinted, ExpectRegex, ExpectWithin
-from emulator.scenario.following import ExpectLineFollows
-from emulator.scenario.formats import printed_with_zeros
-from emulator.scenario.tables import Pattern, SearchPatience
+from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.board.firmware import FirmwareFactory
+from fcu_emulator.emulator.grading.judge import judge
+from fcu_emulator.emulator.grading.rubric import Rubric
+from fcu_emulator.emulator.grading.verdict import Verdict
+from fcu_emulator.emulator.python_cpu.hal import Hal
+from fcu_emulator.emulator.scenario.expectations import (
+    ExpectField,
+    ExpectLine,
+    ExpectPrinted,
+    ExpectRegex,
+    ExpectWithin,
+)
+from fcu_emulator.emulator.scenario.following import ExpectLineFollows
+from fcu_emulator.emulator.scenario.formats import printed_with_zeros
+from fcu_emulator.emulator.scenario.tables import Pattern, SearchPatience
 
 _EVERY_MS = 300
 _TRANSMIT_MS = 1_000

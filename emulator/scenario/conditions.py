@@ -17,12 +17,12 @@ from typing import Annotated, NamedTuple
 
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
-from emulator.scenario.expectations import QuantityName, Seen
-from emulator.scenario.observed import SAMPLE_STEP_PS
-from emulator.scenario.tables import LED_NAMES, Table, board_of
-from emulator.text import shown
-from emulator.time.clock import NEVER_PS
-from emulator.trace import GpioEdge
+from fcu_emulator.emulator.scenario.expectations import QuantityName, Seen
+from fcu_emulator.emulator.scenario.observed import SAMPLE_STEP_PS
+from fcu_emulator.emulator.scenario.tables import LED_NAMES, Table, board_of
+from fcu_emulator.emulator.text import shown
+from fcu_emulator.emulator.time.clock import NEVER_PS
+from fcu_emulator.emulator.trace import GpioEdge
 
 # -- LEDs ---------------------------------------------------------------------------------------------------
 

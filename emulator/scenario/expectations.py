@@ -1,8 +1,8 @@
 """Expectations: what the terminal shows, which numbers it prints, what the hardware does.
 
 Schema and judgement of a kind of expectation are in one class. A new kind is one class and its name in
-``Kinds`` of :mod:`emulator.scenario.schema`; those about LEDs and timers are in
-:mod:`emulator.scenario.hardware`.
+``Kinds`` of :mod:`fcu_emulator.emulator.scenario.schema`; those about LEDs and timers are in
+:mod:`fcu_emulator.emulator.scenario.hardware`.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
-from emulator.scenario.formats import (
+from fcu_emulator.emulator.scenario.formats import (
     FormatText,
     NamedFormat,
     NumberFormat,
@@ -26,7 +26,7 @@ from emulator.scenario.formats import (
     PrintfFormat,
     shown_format,
 )
-from emulator.scenario.observed import (
+from fcu_emulator.emulator.scenario.observed import (
     FIELDS,
     MAX_SETTLE_PS,
     QUANTITIES,
@@ -38,7 +38,7 @@ from emulator.scenario.observed import (
     nearest_truth,
     same_banner,
 )
-from emulator.scenario.tables import (
+from fcu_emulator.emulator.scenario.tables import (
     Duration,
     Length,
     Pattern,
@@ -48,7 +48,7 @@ from emulator.scenario.tables import (
     TextFile,
     Window,
 )
-from emulator.scenario.text_diff import (
+from fcu_emulator.emulator.scenario.text_diff import (
     Fault,
     difference,
     fault_between,
@@ -56,8 +56,8 @@ from emulator.scenario.text_diff import (
     format_difference,
     nearest,
 )
-from emulator.text import shown, visible
-from emulator.time.clock import PS_PER_MS, seconds
+from fcu_emulator.emulator.text import shown, visible
+from fcu_emulator.emulator.time.clock import PS_PER_MS, seconds
 
 # -- What every expectation has in common: how it is missed, a view of the run, a window --------------------
 

@@ -7,12 +7,12 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
-from emulator.scenario.conditions import Condition, Followed, Stretch
-from emulator.scenario.expectations import Miss, Seen, Windowed, shown_line
-from emulator.scenario.observed import PrintedLine, escaped, same_banner
-from emulator.scenario.tables import Duration, Length, PatternText
-from emulator.text import visible
-from emulator.time.clock import PS_PER_MS, seconds
+from fcu_emulator.emulator.scenario.conditions import Condition, Followed, Stretch
+from fcu_emulator.emulator.scenario.expectations import Miss, Seen, Windowed, shown_line
+from fcu_emulator.emulator.scenario.observed import PrintedLine, escaped, same_banner
+from fcu_emulator.emulator.scenario.tables import Duration, Length, PatternText
+from fcu_emulator.emulator.text import visible
+from fcu_emulator.emulator.time.clock import PS_PER_MS, seconds
 
 _DIFF_LINES = 3  # wrong lines that a finding shows
 

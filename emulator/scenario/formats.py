@@ -14,9 +14,9 @@ from typing import Annotated, Protocol
 
 from pydantic import AfterValidator, Field
 
-from emulator.scenario.observed import FORMAT_OF_FIELD
-from emulator.scenario.tables import Pattern, PatternText, SearchPatience
-from emulator.text import shown, visible
+from fcu_emulator.emulator.scenario.observed import FORMAT_OF_FIELD
+from fcu_emulator.emulator.scenario.tables import Pattern, PatternText, SearchPatience
+from fcu_emulator.emulator.text import shown, visible
 
 # -- What a format is asked ---------------------------------------------------------------------------------
 

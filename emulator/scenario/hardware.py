@@ -11,14 +11,14 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from pydantic import Field, model_validator
 
-from emulator.scenario.conditions import Condition, Followed, LedName, led_states
-from emulator.scenario.expectations import Expectation, Miss, Seen, Windowed
-from emulator.scenario.observed import SAMPLE_STEP_PS, BoardView
-from emulator.scenario.tables import Duration, Length
-from emulator.time.clock import PS_PER_MS, PS_PER_S, seconds
-from emulator.time.ticks import TickCounts
-from emulator.trace import BusTransfer, TraceEvent
-from sensors import PARTS
+from fcu_emulator.emulator.scenario.conditions import Condition, Followed, LedName, led_states
+from fcu_emulator.emulator.scenario.expectations import Expectation, Miss, Seen, Windowed
+from fcu_emulator.emulator.scenario.observed import SAMPLE_STEP_PS, BoardView
+from fcu_emulator.emulator.scenario.tables import Duration, Length
+from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, seconds
+from fcu_emulator.emulator.time.ticks import TickCounts
+from fcu_emulator.emulator.trace import BusTransfer, TraceEvent
+from fcu_emulator.sensors import PARTS
 
 # -- LEDs ---------------------------------------------------------------------------------------------------
 

@@ -13,9 +13,9 @@ from pathlib import Path
 
 import pytest
 
-from emulator import Board
-from emulator.analysis.mistakes import explain
-from emulator.analysis.witness import Witness
+from fcu_emulator import Board
+from fcu_emulator.emulator.analysis.mistakes import explain
+from fcu_emulator.emulator.analysis.witness import Witness
 from tests.arm import student_programs
 from tests.arm.student_programs import OPTIMISATIONS, Program, build, said, without_numbers
 from tests.arm.vendor_programs import file

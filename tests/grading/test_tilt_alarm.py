@@ -13,10 +13,10 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from emulator.grading.rubric import json_schema, load_rubric
-from emulator.grading.trials import trials
-from emulator.grading.verdict import Verdict
-from firmware_model import arm
+from fcu_emulator.emulator.grading.rubric import json_schema, load_rubric
+from fcu_emulator.emulator.grading.trials import trials
+from fcu_emulator.emulator.grading.verdict import Verdict
+from fcu_emulator.firmware_model import arm
 from tests.arm import student_programs
 
 ROOT = Path(__file__).parents[2]
@@ -89,7 +89,7 @@ def test_class_gets_the_points_that_the_page_shows(tmp_path: Path) -> None:
     sandbox = [] if shutil.which("bwrap") else ["--build-without-sandbox"]
     command = ["grade", "submissions", "--rubric", "tilt.toml", "--out", "graded", "--jobs", "1", *sandbox]
     done = subprocess.run(
-        [sys.executable, "-m", "emulator", *command],
+        [sys.executable, "-m", "fcu_emulator", *command],
         cwd=tmp_path,
         capture_output=True,
         text=True,
@@ -131,7 +131,7 @@ def test_solution_has_all_points_on_several_boards(tmp_path: Path) -> None:
     subprocess.run(new, check=True, capture_output=True)
     (tmp_path / "lab" / "main.c").write_text(solution(), encoding="utf-8")
     done = subprocess.run(
-        [sys.executable, "-m", "emulator", "check", "--boards", "5"],
+        [sys.executable, "-m", "fcu_emulator", "check", "--boards", "5"],
         cwd=tmp_path / "lab",
         capture_output=True,
         text=True,

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from emulator import Board, run
-from emulator.errors import InputError
-from emulator.grading.judge import JudgeProgress, judge, reworded
-from emulator.grading.rubric import Rubric, load_rubric
-from emulator.grading.verdict import Verdict
+from fcu_emulator import Board, run
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.grading.judge import JudgeProgress, judge, reworded
+from fcu_emulator.emulator.grading.rubric import Rubric, load_rubric
+from fcu_emulator.emulator.grading.verdict import Verdict
 
 RUBRIC = """\
 schema = 1
@@ -256,8 +256,8 @@ def test_conditions_of_hidden_checks_are_not_shown(tmp_path: Path) -> None:
 
 
 def test_pattern_that_takes_too_long_is_not_judged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("emulator.scenario.tables._LINE_PATIENCE_S", 0.01)
-    monkeypatch.setattr("emulator.scenario.tables._RUN_PATIENCE_S", 0.02)
+    monkeypatch.setattr("fcu_emulator.emulator.scenario.tables._LINE_PATIENCE_S", 0.01)
+    monkeypatch.setattr("fcu_emulator.emulator.scenario.tables._RUN_PATIENCE_S", 0.02)
     slow = "pattern = '^(?P<number>.|..)+(?<!.)$'"
     following = f"kind = 'line_follows', {slow}, longest_gap = '1s', when = {{ led = 'led1' }}"
     number = f"kind = 'field', {slow}, truth = 'roll', tolerance = 1"

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from emulator import Board
-from emulator.scenario import Result, run
-from firmware_model import LabFirmware
-from firmware_model.hal import PRINTF, Hal
+from fcu_emulator import Board
+from fcu_emulator.emulator.scenario import Result, run
+from fcu_emulator.firmware_model import LabFirmware
+from fcu_emulator.firmware_model.hal import PRINTF, Hal
 from tests.scenario_files import HEAD, refusal, write
 
 IDEAL = f'{HEAD}[sensors]\ngrade = "ideal"\n'

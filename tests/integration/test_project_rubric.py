@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_model.arm import prebuilt
+from fcu_emulator.firmware_model.arm import prebuilt
 
 RUBRIC = """\
 schema = 1
@@ -37,7 +37,7 @@ WALK = "t_s,roll_deg,pitch_deg,yaw_deg\n0,0,0,0\n1,0,20,0\n"
 
 
 def fcu(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "emulator", *arguments]
+    command = [sys.executable, "-m", "fcu_emulator", *arguments]
     return subprocess.run(command, cwd=folder, capture_output=True, encoding="utf-8", check=False)
 
 

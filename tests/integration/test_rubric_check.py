@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from emulator.errors import RubricError
-from emulator.grading.judge import judge
-from emulator.grading.rubric import load_rubric
-from emulator.grading.trials import lines_of, trials
+from fcu_emulator.emulator.errors import RubricError
+from fcu_emulator.emulator.grading.judge import judge
+from fcu_emulator.emulator.grading.rubric import load_rubric
+from fcu_emulator.emulator.grading.trials import lines_of, trials
 
 TILT = """\
 schema = 1
@@ -80,7 +80,7 @@ def written(folder: Path, text: str) -> Path:
 
 def checked(file: Path, *options: str) -> str:
     done = subprocess.run(
-        [sys.executable, "-m", "emulator", "rubric", "check", str(file), *options],
+        [sys.executable, "-m", "fcu_emulator", "rubric", "check", str(file), *options],
         capture_output=True,
         encoding="utf-8",
         check=False,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from emulator.grading.reports.markup import Html, element
-from emulator.grading.verdict import Following
+from fcu_emulator.emulator.grading.reports.markup import Html, element
+from fcu_emulator.emulator.grading.verdict import Following
 
 _WIDTH, _LEFT, _RIGHT = 440.0, 58.0, 12.0
 _ROW, _BAR = 20.0, 12.0
