@@ -25,16 +25,17 @@ import click
 from fcu_emulator.emulator.board.board import Board
 from fcu_emulator.emulator.board.firmware import choose
 from fcu_emulator.emulator.chip.diagnosis.report import KEEPS_SAMPLES_AWAY
+from fcu_emulator.emulator.cli.boards_table import BoardsTable
 from fcu_emulator.emulator.cli.build import ELF, build_project, build_with_make
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
 from fcu_emulator.emulator.errors import FirmwareError, InputError, LinkError, NotJudgedError, OutputError
 from fcu_emulator.emulator.files import write_atomically
 from fcu_emulator.emulator.grading.checks import Property
 from fcu_emulator.emulator.grading.judge import JudgeProgress, judge
-from fcu_emulator.emulator.grading.rubric import CheckTable, Rubric, load_rubric
+from fcu_emulator.emulator.grading.rubric import PROJECT_RUBRIC, CheckTable, Rubric, load_rubric
 from fcu_emulator.emulator.grading.verdict import Cause, CheckResult, RunEvidence, Verdict
 from fcu_emulator.emulator.scenario.expectations import Expectation
-from fcu_emulator.emulator.system_words import command_line, quoted
+from fcu_emulator.emulator.system_words import command_line
 from fcu_emulator.emulator.text import visible
 
 _WIDTH = 98
@@ -44,24 +45,42 @@ _CAUSES_SHOWN = 2
 _SENTENCES_SHOWN = 4  # of a cause
 _COMPARED = 60  # characters of a warning
 _FUNCTION = re.compile(r"(\w+)\(")
-_NOT_BEGUN = frozenset({"missing", "stopped", "never lit", "blinks"})
+_NOT_BEGUN = frozenset({"missing", "stopped", "never lit", "blinks", "prerequisite"})
 """Findings of an exercise that nothing has been written for."""
-_NOT_OF_THE_FORMULA = frozenset({"wrong format", "stopped"})
+_NOT_OF_THE_FORMULA = frozenset({"wrong format", "stopped", "prerequisite"})
 """Findings for which the further steps of a hint are no help."""
 
 
 @dataclass(frozen=True)
 class CheckOptions:
-    """The arguments of ``fcu check`` as typed."""
+    """The arguments of ``fcu check`` as typed. ``rubric`` None: the project's, else LAB3's."""
 
     target: str
-    rubric: str
+    rubric: str | None
     exercises: tuple[str, ...]
     seed: int
     json: Path | None
     save: Path | None = None
     hints: int = 0
     """How many further steps of the hints are shown, after the first."""
+    boards: int | None = None
+    """On so many boards, from ``seed`` on; None: on one, with what is wrong and what to do."""
+
+    @property
+    def rubric_named(self) -> str:
+        """The rubric's name or file: as typed, else that of the project, else LAB3's."""
+        if self.rubric is not None:
+            return self.rubric
+        target = Path(self.target)
+        own = (target if target.is_dir() else target.parent) / PROJECT_RUBRIC
+        return str(own) if own.is_file() else "lab3"
+
+    def again(self) -> str:
+        """The command without the options that choose exercises, boards and hints."""
+        words = ["fcu", "check", *([self.target] if self.target != "." else [])]
+        return command_line(
+            [*words, *(["--rubric", self.rubric] if self.rubric not in (None, "lab3") else [])]
+        )
 
 
 def check_program(options: CheckOptions) -> ExitCode:
@@ -69,23 +88,15 @@ def check_program(options: CheckOptions) -> ExitCode:
 
     Raises InputError.
     """
-    rubric = load_rubric(options.rubric)
+    if options.boards is not None and (options.json is not None or options.save is not None or options.hints):
+        raise InputError("--boards shows a table alone; leave out --json, --save and --hint")
+    rubric = load_rubric(options.rubric_named)
     for name in options.exercises:
         rubric.exercise(name)  # before anything is built
     firmware, build_log = _built(options.target)
-    progress = _Progress()
-    try:
-        verdict = judge(
-            firmware,
-            rubric,
-            seed=options.seed,
-            exercises=options.exercises or None,
-            build_log=build_log,
-            progress=progress.update,
-        )
-    finally:
-        progress.close()
-    shown = verdict.for_student()
+    if options.boards is not None:
+        return _on_boards(firmware, build_log, rubric, options, options.boards)
+    shown = _judged(firmware, build_log, rubric, options, options.seed).for_student()
     if options.json is not None:
         _write(options.json, shown)
     laws = _save(options.save, shown, rubric, firmware) if options.save is not None else {}
@@ -93,6 +104,37 @@ def check_program(options: CheckOptions) -> ExitCode:
     for line in _Screen(shown, rubric, options, firmware, laws, warning).lines():
         click.echo(visible(line, lines=True))
     return exit_code(shown)
+
+
+def _judged(
+    firmware: str, build_log: str | None, rubric: Rubric, options: CheckOptions, seed: int
+) -> Verdict:
+    progress = _Progress()
+    try:
+        return judge(
+            firmware,
+            rubric,
+            seed=seed,
+            exercises=options.exercises or None,
+            build_log=build_log,
+            progress=progress.update,
+        )
+    finally:
+        progress.close()
+
+
+def _on_boards(
+    firmware: str, build_log: str | None, rubric: Rubric, options: CheckOptions, count: int
+) -> ExitCode:
+    """Judge on several boards, and say on which of them points are lost."""
+    boards = BoardsTable(rubric, firmware)
+    for seed in range(options.seed, options.seed + count):
+        shown = _judged(firmware, build_log, rubric, options, seed).for_student()
+        boards.add(seed, shown, exit_code(shown))
+        click.echo(visible(boards.row(seed)))
+    for line in boards.summary(options.again()):
+        click.echo(visible(line))
+    return boards.exit_code
 
 
 def exit_code(verdict: Verdict) -> ExitCode:
@@ -363,20 +405,14 @@ class _Screen:
     def _is_written(self, name: str, advice: str) -> bool:
         """Whether the program has what the advice says to write: a function, or lines that are only wrong."""
         functions = _FUNCTION.findall(advice)
-        if functions:
-            return any(map(self._has, functions))
+        own = [name for name in functions if not _has("template-arm", name)]
+        if own:
+            return any(_has(self._firmware, name) for name in own)
         findings = {one.finding for one in self._verdict.of(name) if one.max_points and one.finding}
         return bool(findings - _NOT_BEGUN)
 
-    def _has(self, function: str) -> bool:
-        image = choose(Board.description, self._firmware, None).image
-        return image is not None and image.symbols is not None and function in image.symbols
-
     def _next(self, open_ones: Sequence[str]) -> Iterator[str]:
-        target = quoted(self._options.target)
-        again = f"fcu check {target}" if self._options.target != "." else "fcu check"
-        if self._options.rubric != "lab3":
-            again += f" --rubric {quoted(self._options.rubric)}"
+        again = self._options.again()
         yield ""
         if not open_ones:
             which = "Everything asked for" if self._options.exercises else "Everything"
@@ -413,6 +449,11 @@ class _Screen:
         ]
         if left_out:
             yield from _wrapped(f"These scenarios only move the board for: {'; '.join(left_out)}.", "  ")
+
+
+def _has(firmware: str, function: str) -> bool:
+    image = choose(Board.description, firmware, None).image
+    return image is not None and image.symbols is not None and function in image.symbols
 
 
 def _check(check: CheckResult, hints: Sequence[str]) -> Iterator[str]:

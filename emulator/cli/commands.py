@@ -449,11 +449,12 @@ def web(
     show_default=True,
     help="Where the sensors are: I2C2 in the lab, SPI2 on the real board.",
 )
-def new(directory: Path, bus: str) -> None:
+@click.option("--rubric", metavar="NAME|FILE", help="What fcu check asks in this project, if not LAB3.")
+def new(directory: Path, bus: str, rubric: str | None) -> None:
     """Start a LAB3 program in C in the new folder DIR."""
     from fcu_emulator.emulator.cli.new import create_project
 
-    create_project(directory, bus)
+    create_project(directory, bus, rubric)
 
 
 @cli.command(short_help="Build a project of fcu new, without make.")
@@ -479,9 +480,8 @@ def build(folder: Path) -> None:
     show_default=True,
     help="Which board of the class, and motion.",
 )
-@click.option(
-    "--rubric", default="lab3", show_default=True, metavar="NAME|FILE", help="What is asked of the program."
-)
+@click.option("--boards", type=click.IntRange(1, 1000), metavar="N", help="On N boards, with a summary.")
+@click.option("--rubric", metavar="NAME|FILE", help="What is asked: that of the project, else lab3.")
 @click.option("--json", type=click.Path(path_type=Path), help="Write what is shown to a JSON file as well.")
 @click.option(
     "--save",
@@ -498,7 +498,8 @@ def check(
     target: str,
     exercise: tuple[str, ...],
     seed: int,
-    rubric: str,
+    boards: int | None,
+    rubric: str | None,
     json: Path | None,
     save: Path | None,
     hint: int,
@@ -519,7 +520,7 @@ def check(
 
     from fcu_emulator.emulator.cli.check import CheckOptions, check_program
 
-    return check_program(CheckOptions(target, rubric, exercise, seed, json, save, hint))
+    return check_program(CheckOptions(target, rubric, exercise, seed, json, save, hint, boards))
 
 
 @cli.command(short_help="List the scenarios, and the question that each asks.")
@@ -559,11 +560,12 @@ def rubric() -> None:
 
 @rubric.command("check")
 @click.argument("file")
-def check_rubric_file(file: str) -> None:
-    """Check a rubric FILE without judging anything."""
-    from fcu_emulator.emulator.cli.listings import check_rubric
+@click.option("--file-only", is_flag=True, help="Judge no programs, only check the file.")
+def check_rubric_file(file: str, file_only: bool) -> None:
+    """Check a rubric FILE, and show the points that it gives away."""
+    from fcu_emulator.emulator.cli.rubric_check import check_rubric
 
-    check_rubric(file)
+    check_rubric(file, not file_only)
 
 
 @rubric.command("schema")

@@ -174,18 +174,6 @@ def print_schema() -> None:
 # -- Rubrics ------------------------------------------------------------------------------------------------
 
 
-def check_rubric(file: str) -> None:
-    """Load a rubric; raises RubricError naming file and key path."""
-    from fcu_emulator.emulator.grading.rubric import load_rubric
-
-    rubric = load_rubric(file)
-    count = sum(len(exercise.check) for exercise in rubric.exercises)
-    click.echo(
-        f"{file}: good; {len(rubric.exercises)} exercises, {count} checks, {rubric.max_points:g} points, "
-        f"{rubric.duration_s(0):g} s of virtual time"
-    )
-
-
 def print_rubric_schema() -> None:
     """Print the JSON schema of rubrics."""
     from fcu_emulator.emulator.grading.rubric import json_schema as rubric_schema

@@ -7,6 +7,7 @@ lab's computers and in CubeIDE, and a student can look into everything the chip 
 from __future__ import annotations
 
 import shutil
+from collections.abc import Sequence
 from pathlib import Path
 
 import click
@@ -14,6 +15,7 @@ import click
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.cli.toolchain import COMPILER, find_compiler
 from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.grading.rubric import PROJECT_RUBRIC, Rubric, load_rubric
 from fcu_emulator.emulator.system_words import how_to_install, quoted
 from fcu_emulator.emulator.text import visible
 from fcu_emulator.firmware_model import arm
@@ -26,18 +28,36 @@ _PROFILE = {
 """By bus, what ``fcu run`` has to be told."""
 
 
-def create_project(directory: Path, bus: str) -> None:
+def create_project(directory: Path, bus: str, rubric: str | None = None) -> None:
     """Write the template into ``directory``, for sensors on ``bus``, and print what to do next.
 
-    Raises InputError if there is already something in it, or it cannot be written.
+    ``rubric``: the file of the rubric that ``fcu check`` uses in the project; it and the files that it names
+    are copied. Raises InputError if there is already something in the directory, or it cannot be written.
     """
+    lab = None if rubric is None else load_rubric(rubric)
+    beside = [] if lab is None else lab.files()
     try:
         if directory.exists() and (not directory.is_dir() or any(directory.iterdir())):
             raise InputError(f"{directory} exists and is not an empty folder; give the name of a new one")
         _write(directory, bus)
+        if lab is not None:
+            _copy_rubric(lab, beside, directory)
     except OSError as error:
         raise InputError(f"cannot create {directory}: {error.strerror or error}") from error
-    _say_what_is_next(directory, bus)
+    _say_what_is_next(directory, bus, "LAB3" if lab is None else lab.title)
+
+
+def _copy_rubric(rubric: Rubric, beside: Sequence[Path], directory: Path) -> None:
+    """The rubric under the name that ``fcu check`` knows, and the files ``beside`` it that it needs."""
+    for name in beside:
+        target = directory / name
+        if target.exists():
+            raise InputError(
+                f"the rubric names {name}, which is a file of the template; give it another name"
+            )
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(rubric.path.parent / name, target)
+    shutil.copyfile(rubric.path, directory / PROJECT_RUBRIC)
 
 
 def _write(directory: Path, bus: str) -> None:
@@ -58,9 +78,9 @@ def _write(directory: Path, bus: str) -> None:
     (directory / "Makefile").write_text(makefile, encoding="utf-8", newline="\n")
 
 
-def _say_what_is_next(directory: Path, bus: str) -> None:
+def _say_what_is_next(directory: Path, bus: str, lab: str) -> None:
     name, quoted_name = visible(str(directory)), visible(quoted(str(directory)))
-    click.echo(f"{name}: the LAB3 template, sensors on {bus}. Your program is main.c. Next:\n")
+    click.echo(f"{name}: the {visible(lab)} template, sensors on {bus}. Your program is main.c. Next:\n")
     click.echo(f"  cd {quoted_name}")
     click.echo("  fcu build")
     click.echo(f"  fcu run lab3.elf{_PROFILE[bus]}")

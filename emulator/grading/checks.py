@@ -17,6 +17,7 @@ from pydantic import AfterValidator, Field
 
 from fcu_emulator.emulator.analysis.witness import Witness
 from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.board.firmware import FirmwareFactory
 from fcu_emulator.emulator.chip.diagnosis.backtrace import Places
 from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis, Kind
 from fcu_emulator.emulator.chip.firmware import ArmFirmware
@@ -38,7 +39,7 @@ class Judged:
     ``watched``: what the check's own :meth:`Check.watch` has returned.
     """
 
-    firmware: str | Path
+    firmware: str | Path | FirmwareFactory
     board: Board
     seen: Seen
     witness: Witness
@@ -211,6 +212,8 @@ class Property(Check):
 
     def judge(self, run: Judged) -> Miss | None:
         """Hypothesis looks for a counter-example, and makes it small."""
+        if not isinstance(run.firmware, str | Path):
+            raise NotJudgedError("firmware in Python has no compiled functions")
         try:
             from fcu_emulator.emulator.testing.judged import counterexample
         except ModuleNotFoundError as error:

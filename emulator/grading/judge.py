@@ -8,14 +8,16 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from pathlib import Path
+from typing import TypeAlias
 
 from fcu_emulator.emulator.analysis.mistakes import explain
 from fcu_emulator.emulator.analysis.witness import Witness
 from fcu_emulator.emulator.board.board import Board
-from fcu_emulator.emulator.board.firmware import choose
+from fcu_emulator.emulator.board.firmware import FirmwareFactory, choose
 from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis
 from fcu_emulator.emulator.errors import FirmwareError, NotJudgedError
 from fcu_emulator.emulator.grading.checks import AnyCheck, Check, Judged
@@ -26,6 +28,7 @@ from fcu_emulator.emulator.grading.verdict import (
     Cause,
     CheckResult,
     ExerciseTitle,
+    Following,
     Outcome,
     RunEvidence,
     Series,
@@ -39,7 +42,8 @@ from fcu_emulator.emulator.scenario.expectations import (
     Seen,
     Windowed,
 )
-from fcu_emulator.emulator.scenario.observed import FORMAT_OF_FIELD
+from fcu_emulator.emulator.scenario.following import ExpectLineFollows
+from fcu_emulator.emulator.scenario.hardware import ExpectLedFollows
 from fcu_emulator.emulator.scenario.scenario import judged
 from fcu_emulator.emulator.scenario.schema import ReportTable
 from fcu_emulator.emulator.scenario.written import names_files, scenario_text
@@ -49,6 +53,10 @@ _SLICE_S = 0.25  # of virtual time, between two words about progress
 _NO_WALL_S = 1e12
 _NOT_REPLAYED = frozenset({"expect", "report", "firmware"})
 """Of a scenario's file: a rubric's checks and a student's program take their place."""
+
+
+Program: TypeAlias = str | Path | FirmwareFactory
+"""A name, a file, or what makes firmware in Python for a HAL."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +69,7 @@ class JudgeProgress:
 
 
 def judge(
-    firmware: str | Path,
+    firmware: Program,
     rubric: Rubric,
     *,
     seed: int,
@@ -69,24 +77,26 @@ def judge(
     build_log: str | None = None,
     progress: Callable[[JudgeProgress], None] | None = None,
 ) -> Verdict:
-    """Judge a firmware (a file, or a shipped one by name) on the board ``seed``.
+    """Judge a firmware (a file, a shipped one by name, or one in Python) on the board ``seed``.
 
     ``exercises``: only these, by their ids. ``build_log``: what the compiler said, where the program was
     built; checks about it are unjudged without. Raises InputError for a file that is no firmware for this
-    board, or an unknown exercise.
+    board, or an unknown exercise. A check that a wanted one requires is judged as well.
     """
     wanted = [rubric.exercise(name) for name in exercises] if exercises is not None else rubric.exercises
     digest = firmware_digest(firmware)
-    checks: dict[str, list[tuple[ExerciseTable, CheckTable]]] = {}
-    for exercise in wanted:
-        for check in exercise.check:
-            checks.setdefault(rubric.run_of(exercise, check), []).append((exercise, check))
+    tables = {f"{one.id}.{check.id}": (one, check) for one in rubric.exercises for check in one.check}
+    asked = [f"{exercise.id}.{check.id}" for exercise in wanted for check in exercise.check]
+    needed = rubric.prerequisites.needed(asked)
+    checks: dict[str, list[str]] = {}
+    for check_id in (*asked, *(one for one in tables if one in needed and one not in asked)):
+        checks.setdefault(rubric.run_of(*tables[check_id]), []).append(check_id)
     total_s = sum(rubric.scenario(name, seed).duration_s for name in checks)
     done_s = 0.0
-    results: dict[tuple[str, str], CheckResult] = {}
+    results: dict[str, CheckResult] = {}
     evidence = []
     for name, looking in checks.items():
-        one = _Run(firmware, rubric, name, seed, [check for _, check in looking], build_log)
+        one = _Run(firmware, rubric, name, seed, [tables[check_id][1] for check_id in looking], build_log)
         before_s = done_s
 
         def told(now_s: float, name: str = name, before_s: float = before_s) -> None:
@@ -95,9 +105,12 @@ def judge(
 
         one.make(told)
         done_s += one.duration_s
-        evidence.append(one.evidence(tuple(dict.fromkeys(exercise.id for exercise, _ in looking))))
-        for exercise, check in looking:
-            results[exercise.id, check.id] = one.result(exercise, check)
+        shown = dict.fromkeys(tables[check_id][0].id for check_id in looking if check_id in asked)
+        if shown:
+            evidence.append(one.evidence(tuple(shown)))
+        results |= {check_id: one.result(*tables[check_id]) for check_id in looking}
+    hints = {check_id: check.hint_for("prerequisite") for check_id, (_, check) in tables.items()}
+    results = rubric.prerequisites.applied(results, hints)
     return Verdict(
         rubric=rubric.name,
         rubric_title=rubric.title,
@@ -105,8 +118,8 @@ def judge(
         firmware_digest=digest,
         seed=seed,
         version=version("fcu-emulator"),
-        exercises=tuple(ExerciseTitle(exercise=one.id, title=one.title) for one in wanted),
-        checks=tuple(results[exercise.id, check.id] for exercise in wanted for check in exercise.check),
+        exercises=tuple(ExerciseTitle(exercise=each.id, title=each.title) for each in wanted),
+        checks=tuple(results[check_id] for check_id in asked),
         evidence=tuple(evidence),
     )
 
@@ -138,8 +151,8 @@ def reworded(verdict: Verdict, rubric: Rubric) -> Verdict:
     return verdict.model_copy(update=changed)
 
 
-def firmware_digest(firmware: str | Path) -> str:
-    """SHA-256 of the file; of a shipped firmware in Python, of its name and the version it comes with.
+def firmware_digest(firmware: Program) -> str:
+    """SHA-256 of the file; of a firmware in Python, of its name and the version it comes with.
 
     Raises InputError for what is no firmware.
     """
@@ -153,7 +166,7 @@ def firmware_digest(firmware: str | Path) -> str:
 class _Run:
     """One run of the board, for all checks that look at it."""
 
-    firmware: str | Path
+    firmware: Program
     rubric: Rubric
     name: str
     seed: int
@@ -166,9 +179,12 @@ class _Run:
     def __post_init__(self) -> None:
         scenario = self.rubric.scenario(self.name, self.seed)
         expectations = [one for check in self.checks for one in check.expect if isinstance(one, Expectation)]
-        fields = dict.fromkeys(one.name for one in expectations if isinstance(one, ExpectField) and one.truth)
-        reports = [ReportTable.model_validate({"field": name, "against": "truth"}) for name in fields]
-        self.fields = tuple(fields)
+        compared = [one for one in expectations if isinstance(one, ExpectField) and one.truth]
+        self.numbers: dict[str, ExpectField] = {}
+        for one in compared:
+            self.numbers.setdefault(one.title, one)
+        self.fields = tuple(dict.fromkeys(one.name for one in compared if one.name is not None))
+        reports = [ReportTable.model_validate({"field": name, "against": "truth"}) for name in self.fields]
         self.scenario = scenario.asking(expectations, reports)
         self.duration_s = scenario.duration_s
         self.board = Board(self.firmware, scenario=self.scenario, seed=self.seed)
@@ -321,7 +337,8 @@ class _Run:
             exercises=exercises,
             duration_s=self.duration_s,
             terminal=_shortened(self.board.terminal.text),
-            series=tuple(map(self._series, self.fields)),
+            series=tuple(map(self._series, self.numbers.values())),
+            following=self._following(),
             causes=tuple(
                 Cause(kind=one.kind, summary=one.summary, details=one.details, fatal=one.fatal)
                 for one in self._shown_diagnoses()
@@ -332,6 +349,22 @@ class _Run:
             timer_hz=timer.rate_hz if timer.ticks else None,
             stopped=self._stop() if self.stopped else "",
             replay=self._replay(),
+        )
+
+    def _following(self) -> tuple[Following, ...]:
+        """LEDs and lines against the conditions that they have to follow, each once."""
+        expected = (one for check in self.checks for one in check.expect)
+        kinds = (ExpectLedFollows, ExpectLineFollows)
+        followed = []
+        for one in expected:
+            if isinstance(one, kinds):
+                with suppress(TimeoutError):  # of a pattern, which its check says
+                    followed.append(one.followed(self.seen))
+        return tuple(
+            Following(
+                name=one.name, condition=one.condition, wanted=_in_s(one.wanted), shown=_in_s(one.shown)
+            )
+            for one in {(each.name, each.condition): each for each in followed}.values()
         )
 
     def _replay(self) -> str:
@@ -350,24 +383,36 @@ class _Run:
             comment += f"# The rubric also looks at what no scenario expects: {', '.join(others)}\n"
         return comment + scenario_text({key: value for key, value in table.items() if value != []})
 
-    def _series(self, name: str) -> Series:
-        line_format = FORMAT_OF_FIELD[name]
+    def _series(self, number: ExpectField) -> Series:
+        line_format = number.number_format()
         points = []
-        for line in self.seen.lines:
-            if line.text.startswith(line_format.label) and name in line.truth:
-                fields = line_format.parse(line.text)
-                printed = None if fields is None or fields[name] - fields[name] != 0 else fields[name]
-                points.append((line.at_ps / PS_PER_S, printed, float(line.truth[name][1][-1])))
+        with suppress(TimeoutError):  # of a pattern, which its check says
+            for line in self.seen.lines:
+                if line_format.is_begun_by(line.text) and number.quantity in line.truth:
+                    value = line_format.number(line.text)
+                    printed = None if value is None or value - value != 0 else value
+                    truth = number.scale * float(line.truth[number.quantity][1][-1])
+                    points.append((line.at_ps / PS_PER_S, printed, truth))
         step = max(1, -(-len(points) // MOST_PRINTS))
         kept = points[::step]
-        unit = "mgauss" if name.startswith("MAG") else line_format.text.split()[-1]
+        unit = (
+            "mgauss"
+            if number.title.startswith("MAG")
+            else line_format.text.split()[-1]
+            if number.name
+            else ""
+        )
         return Series(
-            name=name,
+            name=number.title,
             unit=unit,
             t_s=tuple(one[0] for one in kept),
             printed=tuple(one[1] for one in kept),
             truth=tuple(one[2] for one in kept),
         )
+
+
+def _in_s(spans: Sequence[tuple[int, int]]) -> tuple[tuple[float, float], ...]:
+    return tuple((begin / PS_PER_S, end / PS_PER_S) for begin, end in spans[:MOST_PRINTS])
 
 
 def _first_printed(miss: Miss) -> str:

@@ -34,7 +34,9 @@ from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.chip.firmware import WORK_PER_S
 from fcu_emulator.emulator.errors import InputError, RubricError, ScenarioError
 from fcu_emulator.emulator.grading.checks import AnyCheck
+from fcu_emulator.emulator.grading.prerequisites import PrerequisiteError, Prerequisites
 from fcu_emulator.emulator.grading.verdict import Detail, Visibility
+from fcu_emulator.emulator.scenario.expectations import ExpectText
 from fcu_emulator.emulator.scenario.loader import (
     is_path,
     load_scenario,
@@ -49,11 +51,15 @@ from fcu_emulator.emulator.scenario.schema import json_schema as scenario_schema
 from fcu_emulator.emulator.scenario.tables import Duration, Resources, Table
 from fcu_emulator.emulator.text import shown
 
+PROJECT_RUBRIC = "rubric.toml"
+"""The file in a project that `fcu check` uses without being told."""
 MOST_EXERCISES = 50
 MOST_CHECKS = 100  # of one exercise
 MOST_POINTS = 1_000.0
 _NOT_OF_A_RUN = frozenset({"schema", "expect", "report", "firmware", "seed"})
 """Keys of a scenario's file that are the rubric's."""
+_FILE_KEYS = frozenset({"csv", "file"})
+"""Keys of a scenario that name a file beside it."""
 _WORDS = frozenset({"title", "hint", "hint_steps", "next", "visible", "detail"})
 """Keys that say how a check is shown and decide nothing."""
 
@@ -74,8 +80,9 @@ FindingKind: TypeAlias = Literal[
     "threshold",
     "other axis",
     "one side",
+    "prerequisite",
 ]
-"""How an expectation may be missed, and of a LED more exactly."""
+"""How an expectation may be missed, and of a LED more exactly; and that a required check has not passed."""
 
 # -- The file -----------------------------------------------------------------------------------------------
 
@@ -86,14 +93,17 @@ class CheckTable(Table):
     ``partial``: points for the share of its expectations that are met, instead of all or nothing. ``hint``: a
     text for every finding, or a table of texts by kind of finding; ``hint_steps``: further texts, one more
     of which `fcu check` shows each time it is asked. ``enough``: when the run has shown all that the check
-    needs; a program that crashes later is judged by its output until then.
+    needs; a program that crashes later is judged by its output until then. ``requires``: the checks or
+    exercises that must have passed, or this check has no points (:mod:`fcu_emulator.emulator.grading.prerequisites`).
+    Without ``expect`` it takes the expectations of the scenario that its run names.
     """
 
     id: Name
     title: Title
     points: float = Field(1.0, ge=0, le=MOST_POINTS)
     run: Name | None = None
-    expect: list[AnyCheck] = Field(min_length=1, max_length=MOST_CHECKS)
+    requires: list[str] = Field(default_factory=list, max_length=MOST_CHECKS)
+    expect: list[AnyCheck] = Field(default_factory=list, max_length=MOST_CHECKS)
     partial: bool = False
     visible: Visibility = "always"
     detail: Detail = "full"
@@ -174,11 +184,15 @@ class Rubric:
         self._scenarios: dict[str, Scenario] = {}
         self._seed_of_scenarios = 0
         self._refuse_unknown_runs()
+        self.prerequisites = self._prerequisites()
         sources = {name: self._source(name) for name in contents.run}
         self.digest = _digest([table, sources])
         self.judging_digest = _digest([_without_words(table), sources])
         for name in contents.run:
             self.scenario(name, 0)
+        self.uncounted: dict[str, int] = {}
+        """How many expectations a scenario has of its file that no check takes, by run."""
+        self.exercises = self._with_expectations()
 
     @property
     def max_points(self) -> float:
@@ -269,6 +283,79 @@ class Rubric:
                 if name not in self._runs:
                     problem = f"is {shown(name)}; known: {', '.join(self._runs)}"
                     raise RubricError(self.file, key, problem)
+
+    def _with_expectations(self) -> list[ExerciseTable]:
+        """The exercises, with the expectations of scenarios in checks that have none. Raises RubricError."""
+        taken: set[str] = set()
+        changed = []
+        for number, exercise in enumerate(self.exercises):
+            checks = []
+            for index, check in enumerate(exercise.check):
+                run = self.run_of(exercise, check)
+                expect = check.expect or self.scenario(run, 0).expectations
+                if not expect:
+                    key = f"exercise[{number}].check[{index}].expect"
+                    raise RubricError(self.file, key, f"is missing, and the run {run} expects nothing either")
+                if not check.expect:
+                    taken.add(run)
+                checks.append(check.model_copy(update={"expect": list(expect)}))
+            changed.append(exercise.model_copy(update={"check": checks}))
+        for run in self._runs:
+            count = len(self.scenario(run, 0).expectations)
+            if count and run not in taken:
+                self.uncounted[run] = count
+        return changed
+
+    def files(self) -> list[Path]:
+        """Return the files beside the rubric that it needs, by their paths from its folder.
+
+        Raises RubricError for one that is not in the folder.
+        """
+        found: list[Path] = []
+        for run, table in self._runs.items():
+            named = table.get("scenario")
+            if isinstance(named, str) and is_path(named):
+                scenario = Path(named)
+                names = [scenario, *(scenario.parent / one for one in _named_files(self._source(run)))]
+            else:
+                names = [Path(one) for one in _named_files(table)]
+            for name in names:
+                if name.is_absolute() or ".." in name.parts:
+                    problem = (
+                        f"names {shown(str(name))}, outside of the rubric's folder; put it beside the rubric"
+                    )
+                    raise RubricError(self.file, f"run.{run}", problem)
+            found += names
+        for exercise in self.exercises:
+            for check in exercise.check:
+                found += [Path(one.file.path) for one in check.expect if isinstance(one, ExpectText)]
+        return [name for name in dict.fromkeys(found) if (self.path.parent / name).is_file()]
+
+    def _prerequisites(self) -> Prerequisites:
+        """What each check requires. Raises RubricError."""
+        tables = {f"{one.id}.{check.id}": check for one in self.exercises for check in one.check}
+        requires = {name: check.requires for name, check in tables.items()}
+        try:
+            return Prerequisites(requires, [name for name, check in tables.items() if check.points])
+        except PrerequisiteError as error:
+            number, index = next(
+                (number, index)
+                for number, one in enumerate(self.exercises)
+                for index, check in enumerate(one.check)
+                if f"{one.id}.{check.id}" == error.check
+            )
+            key = f"exercise[{number}].check[{index}].requires[{error.number}]"
+            raise RubricError(self.file, key, str(error)) from error
+
+
+def _named_files(value: Any) -> list[str]:
+    """The files that a scenario's table names, in any of its tables."""
+    if isinstance(value, list):
+        return [name for one in value for name in _named_files(one)]
+    if not isinstance(value, dict):
+        return []
+    here = [name for key, name in value.items() if key in _FILE_KEYS and isinstance(name, str)]
+    return here + [name for one in value.values() for name in _named_files(one)]
 
 
 def load_rubric(name: str | os.PathLike[str]) -> Rubric:

@@ -9,7 +9,7 @@ Decision: what could not be judged is an outcome of its own and takes its points
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from typing import Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict
@@ -52,6 +52,13 @@ class CheckResult(_Part):
     visibility: Visibility = "always"
     detail: Detail = "full"
     unjudged_because: str = ""
+    requires_unmet: tuple[str, ...] = ()
+    """The checks that this one requires and that have not passed, if that is why it has no points."""
+
+
+def requires_text(unmet: Iterable[str]) -> str:
+    """Say that a check earns nothing because of the checks that it requires."""
+    return f"no points without {', '.join(unmet)}, which this check requires"
 
 
 class Series(_Part):
@@ -65,6 +72,18 @@ class Series(_Part):
     t_s: tuple[float, ...]
     printed: tuple[float | None, ...]
     truth: tuple[float, ...]
+
+
+class Following(_Part):
+    """A LED or a line that has to follow a condition: when that holds, and when it is lit or printed.
+
+    Times in s, from and until; of a printed line both are its begin. At most :data:`MOST_PRINTS` of each.
+    """
+
+    name: str
+    condition: str
+    wanted: tuple[tuple[float, float], ...]
+    shown: tuple[tuple[float, float], ...]
 
 
 class Cause(_Part):
@@ -92,6 +111,7 @@ class RunEvidence(_Part):
     duration_s: float
     terminal: str
     series: tuple[Series, ...] = ()
+    following: tuple[Following, ...] = ()
     causes: tuple[Cause, ...] = ()
     ticks: int = 0
     ticks_late: int = 0
@@ -181,10 +201,13 @@ class Verdict(_Part):
         A run of which a student may not know everything shows no truth, no replay and no scenario.
         """
         shown = {"always", "after_due_date"} if after_due_date else {"always"}
-        visible = tuple(_for_student(check) for check in self.checks if check.visibility in shown)
+        unnamed = {one.check for one in self.checks if one.visibility not in shown or one.detail == "none"}
+        visible = tuple(_for_student(check, unnamed) for check in self.checks if check.visibility in shown)
         secret = {check.exercise for check in self.checks if not _is_open(check, shown)}
         evidence = (
-            one.model_copy(update={"series": (), "replay": ""}) if secret & set(one.exercises) else one
+            one.model_copy(update={"series": (), "following": (), "replay": ""})
+            if secret & set(one.exercises)
+            else one
             for one in self.evidence
             if any(check.exercise in one.exercises and check.detail != "none" for check in visible)
         )
@@ -202,7 +225,8 @@ class Verdict(_Part):
 
     def allowed(self) -> tuple[CheckResult, ...]:
         """All checks, with as much detail as a student may see who is shown the check."""
-        return tuple(map(_for_student, self.checks))
+        unnamed = {one.check for one in self.checks if one.visibility != "always" or one.detail == "none"}
+        return tuple(_for_student(check, unnamed) for check in self.checks)
 
     def to_json(self) -> str:
         """As JSON, on several lines."""
@@ -218,12 +242,16 @@ def _is_open(check: CheckResult, shown: set[str]) -> bool:
     return check.visibility in shown and check.detail == "full"
 
 
-def _for_student(check: CheckResult) -> CheckResult:
+def _for_student(check: CheckResult, unnamed: Collection[str] = ()) -> CheckResult:
+    """As much of a check as a student may see; ``unnamed``: the checks that are not to be named."""
+    if any(one in unnamed for one in check.requires_unmet):
+        actual = requires_text(["a check that is not shown"])
+        check = check.model_copy(update={"actual": actual, "requires_unmet": ()})
     if check.detail == "full":
         return check
-    hidden = {"expected": "", "actual": check.printed or check.actual}
+    hidden: dict[str, object] = {"expected": "", "actual": check.printed or check.actual}
     if check.detail in ("name", "none"):
-        hidden |= {"actual": "", "printed": "", "finding": "", "hint": ""}
+        hidden |= {"actual": "", "printed": "", "finding": "", "hint": "", "requires_unmet": ()}
     if check.detail == "none":
         hidden |= {"title": "a check that is not shown"}
     return check.model_copy(update=hidden)

@@ -12,17 +12,25 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
+from fcu_emulator.emulator.scenario.formats import (
+    FormatText,
+    NamedFormat,
+    NumberFormat,
+    NumberPattern,
+    PatternFormat,
+    PrintfFormat,
+    shown_format,
+)
 from fcu_emulator.emulator.scenario.observed import (
     FIELDS,
-    FORMAT_OF_FIELD,
     MAX_SETTLE_PS,
+    QUANTITIES,
     BoardView,
-    LineFormat,
     PrintedLine,
     Tilt,
     deviation,
@@ -33,6 +41,7 @@ from fcu_emulator.emulator.scenario.observed import (
 from fcu_emulator.emulator.scenario.tables import (
     Duration,
     Length,
+    Pattern,
     PatternText,
     SearchPatience,
     Table,
@@ -87,6 +96,8 @@ class Seen:
     patience: SearchPatience = field(default_factory=SearchPatience)
     tilts: Sequence[Tilt] = ()
     """The board's inclination in steps of 10 ms, if an expectation asks for it."""
+    samples: Mapping[str, Sequence[float]] = field(default_factory=dict)
+    """The quantities that conditions ask for, likewise."""
     watched: Mapping[int, Any] = field(default_factory=dict)
     """What :meth:`Expectation.watch` has returned, by the expectation's identity."""
 
@@ -261,20 +272,70 @@ def _known_field(name: str) -> str:
     return name
 
 
+def _known_quantity(name: str) -> str:
+    if name not in QUANTITIES:
+        raise ValueError(f"is {shown(name)}; known: {', '.join(QUANTITIES)}")
+    return name
+
+
+QuantityName = Annotated[
+    str, AfterValidator(_known_quantity), Field(json_schema_extra={"enum": list(QUANTITIES)})
+]
 FieldName = Annotated[str, AfterValidator(_known_field), Field(json_schema_extra={"enum": list(FIELDS)})]
 
 
-class ExpectField(Windowed):
+class _Number(Windowed):
+    """A printed number: one of the slides by ``name``, or by a ``format`` string or a ``pattern`` of a lab.
+
+    ``number``: which number of the format is meant, counted from 1.
+    """
+
+    name: FieldName | None = None
+    format: FormatText | None = None
+    number: int = Field(1, ge=1)
+    pattern: NumberPattern | None = None
+
+    @model_validator(mode="after")
+    def _one_number(self) -> Self:
+        if sum(one is not None for one in (self.name, self.format, self.pattern)) != 1:
+            raise ValueError("needs one of name, format and pattern")
+        if self.format is not None:
+            PrintfFormat(self.format, self.number)
+        elif self.number != 1:
+            raise ValueError("has number without format; leave it out")
+        return self
+
+    def number_format(self, patience: SearchPatience | None = None) -> NumberFormat:
+        """How the number is found in a line."""
+        if self.format is not None:
+            return PrintfFormat(self.format, self.number, patience)
+        return NamedFormat(self.name) if self.name else PatternFormat(self._pattern(), patience)
+
+    @property
+    def title(self) -> str:
+        """The number as findings call it."""
+        if self.name is not None:
+            return self.name
+        which = f" (number {self.number})" if self.number > 1 else ""
+        return shown_format(self.format or self._pattern().text) + which
+
+    def _pattern(self) -> Pattern:
+        assert self.pattern is not None  # which the validator has made sure of
+        return self.pattern
+
+
+class ExpectField(_Number):
     """A number printed in the window is near ``value``, or near the truth, each time it is printed.
 
     Near the truth means: within ``tolerance`` of a value that the truth had in the time ``settle`` before the
-    line's printing began, because what is printed was measured a little earlier (LPS22HB: 40 ms).
+    line's printing began, because what is printed was measured a little earlier (LPS22HB: 40 ms). ``truth``
+    is a quantity by its name, or true for that of the number's name; what is printed is ``scale`` times it.
     """
 
     kind: Literal["field"]
-    name: FieldName
     value: float | None = None
-    truth: bool = False
+    truth: bool | QuantityName = False
+    scale: float = 1.0
     tolerance: float = Field(ge=0)
     settle: Duration = SETTLE_PS
 
@@ -282,32 +343,41 @@ class ExpectField(Windowed):
     def _one_reference(self) -> ExpectField:
         if (self.value is None) == (not self.truth):
             raise ValueError("needs either value = ... or truth = true")
+        if self.truth is True and self.name is None:
+            raise ValueError('has truth = true without a name; give a quantity, such as truth = "Roll"')
+        if self.scale == 0 or (self.scale != 1 and not self.truth):
+            raise ValueError("has a scale that nothing can be compared by; give one above 0, and truth")
         if self.settle > MAX_SETTLE_PS:
             raise ValueError(f'settle is {seconds(self.settle)}; give at most "1s"')
         return self
 
+    @property
+    def quantity(self) -> str:
+        """The quantity of the truth; "" if it is compared with a value."""
+        return (self.name or "") if self.truth is True else self.truth or ""
+
     def wording(self) -> str:
         """What the number is compared with, and how near it has to be."""
-        reference = f"{self.value:g}" if self.value is not None else "the truth"
+        if self.value is not None:
+            reference = f"{self.value:g}"
+        else:
+            reference = "the truth" if self.truth is True else f"the true {self.quantity}"
+            reference += f" times {self.scale:g}" if self.scale != 1 else ""
         if self.truth and self.settle:
             reference += f" ({nearest_truth(self.settle)})"
-        return f"{self.name} within {self.tolerance:g} of {reference}{self.window_text()}"
+        return f"{self.title} within {self.tolerance:g} of {reference}{self.window_text()}"
 
     def judge(self, seen: Seen) -> Miss | None:
         """Missing when it is never printed; a line that begins like it in another format fails too."""
-        line_format = FORMAT_OF_FIELD[self.name]
-        lines = [line for line in self.lines_in_window(seen) if line.text.startswith(line_format.label)]
+        line_format = self.number_format(seen.patience)
+        lines = [line for line in self.lines_in_window(seen) if line_format.is_begun_by(line.text)]
         if not lines:
             return _not_printed(line_format, self.wording(), self.lines_in_window(seen))
-        numbers = [(line, line_format.parse(line.text)) for line in lines]
-        malformed = [line for line, fields in numbers if fields is None]
+        numbers = [(line, line_format.number(line.text)) for line in lines]
+        malformed = [line for line, number in numbers if number is None]
         if malformed:
             return replace(_malformed(line_format, self.wording(), malformed, len(lines)), for_good=True)
-        errors = [
-            (line, fields[self.name], self._error(line, fields[self.name]))
-            for line, fields in numbers
-            if fields
-        ]
+        errors = [(line, number, self._error(line, number)) for line, number in numbers if number is not None]
         wrong = [one for one in errors if not abs(one[2]) <= self.tolerance]
         if not wrong:
             return None
@@ -328,7 +398,7 @@ class ExpectField(Windowed):
     def _compared(self, line: PrintedLine, printed: float, error: float) -> str:
         """The worst print and its reference side by side."""
         what = "the truth is" if self.truth else "expected is"
-        worst = f"{self.name} is {printed:.6g} and {what} {self._wanted(printed, error):.6g}"
+        worst = f"{self.title} is {printed:.6g} and {what} {self._wanted(printed, error):.6g}"
         return f"the worst by {abs(error):.6g} at {seconds(line.at_ps)}: {worst}"
 
     def _reference(self, printed: float, error: float) -> str:
@@ -338,37 +408,39 @@ class ExpectField(Windowed):
 
     def _wanted(self, printed: float, error: float) -> float:
         wanted = printed - error
-        rounded = round((wanted + 180) % 360 - 180 if self.name == "Yaw" else wanted, 6)
+        half = 180 * abs(self.scale)
+        around = (self.quantity or self.name) == "Yaw"
+        rounded = round((wanted + half) % (2 * half) - half if around else wanted, 6)
         return rounded + 0.0  # not -0
 
     def _error(self, line: PrintedLine, printed: float) -> float:
         if self.value is not None:
-            return deviation(self.name, printed, self.value)
-        return line.error(self.name, printed, self.settle)
+            return deviation(self.name or "", printed, self.value)
+        return self.scale * line.error(self.quantity, printed / self.scale, self.settle)
 
 
-class ExpectPrinted(Windowed):
-    """A field is printed, in the format of the slides, with never more than ``longest_gap`` between."""
+class ExpectPrinted(_Number):
+    """A number is printed, in its format, with never more than ``longest_gap`` between."""
 
     kind: Literal["printed"]
-    name: FieldName
     longest_gap: Length
 
     def wording(self) -> str:
         """The line's format, and how often it comes."""
         every = f"at least every {seconds(self.longest_gap)}"
-        return f'a line "{FORMAT_OF_FIELD[self.name].text}" {every}{self.window_text()}'
+        return f'a line "{self.number_format().text}" {every}{self.window_text()}'
 
     def judge(self, seen: Seen) -> Miss | None:
         """From the window's begin to its end, or the run's."""
-        line_format, expected = FORMAT_OF_FIELD[self.name], self.wording()
-        lines = [line for line in self.lines_in_window(seen) if line.text.startswith(line_format.label)]
-        before = [line for line in seen.lines if line_format.parse(line.text) and line.at_ps < self.from_]
+        line_format, expected = self.number_format(seen.patience), self.wording()
+        lines = [line for line in self.lines_in_window(seen) if line_format.is_begun_by(line.text)]
+        earlier = [line for line in seen.lines if line.at_ps < self.from_]
+        before = [line for line in earlier if line_format.number(line.text) is not None]
         if not lines and before:
             return Miss("missing", expected, f"none after {seconds(before[-1].at_ps)}")
         if not lines:
             return _not_printed(line_format, expected, self.lines_in_window(seen))
-        wrong = [line for line in lines if line_format.parse(line.text) is None]
+        wrong = [line for line in lines if line_format.number(line.text) is None]
         if wrong:
             return _malformed(line_format, expected, wrong, len(lines))
         end_ps = seen.end_ps if self.to is None else min(self.to, seen.end_ps)
@@ -379,11 +451,10 @@ class ExpectPrinted(Windowed):
         return Miss("missing", expected, f"none for {seconds(gap)} from {seconds(since)} on")
 
 
-class ExpectWithin(Windowed):
-    """Each print of a field is a number from ``least`` to ``most``, and two of them are ``apart`` or more."""
+class ExpectWithin(_Number):
+    """Each print of a number is from ``least`` to ``most``, and two of them are ``apart`` or more."""
 
     kind: Literal["within"]
-    name: FieldName
     least: float
     most: float
     apart: float = Field(0.0, ge=0)
@@ -391,13 +462,13 @@ class ExpectWithin(Windowed):
     def wording(self) -> str:
         """The range."""
         apart = f", two of them {self.apart:g} apart" if self.apart else ""
-        return f"{self.name} from {self.least:g} to {self.most:g}{apart}{self.window_text()}"
+        return f"{self.title} from {self.least:g} to {self.most:g}{apart}{self.window_text()}"
 
     def judge(self, seen: Seen) -> Miss | None:
         """Missing when it is never printed."""
-        line_format, expected = FORMAT_OF_FIELD[self.name], self.wording()
-        parsed = [(line, line_format.parse(line.text)) for line in self.lines_in_window(seen)]
-        values = [(line, fields[self.name]) for line, fields in parsed if fields is not None]
+        line_format, expected = self.number_format(seen.patience), self.wording()
+        parsed = [(line, line_format.number(line.text)) for line in self.lines_in_window(seen)]
+        values = [(line, number) for line, number in parsed if number is not None]
         if not values:
             return _not_printed(line_format, expected, self.lines_in_window(seen))
         wrong = [line for line, value in values if not self.least <= value <= self.most]
@@ -411,7 +482,7 @@ class ExpectWithin(Windowed):
         return None
 
 
-def _not_printed(line_format: LineFormat, expected: str, lines: Sequence[PrintedLine]) -> Miss:
+def _not_printed(line_format: NumberFormat, expected: str, lines: Sequence[PrintedLine]) -> Miss:
     """Nothing begins like the format: there is another form of it, or none."""
     near = [line for line in lines if line_format.is_meant_by(line.text)]
     if not near:
@@ -419,7 +490,7 @@ def _not_printed(line_format: LineFormat, expected: str, lines: Sequence[Printed
     return _malformed(line_format, expected, near, len(near))
 
 
-def _malformed(line_format: LineFormat, expected: str, wrong: Sequence[PrintedLine], count: int) -> Miss:
+def _malformed(line_format: NumberFormat, expected: str, wrong: Sequence[PrintedLine], count: int) -> Miss:
     """Lines that are meant as the format and are not in it, with what is another."""
     what = format_difference(line_format.text, wrong[0].text)
     seen_text = f"{len(wrong)} of {count} lines in another format" + (f": {what}" if what else "")

@@ -6,31 +6,21 @@ from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from functools import cache
 from itertools import groupby, pairwise
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from pydantic import AfterValidator, Field, ValidationInfo, model_validator
+from pydantic import Field, model_validator
 
+from fcu_emulator.emulator.scenario.conditions import Condition, Followed, LedName, led_states
 from fcu_emulator.emulator.scenario.expectations import Expectation, Miss, Seen, Windowed
-from fcu_emulator.emulator.scenario.observed import BoardView, Tilt
-from fcu_emulator.emulator.scenario.tables import LED_NAMES, Duration, Length, board_of
-from fcu_emulator.emulator.text import shown
-from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, seconds
+from fcu_emulator.emulator.scenario.observed import SAMPLE_STEP_PS, BoardView
+from fcu_emulator.emulator.scenario.tables import Duration, Length
+from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, seconds
 from fcu_emulator.emulator.time.ticks import TickCounts
-from fcu_emulator.emulator.trace import BusTransfer, GpioEdge, TraceEvent
+from fcu_emulator.emulator.trace import BusTransfer, TraceEvent
 from fcu_emulator.sensors import PARTS
 
 # -- LEDs ---------------------------------------------------------------------------------------------------
-
-
-def _known_led(name: str, info: ValidationInfo) -> str:
-    known = [led.lower() for led in board_of(info).leds]
-    if name not in known:
-        raise ValueError(f"is {shown(name)}; give {' or '.join(map(repr, known))}")
-    return name
-
-
-LedName = Annotated[str, AfterValidator(_known_led), Field(json_schema_extra={"enum": LED_NAMES})]
 
 
 class ExpectLed(Windowed):
@@ -50,7 +40,7 @@ class ExpectLed(Windowed):
         """From the edges of its pin in the trace; before the pin is set up the LED is dark."""
         wanted = self.state == "on"
         end_ps = seen.end_ps if self.to is None else min(self.to, seen.end_ps)
-        for begin_ps, until_ps, lit in _states(seen, self.led):
+        for begin_ps, until_ps, lit in led_states(seen, self.led):
             first_ps, last_ps = max(begin_ps, self.from_), min(until_ps, end_ps)
             if first_ps < last_ps and lit is not wanted:
                 seen_text = f"{'on' if lit else 'off'} from {seconds(first_ps)} to {seconds(last_ps)}"
@@ -58,19 +48,11 @@ class ExpectLed(Windowed):
         return None
 
 
-def _states(seen: Seen, led: str) -> Iterator[tuple[int, int, bool]]:
-    """(from, until, lit) one after the other."""
-    pin = seen.board.led(led.upper()).pin
-    begin_ps, lit = 0, False
-    for edge in seen.board.trace.of(GpioEdge):
-        if edge.pin == pin:
-            yield begin_ps, edge.t_ps, lit
-            begin_ps, lit = edge.t_ps, edge.level == 0
-    yield begin_ps, NEVER_PS, lit
-
-
 class _Look(NamedTuple):
-    """A moment at which a LED has to be in one of its states: ``steep`` is what it has to show."""
+    """A moment at which a LED has to be in one of its states: ``steep`` is what it has to show.
+
+    ``angle``: the inclination, or another quantity that the LED follows.
+    """
 
     at_ps: int
     angle: float
@@ -87,24 +69,53 @@ class ExpectLedFollows(Windowed):
 
     ``angle``: pitch is the X axis' inclination, roll the Y axis' (the slides' formulas of the true force).
     Within ``margin_deg`` of the threshold, and for ``settle`` after the board has come to a side of it, the
-    LED may be either.
+    LED may be either. In place of an angle, ``when`` gives any condition on a quantity.
     """
 
     ON_TERMINAL = False
 
     kind: Literal["led_follows"]
     led: LedName
-    angle: Literal["pitch", "roll"]
+    angle: Literal["pitch", "roll"] | None = None
     beyond_deg: float = Field(80.0, gt=0, lt=90)
     margin_deg: float = Field(3.0, ge=0, lt=10)
+    when: Condition | None = None
     settle: Duration = 300 * PS_PER_MS
+
+    @model_validator(mode="after")
+    def _one_condition(self) -> ExpectLedFollows:
+        if (self.angle is None) == (self.when is None):
+            raise ValueError("needs either angle = ... or when = { ... }")
+        if self.when is not None and self.when.quantity is None:
+            raise ValueError("has a condition on a LED; give a quantity")
+        if self.when is not None and self.model_fields_set & {"beyond_deg", "margin_deg"}:
+            raise ValueError("has beyond_deg or margin_deg beside when; put them into when")
+        return self
+
+    @property
+    def condition(self) -> Condition:
+        """When the LED has to be lit."""
+        if self.when is not None:
+            return self.when
+        return Condition(quantity=self.angle, beyond=self.beyond_deg, margin=self.margin_deg)
 
     def wording(self) -> str:
         """When the LED has to be lit."""
+        if self.when is not None:
+            return (
+                f"{self.led.upper()} lit while {self.when.text()} and dark otherwise, "
+                f"at most {seconds(self.settle)} late{self.window_text()}"
+            )
         return (
             f"{self.led.upper()} lit while {self.angle} is beyond {self.beyond_deg:g} degrees to either side "
             f"and dark otherwise, at most {seconds(self.settle)} late{self.window_text()}"
         )
+
+    def followed(self, seen: Seen) -> Followed:
+        """When the LED is lit for 1 ms or more, and when it has to be, margin and settling aside."""
+        states = ((begin, min(until, seen.end_ps)) for begin, until, lit in led_states(seen, self.led) if lit)
+        lit = tuple((begin, until) for begin, until in states if until - begin >= PS_PER_MS)
+        return Followed(self.led.upper(), self.condition.text(), self.condition.held(seen), lit)
 
     def judge(self, seen: Seen) -> Miss | None:
         """Every 10 ms, by the true inclination."""
@@ -121,37 +132,47 @@ class ExpectLedFollows(Windowed):
 
     def _looks(self, seen: Seen) -> Iterator[_Look]:
         """Those away from the threshold, in the window."""
-        changes = list(_states(seen, self.led))
+        condition = self.condition
+        changes = list(led_states(seen, self.led))
         begins = [begin for begin, _, _ in changes]
         side: bool | None = None
         since_ps = 0
-        for tilt in seen.tilts:
-            angle = self._angle(tilt)
-            near = abs(abs(angle) - self.beyond_deg) < self.margin_deg
-            steep = None if near else abs(angle) > self.beyond_deg
+        for at_ps, value, other in self._values(seen):
+            steep = condition.holds(value)
             if steep is not side:
-                side, since_ps = steep, tilt.at_ps
-            if steep is not None and self.covers(tilt.at_ps) and tilt.at_ps < seen.end_ps:
-                lit = changes[bisect_right(begins, tilt.at_ps) - 1][2]
-                other = abs(tilt.roll if self.angle == "pitch" else tilt.pitch) > self.beyond_deg
-                yield _Look(tilt.at_ps, angle, steep, lit, other, since_ps)
+                side, since_ps = steep, at_ps
+            if steep is not None and self.covers(at_ps) and at_ps < seen.end_ps:
+                lit = changes[bisect_right(begins, at_ps) - 1][2]
+                other_steep = condition.beyond is not None and abs(other) > condition.beyond
+                yield _Look(at_ps, value, steep, lit, other_steep, since_ps)
 
-    def _angle(self, tilt: Tilt) -> float:
-        return tilt.pitch if self.angle == "pitch" else tilt.roll
+    def _values(self, seen: Seen) -> Iterator[tuple[int, float, float]]:
+        """(time, value, the other inclination or 0) every 10 ms."""
+        name = self.condition.quantity or ""
+        if name in ("pitch", "roll"):
+            for tilt in seen.tilts:
+                value, other = (tilt.pitch, tilt.roll) if name == "pitch" else (tilt.roll, tilt.pitch)
+                yield tilt.at_ps, value, other
+            return
+        for number, value in enumerate(seen.samples[name]):
+            yield number * SAMPLE_STEP_PS, value, 0.0
 
     def _seen(self, finding: str, first: _Look, late_ps: int, looks: Sequence[_Look]) -> str:
         state = "lit" if first.lit else "dark"
-        where = f"at {seconds(first.at_ps)} with {self.angle} {first.angle:.1f} degrees"
+        quantity = self.condition.quantity or ""
+        degrees = " degrees" if quantity in ("pitch", "roll") else ""
+        side = "negative" if first.angle > 0 else "positive"
+        where = f"at {seconds(first.at_ps)} with {quantity} {first.angle:.1f}{degrees}"
         here = f"{self.led.upper()} is {state} {where}"
         more = {
-            "never lit": f", and is never lit: is it switched on, by {self.angle} in degrees?",
+            "never lit": f", and is never lit: is it switched on, by {quantity}{degrees and ' in degrees'}?",
             "never dark": ", and is never dark again: where is it switched off?",
             "inverted": ": it is lit and dark the wrong way round",
             "blinks": ", and changes while the board rests",
             "late": f": it follows up to {seconds(late_ps)} late, as from main's loop, not in the callback",
-            "threshold": f": its threshold is {_threshold_text(looks, self.beyond_deg)}",
-            "other axis": f": it follows {'roll' if self.angle == 'pitch' else 'pitch'}",
-            "one side": f": it is lit for {'negative' if first.angle > 0 else 'positive'} angles only",
+            "threshold": f": its threshold is {_threshold_text(looks, self.condition.limit, degrees)}",
+            "other axis": f": it follows {'roll' if quantity == 'pitch' else 'pitch'}",
+            "one side": f": it is lit for {side} {'angles' if degrees else 'values'} only",
         }
         return here + more.get(finding, "")
 
@@ -167,14 +188,15 @@ def _finding(looks: Sequence[_Look], wrong: Sequence[_Look]) -> str:
     """Which kind of mistake it is; "" if none of these."""
     settled = [look for look in looks if look.at_ps - look.since_ps >= _SLOW_PS]
     inverted = sum(look.lit is not look.steep for look in settled)
+    threshold = _threshold(looks)
     kinds = (
         ("never lit", not any(look.lit for look in looks)),
         ("never dark", _stays_lit(looks)),
         ("inverted", bool(settled) and inverted >= _MOSTLY * len(settled)),
         ("other axis", _follows_other(looks)),
-        ("blinks", _blinks(looks)),
+        ("blinks", _blinks(looks) and threshold is None),  # not of a board that passes a wrong threshold
         ("late", all(look.lit is look.steep for look in settled) and _catches_up(looks, wrong)),
-        ("threshold", _threshold(looks) is not None),
+        ("threshold", threshold is not None),
         ("one side", _one_side(looks, wrong)),
     )
     return next((kind for kind, holds in kinds if holds), "")
@@ -198,10 +220,10 @@ def _threshold(looks: Sequence[_Look]) -> tuple[float, float] | None:
     return (dark, lit) if lit is not None and dark is not None and dark < lit else None
 
 
-def _threshold_text(looks: Sequence[_Look], beyond_deg: float) -> str:
+def _threshold_text(looks: Sequence[_Look], beyond: float, degrees: str) -> str:
     dark, lit = _threshold(looks) or (0.0, 90.0)
-    integers = ", as with abs() of an int for fabsf()" if beyond_deg < dark < beyond_deg + 1 else ""
-    return f"between {dark:.1f} and {lit:.1f} degrees, not {beyond_deg:g}{integers}"
+    integers = ", as with abs() of an int for fabsf()" if degrees and beyond < dark < beyond + 1 else ""
+    return f"between {dark:.1f} and {lit:.1f}{degrees}, not {beyond:g}{integers}"
 
 
 def _follows_other(looks: Sequence[_Look]) -> bool:

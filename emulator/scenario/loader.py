@@ -3,8 +3,8 @@
 A scenario file may come from anybody (a student, a download), so reading it is bounded in bytes and in time,
 and whatever is wrong with it is a ScenarioError of one line.
 
-Some motions are to be known by nobody before the board is made. Wherever a scenario's ``[world]`` and
-``[[timeline]]`` have a number or a duration, they may have a draw instead::
+Some motions are to be known by nobody before the board is made. Wherever a scenario's ``[world]``,
+``[[timeline]]`` and ``[[threshold]]`` have a number or a duration, they may have a draw instead::
 
     pitch_deg = { draw = [20, 70], either_sign = true }   # 20 to 70, or -70 to -20
     for = { draw = ["1s", "3s"] }
@@ -41,8 +41,9 @@ from fcu_emulator.emulator.scenario.rules import with_rules
 from fcu_emulator.emulator.scenario.scenario import Scenario
 from fcu_emulator.emulator.scenario.schema import scenario_file
 from fcu_emulator.emulator.scenario.tables import Resources, read_bounded
+from fcu_emulator.emulator.scenario.thresholds import Part, parse_thresholds, put_in_place
 from fcu_emulator.emulator.text import shown
-from fcu_emulator.emulator.time.clock import PS_PER_MS, format_duration, parse_duration
+from fcu_emulator.emulator.time.clock import PS_PER_MS, format_duration, parse_duration, seconds
 
 
 def load_scenario(
@@ -76,8 +77,44 @@ def scenario_of(
         given = table.get("seed", 0)
         seed = given if isinstance(given, int) else 0  # of another type: refused below
     for pick in (_lowest, _highest):
-        _scenario(drawn(table, pick, str(path)), path, board, name)
-    return _scenario(drawn(table, _by_seed(seed, name or path.stem), str(path)), path, board, name)
+        _drawn_scenario(table, pick, path, board, name)
+    return _drawn_scenario(table, _by_seed(seed, name or path.stem), path, board, name)
+
+
+def _drawn_scenario(
+    table: dict[str, Any], pick: Pick, path: Path, board: BoardDescription, name: str | None
+) -> Scenario:
+    table = drawn(table, pick, str(path))
+    if "threshold" not in table:
+        return _scenario(table, path, board, name)
+    try:
+        thresholds = parse_thresholds(table["threshold"])
+    except ValidationError as error:
+        problem = scenario_error(str(path), error)
+        raise ScenarioError(problem.file, f"threshold{problem.key}", problem.problem) from error
+    table, parts = put_in_place(table, thresholds, pick, str(path))
+    try:
+        scenario = _scenario(table, path, board, name)
+    except ScenarioError as error:
+        entry = re.match(r"timeline\[(\d+)\]", error.key)
+        of = [one.number for one in parts if entry is not None and int(entry[1]) in one.entries]
+        if not of:
+            raise
+        raise ScenarioError(error.file, f"threshold[{of[0]}]", error.problem) from error  # as in the file
+    for part in parts:
+        _refuse_disturbed(part, scenario)
+    return scenario
+
+
+def _refuse_disturbed(part: Part, scenario: Scenario) -> None:
+    """Refuse another motion of the board while it rests at a threshold. Raises ScenarioError."""
+    for step in scenario.steps:
+        if step.number in part.entries or not step.entry.moves & {"attitude", "altitude"}:
+            continue
+        if step.at_ps < part.end_ps and max(step.end_ps, step.at_ps + 1) > part.begin_ps:
+            rests = f"rests from {seconds(part.begin_ps)} to {seconds(part.end_ps)}"
+            problem = f"{rests}, while {step.name} moves the board; let one of them begin later"
+            raise ScenarioError(scenario.file, f"threshold[{part.number}]", problem)
 
 
 def _scenario(table: dict[str, Any], path: Path, board: BoardDescription, name: str | None) -> Scenario:
@@ -166,7 +203,7 @@ def _parse(data: bytes, file: str) -> dict[str, Any]:
 # -- Drawing its numbers ------------------------------------------------------------------------------------
 
 
-_DRAWN_IN = ("world", "timeline")
+_DRAWN_IN = ("world", "timeline", "threshold")
 _DRAW_KEYS = {"draw", "one_of", "either_sign"}
 _DRAWN_DIGITS = 2  # of a drawn number, after the point: it is read by people, too
 _DRAW_HELP = "give draw = [least, most], two numbers or two durations, or one_of = [...]"
@@ -194,7 +231,7 @@ def _highest(path: str, purpose: int) -> float:
 
 def _has_draws(table: Mapping[str, Any]) -> bool:
     """Whether anything of a scenario's table depends on the seed."""
-    return any(_any_draw(table.get(place)) for place in _DRAWN_IN)
+    return "threshold" in table or any(_any_draw(table.get(place)) for place in _DRAWN_IN)
 
 
 def drawn(table: Mapping[str, Any], pick: Pick, file: str) -> dict[str, Any]:

@@ -190,6 +190,19 @@ TRUTH: dict[str, _Law] = {
 }
 
 
+def _inclination(column: int) -> _Law:
+    return lambda world, t_s: lab_angles(world.specific_force_g(t_s))[column]
+
+
+QUANTITIES: dict[str, _Law] = {
+    **{name: law for name, law in TRUTH.items() if name != MOVING_G},
+    "pitch": _inclination(0),
+    "roll": _inclination(1),
+}
+"""What a printed number or a condition may be compared with: the numbers of the slides by their names, and
+the inclination of the X axis (``pitch``) and of the Y axis (``roll``), as LEDs are judged by."""
+
+
 class Tilt(NamedTuple):
     """Pitch and roll in degrees at a moment, as the slides' formulas have them of the true force."""
 
@@ -198,7 +211,7 @@ class Tilt(NamedTuple):
     roll: float
 
 
-TILT_STEP_PS = 10 * PS_PER_MS
+TILT_STEP_PS = SAMPLE_STEP_PS = 10 * PS_PER_MS
 
 
 def tilts_of(world: World, at_ps: Sequence[int]) -> list[Tilt]:
@@ -254,24 +267,39 @@ class PrintedLine:
         return min((deviation(name, printed, float(value)) for value in recent), key=abs)
 
 
-class Recorder:
-    """Watches one board until ``until_ps``; ``settle_ps`` names the fields whose truth is wanted.
+class Wanted(NamedTuple):
+    """A quantity whose truth is recorded with each line that ``is_begun_by`` accepts."""
 
-    ``tilts``: whether the inclination is to be recorded as well.
+    quantity: str
+    settle_ps: int
+    is_begun_by: Callable[[str], bool]
+
+
+class Recorder:
+    """Watches one board until ``until_ps``; ``wanted``: the truth that is recorded with the lines.
+
+    ``tilts``: whether the inclination is to be recorded as well; ``sampled``: quantities to be recorded every
+    ``SAMPLE_STEP_PS``.
     """
 
     def __init__(
-        self, board: BoardView, until_ps: int, settle_ps: Mapping[str, int], tilts: bool = False
+        self,
+        board: BoardView,
+        until_ps: int,
+        wanted: Sequence[Wanted],
+        tilts: bool = False,
+        sampled: Iterable[str] = (),
     ) -> None:
         self.until_ps = until_ps
         self._world, self._uart, self._clock = board.world, board.terminal.uart, board.clock
-        self._settle_ps = settle_ps
+        self._wanted = wanted
         self._lines: list[PrintedLine] = []
         self._looks: list[tuple[int, int]] = [(0, 0)]  # (bytes received, time of the look before)
         self._last_look_ps = 0
         self._collected = 0  # bytes, counted from power-on
         self._stopped = False
         self._tilts: list[Tilt] | None = [] if tilts else None
+        self._samples: dict[str, list[float]] = {name: [] for name in sampled}
         self._watching = [
             Periodic(self._clock, 0, _LOOK_PS, self._look),
             Periodic(self._clock, 0, _COLLECT_PS, self._collect),
@@ -290,6 +318,12 @@ class Recorder:
             self._collect()
         return self._tilts or ()
 
+    def samples(self) -> Mapping[str, Sequence[float]]:
+        """The sampled quantities by now, from power-on in steps of ``SAMPLE_STEP_PS``."""
+        if not self._stopped:
+            self._collect()
+        return self._samples
+
     def _stop(self) -> None:
         self._collect()
         self._stopped = True
@@ -307,6 +341,10 @@ class Recorder:
         if self._tilts is not None:
             next_ps = self._tilts[-1].at_ps + TILT_STEP_PS if self._tilts else 0
             self._tilts += tilts_of(self._world, range(next_ps, self._clock.now_ps + 1, TILT_STEP_PS))
+        for name, values in self._samples.items():
+            at_ps = range(len(values) * SAMPLE_STEP_PS, self._clock.now_ps + 1, SAMPLE_STEP_PS)
+            if at_ps:
+                values.extend(QUANTITIES[name](self._world, np.array(at_ps) / PS_PER_S).tolist())
         start = max(self._collected - self._uart.dropped, 0)
         *complete, _ = bytes(self._uart.received()[start:]).split(b"\n")
         for raw in complete:
@@ -323,21 +361,18 @@ class Recorder:
         self._lines.append(PrintedLine(len(self._lines) + 1, text, at_ps, self._truth(text, at_ps)))
 
     def _truth(self, text: str, at_ps: int) -> dict[str, tuple[Array, Array]]:
-        wanted = [
-            name
-            for line_format in FORMATS
-            if text.startswith(line_format.label)
-            for name in line_format.fields
-            if name in self._settle_ps
-        ]
-        if not ANGLES.isdisjoint(wanted):
-            wanted.append(MOVING_G)
+        settle_ps: dict[str, int] = {}
+        for one in self._wanted:
+            if one.is_begun_by(text):
+                settle_ps[one.quantity] = max(one.settle_ps, settle_ps.get(one.quantity, 0))
+        if not ANGLES.isdisjoint(settle_ps):
+            settle_ps[MOVING_G] = 0
         truth = {}
-        for name in wanted:
-            at_s = at_ps / PS_PER_S
-            settle_s = self._settle_ps.get(name, 0) / PS_PER_S
-            t_s = np.linspace(max(at_s - settle_s, 0.0), at_s, _TRUTH_STEPS)
-            truth[name] = (t_s, TRUTH[name](self._world, t_s))
+        at_s = at_ps / PS_PER_S
+        for name, settle in settle_ps.items():
+            law = TRUTH[name] if name in TRUTH else QUANTITIES[name]
+            t_s = np.linspace(max(at_s - settle / PS_PER_S, 0.0), at_s, _TRUTH_STEPS)
+            truth[name] = (t_s, law(self._world, t_s))
         return truth
 
 

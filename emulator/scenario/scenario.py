@@ -28,8 +28,10 @@ from fcu_emulator.emulator.boards.description import BoardErrors, SensorSettings
 from fcu_emulator.emulator.errors import InputError, ScenarioError
 from fcu_emulator.emulator.links.runner import Runner
 from fcu_emulator.emulator.scenario.expectations import SETTLE_PS, Expectation, ExpectField, Miss, Seen
+from fcu_emulator.emulator.scenario.following import ExpectLineFollows
+from fcu_emulator.emulator.scenario.formats import NamedFormat, NumberFormat
 from fcu_emulator.emulator.scenario.hardware import ExpectLedFollows
-from fcu_emulator.emulator.scenario.observed import BoardView, Recorder, TerminalView, against_truth
+from fcu_emulator.emulator.scenario.observed import BoardView, Recorder, TerminalView, Wanted, against_truth
 from fcu_emulator.emulator.scenario.schema import AnyExpectation, LimitsTable, ReportTable, ScenarioFile
 from fcu_emulator.emulator.scenario.tables import Window
 from fcu_emulator.emulator.scenario.timeline import Entry
@@ -205,7 +207,7 @@ class Scenario:
         no other board has, stands for it here: a proxy is no key.
         """
         tilts = any(isinstance(one, ExpectLedFollows) for one in self.expectations)
-        recorder = Recorder(board, self.duration_ps, self._fields_of_interest(), tilts)
+        recorder = Recorder(board, self.duration_ps, self._truth_wanted(), tilts, self._sampled())
         self._recorders[board.terminal] = recorder
         self._watched[board.terminal] = {id(one): one.watch(board) for one in self.expectations}
         jumped = not self.ahead
@@ -242,7 +244,9 @@ class Scenario:
             failure = judged(expectation, seen)
             if failure is not None:
                 findings.append(Finding(f"expect[{number}]", expectation.kind, failure))
-        settle_ps = self._fields_of_interest()
+        settle_ps = {report.field: SETTLE_PS for report in self.reports}
+        for one in self._truth_wanted():
+            settle_ps[one.quantity] = max(one.settle_ps, settle_ps.get(one.quantity, 0))
         reports: list[str] = []
         for report in self.reports:
             lines = [line for line in seen.lines if report.covers(line.at_ps)]
@@ -256,7 +260,14 @@ class Scenario:
             raise InputError(f"this board does not play the scenario {self.name}")
         end_ps = min(self.duration_ps, board.clock.now_ps)
         watched = self._watched[board.terminal]
-        return Seen(board, recorder.lines(), end_ps, tilts=recorder.tilts(), watched=watched)
+        return Seen(
+            board,
+            recorder.lines(),
+            end_ps,
+            tilts=recorder.tilts(),
+            samples=recorder.samples(),
+            watched=watched,
+        )
 
     def asking(self, expectations: Sequence[AnyExpectation], reports: Sequence[ReportTable] = ()) -> Scenario:
         """The same scenario with other expectations and reports. Raises ScenarioError."""
@@ -301,14 +312,19 @@ class Scenario:
                 )
                 raise ScenarioError(self.file, f"{name}.from", problem)
 
-    def _fields_of_interest(self) -> dict[str, int]:
-        """Fields to be compared with the truth, and for how long before each print it is wanted."""
-        settle_ps = {report.field: SETTLE_PS for report in self.reports}
-        for expectation in self.expectations:
-            if isinstance(expectation, ExpectField) and expectation.truth:
-                longest = max(expectation.settle, settle_ps.get(expectation.name, 0))
-                settle_ps[expectation.name] = longest
-        return settle_ps
+    def _truth_wanted(self) -> list[Wanted]:
+        """Quantities that printed lines are compared with, and for how long before each print."""
+        compared = [one for one in self.expectations if isinstance(one, ExpectField) and one.truth]
+        return [
+            *(Wanted(one.field, SETTLE_PS, NamedFormat(one.field).is_begun_by) for one in self.reports),
+            *(Wanted(one.quantity, one.settle, partial(_may_be, one.number_format())) for one in compared),
+        ]
+
+    def _sampled(self) -> list[str]:
+        """Quantities that conditions are about."""
+        found = [one.condition for one in self.expectations if isinstance(one, ExpectLedFollows)]
+        found += [one.when for one in self.expectations if isinstance(one, ExpectLineFollows)]
+        return list(dict.fromkeys(one.quantity for one in found if one.quantity is not None))
 
     def _magnetic_field(self) -> tuple[float, float, float] | None:
         """NED in uT; None for the world's default."""
@@ -323,6 +339,14 @@ class Scenario:
             return earth_field(*where, place.date, place.north)
         except InputError as error:
             raise ScenarioError(self.file, "world.place", str(error)) from error
+
+
+def _may_be(number: NumberFormat, line: str) -> bool:
+    """Whether the truth is wanted for a line; it is if a pattern takes too long, which the verdict says."""
+    try:
+        return number.is_begun_by(line)
+    except TimeoutError:
+        return True
 
 
 # -- An entry when its time has come ------------------------------------------------------------------------

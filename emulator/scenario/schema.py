@@ -35,6 +35,7 @@ from fcu_emulator.emulator.scenario.expectations import (
     ExpectWithin,
     FieldName,
 )
+from fcu_emulator.emulator.scenario.following import ExpectLineFollows
 from fcu_emulator.emulator.scenario.hardware import (
     ExpectHardIron,
     ExpectLed,
@@ -55,6 +56,7 @@ from fcu_emulator.emulator.scenario.tables import (
     Window,
     within,
 )
+from fcu_emulator.emulator.scenario.thresholds import MOST_THRESHOLDS, ThresholdTable
 from fcu_emulator.emulator.scenario.timeline import AnyEntry
 from fcu_emulator.emulator.text import shown
 from fcu_emulator.emulator.time.clock import PS_PER_S, format_duration
@@ -228,6 +230,7 @@ Kinds = (
     | ExpectField
     | ExpectLed
     | ExpectLedFollows
+    | ExpectLineFollows
     | ExpectTicks
     | ExpectReads
     | ExpectHardIron
@@ -262,6 +265,8 @@ class ScenarioFile(Table):
     sensors: SensorsTable = SensorsTable()
     board: Annotated[dict[str, Any], Figures(BoardErrors)] = Field(default_factory=dict)
     timeline: list[AnyEntry] = Field(default_factory=list, max_length=MOST_ENTRIES)
+    threshold: list[ThresholdTable] = Field(default_factory=list, max_length=MOST_THRESHOLDS)
+    """Put into the timeline when a file is read."""
     expect: list[AnyExpectation] = Field(default_factory=list, max_length=MOST_EXPECTATIONS)
     report: list[ReportTable] = Field(default_factory=list, max_length=MOST_EXPECTATIONS)
     limits: LimitsTable = Field(default_factory=lambda: LimitsTable.model_validate({}))
@@ -291,7 +296,7 @@ def json_schema(board: BoardDescription = FCU001V1) -> dict[str, Any]:
     """The file's JSON schema (draft 2020-12), for an editor's completion and checks."""
     schema = as_written(scenario_file(board).model_json_schema(by_alias=True), board)
     parts = schema["$defs"]
-    with_draws = [WorldTable, PlaceTable, FieldTable, *get_args(get_args(AnyEntry)[0])]
+    with_draws = [WorldTable, PlaceTable, FieldTable, ThresholdTable, *get_args(get_args(AnyEntry)[0])]
     for name in (table.__name__ for table in with_draws):
         parts[name] = _may_be_drawn(parts[name])
     may_be_rule(schema)

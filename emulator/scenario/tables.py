@@ -21,7 +21,7 @@ import difflib
 import math
 import re
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from decimal import Decimal
@@ -397,6 +397,18 @@ class Pattern:
         """Searches one line. Raises TimeoutError when that takes too long."""
         with patience.limited() as timeout_s:
             return self._compiled.search(line, timeout=timeout_s) is not None
+
+    @property
+    def groups(self) -> Collection[str]:
+        """The names of its groups."""
+        names: Mapping[str, int] = self._compiled.groupindex
+        return names.keys()
+
+    def group_in(self, line: str, name: str, patience: SearchPatience) -> str | None:
+        """Return what a group is in a line, None if the pattern is not found. Raises TimeoutError."""
+        with patience.limited() as timeout_s:
+            match = self._compiled.search(line, timeout=timeout_s)
+        return None if match is None else match[name]
 
 
 def _parse_pattern(value: object, info: ValidationInfo) -> Pattern:

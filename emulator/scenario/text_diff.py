@@ -58,6 +58,7 @@ def _form(line: str) -> str:
 # -- A printed line against a format of printf --------------------------------------------------------------
 
 _TOKEN = re.compile(r"%[-+ #0]*\d*(?:\.\d+)?[a-zA-Z]|-?\d+(?:\.\d+)?|[^\W\d_]+|[^\w\s]|_")
+_DIGITS = re.compile(r"\.(\d+)f")
 _MOST_DIFFERENCES = 3
 
 
@@ -84,8 +85,9 @@ def _token_difference(wanted: str, printed: str) -> str:
         if number is None:
             return "" if printed in ("nan", "inf") else f'"{printed}" in place of {wanted}'
         decimals = len(printed.partition(".")[2])
-        if wanted.endswith("f") and decimals != 6:
+        wanted_decimals = int(_DIGITS.findall(wanted)[0]) if _DIGITS.search(wanted) else 6
+        if wanted.endswith("f") and decimals != wanted_decimals:
             kind = f"{decimals} decimals, as of %.{decimals}f" if decimals else "no decimals, as of %d"
-            return f"{printed} has {kind}, where {wanted} prints 6"
+            return f"{printed} has {kind}, where {wanted} prints {wanted_decimals}"
         return f"{printed} in place of a whole number, {wanted}" if wanted.endswith("d") and decimals else ""
     return "" if wanted == printed else f'"{printed}" in place of "{wanted}"'

@@ -86,8 +86,13 @@ def test_console_examples_print_what_they_show(session: str) -> None:
     assert printed == expected
 
 
+(LAB,) = (text for kind, text in BLOCK.findall(text_of(ROOT / "docs" / "tilt-alarm.md")) if kind == "toml")
+
+
 @pytest.mark.parametrize("text", blocks("toml"))
 def test_scenario_examples_hold(text: str, tmp_path: Path) -> None:
+    if text == LAB:
+        return  # asks for another program than LAB3's: tests/grading/test_tilt_alarm.py
     file = tmp_path / "example.toml"
     file.write_text(text, encoding="utf-8")
     if "[[exercise]]" in text:

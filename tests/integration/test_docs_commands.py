@@ -17,7 +17,7 @@ from pathlib import Path
 import pytest
 
 from fcu_emulator.firmware_model.arm import prebuilt
-from tests.integration.test_docs import ROOT, blocks, fcu
+from tests.integration.test_docs import LAB, ROOT, blocks, fcu
 
 KNOWN = {".", "pip", "pytest", "git", "pre-commit", "sphinx", "ruff", "mypy", "towncrier"}
 """Named but not run: they change the environment, take long, or are run by other tests."""
@@ -42,6 +42,7 @@ def desk(folder: Path) -> Path:
     shutil.copyfile(prebuilt("solution", "I2C2"), folder / "lab3.elf")
     shutil.copyfile(ROOT / "scenarios" / "led_x.toml", folder / "my_scenario.toml")
     (folder / "mine.toml").write_text(RUBRIC, encoding="utf-8")
+    (folder / "tilt.toml").write_text(LAB, encoding="utf-8")
     return folder
 
 

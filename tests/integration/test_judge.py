@@ -126,3 +126,142 @@ def test_progress_comes_to_the_end_of_all_runs(rubric: Rubric) -> None:
 def test_an_unknown_exercise_is_named(rubric: Rubric) -> None:
     with pytest.raises(InputError, match="unknown exercise '7'; the rubric mine has 1"):
         judge("lab3", rubric, seed=1, exercises=["7"])
+
+
+NEEDY = """\
+schema = 1
+title = "Prerequisites"
+
+[run.still]
+duration = "3s"
+
+[[exercise]]
+id = "1"
+title = "Print the pitch"
+run = "still"
+
+[[exercise.check]]
+id = "pitch"
+title = "the pitch is printed"
+visible = "always"
+expect = [{ kind = "printed", name = "Pitch", longest_gap = "2s" }]
+
+[[exercise]]
+id = "2"
+title = "Run on"
+run = "still"
+
+[[exercise.check]]
+id = "runs"
+title = "the program runs on"
+requires = ["1"]
+expect = [{ kind = "no_fault" }]
+
+[exercise.check.hint]
+"prerequisite" = "Print the pitch first."
+
+[[exercise.check]]
+id = "after"
+title = "and on"
+points = 2
+requires = ["runs"]
+expect = [{ kind = "no_fault" }]
+"""
+
+
+def judged_by(folder: Path, text: str, firmware: str, exercises: list[str] | None = None) -> Verdict:
+    (folder / "needy.toml").write_text(text, encoding="utf-8")
+    return judge(firmware, load_rubric(folder / "needy.toml"), seed=1, exercises=exercises)
+
+
+def test_check_earns_nothing_without_its_prerequisites(tmp_path: Path) -> None:
+    verdict = judged_by(tmp_path, NEEDY, "template")
+    _, runs, after = verdict.checks
+
+    assert (runs.outcome, runs.points, runs.finding) == ("failed", 0.0, "prerequisite")
+    assert runs.requires_unmet == ("1.pitch",)
+    assert "1.pitch" in runs.actual
+    assert runs.hint == "Print the pitch first."
+    assert after.requires_unmet == ("2.runs",)
+    assert verdict.points == 0
+
+
+def test_check_counts_once_its_prerequisites_pass(tmp_path: Path) -> None:
+    verdict = judged_by(tmp_path, NEEDY, "lab3")
+
+    assert (verdict.points, verdict.max_points) == (4, 4)
+    assert Verdict.from_json(verdict.to_json()) == verdict
+
+
+@pytest.mark.parametrize(("firmware", "points"), [("template", 0), ("lab3", 3)])
+def test_exercise_alone_is_judged_with_its_prerequisites(tmp_path: Path, firmware: str, points: int) -> None:
+    verdict = judged_by(tmp_path, NEEDY, firmware, ["2"])
+
+    assert [one.check for one in verdict.checks] == ["2.runs", "2.after"]
+    assert verdict.points == points
+
+
+def test_hidden_prerequisite_is_not_named_to_students(tmp_path: Path) -> None:
+    shown = judged_by(tmp_path, NEEDY.replace('"always"', '"never"'), "template").for_student()
+
+    assert shown.hidden_checks == 1
+    assert "1.pitch" not in shown.to_json()
+    assert shown.checks[0].finding == "prerequisite"
+
+
+def test_unjudged_prerequisite_leaves_the_check_unjudged(tmp_path: Path) -> None:
+    text = NEEDY.replace(
+        '{ kind = "printed", name = "Pitch", longest_gap = "2s" }', '{ kind = "no_warnings" }'
+    )
+    verdict = judged_by(tmp_path, text, "lab3")
+
+    assert {one.outcome for one in verdict.checks} == {"unjudged"}
+    assert (verdict.points, verdict.unjudged_points) == (0, 4)
+
+
+FOLLOWING = """\
+schema = 1
+title = "LED1 follows the pitch"
+[run.steep]
+duration = "6s"
+sensors = { grade = "ideal" }
+timeline = [{ do = "set_attitude", pitch_deg = 85, at = "3s" }]
+[[exercise]]
+id = "1"
+title = "LED1"
+run = "steep"
+[[exercise.check]]
+id = "led"
+title = "LED1 is lit"
+DETAIL
+expect = [{ kind = "led_follows", led = "led1", angle = "pitch" }]
+"""
+
+
+def test_evidence_has_leds_beside_their_conditions(tmp_path: Path) -> None:
+    (evidence,) = judged_by(tmp_path, FOLLOWING.replace("DETAIL", ""), "lab3").evidence
+    (led,) = evidence.following
+
+    assert led.name == "LED1"
+    for spans in (led.wanted, led.shown):
+        (span,) = spans
+        assert span == pytest.approx((3.0, 6.0), abs=0.05)
+
+
+def test_conditions_of_hidden_checks_are_not_shown(tmp_path: Path) -> None:
+    verdict = judged_by(tmp_path, FOLLOWING.replace("DETAIL", 'detail = "actual"'), "lab3")
+
+    assert verdict.evidence[0].following
+    assert verdict.for_student().evidence[0].following == ()
+
+
+def test_pattern_that_takes_too_long_is_not_judged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fcu_emulator.emulator.scenario.tables._LINE_PATIENCE_S", 0.01)
+    monkeypatch.setattr("fcu_emulator.emulator.scenario.tables._RUN_PATIENCE_S", 0.02)
+    slow = "pattern = '^(?P<number>.|..)+(?<!.)$'"
+    following = f"kind = 'line_follows', {slow}, longest_gap = '1s', when = {{ led = 'led1' }}"
+    number = f"kind = 'field', {slow}, truth = 'roll', tolerance = 1"
+    for expectation in (following, number):
+        old = '{ kind = "printed", name = "Pitch", longest_gap = "2s" }'
+        verdict = judged_by(tmp_path, NEEDY.replace(old, f"{{ {expectation} }}"), "lab3", ["1"])
+        assert verdict.checks[0].outcome == "unjudged"

@@ -136,7 +136,8 @@ LINES: list[tuple[str, str, Any]] = [
     ),
     (
         "fcu_emulator.emulator.cli.check.check_program",
-        "check a.elf --exercise 1 -e 2 --seed 3 --rubric other --json j.json --save motions --hint --hint",
+        """check a.elf --exercise 1 -e 2 --seed 3 --rubric other --json j.json --save motions --hint --hint
+        --boards 4""",
         CheckOptions(
             target="a.elf",
             rubric="other",
@@ -145,9 +146,10 @@ LINES: list[tuple[str, str, Any]] = [
             json=Path("j.json"),
             save=Path("motions"),
             hints=2,
+            boards=4,
         ),
     ),
-    ("fcu_emulator.emulator.cli.check.check_program", "check", CheckOptions(".", "lab3", (), 0, None)),
+    ("fcu_emulator.emulator.cli.check.check_program", "check", CheckOptions(".", None, (), 0, None)),
 ]
 ELSEWHERE = {"--isolate", "--help"}
 """A worker runs the same command without it: tests/integration/test_isolation.py."""

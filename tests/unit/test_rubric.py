@@ -97,6 +97,51 @@ def test_what_is_wrong_is_named_with_its_key(tmp_path: Path, old: str, new: str,
     assert "\n" not in str(caught.value)
 
 
+MORE = """
+[[exercise.check]]
+id = "roll"
+title = "Roll is right"
+requires = ["pitch"]
+expect = [{ kind = "field", name = "Roll", truth = true, tolerance = 1 }]
+"""
+
+
+@pytest.mark.parametrize("entry", ["pitch", "1.pitch"])
+def test_requires_may_name_a_check_of_the_rubric(tmp_path: Path, entry: str) -> None:
+    rubric = load_rubric(written(tmp_path, GOOD + MORE.replace('["pitch"]', f'["{entry}"]')))
+
+    assert rubric.prerequisites.needed(["1.roll"]) == {"1.roll", "1.pitch"}
+
+
+def test_requires_an_exercise_means_its_checks_with_points(tmp_path: Path) -> None:
+    second = MORE.replace('["pitch"]', '["1"]').replace(
+        "\n[[exercise.check]]", '\n[[exercise]]\nid = "2"\ntitle = "More"\nrun = "still"\n[[exercise.check]]'
+    )
+    remark = MORE.replace("roll", "remark").replace("requires", "points = 0\nrequires")
+    rubric = load_rubric(written(tmp_path, GOOD + remark + second))
+
+    assert rubric.prerequisites.needed(["2.roll"]) == {"2.roll", "1.pitch"}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key"),
+    [
+        ('["pitch"]', '["pich"]', "exercise[0].check[1].requires[0]: is 'pich'; known: 1.pitch"),
+        ('["pitch"]', '["pitch", "roll"]', "exercise[0].check[1].requires[1]: "),
+        ('["pitch"]', '["1"]', "exercise[0].check[1].requires[0]: "),
+        ('title = "Pitch is', 'requires = ["roll"]\ntitle = "Pitch is', "exercise[0].check[0].requires[0]: "),
+        ('["pitch"]', '"pitch"', "exercise[0].check[1].requires: "),
+    ],
+)
+def test_requires_unknown_or_circular_is_refused(tmp_path: Path, old: str, new: str, key: str) -> None:
+    path = written(tmp_path, (GOOD + MORE).replace(old, new))
+
+    with pytest.raises(RubricError) as caught:
+        load_rubric(path)
+
+    assert str(caught.value).startswith(f"{path}: {key}")
+
+
 def test_the_schema_knows_what_a_run_may_have() -> None:
     validator = jsonschema.Draft202012Validator(json_schema())
     validator.validate(tomllib.loads(GOOD))

@@ -18,7 +18,7 @@ from fcu_emulator.emulator.scenario import load_scenario, run
 from fcu_emulator.emulator.scenario.loader import scenario_error
 from fcu_emulator.emulator.scenario.schema import MOST_ENTRIES, scenario_file
 from fcu_emulator.emulator.scenario.tables import Resources, SearchPatience
-from tests.scenario_files import HEAD, SHORT, refusal, write
+from tests.scenario_files import HEAD, SHORT, play, refusal, write
 
 HOLD = '[[timeline]]\ndo = "hold"\nfor = "1s"\n'
 
@@ -383,7 +383,18 @@ VALUES = st.recursive(
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
     max_leaves=6,
 )
-KEYS = ("duration", "seed", "firmware", "world", "sensors", "timeline", "expect", "report", "limits", "bus")
+KEYS = (
+    "duration",
+    "seed",
+    "firmware",
+    "world",
+    "sensors",
+    "timeline",
+    "threshold",
+    "expect",
+    "report",
+    "bus",
+)
 
 
 @given(st.sampled_from(KEYS), VALUES)
@@ -422,3 +433,30 @@ def test_a_timer_at_84_mhz_costs_no_more_than_its_handlers(tmp_path: Path) -> No
     assert run(board).passed
     assert board.tim9.lost > 80_000_000
     assert board.tim9.late < 4_000
+
+
+def test_format_that_can_be_read_in_many_ways_is_a_finding(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("emulator.scenario.tables._LINE_PATIENCE_S", 0.01)
+    monkeypatch.setattr("emulator.scenario.tables._RUN_PATIENCE_S", 0.02)
+    table = f"[[expect]]\nkind = 'printed'\nformat = '{'%s' * 40}%d'\nlongest_gap = '1s'\n"
+    (finding,) = play(tmp_path, SHORT + table).findings
+
+    assert finding.miss.fault == "stopped"
+
+
+@pytest.mark.parametrize("kind", ["field", "line_follows"])
+def test_pattern_of_a_number_that_takes_too_long_is_a_finding(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str
+) -> None:
+    monkeypatch.setattr("emulator.scenario.tables._LINE_PATIENCE_S", 0.01)
+    monkeypatch.setattr("emulator.scenario.tables._RUN_PATIENCE_S", 0.02)
+    keys = {
+        "field": 'truth = "roll"\ntolerance = 1',
+        "line_follows": 'longest_gap = "1s"\nwhen = { quantity = "roll", beyond = 1 }',
+    }
+    table = f"[[expect]]\nkind = '{kind}'\npattern = '^(?P<number>.|..)+(?<!.)$'\n{keys[kind]}\n"
+    (finding,) = play(tmp_path, SHORT + table).findings
+
+    assert (finding.kind, finding.miss.fault) == (kind, "stopped")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import takewhile
 
+from fcu_emulator.emulator.grading.reports.following_plot import following_plot
 from fcu_emulator.emulator.grading.reports.markup import Html, element, page
 from fcu_emulator.emulator.grading.reports.plots import series_plot, share_bar
 from fcu_emulator.emulator.grading.reports.style import STYLE
@@ -203,6 +204,9 @@ def _run(run: RunEvidence, firmware: str) -> Iterator[Html]:
         yield element("div", element("p", f"The run {run.stopped}"), class_="cause fatal")
     if run.series:
         yield element("div", *map(series_plot, run.series), class_="plots")
+    if run.following:
+        plots = (following_plot(one, run.duration_s) for one in run.following)
+        yield element("div", *plots, class_="plots")
     text = run.terminal or "(nothing was printed)"
     yield element("details", element("summary", "The terminal"), element("pre", text))
     if run.replay:

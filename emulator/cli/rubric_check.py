@@ -1,0 +1,80 @@
+"""``fcu rubric check FILE``: check a rubric, and show the points that it gives away."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import click
+
+from fcu_emulator.emulator.grading.rubric import Rubric, load_rubric
+from fcu_emulator.emulator.grading.trials import Trial, trials
+from fcu_emulator.emulator.system_words import quoted
+from fcu_emulator.emulator.text import visible
+
+_TEMPLATE = "template-arm"
+
+
+def check_rubric(file: str, programs: bool) -> None:
+    """Load a rubric, and with ``programs`` judge programs by it that do not solve the lab.
+
+    Raises RubricError naming file and key path.
+    """
+    rubric = load_rubric(file)
+    count = sum(len(exercise.check) for exercise in rubric.exercises)
+    click.echo(
+        visible(
+            f"{file}: good; {_count(len(rubric.exercises), 'exercise')}, {_count(count, 'check')}, "
+            f"{rubric.max_points:g} points, "
+            f"{rubric.duration_s(0):g} s of virtual time"
+        )
+    )
+    for run, expectations in rubric.uncounted.items():
+        _warn(
+            f"run {run} names a scenario with {expectations} expectations that no check counts; "
+            "a check of that run without expect takes them"
+        )
+    if programs:
+        _try(file, rubric)
+
+
+def _try(file: str, rubric: Rubric) -> None:
+    click.echo("\nprograms that do not solve the lab earn:")
+    tried = []
+    for trial in trials(rubric, _TEMPLATE):
+        points = f"{trial.verdict.points:g} of {trial.verdict.max_points:g}"
+        checks = ", ".join(f"{check} {points:g}" for check, points in trial.earned.items())
+        click.echo(f"  {points:<10} {trial.program}{f': {checks}' if checks else ''}")
+        tried.append(trial)
+    given = _given_away(tried)
+    if not given:
+        click.echo("none of them earns a point")
+        return
+    click.echo()
+    for check, count in given.items():
+        _warn(f"{check} gives points to {count} of these {len(tried)} programs")
+    click.echo(
+        'Let each of these checks require one that such programs fail, for example requires = ["'
+        f'{_failed_by_all(tried) or "1.alarm"}"]; or give it no points.\n'
+        f"Then run: fcu rubric check {quoted(file)}"
+    )
+
+
+def _given_away(tried: Sequence[Trial]) -> dict[str, int]:
+    """By check, to how many of the programs it gives points."""
+    earned = [check for trial in tried for check in trial.earned]
+    return {check: earned.count(check) for check in dict.fromkeys(earned)}
+
+
+def _failed_by_all(tried: Sequence[Trial]) -> str:
+    """The first check with points that none of the programs has passed; "" if there is none."""
+    given = _given_away(tried)
+    checks = [check for check in tried[0].verdict.checks if check.max_points and check.check not in given]
+    return next((check.check for check in checks if check.outcome == "failed"), "")
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}{'s' * (number != 1)}"
+
+
+def _warn(text: str) -> None:
+    click.echo(visible(f"warning: {text}"))

@@ -1,0 +1,127 @@
+"""Prerequisites of checks: a check that ``requires`` others earns points only if all of them have passed.
+
+::
+
+    [[exercise.check]]
+    id = "quiet"
+    title = "no alarm while the board is flat"
+    requires = ["alarm", "2"]   # a check of the same exercise; every check of exercise 2 that gives points
+    expect = [{ kind = "never", pattern = "ALARM", to = "2s" }]
+
+Decision: a rubric names what a check requires. The road not taken, to give no points to a check that the
+template passes, makes a grade depend on a second program, and its reason is hard to explain to a student.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+
+from fcu_emulator.emulator.grading.verdict import CheckResult, requires_text
+from fcu_emulator.emulator.text import shown
+
+
+class PrerequisiteError(ValueError):
+    """A check requires an unknown check, or itself: entry ``number`` of the check ``check``."""
+
+    def __init__(self, check: str, number: int, problem: str) -> None:
+        super().__init__(problem)
+        self.check = check
+        self.number = number
+
+
+class Prerequisites:
+    """What each check requires, by the full names of checks such as "1.alarm".
+
+    ``requires``: by check, as the rubric has it; ``counted``: the checks that give points, for which the id
+    of an exercise is short. Raises PrerequisiteError.
+    """
+
+    def __init__(self, requires: Mapping[str, Sequence[str]], counted: Collection[str]) -> None:
+        self._requires = requires
+        self._counted = counted
+        self._required = {check: self._resolved(check) for check in requires}
+        for check in requires:
+            self._refuse_circle(check)
+
+    def needed(self, checks: Iterable[str]) -> set[str]:
+        """Return these checks and all that they require, directly or by way of others."""
+        found: set[str] = set()
+        waiting = list(checks)
+        while waiting:
+            one = waiting.pop()
+            if one not in found:
+                found.add(one)
+                waiting.extend(self._required[one])
+        return found
+
+    def applied(self, results: Mapping[str, CheckResult], hint: Mapping[str, str]) -> dict[str, CheckResult]:
+        """Return the results with no points for checks whose prerequisites have not passed.
+
+        ``hint``: by check, the hint for this finding. A prerequisite that could not be judged leaves the
+        check unjudged.
+        """
+        done: dict[str, CheckResult] = {}
+
+        def result_of(check: str) -> CheckResult:
+            if check not in done:
+                required = [result_of(one) for one in self._required[check]]
+                done[check] = _withheld(results[check], required, hint.get(check, ""))
+            return done[check]
+
+        return {check: result_of(check) for check in results}
+
+    def _resolved(self, check: str) -> tuple[str, ...]:
+        found: list[str] = []
+        for number, name in enumerate(self._requires[check]):
+            named = self._named(name, check.partition(".")[0])
+            if not named:
+                problem = f"is {shown(name)}; known: {', '.join(self._names(check))}"
+                raise PrerequisiteError(check, number, problem)
+            found += named
+        return tuple(dict.fromkeys(found))
+
+    def _named(self, name: str, exercise: str) -> list[str]:
+        """The checks that an entry names: one, or those of an exercise."""
+        one = next((full for full in (name, f"{exercise}.{name}") if full in self._requires), None)
+        if one is not None:
+            return [one]
+        return [check for check in self._counted if check.partition(".")[0] == name]
+
+    def _names(self, check: str) -> list[str]:
+        """What an entry of this check may name."""
+        exercises = dict.fromkeys(one.partition(".")[0] for one in self._counted)
+        others = (one for one in exercises if one != check.partition(".")[0])
+        return [*(one for one in self._requires if one != check), *others]
+
+    def _refuse_circle(self, check: str) -> None:
+        for number, name in enumerate(self._requires[check]):
+            if check in self.needed(self._named(name, check.partition(".")[0])):
+                problem = f"is {shown(name)}, which requires {check}; a check must not require itself"
+                raise PrerequisiteError(check, number, problem)
+
+
+def _withheld(result: CheckResult, required: Sequence[CheckResult], hint: str) -> CheckResult:
+    """The result of a check, given those that it requires."""
+    if result.outcome == "failed":
+        return result
+    unmet = tuple(one.check for one in required if one.outcome in ("failed", "partial"))
+    if unmet:
+        changed = {
+            "outcome": "failed",
+            "points": 0.0,
+            "expected": "",
+            "actual": requires_text(unmet),
+            "printed": "",
+            "finding": "prerequisite",
+            "hint": hint,
+            "unjudged_because": "",
+            "requires_unmet": unmet,
+        }
+        return result.model_copy(update=changed)
+    unjudged = [one for one in required if one.outcome == "unjudged"]
+    if unjudged and result.outcome != "unjudged":
+        because = f"it requires {unjudged[0].check}: {unjudged[0].unjudged_because}"
+        changed = {"outcome": "unjudged", "points": 0.0, "unjudged_because": because}
+        changed |= {"expected": "", "actual": "", "printed": "", "finding": "", "hint": ""}
+        return result.model_copy(update=changed)
+    return result

@@ -1,0 +1,122 @@
+"""Programs that do not solve a lab, judged by its rubric: it gives away the points that they earn.
+
+The template of the lab, and four that read no sensor: they print nothing, or every line that the rubric asks
+for, all the time and with the number 0; and their LEDs are off or on. A check that one of them passes says
+nothing about a student's program, unless it requires another one (:mod:`fcu_emulator.emulator.grading.prerequisites`).
+
+Decision: the programs print the lines of the rubric's checks, so they are generated for each rubric. They are
+firmware in Python, which needs no compiler.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.board.firmware import FirmwareFactory
+from fcu_emulator.emulator.grading.judge import judge
+from fcu_emulator.emulator.grading.rubric import Rubric
+from fcu_emulator.emulator.grading.verdict import Verdict
+from fcu_emulator.emulator.python_cpu.hal import Hal
+from fcu_emulator.emulator.scenario.expectations import (
+    ExpectField,
+    ExpectLine,
+    ExpectPrinted,
+    ExpectRegex,
+    ExpectWithin,
+)
+from fcu_emulator.emulator.scenario.following import ExpectLineFollows
+from fcu_emulator.emulator.scenario.formats import printed_with_zeros
+from fcu_emulator.emulator.scenario.tables import Pattern, SearchPatience
+
+_EVERY_MS = 300
+_TRANSMIT_MS = 1_000
+_ANCHORS = re.compile(r"^\^|\$$")
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A program and the verdict on it."""
+
+    program: str
+    verdict: Verdict
+
+    @property
+    def earned(self) -> dict[str, float]:
+        """The points that it has got, by check."""
+        return {check.check: check.points for check in self.verdict.checks if check.points}
+
+
+class _Constant:
+    """Firmware that switches the LEDs once and prints the same lines all the time."""
+
+    def __init__(self, hal: Hal, lines: Sequence[str], lit: bool) -> None:
+        self._hal = hal
+        self._lines = lines
+        self._lit = lit
+
+    def main(self) -> None:
+        """Print for ever."""
+        for port, pin in Board.description.leds.values():
+            self._hal.HAL_GPIO_Init(port, pin)
+            self._hal.HAL_GPIO_WritePin(port, pin, 0 if self._lit else 1)
+        while True:
+            for line in self._lines:
+                self._hal.HAL_UART_Transmit(f"{line}\n\r".encode("latin-1", "replace"), _TRANSMIT_MS)
+            self._hal.HAL_Delay(_EVERY_MS)
+
+    def HAL_TIM_PeriodElapsedCallback(self) -> None:
+        """No timer is started."""
+
+
+def _constant(lines: Sequence[str], lit: bool) -> FirmwareFactory:
+    return lambda hal: _Constant(hal, lines, lit)
+
+
+def trials(rubric: Rubric, template: str, seed: int = 0) -> Iterator[Trial]:
+    """Judge the firmware ``template`` and the programs without sensors, one after the other."""
+    yield Trial("the template", judge(template, rubric, seed=seed))
+    for printing, lines in (("prints nothing", []), ("prints each line all the time", lines_of(rubric))):
+        for lit in (False, True):
+            name = f"{printing}, LEDs {'on' if lit else 'off'}"
+            yield Trial(name, judge(_constant(lines, lit), rubric, seed=seed))
+
+
+def lines_of(rubric: Rubric) -> list[str]:
+    """Return the lines that the checks of a rubric ask for, each once, every number 0."""
+    found: dict[str, None] = {}
+    for exercise in rubric.exercises:
+        for check in exercise.check:
+            for one in check.expect:
+                line = _line(one)
+                if line:
+                    found[line] = None
+    return list(found)
+
+
+def _line(expectation: object) -> str:
+    """A line that an expectation may be about; "" if it asks for none, or a pattern does not show one."""
+    if isinstance(expectation, ExpectLine):
+        return expectation.text.strip()
+    if isinstance(expectation, ExpectField | ExpectPrinted | ExpectWithin):
+        if expectation.pattern is None:
+            return printed_with_zeros(expectation.number_format().text)
+        return _matching(expectation.pattern)
+    if isinstance(expectation, ExpectLineFollows) and expectation.text is not None:
+        return expectation.text.strip()
+    if isinstance(expectation, ExpectRegex | ExpectLineFollows) and expectation.pattern is not None:
+        return _matching(expectation.pattern)
+    return ""
+
+
+def _matching(pattern: Pattern) -> str:
+    """A line in which a simple pattern is found, such as one of plain words and one number."""
+    plain = re.sub(r"\(\?P<\w+>", "(", _ANCHORS.sub("", pattern.text))
+    plain = re.sub(r"\((?:[^()]*\\d[^()]*|[^()]*\[0-9\][^()]*)\)", "0", plain)
+    plain = re.sub(r"(?:-\?)?(?:\\d|\[0-9\])[+*]?", "0", plain).replace("\\", "")
+    try:
+        return plain if pattern.found_in(plain, SearchPatience()) else ""
+    except TimeoutError:
+        return ""

@@ -1,0 +1,139 @@
+"""Conditions on the truth: when a quantity is beyond a threshold, or a LED is lit.
+
+::
+
+    when = { quantity = "roll", beyond = 45, margin = 1 }     # to either side
+    when = { quantity = "Altitude", above = 3, margin = 0.3 }
+    when = { led = "led1" }
+
+Within ``margin`` of the threshold a condition neither holds nor does not hold: what follows it may be either.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import groupby
+from typing import Annotated, NamedTuple
+
+from pydantic import AfterValidator, Field, ValidationInfo, model_validator
+
+from fcu_emulator.emulator.scenario.expectations import QuantityName, Seen
+from fcu_emulator.emulator.scenario.observed import SAMPLE_STEP_PS
+from fcu_emulator.emulator.scenario.tables import LED_NAMES, Table, board_of
+from fcu_emulator.emulator.text import shown
+from fcu_emulator.emulator.time.clock import NEVER_PS
+from fcu_emulator.emulator.trace import GpioEdge
+
+# -- LEDs ---------------------------------------------------------------------------------------------------
+
+
+def _known_led(name: str, info: ValidationInfo) -> str:
+    known = [led.lower() for led in board_of(info).leds]
+    if name not in known:
+        raise ValueError(f"is {shown(name)}; give {' or '.join(map(repr, known))}")
+    return name
+
+
+LedName = Annotated[str, AfterValidator(_known_led), Field(json_schema_extra={"enum": LED_NAMES})]
+
+
+def led_states(seen: Seen, led: str) -> Iterator[tuple[int, int, bool]]:
+    """Yield (from, until, lit) one after the other, by the edges of the pin; first the LED is dark."""
+    pin = seen.board.led(led.upper()).pin
+    begin_ps, lit = 0, False
+    for edge in seen.board.trace.of(GpioEdge):
+        if edge.pin == pin:
+            yield begin_ps, edge.t_ps, lit
+            begin_ps, lit = edge.t_ps, edge.level == 0
+    yield begin_ps, NEVER_PS, lit
+
+
+# -- A condition --------------------------------------------------------------------------------------------
+
+
+class Stretch(NamedTuple):
+    """A part of a run in which a condition holds, does not hold, or is within its margin (None)."""
+
+    begin_ps: int
+    end_ps: int
+    holds: bool | None
+
+
+class Followed(NamedTuple):
+    """What has to follow a condition: when that holds, and when the LED is lit or the line is printed.
+
+    Times in ps, from and until; of a printed line both are its begin.
+    """
+
+    name: str
+    condition: str
+    wanted: tuple[tuple[int, int], ...]
+    shown: tuple[tuple[int, int], ...]
+
+
+class Condition(Table):
+    """A quantity is ``beyond`` a value (to either side), ``above`` or ``below`` it; or a LED is lit."""
+
+    quantity: QuantityName | None = None
+    beyond: float | None = Field(None, gt=0)
+    above: float | None = None
+    below: float | None = None
+    margin: float = Field(0.0, ge=0)
+    led: LedName | None = None
+
+    @model_validator(mode="after")
+    def _one_of_each(self) -> Condition:
+        if (self.quantity is None) == (self.led is None):
+            raise ValueError("needs either quantity = ... or led = ...")
+        limits = sum(limit is not None for limit in (self.beyond, self.above, self.below))
+        if self.quantity is not None and limits != 1:
+            raise ValueError("needs one of beyond, above and below")
+        if self.led is not None and (limits or self.margin):
+            raise ValueError("has a LED, which has no threshold and no margin; leave them out")
+        return self
+
+    @property
+    def limit(self) -> float:
+        """The threshold. A LED has none."""
+        return next(one for one in (self.beyond, self.above, self.below, 0.0) if one is not None)
+
+    def text(self) -> str:
+        """The condition as findings say it."""
+        if self.led is not None:
+            return f"{self.led.upper()} is lit"
+        if self.beyond is not None:
+            return f"{self.quantity} is beyond {self.beyond:g} to either side"
+        return f"{self.quantity} is {'above' if self.above is not None else 'below'} {self.limit:g}"
+
+    def holds(self, value: float) -> bool | None:
+        """Whether it holds for a value of the quantity; None within the margin."""
+        over = (abs(value) if self.beyond is not None else value) - self.limit
+        if abs(over) < self.margin:
+            return None
+        return over < 0 if self.below is not None else over > 0
+
+    def stretches(self, seen: Seen) -> Iterator[Stretch]:
+        """Yield the parts of a run, one after the other, to its end."""
+        if self.led is not None:
+            for begin_ps, until_ps, lit in led_states(seen, self.led):
+                if begin_ps < seen.end_ps:
+                    yield Stretch(begin_ps, min(until_ps, seen.end_ps), lit)
+            return
+        at_ps = 0
+        for holds, samples in groupby(seen.samples[self.quantity or ""], key=self.holds):
+            end_ps = at_ps + SAMPLE_STEP_PS * sum(1 for _ in samples)
+            if at_ps < seen.end_ps:
+                yield Stretch(at_ps, min(end_ps, seen.end_ps), holds)
+            at_ps = end_ps
+
+    def held(self, seen: Seen) -> tuple[tuple[int, int], ...]:
+        """When it holds."""
+        return tuple((one.begin_ps, one.end_ps) for one in self.stretches(seen) if one.holds)
+
+    def value_text(self, seen: Seen, at_ps: int) -> str:
+        """The state at a moment, for findings: " with roll 44.2"."""
+        if self.led is not None:
+            return ""
+        samples = seen.samples[self.quantity or ""]
+        value = samples[min(at_ps // SAMPLE_STEP_PS, len(samples) - 1)]
+        return f" with {self.quantity} {value:.4g}"

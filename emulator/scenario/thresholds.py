@@ -1,0 +1,160 @@
+"""Thresholds that a run is to show: the board rests just inside and just outside of each.
+
+::
+
+    [[threshold]]
+    quantity = "roll"
+    value = 45
+    margin = 1
+
+becomes motions of the timeline: the board rests for ``rest`` at 44, 46, -44 and -46 degrees of roll, once far
+beyond, and once with the pitch at 46 degrees instead, in an order that is drawn from the seed. A program with
+another threshold, for one side only or for the other axis is wrong at one of these rests.
+
+Decision: a threshold is put in place as entries of the timeline when a file is read, as a rule is as an
+expectation: a saved run shows them, and nothing else has to know them. The road not taken, to draw poses and
+hope for one near the threshold, passed a threshold of 40 degrees for 45.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Annotated, Any, Literal, NamedTuple
+
+from pydantic import Field, TypeAdapter, model_validator
+
+from fcu_emulator.emulator.errors import ScenarioError
+from fcu_emulator.emulator.scenario.tables import Duration, Length, Table
+from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, format_duration, parse_duration, seconds
+
+_STEEPEST_DEG = 90.0
+_DIGITS = 6
+_FAR = 10  # margins beyond a threshold
+
+
+class ThresholdTable(Table):
+    """One ``[[threshold]]``: a quantity that the board can be moved to, the threshold, and how near it rests.
+
+    ``both_sides``: whether minus the value is a threshold as well; of angles it is. ``at``: when it begins;
+    the first at 2 s, others after the one before. Each motion takes ``turn``, each rest ``rest``.
+    """
+
+    quantity: Literal["pitch", "roll", "Altitude"]
+    value: float = Field(gt=0, le=1000)
+    margin: float = Field(gt=0)
+    both_sides: bool | None = None
+    at: Duration | None = None
+    turn: Length = PS_PER_S
+    rest: Length = 2_500 * PS_PER_MS
+
+    @model_validator(mode="after")
+    def _can_rest_there(self) -> ThresholdTable:
+        if self.margin >= self.value:
+            raise ValueError(f"has a margin of {self.margin:g}; give less than the value, {self.value:g}")
+        if self.is_angle and self.value + self.margin >= _STEEPEST_DEG:
+            raise ValueError(
+                f"ends at {self.value + self.margin:g} degrees; give less than 90 with the margin"
+            )
+        return self
+
+    @property
+    def is_angle(self) -> bool:
+        """Whether it is an inclination of the board."""
+        return self.quantity != "Altitude"
+
+    def poses(self) -> list[tuple[str, float]]:
+        """(quantity, value) of each rest."""
+        both = self.is_angle if self.both_sides is None else self.both_sides
+        inside, outside = self.value - self.margin, self.value + self.margin
+        signs = (1, -1) if both else (1,)
+        poses = [(self.quantity, sign * at) for sign in signs for at in (outside, inside)]
+        poses.append((self.quantity, self._far()))
+        if self.is_angle:
+            poses.append(("pitch" if self.quantity == "roll" else "roll", outside))
+        return [(name, round(value, _DIGITS)) for name, value in poses]
+
+    def _far(self) -> float:
+        """A value well beyond the threshold, where a wrong threshold can be told from none."""
+        far = self.value + _FAR * self.margin
+        return min(far, (self.value + self.margin + _STEEPEST_DEG) / 2) if self.is_angle else far
+
+
+MOST_THRESHOLDS = 20  # of a scenario
+_Tables = Annotated[list[ThresholdTable], Field(max_length=MOST_THRESHOLDS)]
+_TABLES: TypeAdapter[list[ThresholdTable]] = TypeAdapter(_Tables)
+
+
+def parse_thresholds(value: Any) -> list[ThresholdTable]:
+    """Return the tables of a file. Raises pydantic's ValidationError."""
+    return _TABLES.validate_python(value)
+
+
+class Part(NamedTuple):
+    """The part of a run that threshold ``number`` takes, and its entries of the timeline, by their index."""
+
+    number: int
+    begin_ps: int
+    end_ps: int
+    entries: range
+
+
+def put_in_place(
+    table: Mapping[str, Any],
+    thresholds: Sequence[ThresholdTable],
+    pick: Callable[[str, int], float],
+    file: str,
+) -> tuple[dict[str, Any], list[Part]]:
+    """Return a scenario's table with motions for its thresholds, and the part of each.
+
+    ``pick`` draws the order of the rests. Without a ``duration`` the run ends after the last rest. Raises
+    ScenarioError.
+    """
+    timeline = table.get("timeline", [])
+    others = [entry for entry in timeline if isinstance(entry, dict)] if isinstance(timeline, list) else []
+    added: list[dict[str, Any]] = []
+    parts: list[Part] = []
+    at_ps, height_m = 2 * PS_PER_S, 0.0
+    for number, one in enumerate(thresholds):
+        if not one.is_angle and any(entry.get("do") in _LIFTING for entry in others):
+            problem = "is Altitude, and the timeline lifts the board as well; give each a run"
+            raise ScenarioError(file, f"threshold[{number}].quantity", problem)
+        at_ps = begin_ps = at_ps if one.at is None else one.at
+        first = len(timeline) + len(added)
+        poses = one.poses()
+        order = sorted(range(len(poses)), key=lambda index: pick(f"threshold[{number}]", index))
+        for name, value in (poses[index] for index in order):
+            entry = _lift(value - height_m) if name == "Altitude" else _turn(name, value, table)
+            height_m = value if name == "Altitude" else height_m
+            added.append({**entry, "at": format_duration(at_ps), "for": format_duration(one.turn)})
+            at_ps += one.turn + one.rest
+        parts.append(Part(number, begin_ps, at_ps, range(first, len(timeline) + len(added))))
+    return {**_lasting(table, at_ps, len(thresholds) - 1, file), "timeline": [*timeline, *added]}, parts
+
+
+_LIFTING = frozenset({"lift", "free_fall", "follow_altitude", "replay"})
+
+
+def _lift(metres: float) -> dict[str, Any]:
+    return {"do": "lift", "metres": round(metres, _DIGITS)}
+
+
+def _turn(angle: str, value: float, table: Mapping[str, Any]) -> dict[str, Any]:
+    """With the other angle 0, so that both are the inclinations of the board's axes."""
+    world = table.get("world")
+    yaw_deg = world.get("yaw_deg", 0.0) if isinstance(world, dict) else 0.0
+    return {"do": "rotate_to", f"{angle}_deg": value, "yaw_deg": yaw_deg}
+
+
+def _lasting(table: Mapping[str, Any], end_ps: int, last: int, file: str) -> dict[str, Any]:
+    kept = {key: value for key, value in table.items() if key != "threshold"}
+    if "duration" not in kept:
+        return {**kept, "duration": format_duration(end_ps)}
+    try:
+        duration_ps = parse_duration(kept["duration"])
+    except ValueError:
+        return kept  # refused with its key by the schema
+    if duration_ps < end_ps:
+        problem = f"ends at {seconds(end_ps)}, after the scenario's end at {seconds(duration_ps)}"
+        hint = "give a longer duration, or none"
+        raise ScenarioError(file, f"threshold[{last}]", f"{problem}; {hint}")
+    return kept

@@ -1,0 +1,125 @@
+"""A project that has a rubric (``fcu new --rubric``), and a program on several boards (``--boards``)."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from fcu_emulator.firmware_model.arm import prebuilt
+
+RUBRIC = """\
+schema = 1
+title = "Print the pitch"
+run.still.scenario = "motions/still.toml"
+[[exercise]]
+id = "1"
+title = "Pitch"
+run = "still"
+[[exercise.check]]
+id = "pitch"
+title = "the pitch is printed"
+expect = [{ kind = "printed", name = "Pitch", longest_gap = "2s" }]
+"""
+SCENARIO = """\
+schema = 1
+question = "Is the pitch printed?"
+duration = "3s"
+[[timeline]]
+do = "replay"
+csv = "walk.csv"
+"""
+WALK = "t_s,roll_deg,pitch_deg,yaw_deg\n0,0,0,0\n1,0,20,0\n"
+
+
+def fcu(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "fcu_emulator", *arguments]
+    return subprocess.run(command, cwd=folder, capture_output=True, encoding="utf-8", check=False)
+
+
+@pytest.fixture
+def desk(tmp_path: Path) -> Path:
+    """A rubric, and the files that it names."""
+    (tmp_path / "motions").mkdir()
+    (tmp_path / "pitch.toml").write_text(RUBRIC, encoding="utf-8")
+    (tmp_path / "motions" / "still.toml").write_text(SCENARIO, encoding="utf-8")
+    (tmp_path / "motions" / "walk.csv").write_text(WALK, encoding="utf-8")
+    return tmp_path
+
+
+def test_project_has_the_rubric_and_the_files_it_names(desk: Path) -> None:
+    done = fcu(desk, "new", "lab", "--rubric", "pitch.toml")
+
+    assert done.returncode == 0, done.stderr
+    assert "Print the pitch" in done.stdout
+    assert (desk / "lab" / "rubric.toml").read_text(encoding="utf-8") == RUBRIC
+    assert (desk / "lab" / "motions" / "walk.csv").is_file()
+
+
+@pytest.mark.parametrize(("program", "code"), [("solution", 0), ("template", 1)])
+def test_check_in_a_project_uses_its_rubric(desk: Path, program: str, code: int) -> None:
+    fcu(desk, "new", "lab", "--rubric", "pitch.toml")
+    shutil.copyfile(prebuilt(program), desk / "lab" / "lab3.elf")
+    done = fcu(desk / "lab", "check", "lab3.elf")
+
+    assert done.returncode == code, done.stderr
+    assert done.stdout.startswith("Print the pitch: ")
+    assert "--rubric" not in done.stdout
+    shutil.rmtree(desk / "motions")
+    assert fcu(desk, "check", "lab/lab3.elf").returncode == code
+
+
+def test_next_step_of_a_rubric_may_name_a_function_of_the_template(desk: Path) -> None:
+    table = 'title = "Pitch"\nnext = "Compute it in HAL_TIM_PeriodElapsedCallback(), and print it."'
+    (desk / "pitch.toml").write_text(RUBRIC.replace('title = "Pitch"', table), encoding="utf-8")
+    done = fcu(desk, "check", "template-arm", "--rubric", "pitch.toml")
+
+    assert "Next: Compute it in HAL_TIM_PeriodElapsedCallback(), and print it." in done.stdout
+
+
+def test_rubric_with_an_option_comes_before_the_projects(desk: Path) -> None:
+    fcu(desk, "new", "lab", "--rubric", "pitch.toml")
+    done = fcu(desk / "lab", "check", "solution", "--rubric", "lab3", "--exercise", "2")
+
+    assert done.stdout.startswith("LAB3: ")
+
+
+def test_new_with_an_unknown_rubric_makes_nothing(desk: Path) -> None:
+    done = fcu(desk, "new", "lab", "--rubric", "ptch.toml")
+
+    assert done.returncode == 2
+    assert not (desk / "lab").exists()
+
+
+def test_rubric_that_names_files_elsewhere_is_not_copied(desk: Path) -> None:
+    (desk / "deep").mkdir()
+    (desk / "deep" / "pitch.toml").write_text(RUBRIC.replace('"motions/', '"../motions/'), encoding="utf-8")
+    done = fcu(desk, "new", "lab", "--rubric", "deep/pitch.toml")
+
+    assert (done.returncode, (desk / "lab").exists()) == (2, False)
+
+
+# -- Several boards -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("program", "passed", "code"), [("solution", 3, 0), ("template-arm", 0, 1)])
+def test_check_on_boards_counts_those_with_all_points(
+    desk: Path, program: str, passed: int, code: int
+) -> None:
+    done = fcu(desk, "check", program, "--rubric", "pitch.toml", "--boards", "3", "--seed", "5")
+
+    assert done.returncode == code, done.stderr
+    assert re.findall(r"^  board (\d+)", done.stdout, re.MULTILINE) == ["5", "6", "7"]
+    assert f"{passed} of 3 boards" in done.stdout
+    assert ("1.pitch loses points on board 5, 6, 7" in done.stdout) is (code == 1)
+
+
+@pytest.mark.parametrize("option", [["--json", "j.json"], ["--save", "out"], ["--hint"]])
+def test_boards_with_options_for_one_board_are_refused(desk: Path, option: list[str]) -> None:
+    done = fcu(desk, "check", "solution", "--rubric", "pitch.toml", "--boards", "2", *option)
+
+    assert (done.returncode, done.stdout) == (2, "")
