@@ -109,6 +109,6 @@ def test_every_page_is_built_without_a_warning(tmp_path: Path) -> None:
     done = subprocess.run([*command, str(tmp_path)], cwd=ROOT, capture_output=True, text=True, check=False)
 
     assert done.returncode == 0, done.stderr
-    board = (tmp_path / "api" / "board" / "index.html").read_text(encoding="utf-8")
+    board = (tmp_path / "api" / "board.html").read_text(encoding="utf-8")
     assert "run_for" in board
     assert "Run for exactly this much virtual time." in board

@@ -249,6 +249,7 @@ def test_what_is_left_alone_is_known() -> None:
         "numpy.ndarray",
         "numpy.float64",
         "pathlib.PosixPath",
+        "re.Pattern",
         "weakref.ProxyType",
         "weakref.finalize",  # gives back what the chip has in C
         "weakref.WeakKeyDictionary",  # the scenario's recorders, which the clock's queue leads to

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import shlex
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -87,7 +88,7 @@ LINES: list[tuple[str, str, Any]] = [
         """grade class --rubric lab3 --out out --roster r.csv --salt s.key --jobs 3 --dask tcp://h:1 --take
         source
         --bus SPI2 --build-without-sandbox --anonymous --before-due-date --gradescope --autograder
-        there""",
+        there --overrides o.csv --deadline 2026-11-20T23:59 --only n.txt --gradescope-zip a.zip --wheel w.whl""",
         GradeOptions(
             submissions=Path("class"),
             rubric="lab3",
@@ -102,6 +103,11 @@ LINES: list[tuple[str, str, Any]] = [
             anonymous=True,
             before_due_date=True,
             autograder=Path("there"),
+            overrides=Path("o.csv"),
+            deadline=datetime.fromisoformat("2026-11-20T23:59"),
+            only=Path("n.txt"),
+            gradescope_zip=Path("a.zip"),
+            wheel=Path("w.whl"),
         ),
     ),
     (

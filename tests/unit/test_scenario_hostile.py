@@ -438,8 +438,8 @@ def test_a_timer_at_84_mhz_costs_no_more_than_its_handlers(tmp_path: Path) -> No
 def test_format_that_can_be_read_in_many_ways_is_a_finding(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("emulator.scenario.tables._LINE_PATIENCE_S", 0.01)
-    monkeypatch.setattr("emulator.scenario.tables._RUN_PATIENCE_S", 0.02)
+    monkeypatch.setattr("fcu_emulator.emulator.scenario.tables._LINE_PATIENCE_S", 0.01)
+    monkeypatch.setattr("fcu_emulator.emulator.scenario.tables._RUN_PATIENCE_S", 0.02)
     table = f"[[expect]]\nkind = 'printed'\nformat = '{'%s' * 40}%d'\nlongest_gap = '1s'\n"
     (finding,) = play(tmp_path, SHORT + table).findings
 
@@ -450,8 +450,8 @@ def test_format_that_can_be_read_in_many_ways_is_a_finding(
 def test_pattern_of_a_number_that_takes_too_long_is_a_finding(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str
 ) -> None:
-    monkeypatch.setattr("emulator.scenario.tables._LINE_PATIENCE_S", 0.01)
-    monkeypatch.setattr("emulator.scenario.tables._RUN_PATIENCE_S", 0.02)
+    monkeypatch.setattr("fcu_emulator.emulator.scenario.tables._LINE_PATIENCE_S", 0.01)
+    monkeypatch.setattr("fcu_emulator.emulator.scenario.tables._RUN_PATIENCE_S", 0.02)
     keys = {
         "field": 'truth = "roll"\ntolerance = 1',
         "line_follows": 'longest_gap = "1s"\nwhen = { quantity = "roll", beyond = 1 }',
