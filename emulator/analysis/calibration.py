@@ -1,6 +1,6 @@
-"""A hard-iron calibration that leaves something: the constant by which MAG is off after the board was turned.
+"""An incomplete hard-iron calibration: the constant error of MAG after the board was turned.
 
-The board's hard iron is known here, so the constant tells what the calibration has done: nothing, the wrong
+The board's hard iron is known, so the constant shows the mistake of the calibration: no correction, the wrong
 sign, one axis too few, half of the range in place of its middle, or extremes that began at 0.
 """
 
