@@ -374,8 +374,8 @@ def altitude_hint(lines: Sequence[Seen], temperature_degc: float) -> Hint | None
     off = sum(truth.distance(value) > _OFF_M for truth, value in truths)
     if off < _DIFFERENT:
         return None  # what noise and a single reading of the floor make of a right program
-    wrong = [*_wrong_altitudes(ratio, kelvin), *_times(rows, right)]
-    return explained("Altitude", rows, right, wrong, _metres)
+    named = explained("Altitude", rows, right, list(_wrong_altitudes(ratio, kelvin)), _metres)
+    return named or explained("Altitude", rows, right, list(_times(rows, right)), _metres)
 
 
 def _first(pressures: Sequence[Seen]) -> float:

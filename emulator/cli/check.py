@@ -359,10 +359,10 @@ class _Screen:
                 yield from _wrapped(f"Not checked (no points): {check.title}: {check.unjudged_because}.", "")
 
     def _is_written(self, name: str, advice: str) -> bool:
-        """Whether the program has what the advice says to write: a function, or lines that are only wrong."""
+        """Whether the program has what the advice says to write: its functions, or lines that are only wrong."""
         functions = _FUNCTION.findall(advice)
         if functions:
-            return any(map(self._has, functions))
+            return all(map(self._has, functions))
         findings = {one.finding for one in self._verdict.of(name) if one.max_points and one.finding}
         return bool(findings - _NOT_BEGUN)
 
@@ -377,9 +377,7 @@ class _Screen:
             again += f" --rubric {quoted(self._options.rubric)}"
         yield ""
         if not open_ones:
-            which = "Everything asked for" if self._options.exercises else "Everything"
-            yield f"{which} is right. On another board of the class:"
-            yield f"  {again} --seed {self._options.seed + 1}"
+            yield from self._after_success(again)
             return
         name = open_ones[0]
         seed = f" --seed {self._options.seed}" if self._options.seed else ""
@@ -400,6 +398,17 @@ class _Screen:
             yield from self._not_replayed(name)
         elif replays:
             yield f"  {again} --exercise {name}{seed} --save motions     to run its motions by hand"
+
+    def _after_success(self, again: str) -> Iterator[str]:
+        """The exercises that were not asked for; then the same on another board."""
+        asked = "".join(f" --exercise {name}" for name in self._options.exercises)
+        if asked:
+            yield "Everything asked for is right. Next, all exercises:"
+            yield f"  {again}"
+            yield "The same on another board of the class:"
+        else:
+            yield "Everything is right. On another board of the class:"
+        yield f"  {again}{asked} --seed {self._options.seed + 1}"
 
     def _not_replayed(self, name: str) -> Iterator[str]:
         """The checks that failed and of which the saved scenarios expect nothing."""

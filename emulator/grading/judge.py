@@ -32,7 +32,7 @@ from emulator.grading.verdict import (
     Verdict,
 )
 from emulator.scenario.expectations import Expectation, ExpectField, ExpectText, Miss, Seen, Windowed
-from emulator.scenario.observed import FORMAT_OF_FIELD
+from emulator.scenario.observed import FORMAT_OF_FIELD, unit_of
 from emulator.scenario.scenario import judged
 from emulator.scenario.schema import ReportTable
 from emulator.scenario.written import names_files, scenario_text
@@ -353,10 +353,9 @@ class _Run:
                 points.append((line.at_ps / PS_PER_S, printed, float(line.truth[name][1][-1])))
         step = max(1, -(-len(points) // MOST_PRINTS))
         kept = points[::step]
-        unit = "mgauss" if name.startswith("MAG") else line_format.text.split()[-1]
         return Series(
             name=name,
-            unit=unit,
+            unit=unit_of(name),
             t_s=tuple(one[0] for one in kept),
             printed=tuple(one[1] for one in kept),
             truth=tuple(one[2] for one in kept),
@@ -371,11 +370,8 @@ def _first_printed(miss: Miss) -> str:
 
 
 def _others(failed: int) -> str:
-    """What else of a check is not met."""
-    if failed <= 1:
-        return ""
-    others = "another thing is" if failed == 2 else f"{failed - 1} other things are"
-    return f" (and {others} not met)"
+    """How many more expectations of a check are not met."""
+    return f"; {failed - 1} more of this check not met" if failed > 1 else ""
 
 
 def _shortened(text: str) -> str:

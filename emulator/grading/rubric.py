@@ -68,8 +68,9 @@ FindingKind: TypeAlias = Literal[
     "threshold",
     "other axis",
     "one side",
+    "seldom read",
 ]
-"""How an expectation may be missed, and of a LED more exactly."""
+"""How an expectation may be missed; of a LED and of reads on the bus more exactly."""
 
 # -- The file -----------------------------------------------------------------------------------------------
 

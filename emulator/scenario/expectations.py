@@ -29,6 +29,7 @@ from emulator.scenario.observed import (
     escaped,
     nearest_truth,
     same_banner,
+    unit_of,
 )
 from emulator.scenario.tables import (
     Duration,
@@ -290,15 +291,16 @@ class ExpectField(Windowed):
         """What the number is compared with, and how near it has to be."""
         reference = f"{self.value:g}" if self.value is not None else "the truth"
         if self.truth and self.settle:
-            reference += f" ({nearest_truth(self.settle)})"
-        return f"{self.name} within {self.tolerance:g} of {reference}{self.window_text()}"
+            reference = nearest_truth(self.settle)
+        unit = unit_of(self.name)
+        return f"{self.name} within {self.tolerance:g} {unit} of {reference}{self.window_text()}"
 
     def judge(self, seen: Seen) -> Miss | None:
         """Missing when it is never printed; a line that begins like it in another format fails too."""
         line_format = FORMAT_OF_FIELD[self.name]
         lines = [line for line in self.lines_in_window(seen) if line.text.startswith(line_format.label)]
         if not lines:
-            return _not_printed(line_format, self.wording(), self.lines_in_window(seen))
+            return _not_printed(line_format, self.wording(), self.lines_in_window(seen), seen)
         numbers = [(line, line_format.parse(line.text)) for line in lines]
         malformed = [line for line, fields in numbers if fields is None]
         if malformed:
@@ -367,7 +369,7 @@ class ExpectPrinted(Windowed):
         if not lines and before:
             return Miss("missing", expected, f"none after {seconds(before[-1].at_ps)}")
         if not lines:
-            return _not_printed(line_format, expected, self.lines_in_window(seen))
+            return _not_printed(line_format, expected, self.lines_in_window(seen), seen)
         wrong = [line for line in lines if line_format.parse(line.text) is None]
         if wrong:
             return _malformed(line_format, expected, wrong, len(lines))
@@ -399,7 +401,7 @@ class ExpectWithin(Windowed):
         parsed = [(line, line_format.parse(line.text)) for line in self.lines_in_window(seen)]
         values = [(line, fields[self.name]) for line, fields in parsed if fields is not None]
         if not values:
-            return _not_printed(line_format, expected, self.lines_in_window(seen))
+            return _not_printed(line_format, expected, self.lines_in_window(seen), seen)
         wrong = [line for line, value in values if not self.least <= value <= self.most]
         if wrong:
             text, diff = f"{len(wrong)} of {len(values)} prints outside", map(_printed, wrong[:_DIFF_LINES])
@@ -411,11 +413,17 @@ class ExpectWithin(Windowed):
         return None
 
 
-def _not_printed(line_format: LineFormat, expected: str, lines: Sequence[PrintedLine]) -> Miss:
-    """Nothing begins like the format: there is another form of it, or none."""
+def _not_printed(
+    line_format: LineFormat, expected: str, lines: Sequence[PrintedLine], seen: Seen
+) -> Miss:
+    """Nothing in the window begins like the format: there is another form of it, or none."""
     near = [line for line in lines if line_format.is_meant_by(line.text)]
     if not near:
-        return Miss("missing", expected, f'no line "{line_format.text}" among {len(lines)}')
+        text = f'no line "{line_format.text}" among {len(lines)}'
+        outside = [line for line in seen.lines if line.text.startswith(line_format.label)]
+        if outside:
+            text += f", the last one is at {seconds(outside[-1].at_ps)}"
+        return Miss("missing", expected, text)
     return _malformed(line_format, expected, near, len(near))
 
 

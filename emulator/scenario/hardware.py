@@ -144,7 +144,7 @@ class ExpectLedFollows(Windowed):
         where = f"at {seconds(first.at_ps)} with {self.angle} {first.angle:.1f} degrees"
         here = f"{self.led.upper()} is {state} {where}"
         more = {
-            "never lit": f", and is never lit: is it switched on, by {self.angle} in degrees?",
+            "never lit": f", and is never lit: is its condition true for this {self.angle}, in degrees?",
             "never dark": ", and is never dark again: where is it switched off?",
             "inverted": ": it is lit and dark the wrong way round",
             "blinks": ", and changes while the board rests",
@@ -157,6 +157,7 @@ class ExpectLedFollows(Windowed):
 
 
 _SLOW_PS = 1_300 * PS_PER_MS  # once a second, and the time for the text
+_STALE_PS = 2_400 * PS_PER_MS  # two passes of main's loop: switched once a pass, by the angle of the one before
 _PROMPT_PS = 300 * PS_PER_MS
 _RESTING_DEG = 0.01  # in 10 ms; a LED of a moving board lags behind
 _MOSTLY = 0.8
@@ -172,10 +173,11 @@ def _finding(looks: Sequence[_Look], wrong: Sequence[_Look]) -> str:
         ("never dark", _stays_lit(looks)),
         ("inverted", bool(settled) and inverted >= _MOSTLY * len(settled)),
         ("other axis", _follows_other(looks)),
+        ("one side", _one_side(looks, wrong)),
+        ("threshold", _threshold(looks) is not None),
         ("blinks", _blinks(looks)),
         ("late", all(look.lit is look.steep for look in settled) and _catches_up(looks, wrong)),
-        ("threshold", _threshold(looks) is not None),
-        ("one side", _one_side(looks, wrong)),
+        ("late", _shows_the_past(looks)),
     )
     return next((kind for kind, holds in kinds if holds), "")
 
@@ -184,6 +186,16 @@ def _catches_up(looks: Sequence[_Look], wrong: Sequence[_Look]) -> bool:
     """Whether the LED became right before the board left the side on which it was wrong."""
     last = {look.since_ps: look for look in looks}
     return all(last[look.since_ps].lit is look.steep for look in wrong)
+
+
+def _shows_the_past(looks: Sequence[_Look]) -> bool:
+    """Whether the LED always shows a side on which the board has been shortly before."""
+    last_ps: dict[bool, int] = {}
+    for look in looks:
+        last_ps[look.steep] = look.at_ps
+        if look.at_ps - last_ps.get(look.lit, -NEVER_PS) > _STALE_PS:
+            return False
+    return True
 
 
 def _threshold(looks: Sequence[_Look]) -> tuple[float, float] | None:
@@ -226,10 +238,10 @@ def _blinks(looks: Sequence[_Look]) -> bool:
 
 
 def _one_side(looks: Sequence[_Look], wrong: Sequence[_Look]) -> bool:
-    """Whether the LED is right beyond one end of the scale, and dark beyond the other."""
+    """Whether the LED is right beyond one end of the scale, and always dark beyond the other."""
     dark = {look.angle > 0 for look in wrong if look.steep}
     lit = {look.angle > 0 for look in looks if look.steep and look.lit}
-    return all(look.steep for look in wrong) and len(dark) == 1 and bool(lit - dark)
+    return all(look.steep for look in wrong) and len(dark) == 1 and bool(lit) and not lit & dark
 
 
 # -- The timer's ticks, and the hard iron ----------------------------------------------------------------
@@ -390,9 +402,11 @@ class ExpectReads(Expectation):
             return None
         wanted = f"at least {self.least_hz:g}" if rate_hz < self.least_hz else f"at most {self.most_hz:g}"
         place = f"{part} {register} (0x{address:02X})"
-        return Miss(
-            "wrong value", f"{place} read {wanted} times a second", f"{rate_hz:.0f} times", for_good=True
-        )
+        expected, text = f"{place} read {wanted} times a second", f"{rate_hz:.0f} times a second"
+        if rate_hz >= self.least_hz:
+            return Miss("wrong value", expected, text, for_good=True)
+        text += ": is it read in each call of the timer's callback?"
+        return Miss("wrong value", expected, text, for_good=True, finding="seldom read")
 
 
 def _reaches(transfer: BusTransfer, address: int) -> bool:
