@@ -93,9 +93,7 @@ def explained(
 ) -> Hint | None:
     """The wrong formula that gives best what is printed, if the right one does not."""
     rows = [row for row in rows if math.isfinite(_value(right, row))]
-    different = [
-        row for row in rows if not _fits(field, right, row, near) and not _is_true(field, row, near)
-    ]
+    different = [row for row in rows if not _fits(field, right, row, near) and not _is_true(field, row, near)]
     if len(rows) < _FEWEST or len(different) < max(_DIFFERENT, (1 - _SHARE) * len(rows)):
         return None
     most = median(_apart(field, right, row) for row in different) / _BETTER

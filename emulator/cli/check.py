@@ -359,7 +359,9 @@ class _Screen:
                 yield from _wrapped(f"Not checked (no points): {check.title}: {check.unjudged_because}.", "")
 
     def _is_written(self, name: str, advice: str) -> bool:
-        """Whether the program has what the advice says to write: its functions, or lines that are only wrong."""
+        """Whether an exercise has points, the functions that the advice names, or lines that are wrong."""
+        if any(one.points for one in self._verdict.of(name)):
+            return True
         functions = _FUNCTION.findall(advice)
         if functions:
             return all(map(self._has, functions))

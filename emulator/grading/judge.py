@@ -371,7 +371,10 @@ def _first_printed(miss: Miss) -> str:
 
 def _others(failed: int) -> str:
     """How many more expectations of a check are not met."""
-    return f"; {failed - 1} more of this check not met" if failed > 1 else ""
+    if failed <= 1:
+        return ""
+    more = "requirement is" if failed == 2 else "requirements are"
+    return f" ({failed - 1} more {more} not met)"
 
 
 def _shortened(text: str) -> str:

@@ -413,9 +413,7 @@ class ExpectWithin(Windowed):
         return None
 
 
-def _not_printed(
-    line_format: LineFormat, expected: str, lines: Sequence[PrintedLine], seen: Seen
-) -> Miss:
+def _not_printed(line_format: LineFormat, expected: str, lines: Sequence[PrintedLine], seen: Seen) -> Miss:
     """Nothing in the window begins like the format: there is another form of it, or none."""
     near = [line for line in lines if line_format.is_meant_by(line.text)]
     if not near:

@@ -157,7 +157,7 @@ class ExpectLedFollows(Windowed):
 
 
 _SLOW_PS = 1_300 * PS_PER_MS  # once a second, and the time for the text
-_STALE_PS = 2_400 * PS_PER_MS  # two passes of main's loop: switched once a pass, by the angle of the one before
+_STALE_PS = 2_400 * PS_PER_MS  # two passes of main's loop: an angle of one, shown in the next
 _PROMPT_PS = 300 * PS_PER_MS
 _RESTING_DEG = 0.01  # in 10 ms; a LED of a moving board lags behind
 _MOSTLY = 0.8

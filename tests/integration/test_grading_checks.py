@@ -98,7 +98,8 @@ def test_reads_that_are_too_few_have_a_finding_of_this_name(tmp_path: Path) -> N
 
 
 def test_a_line_printed_before_the_window_only_is_told(tmp_path: Path) -> None:
-    check = judged(tmp_path, 'kind = "field", name = "Pre", truth = true, tolerance = 5, from = "2.3s"', "solution")
+    late = 'kind = "field", name = "Pre", truth = true, tolerance = 5, from = "2.3s"'
+    check = judged(tmp_path, late, "solution")
 
     assert (check.outcome, check.finding) == ("failed", "missing")
     assert "the last one is at 2.1" in check.actual

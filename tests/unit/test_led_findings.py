@@ -14,7 +14,17 @@ from emulator.scenario.observed import Tilt
 from emulator.time.clock import PS_PER_MS
 from emulator.trace import GpioEdge
 
-MOTION = ((0, 0.0), (2000, 0.0), (3000, 86.0), (4500, 86.0), (6000, -80.6), (7500, -80.6), (9000, 79.4), (10_500, 79.4), (12_000, -84.0))
+MOTION = (
+    (0, 0.0),
+    (2000, 0.0),
+    (3000, 86.0),
+    (4500, 86.0),
+    (6000, -80.6),
+    (7500, -80.6),
+    (9000, 79.4),
+    (10_500, 79.4),
+    (12_000, -84.0),
+)
 END_MS = 14_000
 PASS_MS = 1040
 
