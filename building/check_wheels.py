@@ -19,7 +19,7 @@ import lief
 from library import FOLDER, NATIVE
 from targets import TARGETS, Target
 
-_PLACE: Final = "emulator/chip/native/"
+_PLACE: Final = "fcu_emulator/emulator/chip/native/"
 _MACHINES: Final = {
     "x86_64": ("X86_64", "AMD64"),
     "amd64": ("X86_64", "AMD64"),

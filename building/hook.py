@@ -15,6 +15,7 @@ from packaging.tags import platform_tags
 sys.path.insert(0, str(Path(__file__).parent))  # hatchling loads this file by its path
 
 import library
+import namespace
 import targets
 
 
@@ -30,6 +31,7 @@ class CustomBuildHook(BuildHookInterface[Any]):
         if version == "editable":
             self.app.display_info(self._tried(library.build_in_place))
             return
+        build_data["force_include"].update(namespace.wheel_files())
         self._folder = Path(tempfile.mkdtemp())
         for cache in ("ZIG_GLOBAL_CACHE_DIR", "ZIG_LOCAL_CACHE_DIR"):
             os.environ.setdefault(
@@ -41,7 +43,7 @@ class CustomBuildHook(BuildHookInterface[Any]):
         )
         name = library.NATIVE["library_name"](compiler.system)
         self._tried(lambda: library.build(self._folder / name, compiler))
-        build_data["force_include"][str(self._folder / name)] = f"emulator/chip/native/{name}"
+        build_data["force_include"][str(self._folder / name)] = f"fcu_emulator/emulator/chip/native/{name}"
         build_data["pure_python"] = False
         build_data["tag"] = f"py3-none-{target.tag if target else _platform()}"
 

@@ -25,7 +25,7 @@ WIDTH: Final = 84
 def printed(command: str) -> tuple[list[str], list[str]]:
     """The terminal's lines without the empty ones and the stars, and those of fcu itself."""
     done = subprocess.run(
-        [sys.executable, "-m", "emulator", *command.split()],
+        [sys.executable, "-m", "fcu_emulator", *command.split()],
         cwd=ROOT,
         capture_output=True,
         stdin=subprocess.DEVNULL,

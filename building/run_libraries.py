@@ -48,7 +48,7 @@ def run(wheel: Path, target: Target, by: tuple[str, ...], program: Path, folder:
     """The lines that the program prints on the library of that wheel."""
     name = NATIVE["library_name"](target.system)
     with ZipFile(wheel) as archive:
-        (folder / name).write_bytes(archive.read(f"emulator/chip/native/{name}"))
+        (folder / name).write_bytes(archive.read(f"fcu_emulator/emulator/chip/native/{name}"))
     driver = folder / "run_library.exe"
     command = [str(BUILD / "venv" / "bin" / "python"), "-m", "ziglang", "cc", *target.flags]
     if "musl" in target.tag:

@@ -1,21 +1,26 @@
 """A virtual STEVAL-FCU001V1: sensors, timer, UART and one physical world, in exact virtual time.
 
-``from emulator import Board`` is most of what course material needs; see
-:class:`emulator.board.board.Board`. Everything else that the documentation uses is here, too.
+``from fcu_emulator import Board`` is most of what course material needs; see
+:class:`fcu_emulator.emulator.board.board.Board`. Everything else that the documentation uses is here, too.
 
 Names are loaded when they are first used: the board needs numpy, and ``fcu --help`` does not.
 """
 
 from __future__ import annotations
 
+if not __name__.startswith("fcu_emulator."):  # imported by its former name
+    from fcu_emulator._old_names import redirect
+
+    redirect(__name__)
+
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from emulator.board.board import Board
-    from emulator.board.firmware import python_firmware
-    from emulator.buses.i2c import I2CFault
-    from emulator.errors import (
+    from fcu_emulator.emulator.board.board import Board
+    from fcu_emulator.emulator.board.firmware import python_firmware
+    from fcu_emulator.emulator.buses.i2c import I2CFault
+    from fcu_emulator.emulator.errors import (
         CallError,
         ExpectationError,
         FcuError,
@@ -34,8 +39,17 @@ if TYPE_CHECKING:
         RubricError,
         ScenarioError,
     )
-    from emulator.scenario import Finding, Miss, Result, Scenario, check, load_scenario, run, scenario_names
-    from emulator.trace import (
+    from fcu_emulator.emulator.scenario import (
+        Finding,
+        Miss,
+        Result,
+        Scenario,
+        check,
+        load_scenario,
+        run,
+        scenario_names,
+    )
+    from fcu_emulator.emulator.trace import (
         BusTransfer,
         DeviceNote,
         Fault,
@@ -48,12 +62,12 @@ if TYPE_CHECKING:
     )
 
 _HOMES = (
-    "emulator.errors",
-    "emulator.trace",
-    "emulator.buses.i2c",
-    "emulator.board.firmware",
-    "emulator.board.board",
-    "emulator.scenario",
+    "fcu_emulator.emulator.errors",
+    "fcu_emulator.emulator.trace",
+    "fcu_emulator.emulator.buses.i2c",
+    "fcu_emulator.emulator.board.firmware",
+    "fcu_emulator.emulator.board.board",
+    "fcu_emulator.emulator.scenario",
 )
 """Where the names are looked for, in this order: what loads quickly first."""
 

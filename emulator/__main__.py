@@ -1,5 +1,5 @@
-"""``python -m emulator`` is the same as ``fcu``."""
+"""``python -m fcu_emulator`` is the same as ``fcu``."""
 
-from emulator.cli import main
+from fcu_emulator.emulator.cli import main
 
 main()

@@ -120,7 +120,7 @@ class FirmwareError(FcuError):
 
 
 class LimitError(FirmwareError):
-    """Firmware was stopped at ``limit``, a field of :class:`emulator.chip.firmware.Limits`."""
+    """Firmware was stopped at ``limit``, a field of :class:`fcu_emulator.emulator.chip.firmware.Limits`."""
 
     def __init__(self, limit: str, problem: str) -> None:
         self.limit = limit

@@ -10,7 +10,7 @@ import tempfile
 from contextlib import suppress
 from pathlib import Path
 
-from emulator.errors import InputError, LinkError, OutputError
+from fcu_emulator.emulator.errors import InputError, LinkError, OutputError
 
 _BUFFER = 1 << 18
 _SHORTEST_SECRET, _LONGEST_SECRET = 16, 4096  # bytes

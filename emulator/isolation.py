@@ -1,6 +1,6 @@
 """A process of its own for firmware of strangers: what it may take of the machine, and how it ended.
 
-``run_isolated("emulator", arguments)`` runs a module as a program in a worker process, under the limits of
+``run_isolated("fcu_emulator", arguments)`` runs a module as a program in a worker process, under the limits of
 :class:`Limits`, with the streams of this process. It tells apart a worker that has ended by itself, with its
 exit code, and one that died: killed, crashed, out of memory or of processor time. That says nothing about the
 firmware.
@@ -34,7 +34,7 @@ from contextlib import contextmanager
 from dataclasses import asdict, dataclass, fields
 from types import FrameType
 
-from emulator.errors import InputError
+from fcu_emulator.emulator.errors import InputError
 
 # -- What a process may take --------------------------------------------------------------------------------
 
@@ -151,7 +151,9 @@ def run_isolated(module: str, arguments: Sequence[str], limits: Limits) -> Endin
     be started.
     """
     read, write = _lifeline()
-    start = f"import sys; sys.path[:] = {sys.path!r}; from emulator.isolation import work; work()"
+    start = (
+        f"import sys; sys.path[:] = {sys.path!r}; from fcu_emulator.emulator.isolation import work; work()"
+    )
     own = json.dumps({"limits": asdict(limits), "lifeline": read, "parent": os.getpid()})
     command = [sys.executable, "-P", "-c", start, own, module, *arguments]
     asked: list[int] = []

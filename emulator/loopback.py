@@ -10,7 +10,7 @@ from __future__ import annotations
 import socket
 import sys
 
-from emulator.errors import LinkError
+from fcu_emulator.emulator.errors import LinkError
 
 HOST = "127.0.0.1"
 LARGEST_PORT = 65_535

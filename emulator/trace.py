@@ -20,9 +20,9 @@ from json.encoder import encode_basestring_ascii as quoted
 from pathlib import Path
 from typing import Any, ClassVar, TypeAlias, TypeVar
 
-from emulator.errors import OutputError
-from emulator.files import BoundedFile
-from emulator.time.clock import PS_PER_S
+from fcu_emulator.emulator.errors import OutputError
+from fcu_emulator.emulator.files import BoundedFile
+from fcu_emulator.emulator.time.clock import PS_PER_S
 
 
 @dataclass(frozen=True, slots=True)
@@ -350,7 +350,7 @@ class Trace:
             file.close()
 
     def snapshot(self) -> int:
-        """How many events there have been; for :mod:`emulator.board.snapshot`."""
+        """How many events there have been; for :mod:`fcu_emulator.emulator.board.snapshot`."""
         self._draw()
         return len(self._events) + self.dropped
 

@@ -1,6 +1,6 @@
 """The lab's firmware in Python, on HAL-like calls: what students write in C, as a reference.
 
-``FIRMWARES`` names the programs; each takes a HAL (:mod:`firmware_model.hal`) and optional settings::
+``FIRMWARES`` names the programs; each takes a HAL (:mod:`fcu_emulator.firmware_model.hal`) and optional settings::
 
     firmware = FIRMWARES["lab3"](hal, Settings(mu=0.1))
     firmware.main()
@@ -11,7 +11,12 @@ cheap.
 
 from __future__ import annotations
 
-from firmware_model.lab import Lab3, LabFirmware, Settings, Template
+if not __name__.startswith("fcu_emulator."):  # imported by its former name
+    from fcu_emulator._old_names import redirect
+
+    redirect(__name__)
+
+from fcu_emulator.firmware_model.lab import Lab3, LabFirmware, Settings, Template
 
 FIRMWARES: dict[str, type[LabFirmware]] = {"lab3": Lab3, "template": Template}
 

@@ -18,8 +18,8 @@ import struct
 from functools import lru_cache
 from math import atan2, cos, pi, sin, sqrt
 
-from firmware_model.c_semantics import c_pow, f32, float_divide
-from firmware_model.sensor_data import AxesRaw_TypeDef
+from fcu_emulator.firmware_model.c_semantics import c_pow, f32, float_divide
+from fcu_emulator.firmware_model.sensor_data import AxesRaw_TypeDef
 
 # -- Calibration --------------------------------------------------------------------------------------------
 

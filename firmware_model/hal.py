@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from firmware_model.c_semantics import CArgument, sprintf
+from fcu_emulator.firmware_model.c_semantics import CArgument, sprintf
 
 # HAL_StatusTypeDef, stm32f4xx_hal_def.h
 HAL_OK = 0

@@ -18,10 +18,20 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Literal
 
-from firmware_model.drivers.lps22hb import LPS22HB_Get_Press, LPS22HB_Get_Temp, LPS22HB_WaitForData
-from firmware_model.ecompass import MAG_MAX_START, MAG_MIN_START, MagCalibration, eCompass, getAltitude
-from firmware_model.hal import GPIO_PIN_RESET, GPIO_PIN_SET, PRINTF, Hal
-from firmware_model.sensor_data import (
+from fcu_emulator.firmware_model.drivers.lps22hb import (
+    LPS22HB_Get_Press,
+    LPS22HB_Get_Temp,
+    LPS22HB_WaitForData,
+)
+from fcu_emulator.firmware_model.ecompass import (
+    MAG_MAX_START,
+    MAG_MIN_START,
+    MagCalibration,
+    eCompass,
+    getAltitude,
+)
+from fcu_emulator.firmware_model.hal import GPIO_PIN_RESET, GPIO_PIN_SET, PRINTF, Hal
+from fcu_emulator.firmware_model.sensor_data import (
     AxesRaw_TypeDef,
     SensorReader,
     enableAllSensors,

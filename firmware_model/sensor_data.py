@@ -20,17 +20,17 @@ from array import array
 from dataclasses import dataclass
 from functools import cache
 
-from firmware_model.c_semantics import f32
-from firmware_model.drivers.component import COMPONENT_OK
-from firmware_model.drivers.lis2mdl import (
+from fcu_emulator.firmware_model.c_semantics import f32
+from fcu_emulator.firmware_model.drivers.component import COMPONENT_OK
+from fcu_emulator.firmware_model.drivers.lis2mdl import (
     LIS2MDL_ADDRESS,
     OUTX_L_REG,
     LIS2MDL_Enable,
     LIS2MDL_FlightSetup,
     LIS2MDL_Init,
 )
-from firmware_model.drivers.lps22hb import LPS22HB_Enable, LPS22HB_Get_Press, LPS22HB_Init
-from firmware_model.drivers.lsm6dsl import (
+from fcu_emulator.firmware_model.drivers.lps22hb import LPS22HB_Enable, LPS22HB_Get_Press, LPS22HB_Init
+from fcu_emulator.firmware_model.drivers.lsm6dsl import (
     LSM6DSL_ADDRESS,
     OUTX_L_G,
     OUTX_L_XL,
@@ -40,7 +40,7 @@ from firmware_model.drivers.lsm6dsl import (
     LSM6DSL_X_Enable,
     LSM6DSL_X_Init,
 )
-from firmware_model.hal import HAL_OK, PRINTF, Hal
+from fcu_emulator.firmware_model.hal import HAL_OK, PRINTF, Hal
 
 # -- Three axes, and the int16 -> int32 scaling of the drivers ----------------------------------------------
 

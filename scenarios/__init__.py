@@ -2,3 +2,8 @@
 
 ``fcu scenarios`` lists them; ``Board(scenario="stairs")`` runs one by name.
 """
+
+if not __name__.startswith("fcu_emulator."):  # imported by its former name
+    from fcu_emulator._old_names import redirect
+
+    redirect(__name__)

@@ -22,11 +22,16 @@ Each part is a folder: ``declaration``, ``registers``, ``model``, and a file for
 or application note.
 """
 
-from sensors.lis2mdl import LIS2MDL
-from sensors.lps22hb import LPS22HB
-from sensors.lsm6dsl import LSM6DSL
-from sensors.part import Part
-from sensors.register_file import AccessError
+if not __name__.startswith("fcu_emulator."):  # imported by its former name
+    from fcu_emulator._old_names import redirect
+
+    redirect(__name__)
+
+from fcu_emulator.sensors.lis2mdl import LIS2MDL
+from fcu_emulator.sensors.lps22hb import LPS22HB
+from fcu_emulator.sensors.lsm6dsl import LSM6DSL
+from fcu_emulator.sensors.part import Part
+from fcu_emulator.sensors.register_file import AccessError
 
 PARTS: dict[str, type[Part]] = {part.NAME: part for part in (LSM6DSL, LIS2MDL, LPS22HB)}
 """The registry: every part by its name. What is in it is covered by the contract tests."""

@@ -1,7 +1,7 @@
 """What a part says about itself as data: what it measures, how a bus reaches it, and how true its model is.
 
 The class of a part carries one of each, beside its name and its register map: ``SIGNALS``, ``BUS``,
-``ERRORS`` (:class:`sensors.errors.PartErrors`) and ``FUNCTIONS``. Boards, the keys of scenario files,
+``ERRORS`` (:class:`fcu_emulator.sensors.errors.PartErrors`) and ``FUNCTIONS``. Boards, the keys of scenario files,
 diagnoses, printed register maps and the fidelity table are made from them, so that a new part is a folder
 here and one line in the list of a board.
 """

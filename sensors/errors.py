@@ -113,7 +113,7 @@ def rate_deviation() -> Any:
 
 
 def heating_share() -> Any:
-    """The field ``heating_percent`` of a part with a thermometer: see :mod:`emulator.world.warmth`."""
+    """The field ``heating_percent`` of a part with a thermometer: see :mod:`fcu_emulator.emulator.world.warmth`."""
     doc = "by how much more than the board it is warmed at its place"
     return drawn(doc, "%", 8.0, "the board's size and copper", "typical", (-100.0, 100.0))
 

@@ -23,7 +23,7 @@ Decisions:
 The filters are finite impulse responses, so a sample is a pure function of the signal before it, whoever
 asks when. Where the world moves slowly against the filter, all of this is a delay, and that is what is
 computed: the world is asked once a sample, a little earlier. When it moves fast is the world's to say
-(:class:`sensors.part.Agitated`). A plain function cannot say it: it gives the samples as the converter's
+(:class:`fcu_emulator.sensors.part.Agitated`). A plain function cannot say it: it gives the samples as the converter's
 filter would, and is taken at its word.
 
 Noise is white, and a pure function of a key and the sample index. A counter-based generator (Philox) is asked
@@ -58,10 +58,10 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from sensors.errors import ZERO, Vec3
-from sensors.filters import Section, fourth_order_low_pass, low_pass
-from sensors.part import Agitated, Signal
-from sensors.sampling import Times
+from fcu_emulator.sensors.errors import ZERO, Vec3
+from fcu_emulator.sensors.filters import Section, fourth_order_low_pass, low_pass
+from fcu_emulator.sensors.part import Agitated, Signal
+from fcu_emulator.sensors.sampling import Times
 
 Array: TypeAlias = NDArray[np.float64]
 

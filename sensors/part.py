@@ -5,7 +5,7 @@ After the address byte of an I2C message a write's first byte is the sub-address
 goes on at the sub-address left behind (LSM6DSL datasheet 6.2, LIS2MDL 6.1, LPS22HB 7.2). Bit 7 of the
 sub-address carries no meaning for these three: the LSM6DSL has none, and the other two increment with and
 without it, as drivers of both kinds work on silicon. Where a part asks for a bit, its declaration says which
-(:class:`sensors.declaration.Bus`), and the address space here is twice as large: the registers, and the
+(:class:`fcu_emulator.sensors.declaration.Bus`), and the address space here is twice as large: the registers, and the
 registers with that bit.
 
 Decision: a part that loads its trimming values after power-on does not acknowledge its address; the documents
@@ -22,11 +22,11 @@ from typing import Any, ClassVar, Protocol, Self, TypeAlias, cast, runtime_check
 import numpy as np
 from numpy.typing import NDArray
 
-from sensors.declaration import Bus, Function, Quantity, Wires
-from sensors.errors import PartErrors
-from sensors.pin import Pin
-from sensors.register import ADDRESSES, Register, RegisterMap
-from sensors.register_file import (
+from fcu_emulator.sensors.declaration import Bus, Function, Quantity, Wires
+from fcu_emulator.sensors.errors import PartErrors
+from fcu_emulator.sensors.pin import Pin
+from fcu_emulator.sensors.register import ADDRESSES, Register, RegisterMap
+from fcu_emulator.sensors.register_file import (
     NEVER_PS,
     NOTHING_PREFETCHED,
     AccessError,
@@ -36,7 +36,7 @@ from sensors.register_file import (
     RegisterFile,
     WriteLog,
 )
-from sensors.sampling import PS_PER_S, SampleStream, Times
+from fcu_emulator.sensors.sampling import PS_PER_S, SampleStream, Times
 
 # -- what a part measures -----------------------------------------------------------------------------------
 
@@ -420,7 +420,7 @@ class SubaddressTarget:
     def prefetch(self, subaddress: int, count: int, now_ps: int) -> Prefetched:
         """What the next reads of one byte from there on would give; nothing has been read yet.
 
-        See :meth:`sensors.register_file.RegisterFile.prefetch`.
+        See :meth:`fcu_emulator.sensors.register_file.RegisterFile.prefetch`.
         """
         if not self.answers():
             return NOTHING_PREFETCHED

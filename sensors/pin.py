@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeAlias
 
-from sensors.sampling import PS_PER_S
+from fcu_emulator.sensors.sampling import PS_PER_S
 
 EdgeCallback: TypeAlias = Callable[[int, int], None]
 """``edge(at_ps, level)``."""

@@ -18,7 +18,7 @@ written and read back, and a sensor reports by name that it was touched); reserv
 sticks).
 
 Declared registers of a part cost nothing at run time: :class:`RegisterMap` compiles them to flat 128-byte
-tables. The chip's blocks (:mod:`emulator.chip.registers`) are declared with the same two classes, which stand
+tables. The chip's blocks (:mod:`fcu_emulator.emulator.chip.registers`) are declared with the same two classes, which stand
 here because the sensors' package knows nothing of the others.
 """
 

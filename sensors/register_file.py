@@ -21,7 +21,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Final, Protocol, TypeAlias
 
-from sensors.register import ADDRESSES, Register, RegisterMap
+from fcu_emulator.sensors.register import ADDRESSES, Register, RegisterMap
 
 ReadHook: TypeAlias = Callable[[int, int, int], bytes | None]
 """``hook(first, end, now_ps)``: bytes ``first`` to ``end - 1`` of its register are read.

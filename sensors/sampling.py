@@ -30,8 +30,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from sensors.register import Register
-from sensors.register_file import (
+from fcu_emulator.sensors.register import Register
+from fcu_emulator.sensors.register_file import (
     NEVER_PS,
     NOTHING_PREFETCHED,
     BurstReader,

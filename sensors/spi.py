@@ -19,9 +19,9 @@ from array import array
 from collections.abc import Callable
 from typing import Final
 
-from sensors.declaration import Mode, Wires
-from sensors.part import Part, with_increment_bit
-from sensors.register_file import NOTHING_PREFETCHED, Prefetched
+from fcu_emulator.sensors.declaration import Mode, Wires
+from fcu_emulator.sensors.part import Part, with_increment_bit
+from fcu_emulator.sensors.register_file import NOTHING_PREFETCHED, Prefetched
 
 READ: Final = 0x80
 UNDRIVEN: Final = 0xFF
@@ -82,7 +82,7 @@ class SpiTarget:
     def prefetch(self, address: int, count: int, mode: Mode, wires: Wires, now_ps: int) -> Prefetched:
         """What a read of ``address`` would give a host, byte by byte; nothing has been read yet.
 
-        See :meth:`sensors.register_file.RegisterFile.prefetch`.
+        See :meth:`fcu_emulator.sensors.register_file.RegisterFile.prefetch`.
         """
         if mode not in self._modes or self._booting or self.part.spi_wires() != wires:
             return NOTHING_PREFETCHED

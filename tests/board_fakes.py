@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from emulator.python_cpu.hal import Hal
+from fcu_emulator.emulator.python_cpu.hal import Hal
 
 
 class Script:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Literal
 
-from sensors.part import SubaddressTarget
-from sensors.spi import READ, SpiTarget
+from fcu_emulator.sensors.part import SubaddressTarget
+from fcu_emulator.sensors.spi import READ, SpiTarget
 from tests.sensor_fakes import Channel, Chip, ramp
 
 COUNTS_PER_SAMPLE = 317

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from emulator import Board
+from fcu_emulator import Board
 
 ATTITUDES = [(0, 0, 0), (20, -30, 40), (-170, 60, -120), (90, 0, 15), (0, 85, 200)]
 """Roll, pitch, yaw in degrees."""

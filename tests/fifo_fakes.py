@@ -10,13 +10,13 @@ from functools import partial
 
 import numpy as np
 
-from sensors import LSM6DSL
-from sensors.lsm6dsl.feature import Chip, SignalName, Signals
-from sensors.lsm6dsl.fifo import Fifo
-from sensors.lsm6dsl.timestamp import Timestamp
-from sensors.pin import Pin
-from sensors.register_file import RegisterFile
-from sensors.sampling import Producer, SampleStream, Times
+from fcu_emulator.sensors import LSM6DSL
+from fcu_emulator.sensors.lsm6dsl.feature import Chip, SignalName, Signals
+from fcu_emulator.sensors.lsm6dsl.fifo import Fifo
+from fcu_emulator.sensors.lsm6dsl.timestamp import Timestamp
+from fcu_emulator.sensors.pin import Pin
+from fcu_emulator.sensors.register_file import RegisterFile
+from fcu_emulator.sensors.sampling import Producer, SampleStream, Times
 from tests.sensor_fakes import PS_PER_S, ramp
 from tests.sensor_fakes import Chip as WholePart
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import struct
 
-from firmware_model import LabFirmware, Settings
-from firmware_model.hal import HAL_ERROR, HAL_OK, HAL_TIMEOUT
+from fcu_emulator.firmware_model import LabFirmware, Settings
+from fcu_emulator.firmware_model.hal import HAL_ERROR, HAL_OK, HAL_TIMEOUT
 
 LSM6DSL, LIS2MDL, LPS22HB = 0xD6, 0x3C, 0xBA
 LED1, LED2 = ("B", 5), ("B", 4)

@@ -28,7 +28,7 @@ from pathlib import Path
 from types import FrameType
 from typing import NamedTuple
 
-import emulator
+from fcu_emulator import emulator
 
 ROOT = Path(emulator.__file__).parents[1]
 NATIVE = ROOT / "emulator" / "chip" / "native"
@@ -164,7 +164,7 @@ def toml_to_verdict() -> Journey:
     passed = []
 
     def travel() -> None:
-        from emulator.scenario import run
+        from fcu_emulator.emulator.scenario import run
 
         passed.append(run(emulator.Board(scenario="tilt_sweep")).passed)
 

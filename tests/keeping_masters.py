@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from sensors.part import Part
+from fcu_emulator.sensors.part import Part
 
 BYTE_PS = 22_500_000  # nine bits at 400 kHz
 

@@ -19,7 +19,7 @@ from urllib.parse import urlsplit
 
 from websockets.sync.client import ClientConnection
 
-from emulator.live.address import Address
+from fcu_emulator.emulator.live.address import Address
 from tests.live_fakes import connected
 
 COMMANDS = 1000
@@ -30,7 +30,7 @@ def main() -> None:
     seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 20.0
     for firmware in ("lab3", "solution"):
         began_s = time.monotonic()
-        program = [sys.executable, "-m", "emulator", "web", firmware, "--no-browser"]
+        program = [sys.executable, "-m", "fcu_emulator", "web", firmware, "--no-browser"]
         with subprocess.Popen(program, stderr=subprocess.PIPE, text=True) as server:
             assert server.stderr is not None
             url = next(found[0] for line in server.stderr if (found := re.search(r"http\S+", line)))
@@ -41,7 +41,7 @@ def main() -> None:
                 if firmware == "solution":
                     measure_latency(client)
             server.terminate()
-    page = files("emulator.live").joinpath("page")
+    page = files("fcu_emulator.emulator.live").joinpath("page")
     names = ("app.js", "app.css", "index.html", "icon.svg")
     size = sum(len(gzip.compress(page.joinpath(name).read_bytes())) for name in names)
     print(f"page: {size / 1000:.0f} kB compressed")  # noqa: T201

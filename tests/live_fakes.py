@@ -9,14 +9,14 @@ from typing import Any
 
 from websockets.sync.client import ClientConnection, connect
 
-from emulator.links import ByteLink
-from emulator.live import messages
-from emulator.live.address import Address
-from emulator.live.exercises import Exercises
-from emulator.live.messages import Command, Event
-from emulator.live.session import Session
-from emulator.live.setup import Setup
-from emulator.python_cpu.hal import Hal
+from fcu_emulator.emulator.links import ByteLink
+from fcu_emulator.emulator.live import messages
+from fcu_emulator.emulator.live.address import Address
+from fcu_emulator.emulator.live.exercises import Exercises
+from fcu_emulator.emulator.live.messages import Command, Event
+from fcu_emulator.emulator.live.session import Session
+from fcu_emulator.emulator.live.setup import Setup
+from fcu_emulator.emulator.python_cpu.hal import Hal
 
 
 class Wall:

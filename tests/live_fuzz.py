@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from typing import Any
 
-from emulator.live.messages import commands
+from fcu_emulator.emulator.live.messages import commands
 
 VALUES: list[Any] = [
     None, True, False, 0, -1, 1, 10**30, -(2**63), 0.5, 1e308, -1e308, "", "x", "\0", "é" * 300,
@@ -59,9 +59,9 @@ def main() -> None:
     from websockets.exceptions import ConnectionClosed
     from websockets.sync.client import ClientConnection
 
-    from emulator.live.server import PageServer
-    from emulator.live.session import Session
-    from emulator.live.setup import Setup
+    from fcu_emulator.emulator.live.server import PageServer
+    from fcu_emulator.emulator.live.session import Session
+    from fcu_emulator.emulator.live.setup import Setup
     from tests.live_fakes import connected
 
     count = int(sys.argv[1]) if len(sys.argv) > 1 else 10_000

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from playwright.sync_api import sync_playwright
 
-from emulator.cli.exercises import LabExercises
-from emulator.live.setup import Setup
+from fcu_emulator.emulator.cli.exercises import LabExercises
+from fcu_emulator.emulator.live.setup import Setup
 from tests.integration.test_live_page import ARGUMENTS, Served
 
 DOCS = Path(__file__).parents[1] / "docs"

@@ -42,7 +42,7 @@ def main() -> int:
     parser.add_argument("--minutes", type=int, default=60)
     parser.add_argument("--firmware", default="solution")
     options = parser.parse_args()
-    program = [sys.executable, "-m", "emulator", "web", options.firmware, "--no-browser"]
+    program = [sys.executable, "-m", "fcu_emulator", "web", options.firmware, "--no-browser"]
     with subprocess.Popen(program, stderr=subprocess.PIPE, text=True) as server:
         assert server.stderr is not None
         try:

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from emulator import Board, ScenarioError
-from emulator.scenario import Result, load_scenario, run
+from fcu_emulator import Board, ScenarioError
+from fcu_emulator.emulator.scenario import Result, load_scenario, run
 
 HEAD = 'schema = 1\nquestion = "Does it work?"\n'
 SHORT = HEAD + 'duration = "2.5s"\n'  # boot takes 1 s: two blocks are printed

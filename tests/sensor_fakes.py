@@ -14,8 +14,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-import sensors
-from sensors import LIS2MDL, LPS22HB, LSM6DSL, Part
+from fcu_emulator import sensors
+from fcu_emulator.sensors import LIS2MDL, LPS22HB, LSM6DSL, Part
 from tests.recipe import HTX221
 
 PARTS: dict[str, type[Part]] = {**sensors.PARTS, HTX221.NAME: HTX221}

@@ -23,10 +23,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import signal
 
-from sensors.front_end import CONVERTER_HZ
-from sensors.lis2mdl import LIS2MDLErrors
-from sensors.lps22hb import LPS22HBErrors
-from sensors.lsm6dsl import LSM6DSLErrors
+from fcu_emulator.sensors.front_end import CONVERTER_HZ
+from fcu_emulator.sensors.lis2mdl import LIS2MDLErrors
+from fcu_emulator.sensors.lps22hb import LPS22HBErrors
+from fcu_emulator.sensors.lsm6dsl import LSM6DSLErrors
 from tests.sensor_fakes import (
     ACCELEROMETER,
     GYROSCOPE,

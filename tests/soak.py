@@ -22,11 +22,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from emulator import Board
-from emulator.analysis.witness import Witness
-from emulator.links import MemoryLink
-from emulator.links.runner import Progress, Runner
-from emulator.time.clock import to_ps
+from fcu_emulator import Board
+from fcu_emulator.emulator.analysis.witness import Witness
+from fcu_emulator.emulator.links import MemoryLink
+from fcu_emulator.emulator.links.runner import Progress, Runner
+from fcu_emulator.emulator.time.clock import to_ps
 
 EVERY_S = 300.0
 FIRMWARE = ("lab3", "solution")

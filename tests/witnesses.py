@@ -15,10 +15,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from emulator import Board
-from emulator.world import earth_field
-from emulator.world.magnetism import Magnet
-from emulator.world.track import Array
+from fcu_emulator import Board
+from fcu_emulator.emulator.world import earth_field
+from fcu_emulator.emulator.world.magnetism import Magnet
+from fcu_emulator.emulator.world.track import Array
 
 LSM6DSL, LIS2MDL = 0x6B, 0x1E
 RATE_HZ = 208.0

@@ -10,7 +10,7 @@ of them cannot even be imported on a machine without an I2C port. The road not t
 ``sys.modules`` (``busio``, ``smbus2``), would hide the real ones from everybody else in the process.
 """
 
-from emulator.adapters.bus_objects import BusioI2C, MachineI2C, SensirionI2C, SMBus
-from emulator.adapters.virtual_time import virtual_time
+from fcu_emulator.emulator.adapters.bus_objects import BusioI2C, MachineI2C, SensirionI2C, SMBus
+from fcu_emulator.emulator.adapters.virtual_time import virtual_time
 
 __all__ = ["BusioI2C", "MachineI2C", "SMBus", "SensirionI2C", "virtual_time"]

@@ -26,8 +26,8 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Protocol, Self, TypeAlias
 
-from emulator.buses.i2c import I2CMaster
-from emulator.errors import I2CError, I2CNackError, I2CStuckError, InputError
+from fcu_emulator.emulator.buses.i2c import I2CMaster
+from fcu_emulator.emulator.errors import I2CError, I2CNackError, I2CStuckError, InputError
 
 if TYPE_CHECKING:
     from typing_extensions import Buffer  # in collections.abc from Python 3.12 on

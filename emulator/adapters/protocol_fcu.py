@@ -17,10 +17,10 @@ from urllib.parse import parse_qsl, unquote
 
 import serial
 
-from emulator.board.board import Board
-from emulator.boards.fcu001v1 import FCU001V1
-from emulator.errors import InputError
-from emulator.time.clock import PS_PER_MS, to_ps
+from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.time.clock import PS_PER_MS, to_ps
 
 SILENCE_S = 60.0
 """Virtual time after which reading without a timeout gives up."""

@@ -14,10 +14,10 @@ from contextlib import contextmanager
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from emulator.errors import InputError
+from fcu_emulator.emulator.errors import InputError
 
 if TYPE_CHECKING:
-    from emulator.board.board import Board
+    from fcu_emulator.emulator.board.board import Board
 
 _PS_PER_NS = 1000
 _in_use: set[str] = set()  # modules that run on some board's time now

@@ -11,9 +11,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.analysis.field import changes
-from emulator.analysis.numbers import AXES, Hint
-from emulator.analysis.witness import Seen
+from fcu_emulator.emulator.analysis.field import changes
+from fcu_emulator.emulator.analysis.numbers import AXES, Hint
+from fcu_emulator.emulator.analysis.witness import Seen
 
 _FAR = 60.0  # mgauss of the constant that no right calibration leaves, and of a hard iron that matters
 _NEAR, _NEAR_SHARE = 40.0, 0.15

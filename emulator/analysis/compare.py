@@ -24,10 +24,18 @@ from dataclasses import dataclass, field, replace
 from itertools import zip_longest
 from typing import Literal, TypeAlias
 
-from emulator.analysis.observation import END, REGISTERS, TERMINAL, TIMER, Entry, Observation, is_led
-from emulator.errors import InputError
-from emulator.scenario.observed import FIELDS, FORMATS, deviation, same_banner
-from emulator.time.clock import PS_PER_MS, PS_PER_S
+from fcu_emulator.emulator.analysis.observation import (
+    END,
+    REGISTERS,
+    TERMINAL,
+    TIMER,
+    Entry,
+    Observation,
+    is_led,
+)
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.scenario.observed import FIELDS, FORMATS, deviation, same_banner
+from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
 
 Ignorable: TypeAlias = Literal["time", "numbers", "registers", "leds"]
 

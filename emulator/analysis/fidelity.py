@@ -1,6 +1,6 @@
 """The fidelity tables, of the sensors, of the chip's registers and of the board itself, made from the code.
 
-``python -m emulator.analysis.fidelity docs/fidelity.md`` rewrites them.
+``python -m fcu_emulator.emulator.analysis.fidelity docs/fidelity.md`` rewrites them.
 
 What is not modelled comes from the declared registers, functions and approximations from the declarations in
 each part's folder; nothing is kept by hand, and a test fails when the page is stale.
@@ -11,19 +11,21 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from emulator.boards.description import BoardErrors
-from emulator.chip.registers import BLOCKS, KINDS
-from emulator.errors import InputError
-from sensors import PARTS, Part
-from sensors.errors import SIGMAS, STRENGTHS, Figure
+from fcu_emulator.emulator.boards.description import BoardErrors
+from fcu_emulator.emulator.chip.registers import BLOCKS, KINDS
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.sensors import PARTS, Part
+from fcu_emulator.sensors.errors import SIGMAS, STRENGTHS, Figure
 
-BEGIN = "<!-- fidelity: made by python -m emulator.analysis.fidelity docs/fidelity.md -->"
+BEGIN = "<!-- fidelity: made by python -m fcu_emulator.emulator.analysis.fidelity docs/fidelity.md -->"
 END = "<!-- end of fidelity -->"
-BEGIN_CHIP = "<!-- the chip's registers: made by python -m emulator.analysis.fidelity docs/fidelity.md -->"
-BEGIN_FIGURES = "<!-- figures: made by python -m emulator.analysis.fidelity docs/fidelity.md -->"
+BEGIN_CHIP = "<!-- the chip's registers: made by python -m fcu_emulator.emulator.analysis.fidelity docs/fidelity.md -->"
+BEGIN_FIGURES = "<!-- figures: made by python -m fcu_emulator.emulator.analysis.fidelity docs/fidelity.md -->"
 END_FIGURES = "<!-- end of figures -->"
 END_CHIP = "<!-- end of the chip's registers -->"
-BEGIN_BOARD = "<!-- the board itself: made by python -m emulator.analysis.fidelity docs/fidelity.md -->"
+BEGIN_BOARD = (
+    "<!-- the board itself: made by python -m fcu_emulator.emulator.analysis.fidelity docs/fidelity.md -->"
+)
 END_BOARD = "<!-- end of the board itself -->"
 
 

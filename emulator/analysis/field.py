@@ -1,4 +1,4 @@
-"""MAG against the truth, as :mod:`emulator.analysis.numbers` holds the other numbers against it.
+"""MAG against the truth, as :mod:`fcu_emulator.emulator.analysis.numbers` holds the other numbers against it.
 
 Of a magnetic field every firmware prints another number for the same place: raw values have the board's hard
 iron in them, calibrated ones what MagCalibration has subtracted up to then. So a constant on each axis counts
@@ -18,8 +18,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.analysis.numbers import AXES, Group, Hint, axes_in_words, signed_axes
-from emulator.analysis.witness import Seen
+from fcu_emulator.emulator.analysis.numbers import AXES, Group, Hint, axes_in_words, signed_axes
+from fcu_emulator.emulator.analysis.witness import Seen
 
 MAG = Group("MAG[x,y,z]", tuple(f"MAG.{axis}" for axis in AXES), 50.0, "mgauss", 1.5)
 _FEWEST = 5  # lines, and

@@ -16,8 +16,8 @@ from collections.abc import Callable, Iterator, Sequence
 from statistics import median
 from typing import NamedTuple, TypeAlias
 
-from emulator.analysis.numbers import YAW, Hint, always_0
-from emulator.analysis.witness import Seen
+from fcu_emulator.emulator.analysis.numbers import YAW, Hint, always_0
+from fcu_emulator.emulator.analysis.witness import Seen
 
 _FEWEST = 5  # blocks
 _SHARE = 0.85  # of the blocks that a formula must explain

@@ -14,12 +14,12 @@ from itertools import groupby, pairwise
 from statistics import median
 from typing import NamedTuple
 
-from emulator.analysis.witness import Witness
-from emulator.board.board import Board
-from emulator.chip.diagnosis.backtrace import Places
-from emulator.chip.diagnosis.report import Diagnosis
-from emulator.chip.firmware import ArmFirmware
-from emulator.trace import GpioEdge
+from fcu_emulator.emulator.analysis.witness import Witness
+from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.chip.diagnosis.backtrace import Places
+from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis
+from fcu_emulator.emulator.chip.firmware import ArmFirmware
+from fcu_emulator.emulator.trace import GpioEdge
 
 _STEEP, _FLAT = 85.0, 75.0
 _STEADY = 4  # looks at the LEDs in a row: 0.2 s

@@ -2,8 +2,8 @@
 
 ::
 
-    from emulator.analysis.mistakes import explain
-    from emulator.analysis.witness import Witness
+    from fcu_emulator.emulator.analysis.mistakes import explain
+    from fcu_emulator.emulator.analysis.witness import Witness
 
     board = Board(firmware="lab3.elf", scenario="tilt_sweep")
     witness = Witness(board)
@@ -20,11 +20,11 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 
-from emulator.analysis.calibration import calibration_hint
-from emulator.analysis.field import MAG, field_hint
-from emulator.analysis.formulas import altitude_hint, tilt_hint, yaw_hint
-from emulator.analysis.leds import led_hints
-from emulator.analysis.numbers import (
+from fcu_emulator.emulator.analysis.calibration import calibration_hint
+from fcu_emulator.emulator.analysis.field import MAG, field_hint
+from fcu_emulator.emulator.analysis.formulas import altitude_hint, tilt_hint, yaw_hint
+from fcu_emulator.emulator.analysis.leds import led_hints
+from fcu_emulator.emulator.analysis.numbers import (
     ACC,
     ALTITUDE,
     GYR,
@@ -38,16 +38,16 @@ from emulator.analysis.numbers import (
     is_far_off,
     shows_another,
 )
-from emulator.analysis.witness import LABELS, Seen, Witness
-from emulator.board.board import Board
-from emulator.chip.diagnosis.backtrace import Places
-from emulator.chip.diagnosis.exclusive_or import exclusive_or
-from emulator.chip.diagnosis.printing import PrintedLines
-from emulator.chip.diagnosis.report import KEEPS_SAMPLES_AWAY, Diagnosis
-from emulator.chip.firmware import ArmFirmware
-from emulator.trace import BusTransfer
-from sensors.lis2mdl import LIS2MDL
-from sensors.lsm6dsl import LSM6DSL
+from fcu_emulator.emulator.analysis.witness import LABELS, Seen, Witness
+from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.chip.diagnosis.backtrace import Places
+from fcu_emulator.emulator.chip.diagnosis.exclusive_or import exclusive_or
+from fcu_emulator.emulator.chip.diagnosis.printing import PrintedLines
+from fcu_emulator.emulator.chip.diagnosis.report import KEEPS_SAMPLES_AWAY, Diagnosis
+from fcu_emulator.emulator.chip.firmware import ArmFirmware
+from fcu_emulator.emulator.trace import BusTransfer
+from fcu_emulator.sensors.lis2mdl import LIS2MDL
+from fcu_emulator.sensors.lsm6dsl import LSM6DSL
 
 _GROUPS = (ACC, GYR, MAG, TILT, YAW, PRESSURE, ALTITUDE)
 _SHOWN = 90

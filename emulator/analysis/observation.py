@@ -2,7 +2,7 @@
 
 The lines on the terminal, the register writes of each sensor, the edges of each LED, rate and ticks of the
 callback's timer, and how the run ended;
-:mod:`emulator.analysis.compare` compares them between runs.
+:mod:`fcu_emulator.emulator.analysis.compare` compares them between runs.
 """
 
 from __future__ import annotations
@@ -10,13 +10,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from emulator.board.board import Board
-from emulator.buses.uart import Uart
-from emulator.errors import FirmwareError, LimitError, NotJudgedError
-from emulator.links.runner import Runner
-from emulator.time.clock import NEVER_PS
-from emulator.time.ticks import TickCounts
-from emulator.trace import EventT, GpioEdge, RegisterWrite, TerminalBytes, Trace, TraceEvent
+from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.buses.uart import Uart
+from fcu_emulator.emulator.errors import FirmwareError, LimitError, NotJudgedError
+from fcu_emulator.emulator.links.runner import Runner
+from fcu_emulator.emulator.time.clock import NEVER_PS
+from fcu_emulator.emulator.time.ticks import TickCounts
+from fcu_emulator.emulator.trace import EventT, GpioEdge, RegisterWrite, TerminalBytes, Trace, TraceEvent
 
 TERMINAL, TIMER, END = "terminal", "timer", "end of the run"
 REGISTERS = " registers"

@@ -29,7 +29,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from emulator.analysis.observation import (
+from fcu_emulator.emulator.analysis.observation import (
     END,
     TERMINAL,
     Observation,
@@ -38,12 +38,12 @@ from emulator.analysis.observation import (
     led_pins,
     lines_of,
 )
-from emulator.board.board import Board
-from emulator.buses.gpio import Gpio
-from emulator.errors import InputError
-from emulator.python_cpu.hal import HAL_OK, HAL_TIMEOUT, Application, HalGpio
-from emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US, Clock
-from emulator.trace import BusTransfer, GpioEdge, TerminalBytes, Trace
+from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.buses.gpio import Gpio
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.python_cpu.hal import HAL_OK, HAL_TIMEOUT, Application, HalGpio
+from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US, Clock
+from fcu_emulator.emulator.trace import BusTransfer, GpioEdge, TerminalBytes, Trace
 
 _LF = ord("\n")
 _LOADED_PS = 2 * PS_PER_US
@@ -150,7 +150,7 @@ def _reads(board: Board) -> Iterator[_Read]:
 
 
 class _ReplayHal(HalGpio):
-    """The calls of :mod:`emulator.python_cpu.hal`, from a recording; ``trace`` has the LEDs' edges."""
+    """The calls of :mod:`fcu_emulator.emulator.python_cpu.hal`, from a recording; ``trace`` has the LEDs' edges."""
 
     def __init__(self, recording: _Recording) -> None:
         self.callback: Callable[[], None] = lambda: None

@@ -17,9 +17,9 @@ from fractions import Fraction
 
 import numpy as np
 
-from emulator.board.board import Board
-from emulator.scenario.observed import FORMATS, TRUTH, lab_angles
-from emulator.time.clock import PS_PER_MS, Periodic
+from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.scenario.observed import FORMATS, TRUTH, lab_angles
+from fcu_emulator.emulator.time.clock import PS_PER_MS, Periodic
 
 SETTLE_S = 0.15
 _LOOK_PS = Fraction(487 * PS_PER_MS, 100)

@@ -2,7 +2,7 @@
 
 ::
 
-    from emulator import Board
+    from fcu_emulator import Board
 
     board = Board(firmware="lab3")
     board.run_for(3)                       # seconds of virtual time
@@ -30,36 +30,42 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
-from emulator.board.firmware import (
+from fcu_emulator.emulator.board.firmware import (
     Backend,
     Choice,
     FirmwareFactory,
     PythonFirmware,
     choose,
 )
-from emulator.board.sensor_set import SensorSet
-from emulator.board.snapshot import Snapshot
-from emulator.board.terminal import Terminal
-from emulator.boards.description import BoardDescription, BoardErrors, BoardSignals, Profile, SensorSettings
-from emulator.boards.fcu001v1 import FCU001V1
-from emulator.buses.gpio import Gpio, Led
-from emulator.buses.i2c import FAST_MODE_HZ, I2CBus, I2CMaster
-from emulator.buses.spi import SpiBus, SpiMaster
-from emulator.buses.uart import Uart
-from emulator.errors import FcuError, InputError
-from emulator.python_cpu.cpu import PythonCpu
-from emulator.python_cpu.hal import Hal
-from emulator.python_cpu.timer import IntervalTimer
-from emulator.time.clock import PS_PER_S, Clock, to_ps
-from emulator.time.ticks import TickCounts
-from emulator.trace import BusTransfer, Trace
-from emulator.world import World
-from sensors.errors import Grade
+from fcu_emulator.emulator.board.sensor_set import SensorSet
+from fcu_emulator.emulator.board.snapshot import Snapshot
+from fcu_emulator.emulator.board.terminal import Terminal
+from fcu_emulator.emulator.boards.description import (
+    BoardDescription,
+    BoardErrors,
+    BoardSignals,
+    Profile,
+    SensorSettings,
+)
+from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
+from fcu_emulator.emulator.buses.gpio import Gpio, Led
+from fcu_emulator.emulator.buses.i2c import FAST_MODE_HZ, I2CBus, I2CMaster
+from fcu_emulator.emulator.buses.spi import SpiBus, SpiMaster
+from fcu_emulator.emulator.buses.uart import Uart
+from fcu_emulator.emulator.errors import FcuError, InputError
+from fcu_emulator.emulator.python_cpu.cpu import PythonCpu
+from fcu_emulator.emulator.python_cpu.hal import Hal
+from fcu_emulator.emulator.python_cpu.timer import IntervalTimer
+from fcu_emulator.emulator.time.clock import PS_PER_S, Clock, to_ps
+from fcu_emulator.emulator.time.ticks import TickCounts
+from fcu_emulator.emulator.trace import BusTransfer, Trace
+from fcu_emulator.emulator.world import World
+from fcu_emulator.sensors.errors import Grade
 
 if TYPE_CHECKING:
-    from emulator.chip.calls import Caller, Scratch
-    from emulator.chip.firmware import ArmFirmware
-    from emulator.scenario import Scenario
+    from fcu_emulator.emulator.chip.calls import Caller, Scratch
+    from fcu_emulator.emulator.chip.firmware import ArmFirmware
+    from fcu_emulator.emulator.scenario import Scenario
 
 
 LONGEST_RUN_S = 1_000_000  # eleven days
@@ -339,7 +345,7 @@ class Board:
         signals = self.signals
         self._end_firmware: Callable[[], object] = bool  # which does nothing
         if choice.image is not None:
-            from emulator.chip.firmware import ArmFirmware
+            from fcu_emulator.emulator.chip.firmware import ArmFirmware
 
             self.arm = ArmFirmware(signals, choice.image)
             return self.arm
@@ -428,6 +434,9 @@ def _load(
 ) -> Scenario | None:
     if scenario is None:
         return None
-    from emulator.scenario import Scenario, load_scenario  # pydantic, which plain boards do without
+    from fcu_emulator.emulator.scenario import (  # pydantic, which plain boards do without
+        Scenario,
+        load_scenario,
+    )
 
     return scenario if isinstance(scenario, Scenario) else load_scenario(scenario, board, seed)

@@ -5,7 +5,7 @@ separator in it, and every existing file), or a callable that takes the HAL. Nam
 file called ``lab3`` changes nothing.
 
 Firmware in Python has ``main()`` and ``HAL_TIM_PeriodElapsedCallback()``; firmware built for the chip is
-executed by :mod:`emulator.chip`. Built firmware also says how the sensors have to be wired, as far as its
+executed by :mod:`fcu_emulator.emulator.chip`. Built firmware also says how the sensors have to be wired, as far as its
 symbols tell: CubeMX names a peripheral's handle after it (``hspi2``, ``hi2c2``), and a linker drops the
 handle of a bus that is not used.
 
@@ -22,14 +22,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
-from emulator.boards.description import BoardDescription, Profile
-from emulator.errors import InputError
-from emulator.python_cpu.cpu import PythonCpu
-from emulator.python_cpu.hal import Application, Hal
-from emulator.time.ticks import TickCounts
+from fcu_emulator.emulator.boards.description import BoardDescription, Profile
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.python_cpu.cpu import PythonCpu
+from fcu_emulator.emulator.python_cpu.hal import Application, Hal
+from fcu_emulator.emulator.time.ticks import TickCounts
 
 if TYPE_CHECKING:
-    from emulator.chip.image import FirmwareImage, Symbols
+    from fcu_emulator.emulator.chip.image import FirmwareImage, Symbols
 
 FirmwareFactory: TypeAlias = Callable[[Hal], Application]
 Settings: TypeAlias = Mapping[str, Any]
@@ -83,8 +83,8 @@ def choose(
 
 def python_firmware(name: str, settings: Settings | None = None) -> FirmwareFactory:
     """The firmware in Python of that name. Raises InputError naming the known ones, or the wrong setting."""
-    from firmware_model import FIRMWARES
-    from firmware_model import Settings as FirmwareSettings
+    from fcu_emulator.firmware_model import FIRMWARES
+    from fcu_emulator.firmware_model import Settings as FirmwareSettings
 
     if name not in FIRMWARES:
         raise InputError(f"unknown firmware {name!r}; known: {', '.join(FIRMWARES)}")
@@ -114,10 +114,10 @@ def _built(
     wiring: Profile,
     reaches_sensors: Callable[[Profile], bool],
 ) -> Choice:
-    from emulator.chip.image import load_firmware
+    from fcu_emulator.emulator.chip.image import load_firmware
 
     if isinstance(firmware, str) and firmware in board.built_firmware:
-        from firmware_model.arm import prebuilt
+        from fcu_emulator.firmware_model.arm import prebuilt
 
         program, _ = board.built_firmware[firmware]
         return Choice(wiring, firmware, image=load_firmware(prebuilt(program, wiring.bus)))

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import Any
 
-from emulator.boards.description import (
+from fcu_emulator.emulator.boards.description import (
     BoardDescription,
     Matrix,
     MountedPart,
@@ -20,16 +20,16 @@ from emulator.boards.description import (
     Profile,
     SensorSettings,
 )
-from emulator.buses.i2c import I2CBus
-from emulator.buses.spi import SpiBus
-from emulator.errors import InputError
-from emulator.time.clock import NEVER_PS, Clock, Event
-from emulator.trace import DeviceNote, GpioEdge, RegisterWrite, Trace
-from emulator.world import World
-from sensors.errors import PartErrors
-from sensors.part import Part, Signal, SubaddressTarget
-from sensors.pin import Pin
-from sensors.register_file import NoteCallback, WriteLog
+from fcu_emulator.emulator.buses.i2c import I2CBus
+from fcu_emulator.emulator.buses.spi import SpiBus
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.time.clock import NEVER_PS, Clock, Event
+from fcu_emulator.emulator.trace import DeviceNote, GpioEdge, RegisterWrite, Trace
+from fcu_emulator.emulator.world import World
+from fcu_emulator.sensors.errors import PartErrors
+from fcu_emulator.sensors.part import Part, Signal, SubaddressTarget
+from fcu_emulator.sensors.pin import Pin
+from fcu_emulator.sensors.register_file import NoteCallback, WriteLog
 
 
 class SensorSet:

@@ -25,12 +25,12 @@ from functools import partial
 from types import CellType, FunctionType, MethodType
 from typing import Any, Protocol, cast
 
-from emulator.errors import InputError
-from emulator.trace import Trace
-from sensors.filters import Chain
-from sensors.register import RegisterMap
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.trace import Trace
+from fcu_emulator.sensors.filters import Chain
+from fcu_emulator.sensors.register import RegisterMap
 
-_PACKAGES = ("emulator.", "sensors.")
+_PACKAGES = ("fcu_emulator.",)
 _CONSTANT = (type, RegisterMap, Chain)  # shared by all boards, and never changed
 _VALUES = frozenset((int, str, bytes, float, bool, type(None)))
 

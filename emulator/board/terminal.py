@@ -9,9 +9,9 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 
-from emulator.buses.uart import Uart
-from emulator.errors import ExpectationError, InputError
-from emulator.time.clock import PS_PER_S, Clock, to_ps
+from fcu_emulator.emulator.buses.uart import Uart
+from fcu_emulator.emulator.errors import ExpectationError, InputError
+from fcu_emulator.emulator.time.clock import PS_PER_S, Clock, to_ps
 
 _LOOK_EVERY_PS = PS_PER_S // 100  # how far expect() runs between two looks
 _TAIL, _LINES = 2_000, 8  # of the output that an error has

@@ -1,6 +1,6 @@
 """A board as data: pins, parts and how they are mounted, profiles, and how a real one deviates.
 
-A board is one file with one :class:`BoardDescription` in it, such as :mod:`emulator.boards.fcu001v1`. The
+A board is one file with one :class:`BoardDescription` in it, such as :mod:`fcu_emulator.emulator.boards.fcu001v1`. The
 board itself, the chip's pins, the keys of scenario files and the words of diagnoses follow from it; nothing
 else names a bus, a LED or a timer. Beside its sensors, whose figures are theirs, a real board deviates from
 an ideal one by its own iron, its oscillators and its warmth: :class:`BoardErrors`.
@@ -19,15 +19,15 @@ from typing import Any, ClassVar, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.buses.gpio import Gpio
-from emulator.buses.i2c import I2CBus
-from emulator.buses.spi import SpiBus
-from emulator.buses.uart import Uart
-from emulator.errors import InputError
-from emulator.time.clock import Clock
-from emulator.trace import Trace
-from sensors.errors import Grade, PartErrors, Vec3, drawn, drawn_by_axis, fixed, strength
-from sensors.part import Part
+from fcu_emulator.emulator.buses.gpio import Gpio
+from fcu_emulator.emulator.buses.i2c import I2CBus
+from fcu_emulator.emulator.buses.spi import SpiBus
+from fcu_emulator.emulator.buses.uart import Uart
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.time.clock import Clock
+from fcu_emulator.emulator.trace import Trace
+from fcu_emulator.sensors.errors import Grade, PartErrors, Vec3, drawn, drawn_by_axis, fixed, strength
+from fcu_emulator.sensors.part import Part
 
 Matrix: TypeAlias = NDArray[np.float64]
 Numbers: TypeAlias = Mapping[str, Any]
@@ -143,7 +143,7 @@ class BoardDescription:
     ``i2c``: the chip's I2C blocks that lead to a bus, with their pins; ``spi``: likewise its SPI blocks.
     ``leds``: each is lit while its pin is low. ``motors``: timer and channel of the PWM of each.
     ``profiles``: the usual one first. ``python_firmware`` and ``built_firmware``: what is shipped for it,
-    names with descriptions; the latter also with the program's name in :mod:`firmware_model.arm`.
+    names with descriptions; the latter also with the program's name in :mod:`fcu_emulator.firmware_model.arm`.
     """
 
     name: str
@@ -238,7 +238,7 @@ class BoardErrors(PartErrors):
 
     The steel of USB plug, battery and screws, and what it has been magnetised to, turn with the board: a
     field that is always the same (hard iron), and the Earth's field bent (soft iron). Both are drawn from the
-    seed, as a part's figures are (:mod:`sensors.errors`), so that each board of a class has its own.
+    seed, as a part's figures are (:mod:`fcu_emulator.sensors.errors`), so that each board of a class has its own.
 
     Nobody has published such figures of this board. They are chosen from calibrations of eight others that
     people put into their programs: among them Adafruit_AHRS, examples/ahrs_fusion_usb (9, -75, -352 mgauss;
@@ -255,7 +255,7 @@ class BoardErrors(PartErrors):
     sees in a lab.
 
     A board is warmer than the air by the power that it draws, and follows the air slowly
-    (:mod:`emulator.world.warmth`).
+    (:mod:`fcu_emulator.emulator.world.warmth`).
     """
 
     PART: ClassVar[str] = "board"

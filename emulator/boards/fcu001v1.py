@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from emulator.boards.description import (
+from fcu_emulator.emulator.boards.description import (
     AbsentPart,
     BoardDescription,
     CallbackTimer,
@@ -21,7 +21,7 @@ from emulator.boards.description import (
     Profile,
     SerialLine,
 )
-from sensors import LIS2MDL, LPS22HB, LSM6DSL
+from fcu_emulator.sensors import LIS2MDL, LPS22HB, LSM6DSL
 
 _MOUNTING = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 

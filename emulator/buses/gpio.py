@@ -21,8 +21,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Protocol, TypeAlias
 
-from emulator.time.clock import Clock
-from emulator.trace import GpioEdge, Trace
+from fcu_emulator.emulator.time.clock import Clock
+from fcu_emulator.emulator.trace import GpioEdge, Trace
 
 LevelCallback: TypeAlias = Callable[[int], None]
 """``changed(level)``: what an input of the chip on this pin reads from now on, 0 or 1."""

@@ -4,7 +4,7 @@ A transfer is one message (start, address, bytes, perhaps a repeated start, stop
 bits. Time on the wire (NXP UM10204 3.1): nine clock periods a byte with its acknowledge, and one period each
 for start, repeated start and stop. A part answers as of the moment the transfer starts; all bytes of one
 burst belong to that moment. A master that moves one byte at a time, as the chip's own I2C block does, uses
-:mod:`emulator.buses.i2c_wire` on the same bus; there each byte is of the moment when it has been transferred.
+:mod:`fcu_emulator.emulator.buses.i2c_wire` on the same bus; there each byte is of the moment when it has been transferred.
 
 Faults are injected by rules (:class:`I2CFault`), so a scenario and a test break the bus in the same way.
 """
@@ -17,11 +17,11 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal, Protocol, Self, TypeAlias, get_args
 
-from emulator.errors import I2CBusError, I2CError, I2CNackError, I2CStuckError, InputError
-from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, Clock, to_ps
-from emulator.trace import BusTransfer, Fault, Trace
-from sensors.part import SubaddressTarget
-from sensors.register_file import BurstReader
+from fcu_emulator.emulator.errors import I2CBusError, I2CError, I2CNackError, I2CStuckError, InputError
+from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, Clock, to_ps
+from fcu_emulator.emulator.trace import BusTransfer, Fault, Trace
+from fcu_emulator.sensors.part import SubaddressTarget
+from fcu_emulator.sensors.register_file import BurstReader
 
 STANDARD_MODE_HZ = 100_000
 FAST_MODE_HZ = 400_000

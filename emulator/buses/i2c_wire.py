@@ -1,6 +1,6 @@
 """An I2C bus one byte at a time, for a master that decides after each byte how to go on.
 
-The targets, the faults and the trace are those of :class:`emulator.buses.i2c.I2CBus`. Time is the master's
+The targets, the faults and the trace are those of :class:`fcu_emulator.emulator.buses.i2c.I2CBus`. Time is the master's
 business: it calls at the end of each byte on the wire, with the clock at that moment. A message is what lies
 between a start and a stop; a write followed by a repeated start and a read of the same device is one, as in
 whole transfers.
@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from typing import Literal, TypeAlias
 
-from emulator.buses.i2c import ARBITRATION_LOST, BUS_ERROR, I2CBus, I2CTarget
-from emulator.errors import I2CBusError, I2CError, I2CNackError
+from fcu_emulator.emulator.buses.i2c import ARBITRATION_LOST, BUS_ERROR, I2CBus, I2CTarget
+from fcu_emulator.emulator.errors import I2CBusError, I2CError, I2CNackError
 
 Answer: TypeAlias = Literal["ack", "nack", "bus_error", "arbitration"]
 

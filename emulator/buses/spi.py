@@ -2,7 +2,7 @@
 
 A transfer is one message between two edges of a chip select; its time is eight clock periods a byte. The
 clock is the one ST's firmware sets: 42 MHz / 16 = 2.625 MHz, mode 3. The chip's own SPI block moves one byte
-at a time and is seen by the same parts through :mod:`emulator.chip.peripherals.spi`.
+at a time and is seen by the same parts through :mod:`fcu_emulator.emulator.chip.peripherals.spi`.
 """
 
 from __future__ import annotations
@@ -11,13 +11,13 @@ from collections import deque
 from collections.abc import Callable
 from typing import TypeAlias
 
-from emulator.buses.i2c import checked_count, checked_data
-from emulator.errors import InputError
-from emulator.time.clock import PS_PER_S, Clock
-from emulator.trace import BusTransfer, Trace
-from sensors.declaration import Mode, Wires
-from sensors.part import Part
-from sensors.spi import READ, SpiTarget
+from fcu_emulator.emulator.buses.i2c import checked_count, checked_data
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.time.clock import PS_PER_S, Clock
+from fcu_emulator.emulator.trace import BusTransfer, Trace
+from fcu_emulator.sensors.declaration import Mode, Wires
+from fcu_emulator.sensors.part import Part
+from fcu_emulator.sensors.spi import READ, SpiTarget
 
 USUAL_HZ = 2_625_000
 _RECENT = 8

@@ -21,8 +21,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Protocol
 
-from emulator.time.clock import PS_PER_S, Clock
-from emulator.trace import Fault, TerminalBytes, Trace
+from fcu_emulator.emulator.time.clock import PS_PER_S, Clock
+from fcu_emulator.emulator.trace import Fault, TerminalBytes, Trace
 
 BAUD = 115_200
 _FRAME_BITS = 10  # start, eight data, stop

@@ -26,19 +26,19 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Final
 
-from emulator.chip.cpu.bare_core import BareCore, Stop
-from emulator.chip.cpu.core_registers import EVERYTHING, Registers
-from emulator.chip.image.c_types import Array, Boolean, CType, CValue, Integer, Structure
-from emulator.chip.image.c_values import alignment, floats_of, load_into, store
-from emulator.chip.memory_map import RAM, RAM_SIZE
-from emulator.errors import CallError, InputError
-from emulator.time.clock import PS_PER_MS, PS_PER_S
+from fcu_emulator.emulator.chip.cpu.bare_core import BareCore, Stop
+from fcu_emulator.emulator.chip.cpu.core_registers import EVERYTHING, Registers
+from fcu_emulator.emulator.chip.image.c_types import Array, Boolean, CType, CValue, Integer, Structure
+from fcu_emulator.emulator.chip.image.c_values import alignment, floats_of, load_into, store
+from fcu_emulator.emulator.chip.memory_map import RAM, RAM_SIZE
+from fcu_emulator.emulator.errors import CallError, InputError
+from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
 
 if TYPE_CHECKING:
-    from emulator.chip.cpu.core import Core
-    from emulator.chip.image import FirmwareImage
-    from emulator.chip.image.functions import Signature
-    from emulator.chip.image.symbols import Symbols
+    from fcu_emulator.emulator.chip.cpu.core import Core
+    from fcu_emulator.emulator.chip.image import FirmwareImage
+    from fcu_emulator.emulator.chip.image.functions import Signature
+    from fcu_emulator.emulator.chip.image.symbols import Symbols
 
 INSTRUCTIONS: Final = 10_000_000
 """What a call may take: a tenth of a second of virtual time."""
@@ -313,7 +313,7 @@ class Caller:
     def call(
         self, name: str, arguments: Sequence[Any], keep: bool, max_instructions: int, timeout_s: float
     ) -> Any:
-        """See :meth:`emulator.Board.call`."""
+        """See :meth:`fcu_emulator.emulator.Board.call`."""
         address, signature = find_function(self._image, name, arguments)
         scratch = self._scratch
         scratch.refresh()

@@ -8,26 +8,26 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from emulator.boards.description import BoardSignals
-from emulator.buses.i2c import I2CBus
-from emulator.chip.cpu.core import Core, CoreSettings
-from emulator.chip.cpu.python_blocks import named_blocks
-from emulator.chip.memory_map import BLOCKS
-from emulator.chip.peripherals.adc import Adc, AdcInputs
-from emulator.chip.peripherals.crc import Crc
-from emulator.chip.peripherals.dbgmcu import SYSTEM_MEMORY, Dbgmcu, system_memory
-from emulator.chip.peripherals.dma import DmaLines
-from emulator.chip.peripherals.flash import Flash
-from emulator.chip.peripherals.gpio import ConnectedPins
-from emulator.chip.peripherals.i2c import I2C_BLOCKS, ConnectedI2c
-from emulator.chip.peripherals.peripheral import InterruptInput, Peripheral, Soc
-from emulator.chip.peripherals.pwr import Pwr
-from emulator.chip.peripherals.rcc import NOMINAL, Oscillators, Rcc
-from emulator.chip.peripherals.rtc import Rtc
-from emulator.chip.peripherals.spi import SpiWire, connect_absent_part
-from emulator.chip.peripherals.tim import connect_timers
-from emulator.chip.peripherals.usart import ConnectedUsarts, wire_terminal
-from emulator.chip.peripherals.watchdogs import Iwdg, Wwdg
+from fcu_emulator.emulator.boards.description import BoardSignals
+from fcu_emulator.emulator.buses.i2c import I2CBus
+from fcu_emulator.emulator.chip.cpu.core import Core, CoreSettings
+from fcu_emulator.emulator.chip.cpu.python_blocks import named_blocks
+from fcu_emulator.emulator.chip.memory_map import BLOCKS
+from fcu_emulator.emulator.chip.peripherals.adc import Adc, AdcInputs
+from fcu_emulator.emulator.chip.peripherals.crc import Crc
+from fcu_emulator.emulator.chip.peripherals.dbgmcu import SYSTEM_MEMORY, Dbgmcu, system_memory
+from fcu_emulator.emulator.chip.peripherals.dma import DmaLines
+from fcu_emulator.emulator.chip.peripherals.flash import Flash
+from fcu_emulator.emulator.chip.peripherals.gpio import ConnectedPins
+from fcu_emulator.emulator.chip.peripherals.i2c import I2C_BLOCKS, ConnectedI2c
+from fcu_emulator.emulator.chip.peripherals.peripheral import InterruptInput, Peripheral, Soc
+from fcu_emulator.emulator.chip.peripherals.pwr import Pwr
+from fcu_emulator.emulator.chip.peripherals.rcc import NOMINAL, Oscillators, Rcc
+from fcu_emulator.emulator.chip.peripherals.rtc import Rtc
+from fcu_emulator.emulator.chip.peripherals.spi import SpiWire, connect_absent_part
+from fcu_emulator.emulator.chip.peripherals.tim import connect_timers
+from fcu_emulator.emulator.chip.peripherals.usart import ConnectedUsarts, wire_terminal
+from fcu_emulator.emulator.chip.peripherals.watchdogs import Iwdg, Wwdg
 
 
 def _place(name: str) -> tuple[str, int]:

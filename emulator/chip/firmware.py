@@ -10,7 +10,7 @@ A run of built firmware has limits. Whoever runs a stranger's file, or an endles
 the machine back, with one line that says which limit was exceeded.
 
 Virtual time needs no limit of its own: a run ends at the time that it was asked for. The limit on work
-(:mod:`emulator.chip.cpu.work`) is checked in C, so firmware that makes the emulator far slower than real time
+(:mod:`fcu_emulator.emulator.chip.cpu.work`) is checked in C, so firmware that makes the emulator far slower than real time
 (a storm of interrupts, a loop that changes clocks) is stopped at the instruction that exceeds it. The other
 limits are checked every 10 ms of virtual time, between two instructions.
 
@@ -29,30 +29,30 @@ from contextlib import AbstractContextManager
 from dataclasses import asdict, dataclass, fields
 from typing import TYPE_CHECKING, Any
 
-from emulator.boards.description import BoardSignals
-from emulator.buses.uart import Uart
-from emulator.chip.chip import Chip
-from emulator.chip.cpu.core import RESETS_KEPT, Core, CoreSettings
-from emulator.chip.cpu.exceptions import bits
-from emulator.chip.cpu.fault_log import FaultLog
-from emulator.chip.cpu.work import costliest
-from emulator.chip.diagnosis import Diagnosis, diagnose, findings
-from emulator.chip.diagnosis.hang import exception_name
-from emulator.chip.image import FirmwareImage
-from emulator.chip.peripherals.tim import Timer
-from emulator.errors import InputError, LimitError
-from emulator.time.clock import PS_PER_MS, PS_PER_S, Clock
-from emulator.trace import LARGEST_FILE
+from fcu_emulator.emulator.boards.description import BoardSignals
+from fcu_emulator.emulator.buses.uart import Uart
+from fcu_emulator.emulator.chip.chip import Chip
+from fcu_emulator.emulator.chip.cpu.core import RESETS_KEPT, Core, CoreSettings
+from fcu_emulator.emulator.chip.cpu.exceptions import bits
+from fcu_emulator.emulator.chip.cpu.fault_log import FaultLog
+from fcu_emulator.emulator.chip.cpu.work import costliest
+from fcu_emulator.emulator.chip.diagnosis import Diagnosis, diagnose, findings
+from fcu_emulator.emulator.chip.diagnosis.hang import exception_name
+from fcu_emulator.emulator.chip.image import FirmwareImage
+from fcu_emulator.emulator.chip.peripherals.tim import Timer
+from fcu_emulator.emulator.errors import InputError, LimitError
+from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, Clock
+from fcu_emulator.emulator.trace import LARGEST_FILE
 
 if TYPE_CHECKING:  # imported when a function is called, with what reads debug information: runs start sooner
-    from emulator.chip.calls import Caller
+    from fcu_emulator.emulator.chip.calls import Caller
 
 
 class ArmFirmware:
     """A firmware image in flash, and the chip that executes it from power-on.
 
     ``chip`` and ``image`` are there for debuggers and diagnoses. One of the back ends of
-    :mod:`emulator.board.firmware`.
+    :mod:`fcu_emulator.emulator.board.firmware`.
     """
 
     def __init__(
@@ -87,7 +87,7 @@ class ArmFirmware:
     def findings(self) -> list[Diagnosis]:
         """Everything that can be seen to be wrong with the firmware now, the worst first.
 
-        What the world and the sensors say besides: :func:`emulator.analysis.mistakes.explain`.
+        What the world and the sensors say besides: :func:`fcu_emulator.emulator.analysis.mistakes.explain`.
         """
         return list(findings(self))
 
@@ -107,13 +107,13 @@ class ArmFirmware:
 
     def set_variable(self, name: str, value: Any) -> None:
         """Give a global variable a value. Raises KeyError, and InputError for a value that does not fit."""
-        from emulator.chip.calls import set_variable
+        from fcu_emulator.emulator.chip.calls import set_variable
 
         set_variable(self.image, name, value, self._memory, self._store)
 
     def caller(self, restoring: Callable[[], AbstractContextManager[object]]) -> Caller:
         """What calls single functions; see :class:`Caller`."""
-        from emulator.chip.calls import Caller
+        from fcu_emulator.emulator.chip.calls import Caller
 
         return Caller(self.chip.core, self.image, self.run_until_ps, restoring)
 

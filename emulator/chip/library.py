@@ -12,8 +12,14 @@ from collections.abc import Callable
 from functools import cache, partial
 from typing import Any, Final
 
-from emulator.chip.cpu.core_registers import CORE, FLOATING_POINT, MASKS, RegisterCalls, Registers
-from emulator.chip.memory_map import (
+from fcu_emulator.emulator.chip.cpu.core_registers import (
+    CORE,
+    FLOATING_POINT,
+    MASKS,
+    RegisterCalls,
+    Registers,
+)
+from fcu_emulator.emulator.chip.memory_map import (
     BLOCKS,
     FLASH,
     FLASH_SIZE,
@@ -22,12 +28,12 @@ from emulator.chip.memory_map import (
     SYSTEM_MEMORY,
     SYSTEM_MEMORY_SIZE,
 )
-from emulator.chip.native import loader
-from emulator.chip.peripherals.peripheral import WORD, ClockTree, Peripheral
-from emulator.chip.registers import names_of
-from emulator.chip.targets import Targets, TargetTable
-from emulator.time.clock import Clock
-from emulator.trace import DeviceNote, Trace
+from fcu_emulator.emulator.chip.native import loader
+from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, ClockTree, Peripheral
+from fcu_emulator.emulator.chip.registers import names_of
+from fcu_emulator.emulator.chip.targets import Targets, TargetTable
+from fcu_emulator.emulator.time.clock import Clock
+from fcu_emulator.emulator.trace import DeviceNote, Trace
 
 _i32, _u32, _i64, _pointer = ctypes.c_int32, ctypes.c_uint32, ctypes.c_int64, ctypes.c_void_p
 _u64 = ctypes.c_uint64

@@ -13,7 +13,7 @@ from array import array
 from collections.abc import Callable
 from typing import Any, Final, Protocol
 
-from emulator.time.clock import Clock
+from fcu_emulator.emulator.time.clock import Clock
 
 _i32, _i64 = ctypes.c_int32, ctypes.c_int64
 _TARGETS, _BYTES = 8, 32  # TARGETS, KEPT_BYTES
@@ -62,7 +62,7 @@ class KeepingTarget(Protocol):
 
 
 class ChipInC(Protocol):
-    """What is needed of the chip: :class:`emulator.chip.library.FcuChip`."""
+    """What is needed of the chip: :class:`fcu_emulator.emulator.chip.library.FcuChip`."""
 
     clock: Clock
     library: Any

@@ -1,7 +1,7 @@
 """The command line, ``fcu``: starts it, and turns whatever goes wrong into one line and an exit code.
 
 Everything heavy is imported inside, so that ``fcu --help`` answers at once, and so that a machine without
-memory for it is reported like everything else (:mod:`emulator.cli.exit_codes`).
+memory for it is reported like everything else (:mod:`fcu_emulator.emulator.cli.exit_codes`).
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from contextlib import suppress
 from io import TextIOWrapper
 from typing import TYPE_CHECKING, TextIO
 
-from emulator.cli.signals import Terminated, ask_again, end_at_once, end_in_order
+from fcu_emulator.emulator.cli.signals import Terminated, ask_again, end_at_once, end_in_order
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from emulator.cli.exit_codes import ExitCode
+    from fcu_emulator.emulator.cli.exit_codes import ExitCode
 
 _OUT_OF_RESOURCES = {errno.ENOMEM, errno.EMFILE, errno.ENFILE, errno.ENOSPC, errno.EDQUOT, errno.EAGAIN}
 _COMPLETION = "_FCU_COMPLETE"
@@ -101,9 +101,9 @@ def execute(arguments: Sequence[str]) -> ExitCode | int:
 def _execute(arguments: Sequence[str]) -> ExitCode | int:
     import click
 
-    from emulator.cli.commands import cli
-    from emulator.cli.exit_codes import ExitCode, code_of
-    from emulator.errors import FcuError, OutputError
+    from fcu_emulator.emulator.cli.commands import cli
+    from fcu_emulator.emulator.cli.exit_codes import ExitCode, code_of
+    from fcu_emulator.emulator.errors import FcuError, OutputError
 
     try:
         if sys.stdout is None and _prints(arguments):
@@ -158,7 +158,7 @@ def _report_bug() -> None:
 def _complain(line: str) -> None:
     if sys.stderr is None:  # closed before we were started
         return
-    from emulator.text import visible
+    from fcu_emulator.emulator.text import visible
 
     with suppress(OSError, ValueError):  # stderr may be full or gone
         sys.stderr.write(f"fcu: {visible(line)}\n")
@@ -166,7 +166,7 @@ def _complain(line: str) -> None:
 
 def _is_broken_pipe(error: BaseException) -> bool:
     """Whether the reader of standard output has closed it, which is no fault."""
-    from emulator.links.writer import is_broken_pipe
+    from fcu_emulator.emulator.links.writer import is_broken_pipe
 
     return is_broken_pipe(error)
 

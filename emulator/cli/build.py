@@ -23,11 +23,11 @@ from pathlib import Path
 
 import click
 
-from emulator.boards.fcu001v1 import FCU001V1
-from emulator.cli.toolchain import COMPILER, find_compiler
-from emulator.errors import InputError
-from emulator.system_words import command_line, how_to_install
-from emulator.text import visible
+from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
+from fcu_emulator.emulator.cli.toolchain import COMPILER, find_compiler
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.system_words import command_line, how_to_install
+from fcu_emulator.emulator.text import visible
 
 ELF = "lab3.elf"
 _BUSES = [profile.bus for profile in FCU001V1.profiles]

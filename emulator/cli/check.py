@@ -1,6 +1,6 @@
 """``fcu check``: which exercises of the lab are done, in one screen of plain words, and what to do next.
 
-A folder is built first, with make if there is one, else as :mod:`emulator.cli.build` does it; its own
+A folder is built first, with make if there is one, else as :mod:`fcu_emulator.emulator.cli.build` does it; its own
 sources always, so that the compiler's warnings are known. Details are shown of the first exercise that is not
 done: that is where work goes on; ``--exercise`` shows another.
 
@@ -22,20 +22,20 @@ from pathlib import Path
 
 import click
 
-from emulator.board.board import Board
-from emulator.board.firmware import choose
-from emulator.chip.diagnosis.report import KEEPS_SAMPLES_AWAY
-from emulator.cli.build import ELF, build_project, build_with_make
-from emulator.cli.exit_codes import ExitCode
-from emulator.errors import FirmwareError, InputError, LinkError, NotJudgedError, OutputError
-from emulator.files import write_atomically
-from emulator.grading.checks import Property
-from emulator.grading.judge import JudgeProgress, judge
-from emulator.grading.rubric import CheckTable, Rubric, load_rubric
-from emulator.grading.verdict import Cause, CheckResult, RunEvidence, Verdict
-from emulator.scenario.expectations import Expectation
-from emulator.system_words import command_line, quoted
-from emulator.text import visible
+from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.board.firmware import choose
+from fcu_emulator.emulator.chip.diagnosis.report import KEEPS_SAMPLES_AWAY
+from fcu_emulator.emulator.cli.build import ELF, build_project, build_with_make
+from fcu_emulator.emulator.cli.exit_codes import ExitCode
+from fcu_emulator.emulator.errors import FirmwareError, InputError, LinkError, NotJudgedError, OutputError
+from fcu_emulator.emulator.files import write_atomically
+from fcu_emulator.emulator.grading.checks import Property
+from fcu_emulator.emulator.grading.judge import JudgeProgress, judge
+from fcu_emulator.emulator.grading.rubric import CheckTable, Rubric, load_rubric
+from fcu_emulator.emulator.grading.verdict import Cause, CheckResult, RunEvidence, Verdict
+from fcu_emulator.emulator.scenario.expectations import Expectation
+from fcu_emulator.emulator.system_words import command_line, quoted
+from fcu_emulator.emulator.text import visible
 
 _WIDTH = 98
 _WRONG = ("failed", "partial")
@@ -135,7 +135,9 @@ def _laws(rubric: Rubric, check: CheckResult) -> list[Property]:
 
 
 def _law_scenario(firmware: str, law: Property) -> str:
-    from emulator.testing.judged import counterexample_scenario  # needs pytest, which judged the law before
+    from fcu_emulator.emulator.testing.judged import (
+        counterexample_scenario,  # needs pytest, which judged the law before
+    )
 
     try:
         return counterexample_scenario(firmware, law.property, law.examples)

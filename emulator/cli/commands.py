@@ -11,7 +11,7 @@ from typing import Any, Literal, TypeAlias, get_args
 
 import click
 
-from emulator.cli.exit_codes import ExitCode
+from fcu_emulator.emulator.cli.exit_codes import ExitCode
 
 Ignorable: TypeAlias = Literal["time", "numbers", "registers", "leds"]  # as in emulator.analysis.compare
 
@@ -101,13 +101,13 @@ def run(
     FIRMWARE is lab3 or template (in Python), solution or template-arm (in C, for the chip), or your own ELF,
     HEX or BIN file. The terminal's text goes to stdout, everything else to stderr. Ctrl-C ends the run.
     """
-    from emulator.cli.isolated import in_worker, limits_of_run
+    from fcu_emulator.emulator.cli.isolated import in_worker, limits_of_run
 
     isolated, limit = limits_of_run(limit, isolate)
     if isolated is not None:
         return in_worker(context.obj, isolated)
 
-    from emulator.cli.run import RunOptions, run_board
+    from fcu_emulator.emulator.cli.run import RunOptions, run_board
 
     options = RunOptions(
         firmware=firmware,
@@ -144,7 +144,7 @@ def plot(record: Path, output: Path | None) -> None:
 
     RUN is the file of fcu run --json.
     """
-    from emulator.cli.plot import draw_record
+    from fcu_emulator.emulator.cli.plot import draw_record
 
     draw_record(record, output)
 
@@ -158,7 +158,7 @@ def terminal(where: str | None, board: str | None) -> ExitCode:
     WHERE is tcp:PORT, rfc2217:PORT, or a serial port such as /dev/ttyACM0 or COM3, a real board's too.
     Without it, the port of the board that runs on this machine.
     """
-    from emulator.cli.terminal import converse
+    from fcu_emulator.emulator.cli.terminal import converse
 
     return converse(where, board)
 
@@ -196,8 +196,8 @@ def move(
     scenarios; flat lays the board on the floor. AMOUNT is the metres of lift and pass_magnet (how far away it
     passes), the g of tap and shake, the turns of figure_eight. Without a move: the board's attitude.
     """
-    from emulator.cli.move import MoveOptions
-    from emulator.cli.move import move as move_board
+    from fcu_emulator.emulator.cli.move import MoveOptions
+    from fcu_emulator.emulator.cli.move import move as move_board
 
     move_board(MoveOptions(gesture, amount, roll, pitch, yaw, duration, axis, board))
 
@@ -255,13 +255,13 @@ def diff(
     Compared are the terminal's lines, the register writes of each sensor, the edges of the LEDs, and the pace
     of all these. Exit code 0: no difference, 1: some, 2: wrong use, 3: both failed alike, 4: not comparable.
     """
-    from emulator.cli.isolated import in_worker, limits_of_run
+    from fcu_emulator.emulator.cli.isolated import in_worker, limits_of_run
 
     isolated, limit = limits_of_run(limit, isolate)
     if isolated is not None:
         return in_worker(context.obj, isolated)
 
-    from emulator.cli.diff import DiffOptions, compare_firmwares
+    from fcu_emulator.emulator.cli.diff import DiffOptions, compare_firmwares
 
     options = DiffOptions(
         first=first,
@@ -335,8 +335,8 @@ def grade(gradescope: bool, autograder: Path, **options: Any) -> ExitCode:
     command. Exit code 0: all are judged, or cannot be for a reason in the reports; 4: some could not be
     judged through no fault of theirs.
     """
-    from emulator.cli.grade import GradeOptions
-    from emulator.cli.grade import grade as grade_class
+    from fcu_emulator.emulator.cli.grade import GradeOptions
+    from fcu_emulator.emulator.cli.grade import grade as grade_class
 
     return grade_class(GradeOptions(autograder=autograder if gradescope else None, **options))
 
@@ -402,13 +402,13 @@ def web(
 
     FIRMWARE is what fcu run takes. A file is loaded again whenever it changes. Ctrl-C ends it.
     """
-    from emulator.cli.isolated import in_worker, limits_of_process
+    from fcu_emulator.emulator.cli.isolated import in_worker, limits_of_process
 
     isolated = limits_of_process(limit, isolate)
     if isolated is not None:
         return in_worker(context.obj, isolated)
 
-    from emulator.cli.web import WebOptions, serve_board
+    from fcu_emulator.emulator.cli.web import WebOptions, serve_board
 
     options = WebOptions(
         firmware,
@@ -439,7 +439,7 @@ def web(
 )
 def new(directory: Path, bus: str) -> None:
     """Start a LAB3 program in C in the new folder DIR."""
-    from emulator.cli.new import create_project
+    from fcu_emulator.emulator.cli.new import create_project
 
     create_project(directory, bus)
 
@@ -452,7 +452,7 @@ def build(folder: Path) -> None:
     Gives the same file as make, which is not needed. The compiler may be on the PATH, or in the folder of
     STM32CubeIDE, of Arm's installer, of xPack or of PlatformIO.
     """
-    from emulator.cli.build import build_and_say
+    from fcu_emulator.emulator.cli.build import build_and_say
 
     build_and_say(folder)
 
@@ -499,13 +499,13 @@ def check(
     HEX or BIN file, or a firmware's name. Exit code 0: all is right, 1: something is not, 2: it does not
     build or cannot be used, 3: it crashed or hung, 4: something could not be judged.
     """
-    from emulator.cli.isolated import in_worker, limits_of_process
+    from fcu_emulator.emulator.cli.isolated import in_worker, limits_of_process
 
     isolated = limits_of_process(limit, isolate)
     if isolated is not None:
         return in_worker(context.obj, isolated)
 
-    from emulator.cli.check import CheckOptions, check_program
+    from fcu_emulator.emulator.cli.check import CheckOptions, check_program
 
     return check_program(CheckOptions(target, rubric, exercise, seed, json, save, hint))
 
@@ -513,7 +513,7 @@ def check(
 @cli.command(short_help="List the scenarios, and the question that each asks.")
 def scenarios() -> None:
     """List the scenarios that come with fcu, and the question each asks."""
-    from emulator.cli.listings import list_scenarios
+    from fcu_emulator.emulator.cli.listings import list_scenarios
 
     list_scenarios()
 
@@ -527,7 +527,7 @@ def scenario() -> None:
 @click.argument("file")
 def check_file(file: str) -> None:
     """Check a scenario FILE without running it."""
-    from emulator.cli.listings import check_scenario
+    from fcu_emulator.emulator.cli.listings import check_scenario
 
     check_scenario(file)
 
@@ -535,7 +535,7 @@ def check_file(file: str) -> None:
 @scenario.command()
 def schema() -> None:
     """Print the JSON schema of scenario files, for an editor's completion."""
-    from emulator.cli.listings import print_schema
+    from fcu_emulator.emulator.cli.listings import print_schema
 
     print_schema()
 
@@ -549,7 +549,7 @@ def rubric() -> None:
 @click.argument("file")
 def check_rubric_file(file: str) -> None:
     """Check a rubric FILE without judging anything."""
-    from emulator.cli.listings import check_rubric
+    from fcu_emulator.emulator.cli.listings import check_rubric
 
     check_rubric(file)
 
@@ -557,7 +557,7 @@ def check_rubric_file(file: str) -> None:
 @rubric.command("schema")
 def rubric_schema() -> None:
     """Print the JSON schema of rubrics, for an editor's completion."""
-    from emulator.cli.listings import print_rubric_schema
+    from fcu_emulator.emulator.cli.listings import print_rubric_schema
 
     print_rubric_schema()
 
@@ -567,7 +567,7 @@ def rubric_schema() -> None:
 @click.option("--fidelity", is_flag=True, help="Instead, say what is modelled of each part, and how.")
 def registers(part: str | None, fidelity: bool) -> None:
     """Print the register map of PART: a sensor (LSM6DSL) or a block of the chip (TIM9), with meanings."""
-    from emulator.cli.listings import print_fidelity, print_registers
+    from fcu_emulator.emulator.cli.listings import print_fidelity, print_registers
 
     if fidelity:
         print_fidelity()
@@ -578,6 +578,6 @@ def registers(part: str | None, fidelity: bool) -> None:
 @cli.command(short_help="Say what works on this machine, and what to install.")
 def doctor() -> ExitCode:
     """Say what works on this machine, and what to install for the rest."""
-    from emulator.cli.doctor import examine
+    from fcu_emulator.emulator.cli.doctor import examine
 
     return ExitCode.HELD if examine() else ExitCode.WRONG_USE

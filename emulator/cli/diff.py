@@ -8,7 +8,7 @@ from functools import partial
 
 import click
 
-from emulator.analysis.compare import (
+from fcu_emulator.emulator.analysis.compare import (
     SINGLE_PRECISION,
     Difference,
     Ignorable,
@@ -18,18 +18,18 @@ from emulator.analysis.compare import (
     largest_deviations,
     tolerances,
 )
-from emulator.analysis.observation import END, TERMINAL, Entry, Observation, observe
-from emulator.analysis.replay import replay
-from emulator.board.board import Board
-from emulator.board.firmware import python_firmware
-from emulator.boards.fcu001v1 import FCU001V1
-from emulator.chip.firmware import parse_limits
-from emulator.cli.exit_codes import ExitCode
-from emulator.errors import InputError
-from emulator.scenario import Scenario, load_scenario
-from emulator.scenario.observed import escaped
-from emulator.text import visible
-from emulator.time.clock import PS_PER_S, parse_duration, seconds
+from fcu_emulator.emulator.analysis.observation import END, TERMINAL, Entry, Observation, observe
+from fcu_emulator.emulator.analysis.replay import replay
+from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.board.firmware import python_firmware
+from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
+from fcu_emulator.emulator.chip.firmware import parse_limits
+from fcu_emulator.emulator.cli.exit_codes import ExitCode
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.scenario import Scenario, load_scenario
+from fcu_emulator.emulator.scenario.observed import escaped
+from fcu_emulator.emulator.text import visible
+from fcu_emulator.emulator.time.clock import PS_PER_S, parse_duration, seconds
 
 _LONGEST = 100  # characters of an entry that are shown
 

@@ -14,9 +14,9 @@ from pathlib import Path
 
 import click
 
-from emulator.cli.toolchain import COMPILER, find_compiler
-from emulator.errors import FcuError
-from emulator.system_words import how_to_install
+from fcu_emulator.emulator.cli.toolchain import COMPILER, find_compiler
+from fcu_emulator.emulator.errors import FcuError
+from fcu_emulator.emulator.system_words import how_to_install
 
 _PACKAGES = (
     *("numpy", "greenlet", "click", "pydantic", "pygeomag", "pyserial", "regex"),
@@ -76,7 +76,7 @@ def _package(name: str) -> Finding:
 
 
 def _library() -> Finding:
-    from emulator.chip.native import FOLDER, built_from, library_name, loader
+    from fcu_emulator.emulator.chip.native import FOLDER, built_from, library_name, loader
 
     if wrong := loader.problem():
         return Finding(False, wrong, needed=True)
@@ -85,7 +85,7 @@ def _library() -> Finding:
 
 
 def _boots(firmware: str) -> Finding:
-    from emulator.board.board import Board
+    from fcu_emulator.emulator.board.board import Board
 
     started = time.perf_counter()
     try:
@@ -99,7 +99,7 @@ def _boots(firmware: str) -> Finding:
 
 
 def _port() -> Finding:
-    from emulator.links import open_link
+    from fcu_emulator.emulator.links import open_link
 
     try:
         link = open_link("port")

@@ -9,13 +9,13 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from emulator.errors import FcuError, InputError
-from emulator.grading.judge import judge
-from emulator.grading.rubric import load_rubric
-from emulator.grading.verdict import Cause, CheckResult, Verdict
-from emulator.grading.workers import LocalWorkers
-from emulator.live.messages import Checked
-from emulator.text import visible
+from fcu_emulator.emulator.errors import FcuError, InputError
+from fcu_emulator.emulator.grading.judge import judge
+from fcu_emulator.emulator.grading.rubric import load_rubric
+from fcu_emulator.emulator.grading.verdict import Cause, CheckResult, Verdict
+from fcu_emulator.emulator.grading.workers import LocalWorkers
+from fcu_emulator.emulator.live.messages import Checked
+from fcu_emulator.emulator.text import visible
 
 _LONGEST_S = 600.0  # wall time of one judgement
 _MOST_CAUSES = 2

@@ -23,7 +23,7 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-from emulator.errors import ExpectationError, FcuError, InputError, LimitError, NotJudgedError
+from fcu_emulator.emulator.errors import ExpectationError, FcuError, InputError, LimitError, NotJudgedError
 
 
 class ExitCode(IntEnum):

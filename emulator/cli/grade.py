@@ -17,26 +17,26 @@ from typing import TYPE_CHECKING
 
 import click
 
-from emulator.boards.fcu001v1 import FCU001V1
-from emulator.cli.exit_codes import ExitCode
-from emulator.cli.signals import Terminated
-from emulator.errors import FcuError, InputError
-from emulator.files import secret, write_atomically
-from emulator.grading.build import Builder
-from emulator.grading.grading import Grader
-from emulator.grading.reports.class_page import summary
-from emulator.grading.reports.machine import gradescope_results
-from emulator.grading.reports.writer import Reports
-from emulator.grading.results import Graded, GradedClass, pseudonym
-from emulator.grading.roster import Student, load_roster
-from emulator.grading.rubric import Rubric, load_rubric
-from emulator.grading.store import Store
-from emulator.grading.submissions import Submission, Take, find_submissions
-from emulator.grading.tasks import code_digest, use_temporary_folder
-from emulator.grading.verdict import ExerciseTitle
-from emulator.grading.workers import DaskWorkers, LocalWorkers
-from emulator.isolation import Limits
-from emulator.text import csv_text, one_line
+from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
+from fcu_emulator.emulator.cli.exit_codes import ExitCode
+from fcu_emulator.emulator.cli.signals import Terminated
+from fcu_emulator.emulator.errors import FcuError, InputError
+from fcu_emulator.emulator.files import secret, write_atomically
+from fcu_emulator.emulator.grading.build import Builder
+from fcu_emulator.emulator.grading.grading import Grader
+from fcu_emulator.emulator.grading.reports.class_page import summary
+from fcu_emulator.emulator.grading.reports.machine import gradescope_results
+from fcu_emulator.emulator.grading.reports.writer import Reports
+from fcu_emulator.emulator.grading.results import Graded, GradedClass, pseudonym
+from fcu_emulator.emulator.grading.roster import Student, load_roster
+from fcu_emulator.emulator.grading.rubric import Rubric, load_rubric
+from fcu_emulator.emulator.grading.store import Store
+from fcu_emulator.emulator.grading.submissions import Submission, Take, find_submissions
+from fcu_emulator.emulator.grading.tasks import code_digest, use_temporary_folder
+from fcu_emulator.emulator.grading.verdict import ExerciseTitle
+from fcu_emulator.emulator.grading.workers import DaskWorkers, LocalWorkers
+from fcu_emulator.emulator.isolation import Limits
+from fcu_emulator.emulator.text import csv_text, one_line
 
 if TYPE_CHECKING:
     from click._termui_impl import ProgressBar

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import fields
 
-from emulator.cli.exit_codes import ExitCode
-from emulator.errors import InputError, NotJudgedError
-from emulator.isolation import Limits, limits_of_worker, not_limited, parse_limits, run_isolated
+from fcu_emulator.emulator.cli.exit_codes import ExitCode
+from fcu_emulator.emulator.errors import InputError, NotJudgedError
+from fcu_emulator.emulator.isolation import Limits, limits_of_worker, not_limited, parse_limits, run_isolated
 
 
 def limits_of_run(settings: Sequence[str], isolate: bool) -> tuple[Limits | None, tuple[str, ...]]:
@@ -37,7 +37,7 @@ def limits_of_process(settings: Sequence[str], isolate: bool) -> Limits | None:
 
 def in_worker(arguments: Sequence[str], limits: Limits) -> ExitCode:
     """Run fcu with ``arguments`` in a worker. Raises NotJudgedError when it dies."""
-    ending = run_isolated("emulator", arguments, limits)
+    ending = run_isolated("fcu_emulator", arguments, limits)
     if ending.code in set(ExitCode):
         return ExitCode(ending.code)
     if ending.interrupted:

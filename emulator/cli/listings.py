@@ -7,16 +7,16 @@ from collections.abc import Iterator
 
 import click
 
-from emulator.analysis.fidelity import chip_table, table, without_behaviour
-from emulator.chip.registers import BLOCKS, address_of
-from emulator.chip.registers.block import BlockRegister, DeclaredBlock, Field
-from emulator.errors import InputError
-from emulator.scenario import json_schema, load_scenario, scenario_names
-from emulator.text import visible
-from sensors import PARTS, Part
-from sensors.declaration import Bus
-from sensors.errors import Figure
-from sensors.register import Bits, Register, RegisterMap
+from fcu_emulator.emulator.analysis.fidelity import chip_table, table, without_behaviour
+from fcu_emulator.emulator.chip.registers import BLOCKS, address_of
+from fcu_emulator.emulator.chip.registers.block import BlockRegister, DeclaredBlock, Field
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.scenario import json_schema, load_scenario, scenario_names
+from fcu_emulator.emulator.text import visible
+from fcu_emulator.sensors import PARTS, Part
+from fcu_emulator.sensors.declaration import Bus
+from fcu_emulator.sensors.errors import Figure
+from fcu_emulator.sensors.register import Bits, Register, RegisterMap
 
 # -- Register maps of the sensors and of the chip's blocks, as declared -------------------------------------
 
@@ -176,7 +176,7 @@ def print_schema() -> None:
 
 def check_rubric(file: str) -> None:
     """Load a rubric; raises RubricError naming file and key path."""
-    from emulator.grading.rubric import load_rubric
+    from fcu_emulator.emulator.grading.rubric import load_rubric
 
     rubric = load_rubric(file)
     count = sum(len(exercise.check) for exercise in rubric.exercises)
@@ -188,6 +188,6 @@ def check_rubric(file: str) -> None:
 
 def print_rubric_schema() -> None:
     """Print the JSON schema of rubrics."""
-    from emulator.grading.rubric import json_schema as rubric_schema
+    from fcu_emulator.emulator.grading.rubric import json_schema as rubric_schema
 
     click.echo(json.dumps(rubric_schema(), indent=2))

@@ -7,11 +7,11 @@ from typing import Any
 
 import click
 
-from emulator.errors import InputError
-from emulator.links.running import RunningBoard, the_running_board
-from emulator.live.gestures import GESTURES, OLD_WORDS
-from emulator.text import visible
-from emulator.time.clock import parse_duration
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.links.running import RunningBoard, the_running_board
+from fcu_emulator.emulator.live.gestures import GESTURES, OLD_WORDS
+from fcu_emulator.emulator.text import visible
+from fcu_emulator.emulator.time.clock import parse_duration
 
 _ANGLES = ("roll_deg", "pitch_deg", "yaw_deg")
 

@@ -11,12 +11,12 @@ from pathlib import Path
 
 import click
 
-from emulator.boards.fcu001v1 import FCU001V1
-from emulator.cli.toolchain import COMPILER, find_compiler
-from emulator.errors import InputError
-from emulator.system_words import how_to_install, quoted
-from emulator.text import visible
-from firmware_model import arm
+from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
+from fcu_emulator.emulator.cli.toolchain import COMPILER, find_compiler
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.system_words import how_to_install, quoted
+from fcu_emulator.emulator.text import visible
+from fcu_emulator.firmware_model import arm
 
 _SUPPORT = ("*.c", "*.h", "*.ld", "*.mk", "*.options")
 _USUAL = FCU001V1.profile()

@@ -8,15 +8,15 @@ from typing import Any
 
 import click
 
-from emulator.errors import InputError
-from emulator.text import visible
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.text import visible
 
 _LARGEST_RECORD = 64 << 20
 
 
 def draw_record(record: Path, output: Path | None) -> None:
     """Draw the file of ``fcu run --json`` and say where the picture is. Raises InputError."""
-    from emulator.views.plot import draw
+    from fcu_emulator.emulator.views.plot import draw
 
     picture = output or record.with_suffix(".png")
     draw(_read(record), picture)

@@ -14,25 +14,25 @@ from typing import TYPE_CHECKING, Protocol
 
 import click
 
-from emulator.board.board import Board
-from emulator.boards.fcu001v1 import FCU001V1
-from emulator.cli.exit_codes import ExitCode, code_of, with_losses
-from emulator.cli.isolated import announcement as isolation_announcement
-from emulator.cli.run_record import Record
-from emulator.cli.run_report import Explainer, ProgressDisplay, summary
-from emulator.errors import FcuError, InputError, LinkError, OutputError
-from emulator.isolation import limits_of_worker
-from emulator.links import Addressed, ByteLink, open_link
-from emulator.links.runner import Progress, Runner
-from emulator.links.stdout import StdoutLink
-from emulator.text import visible
-from emulator.time.clock import parse_duration, seconds
-from emulator.trace import LARGEST_FILE
+from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
+from fcu_emulator.emulator.cli.exit_codes import ExitCode, code_of, with_losses
+from fcu_emulator.emulator.cli.isolated import announcement as isolation_announcement
+from fcu_emulator.emulator.cli.run_record import Record
+from fcu_emulator.emulator.cli.run_report import Explainer, ProgressDisplay, summary
+from fcu_emulator.emulator.errors import FcuError, InputError, LinkError, OutputError
+from fcu_emulator.emulator.isolation import limits_of_worker
+from fcu_emulator.emulator.links import Addressed, ByteLink, open_link
+from fcu_emulator.emulator.links.runner import Progress, Runner
+from fcu_emulator.emulator.links.stdout import StdoutLink
+from fcu_emulator.emulator.text import visible
+from fcu_emulator.emulator.time.clock import parse_duration, seconds
+from fcu_emulator.emulator.trace import LARGEST_FILE
 
 if TYPE_CHECKING:
-    from emulator.chip.firmware import Limits
-    from emulator.chip.gdb.server import GdbServer
-    from emulator.links.running import Door
+    from fcu_emulator.emulator.chip.firmware import Limits
+    from fcu_emulator.emulator.chip.gdb.server import GdbServer
+    from fcu_emulator.emulator.links.running import Door
 
 
 _SLOWEST, _FASTEST = 0.001, 1e6  # virtual over wall time
@@ -189,8 +189,8 @@ def _open(spec: str, board: Board, say: Callable[[str], None], stack: ExitStack)
 
 def _door(board: Board, links: list[ByteLink], stack: ExitStack) -> Door | None:
     """How another fcu finds this board, which somebody watches; a run does without where it cannot be had."""
-    from emulator.links.running import Door
-    from emulator.live.moved import Moved
+    from fcu_emulator.emulator.links.running import Door
+    from fcu_emulator.emulator.live.moved import Moved
 
     serial = [link.address for link in links if isinstance(link, Addressed)]
     try:
@@ -218,11 +218,11 @@ def _views(options: RunOptions, board: Board, limits: Limits | None, stack: Exit
     most_bytes = limits.trace_bytes if limits else LARGEST_FILE
     views: list[View] = []
     if options.vcd is not None:
-        from emulator.views.vcd import VcdFile
+        from fcu_emulator.emulator.views.vcd import VcdFile
 
         views.append(VcdFile(board, options.vcd, most_bytes))
     if options.perfetto is not None:
-        from emulator.views.perfetto import PerfettoFile
+        from fcu_emulator.emulator.views.perfetto import PerfettoFile
 
         views.append(PerfettoFile(board, options.perfetto, most_bytes))
     for view in views:
@@ -267,7 +267,7 @@ def _limits(board: Board, settings: tuple[str, ...]) -> Limits | None:
     """``--limit``: what the firmware may take. Firmware for the chip always has limits, the usual ones."""
     if not settings:
         return board.arm.limits if board.arm else None
-    from emulator.chip.firmware import parse_limits
+    from fcu_emulator.emulator.chip.firmware import parse_limits
 
     limits = parse_limits(settings)
     if board.arm is not None:
@@ -372,7 +372,7 @@ def open_debugger(board: Board, port: int | None, halt: bool, stack: ExitStack) 
         if halt:
             raise InputError("--halt waits for a debugger; give --gdb PORT as well, such as --gdb 3333")
         return None
-    from emulator.chip.gdb.attach import serve
+    from fcu_emulator.emulator.chip.gdb.attach import serve
 
     server = serve(board, port, halt)
     stack.callback(server.close)

@@ -14,11 +14,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from emulator.analysis.witness import Witness
-from emulator.board.board import Board
-from emulator.buses.i2c import I2CBus
-from emulator.buses.spi import SpiBus
-from emulator.time.clock import PS_PER_MS, PS_PER_S
+from fcu_emulator.emulator.analysis.witness import Witness
+from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.buses.i2c import I2CBus
+from fcu_emulator.emulator.buses.spi import SpiBus
+from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
 
 _FEWEST_LOOKS = 100  # for two digits of a share
 

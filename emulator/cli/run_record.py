@@ -5,7 +5,7 @@ time. Times are in seconds, as numbers. The file is opened before anything runs 
 is known; a file that stayed empty is a run that was killed.
 
 ==============  ==========================================================================================
-exit_code       as the program's own, see :mod:`emulator.cli.exit_codes`; ``verdict`` is the same as a word
+exit_code       as the program's own, see :mod:`fcu_emulator.emulator.cli.exit_codes`; ``verdict`` is the same as a word
 error           the error that ended the run, or null
 board           profile, firmware and its notes, scenario, seed, and whether the sensors are ideal
 virtual_s       virtual time that passed; ``wall_s`` is the time that this took
@@ -33,15 +33,15 @@ from io import TextIOWrapper
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from emulator.analysis.witness import Witness
-from emulator.board.board import Board
-from emulator.cli.exit_codes import ExitCode
-from emulator.cli.run_report import chip_events, failed_transfers, notes, received_bytes_lost
-from emulator.errors import LinkError, OutputError
-from emulator.links import ByteLink
+from fcu_emulator.emulator.analysis.witness import Witness
+from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.cli.exit_codes import ExitCode
+from fcu_emulator.emulator.cli.run_report import chip_events, failed_transfers, notes, received_bytes_lost
+from fcu_emulator.emulator.errors import LinkError, OutputError
+from fcu_emulator.emulator.links import ByteLink
 
 if TYPE_CHECKING:  # pydantic, which a plain run does without
-    from emulator.scenario import Result
+    from fcu_emulator.emulator.scenario import Result
 
 SCHEMA = 1
 

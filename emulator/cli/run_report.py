@@ -15,15 +15,15 @@ from typing import TextIO
 
 import click
 
-from emulator.analysis.witness import Witness
-from emulator.board.board import Board
-from emulator.chip.memory_map import CHIP_NAME
-from emulator.cli.run_figures import figures
-from emulator.errors import FirmwareError
-from emulator.links import ByteLink
-from emulator.links.runner import Progress
-from emulator.links.stdout import StdoutLink
-from emulator.trace import BusTransfer, DeviceNote, Fault
+from fcu_emulator.emulator.analysis.witness import Witness
+from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.chip.memory_map import CHIP_NAME
+from fcu_emulator.emulator.cli.run_figures import figures
+from fcu_emulator.emulator.errors import FirmwareError
+from fcu_emulator.emulator.links import ByteLink
+from fcu_emulator.emulator.links.runner import Progress
+from fcu_emulator.emulator.links.stdout import StdoutLink
+from fcu_emulator.emulator.trace import BusTransfer, DeviceNote, Fault
 
 # -- Progress, never in the terminal's text -----------------------------------------------------------------
 
@@ -190,7 +190,9 @@ class Explainer:
 
         Raises FirmwareError when the firmware has failed for good.
         """
-        from emulator.analysis.mistakes import explain  # with the chip's diagnosis: runs start sooner without
+        from fcu_emulator.emulator.analysis.mistakes import (
+            explain,  # with the chip's diagnosis: runs start sooner without
+        )
 
         for diagnosis in explain(self._board, self.witness):
             if not diagnosis.fatal:

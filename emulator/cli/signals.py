@@ -69,7 +69,7 @@ def ask_again(unraisable: sys.UnraisableHookArgs) -> None:
 
 def _raise(number: int, frame: FrameType | None) -> None:
     del frame
-    from emulator.isolation import limits_of_worker
+    from fcu_emulator.emulator.isolation import limits_of_worker
 
     if _raised and limits_of_worker() is not None:  # its parent has passed on what it had got already
         return

@@ -22,12 +22,12 @@ from typing import Protocol
 
 import click
 
-from emulator.cli.exit_codes import ExitCode
-from emulator.errors import InputError, LinkError
-from emulator.links.running import Conversation, RunningBoard, the_running_board
-from emulator.links.tcp import parse_port
-from emulator.loopback import HOST
-from emulator.text import visible
+from fcu_emulator.emulator.cli.exit_codes import ExitCode
+from fcu_emulator.emulator.errors import InputError, LinkError
+from fcu_emulator.emulator.links.running import Conversation, RunningBoard, the_running_board
+from fcu_emulator.emulator.links.tcp import parse_port
+from fcu_emulator.emulator.loopback import HOST
+from fcu_emulator.emulator.text import visible
 
 if sys.platform == "win32":
     import msvcrt

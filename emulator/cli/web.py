@@ -9,19 +9,19 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
-from emulator.cli.exit_codes import ExitCode
-from emulator.cli.isolated import announcement
-from emulator.cli.run import interruptible, to_stderr
-from emulator.errors import InputError, LinkError
-from emulator.isolation import limits_of_worker
-from emulator.links import Addressed, ByteLink, open_link
-from emulator.links.running import Door
-from emulator.live.exercises import Exercises
-from emulator.live.listening import LOCAL, warning
-from emulator.live.server import PageServer
-from emulator.live.session import Session
-from emulator.live.setup import Setup
-from emulator.time.clock import PS_PER_S, parse_duration
+from fcu_emulator.emulator.cli.exit_codes import ExitCode
+from fcu_emulator.emulator.cli.isolated import announcement
+from fcu_emulator.emulator.cli.run import interruptible, to_stderr
+from fcu_emulator.emulator.errors import InputError, LinkError
+from fcu_emulator.emulator.isolation import limits_of_worker
+from fcu_emulator.emulator.links import Addressed, ByteLink, open_link
+from fcu_emulator.emulator.links.running import Door
+from fcu_emulator.emulator.live.exercises import Exercises
+from fcu_emulator.emulator.live.listening import LOCAL, warning
+from fcu_emulator.emulator.live.server import PageServer
+from fcu_emulator.emulator.live.session import Session
+from fcu_emulator.emulator.live.setup import Setup
+from fcu_emulator.emulator.time.clock import PS_PER_S, parse_duration
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,9 @@ def serve_board(options: WebOptions) -> ExitCode:
 
 
 def _exercises() -> Exercises:
-    from emulator.cli.exercises import LabExercises  # with all that judges: not before a board is served
+    from fcu_emulator.emulator.cli.exercises import (
+        LabExercises,  # with all that judges: not before a board is served
+    )
 
     return LabExercises()
 

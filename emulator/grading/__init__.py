@@ -2,8 +2,8 @@
 
 ::
 
-    from emulator.grading.judge import judge
-    from emulator.grading.rubric import load_rubric
+    from fcu_emulator.emulator.grading.judge import judge
+    from fcu_emulator.emulator.grading.rubric import load_rubric
 
     verdict = judge("lab3.elf", load_rubric("lab3"), seed=7)
     print(verdict.points, "of", verdict.max_points)

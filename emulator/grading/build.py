@@ -37,13 +37,13 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Final, NamedTuple
 
-from emulator.boards.fcu001v1 import FCU001V1
-from emulator.errors import InputError, NotJudgedError
-from emulator.files import write_atomically
-from emulator.grading.submissions import Firmware, RejectedError, Source
-from emulator.system_words import how_to_install_all
-from emulator.text import one_line, visible
-from firmware_model import arm
+from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
+from fcu_emulator.emulator.errors import InputError, NotJudgedError
+from fcu_emulator.emulator.files import write_atomically
+from fcu_emulator.emulator.grading.submissions import Firmware, RejectedError, Source
+from fcu_emulator.emulator.system_words import how_to_install_all
+from fcu_emulator.emulator.text import one_line, visible
+from fcu_emulator.firmware_model import arm
 
 COMPILER: Final = "arm-none-eabi-gcc"
 SANDBOX: Final = "bwrap"

@@ -1,6 +1,6 @@
 """The kinds of checks that a rubric has beside those of scenarios.
 
-Schema and judgement of a kind stand in one class, as with :mod:`emulator.scenario.expectations`: a new kind
+Schema and judgement of a kind stand in one class, as with :mod:`fcu_emulator.emulator.scenario.expectations`: a new kind
 is one class and its name in the union at the end. What a kind wants to see during the run, it watches from
 :meth:`Check.watch` on; everything else it finds in :class:`Judged`.
 """
@@ -15,18 +15,18 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field
 
-from emulator.analysis.witness import Witness
-from emulator.board.board import Board
-from emulator.chip.diagnosis.backtrace import Places
-from emulator.chip.diagnosis.report import Diagnosis, Kind
-from emulator.chip.firmware import ArmFirmware
-from emulator.errors import FirmwareError, NotJudgedError
-from emulator.scenario.expectations import Miss, Seen
-from emulator.scenario.observed import escaped
-from emulator.scenario.schema import Kinds
-from emulator.scenario.tables import Duration, Length, Table
-from emulator.text import shown
-from emulator.time.clock import PS_PER_MS, PS_PER_S, Periodic
+from fcu_emulator.emulator.analysis.witness import Witness
+from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.chip.diagnosis.backtrace import Places
+from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis, Kind
+from fcu_emulator.emulator.chip.firmware import ArmFirmware
+from fcu_emulator.emulator.errors import FirmwareError, NotJudgedError
+from fcu_emulator.emulator.scenario.expectations import Miss, Seen
+from fcu_emulator.emulator.scenario.observed import escaped
+from fcu_emulator.emulator.scenario.schema import Kinds
+from fcu_emulator.emulator.scenario.tables import Duration, Length, Table
+from fcu_emulator.emulator.text import shown
+from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, Periodic
 
 # -- What every kind has in common --------------------------------------------------------------------------
 
@@ -186,7 +186,7 @@ PROPERTIES = (
     "altitude_is_0_where_it_was_zeroed",
     "less_pressure_is_more_altitude",
 )
-"""Of :mod:`emulator.testing.lab3`, without ``test_``."""
+"""Of :mod:`fcu_emulator.emulator.testing.lab3`, without ``test_``."""
 
 
 def _known_property(name: str) -> str:
@@ -196,7 +196,7 @@ def _known_property(name: str) -> str:
 
 
 class Property(Check):
-    """A law of the lab's arithmetic holds for the compiled functions (:mod:`emulator.testing.lab3`).
+    """A law of the lab's arithmetic holds for the compiled functions (:mod:`fcu_emulator.emulator.testing.lab3`).
 
     The same ``examples`` for everybody. Unjudged if the firmware has no such function, or Hypothesis is not
     installed.
@@ -211,7 +211,7 @@ class Property(Check):
     def judge(self, run: Judged) -> Miss | None:
         """Hypothesis looks for a counter-example, and makes it small."""
         try:
-            from emulator.testing.judged import counterexample
+            from fcu_emulator.emulator.testing.judged import counterexample
         except ModuleNotFoundError as error:
             raise NotJudgedError(f"{error.name} is not installed; pip install {error.name}") from error
         try:

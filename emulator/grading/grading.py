@@ -14,17 +14,17 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from emulator.errors import FcuError
-from emulator.grading.build import Builder, CompileError
-from emulator.grading.results import Graded, Status, report_name
-from emulator.grading.roster import Student
-from emulator.grading.rubric import Rubric
-from emulator.grading.store import Store
-from emulator.grading.submissions import Firmware, RejectedError, Submission, Take
-from emulator.grading.tasks import Task, code_digest, judge_task
-from emulator.grading.verdict import Verdict
-from emulator.isolation import Limits
-from emulator.text import one_line
+from fcu_emulator.emulator.errors import FcuError
+from fcu_emulator.emulator.grading.build import Builder, CompileError
+from fcu_emulator.emulator.grading.results import Graded, Status, report_name
+from fcu_emulator.emulator.grading.roster import Student
+from fcu_emulator.emulator.grading.rubric import Rubric
+from fcu_emulator.emulator.grading.store import Store
+from fcu_emulator.emulator.grading.submissions import Firmware, RejectedError, Submission, Take
+from fcu_emulator.emulator.grading.tasks import Task, code_digest, judge_task
+from fcu_emulator.emulator.grading.verdict import Verdict
+from fcu_emulator.emulator.isolation import Limits
+from fcu_emulator.emulator.text import one_line
 
 _MORE_THREADS = 2  # than tasks at a time: what is taken and built while the workers judge
 
@@ -36,7 +36,7 @@ class Grader:
     ``rubric_name``: what workers load it by. ``builder``: gives the builder when the first source is met, so
     that a class of ELF files needs no compiler. ``slots``: how many tasks the workers do at a time.
     ``store``: None to judge everything again. ``salt``: the teacher's secret, from which boards and motions
-    are drawn (:meth:`emulator.grading.rubric.Rubric.seed_for`). ``limits``: of each worker process; None
+    are drawn (:meth:`fcu_emulator.emulator.grading.rubric.Rubric.seed_for`). ``limits``: of each worker process; None
     leaves them to the cluster. ``shown``: the student under the name that the reports show; under another
     name than the submission's, the seed is not shown.
     """

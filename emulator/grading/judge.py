@@ -12,15 +12,15 @@ from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from pathlib import Path
 
-from emulator.analysis.mistakes import explain
-from emulator.analysis.witness import Witness
-from emulator.board.board import Board
-from emulator.board.firmware import choose
-from emulator.chip.diagnosis.report import Diagnosis
-from emulator.errors import FirmwareError, NotJudgedError
-from emulator.grading.checks import AnyCheck, Check, Judged
-from emulator.grading.rubric import CheckTable, ExerciseTable, Rubric
-from emulator.grading.verdict import (
+from fcu_emulator.emulator.analysis.mistakes import explain
+from fcu_emulator.emulator.analysis.witness import Witness
+from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.board.firmware import choose
+from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis
+from fcu_emulator.emulator.errors import FirmwareError, NotJudgedError
+from fcu_emulator.emulator.grading.checks import AnyCheck, Check, Judged
+from fcu_emulator.emulator.grading.rubric import CheckTable, ExerciseTable, Rubric
+from fcu_emulator.emulator.grading.verdict import (
     MOST_PRINTS,
     MOST_TERMINAL,
     Cause,
@@ -31,12 +31,19 @@ from emulator.grading.verdict import (
     Series,
     Verdict,
 )
-from emulator.scenario.expectations import Expectation, ExpectField, ExpectText, Miss, Seen, Windowed
-from emulator.scenario.observed import FORMAT_OF_FIELD, unit_of
-from emulator.scenario.scenario import judged
-from emulator.scenario.schema import ReportTable
-from emulator.scenario.written import names_files, scenario_text
-from emulator.time.clock import PS_PER_S, seconds, to_ps
+from fcu_emulator.emulator.scenario.expectations import (
+    Expectation,
+    ExpectField,
+    ExpectText,
+    Miss,
+    Seen,
+    Windowed,
+)
+from fcu_emulator.emulator.scenario.observed import FORMAT_OF_FIELD, unit_of
+from fcu_emulator.emulator.scenario.scenario import judged
+from fcu_emulator.emulator.scenario.schema import ReportTable
+from fcu_emulator.emulator.scenario.written import names_files, scenario_text
+from fcu_emulator.emulator.time.clock import PS_PER_S, seconds, to_ps
 
 _SLICE_S = 0.25  # of virtual time, between two words about progress
 _NO_WALL_S = 1e12
@@ -177,7 +184,7 @@ class _Run:
         """Run the board to its end, or to what stops it."""
         board = self.board
         if board.arm is not None:
-            from emulator.chip.firmware import Limits
+            from fcu_emulator.emulator.chip.firmware import Limits
 
             limits = self.rubric.limits
             board.arm.limits = Limits(

@@ -2,7 +2,7 @@
 
 ``grade.json`` is versioned (``schema``): the number grows when a key changes its meaning or goes; new keys
 may come at any time. The evidence of each judgement (terminal, plots, diagnosis) lies beside it, in
-``students/NAME.json``, as :class:`emulator.grading.verdict.Verdict` writes it.
+``students/NAME.json``, as :class:`fcu_emulator.emulator.grading.verdict.Verdict` writes it.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from typing import Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from emulator.grading.roster import Student
-from emulator.grading.rubric import is_shipped
-from emulator.grading.verdict import ExerciseTitle, Verdict
-from emulator.system_words import command_line
+from fcu_emulator.emulator.grading.roster import Student
+from fcu_emulator.emulator.grading.rubric import is_shipped
+from fcu_emulator.emulator.grading.verdict import ExerciseTitle, Verdict
+from fcu_emulator.emulator.system_words import command_line
 
 Status: TypeAlias = Literal["judged", "partly", "unjudged", "rejected", "missing"]
 """Everything is judged; some checks could not be; none could be, through no fault of the program; what was

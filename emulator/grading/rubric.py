@@ -2,8 +2,8 @@
 
 ::
 
-    from emulator.grading.judge import judge
-    from emulator.grading.rubric import load_rubric
+    from fcu_emulator.emulator.grading.judge import judge
+    from fcu_emulator.emulator.grading.rubric import load_rubric
 
     verdict = judge("lab3.elf", load_rubric("lab3"), seed=7)
     print(verdict.points, "of", verdict.max_points)
@@ -30,18 +30,24 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Field, ValidationError, model_validator
 
-from emulator.boards.fcu001v1 import FCU001V1
-from emulator.chip.firmware import WORK_PER_S
-from emulator.errors import InputError, RubricError, ScenarioError
-from emulator.grading.checks import AnyCheck
-from emulator.grading.verdict import Detail, Visibility
-from emulator.scenario.loader import is_path, load_scenario, read_toml, scenario_error, scenario_of
-from emulator.scenario.rules import with_rules
-from emulator.scenario.scenario import Scenario
-from emulator.scenario.schema import as_written, may_be_rule
-from emulator.scenario.schema import json_schema as scenario_schema
-from emulator.scenario.tables import Duration, Resources, Table
-from emulator.text import shown
+from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
+from fcu_emulator.emulator.chip.firmware import WORK_PER_S
+from fcu_emulator.emulator.errors import InputError, RubricError, ScenarioError
+from fcu_emulator.emulator.grading.checks import AnyCheck
+from fcu_emulator.emulator.grading.verdict import Detail, Visibility
+from fcu_emulator.emulator.scenario.loader import (
+    is_path,
+    load_scenario,
+    read_toml,
+    scenario_error,
+    scenario_of,
+)
+from fcu_emulator.emulator.scenario.rules import with_rules
+from fcu_emulator.emulator.scenario.scenario import Scenario
+from fcu_emulator.emulator.scenario.schema import as_written, may_be_rule
+from fcu_emulator.emulator.scenario.schema import json_schema as scenario_schema
+from fcu_emulator.emulator.scenario.tables import Duration, Resources, Table
+from fcu_emulator.emulator.text import shown
 
 MOST_EXERCISES = 50
 MOST_CHECKS = 100  # of one exercise
@@ -154,7 +160,7 @@ class Rubric:
 
     ``name`` is the file's name without ``.toml``. ``digest`` changes with everything in it and with the
     scenario files it names; ``judging_digest`` only with what decides an outcome: verdicts of the same
-    judging digest differ in words (:meth:`emulator.grading.judge.reworded`).
+    judging digest differ in words (:meth:`fcu_emulator.emulator.grading.judge.reworded`).
     """
 
     def __init__(self, contents: RubricFile, table: dict[str, Any], path: Path) -> None:
@@ -349,7 +355,7 @@ def json_schema() -> dict[str, Any]:
 
 
 def _folder() -> Path:
-    return Path(str(files("scenarios") / "rubrics"))
+    return Path(str(files("fcu_emulator.scenarios") / "rubrics"))
 
 
 def _shipped(name: str) -> Path:

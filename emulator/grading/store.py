@@ -11,10 +11,10 @@ import hashlib
 import json
 from pathlib import Path
 
-from emulator.files import write_atomically
-from emulator.grading.rubric import Rubric
-from emulator.grading.tasks import Task
-from emulator.grading.verdict import Verdict
+from fcu_emulator.emulator.files import write_atomically
+from fcu_emulator.emulator.grading.rubric import Rubric
+from fcu_emulator.emulator.grading.tasks import Task
+from fcu_emulator.emulator.grading.verdict import Verdict
 
 _FORMAT = 1
 
@@ -28,7 +28,7 @@ class Store:
 
     def find(self, task: Task) -> Verdict | None:
         """The verdict on a task, in the rubric's words of today; None if there is none that can be read."""
-        from emulator.grading.judge import reworded
+        from fcu_emulator.emulator.grading.judge import reworded
 
         try:
             verdict = Verdict.from_json(self._path(task).read_bytes())

@@ -28,11 +28,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final, Literal, TypeAlias
 
-from emulator.errors import InputError, NotJudgedError
-from emulator.files import is_about_the_name
-from emulator.grading.archives import CLASS, ArchiveError, unpack
-from emulator.grading.roster import Roster, Student
-from emulator.text import one_line
+from fcu_emulator.emulator.errors import InputError, NotJudgedError
+from fcu_emulator.emulator.files import is_about_the_name
+from fcu_emulator.emulator.grading.archives import CLASS, ArchiveError, unpack
+from fcu_emulator.emulator.grading.roster import Roster, Student
+from fcu_emulator.emulator.text import one_line
 
 Take: TypeAlias = Literal["source", "firmware"]
 

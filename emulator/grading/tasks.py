@@ -11,10 +11,10 @@ from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from emulator.errors import InputError, NotJudgedError
-from emulator.grading.rubric import Rubric, load_rubric
-from emulator.grading.submissions import RejectedError
-from emulator.isolation import Limits
+from fcu_emulator.emulator.errors import InputError, NotJudgedError
+from fcu_emulator.emulator.grading.rubric import Rubric, load_rubric
+from fcu_emulator.emulator.grading.submissions import RejectedError
+from fcu_emulator.emulator.isolation import Limits
 
 _ROOT = Path(__file__).parents[2]
 _DECIDING = ("emulator", "sensors", "firmware_model", "scenarios")
@@ -48,7 +48,7 @@ def judge_task(task: Task) -> str:
     if task.code != code_digest():
         raise NotJudgedError("the worker has another version of fcu-emulator; install the same everywhere")
     rubric = _rubric(task.rubric, task.rubric_digest)
-    from emulator.grading.judge import judge
+    from fcu_emulator.emulator.grading.judge import judge
 
     try:
         with TemporaryDirectory(prefix="fcu-", ignore_cleanup_errors=True) as folder:

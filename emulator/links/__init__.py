@@ -9,9 +9,9 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from emulator.errors import LinkError
-from emulator.links.byte_link import Addressed, ByteLink, MemoryLink
-from emulator.links.stdout import StdoutLink
+from fcu_emulator.emulator.errors import LinkError
+from fcu_emulator.emulator.links.byte_link import Addressed, ByteLink, MemoryLink
+from fcu_emulator.emulator.links.stdout import StdoutLink
 
 __all__ = ["Addressed", "ByteLink", "MemoryLink", "StdoutLink", "open_link"]
 
@@ -37,16 +37,16 @@ def open_link(
     if kind == "pty" and (name or not colon):
         return _open_pty(Path(name) if name else None)
     if kind == "file" and name:
-        from emulator.links.file import FileLink
+        from fcu_emulator.emulator.links.file import FileLink
 
         return FileLink(Path(name))
     if kind in ("tcp", "rfc2217") and (name or not colon):
-        from emulator.links.tcp import TcpLink, parse_port
+        from fcu_emulator.emulator.links.tcp import TcpLink, parse_port
 
         port = parse_port(kind, name) if name else None
         if kind == "tcp":
             return TcpLink(port)
-        from emulator.links.rfc2217 import Rfc2217Link  # pyserial: 30 ms
+        from fcu_emulator.emulator.links.rfc2217 import Rfc2217Link  # pyserial: 30 ms
 
         return Rfc2217Link(port, firmware_baud, say)
     raise LinkError(f"--serial {spec}: unknown link; choose {CHOICES}")
@@ -54,7 +54,7 @@ def open_link(
 
 def _open_pty(link_path: Path | None) -> ByteLink:
     if sys.platform != "win32":
-        from emulator.links.pty import PtyLink  # needs termios and fcntl, which Windows lacks
+        from fcu_emulator.emulator.links.pty import PtyLink  # needs termios and fcntl, which Windows lacks
 
         return PtyLink(link_path)
     raise LinkError("--serial pty: Windows has no pseudo-terminals; use --serial tcp")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import stat
 from pathlib import Path
 
-from emulator.errors import LinkError
-from emulator.links.writer import BackgroundWriter
+from fcu_emulator.emulator.errors import LinkError
+from fcu_emulator.emulator.links.writer import BackgroundWriter
 
 
 class FileLink:

@@ -19,8 +19,8 @@ import stat
 import sys
 from pathlib import Path
 
-from emulator.errors import LinkError
-from emulator.links.runtime_folder import runtime_folder
+from fcu_emulator.emulator.errors import LinkError
+from fcu_emulator.emulator.links.runtime_folder import runtime_folder
 
 PORT_NAME = "ttyFCU"
 

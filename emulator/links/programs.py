@@ -5,8 +5,8 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from emulator.loopback import HOST
-from emulator.system_words import quoted
+from fcu_emulator.emulator.loopback import HOST
+from fcu_emulator.emulator.system_words import quoted
 
 
 def miniterm() -> str:

@@ -36,10 +36,10 @@ import tty
 from collections.abc import Iterator
 from pathlib import Path
 
-from emulator.errors import LinkError
-from emulator.links import programs
-from emulator.links.byte_link import Backlog, Patience, losses
-from emulator.links.port_name import PortName, claim_port
+from fcu_emulator.emulator.errors import LinkError
+from fcu_emulator.emulator.links import programs
+from fcu_emulator.emulator.links.byte_link import Backlog, Patience, losses
+from fcu_emulator.emulator.links.port_name import PortName, claim_port
 
 assert sys.platform != "win32"  # for mypy, which then knows what the system has
 

@@ -4,7 +4,7 @@ A client sets rate and format of the line as it would a real port's. pyserial's 
 protocol; here are the port that it manages, and what keeps a client from harming the board.
 
 Decision: a rate other than the firmware's is accepted, as a real adapter accepts it, and said. A real
-terminal would show garbage then; here the text stays readable (as in :mod:`emulator.buses.uart`, and for the
+terminal would show garbage then; here the text stays readable (as in :mod:`fcu_emulator.emulator.buses.uart`, and for the
 same reason), and whoever wonders is told both rates. The road not taken, refusing it, fails in pyserial as
 "remote rejected value for option 'baudrate'", without either.
 
@@ -22,10 +22,10 @@ from collections.abc import Callable
 import serial
 from serial.rfc2217 import PortManager
 
-from emulator.links import programs
-from emulator.links.limited_lines import LimitedLines
-from emulator.links.tcp import Coding, TcpLink
-from emulator.loopback import HOST
+from fcu_emulator.emulator.links import programs
+from fcu_emulator.emulator.links.limited_lines import LimitedLines
+from fcu_emulator.emulator.links.tcp import Coding, TcpLink
+from fcu_emulator.emulator.loopback import HOST
 
 FIRST_PORT = 2217
 HOLD_S = 0.4

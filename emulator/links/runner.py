@@ -13,8 +13,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from emulator.links import ByteLink
-from emulator.time.clock import NEVER_PS, PS_PER_S, Clock, to_ps
+from fcu_emulator.emulator.links import ByteLink
+from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_S, Clock, to_ps
 
 # -- Virtual time against wall time -------------------------------------------------------------------------
 
@@ -93,7 +93,7 @@ class Terminal(Protocol):
 
 
 class RunnableBoard(Protocol):
-    """What is run: :class:`emulator.board.board.Board` is one."""
+    """What is run: :class:`fcu_emulator.emulator.board.board.Board` is one."""
 
     clock: Clock
 

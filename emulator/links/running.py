@@ -25,11 +25,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from emulator.errors import InputError, LinkError, OutputError, failure_text
-from emulator.files import write_atomically
-from emulator.links.runtime_folder import read_own_file, runtime_folder
-from emulator.links.tcp import Coding, Reader
-from emulator.loopback import HOST, listen
+from fcu_emulator.emulator.errors import InputError, LinkError, OutputError, failure_text
+from fcu_emulator.emulator.files import write_atomically
+from fcu_emulator.emulator.links.runtime_folder import read_own_file, runtime_folder
+from fcu_emulator.emulator.links.tcp import Coding, Reader
+from fcu_emulator.emulator.loopback import HOST, listen
 
 LONGEST_MESSAGE = 64 * 1024
 MOST_CALLERS = 8

@@ -13,7 +13,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from emulator.errors import LinkError
+from fcu_emulator.emulator.errors import LinkError
 
 NAME = "fcu-emulator"
 _NEITHER_WAIT_NOR_FOLLOW = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)

@@ -2,7 +2,7 @@
 
 Decisions about standard output, which may be a terminal, a pipe or a file:
 
-* A daemon thread writes (:mod:`emulator.links.writer`).
+* A daemon thread writes (:mod:`fcu_emulator.emulator.links.writer`).
 * The thread writes to the raw file beneath ``sys.stdout.buffer``. The buffered layer has a lock, and an
   interpreter that exits while a blocked daemon thread holds it aborts; raw writes also need no flush.
 * Once a write failed (reader gone, disk full) nothing more is written and standard output is pointed at the
@@ -27,9 +27,9 @@ import signal
 import sys
 import threading
 
-from emulator.errors import LinkError
-from emulator.links.byte_link import Backlog
-from emulator.links.writer import CHUNK, BackgroundWriter, RawFile
+from fcu_emulator.emulator.errors import LinkError
+from fcu_emulator.emulator.links.byte_link import Backlog
+from fcu_emulator.emulator.links.writer import CHUNK, BackgroundWriter, RawFile
 
 if sys.platform == "win32":
     import msvcrt

@@ -1,7 +1,7 @@
 """The board's serial port as a TCP port of this machine: the link that is the same on every system.
 
 Bytes pass as they are, so it is *raw* TCP to terminal programs; the Telnet protocol with the settings of a
-serial line is :mod:`emulator.links.rfc2217`.
+serial line is :mod:`fcu_emulator.emulator.links.rfc2217`.
 
 Decisions about readers, of which there may be several:
 
@@ -29,10 +29,10 @@ import errno
 import socket
 import time
 
-from emulator.errors import LinkError
-from emulator.links import programs
-from emulator.links.byte_link import Backlog, Patience, losses
-from emulator.loopback import HOST, LARGEST_PORT, listen
+from fcu_emulator.emulator.errors import LinkError
+from fcu_emulator.emulator.links import programs
+from fcu_emulator.emulator.links.byte_link import Backlog, Patience, losses
+from fcu_emulator.emulator.loopback import HOST, LARGEST_PORT, listen
 
 FIRST_LIMIT = 1024 * 1024
 """Bytes kept before the first reader."""

@@ -14,7 +14,7 @@ import time
 from collections.abc import Callable
 from typing import Protocol
 
-from emulator.links.byte_link import Backlog, Patience
+from fcu_emulator.emulator.links.byte_link import Backlog, Patience
 
 BACKLOG_LIMIT = 16 * 1024 * 1024
 CHUNK = 4096

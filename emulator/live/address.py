@@ -4,7 +4,7 @@ So a page that was left open finds the server again when it is started again on 
 may read the folder could open the page just as well.
 
 The printed address has the token in its fragment, which no browser sends to a server; the socket gets it as a
-subprotocol (:mod:`emulator.live.requests`).
+subprotocol (:mod:`fcu_emulator.emulator.live.requests`).
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from emulator.errors import LinkError, OutputError
-from emulator.files import write_atomically
-from emulator.links.runtime_folder import read_own_file, runtime_folder
-from emulator.live.listening import LOCAL
+from fcu_emulator.emulator.errors import LinkError, OutputError
+from fcu_emulator.emulator.files import write_atomically
+from fcu_emulator.emulator.links.runtime_folder import read_own_file, runtime_folder
+from fcu_emulator.emulator.live.listening import LOCAL
 
 PROTOCOL = "fcu"
 """The subprotocol of the socket, which the server selects."""

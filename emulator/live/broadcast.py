@@ -8,12 +8,12 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from emulator.analysis.witness import Witness
-from emulator.board.board import Board
-from emulator.live import messages, pins, registers, transfers, view
-from emulator.live.messages import Event
-from emulator.live.past import Past
-from emulator.scenario.observed import FORMATS, TRUTH
+from fcu_emulator.emulator.analysis.witness import Witness
+from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.live import messages, pins, registers, transfers, view
+from fcu_emulator.emulator.live.messages import Event
+from fcu_emulator.emulator.live.past import Past
+from fcu_emulator.emulator.scenario.observed import FORMATS, TRUTH
 
 Publish = Callable[[Event, object | None], None]
 """``publish(event, client)``: to one client, or to all when ``client`` is None."""
@@ -254,7 +254,7 @@ class Broadcast:
 
     def look_for_findings(self) -> None:
         """Send what is wrong with the firmware, where that is something else than was sent before."""
-        from emulator.analysis.mistakes import explain  # with the chip's diagnosis: dear to load
+        from fcu_emulator.emulator.analysis.mistakes import explain  # with the chip's diagnosis: dear to load
 
         found = [
             {"kind": one.kind, "summary": one.summary, "details": list(one.details), "fatal": one.fatal}

@@ -26,7 +26,7 @@ class Bundle:
     """The page's files, read and compressed when it is made. Raises OSError if they cannot be read."""
 
     def __init__(self) -> None:
-        page = files("emulator.live").joinpath("page")
+        page = files("fcu_emulator.emulator.live").joinpath("page")
         self._plain: dict[str, PageFile] = {}
         self._compressed: dict[str, PageFile] = {}
         for path, (name, kind) in _FILES.items():

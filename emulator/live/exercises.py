@@ -1,14 +1,14 @@
 """Interface to what judges the exercises of a lab while a session runs.
 
 The rubric and the judgement are above this package: ``fcu web`` hands them in
-(:mod:`emulator.cli.exercises`), and a session works without them.
+(:mod:`fcu_emulator.emulator.cli.exercises`), and a session works without them.
 """
 
 from __future__ import annotations
 
 from typing import Any, Protocol
 
-from emulator.live.messages import Checked
+from fcu_emulator.emulator.live.messages import Checked
 
 
 class Exercises(Protocol):

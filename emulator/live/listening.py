@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import ipaddress
 
-from emulator.errors import InputError
-from emulator.text import shown
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.text import shown
 
 LOCAL = "127.0.0.1"
 

@@ -2,7 +2,7 @@
 
 Each message is a JSON object with ``type``, the class's name below in snake case, and the class's fields. A
 session takes commands and gives events; both are declared here and nowhere else. A WebSocket carries them now
-(:mod:`emulator.live.server`); whatever else does, a worker in a browser for one, needs this file only.
+(:mod:`fcu_emulator.emulator.live.server`); whatever else does, a worker in a browser for one, needs this file only.
 
 What a user does to the board is a timeline entry as in a scenario file, without a time (:class:`Do`): its
 words are those of ``docs/scenarios.md``, and a recorded session is a scenario without being translated. The
@@ -24,8 +24,8 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import Any, Literal
 
-from emulator.errors import InputError, failure_text
-from emulator.text import visible
+from fcu_emulator.emulator.errors import InputError, failure_text
+from fcu_emulator.emulator.text import visible
 
 MOST_VARIABLES = 16  # that one page watches
 LARGEST_FIRMWARE = 8 << 20  # bytes; ST's stock firmware with all its debug information has 4 MB
@@ -166,7 +166,7 @@ class Event:
 @dataclass(frozen=True)
 class Hello(Event):
     """The first message: what does not change. ``parts``: the sensors' names; ``outputs``: what they measure,
-    see :func:`emulator.live.transfers.outputs`.
+    see :func:`fcu_emulator.emulator.live.transfers.outputs`.
     """
 
     board: str
@@ -179,9 +179,9 @@ class Hello(Event):
     ways: list[str]
     """The commands that open the serial port and the debugger from elsewhere."""
     gestures: list[dict[str, Any]]
-    """Motions for buttons, see :func:`emulator.live.gestures.buttons`."""
+    """Motions for buttons, see :func:`fcu_emulator.emulator.live.gestures.buttons`."""
     exercises: list[dict[str, Any]]
-    """Exercises that :class:`Check` takes, see :class:`emulator.live.exercises.Exercises`."""
+    """Exercises that :class:`Check` takes, see :class:`fcu_emulator.emulator.live.exercises.Exercises`."""
 
 
 @dataclass(frozen=True)
@@ -214,7 +214,7 @@ class Status(Event):
 class State(Event):
     """Where the board is now, 50 times a second: of several that wait, the latest will do.
 
-    ``truth``: see :func:`emulator.live.view.truth`. ``samples``: what the firmware has read last, by the ids
+    ``truth``: see :func:`fcu_emulator.emulator.live.view.truth`. ``samples``: what the firmware has read last, by the ids
     of the outputs in :class:`Hello`. ``load``: callback, timer and bus. ``done``: the id of the latest
     :class:`Do`.
     """
@@ -251,7 +251,7 @@ class Printed(Event):
 @dataclass(frozen=True)
 class Past(Event):
     """States and printed numbers of the run until now, for a client that comes later: fields of
-    :class:`State` and :class:`Printed` that are plotted, see :mod:`emulator.live.past`.
+    :class:`State` and :class:`Printed` that are plotted, see :mod:`fcu_emulator.emulator.live.past`.
     """
 
     run: int
@@ -304,7 +304,7 @@ class Registers(Event):
 
 @dataclass(frozen=True)
 class Pins(Event):
-    """The pins and their levels, see :func:`emulator.live.pins.pins`."""
+    """The pins and their levels, see :func:`fcu_emulator.emulator.live.pins.pins`."""
 
     pins: list[dict[str, Any]]
 

@@ -1,6 +1,6 @@
 """A board that runs is spoken to from elsewhere: what is asked of its door, and what it answers.
 
-The messages are those of a session (:mod:`emulator.live.messages`): ``do`` with a timeline entry, which
+The messages are those of a session (:mod:`fcu_emulator.emulator.live.messages`): ``do`` with a timeline entry, which
 happens at once, between two slices of the run. ``truth`` asks how the board lies; each of both is answered
 with how it lies then. ``text`` asks for what has been printed since a position, and is answered with the text
 (Latin-1) and the position after it. What is wrong is answered with ``error``.
@@ -16,8 +16,8 @@ import json
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from emulator.board.board import Board
-from emulator.errors import InputError
+from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.errors import InputError
 
 _MOST_TEXT = 8192  # bytes of one answer
 
@@ -33,7 +33,7 @@ class Moved:
         return answered(self._board, message, self._do)
 
     def _do(self, table: Mapping[str, Any]) -> None:
-        from emulator.scenario.written import parse_entry
+        from fcu_emulator.emulator.scenario.written import parse_entry
 
         board = self._board
         if board.scenario is not None:
@@ -50,7 +50,10 @@ def answered(
     board: Board, message: Mapping[str, Any], do: Callable[[Mapping[str, Any]], None]
 ) -> dict[str, Any]:
     """The answer to a message, of which ``do`` carries out an entry. Raises InputError."""
-    from emulator.live import messages, view  # with all that a session needs: not before somebody asks
+    from fcu_emulator.emulator.live import (  # with all that a session needs: not before somebody asks
+        messages,
+        view,
+    )
 
     kind = message.get("type")
     if kind == "text":

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import deque
 from typing import Any
 
-from emulator.live import messages
+from fcu_emulator.emulator.live import messages
 
 MOST_STATES = 3000
 MOST_PRINTS = 1000

@@ -11,8 +11,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from emulator.board.board import Board
-from emulator.boards.description import Pin
+from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.boards.description import Pin
 
 
 def pins(board: Board) -> list[dict[str, Any]]:

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from emulator.board.board import Board
-from emulator.errors import InputError, OutputError
-from emulator.files import write_atomically
-from emulator.scenario.schema import MOST_ENTRIES
-from emulator.scenario.timeline import Entry
-from emulator.scenario.written import key_text, names_files, table_text, timeline
-from emulator.time.clock import PS_PER_MS, format_duration
+from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.errors import InputError, OutputError
+from fcu_emulator.emulator.files import write_atomically
+from fcu_emulator.emulator.scenario.schema import MOST_ENTRIES
+from fcu_emulator.emulator.scenario.timeline import Entry
+from fcu_emulator.emulator.scenario.written import key_text, names_files, table_text, timeline
+from fcu_emulator.emulator.time.clock import PS_PER_MS, format_duration
 
 _TABLES = ("firmware_settings", "bus", "world", "sensors")
 

@@ -13,20 +13,20 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from emulator.board.board import Board
-from sensors.part import Part
-from sensors.register import RegisterMap
+from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.sensors.part import Part
+from fcu_emulator.sensors.register import RegisterMap
 
 if TYPE_CHECKING:
-    from emulator.chip.peripherals.peripheral import Peripheral
-    from emulator.chip.registers.block import DeclaredBlock
+    from fcu_emulator.emulator.chip.peripherals.peripheral import Peripheral
+    from fcu_emulator.emulator.chip.registers.block import DeclaredBlock
 
 
 def block_names(board: Board) -> list[str]:
     """The blocks of the chip that can be looked at; none with firmware in Python."""
     if board.arm is None:
         return []
-    from emulator.chip.registers import BLOCKS
+    from fcu_emulator.emulator.chip.registers import BLOCKS
 
     return [name for name in BLOCKS if _block(board, name) is not None]
 
@@ -50,7 +50,7 @@ def declaration(board: Board, name: str) -> dict[str, Any]:
             "place": _place(board, part),
             "registers": list(_of_part(part.MAP)),
         }
-    from emulator.chip.registers import BLOCKS
+    from fcu_emulator.emulator.chip.registers import BLOCKS
 
     block = BLOCKS[name]
     return {"name": name, "doc": block.title, "place": block.title, "registers": list(_of_block(block))}
@@ -65,7 +65,7 @@ def values(board: Board, name: str) -> dict[str, str]:
             one.__name__: bytes(memory[one.addr : one.addr + one.size])[::-1].hex().upper()
             for one in part.MAP.registers
         }
-    from emulator.chip.registers import BLOCKS
+    from fcu_emulator.emulator.chip.registers import BLOCKS
 
     block = _block(board, name)
     if block is None:
@@ -89,7 +89,7 @@ def _block(board: Board, name: str) -> Peripheral | None:
     """What has the block's registers."""
     if board.arm is None:
         return None
-    from emulator.chip.registers import SYSTEM_CONTROL_SPACE
+    from fcu_emulator.emulator.chip.registers import SYSTEM_CONTROL_SPACE
 
     place = "SCS" if name in SYSTEM_CONTROL_SPACE else name
     return next((one for one in board.arm.chip.core.all_blocks if one.name == place), None)

@@ -19,8 +19,8 @@ from hmac import compare_digest
 from http import HTTPStatus
 from typing import Protocol
 
-from emulator.live.address import TOKEN_PREFIX, Address
-from emulator.live.bundle import Bundle
+from fcu_emulator.emulator.live.address import TOKEN_PREFIX, Address
+from fcu_emulator.emulator.live.bundle import Bundle
 
 SOCKET = "/session"
 _TEXT = "text/plain; charset=utf-8"

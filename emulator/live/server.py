@@ -1,12 +1,12 @@
 """The page and its WebSocket, on 127.0.0.1 or on the address a user names, in a thread beside the session.
 
-Requests are answered by :mod:`emulator.live.requests`: a socket is opened only for the token of the printed
+Requests are answered by :mod:`fcu_emulator.emulator.live.requests`: a socket is opened only for the token of the printed
 address. Scripts come from here alone (Content-Security-Policy). Nothing but messages of
-:mod:`emulator.live.messages` goes in, and of files only firmware.
+:mod:`fcu_emulator.emulator.live.messages` goes in, and of files only firmware.
 
 A caller that sends something else than a request, or slowly, is hung up on: a request may take
 :data:`_REQUEST_S`, and of more than :data:`_MOST_CALLERS` connections without a socket the oldest ends. What
-the terminal says of callers is one line each, limited in rate (:mod:`emulator.links.limited_lines`).
+the terminal says of callers is one line each, limited in rate (:mod:`fcu_emulator.emulator.links.limited_lines`).
 
 A page that is slow or asleep gets less, and never slows the board: of what changes all the time it gets the
 latest, and of the terminal's text the latest 256 KiB; what is missing shows in the positions. A page that
@@ -28,13 +28,13 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Protocol
 
-from emulator.errors import InputError, LinkError
-from emulator.links.limited_lines import LimitedLines
-from emulator.live import address as addresses
-from emulator.live import listening, messages
-from emulator.live.messages import Command, Event
-from emulator.live.outbox import Outbox
-from emulator.live.requests import Answer, Requests
+from fcu_emulator.emulator.errors import InputError, LinkError
+from fcu_emulator.emulator.links.limited_lines import LimitedLines
+from fcu_emulator.emulator.live import address as addresses
+from fcu_emulator.emulator.live import listening, messages
+from fcu_emulator.emulator.live.messages import Command, Event
+from fcu_emulator.emulator.live.outbox import Outbox
+from fcu_emulator.emulator.live.requests import Answer, Requests
 
 if TYPE_CHECKING:
     from websockets.asyncio.server import Server, ServerConnection
@@ -57,7 +57,7 @@ _LATEST = {
 
 
 class Controls(Protocol):
-    """Who carries out what pages ask for: :class:`emulator.live.session.Session` is one."""
+    """Who carries out what pages ask for: :class:`fcu_emulator.emulator.live.session.Session` is one."""
 
     def post(self, client: object, command: Command) -> bool:
         """Hand over a command; False if too many wait already."""

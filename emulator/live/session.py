@@ -25,26 +25,26 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from emulator.board.board import Board
-from emulator.errors import FcuError, FirmwareError, InputError, failure_text
-from emulator.links import ByteLink
-from emulator.live import messages, registers, view
-from emulator.live.broadcast import Broadcast, Publish
-from emulator.live.exercises import Exercises
-from emulator.live.files import FileWatch, UploadedFile
-from emulator.live.messages import Command
-from emulator.live.moved import answered
-from emulator.live.recording import SessionRecording
-from emulator.live.setup import Careful, Setup, as_it_is
-from emulator.scenario import scenario_names
-from emulator.scenario.scenario import perform_at
-from emulator.scenario.timeline import Entry
-from emulator.scenario.written import parse_entry
-from emulator.time.clock import PS_PER_MS, PS_PER_S
+from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.errors import FcuError, FirmwareError, InputError, failure_text
+from fcu_emulator.emulator.links import ByteLink
+from fcu_emulator.emulator.live import messages, registers, view
+from fcu_emulator.emulator.live.broadcast import Broadcast, Publish
+from fcu_emulator.emulator.live.exercises import Exercises
+from fcu_emulator.emulator.live.files import FileWatch, UploadedFile
+from fcu_emulator.emulator.live.messages import Command
+from fcu_emulator.emulator.live.moved import answered
+from fcu_emulator.emulator.live.recording import SessionRecording
+from fcu_emulator.emulator.live.setup import Careful, Setup, as_it_is
+from fcu_emulator.emulator.scenario import scenario_names
+from fcu_emulator.emulator.scenario.scenario import perform_at
+from fcu_emulator.emulator.scenario.timeline import Entry
+from fcu_emulator.emulator.scenario.written import parse_entry
+from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
 
 if TYPE_CHECKING:
-    from emulator.chip.gdb.server import GdbServer
-    from emulator.links.running import Door
+    from fcu_emulator.emulator.chip.gdb.server import GdbServer
+    from fcu_emulator.emulator.links.running import Door
 
 # Wall time, s:
 _SLICE_S = 0.02  # of a slice of the run; a command cuts it short
@@ -425,7 +425,7 @@ class Session:
         self._publish(checked, None)
 
     def answer(self, message: Mapping[str, Any]) -> dict[str, Any]:
-        """What :attr:`door` answers, as :class:`emulator.live.moved.Moved` does. Raises InputError."""
+        """What :attr:`door` answers, as :class:`fcu_emulator.emulator.live.moved.Moved` does. Raises InputError."""
         return answered(self.board, message, lambda table: self._perform(self._entry(table)))
 
     def _entry(self, table: Mapping[str, Any]) -> Entry:

@@ -8,18 +8,18 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from emulator.board.board import Board
-from emulator.board.firmware import FirmwareFactory
-from emulator.errors import FcuError, InputError
-from emulator.live import view
-from emulator.live.files import FileWatch
-from emulator.scenario import load_scenario
-from emulator.scenario.observed import BoardView
-from emulator.scenario.timeline import Entry
-from emulator.world import World
+from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.board.firmware import FirmwareFactory
+from fcu_emulator.emulator.errors import FcuError, InputError
+from fcu_emulator.emulator.live import view
+from fcu_emulator.emulator.live.files import FileWatch
+from fcu_emulator.emulator.scenario import load_scenario
+from fcu_emulator.emulator.scenario.observed import BoardView
+from fcu_emulator.emulator.scenario.timeline import Entry
+from fcu_emulator.emulator.world import World
 
 if TYPE_CHECKING:
-    from emulator.chip.gdb.server import GdbServer
+    from fcu_emulator.emulator.chip.gdb.server import GdbServer
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Setup:
         """What lets gdb debug a board, where that is wanted. Raises FcuError."""
         if self.gdb is None:
             return None
-        from emulator.chip.gdb.attach import serve
+        from fcu_emulator.emulator.chip.gdb.attach import serve
 
         return serve(board, self.gdb, self.halt)
 

@@ -11,12 +11,12 @@ from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
-from emulator.board.board import Board
-from emulator.time.clock import PS_PER_S
-from emulator.trace import BusTransfer
-from sensors.declaration import Quantity
-from sensors.part import Part
-from sensors.register import ADDRESSES, RegisterMap
+from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.time.clock import PS_PER_S
+from fcu_emulator.emulator.trace import BusTransfer
+from fcu_emulator.sensors.declaration import Quantity
+from fcu_emulator.sensors.part import Part
+from fcu_emulator.sensors.register import ADDRESSES, RegisterMap
 
 _REMEMBERED = 16  # transfers of firmware in Python: those of a few ticks
 _SHOWN_UNITS = {

@@ -11,15 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from emulator.analysis.witness import Witness
-from emulator.board.board import Board
-from emulator.buses.i2c import I2CBus
-from emulator.live import gestures, messages, transfers
-from emulator.scenario import scenario_names
-from emulator.text import shown
-from emulator.time.clock import PS_PER_S
-from emulator.world.attitude import matrix_to_euler
-from emulator.world.track import Array
+from fcu_emulator.emulator.analysis.witness import Witness
+from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.buses.i2c import I2CBus
+from fcu_emulator.emulator.live import gestures, messages, transfers
+from fcu_emulator.emulator.scenario import scenario_names
+from fcu_emulator.emulator.text import shown
+from fcu_emulator.emulator.time.clock import PS_PER_S
+from fcu_emulator.emulator.world.attitude import matrix_to_euler
+from fcu_emulator.emulator.world.track import Array
 
 _MOST_LEAVES = 16  # numbers of one variable that are shown
 _LOOKS_OF_LOAD = 400  # of the witness: two seconds of virtual time

@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from fractions import Fraction
 
-from emulator.time.clock import PS_PER_S, Clock, Event
-from emulator.trace import TickLate, TickLost, Trace
+from fcu_emulator.emulator.time.clock import PS_PER_S, Clock, Event
+from fcu_emulator.emulator.trace import TickLate, TickLost, Trace
 
 
 class IntervalTimer:

@@ -2,8 +2,8 @@
 
 ::
 
-    from emulator import Board
-    from emulator.scenario import run
+    from fcu_emulator import Board
+    from fcu_emulator.emulator.scenario import run
 
     result = run(Board(scenario="stairs"))
     print("\\n".join(result.lines))
@@ -21,10 +21,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from emulator.scenario.expectations import Miss
-    from emulator.scenario.loader import load_scenario, scenario_names
-    from emulator.scenario.scenario import Finding, Result, Scenario, check, run
-    from emulator.scenario.schema import ScenarioFile, json_schema
+    from fcu_emulator.emulator.scenario.expectations import Miss
+    from fcu_emulator.emulator.scenario.loader import load_scenario, scenario_names
+    from fcu_emulator.emulator.scenario.scenario import Finding, Result, Scenario, check, run
+    from fcu_emulator.emulator.scenario.schema import ScenarioFile, json_schema
 
 _HOMES = {
     "load_scenario": "loader",

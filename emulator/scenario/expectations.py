@@ -1,8 +1,8 @@
 """Expectations: what the terminal shows, which numbers it prints, what the hardware does.
 
 Schema and judgement of a kind of expectation are in one class. A new kind is one class and its name in
-``Kinds`` of :mod:`emulator.scenario.schema`; those about LEDs and timers are in
-:mod:`emulator.scenario.hardware`.
+``Kinds`` of :mod:`fcu_emulator.emulator.scenario.schema`; those about LEDs and timers are in
+:mod:`fcu_emulator.emulator.scenario.hardware`.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
-from emulator.scenario.observed import (
+from fcu_emulator.emulator.scenario.observed import (
     FIELDS,
     FORMAT_OF_FIELD,
     MAX_SETTLE_PS,
@@ -31,7 +31,7 @@ from emulator.scenario.observed import (
     same_banner,
     unit_of,
 )
-from emulator.scenario.tables import (
+from fcu_emulator.emulator.scenario.tables import (
     Duration,
     Length,
     PatternText,
@@ -40,7 +40,7 @@ from emulator.scenario.tables import (
     TextFile,
     Window,
 )
-from emulator.scenario.text_diff import (
+from fcu_emulator.emulator.scenario.text_diff import (
     Fault,
     difference,
     fault_between,
@@ -48,8 +48,8 @@ from emulator.scenario.text_diff import (
     format_difference,
     nearest,
 )
-from emulator.text import shown, visible
-from emulator.time.clock import PS_PER_MS, seconds
+from fcu_emulator.emulator.text import shown, visible
+from fcu_emulator.emulator.time.clock import PS_PER_MS, seconds
 
 # -- What every expectation has in common: how it is missed, a view of the run, a window --------------------
 

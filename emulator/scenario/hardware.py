@@ -11,14 +11,14 @@ from typing import Annotated, Any, Literal, NamedTuple
 import numpy as np
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
-from emulator.scenario.expectations import Expectation, Miss, Seen, Windowed
-from emulator.scenario.observed import BoardView, Tilt
-from emulator.scenario.tables import LED_NAMES, Duration, Length, board_of
-from emulator.text import shown
-from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, seconds
-from emulator.time.ticks import TickCounts
-from emulator.trace import BusTransfer, GpioEdge, TraceEvent
-from sensors import PARTS
+from fcu_emulator.emulator.scenario.expectations import Expectation, Miss, Seen, Windowed
+from fcu_emulator.emulator.scenario.observed import BoardView, Tilt
+from fcu_emulator.emulator.scenario.tables import LED_NAMES, Duration, Length, board_of
+from fcu_emulator.emulator.text import shown
+from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, seconds
+from fcu_emulator.emulator.time.ticks import TickCounts
+from fcu_emulator.emulator.trace import BusTransfer, GpioEdge, TraceEvent
+from fcu_emulator.sensors import PARTS
 
 # -- LEDs ---------------------------------------------------------------------------------------------------
 

@@ -34,15 +34,15 @@ from typing import Any, TypeAlias
 
 from pydantic import ValidationError
 
-from emulator.boards.description import BoardDescription
-from emulator.boards.fcu001v1 import FCU001V1
-from emulator.errors import InputError, ScenarioError
-from emulator.scenario.rules import with_rules
-from emulator.scenario.scenario import Scenario
-from emulator.scenario.schema import scenario_file
-from emulator.scenario.tables import Resources, read_bounded
-from emulator.text import shown
-from emulator.time.clock import PS_PER_MS, format_duration, parse_duration
+from fcu_emulator.emulator.boards.description import BoardDescription
+from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
+from fcu_emulator.emulator.errors import InputError, ScenarioError
+from fcu_emulator.emulator.scenario.rules import with_rules
+from fcu_emulator.emulator.scenario.scenario import Scenario
+from fcu_emulator.emulator.scenario.schema import scenario_file
+from fcu_emulator.emulator.scenario.tables import Resources, read_bounded
+from fcu_emulator.emulator.text import shown
+from fcu_emulator.emulator.time.clock import PS_PER_MS, format_duration, parse_duration
 
 
 def load_scenario(
@@ -104,7 +104,7 @@ def scenario_names() -> dict[str, str]:
 
 
 def _folder() -> Path:
-    return Path(str(files("scenarios")))
+    return Path(str(files("fcu_emulator.scenarios")))
 
 
 def is_path(name: str | os.PathLike[str]) -> bool:

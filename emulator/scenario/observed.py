@@ -41,15 +41,15 @@ from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 
-from emulator.buses.gpio import Led
-from emulator.buses.i2c import I2CMaster
-from emulator.buses.uart import Uart
-from emulator.links.runner import RunnableBoard, Terminal
-from emulator.time.clock import PS_PER_MS, PS_PER_S, Periodic
-from emulator.time.ticks import TickCounts
-from emulator.trace import Trace
-from emulator.world import World
-from emulator.world.track import Array
+from fcu_emulator.emulator.buses.gpio import Led
+from fcu_emulator.emulator.buses.i2c import I2CMaster
+from fcu_emulator.emulator.buses.uart import Uart
+from fcu_emulator.emulator.links.runner import RunnableBoard, Terminal
+from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, Periodic
+from fcu_emulator.emulator.time.ticks import TickCounts
+from fcu_emulator.emulator.trace import Trace
+from fcu_emulator.emulator.world import World
+from fcu_emulator.emulator.world.track import Array
 
 # -- A board ------------------------------------------------------------------------------------------------
 
@@ -66,7 +66,7 @@ class TerminalView(Terminal, Protocol):
 
 
 class BoardView(RunnableBoard, Protocol):
-    """A board that plays a scenario; :class:`emulator.board.board.Board` is one."""
+    """A board that plays a scenario; :class:`fcu_emulator.emulator.board.board.Board` is one."""
 
     world: World
     trace: Trace

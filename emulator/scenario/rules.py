@@ -21,13 +21,13 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
-from emulator.errors import ScenarioError
-from emulator.text import shown
+from fcu_emulator.emulator.errors import ScenarioError
+from fcu_emulator.emulator.text import shown
 
 
 @cache
 def _rules() -> dict[str, dict[str, Any]]:
-    text = (files("scenarios") / "rules" / "lab3.toml").read_text(encoding="utf-8")
+    text = (files("fcu_emulator.scenarios") / "rules" / "lab3.toml").read_text(encoding="utf-8")
     return tomllib.loads(text)
 
 

@@ -24,18 +24,18 @@ from pathlib import Path
 from typing import Any, Literal, Protocol
 from weakref import WeakKeyDictionary
 
-from emulator.boards.description import BoardErrors, SensorSettings
-from emulator.errors import InputError, ScenarioError
-from emulator.links.runner import Runner
-from emulator.scenario.expectations import SETTLE_PS, Expectation, ExpectField, Miss, Seen
-from emulator.scenario.hardware import ExpectLedFollows
-from emulator.scenario.observed import BoardView, Recorder, TerminalView, against_truth
-from emulator.scenario.schema import AnyExpectation, LimitsTable, ReportTable, ScenarioFile
-from emulator.scenario.tables import Window
-from emulator.scenario.timeline import Entry
-from emulator.time.clock import PS_PER_S, Clock, format_duration, seconds
-from emulator.world import World, earth_field
-from sensors.errors import Grade
+from fcu_emulator.emulator.boards.description import BoardErrors, SensorSettings
+from fcu_emulator.emulator.errors import InputError, ScenarioError
+from fcu_emulator.emulator.links.runner import Runner
+from fcu_emulator.emulator.scenario.expectations import SETTLE_PS, Expectation, ExpectField, Miss, Seen
+from fcu_emulator.emulator.scenario.hardware import ExpectLedFollows
+from fcu_emulator.emulator.scenario.observed import BoardView, Recorder, TerminalView, against_truth
+from fcu_emulator.emulator.scenario.schema import AnyExpectation, LimitsTable, ReportTable, ScenarioFile
+from fcu_emulator.emulator.scenario.tables import Window
+from fcu_emulator.emulator.scenario.timeline import Entry
+from fcu_emulator.emulator.time.clock import PS_PER_S, Clock, format_duration, seconds
+from fcu_emulator.emulator.world import World, earth_field
+from fcu_emulator.sensors.errors import Grade
 
 # -- From timeline entries to steps with absolute times -----------------------------------------------------
 

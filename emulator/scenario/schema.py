@@ -22,10 +22,10 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema, core_schema
 
-from emulator.boards.description import BoardDescription, BoardErrors, SensorSettings
-from emulator.boards.fcu001v1 import FCU001V1
-from emulator.buses.i2c import FAST_MODE_HZ
-from emulator.scenario.expectations import (
+from fcu_emulator.emulator.boards.description import BoardDescription, BoardErrors, SensorSettings
+from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
+from fcu_emulator.emulator.buses.i2c import FAST_MODE_HZ
+from fcu_emulator.emulator.scenario.expectations import (
     ExpectField,
     ExpectLine,
     ExpectNever,
@@ -35,9 +35,15 @@ from emulator.scenario.expectations import (
     ExpectWithin,
     FieldName,
 )
-from emulator.scenario.hardware import ExpectHardIron, ExpectLed, ExpectLedFollows, ExpectReads, ExpectTicks
-from emulator.scenario.rules import rule_names
-from emulator.scenario.tables import (
+from fcu_emulator.emulator.scenario.hardware import (
+    ExpectHardIron,
+    ExpectLed,
+    ExpectLedFollows,
+    ExpectReads,
+    ExpectTicks,
+)
+from fcu_emulator.emulator.scenario.rules import rule_names
+from fcu_emulator.emulator.scenario.tables import (
     LED_NAMES,
     PART_NAMES,
     BusSpeed,
@@ -49,11 +55,11 @@ from emulator.scenario.tables import (
     Window,
     within,
 )
-from emulator.scenario.timeline import AnyEntry
-from emulator.text import shown
-from emulator.time.clock import PS_PER_S, format_duration
-from emulator.world import limits
-from sensors.errors import Figure, Grade, PartErrors
+from fcu_emulator.emulator.scenario.timeline import AnyEntry
+from fcu_emulator.emulator.text import shown
+from fcu_emulator.emulator.time.clock import PS_PER_S, format_duration
+from fcu_emulator.emulator.world import limits
+from fcu_emulator.sensors.errors import Figure, Grade, PartErrors
 
 # -- Tables about the board at power-on: firmware, bus, world, sensors; and the run's limits ----------------
 

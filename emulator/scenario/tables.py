@@ -43,13 +43,20 @@ from pydantic import (
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
-from emulator.boards.description import BoardDescription
-from emulator.boards.fcu001v1 import FCU001V1
-from emulator.errors import RecordingError
-from emulator.text import shown
-from emulator.time.clock import DURATION, NUMBER, PS_PER_US, format_duration, parse_duration, seconds
-from emulator.world import Recording, limits, load_recording
-from emulator.world.limits import Range
+from fcu_emulator.emulator.boards.description import BoardDescription
+from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
+from fcu_emulator.emulator.errors import RecordingError
+from fcu_emulator.emulator.text import shown
+from fcu_emulator.emulator.time.clock import (
+    DURATION,
+    NUMBER,
+    PS_PER_US,
+    format_duration,
+    parse_duration,
+    seconds,
+)
+from fcu_emulator.emulator.world import Recording, limits, load_recording
+from fcu_emulator.emulator.world.limits import Range
 
 # -- A table, and the board it is for -----------------------------------------------------------------------
 

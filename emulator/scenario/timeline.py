@@ -18,9 +18,9 @@ from pydantic import (
     model_validator,
 )
 
-from emulator.buses.i2c import FaultKind, I2CFault
-from emulator.scenario.observed import BoardView
-from emulator.scenario.tables import (
+from fcu_emulator.emulator.buses.i2c import FaultKind, I2CFault
+from fcu_emulator.emulator.scenario.observed import BoardView
+from fcu_emulator.emulator.scenario.tables import (
     Address,
     Duration,
     FieldTable,
@@ -30,12 +30,12 @@ from emulator.scenario.tables import (
     Vector,
     within,
 )
-from emulator.text import shown
-from emulator.time.clock import NEVER_PS, PS_PER_S, to_ps
-from emulator.world import World, limits
-from emulator.world.air import DOOR_HPA
-from emulator.world.hand import TREMOR_HZ, TREMOR_MG, WRIST_M
-from emulator.world.magnetism import MOMENT_AM2, Magnet
+from fcu_emulator.emulator.text import shown
+from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_S, to_ps
+from fcu_emulator.emulator.world import World, limits
+from fcu_emulator.emulator.world.air import DOOR_HPA
+from fcu_emulator.emulator.world.hand import TREMOR_HZ, TREMOR_MG, WRIST_M
+from fcu_emulator.emulator.world.magnetism import MOMENT_AM2, Magnet
 
 # -- What every entry has: when it is, how long it takes, what it moves, what it does -----------------------
 

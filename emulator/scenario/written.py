@@ -16,12 +16,12 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from emulator.boards.description import BoardDescription
-from emulator.boards.fcu001v1 import FCU001V1
-from emulator.errors import InputError
-from emulator.scenario.loader import scenario_error
-from emulator.scenario.timeline import AnyEntry, Entry, Replay
-from emulator.time.clock import format_duration
+from fcu_emulator.emulator.boards.description import BoardDescription
+from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.scenario.loader import scenario_error
+from fcu_emulator.emulator.scenario.timeline import AnyEntry, Entry, Replay
+from fcu_emulator.emulator.time.clock import format_duration
 
 _ENTRY: TypeAdapter[Entry] = TypeAdapter(AnyEntry)
 

@@ -15,15 +15,15 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
-from emulator.board.board import Board
-from emulator.buses.i2c import I2CFault
-from emulator.errors import InputError
-from emulator.live.recording import SessionRecording
-from emulator.scenario.timeline import LONGEST_INPUT, RunMotors
-from emulator.scenario.written import parse_entry
-from emulator.system_words import command_line
-from emulator.time.clock import NEVER_PS, format_duration, to_ps
-from emulator.world import World
+from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.buses.i2c import I2CFault
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.live.recording import SessionRecording
+from fcu_emulator.emulator.scenario.timeline import LONGEST_INPUT, RunMotors
+from fcu_emulator.emulator.scenario.written import parse_entry
+from fcu_emulator.emulator.system_words import command_line
+from fcu_emulator.emulator.time.clock import NEVER_PS, format_duration, to_ps
+from fcu_emulator.emulator.world import World
 
 _NAMES = {"change_weather": "weather", "blow": "wind", "shut_door": "door", "set_magnetic_field": "set_field"}
 """Entries that have another name than the world's method."""

@@ -12,8 +12,8 @@ from collections.abc import Iterator
 from typing import Any
 from unittest import SkipTest
 
-from emulator.errors import NotJudgedError
-from emulator.testing.lab3 import Compiled, lab3_properties
+from fcu_emulator.emulator.errors import NotJudgedError
+from fcu_emulator.emulator.testing.lab3 import Compiled, lab3_properties
 
 
 def counterexample(firmware: str, law: str, examples: int) -> str | None:

@@ -2,7 +2,7 @@
 
 For a student's own firmware one line makes a test class of all of them::
 
-    from emulator.testing.lab3 import Compiled, lab3_properties
+    from fcu_emulator.emulator.testing.lab3 import Compiled, lab3_properties
 
     TestMyLab = lab3_properties(Compiled("build/mylab.elf"))
 
@@ -32,10 +32,10 @@ import numpy as np
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from emulator import Board
-from emulator.errors import InputError
-from emulator.strategies import Pose, Sample, Vector, attitudes, hard_irons, samples
-from emulator.testing.law_scenarios import (
+from fcu_emulator import Board
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.strategies import Pose, Sample, Vector, attitudes, hard_irons, samples
+from fcu_emulator.emulator.testing.law_scenarios import (
     FILE,
     LEAST_DEG,
     LEAST_MGAUSS,
@@ -49,8 +49,14 @@ from emulator.testing.law_scenarios import (
     pose_scenario,
     shows,
 )
-from firmware_model.ecompass import MAG_MAX_START, MAG_MIN_START, MagCalibration, eCompass, getAltitude
-from firmware_model.sensor_data import AxesRaw_TypeDef
+from fcu_emulator.firmware_model.ecompass import (
+    MAG_MAX_START,
+    MAG_MIN_START,
+    MagCalibration,
+    eCompass,
+    getAltitude,
+)
+from fcu_emulator.firmware_model.sensor_data import AxesRaw_TypeDef
 
 _Method = TypeVar("_Method", bound=Callable[..., None])
 
@@ -94,7 +100,7 @@ class Subject(Protocol):
 
 
 class PythonModel:
-    """The lab's arithmetic in Python (:mod:`firmware_model.ecompass`)."""
+    """The lab's arithmetic in Python (:mod:`fcu_emulator.firmware_model.ecompass`)."""
 
     name = "lab3"
 

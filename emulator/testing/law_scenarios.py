@@ -17,13 +17,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from emulator import Board
-from emulator.scenario import run
-from emulator.scenario.loader import scenario_of
-from emulator.scenario.written import scenario_text
-from emulator.strategies import MGAUSS_PER_UT, Pose, Vector
-from emulator.system_words import command_line
-from emulator.world.truth import ZURICH_FIELD_UT
+from fcu_emulator import Board
+from fcu_emulator.emulator.scenario import run
+from fcu_emulator.emulator.scenario.loader import scenario_of
+from fcu_emulator.emulator.scenario.written import scenario_text
+from fcu_emulator.emulator.strategies import MGAUSS_PER_UT, Pose, Vector
+from fcu_emulator.emulator.system_words import command_line
+from fcu_emulator.emulator.world.truth import ZURICH_FIELD_UT
 
 FILE = "replay.toml"
 REFERENCE = "lab3"

@@ -25,10 +25,10 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import pytest
 
-from emulator.text import visible
+from fcu_emulator.emulator.text import visible
 
 if TYPE_CHECKING:
-    from emulator.board.board import Board
+    from fcu_emulator.emulator.board.board import Board
 
 Pattern: TypeAlias = str | re.Pattern[str]
 
@@ -146,7 +146,9 @@ def firmware(request: pytest.FixtureRequest) -> str | Path | None:
         return chosen
     if marker is not None and marker.kwargs.get("scenario"):
         return None
-    from emulator.boards.fcu001v1 import FCU001V1  # a run of pytest that needs no board does not load one
+    from fcu_emulator.emulator.boards.fcu001v1 import (
+        FCU001V1,  # a run of pytest that needs no board does not load one
+    )
 
     return FCU001V1.default_firmware
 
@@ -156,8 +158,10 @@ def board(
     request: pytest.FixtureRequest, firmware: str | Path | None, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Board]:
     """A board with ``firmware``; the marker ``board`` may say scenario, profile, seed, ideal, cold_start."""
-    from emulator.board.board import Board  # a run of pytest that needs no board does not load one
-    from emulator.errors import InputError
+    from fcu_emulator.emulator.board.board import (
+        Board,  # a run of pytest that needs no board does not load one
+    )
+    from fcu_emulator.emulator.errors import InputError
 
     marker = request.node.get_closest_marker("board")
     asked = marker.kwargs if marker is not None else {}
@@ -170,7 +174,7 @@ def board(
         made = Board(firmware, **asked)
     except InputError as error:
         pytest.fail(str(error), pytrace=False)  # the test is wrong, not this package: its frames say nothing
-    from emulator.testing.board_recording import BoardRecording
+    from fcu_emulator.emulator.testing.board_recording import BoardRecording
 
     request.node.stash[_RECORDING] = BoardRecording(made, cold=bool(asked.get("cold_start")))
     request.node.stash[_FOLDERS] = tmp_path_factory
@@ -211,7 +215,7 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) ->
 
 
 def _by_hand(item: pytest.Item, board: Board) -> str:
-    from emulator.testing.board_recording import by_hand
+    from fcu_emulator.emulator.testing.board_recording import by_hand
 
     def save(text: str) -> str:
         path = item.stash[_FOLDERS].mktemp("fcu") / "board.toml"

@@ -3,7 +3,7 @@
 Time is an integer number of picoseconds since power-on. Events at the same time fire in the order in which
 they were scheduled. Periodic events compute the n-th time from n (see :class:`Periodic`), so nothing drifts:
 800 Hz is 800 events a virtual second after an hour as well. The clock never looks at the wall clock;
-:mod:`emulator.links.runner` sleeps between events instead.
+:mod:`fcu_emulator.emulator.links.runner` sleeps between events instead.
 
 On the command line and in scenario files a duration is a number with its unit.
 
@@ -24,7 +24,7 @@ from decimal import Decimal
 from fractions import Fraction
 from typing import Any, Final, TypeAlias
 
-from emulator.text import shown
+from fcu_emulator.emulator.text import shown
 
 # -- How it is counted --------------------------------------------------------------------------------------
 

@@ -21,10 +21,10 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
-from emulator.board.board import Board
-from emulator.files import BoundedFile
-from emulator.time.clock import PS_PER_MS, PS_PER_US, Periodic
-from emulator.trace import (
+from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.files import BoundedFile
+from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_US, Periodic
+from fcu_emulator.emulator.trace import (
     LARGEST_FILE,
     BusTransfer,
     DeviceNote,
@@ -180,7 +180,7 @@ def _stack_of(board: Board) -> Callable[[], list[str]]:
 
         return python_stack
 
-    from emulator.chip.diagnosis.backtrace import Backtrace, Places
+    from fcu_emulator.emulator.chip.diagnosis.backtrace import Backtrace, Places
 
     core = firmware.chip.core
     places = Places(firmware.image)

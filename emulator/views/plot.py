@@ -16,7 +16,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from emulator.errors import InputError, LinkError
+from fcu_emulator.emulator.errors import InputError, LinkError
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
 KINDS = (".png", ".svg", ".pdf")

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from fractions import Fraction
 from typing import TypeAlias
 
-from emulator.trace import BusTransfer
+from fcu_emulator.emulator.trace import BusTransfer
 
 Edge: TypeAlias = tuple[int, str, int]
 """Time in ps, the wire's name, its level from then on."""

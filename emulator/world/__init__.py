@@ -19,8 +19,8 @@ North
 Units are in the names. What a user gives as a magnetic field is NED microtesla (north, east, down).
 """
 
-from emulator.world.magnetism import earth_field
-from emulator.world.recording import Recording, load_recording
-from emulator.world.world import World
+from fcu_emulator.emulator.world.magnetism import earth_field
+from fcu_emulator.emulator.world.recording import Recording, load_recording
+from fcu_emulator.emulator.world.world import World
 
 __all__ = ["Recording", "World", "earth_field", "load_recording"]

@@ -18,7 +18,7 @@ from typing import Protocol
 
 import numpy as np
 
-from emulator.world.track import Array, MinimumJerk
+from fcu_emulator.emulator.world.track import Array, MinimumJerk
 
 DOOR_HPA = 0.1
 

@@ -29,7 +29,7 @@ from typing import Protocol
 
 import numpy as np
 
-from emulator.world.track import Array, MinimumJerk, Profile
+from fcu_emulator.emulator.world.track import Array, MinimumJerk, Profile
 
 # -- Rotations ----------------------------------------------------------------------------------------------
 

@@ -27,8 +27,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from emulator.world.attitude import about, axis_and_angle, euler_to_matrix, matrix_to_euler
-from emulator.world.track import Array
+from fcu_emulator.emulator.world.attitude import about, axis_and_angle, euler_to_matrix, matrix_to_euler
+from fcu_emulator.emulator.world.track import Array
 
 POLES = 4.0  # w times the time constant
 SETTLED = 10.0  # time constants after which exp(-w t) is 4e-18: nothing is left in a float

@@ -2,7 +2,7 @@
 
 A board that turns about a point beside it is also carried along. With r from the wrist to the board, and w
 the angular rate in rad/s, it has the acceleration dw/dt x r + w x (w x r), tangential and centripetal, which
-an accelerometer cannot tell from gravity. The tracks of the world (:mod:`emulator.world.track`) say how a
+an accelerometer cannot tell from gravity. The tracks of the world (:mod:`fcu_emulator.emulator.world.track`) say how a
 steady hand turns the board, and how high the hand is; a grip adds the tremor and the arm.
 
 A tremor turns the hand to and fro about the wrist. It is the sum of four sinusoids whose frequencies are
@@ -25,9 +25,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from emulator.world.attitude import about, to_board
-from emulator.world.follow import jacobian, turned_on
-from emulator.world.track import Array, MinimumJerk
+from fcu_emulator.emulator.world.attitude import about, to_board
+from fcu_emulator.emulator.world.follow import jacobian, turned_on
+from fcu_emulator.emulator.world.track import Array, MinimumJerk
 
 WRIST_M = (0.0, -0.1, 0.0)
 """Where the wrist is, in board axes, when a hand holds the board from behind: some 9 cm from the wrist to the

@@ -14,7 +14,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from emulator.world.track import Array, MinimumJerk
+from fcu_emulator.emulator.world.track import Array, MinimumJerk
 
 
 class Height(Protocol):

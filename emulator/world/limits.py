@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from emulator.errors import InputError
+from fcu_emulator.emulator.errors import InputError
 
 
 @dataclass(frozen=True)

@@ -14,10 +14,10 @@ from typing import Literal
 
 import numpy as np
 
-from emulator.errors import InputError
-from emulator.world import limits
-from emulator.world.follow import Approach
-from emulator.world.track import Array
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.world import limits
+from fcu_emulator.emulator.world.follow import Approach
+from fcu_emulator.emulator.world.track import Array
 
 MGAUSS_PER_UT = 10.0
 MU0_4PI = 1.0  # mgauss m3 / (A m2)

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from emulator.world.track import Array
+from fcu_emulator.emulator.world.track import Array
 
 MOTORS = 4
 FULL_HZ = 400.0

@@ -27,12 +27,12 @@ from typing import BinaryIO, NoReturn
 
 import numpy as np
 
-from emulator.errors import RecordingError
-from emulator.world import limits
-from emulator.world.height import accelerations
-from emulator.world.limits import Range
-from emulator.world.magnetism import MGAUSS_PER_UT
-from emulator.world.track import Array
+from fcu_emulator.emulator.errors import RecordingError
+from fcu_emulator.emulator.world import limits
+from fcu_emulator.emulator.world.height import accelerations
+from fcu_emulator.emulator.world.limits import Range
+from fcu_emulator.emulator.world.magnetism import MGAUSS_PER_UT
+from fcu_emulator.emulator.world.track import Array
 
 MAX_BYTES = 64 * 1024 * 1024
 MAX_ROWS = 2_000_000

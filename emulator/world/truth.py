@@ -21,16 +21,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from emulator.errors import InputError
-from emulator.world import limits
-from emulator.world.air import Drift, Puff
-from emulator.world.attitude import Attitude, Held, matrix_to_euler, to_board
-from emulator.world.hand import Grip
-from emulator.world.height import Height, Rest, Shake
-from emulator.world.magnetism import HeldMagnet, Magnet, ned_to_nwu_mgauss
-from emulator.world.motors import Motors
-from emulator.world.track import Agitation, Array, Constant, Overlays, Track
-from emulator.world.warmth import Warmth
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.world import limits
+from fcu_emulator.emulator.world.air import Drift, Puff
+from fcu_emulator.emulator.world.attitude import Attitude, Held, matrix_to_euler, to_board
+from fcu_emulator.emulator.world.hand import Grip
+from fcu_emulator.emulator.world.height import Height, Rest, Shake
+from fcu_emulator.emulator.world.magnetism import HeldMagnet, Magnet, ned_to_nwu_mgauss
+from fcu_emulator.emulator.world.motors import Motors
+from fcu_emulator.emulator.world.track import Agitation, Array, Constant, Overlays, Track
+from fcu_emulator.emulator.world.warmth import Warmth
 
 # -- Air pressure over the room's floor ---------------------------------------------------------------------
 

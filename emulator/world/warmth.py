@@ -35,7 +35,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from emulator.world.track import Array
+from fcu_emulator.emulator.world.track import Array
 
 _SETTLED_AFTER = 25.0  # time constants, after which 1e-11 of a difference is left
 

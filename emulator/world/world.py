@@ -16,11 +16,11 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from emulator.errors import InputError
-from emulator.time.clock import Clock
-from emulator.world import limits
-from emulator.world.air import DOOR_HPA, DOOR_LASTS_S, Door, Drift, Puff, Wind
-from emulator.world.attitude import (
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.time.clock import Clock
+from fcu_emulator.emulator.world import limits
+from fcu_emulator.emulator.world.air import DOOR_HPA, DOOR_LASTS_S, Door, Drift, Puff, Wind
+from fcu_emulator.emulator.world.attitude import (
     Attitude,
     Held,
     RecordedAttitude,
@@ -32,15 +32,15 @@ from emulator.world.attitude import (
     figure_eights,
     matrix_to_euler,
 )
-from emulator.world.follow import SETTLED, Approach, FollowedAttitude, FollowedHeight
-from emulator.world.hand import TREMOR_HZ, TREMOR_MG, WRIST_M, Grip, Tremor
-from emulator.world.height import Height, Lift, Parabola, RecordedHeight, Rest, Shake
-from emulator.world.magnetism import MOMENT_AM2, HeldMagnet, Magnet, ned_to_nwu_mgauss
-from emulator.world.motors import MOTORS, Motors
-from emulator.world.recording import MEASURED, Interpolation, Recording
-from emulator.world.track import Array, Constant, Linear, MinimumJerk, Track
-from emulator.world.truth import STANDARD_GRAVITY, Disturbance, Truth, pressure_ratio
-from emulator.world.warmth import Warmth
+from fcu_emulator.emulator.world.follow import SETTLED, Approach, FollowedAttitude, FollowedHeight
+from fcu_emulator.emulator.world.hand import TREMOR_HZ, TREMOR_MG, WRIST_M, Grip, Tremor
+from fcu_emulator.emulator.world.height import Height, Lift, Parabola, RecordedHeight, Rest, Shake
+from fcu_emulator.emulator.world.magnetism import MOMENT_AM2, HeldMagnet, Magnet, ned_to_nwu_mgauss
+from fcu_emulator.emulator.world.motors import MOTORS, Motors
+from fcu_emulator.emulator.world.recording import MEASURED, Interpolation, Recording
+from fcu_emulator.emulator.world.track import Array, Constant, Linear, MinimumJerk, Track
+from fcu_emulator.emulator.world.truth import STANDARD_GRAVITY, Disturbance, Truth, pressure_ratio
+from fcu_emulator.emulator.world.warmth import Warmth
 
 NOW_TOLERANCE_S = 1e-9  # now comes from integer picoseconds: the same instant may differ in the last bit
 HISTORY_S = 5.0  # kept behind now; sensors evaluate from about now on
@@ -97,7 +97,7 @@ class World(Truth):
         self._set(self._temperature, now_degc, "temperature", "warmth")
 
     def warm_up(self, heating_degc: float, time_constant_s: float, powered_for_s: float = math.inf) -> None:
-        """Say how the board warms up (:mod:`emulator.world.warmth`), and since when it is on."""
+        """Say how the board warms up (:mod:`fcu_emulator.emulator.world.warmth`), and since when it is on."""
         excess_degc = -heating_degc if time_constant_s else 0.0
         self._heating = Warmth(heating_degc, excess_degc, time_constant_s, -powered_for_s)
         self._lag = Track(Warmth(time_constant_s=time_constant_s))
@@ -148,7 +148,7 @@ class World(Truth):
 
         Rate and angular acceleration are continuous from one command to the next, and the rate also from any
         other motion, which is cut off. The board lags behind a hand at a steady speed by at most
-        ``time_constant_s`` if it is followed often (:mod:`emulator.world.follow`).
+        ``time_constant_s`` if it is followed often (:mod:`fcu_emulator.emulator.world.follow`).
         """
         target_deg = limits.attitude(roll_deg, pitch_deg, yaw_deg)
         time_constant = limits.TIME_CONSTANT.check("time_constant_s", time_constant_s)
@@ -231,7 +231,7 @@ class World(Truth):
         """From now on a hand holds the board, and all turning is about its wrist, with a tremor.
 
         ``wrist_m`` (3,): where the wrist is, board axes; also an elbow, for larger movements. ``tremor_mg``:
-        how strong the tremor is at the back of the hand, peak, 0 for none (:mod:`emulator.world.hand`).
+        how strong the tremor is at the back of the hand, peak, 0 for none (:mod:`fcu_emulator.emulator.world.hand`).
         What lifts the board moves the hand; what turning in it raises and lowers comes on top. A recording of
         the attitude has arcs at constant rate, of which only the centripetal acceleration is felt.
         """
@@ -284,7 +284,7 @@ class World(Truth):
     def run_motors(self, throttle: float | Sequence[float], start_s: float | None = None) -> float:
         """From now on the four motors run at this share of the full voltage, 0 to 1: one for all, or four.
 
-        They shake the board and add the field of their current (:mod:`emulator.world.motors`); 0 stops them.
+        They shake the board and add the field of their current (:mod:`fcu_emulator.emulator.world.motors`); 0 stops them.
         """
         each = [throttle] * MOTORS if isinstance(throttle, int | float) else list(throttle)
         if len(each) != MOTORS:
@@ -351,7 +351,7 @@ class World(Truth):
         """The calibration's figure-of-eight, ``turns`` times, back to where it began.
 
         By the field it finds the hard iron exactly, whatever the field and the attitude; by a hand, which
-        does not know the field, nearly, if it is drawn at least twice (:mod:`emulator.world.attitude`).
+        does not know the field, nearly, if it is drawn at least twice (:mod:`fcu_emulator.emulator.world.attitude`).
         """
         if limits.TURNS.check("turns", turns) % 1.0:
             raise InputError(f"turns is {turns!r}: give a whole number")
@@ -500,7 +500,7 @@ class World(Truth):
         return end
 
     def blow(self, speed_m_s: float, duration_s: float, start_s: float | None = None) -> float:
-        """Let a gusty wind of this speed press on the windows (:mod:`emulator.world.air`)."""
+        """Let a gusty wind of this speed press on the windows (:mod:`fcu_emulator.emulator.world.air`)."""
         speed = limits.WIND.check("speed_m_s", speed_m_s)
         start, end = self._span(start_s, duration_s)
         return self._puff(start, end, Wind(start, end, speed))

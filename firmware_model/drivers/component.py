@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from firmware_model.hal import HAL_OK, Hal
+from fcu_emulator.firmware_model.hal import HAL_OK, Hal
 
 COMPONENT_OK = 0
 COMPONENT_ERROR = 1

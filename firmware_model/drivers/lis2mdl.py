@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from firmware_model.drivers.component import (
+from fcu_emulator.firmware_model.drivers.component import (
     COMPONENT_ERROR,
     COMPONENT_OK,
     Step,
@@ -11,7 +11,7 @@ from firmware_model.drivers.component import (
     update_registers,
     write_register,
 )
-from firmware_model.hal import Hal
+from fcu_emulator.firmware_model.hal import Hal
 
 LIS2MDL_ADDRESS = 0x3C  # 0x1E in 7 bits
 

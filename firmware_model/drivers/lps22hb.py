@@ -15,8 +15,8 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from firmware_model.c_semantics import f32, int_divide
-from firmware_model.drivers.component import (
+from fcu_emulator.firmware_model.c_semantics import f32, int_divide
+from fcu_emulator.firmware_model.drivers.component import (
     COMPONENT_ERROR,
     COMPONENT_OK,
     Step,
@@ -24,7 +24,7 @@ from firmware_model.drivers.component import (
     update_register,
     update_registers,
 )
-from firmware_model.hal import HAL_OK, Hal
+from fcu_emulator.firmware_model.hal import HAL_OK, Hal
 
 LPS22HB_ADDRESS = 0xBA  # SA0 high: 0x5D in 7 bits
 

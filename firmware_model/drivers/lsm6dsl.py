@@ -6,7 +6,7 @@ write of SIM (3-wire SPI) and the I2C_disable bit. CTRL3_C therefore ends at 44,
 
 from __future__ import annotations
 
-from firmware_model.drivers.component import (
+from fcu_emulator.firmware_model.drivers.component import (
     COMPONENT_ERROR,
     COMPONENT_OK,
     Step,
@@ -15,7 +15,7 @@ from firmware_model.drivers.component import (
     update_registers,
     write_register,
 )
-from firmware_model.hal import Hal
+from fcu_emulator.firmware_model.hal import Hal
 
 LSM6DSL_ADDRESS = 0xD6  # SA0 high: 0x6B in 7 bits
 

@@ -10,7 +10,7 @@ declaration    signals, bus, deviations, functions as data
 =============  ========================================================================================
 """
 
-from sensors.lis2mdl.declaration import LIS2MDLErrors
-from sensors.lis2mdl.model import LIS2MDL
+from fcu_emulator.sensors.lis2mdl.declaration import LIS2MDLErrors
+from fcu_emulator.sensors.lis2mdl.model import LIS2MDL
 
 __all__ = ["LIS2MDL", "LIS2MDLErrors"]

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import ClassVar
 
-from sensors.declaration import Bus, Function, Output, Quantity
-from sensors.errors import (
+from fcu_emulator.sensors.declaration import Bus, Function, Output, Quantity
+from fcu_emulator.sensors.errors import (
     PartErrors,
     Vec3,
     drawn,

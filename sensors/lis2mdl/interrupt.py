@@ -25,9 +25,9 @@ from typing import Final, Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from sensors.lis2mdl.registers import CFG_REG_B, CFG_REG_C, INT_CRTL_REG, INT_SOURCE_REG, INT_THS
-from sensors.pin import EdgeCallback, Pin
-from sensors.sampling import SampleStream
+from fcu_emulator.sensors.lis2mdl.registers import CFG_REG_B, CFG_REG_C, INT_CRTL_REG, INT_SOURCE_REG, INT_THS
+from fcu_emulator.sensors.pin import EdgeCallback, Pin
+from fcu_emulator.sensors.sampling import SampleStream
 
 _CROSSINGS: Final = 0xFF & ~(INT_SOURCE_REG.MROI.mask | INT_SOURCE_REG.INT.mask)
 _ABOVE: Final = np.array(

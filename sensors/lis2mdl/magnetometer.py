@@ -34,12 +34,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sensors.front_end import Deviation, NoiseSource, averaged, noise_key
-from sensors.lis2mdl.declaration import LIS2MDLErrors
-from sensors.lis2mdl.interrupt import InterruptSettings
-from sensors.lis2mdl.registers import CFG_REG_A, CFG_REG_B, CFG_REG_C, OFFSET_X_REG
-from sensors.part import Signal
-from sensors.sampling import PS_PER_S, Times, to_int16, words
+from fcu_emulator.sensors.front_end import Deviation, NoiseSource, averaged, noise_key
+from fcu_emulator.sensors.lis2mdl.declaration import LIS2MDLErrors
+from fcu_emulator.sensors.lis2mdl.interrupt import InterruptSettings
+from fcu_emulator.sensors.lis2mdl.registers import CFG_REG_A, CFG_REG_B, CFG_REG_C, OFFSET_X_REG
+from fcu_emulator.sensors.part import Signal
+from fcu_emulator.sensors.sampling import PS_PER_S, Times, to_int16, words
 
 SET: Final = 1
 PULSE_EVERY: Final = 63

@@ -11,12 +11,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import ClassVar, Literal, TypeAlias
 
-from sensors.declaration import Bus, Function, Quantity, Wires
-from sensors.errors import PartErrors
-from sensors.lis2mdl import registers
-from sensors.lis2mdl.declaration import BUS, FUNCTIONS, SIGNALS, LIS2MDLErrors
-from sensors.lis2mdl.interrupt import IntDrdyPin, InterruptGenerator
-from sensors.lis2mdl.magnetometer import (
+from fcu_emulator.sensors.declaration import Bus, Function, Quantity, Wires
+from fcu_emulator.sensors.errors import PartErrors
+from fcu_emulator.sensors.lis2mdl import registers
+from fcu_emulator.sensors.lis2mdl.declaration import BUS, FUNCTIONS, SIGNALS, LIS2MDLErrors
+from fcu_emulator.sensors.lis2mdl.interrupt import IntDrdyPin, InterruptGenerator
+from fcu_emulator.sensors.lis2mdl.magnetometer import (
     DEGC_PER_LSB,
     MGAUSS_PER_LSB,
     TEMPERATURE_COUNTS,
@@ -24,8 +24,8 @@ from sensors.lis2mdl.magnetometer import (
     Magnetometer,
     Thermometer,
 )
-from sensors.lis2mdl.modes import BOOT_PS, IDLE, Modes, Outputs, Streams
-from sensors.lis2mdl.registers import (
+from fcu_emulator.sensors.lis2mdl.modes import BOOT_PS, IDLE, Modes, Outputs, Streams
+from fcu_emulator.sensors.lis2mdl.registers import (
     CFG_REG_A,
     CFG_REG_B,
     CFG_REG_C,
@@ -38,11 +38,11 @@ from sensors.lis2mdl.registers import (
     OUT,
     STATUS_REG,
 )
-from sensors.part import Part, SelfClearingBits, Signal
-from sensors.pin import Pin
-from sensors.register import RegisterMap
-from sensors.register_file import NEVER_PS, WriteHook
-from sensors.sampling import PS_PER_S, SampleStream
+from fcu_emulator.sensors.part import Part, SelfClearingBits, Signal
+from fcu_emulator.sensors.pin import Pin
+from fcu_emulator.sensors.register import RegisterMap
+from fcu_emulator.sensors.register_file import NEVER_PS, WriteHook
+from fcu_emulator.sensors.sampling import PS_PER_S, SampleStream
 
 _SOFT_RST_PS = 5 * PS_PER_S // 10**6  # datasheet 8.5
 _BURST_WRAP = {0x6D: 0x68}  # from Z a burst goes on at X, never at the temperature (PX4's driver)

@@ -12,10 +12,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 
-from sensors.lis2mdl.magnetometer import MagnetometerSettings, Pulses
-from sensors.lis2mdl.registers import CFG_REG_A, CFG_REG_C, OUT, STATUS_REG, TEMP_OUT
-from sensors.register_file import NEVER_PS, RegisterFile
-from sensors.sampling import PS_PER_S, DataReady, OutputWords, SampleStream
+from fcu_emulator.sensors.lis2mdl.magnetometer import MagnetometerSettings, Pulses
+from fcu_emulator.sensors.lis2mdl.registers import CFG_REG_A, CFG_REG_C, OUT, STATUS_REG, TEMP_OUT
+from fcu_emulator.sensors.register_file import NEVER_PS, RegisterFile
+from fcu_emulator.sensors.sampling import PS_PER_S, DataReady, OutputWords, SampleStream
 
 
 @dataclass(frozen=True)

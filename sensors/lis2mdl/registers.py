@@ -6,7 +6,7 @@ Decision: bit 2 of CFG_REG_C is 4WSPI, as ST's driver and AN5069 Rev 4 define it
 datasheet's "must be 0", which would make 4-wire firmware read nothing here while it works on the part.
 """
 
-from sensors.register import Bits, Register
+from fcu_emulator.sensors.register import Bits, Register
 
 
 class OFFSET_X_REG(Register, addr=0x45, size=2, names=("OFFSET_X_REG_L", "OFFSET_X_REG_H")):

@@ -11,7 +11,7 @@ declaration    signals, bus, deviations, functions as data
 =============  ========================================================================================
 """
 
-from sensors.lps22hb.declaration import LPS22HBErrors
-from sensors.lps22hb.model import LPS22HB
+from fcu_emulator.sensors.lps22hb.declaration import LPS22HBErrors
+from fcu_emulator.sensors.lps22hb.model import LPS22HB
 
 __all__ = ["LPS22HB", "LPS22HBErrors"]

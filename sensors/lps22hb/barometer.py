@@ -32,12 +32,12 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from sensors.filters import Chain, SampledFilter, chain, low_pass
-from sensors.front_end import NoiseSource, averaged, noise_key
-from sensors.lps22hb.declaration import REFERENCE_DEGC, LPS22HBErrors
-from sensors.lps22hb.registers import CTRL_REG1, RES_CONF
-from sensors.part import Signal
-from sensors.sampling import PS_PER_S, SampleStream, Times, to_int16
+from fcu_emulator.sensors.filters import Chain, SampledFilter, chain, low_pass
+from fcu_emulator.sensors.front_end import NoiseSource, averaged, noise_key
+from fcu_emulator.sensors.lps22hb.declaration import REFERENCE_DEGC, LPS22HBErrors
+from fcu_emulator.sensors.lps22hb.registers import CTRL_REG1, RES_CONF
+from fcu_emulator.sensors.part import Signal
+from fcu_emulator.sensors.sampling import PS_PER_S, SampleStream, Times, to_int16
 
 COUNTS_PER_HPA = 4096
 COUNTS_PER_DEGC = 100

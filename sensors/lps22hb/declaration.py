@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import ClassVar
 
-from sensors.declaration import Bus, Function, Output, Quantity
-from sensors.errors import PartErrors, drawn, heating_share, noise, rate_deviation, rate_factor
+from fcu_emulator.sensors.declaration import Bus, Function, Output, Quantity
+from fcu_emulator.sensors.errors import PartErrors, drawn, heating_share, noise, rate_deviation, rate_factor
 
 SIGNALS = (
     Quantity("pressure_hpa", "hPa", 1, "air pressure", Output(0x28, size=3)),

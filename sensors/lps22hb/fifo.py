@@ -21,7 +21,7 @@ from __future__ import annotations
 from collections import deque
 from enum import Enum, auto
 
-from sensors.lps22hb.registers import CTRL_REG2, CTRL_REG3, FIFO_CTRL, FIFO_STATUS
+from fcu_emulator.sensors.lps22hb.registers import CTRL_REG2, CTRL_REG3, FIFO_CTRL, FIFO_STATUS
 
 LEVELS = 32
 

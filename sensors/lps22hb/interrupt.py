@@ -26,8 +26,16 @@ go where a push-pull one would be high.
 
 from __future__ import annotations
 
-from sensors.lps22hb.registers import CTRL_REG3, INT_SOURCE, INTERRUPT_CFG, REF_P, RPDS, STATUS, THS_P
-from sensors.pin import Pin
+from fcu_emulator.sensors.lps22hb.registers import (
+    CTRL_REG3,
+    INT_SOURCE,
+    INTERRUPT_CFG,
+    REF_P,
+    RPDS,
+    STATUS,
+    THS_P,
+)
+from fcu_emulator.sensors.pin import Pin
 
 COUNTS_PER_SIXTEENTH = 256  # of 1 hPa: one LSB of THS_P, and of RPDS as AN4450 has it for the LPS25H
 _LOWEST, _HIGHEST = -(1 << 23), (1 << 23) - 1

@@ -18,20 +18,20 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import ClassVar
 
-from sensors.declaration import Bus, Function, Quantity, Wires
-from sensors.errors import PartErrors
-from sensors.lps22hb import registers
-from sensors.lps22hb.barometer import (
+from fcu_emulator.sensors.declaration import Bus, Function, Quantity, Wires
+from fcu_emulator.sensors.errors import PartErrors
+from fcu_emulator.sensors.lps22hb import registers
+from fcu_emulator.sensors.lps22hb.barometer import (
     COUNTS_PER_DEGC,
     COUNTS_PER_HPA,
     Barometer,
     BarometerSettings,
     supply_current_ua,
 )
-from sensors.lps22hb.declaration import BUS, FUNCTIONS, SIGNALS, LPS22HBErrors
-from sensors.lps22hb.interrupt import COUNTS_PER_SIXTEENTH
-from sensors.lps22hb.output import P_READ, Output, OutputPrefetch, Pipeline
-from sensors.lps22hb.registers import (
+from fcu_emulator.sensors.lps22hb.declaration import BUS, FUNCTIONS, SIGNALS, LPS22HBErrors
+from fcu_emulator.sensors.lps22hb.interrupt import COUNTS_PER_SIXTEENTH
+from fcu_emulator.sensors.lps22hb.output import P_READ, Output, OutputPrefetch, Pipeline
+from fcu_emulator.sensors.lps22hb.registers import (
     CTRL_REG1,
     CTRL_REG2,
     CTRL_REG3,
@@ -48,11 +48,11 @@ from sensors.lps22hb.registers import (
     TEMP_OUT,
     THS_P,
 )
-from sensors.part import Part, SelfClearingBits, Signal, Write
-from sensors.pin import Pin
-from sensors.register import RegisterMap
-from sensors.register_file import NEVER_PS, RegisterFile
-from sensors.sampling import PS_PER_S
+from fcu_emulator.sensors.part import Part, SelfClearingBits, Signal, Write
+from fcu_emulator.sensors.pin import Pin
+from fcu_emulator.sensors.register import RegisterMap
+from fcu_emulator.sensors.register_file import NEVER_PS, RegisterFile
+from fcu_emulator.sensors.sampling import PS_PER_S
 
 _RESET_PS = 10 * PS_PER_S // 10**6
 _BOOT_PS = PS_PER_S // 10**3

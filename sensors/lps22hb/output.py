@@ -11,11 +11,17 @@ from __future__ import annotations
 from array import array
 from collections.abc import Callable
 
-from sensors.lps22hb.fifo import Fifo
-from sensors.lps22hb.interrupt import IntDrdy, PressureInterrupt, Reference
-from sensors.lps22hb.registers import PRESS_OUT, STATUS, TEMP_OUT
-from sensors.register_file import NOTHING_PREFETCHED, BurstReader, Prefetched, RegisterFile, every_length
-from sensors.sampling import SampleStream
+from fcu_emulator.sensors.lps22hb.fifo import Fifo
+from fcu_emulator.sensors.lps22hb.interrupt import IntDrdy, PressureInterrupt, Reference
+from fcu_emulator.sensors.lps22hb.registers import PRESS_OUT, STATUS, TEMP_OUT
+from fcu_emulator.sensors.register_file import (
+    NOTHING_PREFETCHED,
+    BurstReader,
+    Prefetched,
+    RegisterFile,
+    every_length,
+)
+from fcu_emulator.sensors.sampling import SampleStream
 
 
 class Pipeline:

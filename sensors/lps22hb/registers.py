@@ -6,7 +6,7 @@ Decision: CLOCK_TREE_CONFIGURATION, which only the STEVAL-FCU001V1 driver header
 and not modelled, so that firmware touching it is reported by name. The road not taken: leave 0x43 reserved.
 """
 
-from sensors.register import Bits, Register
+from fcu_emulator.sensors.register import Bits, Register
 
 
 class INTERRUPT_CFG(Register, addr=0x0B):

@@ -20,7 +20,7 @@ declaration        signals, bus, deviations, functions as data
 =================  ====================================================================================
 """
 
-from sensors.lsm6dsl.declaration import LSM6DSLErrors
-from sensors.lsm6dsl.model import LSM6DSL
+from fcu_emulator.sensors.lsm6dsl.declaration import LSM6DSLErrors
+from fcu_emulator.sensors.lsm6dsl.model import LSM6DSL
 
 __all__ = ["LSM6DSL", "LSM6DSLErrors"]

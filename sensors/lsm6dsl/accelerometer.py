@@ -32,7 +32,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from sensors.filters import (
+from fcu_emulator.sensors.filters import (
     SLOPE,
     Array,
     Chain,
@@ -44,9 +44,17 @@ from sensors.filters import (
     high_pass,
     low_pass,
 )
-from sensors.front_end import Deviation, Flicker, FrontEnd, Kernel, NoiseSource, kernel, noise_key
-from sensors.lsm6dsl.declaration import LSM6DSLErrors
-from sensors.lsm6dsl.registers import (
+from fcu_emulator.sensors.front_end import (
+    Deviation,
+    Flicker,
+    FrontEnd,
+    Kernel,
+    NoiseSource,
+    kernel,
+    noise_key,
+)
+from fcu_emulator.sensors.lsm6dsl.declaration import LSM6DSLErrors
+from fcu_emulator.sensors.lsm6dsl.registers import (
     CTRL1_XL,
     CTRL3_C,
     CTRL5_C,
@@ -54,8 +62,8 @@ from sensors.lsm6dsl.registers import (
     CTRL8_XL,
     X_OFS_USR,
 )
-from sensors.part import Signal
-from sensors.sampling import SampleStream, Times, words
+from fcu_emulator.sensors.part import Signal
+from fcu_emulator.sensors.sampling import SampleStream, Times, words
 
 # CTRL1_XL.ODR_XL codes 1 to 10 (datasheet Table 52), in Hz; the exact high rates are Table 3's.
 ODR_HZ = (0, 12.5, 26, 52, 104, 208, 416, 833, 1666, 3332, 6664)

@@ -12,11 +12,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 
-from sensors.lsm6dsl import registers
-from sensors.lsm6dsl.feature import Chip
-from sensors.lsm6dsl.registers import CTRL1_XL, CTRL2_G, CTRL5_C, CTRL7_G, FUNC_CFG_ACCESS
-from sensors.register import Bits, Register, RegisterMap
-from sensors.register_file import NEVER_PS, RegisterFile
+from fcu_emulator.sensors.lsm6dsl import registers
+from fcu_emulator.sensors.lsm6dsl.feature import Chip
+from fcu_emulator.sensors.lsm6dsl.registers import CTRL1_XL, CTRL2_G, CTRL5_C, CTRL7_G, FUNC_CFG_ACCESS
+from fcu_emulator.sensors.register import Bits, Register, RegisterMap
+from fcu_emulator.sensors.register_file import NEVER_PS, RegisterFile
 
 BANK_A, BANK_B = 0x80, 0xA0  # as selected by FUNC_CFG_ACCESS
 _RATE = "read at every 0 1st, 1 2nd, 2 4th, 3 8th trigger"

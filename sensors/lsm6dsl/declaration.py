@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import ClassVar
 
-from sensors.declaration import Bus, Function, Output, Quantity
-from sensors.errors import (
+from fcu_emulator.sensors.declaration import Bus, Function, Output, Quantity
+from fcu_emulator.sensors.errors import (
     PartErrors,
     Vec3,
     drawn,
@@ -41,7 +41,7 @@ class LSM6DSLErrors(PartErrors):
     The gyroscope's start is the same in every grade and there to be set by hand: the datasheet has a typical
     time only. Of the others, Table 4 has a minimum and a maximum for the thermometer's offset; the figures of
     Table 3 are in its column of typical values, and the terminology of section 4.6 calls the zero-g offset's
-    tolerance a standard deviation and the sensitivity's a range. For the rates see :mod:`sensors.errors`.
+    tolerance a standard deviation and the sensitivity's a range. For the rates see :mod:`fcu_emulator.sensors.errors`.
 
     What this datasheet leaves out is taken from that of the ISM330DHCX, a later part of the same sensing
     principle and about the same noise: its gyroscope's bias instability, and the accelerometer's cross-axis

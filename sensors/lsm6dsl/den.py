@@ -26,8 +26,8 @@ from enum import IntEnum
 
 import numpy as np
 
-from sensors.lsm6dsl.feature import Chip, Violations
-from sensors.lsm6dsl.registers import (
+from fcu_emulator.sensors.lsm6dsl.feature import Chip, Violations
+from fcu_emulator.sensors.lsm6dsl.registers import (
     CTRL1_XL,
     CTRL2_G,
     CTRL4_C,
@@ -38,9 +38,9 @@ from sensors.lsm6dsl.registers import (
     OUT_G,
     OUT_XL,
 )
-from sensors.register import Register
-from sensors.register_file import NEVER_PS
-from sensors.sampling import SampleStream, Times
+from fcu_emulator.sensors.register import Register
+from fcu_emulator.sensors.register_file import NEVER_PS
+from fcu_emulator.sensors.sampling import SampleStream, Times
 
 # -- settings (datasheet 9.16 to 9.21) ----------------------------------------------------------------------
 

@@ -40,11 +40,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sensors.errors import ZERO, Vec3
-from sensors.lsm6dsl.accelerometer import MG_PER_LSB
-from sensors.lsm6dsl.banks import BANK_A, BANK_B, BankA, BankB, on_bank_write
-from sensors.lsm6dsl.feature import Chip, Violations
-from sensors.lsm6dsl.function_sources import (
+from fcu_emulator.sensors.errors import ZERO, Vec3
+from fcu_emulator.sensors.lsm6dsl.accelerometer import MG_PER_LSB
+from fcu_emulator.sensors.lsm6dsl.banks import BANK_A, BANK_B, BankA, BankB, on_bank_write
+from fcu_emulator.sensors.lsm6dsl.feature import Chip, Violations
+from fcu_emulator.sensors.lsm6dsl.function_sources import (
     SIGNIFICANT_MOTION,
     STEP,
     STEP_DELTA,
@@ -54,7 +54,7 @@ from sensors.lsm6dsl.function_sources import (
     FunctionSources,
     Source,
 )
-from sensors.lsm6dsl.registers import (
+from fcu_emulator.sensors.lsm6dsl.registers import (
     CTRL1_XL,
     CTRL10_C,
     STEP_COUNTER,
@@ -63,9 +63,9 @@ from sensors.lsm6dsl.registers import (
     WAKE_UP_DUR,
     WRIST_TILT_IA,
 )
-from sensors.register import Register
-from sensors.register_file import NEVER_PS
-from sensors.sampling import PS_PER_S
+from fcu_emulator.sensors.register import Register
+from fcu_emulator.sensors.register_file import NEVER_PS
+from fcu_emulator.sensors.sampling import PS_PER_S
 
 # -- pedometer ----------------------------------------------------------------------------------------------
 

@@ -31,7 +31,7 @@ from __future__ import annotations
 import math
 from typing import Literal, TypeAlias
 
-from sensors.lsm6dsl.registers import (
+from fcu_emulator.sensors.lsm6dsl.registers import (
     CTRL1_XL,
     CTRL2_G,
     CTRL4_C,

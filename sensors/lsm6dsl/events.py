@@ -15,12 +15,20 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sensors.filters import Array
-from sensors.lsm6dsl.accelerometer import MG_PER_LSB, EventSamples
-from sensors.lsm6dsl.event_detectors import Activity, Axes, FreeFall, MotionFilter, Orientation, Tap, WakeUp
-from sensors.lsm6dsl.feature import Chip, SignalName, Signals, Violations
-from sensors.lsm6dsl.pins import routes
-from sensors.lsm6dsl.registers import (
+from fcu_emulator.sensors.filters import Array
+from fcu_emulator.sensors.lsm6dsl.accelerometer import MG_PER_LSB, EventSamples
+from fcu_emulator.sensors.lsm6dsl.event_detectors import (
+    Activity,
+    Axes,
+    FreeFall,
+    MotionFilter,
+    Orientation,
+    Tap,
+    WakeUp,
+)
+from fcu_emulator.sensors.lsm6dsl.feature import Chip, SignalName, Signals, Violations
+from fcu_emulator.sensors.lsm6dsl.pins import routes
+from fcu_emulator.sensors.lsm6dsl.registers import (
     CTRL1_XL,
     CTRL8_XL,
     D6D_SRC,
@@ -35,8 +43,8 @@ from sensors.lsm6dsl.registers import (
     WAKE_UP_SRC,
     WAKE_UP_THS,
 )
-from sensors.register import Register
-from sensors.register_file import NEVER_PS
+from fcu_emulator.sensors.register import Register
+from fcu_emulator.sensors.register_file import NEVER_PS
 
 
 class EventOutput:

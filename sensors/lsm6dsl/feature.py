@@ -18,10 +18,10 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Literal, Protocol, TypeAlias, get_args
 
-from sensors.pin import Pin
-from sensors.register import Register
-from sensors.register_file import RegisterFile
-from sensors.sampling import SampleStream
+from fcu_emulator.sensors.pin import Pin
+from fcu_emulator.sensors.register import Register
+from fcu_emulator.sensors.register_file import RegisterFile
+from fcu_emulator.sensors.sampling import SampleStream
 
 SignalName: TypeAlias = Literal[
     "DRDY_XL",

@@ -23,8 +23,8 @@ from collections.abc import Iterable
 from functools import partial
 from typing import NamedTuple
 
-from sensors.lsm6dsl.feature import Chip, SignalName, Signals, Violations
-from sensors.lsm6dsl.fifo_sets import (
+from fcu_emulator.sensors.lsm6dsl.feature import Chip, SignalName, Signals, Violations
+from fcu_emulator.sensors.lsm6dsl.fifo_sets import (
     CONFIGURATION,
     TRIGGERS,
     WORDS,
@@ -36,9 +36,15 @@ from sensors.lsm6dsl.fifo_sets import (
     Writer,
     violations,
 )
-from sensors.lsm6dsl.registers import FIFO_DATA_OUT, FIFO_STATUS1, FIFO_STATUS2, FIFO_STATUS3, FIFO_STATUS4
-from sensors.lsm6dsl.timestamp import Timestamp
-from sensors.register_file import NEVER_PS
+from fcu_emulator.sensors.lsm6dsl.registers import (
+    FIFO_DATA_OUT,
+    FIFO_STATUS1,
+    FIFO_STATUS2,
+    FIFO_STATUS3,
+    FIFO_STATUS4,
+)
+from fcu_emulator.sensors.lsm6dsl.timestamp import Timestamp
+from fcu_emulator.sensors.register_file import NEVER_PS
 
 # -- memory -------------------------------------------------------------------------------------------------
 

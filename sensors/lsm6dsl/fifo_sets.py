@@ -26,9 +26,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from sensors.lsm6dsl.accelerometer import ODR_HZ
-from sensors.lsm6dsl.feature import Chip, Gates, SignalName
-from sensors.lsm6dsl.registers import (
+from fcu_emulator.sensors.lsm6dsl.accelerometer import ODR_HZ
+from fcu_emulator.sensors.lsm6dsl.feature import Chip, Gates, SignalName
+from fcu_emulator.sensors.lsm6dsl.registers import (
     CTRL1_XL,
     CTRL2_G,
     CTRL3_C,
@@ -45,10 +45,10 @@ from sensors.lsm6dsl.registers import (
     SENSORHUB,
     STEP_COUNTER,
 )
-from sensors.lsm6dsl.timestamp import Timestamp
-from sensors.register import Register
-from sensors.register_file import NEVER_PS
-from sensors.sampling import SampleStream
+from fcu_emulator.sensors.lsm6dsl.timestamp import Timestamp
+from fcu_emulator.sensors.register import Register
+from fcu_emulator.sensors.register_file import NEVER_PS
+from fcu_emulator.sensors.sampling import SampleStream
 
 # -- settings -----------------------------------------------------------------------------------------------
 

@@ -16,8 +16,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from sensors.lsm6dsl.feature import Chip, SignalName
-from sensors.lsm6dsl.registers import (
+from fcu_emulator.sensors.lsm6dsl.feature import Chip, SignalName
+from fcu_emulator.sensors.lsm6dsl.registers import (
     DRDY_PULSE_CFG_G,
     FUNC_SRC1,
     FUNC_SRC2,
@@ -29,9 +29,9 @@ from sensors.lsm6dsl.registers import (
     TAP_CFG,
     WRIST_TILT_IA,
 )
-from sensors.register import Register
-from sensors.register_file import NEVER_PS
-from sensors.sampling import PS_PER_S
+from fcu_emulator.sensors.register import Register
+from fcu_emulator.sensors.register_file import NEVER_PS
+from fcu_emulator.sensors.sampling import PS_PER_S
 
 _PIN_PULSE_PS = 150 * PS_PER_S // 10**6
 _FUNCTION_PERIOD_PS = -(-PS_PER_S // 26)

@@ -31,7 +31,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sensors.filters import (
+from fcu_emulator.sensors.filters import (
     Array,
     Chain,
     SampledFilter,
@@ -41,12 +41,12 @@ from sensors.filters import (
     low_pass,
     response,
 )
-from sensors.front_end import Deviation, Flicker, FrontEnd, NoiseSource, kernel, noise_key
-from sensors.lsm6dsl.accelerometer import ODR_HZ, Mode, add_low_pass
-from sensors.lsm6dsl.declaration import LSM6DSLErrors
-from sensors.lsm6dsl.registers import CTRL2_G, CTRL4_C, CTRL5_C, CTRL6_C, CTRL7_G
-from sensors.part import Signal
-from sensors.sampling import PS_PER_S, SampleStream, Times, words
+from fcu_emulator.sensors.front_end import Deviation, Flicker, FrontEnd, NoiseSource, kernel, noise_key
+from fcu_emulator.sensors.lsm6dsl.accelerometer import ODR_HZ, Mode, add_low_pass
+from fcu_emulator.sensors.lsm6dsl.declaration import LSM6DSLErrors
+from fcu_emulator.sensors.lsm6dsl.registers import CTRL2_G, CTRL4_C, CTRL5_C, CTRL6_C, CTRL7_G
+from fcu_emulator.sensors.part import Signal
+from fcu_emulator.sensors.sampling import PS_PER_S, SampleStream, Times, words
 
 # -- samples to discard (AN5040 3.9, Tables 14 to 16) -------------------------------------------------------
 

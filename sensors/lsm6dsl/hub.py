@@ -32,10 +32,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sensors.lsm6dsl.banks import BANK_A, BankA, on_bank_write
-from sensors.lsm6dsl.feature import Chip, Violations
-from sensors.lsm6dsl.function_sources import HUB_CORRECTED, HUB_IDLE, IRON, FunctionSources
-from sensors.lsm6dsl.registers import (
+from fcu_emulator.sensors.lsm6dsl.banks import BANK_A, BankA, on_bank_write
+from fcu_emulator.sensors.lsm6dsl.feature import Chip, Violations
+from fcu_emulator.sensors.lsm6dsl.function_sources import HUB_CORRECTED, HUB_IDLE, IRON, FunctionSources
+from fcu_emulator.sensors.lsm6dsl.registers import (
     CTRL1_XL,
     CTRL2_G,
     CTRL4_C,
@@ -48,10 +48,10 @@ from sensors.lsm6dsl.registers import (
     SENSORHUB,
     SENSORHUB_EXT,
 )
-from sensors.part import Part, SubaddressTarget
-from sensors.register import Register, RegisterMap
-from sensors.register_file import NEVER_PS
-from sensors.sampling import PS_PER_S, to_int16
+from fcu_emulator.sensors.part import Part, SubaddressTarget
+from fcu_emulator.sensors.register import Register, RegisterMap
+from fcu_emulator.sensors.register_file import NEVER_PS
+from fcu_emulator.sensors.sampling import PS_PER_S, to_int16
 
 # -- the auxiliary bus, and how long a transfer takes -------------------------------------------------------
 

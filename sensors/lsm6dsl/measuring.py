@@ -14,9 +14,9 @@ from fractions import Fraction
 
 import numpy as np
 
-from sensors.lsm6dsl.accelerometer import MG_PER_LSB, Accelerometer, reference_mode_is_idle
-from sensors.lsm6dsl.gyroscope import MDPS_PER_LSB, Gyroscope, high_pass_is_idle
-from sensors.lsm6dsl.registers import (
+from fcu_emulator.sensors.lsm6dsl.accelerometer import MG_PER_LSB, Accelerometer, reference_mode_is_idle
+from fcu_emulator.sensors.lsm6dsl.gyroscope import MDPS_PER_LSB, Gyroscope, high_pass_is_idle
+from fcu_emulator.sensors.lsm6dsl.registers import (
     CTRL1_XL,
     CTRL2_G,
     CTRL3_C,
@@ -32,10 +32,10 @@ from sensors.lsm6dsl.registers import (
     Y_OFS_USR,
     Z_OFS_USR,
 )
-from sensors.part import Signal
-from sensors.register import Register
-from sensors.register_file import ReadHook, RegisterFile
-from sensors.sampling import DataReady, OutputWords, SampleStream, Times, to_int16
+from fcu_emulator.sensors.part import Signal
+from fcu_emulator.sensors.register import Register
+from fcu_emulator.sensors.register_file import ReadHook, RegisterFile
+from fcu_emulator.sensors.sampling import DataReady, OutputWords, SampleStream, Times, to_int16
 
 LSB_PER_DEGC = 256
 ZERO_DEGC = 25.0  # the temperature that reads 0

@@ -10,23 +10,28 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import ClassVar
 
-from sensors.declaration import Bus, Function, Quantity, Wires
-from sensors.errors import PartErrors
-from sensors.lsm6dsl import accelerometer, gyroscope
-from sensors.lsm6dsl.accelerometer import Accelerometer, EventSamples
-from sensors.lsm6dsl.banks import EMBEDDED, MAIN, Banks, Rounding, titled_maps
-from sensors.lsm6dsl.declaration import BUS, FUNCTIONS, SIGNALS, LSM6DSLErrors
-from sensors.lsm6dsl.den import DataEnable
-from sensors.lsm6dsl.embedded import EmbeddedFunctions
-from sensors.lsm6dsl.events import Events
-from sensors.lsm6dsl.feature import Chip, Feature, Signals, Violations
-from sensors.lsm6dsl.fifo import Fifo
-from sensors.lsm6dsl.function_sources import FunctionSources
-from sensors.lsm6dsl.gyroscope import Gyroscope
-from sensors.lsm6dsl.hub import SensorHub
-from sensors.lsm6dsl.measuring import Measuring, Thermometer, measuring_violations, supply_current_ua
-from sensors.lsm6dsl.pins import BOOT_PS, Boot, DataReadySignals, Routing, int2_is_input
-from sensors.lsm6dsl.registers import (
+from fcu_emulator.sensors.declaration import Bus, Function, Quantity, Wires
+from fcu_emulator.sensors.errors import PartErrors
+from fcu_emulator.sensors.lsm6dsl import accelerometer, gyroscope
+from fcu_emulator.sensors.lsm6dsl.accelerometer import Accelerometer, EventSamples
+from fcu_emulator.sensors.lsm6dsl.banks import EMBEDDED, MAIN, Banks, Rounding, titled_maps
+from fcu_emulator.sensors.lsm6dsl.declaration import BUS, FUNCTIONS, SIGNALS, LSM6DSLErrors
+from fcu_emulator.sensors.lsm6dsl.den import DataEnable
+from fcu_emulator.sensors.lsm6dsl.embedded import EmbeddedFunctions
+from fcu_emulator.sensors.lsm6dsl.events import Events
+from fcu_emulator.sensors.lsm6dsl.feature import Chip, Feature, Signals, Violations
+from fcu_emulator.sensors.lsm6dsl.fifo import Fifo
+from fcu_emulator.sensors.lsm6dsl.function_sources import FunctionSources
+from fcu_emulator.sensors.lsm6dsl.gyroscope import Gyroscope
+from fcu_emulator.sensors.lsm6dsl.hub import SensorHub
+from fcu_emulator.sensors.lsm6dsl.measuring import (
+    Measuring,
+    Thermometer,
+    measuring_violations,
+    supply_current_ua,
+)
+from fcu_emulator.sensors.lsm6dsl.pins import BOOT_PS, Boot, DataReadySignals, Routing, int2_is_input
+from fcu_emulator.sensors.lsm6dsl.registers import (
     CTRL3_C,
     CTRL4_C,
     CTRL9_XL,
@@ -36,12 +41,12 @@ from sensors.lsm6dsl.registers import (
     Y_OFS_USR,
     Z_OFS_USR,
 )
-from sensors.lsm6dsl.timestamp import Timestamp
-from sensors.part import Part, SelfClearingBits, Signal, Write
-from sensors.pin import Pin
-from sensors.register import Register, RegisterMap
-from sensors.register_file import NEVER_PS, RegisterFile
-from sensors.sampling import PS_PER_S
+from fcu_emulator.sensors.lsm6dsl.timestamp import Timestamp
+from fcu_emulator.sensors.part import Part, SelfClearingBits, Signal, Write
+from fcu_emulator.sensors.pin import Pin
+from fcu_emulator.sensors.register import Register, RegisterMap
+from fcu_emulator.sensors.register_file import NEVER_PS, RegisterFile
+from fcu_emulator.sensors.sampling import PS_PER_S
 
 _SW_RESET_PS = 50 * PS_PER_S // 10**6  # AN5040 5.7
 _DEN_AXES = CTRL9_XL.DEN_X.mask | CTRL9_XL.DEN_Y.mask | CTRL9_XL.DEN_Z.mask
@@ -49,7 +54,7 @@ _FIFO_BURST = {FIFO_DATA_OUT.addr + 1: FIFO_DATA_OUT.addr}  # after FIFO_DATA_OU
 
 
 class Features:
-    """All functions beyond plain measuring (:mod:`sensors.lsm6dsl.feature`), called in one order.
+    """All functions beyond plain measuring (:mod:`fcu_emulator.sensors.lsm6dsl.feature`), called in one order.
 
     Those that the part also calls by themselves are attributes. ``rate_changed(at_ps)``: activity recognition
     has put the part to sleep or woken it; ``stream_changed()``: data enable shows a sensor's samples through
@@ -119,7 +124,7 @@ class Features:
 class LSM6DSL(Part):
     """Accelerometer, gyroscope and their thermometer; signals in the sensor's own right-handed axes.
 
-    Signals are functions of times (n,) in s (:data:`sensors.part.Signal`): ``acceleration_g`` gives the
+    Signals are functions of times (n,) in s (:data:`fcu_emulator.sensors.part.Signal`): ``acceleration_g`` gives the
     specific force, (n, 3); ``angular_rate_dps`` (n, 3); ``temperature_degc`` (n,). Each may give a single row
     where it is the same at all of them. ``errors``: None for an ideal part; ``seed``: which noise.
     ``den_axes_on``: CTRL9_XL resets to 0xE0, not to 0x00 (see there).

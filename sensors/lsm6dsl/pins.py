@@ -19,8 +19,8 @@ from __future__ import annotations
 from functools import partial
 from typing import TypeAlias
 
-from sensors.lsm6dsl.feature import SIGNAL_NAMES, Chip, SignalName, Signals
-from sensors.lsm6dsl.registers import (
+from fcu_emulator.sensors.lsm6dsl.feature import SIGNAL_NAMES, Chip, SignalName, Signals
+from fcu_emulator.sensors.lsm6dsl.registers import (
     CTRL1_XL,
     CTRL2_G,
     CTRL3_C,
@@ -37,10 +37,10 @@ from sensors.lsm6dsl.registers import (
     OUT_XL,
     STATUS_REG,
 )
-from sensors.pin import Pin
-from sensors.register import Bits, Register
-from sensors.register_file import NEVER_PS, AfterHook
-from sensors.sampling import PS_PER_S, SampleStream
+from fcu_emulator.sensors.pin import Pin
+from fcu_emulator.sensors.register import Bits, Register
+from fcu_emulator.sensors.register_file import NEVER_PS, AfterHook
+from fcu_emulator.sensors.sampling import PS_PER_S, SampleStream
 
 # -- routing ------------------------------------------------------------------------------------------------
 

@@ -13,8 +13,8 @@ milliseconds of the embedded functions are nominal in every part.
 
 from __future__ import annotations
 
-from sensors.lsm6dsl.feature import Chip
-from sensors.lsm6dsl.registers import (
+from fcu_emulator.sensors.lsm6dsl.feature import Chip
+from fcu_emulator.sensors.lsm6dsl.registers import (
     CTRL1_XL,
     CTRL2_G,
     CTRL10_C,
@@ -23,8 +23,8 @@ from sensors.lsm6dsl.registers import (
     TIMESTAMP2_REG,
     WAKE_UP_DUR,
 )
-from sensors.register import Register
-from sensors.register_file import NEVER_PS
+from fcu_emulator.sensors.register import Register
+from fcu_emulator.sensors.register_file import NEVER_PS
 
 _COUNTS = 1 << 24
 _TICK_PS = (6_400 * 10**6, 25 * 10**6)  # TIMER_HR = 0, 1

@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from emulator.boards.fcu001v1 import FCU001V1
-from emulator.cli.commands import cli
-from firmware_model import Settings
+from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
+from fcu_emulator.emulator.cli.commands import cli
+from fcu_emulator.firmware_model import Settings
 
 ROOT = Path(__file__).parents[2]
 EMULATOR = ROOT / "emulator"

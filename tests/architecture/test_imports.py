@@ -108,12 +108,19 @@ def imports(name: str) -> tuple[Import, ...]:
     )
 
 
+def ours(module: str) -> str:
+    """A module by its folder in the repository: the public names are those of emulator/."""
+    return "emulator" if module == "fcu_emulator" else module.removeprefix("fcu_emulator.")
+
+
 def named(name: str, node: ast.Import | ast.ImportFrom) -> Iterator[str]:
     """``from a import b`` names the module a.b where there is one, otherwise a."""
     if isinstance(node, ast.Import):
-        yield from (alias.name for alias in node.names)
+        yield from (ours(alias.name) for alias in node.names)
         return
-    base = node.module or ""
+    base = ours(node.module or "")
+    if base == "_old_names":  # the former names
+        return
     if node.level:
         package = dotted(name).split(".")
         up = node.level - name.endswith("__init__.py")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from emulator.chip.native import loader
+from fcu_emulator.emulator.chip.native import loader
 
 FOLDER = Path(__file__).parents[2] / "emulator" / "chip" / "native"
 SOURCES, HEADERS = sorted(FOLDER.glob("*.c")), sorted(FOLDER.glob("*.h"))

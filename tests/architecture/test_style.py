@@ -11,6 +11,12 @@ import pytest
 ROOT = Path(__file__).parents[2]
 
 
+@pytest.fixture(autouse=True)
+def linked() -> None:
+    """Types are checked where the four folders are one package."""
+    subprocess.run([sys.executable, "building/namespace.py"], cwd=ROOT, check=True)
+
+
 @pytest.mark.parametrize(
     "command",
     [

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator import Board
-from emulator.analysis.observation import TERMINAL, Entry, Observation, observe
-from emulator.analysis.replay import replay
-from emulator.board.firmware import python_firmware
-from emulator.scenario.observed import FORMATS, deviation
-from emulator.time.clock import PS_PER_MS, PS_PER_S
+from fcu_emulator import Board
+from fcu_emulator.emulator.analysis.observation import TERMINAL, Entry, Observation, observe
+from fcu_emulator.emulator.analysis.replay import replay
+from fcu_emulator.emulator.board.firmware import python_firmware
+from fcu_emulator.emulator.scenario.observed import FORMATS, deviation
+from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
 
 TICK_PS = 1_250_000_000  # 800 Hz, the lab's rate
 

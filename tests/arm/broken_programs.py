@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from emulator import Board
+from fcu_emulator import Board
 
 FOLDER = Path(__file__).with_name("broken")
 EXPECTED = FOLDER / "expected"

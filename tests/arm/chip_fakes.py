@@ -12,13 +12,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from emulator.buses.gpio import Gpio
-from emulator.chip.library import ChipBlock, FcuChip
-from emulator.chip.peripherals.gpio import ConnectedPins
-from emulator.chip.peripherals.peripheral import Soc
-from emulator.chip.peripherals.tim import Timer, connect_timers
-from emulator.time.clock import Clock
-from emulator.trace import DeviceNote, Trace
+from fcu_emulator.emulator.buses.gpio import Gpio
+from fcu_emulator.emulator.chip.library import ChipBlock, FcuChip
+from fcu_emulator.emulator.chip.peripherals.gpio import ConnectedPins
+from fcu_emulator.emulator.chip.peripherals.peripheral import Soc
+from fcu_emulator.emulator.chip.peripherals.tim import Timer, connect_timers
+from fcu_emulator.emulator.time.clock import Clock
+from fcu_emulator.emulator.trace import DeviceNote, Trace
 
 
 class FakeClockTree:

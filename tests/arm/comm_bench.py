@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 
-from emulator import Board
-from emulator.boards.fcu001v1 import FCU001V1
-from emulator.buses.spi import SpiBus
-from emulator.chip.peripherals.i2c import ConnectedI2c
-from emulator.chip.peripherals.peripheral import Peripheral
-from emulator.chip.peripherals.spi import SpiWire, connect_absent_part
-from emulator.trace import DeviceNote
+from fcu_emulator import Board
+from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
+from fcu_emulator.emulator.buses.spi import SpiBus
+from fcu_emulator.emulator.chip.peripherals.i2c import ConnectedI2c
+from fcu_emulator.emulator.chip.peripherals.peripheral import Peripheral
+from fcu_emulator.emulator.chip.peripherals.spi import SpiWire, connect_absent_part
+from fcu_emulator.emulator.trace import DeviceNote
 from tests.arm.chip_fakes import FakeClockTree, FakeInterrupts, NativeChip
 
 ACCESS_PS = 100_000  # a few instructions at 84 MHz

@@ -12,7 +12,7 @@ import tempfile
 from pathlib import Path
 from typing import Final
 
-from emulator import Board
+from fcu_emulator import Board
 
 KERNELS: Final = Path(__file__).parent / "kernels"
 RESULTS: Final = KERNELS / "results.txt"

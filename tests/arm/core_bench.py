@@ -27,13 +27,13 @@ from collections.abc import Callable, Iterable
 from fractions import Fraction
 from typing import ClassVar
 
-from emulator.buses.gpio import Gpio
-from emulator.chip.cpu.core import Core, CoreSettings
-from emulator.chip.cpu.core_registers import FLOATING_POINT, Registers
-from emulator.chip.memory_map import FLASH, RAM, RAM_SIZE
-from emulator.chip.peripherals.peripheral import Peripheral, Soc
-from emulator.time.clock import NEVER_PS, PS_PER_US, Clock
-from emulator.trace import Fault, Trace
+from fcu_emulator.emulator.buses.gpio import Gpio
+from fcu_emulator.emulator.chip.cpu.core import Core, CoreSettings
+from fcu_emulator.emulator.chip.cpu.core_registers import FLOATING_POINT, Registers
+from fcu_emulator.emulator.chip.memory_map import FLASH, RAM, RAM_SIZE
+from fcu_emulator.emulator.chip.peripherals.peripheral import Peripheral, Soc
+from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_US, Clock
+from fcu_emulator.emulator.trace import Fault, Trace
 from tests.arm.chip_fakes import FakeClockTree
 from tests.arm.thumb_assembler import assemble
 

@@ -12,9 +12,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from random import Random
 
-from emulator.chip.cpu.bare_core import BareCore
-from emulator.chip.cpu.core_registers import CORE, EVERYTHING, FLOATING_POINT, MASKS, Registers
-from emulator.chip.memory_map import FLASH, RAM, RAM_SIZE
+from fcu_emulator.emulator.chip.cpu.bare_core import BareCore
+from fcu_emulator.emulator.chip.cpu.core_registers import CORE, EVERYTHING, FLOATING_POINT, MASKS, Registers
+from fcu_emulator.emulator.chip.memory_map import FLASH, RAM, RAM_SIZE
 from tests.arm.unicorn_witness import THUMB, Witness
 
 CODE = FLASH + 0x1_0000

@@ -9,13 +9,13 @@ import select
 import socket
 from collections.abc import Callable
 
-from emulator.chip.gdb.description import REGISTERS
-from emulator.chip.gdb.packets import Framer, Received, frame
-from emulator.chip.gdb.server import GdbServer
-from emulator.chip.gdb.session import Session
-from emulator.chip.gdb.target import Point, PointKind, Stop
-from emulator.chip.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE
-from emulator.loopback import HOST
+from fcu_emulator.emulator.chip.gdb.description import REGISTERS
+from fcu_emulator.emulator.chip.gdb.packets import Framer, Received, frame
+from fcu_emulator.emulator.chip.gdb.server import GdbServer
+from fcu_emulator.emulator.chip.gdb.session import Session
+from fcu_emulator.emulator.chip.gdb.target import Point, PointKind, Stop
+from fcu_emulator.emulator.chip.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE
+from fcu_emulator.emulator.loopback import HOST
 
 START, LOOP_END = FLASH + 0x200, FLASH + 0x300
 INSTRUCTION_PS = 1000

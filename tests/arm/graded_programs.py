@@ -16,10 +16,10 @@ from functools import partial
 from pathlib import Path
 from tempfile import mkdtemp
 
-from emulator.grading.judge import judge
-from emulator.grading.rubric import load_rubric
-from emulator.grading.verdict import Verdict
-from firmware_model import arm
+from fcu_emulator.emulator.grading.judge import judge
+from fcu_emulator.emulator.grading.rubric import load_rubric
+from fcu_emulator.emulator.grading.verdict import Verdict
+from fcu_emulator.firmware_model import arm
 from tests.arm import student_programs
 from tests.arm.student_programs import Change, Program, build
 

@@ -19,7 +19,7 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-from emulator.chip.firmware import Limits
+from fcu_emulator.emulator.chip.firmware import Limits
 from tests.arm.heavy_programs import all_programs
 from tests.arm.hostile_programs import board_with
 

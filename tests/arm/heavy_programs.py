@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from random import Random
 
-from emulator.chip.memory_map import BLOCKS
+from fcu_emulator.emulator.chip.memory_map import BLOCKS
 from tests.arm.hostile_programs import EVERY_CLOCK_AND_INTERRUPT, LOOK_AWAY, program
 
 RCC = 0x4002_3800

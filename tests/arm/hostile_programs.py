@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from pathlib import Path
 
-from emulator import Board
+from fcu_emulator import Board
 from tests.arm.thumb_assembler import assemble
 
 FLASH, RAM, STACK = 0x0800_0000, 0x2000_0000, 0x2001_0000

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from emulator.buses.i2c import I2CFault
-from emulator.time.clock import PS_PER_MS, PS_PER_S
+from fcu_emulator.emulator.buses.i2c import I2CFault
+from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
 from tests.arm import recorded_assembly, speed_programs
 from tests.arm.broken_programs import FOLDER as BROKEN
 from tests.arm.broken_programs import RUN_S

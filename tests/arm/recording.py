@@ -31,11 +31,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from emulator import Board
-from emulator.buses.i2c import I2CFault
-from emulator.errors import FirmwareError
-from emulator.time.clock import to_ps
-from emulator.trace import (
+from fcu_emulator import Board
+from fcu_emulator.emulator.buses.i2c import I2CFault
+from fcu_emulator.emulator.errors import FirmwareError
+from fcu_emulator.emulator.time.clock import to_ps
+from fcu_emulator.emulator.trace import (
     BusTransfer,
     DeviceNote,
     Fault,
@@ -100,7 +100,7 @@ class ChipState:
 
 def chip_state(board: Board) -> ChipState:
     """The only place that knows where a build keeps the state of its chip."""
-    from emulator.chip.cpu.core_registers import EVERYTHING, Registers
+    from fcu_emulator.emulator.chip.cpu.core_registers import EVERYTHING, Registers
 
     assert board.arm is not None
     core, origin = board.arm.chip.core, board.arm.faults.origin

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from emulator import Board
-from emulator.chip.cpu.core import CoreSettings
-from emulator.chip.firmware import ArmFirmware
-from emulator.chip.image import load_firmware
-from emulator.trace import BusTransfer
+from fcu_emulator import Board
+from fcu_emulator.emulator.chip.cpu.core import CoreSettings
+from fcu_emulator.emulator.chip.firmware import ArmFirmware
+from fcu_emulator.emulator.chip.image import load_firmware
+from fcu_emulator.emulator.trace import BusTransfer
 
 
 @dataclass(frozen=True)

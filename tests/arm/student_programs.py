@@ -21,11 +21,11 @@ from pathlib import Path
 from tempfile import mkdtemp
 from typing import Any
 
-from emulator import Board
-from emulator.analysis.mistakes import explain
-from emulator.analysis.witness import Witness
-from emulator.chip.diagnosis import Diagnosis
-from firmware_model import arm
+from fcu_emulator import Board
+from fcu_emulator.emulator.analysis.mistakes import explain
+from fcu_emulator.emulator.analysis.witness import Witness
+from fcu_emulator.emulator.chip.diagnosis import Diagnosis
+from fcu_emulator.firmware_model import arm
 
 FOLDER = Path(__file__).with_name("mistakes")
 OPTIMISATIONS = ("O0", "O2")

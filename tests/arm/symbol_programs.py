@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import struct
 
-from emulator.chip.image import Symbols, parse_firmware
+from fcu_emulator.emulator.chip.image import Symbols, parse_firmware
 from tests.arm.elf_builder import (
     ACC,
     COUNT,

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from emulator.analysis.compare import Rules, compare
-from emulator.analysis.observation import TERMINAL, Observation
-from emulator.trace import RegisterWrite
+from fcu_emulator.emulator.analysis.compare import Rules, compare
+from fcu_emulator.emulator.analysis.observation import TERMINAL, Observation
+from fcu_emulator.emulator.trace import RegisterWrite
 from tests.arm.agreement import ran, replayed, text_of
 from tests.scenario_files import HEAD, write
 

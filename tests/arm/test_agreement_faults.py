@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from emulator import Board
-from emulator.analysis.compare import compare
-from emulator.trace import BusTransfer, Fault
+from fcu_emulator import Board
+from fcu_emulator.emulator.analysis.compare import compare
+from fcu_emulator.emulator.trace import BusTransfer, Fault
 from tests.arm.agreement import ran, text_of
 from tests.scenario_files import IDEAL, write
 

@@ -18,9 +18,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from emulator.analysis.compare import Rules, compare
-from emulator.analysis.observation import TERMINAL, TIMER, Entry, Observation
-from emulator.scenario import scenario_names
+from fcu_emulator.emulator.analysis.compare import Rules, compare
+from fcu_emulator.emulator.analysis.observation import TERMINAL, TIMER, Entry, Observation
+from fcu_emulator.emulator.scenario import scenario_names
 from tests.arm.agreement import Track, numbers_of, ran, replayed, text_of
 
 SECONDS = {

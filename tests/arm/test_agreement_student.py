@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_model import arm
+from fcu_emulator.firmware_model import arm
 from tests.integration.test_cli import fcu
 
 pytestmark = pytest.mark.skipif(

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from emulator.chip.cpu.bare_core import BareCore, Stop
-from emulator.chip.memory_map import FLASH, RAM
+from fcu_emulator.emulator.chip.cpu.bare_core import BareCore, Stop
+from fcu_emulator.emulator.chip.memory_map import FLASH, RAM
 from tests.arm.thumb_assembler import assemble
 
 CODE = FLASH + 0x200

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from emulator import Board, CallError, InputError
+from fcu_emulator import Board, CallError, InputError
 from tests.arm.call_programs import ABIS, FOLDER, Function, build_elsewhere, functions, value
 
 FUNCTIONS = functions()

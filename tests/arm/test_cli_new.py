@@ -15,7 +15,7 @@ BUSES = pytest.mark.parametrize("bus", ["I2C2", "SPI2"])
 
 def fcu_new(*arguments: str, code: int = 0) -> subprocess.CompletedProcess[str]:
     done = subprocess.run(
-        [sys.executable, "-m", "emulator", "new", *arguments],
+        [sys.executable, "-m", "fcu_emulator", "new", *arguments],
         cwd=ROOT,
         capture_output=True,
         text=True,

@@ -6,8 +6,8 @@ from __future__ import annotations
 
 import pytest
 
-from emulator.chip.memory_map import FLASH, RAM
-from emulator.trace import DeviceNote
+from fcu_emulator.emulator.chip.memory_map import FLASH, RAM
+from fcu_emulator.emulator.trace import DeviceNote
 from tests.arm.core_bench import PROBE, STACK, CoreBench, store
 
 

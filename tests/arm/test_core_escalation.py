@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from emulator.chip.cpu.exceptions import (
+from fcu_emulator.emulator.chip.cpu.exceptions import (
     BFARVALID,
     DEBUGEVT,
     FORCED,
@@ -15,7 +15,7 @@ from emulator.chip.cpu.exceptions import (
     UNDEFINSTR,
     UNSTKERR,
 )
-from emulator.chip.memory_map import RAM
+from fcu_emulator.emulator.chip.memory_map import RAM
 from tests.arm.core_bench import STACK, CoreBench, interrupts, store
 from tests.arm.core_faults import (
     ALL_ENABLED,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from emulator.chip.cpu.exceptions import (
+from fcu_emulator.emulator.chip.cpu.exceptions import (
     BFARVALID,
     DIVBYZERO,
     FORCED,
@@ -17,7 +17,7 @@ from emulator.chip.cpu.exceptions import (
     UNDEFINSTR,
     VECTTBL,
 )
-from emulator.chip.memory_map import RAM
+from fcu_emulator.emulator.chip.memory_map import RAM
 from tests.arm.core_bench import CODE, STACK, CoreBench, store
 from tests.arm.core_faults import (
     ALL_ENABLED,

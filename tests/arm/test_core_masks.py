@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import pytest
 
-from emulator.chip.memory_map import RAM
+from fcu_emulator.emulator.chip.memory_map import RAM
 from tests.arm.core_bench import ENTRY_CYCLES, CoreBench, interrupts, store
 from tests.arm.core_interrupts import HANDLERS, bench
 

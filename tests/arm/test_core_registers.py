@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from emulator.trace import DeviceNote
+from fcu_emulator.emulator.trace import DeviceNote
 from tests.arm.chip_fakes import NativeChip
 from tests.arm.core_bench import STACK, SYMBOLS, CoreBench, interrupts, store
 

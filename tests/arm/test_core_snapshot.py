@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from emulator.chip.memory_map import RAM
+from fcu_emulator.emulator.chip.memory_map import RAM
 from tests.arm.core_bench import CoreBench
 from tests.arm.core_programs import stirred
 

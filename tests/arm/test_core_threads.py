@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import pytest
 
-from emulator.chip.memory_map import RAM
+from fcu_emulator.emulator.chip.memory_map import RAM
 from tests.arm.core_bench import STACK, CoreBench, interrupts, store
 
 CURRENT = RAM  # which thread runs: 0 or 1

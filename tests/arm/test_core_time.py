@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from emulator.chip.cpu.core import CYCLES_PER_INSTRUCTION
-from emulator.time.clock import PS_PER_S
+from fcu_emulator.emulator.chip.cpu.core import CYCLES_PER_INSTRUCTION
+from fcu_emulator.emulator.time.clock import PS_PER_S
 from tests.arm.core_bench import CoreBench, interrupts, store
 from tests.arm.core_programs import state, stirred
 

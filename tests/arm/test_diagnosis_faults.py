@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from emulator import Board
-from emulator.chip.memory_map import FLASH
-from firmware_model.arm import prebuilt
+from fcu_emulator import Board
+from fcu_emulator.emulator.chip.memory_map import FLASH
+from fcu_emulator.firmware_model.arm import prebuilt
 from tests.arm.thumb_assembler import Labels, assemble
 
 NOP = 0xBF00

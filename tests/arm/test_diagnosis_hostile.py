@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import pytest
 
-from emulator import Board
-from firmware_model.arm import prebuilt
+from fcu_emulator import Board
+from fcu_emulator.firmware_model.arm import prebuilt
 
 ELF = prebuilt("template")
 EXC_RETURN = 0xFFFF_FFF9

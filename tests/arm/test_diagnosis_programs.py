@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from emulator import Board, I2CNackError
-from emulator.chip.cpu.bare_core import BareCore
-from emulator.chip.diagnosis import probe
-from firmware_model import arm
+from fcu_emulator import Board, I2CNackError
+from fcu_emulator.emulator.chip.cpu.bare_core import BareCore
+from fcu_emulator.emulator.chip.diagnosis import probe
+from fcu_emulator.firmware_model import arm
 from tests.arm.broken_programs import EXPECTED, FOLDER, RUN_S, diagnosed, run, without_times
 
 COMPILER = "arm-none-eabi-gcc"

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from emulator import Board
-from emulator.buses.i2c import I2CFault
-from emulator.time.clock import PS_PER_S
-from firmware_model.arm import prebuilt
+from fcu_emulator import Board
+from fcu_emulator.emulator.buses.i2c import I2CFault
+from fcu_emulator.emulator.time.clock import PS_PER_S
+from fcu_emulator.firmware_model.arm import prebuilt
 
 LONG_PS = 100 * PS_PER_S
 

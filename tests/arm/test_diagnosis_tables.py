@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from emulator import Board
-from emulator.chip.diagnosis.evidence import nobody
-from emulator.chip.diagnosis.faults import CFSR, HFSR, decoded
-from emulator.chip.diagnosis.hang import exception_name, handler_name
-from emulator.chip.registers import scb
+from fcu_emulator import Board
+from fcu_emulator.emulator.chip.diagnosis.evidence import nobody
+from fcu_emulator.emulator.chip.diagnosis.faults import CFSR, HFSR, decoded
+from fcu_emulator.emulator.chip.diagnosis.hang import exception_name, handler_name
+from fcu_emulator.emulator.chip.registers import scb
 
 
 @pytest.mark.parametrize(

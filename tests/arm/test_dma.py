@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from emulator.chip.peripherals.dma import DmaLines
+from fcu_emulator.emulator.chip.peripherals.dma import DmaLines
 from tests.arm.chip_fakes import NativeChip
 
 EN, TCIE, HTIE, TEIE = 1, 1 << 4, 1 << 3, 1 << 2

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from emulator import Board
-from emulator.grading.judge import judge
-from emulator.grading.rubric import load_rubric
-from emulator.scenario import run
+from fcu_emulator import Board
+from fcu_emulator.emulator.grading.judge import judge
+from fcu_emulator.emulator.grading.rubric import load_rubric
+from fcu_emulator.emulator.scenario import run
 from tests.arm import student_programs
 from tests.arm.graded_programs import lost, staged
 from tests.arm.student_programs import Change, Program, build

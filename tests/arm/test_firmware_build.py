@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from elftools.elf.elffile import ELFFile
 
-from firmware_model import arm
+from fcu_emulator.firmware_model import arm
 
 COMPILER = "arm-none-eabi-gcc"
 FLASH = range(0x0800_0000, 0x0804_0000)  # 256 KB

@@ -16,11 +16,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_model import arm
-from firmware_model.c_semantics import f32
-from firmware_model.drivers.lps22hb import pressure_hpa, temperature_degc
-from firmware_model.ecompass import MAG_MAX_START, MAG_MIN_START, MagCalibration, eCompass, getAltitude
-from firmware_model.sensor_data import (
+from fcu_emulator.firmware_model import arm
+from fcu_emulator.firmware_model.c_semantics import f32
+from fcu_emulator.firmware_model.drivers.lps22hb import pressure_hpa, temperature_degc
+from fcu_emulator.firmware_model.ecompass import (
+    MAG_MAX_START,
+    MAG_MIN_START,
+    MagCalibration,
+    eCompass,
+    getAltitude,
+)
+from fcu_emulator.firmware_model.sensor_data import (
     ACC_MG_PER_LSB,
     GYRO_MDPS_PER_LSB,
     MAG_MGAUSS_PER_LSB,

@@ -5,11 +5,11 @@ from __future__ import annotations
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from emulator.chip.gdb.core_target import CoreTarget
-from emulator.chip.gdb.description import REGISTERS
-from emulator.chip.gdb.session import Session
-from emulator.chip.memory_map import RAM
-from emulator.time.clock import PS_PER_US
+from fcu_emulator.emulator.chip.gdb.core_target import CoreTarget
+from fcu_emulator.emulator.chip.gdb.description import REGISTERS
+from fcu_emulator.emulator.chip.gdb.session import Session
+from fcu_emulator.emulator.chip.memory_map import RAM
+from fcu_emulator.emulator.time.clock import PS_PER_US
 from tests.arm.core_bench import CODE, PROBE, CoreBench, interrupts, store
 
 PROGRAM = f"""

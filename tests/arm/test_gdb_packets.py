@@ -8,11 +8,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from emulator.chip.gdb.description import REGISTERS, memory_map_xml, target_xml
-from emulator.chip.gdb.packets import LONGEST, MALFORMED, OK, REFUSED, Arrival, Framer, frame, unescape
-from emulator.chip.gdb.session import Ending
-from emulator.chip.gdb.target import Point, PointKind, Stop
-from emulator.chip.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE
+from fcu_emulator.emulator.chip.gdb.description import REGISTERS, memory_map_xml, target_xml
+from fcu_emulator.emulator.chip.gdb.packets import (
+    LONGEST,
+    MALFORMED,
+    OK,
+    REFUSED,
+    Arrival,
+    Framer,
+    frame,
+    unescape,
+)
+from fcu_emulator.emulator.chip.gdb.session import Ending
+from fcu_emulator.emulator.chip.gdb.target import Point, PointKind, Stop
+from fcu_emulator.emulator.chip.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE
 from tests.arm.gdb_fakes import INSTRUCTION_PS, LOOP_END, START, Debugger, FakeTarget
 
 STOPPED = b"T05thread:1;"

@@ -16,10 +16,10 @@ from pathlib import Path
 
 import pytest
 
-from emulator import Board
-from emulator.chip.gdb.attach import serve
-from emulator.time.clock import PS_PER_MS
-from firmware_model.arm import prebuilt
+from fcu_emulator import Board
+from fcu_emulator.emulator.chip.gdb.attach import serve
+from fcu_emulator.emulator.time.clock import PS_PER_MS
+from fcu_emulator.firmware_model.arm import prebuilt
 
 GDB = shutil.which("gdb-multiarch") or shutil.which("arm-none-eabi-gdb")
 pytestmark = pytest.mark.skipif(GDB is None, reason="no gdb for ARM here; Debian: apt install gdb-multiarch")
@@ -155,7 +155,18 @@ kill
 
 
 def test_the_command_line_serves_gdb(tmp_path: Path) -> None:
-    run = [sys.executable, "-m", "emulator", "run", "solution", "--gdb", "0", "--halt", "--duration", "100ms"]
+    run = [
+        sys.executable,
+        "-m",
+        "fcu_emulator",
+        "run",
+        "solution",
+        "--gdb",
+        "0",
+        "--halt",
+        "--duration",
+        "100ms",
+    ]
     script = tmp_path / "script.gdb"
     script.write_text("tbreak HAL_Init\ncontinue\nbacktrace\ndetach\n")
     with subprocess.Popen(run, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as fcu:

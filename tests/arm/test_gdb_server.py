@@ -9,14 +9,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from emulator import Board
-from emulator.chip.gdb.attach import serve
-from emulator.chip.gdb.packets import LONGEST, Arrival, frame
-from emulator.chip.gdb.server import GdbServer
-from emulator.errors import FirmwareError, InputError, LinkError
-from emulator.links.runner import Runner
-from emulator.loopback import HOST
-from emulator.time.clock import PS_PER_MS
+from fcu_emulator import Board
+from fcu_emulator.emulator.chip.gdb.attach import serve
+from fcu_emulator.emulator.chip.gdb.packets import LONGEST, Arrival, frame
+from fcu_emulator.emulator.chip.gdb.server import GdbServer
+from fcu_emulator.emulator.errors import FirmwareError, InputError, LinkError
+from fcu_emulator.emulator.links.runner import Runner
+from fcu_emulator.emulator.loopback import HOST
+from fcu_emulator.emulator.time.clock import PS_PER_MS
 from tests.arm.gdb_fakes import START, Client, FakeTarget
 
 SLICE_PS = 100_000

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from emulator.chip.gdb.core_target import CoreTarget
-from emulator.chip.gdb.target import Point, PointKind, Stop
-from emulator.chip.memory_map import FLASH, RAM
-from emulator.time.clock import PS_PER_US
+from fcu_emulator.emulator.chip.gdb.core_target import CoreTarget
+from fcu_emulator.emulator.chip.gdb.target import Point, PointKind, Stop
+from fcu_emulator.emulator.chip.memory_map import FLASH, RAM
+from fcu_emulator.emulator.time.clock import PS_PER_US
 from tests.arm.core_bench import CODE, PROBE, CoreBench, interrupts, store
 from tests.arm.thumb_assembler import assemble
 

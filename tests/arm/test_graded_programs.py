@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from emulator import Board
-from emulator.grading.judge import judge
-from emulator.grading.rubric import Rubric, load_rubric
-from emulator.grading.verdict import Verdict
+from fcu_emulator import Board
+from fcu_emulator.emulator.grading.judge import judge
+from fcu_emulator.emulator.grading.rubric import Rubric, load_rubric
+from fcu_emulator.emulator.grading.verdict import Verdict
 from tests.arm import graded_programs, student_programs
 from tests.arm.graded_programs import EXERCISES, OPTIMISATION, lost, staged
 from tests.arm.student_programs import build

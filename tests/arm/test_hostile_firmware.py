@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from emulator import Board
-from emulator.time.clock import PS_PER_MS
-from emulator.trace import DeviceNote, Fault
+from fcu_emulator import Board
+from fcu_emulator.emulator.time.clock import PS_PER_MS
+from fcu_emulator.emulator.trace import DeviceNote, Fault
 from tests.arm.hostile_programs import (
     EVERY_CLOCK_AND_INTERRUPT,
     FLASH,

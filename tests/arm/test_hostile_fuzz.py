@@ -13,8 +13,8 @@ from random import Random
 
 import pytest
 
-from emulator.chip.memory_map import BLOCKS
-from emulator.time.clock import PS_PER_MS
+from fcu_emulator.emulator.chip.memory_map import BLOCKS
+from fcu_emulator.emulator.time.clock import PS_PER_MS
 from tests.arm.hostile_programs import (
     CODE,
     EVERY_CLOCK_AND_INTERRUPT,

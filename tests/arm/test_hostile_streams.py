@@ -15,10 +15,10 @@ from pathlib import Path
 
 import pytest
 
-from emulator.chip import native
-from emulator.chip.image import load_firmware
-from emulator.chip.memory_map import FLASH
-from firmware_model.arm import prebuilt
+from fcu_emulator.emulator.chip import native
+from fcu_emulator.emulator.chip.image import load_firmware
+from fcu_emulator.emulator.chip.memory_map import FLASH
+from fcu_emulator.firmware_model.arm import prebuilt
 from tests.arm import speed_programs
 from tests.arm.vendor_programs import file
 

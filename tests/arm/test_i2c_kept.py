@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from emulator.buses.i2c import I2CFault, I2CTarget
-from emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US
-from emulator.trace import BusTransfer
-from sensors.part import SubaddressTarget
+from fcu_emulator.emulator.buses.i2c import I2CFault, I2CTarget
+from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US
+from fcu_emulator.emulator.trace import BusTransfer
+from fcu_emulator.sensors.part import SubaddressTarget
 from tests.arm.comm_bench import RAM, CommBench
 from tests.arm.hal_i2c import ACK, ADDR, AF, BTF, CR1, DR, RXNE, SB, SR1, START, STOP, HalError, HalI2c
 from tests.contract.test_sensor_declarations import Asking

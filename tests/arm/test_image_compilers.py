@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from emulator.chip.image import FirmwareImage, load_firmware
+from fcu_emulator.emulator.chip.image import FirmwareImage, load_firmware
 
 pytestmark = pytest.mark.skipif(
     shutil.which("arm-none-eabi-gcc") is None, reason="arm-none-eabi-gcc is not installed"

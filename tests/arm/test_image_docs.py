@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from emulator.chip.firmware import Limits
-from emulator.chip.image import parse_firmware
-from emulator.errors import FirmwareFileError
+from fcu_emulator.emulator.chip.firmware import Limits
+from fcu_emulator.emulator.chip.image import parse_firmware
+from fcu_emulator.emulator.errors import FirmwareFileError
 from tests.arm.elf_builder import FLASH, RESET, Load, code, debug_elf, elf, hex_text
 
 PAGE = (Path(__file__).parents[2] / "docs" / "firmware-files.md").read_text(encoding="utf-8")

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from elftools.elf.elffile import ELFFile
 
-from emulator.chip.image import parse_firmware
-from emulator.errors import FirmwareFileError
+from fcu_emulator.emulator.chip.image import parse_firmware
+from fcu_emulator.emulator.errors import FirmwareFileError
 from tests.arm.elf_builder import FLASH, RAM, Load, Section, code, debug_elf, elf, patched
 
 PREBUILT = sorted((Path(__file__).parents[2] / "firmware_model/arm/prebuilt").glob("*.elf"))

@@ -13,9 +13,9 @@ from random import Random
 
 import pytest
 
-from emulator.chip.image import FirmwareImage, Symbols, parse_firmware
-from emulator.chip.memory_map import fits
-from emulator.errors import FirmwareFileError
+from fcu_emulator.emulator.chip.image import FirmwareImage, Symbols, parse_firmware
+from fcu_emulator.emulator.chip.memory_map import fits
+from fcu_emulator.emulator.errors import FirmwareFileError
 from tests.arm.elf_builder import FLASH, MAIN, RAM, RESET, code, debug_elf
 from tests.arm.mutations import OF_ELF, mutated
 

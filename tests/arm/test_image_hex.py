@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from emulator.chip.image import parse_firmware
-from emulator.errors import FirmwareFileError
+from fcu_emulator.emulator.chip.image import parse_firmware
+from fcu_emulator.emulator.errors import FirmwareFileError
 from tests.arm.elf_builder import FLASH, RAM, RESET, code
 
 END = ":00000001FF"

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from emulator.chip.image import load_firmware, parse_firmware
-from emulator.chip.image.image import LONGEST_FILE
-from emulator.errors import FirmwareFileError, InputError
+from fcu_emulator.emulator.chip.image import load_firmware, parse_firmware
+from fcu_emulator.emulator.chip.image.image import LONGEST_FILE
+from fcu_emulator.emulator.errors import FirmwareFileError, InputError
 from tests.arm.elf_builder import FLASH, RAM, RAM_END, RESET, Load, code, elf
 
 FLASH_SIZE = 256 * 1024

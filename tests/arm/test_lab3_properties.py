@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 from hypothesis import Phase, given, settings
 
-from emulator import Board, InputError
-from emulator.scenario import load_scenario, run
-from emulator.strategies import (
+from fcu_emulator import Board, InputError
+from fcu_emulator.emulator.scenario import load_scenario, run
+from fcu_emulator.emulator.strategies import (
     Motion,
     Pose,
     attitudes,
@@ -26,8 +26,8 @@ from emulator.strategies import (
     soft_irons,
     zero_vectors,
 )
-from emulator.testing.lab3 import Angles, Compiled, PythonModel, Subject, lab3_properties, replay
-from firmware_model import arm
+from fcu_emulator.emulator.testing.lab3 import Angles, Compiled, PythonModel, Subject, lab3_properties, replay
+from fcu_emulator.firmware_model import arm
 from tests.arm.call_programs import FOLDER
 
 WRONG_YAW = FOLDER / "wrong_yaw.elf"

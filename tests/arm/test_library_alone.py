@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from emulator.chip.native import FOLDER, library_name
+from fcu_emulator.emulator.chip.native import FOLDER, library_name
 from tests.arm.conformance import COMPILER, RESULTS, build
 
 DRIVER = Path(__file__).parents[2] / "building" / "run_library.c"

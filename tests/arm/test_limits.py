@@ -10,10 +10,10 @@ from typing import Any
 
 import pytest
 
-from emulator import Board, FirmwareError
-from emulator.chip.firmware import LimitedRun, Limits, parse_limits
-from emulator.errors import InputError, LimitError
-from emulator.time.clock import PS_PER_S
+from fcu_emulator import Board, FirmwareError
+from fcu_emulator.emulator.chip.firmware import LimitedRun, Limits, parse_limits
+from fcu_emulator.emulator.errors import InputError, LimitError
+from fcu_emulator.emulator.time.clock import PS_PER_S
 from tests.arm.hostile_programs import board_with, program, put
 
 PRINTS_FOR_EVER = program(
@@ -156,7 +156,7 @@ def test_texts_that_are_no_limits_are_refused(setting: str, problem: str) -> Non
 
 def fcu_run(*arguments: str | Path) -> tuple[int, str]:
     """Exit code and last line of stderr."""
-    command = [sys.executable, "-m", "emulator", "run", *map(str, arguments)]
+    command = [sys.executable, "-m", "fcu_emulator", "run", *map(str, arguments)]
     done = subprocess.run(
         command, capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=60, check=False
     )

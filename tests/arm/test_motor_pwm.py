@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from emulator import Board
+from fcu_emulator import Board
 
 TIM4, RCC_APB1ENR = 0x4000_0800, 0x4002_3840
 SETTINGS = {

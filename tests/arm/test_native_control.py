@@ -9,8 +9,8 @@ from random import Random
 
 import pytest
 
-from emulator.chip.cpu.bare_core import BareCore, Stop
-from emulator.chip.memory_map import FLASH, RAM
+from fcu_emulator.emulator.chip.cpu.bare_core import BareCore, Stop
+from fcu_emulator.emulator.chip.memory_map import FLASH, RAM
 from tests.arm.core_bench import CoreBench
 from tests.arm.core_programs import state, stirred
 from tests.arm.engine_pair import (

@@ -15,9 +15,9 @@ from random import Random
 
 import pytest
 
-from emulator.chip.cpu.bare_core import BareCore, Stop
-from emulator.chip.cpu.core_registers import CORE, EVERYTHING, IT_BITS, Registers
-from emulator.chip.memory_map import FLASH, RAM, RAM_SIZE
+from fcu_emulator.emulator.chip.cpu.bare_core import BareCore, Stop
+from fcu_emulator.emulator.chip.cpu.core_registers import CORE, EVERYTHING, IT_BITS, Registers
+from fcu_emulator.emulator.chip.memory_map import FLASH, RAM, RAM_SIZE
 from tests.arm.random_code import random_code
 
 INSTRUCTIONS = 400

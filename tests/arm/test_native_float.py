@@ -6,8 +6,8 @@ from random import Random
 
 import pytest
 
-from emulator.chip.cpu.core_registers import Registers
-from emulator.chip.memory_map import RAM
+from fcu_emulator.emulator.chip.cpu.core_registers import Registers
+from fcu_emulator.emulator.chip.memory_map import RAM
 from tests.arm.engine_pair import CODE, GENERAL, EnginePair, Fields, Form, Values, any_values
 
 ACTIVE = 0xC

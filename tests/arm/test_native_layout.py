@@ -18,12 +18,19 @@ from typing import Any
 
 import pytest
 
-import emulator.chip
-from emulator.chip import library, native, targets
-from emulator.chip.cpu import bare_core, core, exceptions
-from emulator.chip.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE, SYSTEM_MEMORY, SYSTEM_MEMORY_SIZE
-from emulator.chip.peripherals import dma, gpio, i2c, spi
-from emulator.time.clock import NEVER_PS
+import fcu_emulator.emulator.chip
+from fcu_emulator.emulator.chip import library, native, targets
+from fcu_emulator.emulator.chip.cpu import bare_core, core, exceptions
+from fcu_emulator.emulator.chip.memory_map import (
+    FLASH,
+    FLASH_SIZE,
+    RAM,
+    RAM_SIZE,
+    SYSTEM_MEMORY,
+    SYSTEM_MEMORY_SIZE,
+)
+from fcu_emulator.emulator.chip.peripherals import dma, gpio, i2c, spi
+from fcu_emulator.emulator.time.clock import NEVER_PS
 
 FOLDER = Path(native.__file__).parent
 C_TYPES = {
@@ -44,7 +51,7 @@ needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc")
 
 def mirrored() -> dict[type[ctypes.Structure], str]:
     """Every structure in Python that C has as well, with its name there."""
-    for module in pkgutil.walk_packages(emulator.chip.__path__, "emulator.chip."):
+    for module in pkgutil.walk_packages(fcu_emulator.emulator.chip.__path__, "emulator.chip."):
         if not module.name.endswith(("__main__", ".libfcu")):
             importlib.import_module(module.name)
     found: dict[type[ctypes.Structure], str] = {}

@@ -10,9 +10,9 @@ from random import Random
 
 import pytest
 
-from emulator.chip.cpu.bare_core import BareCore, Stop
-from emulator.chip.cpu.core_registers import IT_BITS, Registers
-from emulator.chip.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE, SYSTEM_MEMORY
+from fcu_emulator.emulator.chip.cpu.bare_core import BareCore, Stop
+from fcu_emulator.emulator.chip.cpu.core_registers import IT_BITS, Registers
+from fcu_emulator.emulator.chip.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE, SYSTEM_MEMORY
 from tests.arm.engine_pair import (
     CODE,
     GENERAL,

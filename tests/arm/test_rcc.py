@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from emulator.chip.chip import SystemBlocks
-from emulator.chip.peripherals.rcc import NOMINAL, Oscillators, frequencies, pll
-from emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US
+from fcu_emulator.emulator.chip.chip import SystemBlocks
+from fcu_emulator.emulator.chip.peripherals.rcc import NOMINAL, Oscillators, frequencies, pll
+from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US
 from tests.arm.chip_fakes import Chip, NativeChip
 
 CR, PLLCFGR, CFGR, CIR = 0x00, 0x04, 0x08, 0x0C

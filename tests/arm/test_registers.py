@@ -15,15 +15,15 @@ import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
-from emulator.chip import memory_map
-from emulator.chip.chip import SystemBlocks
-from emulator.chip.library import ChipBlock
-from emulator.chip.peripherals.peripheral import Peripheral
-from emulator.chip.registers import BLOCKS, IN_C, SYSTEM_CONTROL_SPACE, names_of
-from emulator.chip.registers.block import WORD, BlockRegister
-from emulator.chip.registers.c_header import file_name, header
-from emulator.time.clock import PS_PER_MS, PS_PER_US
-from emulator.trace import DeviceNote
+from fcu_emulator.emulator.chip import memory_map
+from fcu_emulator.emulator.chip.chip import SystemBlocks
+from fcu_emulator.emulator.chip.library import ChipBlock
+from fcu_emulator.emulator.chip.peripherals.peripheral import Peripheral
+from fcu_emulator.emulator.chip.registers import BLOCKS, IN_C, SYSTEM_CONTROL_SPACE, names_of
+from fcu_emulator.emulator.chip.registers.block import WORD, BlockRegister
+from fcu_emulator.emulator.chip.registers.c_header import file_name, header
+from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_US
+from fcu_emulator.emulator.trace import DeviceNote
 from tests.arm.chip_fakes import Chip, NativeChip
 
 ROOT = Path(__file__).parents[2]
@@ -234,7 +234,7 @@ def test_fields_that_are_modelled_are_not_noted_as_if_they_were_not(name: str) -
 
 @pytest.mark.parametrize("module", IN_C, ids=file_name)
 def test_a_c_header_is_up_to_date(module: ModuleType) -> None:
-    """When it is not: python -m emulator.chip.registers"""
+    """When it is not: python -m fcu_emulator.emulator.chip.registers"""
     assert (NATIVE / file_name(module)).read_text(encoding="utf-8") == header(module)
 
 
@@ -250,7 +250,7 @@ def test_every_header_of_registers_is_made_and_included() -> None:
 
 
 def fcu(*arguments: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "emulator", *arguments]
+    command = [sys.executable, "-m", "fcu_emulator", *arguments]
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
 
 

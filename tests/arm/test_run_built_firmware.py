@@ -9,12 +9,12 @@ from typing import ClassVar
 
 import pytest
 
-from emulator import Board, FcuError
-from emulator.chip.image import load_firmware
-from emulator.errors import InputError
-from emulator.scenario import check
-from emulator.trace import DeviceNote
-from firmware_model.arm import prebuilt
+from fcu_emulator import Board, FcuError
+from fcu_emulator.emulator.chip.image import load_firmware
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.scenario import check
+from fcu_emulator.emulator.trace import DeviceNote
+from fcu_emulator.firmware_model.arm import prebuilt
 from tests.arm.hostile_programs import program
 
 GOLDEN = Path(__file__).parents[1] / "golden"
@@ -23,7 +23,7 @@ FLASH = 0x0800_0000
 
 def fcu(*arguments: str) -> subprocess.CompletedProcess[bytes]:
     return subprocess.run(
-        [sys.executable, "-m", "emulator", *arguments],
+        [sys.executable, "-m", "fcu_emulator", *arguments],
         capture_output=True,
         stdin=subprocess.DEVNULL,
         timeout=120,

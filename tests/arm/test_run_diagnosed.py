@@ -15,7 +15,7 @@ def run(program: str, *arguments: str) -> tuple[int, str]:
     """The exit code and what is said on stderr."""
     firmware = program if program == "solution" else str(BROKEN / f"{program}.elf")
     done = subprocess.run(
-        [sys.executable, "-m", "emulator", "run", firmware, "--speed", "max", *arguments],
+        [sys.executable, "-m", "fcu_emulator", "run", firmware, "--speed", "max", *arguments],
         capture_output=True,
         stdin=subprocess.DEVNULL,
         timeout=120,

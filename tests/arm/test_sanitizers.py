@@ -26,7 +26,7 @@ a hundred times as much of it without Python.
 """
 LEFT_OUT = ("unicorn", "untraced", "counting_up_equals", "counting_down_equals")
 """Parts of names: these go the ways in C that others of their file go, too."""
-LIBRARY = "from emulator.chip.native import FOLDER, library_name; print(FOLDER / library_name())"
+LIBRARY = "from fcu_emulator.emulator.chip.native import FOLDER, library_name; print(FOLDER / library_name())"
 
 
 def preloaded() -> str:

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from emulator.time.clock import PS_PER_MS, PS_PER_US
-from firmware_model.arm import prebuilt
+from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_US
+from fcu_emulator.firmware_model.arm import prebuilt
 from tests.arm.speed_bench import Chip, Result
 from tests.arm.speed_programs import (
     COUNTS_IN_RAM,

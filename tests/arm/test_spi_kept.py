@@ -13,10 +13,10 @@ from unittest.mock import patch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from emulator.chip.library import FcuChip
-from emulator.chip.targets import Targets
-from emulator.time.clock import PS_PER_MS, PS_PER_US
-from emulator.trace import BusTransfer, RegisterWrite
+from fcu_emulator.emulator.chip.library import FcuChip
+from fcu_emulator.emulator.chip.targets import Targets
+from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_US
+from fcu_emulator.emulator.trace import BusTransfer, RegisterWrite
 from tests.arm.comm_bench import CommBench
 from tests.arm.test_spi_master import BIDIOE, CR1, LIS2MDL, LPS22HB, LSM6DSL, SPE, StSpi, put, three_wire
 

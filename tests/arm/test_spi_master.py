@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from emulator import Board
-from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
-from emulator.trace import BusTransfer, DeviceNote
-from sensors.spi import SpiTarget
+from fcu_emulator import Board
+from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
+from fcu_emulator.emulator.trace import BusTransfer, DeviceNote
+from fcu_emulator.sensors.spi import SpiTarget
 from tests.arm.comm_bench import RAM, CommBench
 
 CR1, CR2, SR, DR = 0x00, 0x04, 0x08, 0x0C  # RM0368 20.5

@@ -13,10 +13,10 @@ from pathlib import Path
 
 import pytest
 
-from emulator import Board
-from emulator.analysis.mistakes import explain
-from emulator.analysis.witness import Witness
-from emulator.grading.rubric import load_rubric
+from fcu_emulator import Board
+from fcu_emulator.emulator.analysis.mistakes import explain
+from fcu_emulator.emulator.analysis.witness import Witness
+from fcu_emulator.emulator.grading.rubric import load_rubric
 from tests.arm import student_programs
 from tests.arm.graded_programs import staged
 from tests.arm.student_programs import OPTIMISATIONS, Program, build, said, without_numbers

@@ -6,7 +6,7 @@ import struct
 
 import pytest
 
-from emulator.chip.image import parse_firmware
+from fcu_emulator.emulator.chip.image import parse_firmware
 from tests.arm.elf_builder import (
     ACC,
     COUNT,

@@ -7,7 +7,7 @@ import zlib
 
 import pytest
 
-from emulator.chip.image.dwarf import Budget
+from fcu_emulator.emulator.chip.image.dwarf import Budget
 from tests.arm.elf_builder import (
     ACC,
     END_SEQUENCE,

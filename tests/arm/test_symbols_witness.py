@@ -9,7 +9,7 @@ from pathlib import Path
 
 from elftools.elf.elffile import ELFFile
 
-from emulator.chip.image import Symbols, load_firmware
+from fcu_emulator.emulator.chip.image import Symbols, load_firmware
 from tests.arm.elf_builder import (
     debug_sections,
 )

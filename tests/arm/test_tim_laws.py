@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from emulator.time.clock import PS_PER_S
+from fcu_emulator.emulator.time.clock import PS_PER_S
 from tests.arm.chip_fakes import NativeChip
 from tests.arm.timer_oracle import SlowTimer
 

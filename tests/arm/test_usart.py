@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from emulator.buses.uart import Uart
-from emulator.chip.peripherals.usart import ConnectedUsarts, Usart, wire_terminal
-from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
-from emulator.trace import TerminalBytes
+from fcu_emulator.emulator.buses.uart import Uart
+from fcu_emulator.emulator.chip.peripherals.usart import ConnectedUsarts, Usart, wire_terminal
+from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
+from fcu_emulator.emulator.trace import TerminalBytes
 from tests.arm.chip_fakes import NativeChip
 from tests.arm.comm_bench import ACCESS_PS, FakeProcessor
 

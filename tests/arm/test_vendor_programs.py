@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from emulator import Board
-from firmware_model import arm
+from fcu_emulator import Board
+from fcu_emulator.firmware_model import arm
 from tests.arm.recording import chip_state
 from tests.arm.test_firmware_build import compiler_of, needs_compiler
 from tests.arm.vendor_programs import VENDOR, file, laps_line, numbers

@@ -14,14 +14,14 @@ from typing import Any
 
 import pytest
 
-from emulator import Board
-from emulator.chip.firmware import WORK_PER_S, Limits
-from emulator.errors import LimitError
-from emulator.grading.judge import judge
-from emulator.grading.rubric import load_rubric
-from emulator.grading.verdict import Verdict
-from emulator.time.clock import PS_PER_MS
-from emulator.trace import DeviceNote, GpioEdge
+from fcu_emulator import Board
+from fcu_emulator.emulator.chip.firmware import WORK_PER_S, Limits
+from fcu_emulator.emulator.errors import LimitError
+from fcu_emulator.emulator.grading.judge import judge
+from fcu_emulator.emulator.grading.rubric import load_rubric
+from fcu_emulator.emulator.grading.verdict import Verdict
+from fcu_emulator.emulator.time.clock import PS_PER_MS
+from fcu_emulator.emulator.trace import DeviceNote, GpioEdge
 from tests.arm.heavy_programs import all_programs, mixtures
 from tests.arm.hostile_programs import RAM, board_with, program, put, word
 
@@ -238,7 +238,7 @@ def test_the_shipped_solution_takes_a_fraction_of_the_work(profile: str) -> None
 def test_the_command_line_stops_at_a_limit_on_work(tmp_path: Path) -> None:
     file = tmp_path / "clocks.bin"
     file.write_bytes(PROGRAMS["RCC: HPRE flips"])
-    command = [sys.executable, "-m", "emulator", "run", str(file), "--speed", "max"]
+    command = [sys.executable, "-m", "fcu_emulator", "run", str(file), "--speed", "max"]
 
     done = subprocess.run(
         [*command, "--limit", f"work_per_s={LOW}"],

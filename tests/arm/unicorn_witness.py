@@ -1,7 +1,7 @@
 """Unicorn, QEMU's translator as a library, as a witness of what single instructions do.
 
 It has the chip's flash (at 0, too), RAM and system memory, and nothing else; registers have the names of
-:mod:`emulator.chip.cpu.core_registers`. What is known of Unicorn 2.1 and relied upon:
+:mod:`fcu_emulator.emulator.chip.cpu.core_registers`. What is known of Unicorn 2.1 and relied upon:
 
 * An exception number reported to the interrupt hook, and an error, leave PC, xPSR with ITSTATE, and all
   registers as they were before the instruction (after it for SVC).
@@ -23,9 +23,15 @@ from unicorn import UC_ARCH_ARM, UC_MODE_MCLASS, UC_MODE_THUMB, Uc, UcError, arm
 from unicorn import unicorn_const as uc
 from unicorn.unicorn_py3.unicorn import uclib
 
-from emulator.chip.cpu.bare_core import Stop, fetch_fault
-from emulator.chip.cpu.core_registers import CORE, FLOATING_POINT, MASKS, RegisterCalls, Registers
-from emulator.chip.memory_map import (
+from fcu_emulator.emulator.chip.cpu.bare_core import Stop, fetch_fault
+from fcu_emulator.emulator.chip.cpu.core_registers import (
+    CORE,
+    FLOATING_POINT,
+    MASKS,
+    RegisterCalls,
+    Registers,
+)
+from fcu_emulator.emulator.chip.memory_map import (
     FLASH,
     FLASH_SIZE,
     RAM,

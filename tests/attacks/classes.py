@@ -14,15 +14,15 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-from emulator.cli.grade import _submitter
-from emulator.errors import FcuError, InputError, NotJudgedError
-from emulator.grading.build import Builder
-from emulator.grading.grading import Grader
-from emulator.grading.reports.writer import Reports
-from emulator.grading.results import Graded, GradedClass
-from emulator.grading.roster import Roster, Student, load_roster
-from emulator.grading.rubric import load_rubric
-from emulator.grading.submissions import RejectedError, Submission, find_submissions
+from fcu_emulator.emulator.cli.grade import _submitter
+from fcu_emulator.emulator.errors import FcuError, InputError, NotJudgedError
+from fcu_emulator.emulator.grading.build import Builder
+from fcu_emulator.emulator.grading.grading import Grader
+from fcu_emulator.emulator.grading.reports.writer import Reports
+from fcu_emulator.emulator.grading.results import Graded, GradedClass
+from fcu_emulator.emulator.grading.roster import Roster, Student, load_roster
+from fcu_emulator.emulator.grading.rubric import load_rubric
+from fcu_emulator.emulator.grading.submissions import RejectedError, Submission, find_submissions
 from tests.arm.mutations import ANYWHERE, mutated
 
 _NAMES = (

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from random import Random
 
-from emulator import Board, FcuError, InputError
-from emulator.chip.firmware import Limits
-from emulator.scenario import load_scenario
-from firmware_model.arm import prebuilt
+from fcu_emulator import Board, FcuError, InputError
+from fcu_emulator.emulator.chip.firmware import Limits
+from fcu_emulator.emulator.scenario import load_scenario
+from fcu_emulator.firmware_model.arm import prebuilt
 from tests.arm.mutations import ANYWHERE, OF_ELF, mutated
 
 _SCENARIOS = sorted((Path(__file__).parents[2] / "scenarios").glob("*.toml"))
@@ -121,7 +121,7 @@ def _other_record(record: bytes, random: Random) -> bytes:
 
 
 def _firmware(data: bytes, path: Path, number: int) -> str:
-    from emulator.chip.image import parse_firmware
+    from fcu_emulator.emulator.chip.image import parse_firmware
 
     try:
         image = parse_firmware(data, path.name)

@@ -15,11 +15,11 @@ from random import Random
 
 from websockets.sync.client import ClientConnection
 
-from emulator.live.address import Address
-from emulator.live.server import PageServer
-from emulator.live.session import Session
-from emulator.live.setup import Setup
-from emulator.loopback import HOST
+from fcu_emulator.emulator.live.address import Address
+from fcu_emulator.emulator.live.server import PageServer
+from fcu_emulator.emulator.live.session import Session
+from fcu_emulator.emulator.live.setup import Setup
+from fcu_emulator.emulator.loopback import HOST
 from tests.live_fakes import connected
 from tests.live_fuzz import fuzzed
 

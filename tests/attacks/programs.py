@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from random import Random
 
-_FCU = (sys.executable, "-m", "emulator")
+_FCU = (sys.executable, "-m", "fcu_emulator")
 _LONGEST_S = 120
 _CODES = {
     0: "held",

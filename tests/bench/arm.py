@@ -6,7 +6,7 @@ import json
 import tempfile
 from pathlib import Path
 
-from emulator import Board
+from fcu_emulator import Board
 from tests.arm import vendor_programs as vendor
 from tests.arm.speed_programs import ARITHMETIC, POLLS_A_PIN, SHOWS_A_PIN, program
 from tests.bench.row import Row, factor

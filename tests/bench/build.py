@@ -6,7 +6,7 @@ import platform
 import subprocess
 from pathlib import Path
 
-import emulator
+from fcu_emulator import emulator
 
 
 def describe() -> dict[str, str]:
@@ -22,7 +22,7 @@ def describe() -> dict[str, str]:
 
 def _library() -> str:
     try:
-        from emulator.chip.native import FOLDER, built_from, library_name
+        from fcu_emulator.emulator.chip.native import FOLDER, built_from, library_name
     except ImportError:  # a build from before there was the library
         return "unknown"
     sources, *compiler = built_from(FOLDER / library_name())

@@ -9,7 +9,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from emulator import Board
+from fcu_emulator import Board
 from tests.bench.row import PEAK_MB, Row, cpu_s
 
 BOOT = "STEVAL-FCU001V1 FH rev.1.0 - Sep 2017\n\nLSM6DSL MEMS Accelerometer initialized and enabled\n"
@@ -79,7 +79,7 @@ def hour() -> dict[str, float]:
     """An hour in a process of its own: factor, exact tick count, peak memory."""
     script = (
         PEAK_MB + "import json,time\n"
-        "from emulator import Board\n"
+        "from fcu_emulator.emulator import Board\n"
         "board=Board(firmware='lab3'); started=time.process_time(); board.run_for(3600)\n"
         "timer=board.tim9\n"
         "print(json.dumps(dict(took=time.process_time()-started, ticks=timer.ticks, lost=timer.lost,"

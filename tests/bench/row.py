@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from emulator import Board
+from fcu_emulator import Board
 
 PEAK_MB = """
 def peak_mb():

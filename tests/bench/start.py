@@ -11,7 +11,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from emulator import Board
+from fcu_emulator import Board
 from tests.bench.row import PEAK_MB, TIMES, Row, cpu_s
 
 try:
@@ -46,7 +46,7 @@ def command(expected: str, *arguments: str, times: int = TIMES) -> float:
         def once() -> float:
             started = _childrens_cpu_s()
             done = subprocess.run(
-                [sys.executable, "-m", "emulator", *arguments],
+                [sys.executable, "-m", "fcu_emulator", *arguments],
                 capture_output=True,
                 text=True,
                 check=True,
@@ -72,7 +72,7 @@ def first_byte() -> float:
 
         def once() -> float:
             started = _childrens_cpu_s()
-            command = [sys.executable, "-m", "emulator", "run", "solution"]
+            command = [sys.executable, "-m", "fcu_emulator", "run", "solution"]
             with subprocess.Popen(
                 command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment
             ) as process:
@@ -104,7 +104,7 @@ def memory() -> float:
     """Peak megabytes of a process after two virtual seconds of the solution."""
     script = (
         PEAK_MB + "import json\n"
-        "from emulator import Board\n"
+        "from fcu_emulator.emulator import Board\n"
         "board=Board(firmware='solution')\n"
         "board.run_for(2)\n"
         "print(json.dumps(dict(text=board.terminal.text, rss=peak_mb())))\n"

@@ -17,9 +17,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sensors.lis2mdl import LIS2MDLErrors
-from sensors.lps22hb import LPS22HBErrors
-from sensors.lsm6dsl import LSM6DSLErrors
+from fcu_emulator.sensors.lis2mdl import LIS2MDLErrors
+from fcu_emulator.sensors.lps22hb import LPS22HBErrors
+from fcu_emulator.sensors.lsm6dsl import LSM6DSLErrors
 from tests.sensor_fakes import (
     ACCELEROMETER,
     GYROSCOPE,

@@ -14,11 +14,11 @@ from typing import NamedTuple
 
 import pytest
 
-from sensors.lis2mdl import registers as lis2mdl
-from sensors.lps22hb import registers as lps22hb
-from sensors.lsm6dsl import registers as lsm6dsl
-from sensors.lsm6dsl.banks import BankA, BankB
-from sensors.register import ADDRESSES, Register, RegisterMap
+from fcu_emulator.sensors.lis2mdl import registers as lis2mdl
+from fcu_emulator.sensors.lps22hb import registers as lps22hb
+from fcu_emulator.sensors.lsm6dsl import registers as lsm6dsl
+from fcu_emulator.sensors.lsm6dsl.banks import BankA, BankB
+from fcu_emulator.sensors.register import ADDRESSES, Register, RegisterMap
 
 TABLES = Path(__file__).parents[1] / "fixtures" / "registers"
 

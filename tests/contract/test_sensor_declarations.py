@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sensors import LIS2MDL, LPS22HB, LSM6DSL
-from sensors.declaration import Bus
-from sensors.part import Part, SubaddressTarget
-from sensors.register import ADDRESSES, Register, RegisterMap
-from sensors.spi import READ, SpiTarget
+from fcu_emulator.sensors import LIS2MDL, LPS22HB, LSM6DSL
+from fcu_emulator.sensors.declaration import Bus
+from fcu_emulator.sensors.part import Part, SubaddressTarget
+from fcu_emulator.sensors.register import ADDRESSES, Register, RegisterMap
+from fcu_emulator.sensors.spi import READ, SpiTarget
 from tests.sensor_fakes import CHANNELS, PARTS, Channel
 
 parts = pytest.mark.parametrize("part", PARTS.values(), ids=list(PARTS))

@@ -9,14 +9,14 @@ from pathlib import Path
 
 import pytest
 
-import sensors
+from fcu_emulator import sensors
 
 SENSORS = Path(sensors.__path__[0])
 PROGRAM = """
 import sys
 before = set(sys.modules)
-import sensors
-loaded = {name.partition(".")[0] for name in set(sys.modules) - before}
+from fcu_emulator import sensors
+loaded = {name.removeprefix("fcu_emulator.").partition(".")[0] for name in set(sys.modules) - before}
 print(*sorted(loaded - sys.stdlib_module_names))
 """
 
@@ -30,7 +30,7 @@ def test_importing_sensors_loads_numpy_at_most() -> None:
         check=True,
         timeout=60,
     )
-    assert set(done.stdout.split()) <= {"sensors", "numpy"}
+    assert set(done.stdout.split()) <= {"fcu_emulator", "sensors", "numpy"}
     assert "sensors" in done.stdout
 
 
@@ -38,7 +38,7 @@ def test_importing_sensors_loads_numpy_at_most() -> None:
 def test_a_package_says_which_file_is_about_what(package: str) -> None:
     """Its docstring has a table: names of files, then what they are about."""
     folder = SENSORS.parent.joinpath(*package.split("."))
-    text = sys.modules[package].__doc__ or ""
+    text = sys.modules[f"fcu_emulator.{package}"].__doc__ or ""
     _, table, _ = re.split(r"^=+  =+$", text, flags=re.MULTILINE)
     named = [name for line in table.strip().splitlines() for name in line.partition("  ")[0].split(", ")]
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from emulator import Board
-from emulator.adapters import BusioI2C, virtual_time
+from fcu_emulator import Board
+from fcu_emulator.emulator.adapters import BusioI2C, virtual_time
 from tests.driver_fakes import SETTLED_S, changes, settled
 
 adafruit_lps2x = pytest.importorskip("adafruit_lps2x", reason="pip install -e '.[test]'")

@@ -7,8 +7,8 @@ from math import degrees
 
 import pytest
 
-from emulator import Board
-from emulator.adapters import BusioI2C, virtual_time
+from fcu_emulator import Board
+from fcu_emulator.emulator.adapters import BusioI2C, virtual_time
 from tests.driver_fakes import (
     ATTITUDES,
     G_M_S2,

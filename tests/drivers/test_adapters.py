@@ -11,10 +11,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from emulator import Board, I2CBusError, I2CNackError, I2CStuckError, InputError
-from emulator.adapters import BusioI2C, MachineI2C, SensirionI2C, SMBus
-from emulator.buses.i2c import FaultKind, I2CFault
-from emulator.trace import BusTransfer
+from fcu_emulator import Board, I2CBusError, I2CNackError, I2CStuckError, InputError
+from fcu_emulator.emulator.adapters import BusioI2C, MachineI2C, SensirionI2C, SMBus
+from fcu_emulator.emulator.buses.i2c import FaultKind, I2CFault
+from fcu_emulator.emulator.trace import BusTransfer
 
 WHO_AM_I = bytes((0x0F,))
 PARTS = [0x1E, 0x5D, 0x6B]

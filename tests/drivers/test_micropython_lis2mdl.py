@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from emulator import Board
-from emulator.adapters import MachineI2C, virtual_time
+from fcu_emulator import Board
+from fcu_emulator.emulator.adapters import MachineI2C, virtual_time
 from tests.driver_fakes import ATTITUDES, SETTLED_S, Vector, board_axes, field_ut, settled, within
 
 package = pytest.importorskip("micropython_lis2mdl", reason="pip install -e '.[test]'")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from emulator import Board
-from emulator.adapters import SMBus
+from fcu_emulator import Board
+from fcu_emulator.emulator.adapters import SMBus
 from tests.driver_fakes import (
     ATTITUDES,
     SETTLED_S,

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from emulator import Board
-from emulator.adapters import SensirionI2C, virtual_time
+from fcu_emulator import Board
+from fcu_emulator.emulator.adapters import SensirionI2C, virtual_time
 from tests.driver_fakes import SETTLED_S, settled
 
 sensirion_i2c_driver = pytest.importorskip("sensirion_i2c_driver", reason="pip install -e '.[test]'")

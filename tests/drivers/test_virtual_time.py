@@ -8,8 +8,8 @@ from types import ModuleType
 
 import pytest
 
-from emulator import Board, InputError
-from emulator.adapters import virtual_time
+from fcu_emulator import Board, InputError
+from fcu_emulator.emulator.adapters import virtual_time
 
 CLOCKS = ["monotonic", "perf_counter", "time"]
 

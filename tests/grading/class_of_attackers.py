@@ -17,9 +17,9 @@ from pathlib import Path
 from random import Random
 from tempfile import TemporaryDirectory
 
-from emulator.cli import execute
-from emulator.grading.results import Graded, GradedClass
-from firmware_model.arm import prebuilt, sources
+from fcu_emulator.emulator.cli import execute
+from fcu_emulator.emulator.grading.results import Graded, GradedClass
+from fcu_emulator.firmware_model.arm import prebuilt, sources
 from tests.arm.heavy_programs import all_programs
 from tests.arm.mutations import ANYWHERE, OF_ELF, mutated
 from tests.grading.class_of_forty import archive, write_hostile

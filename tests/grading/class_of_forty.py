@@ -16,9 +16,9 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from emulator.cli import execute
-from emulator.grading.results import Graded, GradedClass
-from firmware_model.arm import prebuilt
+from fcu_emulator.emulator.cli import execute
+from fcu_emulator.emulator.grading.results import Graded, GradedClass
+from fcu_emulator.firmware_model.arm import prebuilt
 from tests.arm import student_programs
 
 EVIL_TEXT = r"<script>document.title = 1</script>\033[2J\033]0;owned\007</pre>"

@@ -14,10 +14,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from emulator.grading.rubric import load_rubric
-from emulator.grading.tasks import Task, code_digest, judge_task
-from emulator.grading.workers import DaskWorkers
-from firmware_model.arm import prebuilt
+from fcu_emulator.emulator.grading.rubric import load_rubric
+from fcu_emulator.emulator.grading.tasks import Task, code_digest, judge_task
+from fcu_emulator.emulator.grading.workers import DaskWorkers
+from fcu_emulator.firmware_model.arm import prebuilt
 
 ROOT = Path(__file__).parents[2]
 

@@ -13,12 +13,12 @@ from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from emulator.cli import execute
-from emulator.grading.rubric import load_rubric
-from emulator.grading.tasks import Task, code_digest, judge_task
-from emulator.grading.verdict import Verdict
-from emulator.grading.workers import LocalWorkers
-from firmware_model.arm import prebuilt
+from fcu_emulator.emulator.cli import execute
+from fcu_emulator.emulator.grading.rubric import load_rubric
+from fcu_emulator.emulator.grading.tasks import Task, code_digest, judge_task
+from fcu_emulator.emulator.grading.verdict import Verdict
+from fcu_emulator.emulator.grading.workers import LocalWorkers
+from fcu_emulator.firmware_model.arm import prebuilt
 
 CLASS = 300
 PROGRAMS = {"solution": (20.0, 20.0), "template": (4.0, 5.0)}

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from emulator.grading.archives import ArchiveError, Bounds, unpack
+from fcu_emulator.emulator.grading.archives import ArchiveError, Bounds, unpack
 
 SMALL = Bounds(entries=10, bytes=1 << 20)
 

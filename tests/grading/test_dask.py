@@ -15,14 +15,14 @@ from typing import Any
 
 import pytest
 
-from emulator.errors import InputError
-from emulator.grading.build import Builder
-from emulator.grading.grading import Grader
-from emulator.grading.rubric import load_rubric
-from emulator.grading.submissions import find_submissions
-from emulator.grading.tasks import Task, judge_task
-from emulator.grading.workers import DaskWorkers
-from firmware_model.arm import prebuilt
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.grading.build import Builder
+from fcu_emulator.emulator.grading.grading import Grader
+from fcu_emulator.emulator.grading.rubric import load_rubric
+from fcu_emulator.emulator.grading.submissions import find_submissions
+from fcu_emulator.emulator.grading.tasks import Task, judge_task
+from fcu_emulator.emulator.grading.workers import DaskWorkers
+from fcu_emulator.firmware_model.arm import prebuilt
 from tests.grading.test_grade import RUBRIC
 
 pytest.importorskip("distributed", reason="Dask is not installed")

@@ -17,17 +17,17 @@ from pathlib import Path
 
 import pytest
 
-from emulator.cli import execute
-from emulator.errors import NotJudgedError
-from emulator.grading.build import Builder
-from emulator.grading.grading import Grader
-from emulator.grading.results import GradedClass
-from emulator.grading.rubric import load_rubric
-from emulator.grading.store import Store
-from emulator.grading.submissions import find_submissions
-from emulator.grading.tasks import Task, code_digest, judge_task
-from emulator.grading.workers import LocalWorkers
-from firmware_model.arm import prebuilt
+from fcu_emulator.emulator.cli import execute
+from fcu_emulator.emulator.errors import NotJudgedError
+from fcu_emulator.emulator.grading.build import Builder
+from fcu_emulator.emulator.grading.grading import Grader
+from fcu_emulator.emulator.grading.results import GradedClass
+from fcu_emulator.emulator.grading.rubric import load_rubric
+from fcu_emulator.emulator.grading.store import Store
+from fcu_emulator.emulator.grading.submissions import find_submissions
+from fcu_emulator.emulator.grading.tasks import Task, code_digest, judge_task
+from fcu_emulator.emulator.grading.workers import LocalWorkers
+from fcu_emulator.firmware_model.arm import prebuilt
 from tests.grading.test_build import needs_compiler, needs_sandbox
 from tests.grading.test_reports import assert_is_gradescopes
 
@@ -128,7 +128,7 @@ def test_a_class_is_graded_and_what_is_bad_costs_only_itself(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("emulator.cli.grade.monotonic", lambda: 0.0)
+    monkeypatch.setattr("fcu_emulator.emulator.cli.grade.monotonic", lambda: 0.0)
     out = tmp_path / "out"
     before = set(tmp_path.iterdir())
 
@@ -165,7 +165,7 @@ def test_a_log_is_told_now_and_then_how_far_a_class_is(
         (folder / f"{number}.elf").write_text("this is no program")
     took_s = [0.5] * 8 + [8] + [10] * 3 + [130] + [0.1] * 7
     clock_s = itertools.accumulate(took_s, initial=0)
-    monkeypatch.setattr("emulator.cli.grade.monotonic", lambda: next(clock_s))
+    monkeypatch.setattr("fcu_emulator.emulator.cli.grade.monotonic", lambda: next(clock_s))
 
     assert grade(folder, "--rubric", rubric, "--out", tmp_path / "out") == 0
     assert capsys.readouterr().err.splitlines() == [

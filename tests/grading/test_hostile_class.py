@@ -18,15 +18,15 @@ from pathlib import Path
 
 import pytest
 
-from emulator.errors import NotJudgedError
-from emulator.grading import build as building
-from emulator.grading.build import Builder, CompileError
-from emulator.grading.judge import judge
-from emulator.grading.results import GradedClass
-from emulator.grading.rubric import load_rubric
-from emulator.grading.submissions import Source
-from firmware_model import arm
-from firmware_model.arm import prebuilt
+from fcu_emulator.emulator.errors import NotJudgedError
+from fcu_emulator.emulator.grading import build as building
+from fcu_emulator.emulator.grading.build import Builder, CompileError
+from fcu_emulator.emulator.grading.judge import judge
+from fcu_emulator.emulator.grading.results import GradedClass
+from fcu_emulator.emulator.grading.rubric import load_rubric
+from fcu_emulator.emulator.grading.submissions import Source
+from fcu_emulator.firmware_model import arm
+from fcu_emulator.firmware_model.arm import prebuilt
 from tests.attacks import classes
 from tests.grading.test_build import builder, needs_compiler, needs_sandbox, walled
 from tests.grading.test_grade import RUBRIC, autograder, grade, kept, out, rubric, run_autograder, table
@@ -151,7 +151,7 @@ def test_full_disk_while_unpacking_is_not_judged(
         target.write(prebuilt("template"), "lab3.elf")
     with monkeypatch.context() as broken:
         if place == "scratch":
-            broken.setattr("emulator.grading.grading.TemporaryDirectory", no_space)
+            broken.setattr("fcu_emulator.emulator.grading.grading.TemporaryDirectory", no_space)
         else:
             broken.setattr("emulator.grading.archives.zipfile.ZipFile.open", no_space)
         assert grade(submissions, "--rubric", rubric, "--out", out) == 4
@@ -171,9 +171,9 @@ def test_error_nobody_expected_costs_only_its_submission(
             raise KeyError(path)
         return content(path, scratch, take)
 
-    from emulator.grading.submissions import _content as content
+    from fcu_emulator.emulator.grading.submissions import _content as content
 
-    monkeypatch.setattr("emulator.grading.submissions._content", fail)
+    monkeypatch.setattr("fcu_emulator.emulator.grading.submissions._content", fail)
 
     assert grade(submissions, "--rubric", rubric, "--out", out) == 4
     assert status(out) == {"ada": "judged", "bob": "unjudged"}
@@ -447,7 +447,7 @@ def test_signal_ends_workers_and_removes_temporary_folders(
     rubric.write_text(RUBRIC.replace('"1.2s"', '"300s"'), encoding="utf-8")
     arguments = ["grade", submissions, "--rubric", rubric, "--out", tmp_path / "out", "--jobs", "1"]
     process = subprocess.Popen(
-        [sys.executable, "-m", "emulator", *map(str, arguments)],
+        [sys.executable, "-m", "fcu_emulator", *map(str, arguments)],
         env={**os.environ, "TMPDIR": str(temporary)},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

@@ -15,18 +15,25 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from emulator.errors import NotJudgedError
-from emulator.grading.reports.class_page import class_page, hardest_checks, summary
-from emulator.grading.reports.machine import grades_csv, gradescope_results, junit_xml
-from emulator.grading.reports.markup import element, page
-from emulator.grading.reports.plots import histogram, series_plot
-from emulator.grading.reports.student_page import student_page
-from emulator.grading.reports.writer import Reports
-from emulator.grading.results import Graded, GradedClass, pseudonym, report_name
-from emulator.grading.roster import Student
-from emulator.grading.rubric import load_rubric
-from emulator.grading.verdict import Cause, CheckResult, ExerciseTitle, RunEvidence, Series, Verdict
-from emulator.text import one_line, visible
+from fcu_emulator.emulator.errors import NotJudgedError
+from fcu_emulator.emulator.grading.reports.class_page import class_page, hardest_checks, summary
+from fcu_emulator.emulator.grading.reports.machine import grades_csv, gradescope_results, junit_xml
+from fcu_emulator.emulator.grading.reports.markup import element, page
+from fcu_emulator.emulator.grading.reports.plots import histogram, series_plot
+from fcu_emulator.emulator.grading.reports.student_page import student_page
+from fcu_emulator.emulator.grading.reports.writer import Reports
+from fcu_emulator.emulator.grading.results import Graded, GradedClass, pseudonym, report_name
+from fcu_emulator.emulator.grading.roster import Student
+from fcu_emulator.emulator.grading.rubric import load_rubric
+from fcu_emulator.emulator.grading.verdict import (
+    Cause,
+    CheckResult,
+    ExerciseTitle,
+    RunEvidence,
+    Series,
+    Verdict,
+)
+from fcu_emulator.emulator.text import one_line, visible
 
 EVIL = "<script>alert(1)</script>\"'><img src=x onerror=alert(1)>\x1b[31m\x00\u202e]]>&amp;"
 

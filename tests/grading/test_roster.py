@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from emulator.errors import InputError
-from emulator.grading.roster import Student, load_roster
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.grading.roster import Student, load_roster
 
 
 def roster(tmp_path: Path, data: str | bytes) -> Path:

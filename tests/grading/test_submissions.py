@@ -10,9 +10,15 @@ from tempfile import mkdtemp
 
 import pytest
 
-from emulator.errors import InputError
-from emulator.grading.roster import Roster, Student, load_roster
-from emulator.grading.submissions import Firmware, RejectedError, Source, Submission, find_submissions
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.grading.roster import Roster, Student, load_roster
+from fcu_emulator.emulator.grading.submissions import (
+    Firmware,
+    RejectedError,
+    Source,
+    Submission,
+    find_submissions,
+)
 
 ELF = b"\x7fELF one"
 

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from emulator.errors import InputError, NotJudgedError
-from emulator.grading import workers as workers_module
-from emulator.grading.workers import LocalWorkers
+from fcu_emulator.emulator.errors import InputError, NotJudgedError
+from fcu_emulator.emulator.grading import workers as workers_module
+from fcu_emulator.emulator.grading.workers import LocalWorkers
 
 
 @pytest.fixture(scope="module")

@@ -14,8 +14,8 @@ from pathlib import Path
 
 import pytest
 
-import emulator
-from firmware_model.arm import prebuilt
+from fcu_emulator import emulator
+from fcu_emulator.firmware_model.arm import prebuilt
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted((ROOT / "docs" / "api").glob("*.md"))

@@ -11,11 +11,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from emulator import Board, ExpectationError, FirmwareError, InputError
-from emulator.buses.i2c import FaultKind, I2CFault
-from emulator.python_cpu.hal import HAL_BUSY, HAL_ERROR, HAL_OK, HAL_TIMEOUT, Hal
-from emulator.time.clock import PS_PER_MS, PS_PER_S
-from emulator.trace import BusTransfer, Fault, GpioEdge, TickLate, TickLost
+from fcu_emulator import Board, ExpectationError, FirmwareError, InputError
+from fcu_emulator.emulator.buses.i2c import FaultKind, I2CFault
+from fcu_emulator.emulator.python_cpu.hal import HAL_BUSY, HAL_ERROR, HAL_OK, HAL_TIMEOUT, Hal
+from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
+from fcu_emulator.emulator.trace import BusTransfer, Fault, GpioEdge, TickLate, TickLost
 from tests.board_fakes import script, start_timer
 
 BOOT = (  # the lab's text

@@ -19,7 +19,7 @@ BANNER = "STEVAL-FCU001V1 FH rev.1.0 - Sep 2017\n\n"
 def fcu(*arguments: str, code: int = 0, cwd: Path | None = None) -> subprocess.CompletedProcess[bytes]:
     """Run ``fcu`` and check its exit code."""
     done = subprocess.run(
-        [sys.executable, "-m", "emulator", *arguments],
+        [sys.executable, "-m", "fcu_emulator", *arguments],
         capture_output=True,
         stdin=subprocess.DEVNULL,
         timeout=120,
@@ -165,7 +165,7 @@ def test_doctor_says_what_works() -> None:
 @pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_ends_the_run_with_its_summary() -> None:
     process = subprocess.Popen(
-        [sys.executable, "-m", "emulator", "run", "--speed", "1"],
+        [sys.executable, "-m", "fcu_emulator", "run", "--speed", "1"],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -183,7 +183,7 @@ def test_ctrl_c_ends_the_run_with_its_summary() -> None:
 @pytest.mark.skipif(sys.platform == "win32", reason="head is a POSIX tool")
 def test_a_reader_that_goes_away_does_not_break_the_run() -> None:
     done = subprocess.run(
-        f"'{sys.executable}' -m emulator run --duration 20s | head -c 20",
+        f"'{sys.executable}' -m fcu_emulator run --duration 20s | head -c 20",
         shell=True,
         capture_output=True,
         timeout=120,
@@ -211,15 +211,15 @@ def test_seed_0_can_be_chosen_over_the_scenarios_own() -> None:
 @pytest.mark.parametrize("firmware", ["lab3", "solution"])
 def test_a_plain_run_loads_nothing_that_it_does_not_need(firmware: str) -> None:
     """Schemas of scenarios, readers of debug information: each would be a tenth of the start."""
-    command = [sys.executable, "-X", "importtime", "-m", "emulator", "run", firmware, "--duration", "3ms"]
+    command = [sys.executable, "-X", "importtime", "-m", "fcu_emulator", "run", firmware, "--duration", "3ms"]
     done = subprocess.run([*command, "--speed", "max"], capture_output=True, encoding="utf-8", check=True)
     loaded = {line.rpartition("|")[2].strip() for line in done.stderr.splitlines()}
-    assert "emulator.board.board" in loaded
+    assert "fcu_emulator.emulator.board.board" in loaded
     needless = {
         "pydantic",
         "importlib.metadata",
-        "emulator.scenario.schema",
-        "emulator.chip.calls",
-        "emulator.chip.image.dwarf",
+        "fcu_emulator.emulator.scenario.schema",
+        "fcu_emulator.emulator.chip.calls",
+        "fcu_emulator.emulator.chip.image.dwarf",
     }
     assert not loaded & needless

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from emulator.cli.toolchain import COMPILER, find_compiler
+from fcu_emulator.emulator.cli.toolchain import COMPILER, find_compiler
 
 ROOT = Path(__file__).parents[2]
 GCC = shutil.which(COMPILER)
@@ -20,7 +20,7 @@ needs_compiler = pytest.mark.skipif(GCC is None, reason=f"{COMPILER} is not inst
 
 def fcu(*arguments: str, folder: Path, **environment: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-m", "emulator", *arguments],
+        [sys.executable, "-m", "fcu_emulator", *arguments],
         cwd=folder,
         env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
         capture_output=True,

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from emulator.grading.verdict import Verdict
-from firmware_model.arm import prebuilt
+from fcu_emulator.emulator.grading.verdict import Verdict
+from fcu_emulator.firmware_model.arm import prebuilt
 from tests.arm import student_programs
 from tests.arm.test_agreement_student import solved, write_code
 
@@ -31,7 +31,7 @@ def fcu(*arguments: str, folder: Path = ROOT, path: str | None = None) -> subpro
     if path is not None:
         environment["PATH"] = path
     return subprocess.run(
-        [sys.executable, "-m", "emulator", *arguments],
+        [sys.executable, "-m", "fcu_emulator", *arguments],
         cwd=folder,
         env=environment,
         capture_output=True,
@@ -148,7 +148,7 @@ def test_without_hypothesis_the_output_says_so(tmp_path: Path) -> None:
     missing = tmp_path / "hypothesis"
     missing.mkdir()
     (missing / "__init__.py").write_text("raise ModuleNotFoundError('no', name='hypothesis')")
-    code = f"import sys; sys.path.insert(0, {str(tmp_path)!r}); from emulator.cli import main; main()"
+    code = f"import sys; sys.path.insert(0, {str(tmp_path)!r}); from fcu_emulator.emulator.cli import main; main()"
     done = subprocess.run(
         [sys.executable, "-c", code, "check", "solution", *QUICK],
         cwd=ROOT,

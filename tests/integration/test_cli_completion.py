@@ -18,7 +18,7 @@ SHELLS = ("bash", "zsh", "fish")
 
 def fcu(**environment: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-m", "emulator"],
+        [sys.executable, "-m", "fcu_emulator"],
         env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
         capture_output=True,
         encoding="utf-8",
@@ -58,7 +58,7 @@ def test_the_pages_line_prints_the_shells_script(shell: str) -> None:
 @pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash")
 def test_bash_completes_after_the_pages_line(tmp_path: Path) -> None:
     program = tmp_path / "fcu"
-    program.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m emulator "$@"\n', encoding="utf-8")
+    program.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m fcu_emulator "$@"\n', encoding="utf-8")
     program.chmod(0o755)
     line = 'eval "$(_FCU_COMPLETE=bash_source fcu)"'
     assert line in PAGE.read_text(encoding="utf-8")

@@ -17,14 +17,14 @@ import click
 import numpy as np
 import pytest
 
-from emulator import Board
-from emulator.cli.commands import cli
-from emulator.cli.move import MoveOptions, entries, move
-from emulator.errors import InputError
-from emulator.links.runner import Runner
-from emulator.links.running import Door, running_boards
-from emulator.live.gestures import GESTURES, OLD_WORDS, buttons
-from emulator.live.moved import Moved
+from fcu_emulator import Board
+from fcu_emulator.emulator.cli.commands import cli
+from fcu_emulator.emulator.cli.move import MoveOptions, entries, move
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.links.runner import Runner
+from fcu_emulator.emulator.links.running import Door, running_boards
+from fcu_emulator.emulator.live.gestures import GESTURES, OLD_WORDS, buttons
+from fcu_emulator.emulator.live.moved import Moved
 
 DEADLINE_S = 30.0
 FLAT = {"roll_deg": 1.0, "pitch_deg": 2.0, "yaw_deg": 3.0, "altitude_m": 0.0}
@@ -234,7 +234,7 @@ def test_a_thousand_random_messages_do_not_stop_the_board() -> None:
 
 
 def fcu_move(*arguments: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "emulator", "move", *arguments]
+    command = [sys.executable, "-m", "fcu_emulator", "move", *arguments]
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
 
 

@@ -16,14 +16,14 @@ from pathlib import Path
 
 import pytest
 
-from emulator.cli.terminal import key, open_port
-from emulator.errors import InputError, LinkError
-from emulator.links.running import Door, Message, running_boards, the_running_board
-from emulator.links.tcp import TcpLink
+from fcu_emulator.emulator.cli.terminal import key, open_port
+from fcu_emulator.emulator.errors import InputError, LinkError
+from fcu_emulator.emulator.links.running import Door, Message, running_boards, the_running_board
+from fcu_emulator.emulator.links.tcp import TcpLink
 
 ALL_BYTES = bytes(range(256))
 DEADLINE_S = 30.0
-TERMINAL = [sys.executable, "-m", "emulator", "terminal"]
+TERMINAL = [sys.executable, "-m", "fcu_emulator", "terminal"]
 
 
 @pytest.fixture(autouse=True)
@@ -242,7 +242,7 @@ def test_a_port_that_nobody_serves_says_what_to_start() -> None:
 
 
 def test_a_run_and_a_terminal_find_each_other() -> None:
-    run = [sys.executable, "-m", "emulator", "run", "lab3", "--serial", "tcp:0"]
+    run = [sys.executable, "-m", "fcu_emulator", "run", "lab3", "--serial", "tcp:0"]
     with subprocess.Popen(run, stderr=subprocess.PIPE) as board:
         assert board.stderr is not None
         while b"open it with one of" not in board.stderr.readline():

@@ -4,16 +4,23 @@ from __future__ import annotations
 
 import pytest
 
-from emulator import Board, InputError, NotJudgedError
-from emulator.analysis import observation
-from emulator.analysis.compare import Ignorable, Rules, compare, compared, largest_deviations, tolerances
-from emulator.analysis.observation import END, TERMINAL, Entry, Observation, observe
-from emulator.board.firmware import FirmwareFactory, Settings, python_firmware
-from emulator.python_cpu.hal import Hal
-from emulator.scenario import load_scenario, scenario_names
-from emulator.scenario.observed import FIELDS
-from emulator.time.clock import PS_PER_MS, PS_PER_S
-from firmware_model.hal import HAL_OK
+from fcu_emulator import Board, InputError, NotJudgedError
+from fcu_emulator.emulator.analysis import observation
+from fcu_emulator.emulator.analysis.compare import (
+    Ignorable,
+    Rules,
+    compare,
+    compared,
+    largest_deviations,
+    tolerances,
+)
+from fcu_emulator.emulator.analysis.observation import END, TERMINAL, Entry, Observation, observe
+from fcu_emulator.emulator.board.firmware import FirmwareFactory, Settings, python_firmware
+from fcu_emulator.emulator.python_cpu.hal import Hal
+from fcu_emulator.emulator.scenario import load_scenario, scenario_names
+from fcu_emulator.emulator.scenario.observed import FIELDS
+from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
+from fcu_emulator.firmware_model.hal import HAL_OK
 from tests.board_fakes import script
 from tests.integration.test_cli import fcu, one_line_error
 

@@ -13,10 +13,10 @@ from pathlib import Path
 
 import pytest
 
-from emulator import Board, BusTransfer
-from emulator.grading.judge import judge
-from emulator.grading.rubric import load_rubric
-from emulator.scenario import run, scenario_names
+from fcu_emulator import Board, BusTransfer
+from fcu_emulator.emulator.grading.judge import judge
+from fcu_emulator.emulator.grading.rubric import load_rubric
+from fcu_emulator.emulator.scenario import run, scenario_names
 from tests import recipe
 
 ROOT = Path(__file__).parents[2]
@@ -44,7 +44,7 @@ def blocks(language: str) -> list[object]:
 
 def fcu(command: str, folder: Path | None = None, *, check: bool = True) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-m", "emulator", *shlex.split(command.removeprefix("fcu "))],
+        [sys.executable, "-m", "fcu_emulator", *shlex.split(command.removeprefix("fcu "))],
         capture_output=True,
         stdin=subprocess.DEVNULL,
         encoding="utf-8",
@@ -209,7 +209,7 @@ def test_what_the_migration_table_says_to_write_now_is_there() -> None:
     now = [code for _, right in rows for code in re.findall(r"`([^`]+)`", right)]
     board = Board()
 
-    imports = [code for code in now if code.startswith("from emulator import ")]
+    imports = [code for code in now if code.startswith("from fcu_emulator.emulator import ")]
     attributes = [code for code in now if re.fullmatch(r"board(\.\w+)+", code)]
     assert len(imports) > 3
     assert len(attributes) > 3

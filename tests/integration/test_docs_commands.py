@@ -16,7 +16,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_model.arm import prebuilt
+from fcu_emulator.firmware_model.arm import prebuilt
 from tests.integration.test_docs import ROOT, blocks, fcu
 
 KNOWN = {".", "pip", "pytest", "git", "pre-commit", "sphinx", "ruff", "mypy", "towncrier"}

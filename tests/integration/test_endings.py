@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_model.arm import prebuilt
+from fcu_emulator.firmware_model.arm import prebuilt
 from tests.scenario_files import HEAD, write
 
 pytestmark = [
@@ -40,7 +40,7 @@ def folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
 
 def started(*arguments: str | Path) -> subprocess.Popen[str]:
     return subprocess.Popen(
-        [sys.executable, "-m", "emulator", *map(str, arguments)],
+        [sys.executable, "-m", "fcu_emulator", *map(str, arguments)],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -144,7 +144,7 @@ def test_command_without_a_summary_ends_in_one_line(
 def test_nohup_is_heeded(folders: list[Path]) -> None:
     del folders
     diff = f"diff '{FIRMWARE}' '{FIRMWARE}' --scenario flat --duration 1s"
-    command = f"trap '' HUP; exec '{sys.executable}' -m emulator {diff}"
+    command = f"trap '' HUP; exec '{sys.executable}' -m fcu_emulator {diff}"
     process = subprocess.Popen(
         ["sh", "-c", command], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
     )
@@ -173,7 +173,7 @@ def test_recording_that_may_not_grow_is_not_there(tmp_path: Path, folders: list[
     record = tmp_path / "session.toml"
     record.write_text("before", encoding="utf-8")
     web = f"web lab3 --no-browser --duration 200ms --record '{record}'"
-    command = f"ulimit -f 0; exec '{sys.executable}' -m emulator {web}"
+    command = f"ulimit -f 0; exec '{sys.executable}' -m fcu_emulator {web}"
     done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, check=False, timeout=60)
     assert done.returncode == NOT_JUDGED, done.stderr
     assert done.stderr.splitlines()[-1].startswith(f"fcu: --record {record}")

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_model.arm import prebuilt
+from fcu_emulator.firmware_model.arm import prebuilt
 from tests.scenario_files import HEAD, write
 
 HELD, FAILED, WRONG_USE, FIRMWARE_FAILED, NOT_JUDGED = range(5)
@@ -51,7 +51,7 @@ def fcu(
     after: str = "",
 ) -> subprocess.CompletedProcess[str]:
     """One command; ``before`` and ``after`` are what a shell is told in addition."""
-    command = [sys.executable, "-m", "emulator", *map(str, arguments)]
+    command = [sys.executable, "-m", "fcu_emulator", *map(str, arguments)]
     if before or after:
         command = ["sh", "-c", f'{before} "$@" {after}', "sh", *command]
     with ExitStack() as stack:
@@ -175,7 +175,7 @@ def test_a_reader_that_has_gone(arguments: tuple[str, ...]) -> None:
 def test_a_reader_that_has_enough_ends_every_command(arguments: tuple[str, ...]) -> None:
     """``| head -1``: no message about it; only a verdict, which is not on standard output."""
     with subprocess.Popen(
-        [sys.executable, "-m", "emulator", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        [sys.executable, "-m", "fcu_emulator", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE
     ) as process:
         assert process.stdout is not None
         assert process.stderr is not None
@@ -273,7 +273,7 @@ def test_a_machine_without_memory_blames_nobody(tmp_path: Path, megabytes: int) 
 @pytest.mark.parametrize("name", ["SIGHUP", "SIGINT", "SIGTERM"])
 def test_a_run_that_is_to_outlive_its_terminal_does(name: str) -> None:
     """``nohup`` and a script's ``&`` start a program with the signal ignored."""
-    command = f"trap '' {name[3:]}; exec '{sys.executable}' -m emulator run --duration 1100ms --speed 1"
+    command = f"trap '' {name[3:]}; exec '{sys.executable}' -m fcu_emulator run --duration 1100ms --speed 1"
     process = subprocess.Popen(
         ["sh", "-c", command],
         stdin=subprocess.DEVNULL,
@@ -294,7 +294,7 @@ def test_a_run_that_is_to_outlive_its_terminal_does(name: str) -> None:
 def test_a_run_that_is_interrupted_is_not_judged(tmp_path: Path) -> None:
     path = write(tmp_path, HEAD + 'duration = "300s"\n' + GOOD)
     process = subprocess.Popen(
-        [sys.executable, "-m", "emulator", "run", "--scenario", str(path), "--speed", "1"],
+        [sys.executable, "-m", "fcu_emulator", "run", "--scenario", str(path), "--speed", "1"],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -312,7 +312,7 @@ def test_an_interrupt_that_python_drops_comes_again() -> None:
     """In a destructor nothing can be raised: Python prints it and goes on."""
     program = """
 import signal
-from emulator import cli
+from fcu_emulator.emulator import cli
 
 class Destroyed:
     def __del__(self):

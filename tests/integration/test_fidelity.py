@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from emulator import InputError
-from emulator.analysis.fidelity import (
+from fcu_emulator import InputError
+from fcu_emulator.emulator.analysis.fidelity import (
     BEGIN,
     BEGIN_BOARD,
     BEGIN_CHIP,
@@ -21,9 +21,9 @@ from emulator.analysis.fidelity import (
     rewrite,
     table,
 )
-from emulator.boards.description import BoardErrors
-from emulator.chip.registers import BLOCKS
-from sensors import PARTS
+from fcu_emulator.emulator.boards.description import BoardErrors
+from fcu_emulator.emulator.chip.registers import BLOCKS
+from fcu_emulator.sensors import PARTS
 
 ROOT = Path(__file__).parents[2]
 parts = pytest.mark.parametrize("name", PARTS)
@@ -31,13 +31,13 @@ parts = pytest.mark.parametrize("name", PARTS)
 
 def fcu(*arguments: str) -> str:
     done = subprocess.run(
-        [sys.executable, "-m", "emulator", *arguments], capture_output=True, check=True, timeout=60
+        [sys.executable, "-m", "fcu_emulator", *arguments], capture_output=True, check=True, timeout=60
     )
     return done.stdout.decode()
 
 
 def test_the_pages_table_is_up_to_date() -> None:
-    """When it is not: python -m emulator.analysis.fidelity docs/fidelity.md"""
+    """When it is not: python -m fcu_emulator.emulator.analysis.fidelity docs/fidelity.md"""
     text = (ROOT / "docs" / "fidelity.md").read_text(encoding="utf-8")
     assert rewrite(text) == text
 
@@ -47,7 +47,10 @@ def test_the_command_rewrites_only_what_is_between_the_markers(tmp_path: Path) -
     page.write_text(f"before\n{BEGIN}\nstale\n{END}\nafter\n", encoding="utf-8")
 
     subprocess.run(
-        [sys.executable, "-m", "emulator.analysis.fidelity", str(page)], cwd=ROOT, check=True, timeout=60
+        [sys.executable, "-m", "fcu_emulator.emulator.analysis.fidelity", str(page)],
+        cwd=ROOT,
+        check=True,
+        timeout=60,
     )
 
     assert page.read_text(encoding="utf-8") == f"before\n{BEGIN}\n\n{table()}\n\n{END}\nafter\n"

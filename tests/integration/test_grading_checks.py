@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from emulator.grading.judge import judge
-from emulator.grading.rubric import load_rubric
-from emulator.grading.verdict import CheckResult
+from fcu_emulator.emulator.grading.judge import judge
+from fcu_emulator.emulator.grading.rubric import load_rubric
+from fcu_emulator.emulator.grading.verdict import CheckResult
 from tests.arm import student_programs
 from tests.arm.student_programs import Change, Program
 
@@ -126,7 +126,7 @@ def test_an_error_inside_a_check_costs_that_check_alone(
     def broken(firmware: str, law: str, examples: int) -> str | None:
         raise ExceptionGroup("two", [AssertionError("one"), ZeroDivisionError("other")])
 
-    monkeypatch.setattr("emulator.testing.judged.counterexample", broken)
+    monkeypatch.setattr("fcu_emulator.emulator.testing.judged.counterexample", broken)
     check = judged(tmp_path, 'kind = "property", property = "less_pressure_is_more_altitude"', "solution")
 
     assert (check.outcome, check.points) == ("unjudged", 0.0)

@@ -1,4 +1,4 @@
-"""``fcu run --isolate`` and :mod:`emulator.isolation`: a worker that dies is nobody's wrong answer."""
+"""``fcu run --isolate`` and :mod:`fcu_emulator.emulator.isolation`: a worker that dies is nobody's wrong answer."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from emulator.errors import InputError
-from emulator.isolation import Limits, limits_of_worker, not_limited, run_isolated
-from firmware_model.arm import prebuilt
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.isolation import Limits, limits_of_worker, not_limited, run_isolated
+from fcu_emulator.firmware_model.arm import prebuilt
 from tests.integration.test_exit_codes import (
     BAD,
     FAILED,
@@ -136,7 +136,7 @@ def test_memory_that_runs_out_blames_nobody(program: str) -> None:
 
 def test_a_worker_may_put_itself_under_limits_again() -> None:
     """As one that does many tasks: the second call does not shorten what the first has left."""
-    code = "from emulator.isolation import Limits; [Limits(cpu_s=5).apply() for _ in range(3)]; print('done')"
+    code = "from fcu_emulator.emulator.isolation import Limits; [Limits(cpu_s=5).apply() for _ in range(3)]; print('done')"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (0, "done\n"), done.stderr
 
@@ -195,7 +195,7 @@ def workers(process: subprocess.Popen[str]) -> list[int]:
 def started(*arguments: str | Path, group: bool = False) -> subprocess.Popen[str]:
     """An isolated run that has printed something."""
     process = subprocess.Popen(
-        [sys.executable, "-m", "emulator", "run", *map(str, arguments), "--isolate", "--speed", "1"],
+        [sys.executable, "-m", "fcu_emulator", "run", *map(str, arguments), "--isolate", "--speed", "1"],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -251,7 +251,7 @@ def test_no_worker_outlives_its_parent() -> None:
 @pytest.mark.usefixtures("interruptible")
 def test_a_request_before_the_worker_runs() -> None:
     process = subprocess.Popen(
-        [sys.executable, "-m", "emulator", "run", "--duration", "300s", "--isolate", "--speed", "1"],
+        [sys.executable, "-m", "fcu_emulator", "run", "--duration", "300s", "--isolate", "--speed", "1"],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from emulator import Board, run
-from emulator.errors import InputError
-from emulator.grading.judge import JudgeProgress, judge, reworded
-from emulator.grading.rubric import Rubric, load_rubric
-from emulator.grading.verdict import Verdict
+from fcu_emulator import Board, run
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.grading.judge import JudgeProgress, judge, reworded
+from fcu_emulator.emulator.grading.rubric import Rubric, load_rubric
+from fcu_emulator.emulator.grading.verdict import Verdict
 
 RUBRIC = """\
 schema = 1

@@ -15,9 +15,9 @@ from zipfile import ZipFile
 
 import pytest
 
-import emulator
-from emulator.chip import native
-from emulator.chip.native import loader
+from fcu_emulator import emulator
+from fcu_emulator.emulator.chip import native
+from fcu_emulator.emulator.chip.native import loader
 
 ROOT = Path(emulator.__file__).parents[1]
 BUILD = Path("building", "library.py")
@@ -30,7 +30,7 @@ SHORT = "--duration", "1.5s", "--speed", "max", "-q"
 def clone(tmp_path: Path) -> Path:
     """What a clone has; without a library."""
     folder = tmp_path / "clone"
-    for name in (*PACKAGES, "building"):
+    for name in (*PACKAGES, "fcu_emulator", "building"):
         ignored = shutil.ignore_patterns("__pycache__", native.library_name())
         shutil.copytree(ROOT / name, folder / name, ignore=ignored)
     for name in ("pyproject.toml", "README.md", "LICENSE", ".gitignore"):
@@ -73,7 +73,7 @@ def pip(folder: Path, *arguments: str | Path, **environment: str) -> subprocess.
 
 
 def fcu_run(folder: Path, firmware: str) -> subprocess.CompletedProcess[str]:
-    return run(folder, "-m", "emulator", "run", firmware, *SHORT)
+    return run(folder, "-m", "fcu_emulator", "run", firmware, *SHORT)
 
 
 def test_firmware_for_the_chip_needs_the_library_and_firmware_in_python_does_not(clone: Path) -> None:
@@ -188,5 +188,8 @@ def test_a_wheel_has_the_library_and_neither_its_sources_nor_the_solutions(
     solved = {path for path in packages if path.startswith("firmware_model/arm/solution/")}
     assert sources
     assert solved
-    assert inside == packages - sources - solved | {(NATIVE / native.library_name()).as_posix()}
+    expected = packages - sources - solved | {(NATIVE / native.library_name()).as_posix()}
+    own = {path for path in before if path.startswith("fcu_emulator/")}
+    site = {path.removeprefix("building/site/") for path in before if path.startswith("building/site/")}
+    assert inside == {f"fcu_emulator/{path}" for path in expected} | own | site
     assert files(clone) == before

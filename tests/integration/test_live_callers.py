@@ -11,11 +11,11 @@ from pathlib import Path
 import pytest
 from websockets.exceptions import ConnectionClosed
 
-from emulator.links.limited_lines import BURST
-from emulator.live import messages, server
-from emulator.live.requests import Requests
-from emulator.live.server import PageServer
-from emulator.loopback import HOST
+from fcu_emulator.emulator.links.limited_lines import BURST
+from fcu_emulator.emulator.live import messages, server
+from fcu_emulator.emulator.live.requests import Requests
+from fcu_emulator.emulator.live.server import PageServer
+from fcu_emulator.emulator.loopback import HOST
 from tests.live_fakes import connected
 
 PATIENCE_S = 30

@@ -7,12 +7,12 @@ from typing import Any
 
 import pytest
 
-from emulator.errors import InputError
-from emulator.live import messages
-from emulator.live.messages import Checked, Event
-from emulator.live.past import MOST_PRINTS, MOST_STATES, Past
-from emulator.live.setup import Setup
-from firmware_model.arm import prebuilt
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.live import messages
+from fcu_emulator.emulator.live.messages import Checked, Event
+from fcu_emulator.emulator.live.past import MOST_PRINTS, MOST_STATES, Past
+from fcu_emulator.emulator.live.setup import Setup
+from fcu_emulator.firmware_model.arm import prebuilt
 from tests.arm.broken_programs import FOLDER
 from tests.live_fakes import Page, do
 

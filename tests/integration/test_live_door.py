@@ -11,17 +11,17 @@ from pathlib import Path
 
 import pytest
 
-from emulator.chip.gdb.packets import frame
-from emulator.cli.move import MoveOptions, move
-from emulator.cli.terminal import open_port
-from emulator.errors import InputError
-from emulator.links.running import Door, the_running_board
-from emulator.live import messages
-from emulator.live.messages import Event
-from emulator.live.session import Session
-from emulator.live.setup import Setup
-from emulator.loopback import HOST
-from emulator.time.clock import PS_PER_MS
+from fcu_emulator.emulator.chip.gdb.packets import frame
+from fcu_emulator.emulator.cli.move import MoveOptions, move
+from fcu_emulator.emulator.cli.terminal import open_port
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.links.running import Door, the_running_board
+from fcu_emulator.emulator.live import messages
+from fcu_emulator.emulator.live.messages import Event
+from fcu_emulator.emulator.live.session import Session
+from fcu_emulator.emulator.live.setup import Setup
+from fcu_emulator.emulator.loopback import HOST
+from fcu_emulator.emulator.time.clock import PS_PER_MS
 from tests.live_fakes import do
 
 DEADLINE_S = 30.0

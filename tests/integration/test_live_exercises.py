@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from emulator.cli.exercises import LabExercises, as_checked, judged
-from emulator.errors import InputError
-from emulator.grading.judge import judge
-from emulator.grading.rubric import load_rubric
-from emulator.live.messages import Checked
-from firmware_model.arm import prebuilt
+from fcu_emulator.emulator.cli.exercises import LabExercises, as_checked, judged
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.grading.judge import judge
+from fcu_emulator.emulator.grading.rubric import load_rubric
+from fcu_emulator.emulator.live.messages import Checked
+from fcu_emulator.firmware_model.arm import prebuilt
 from tests.arm.broken_programs import FOLDER
 
 

@@ -12,16 +12,22 @@ from typing import Any
 
 import pytest
 
-from emulator import Board
-from emulator.errors import FirmwareFileError, InputError, OutputError
-from emulator.links import MemoryLink
-from emulator.links.running import Door
-from emulator.live import messages
-from emulator.live.files import UploadedFile
-from emulator.live.messages import LARGEST_FIRMWARE, LONGEST_COMMAND, LONGEST_UPLOAD, Command, MessageError
-from emulator.live.session import Session
-from emulator.live.setup import Setup
-from firmware_model.arm import prebuilt
+from fcu_emulator import Board
+from fcu_emulator.emulator.errors import FirmwareFileError, InputError, OutputError
+from fcu_emulator.emulator.links import MemoryLink
+from fcu_emulator.emulator.links.running import Door
+from fcu_emulator.emulator.live import messages
+from fcu_emulator.emulator.live.files import UploadedFile
+from fcu_emulator.emulator.live.messages import (
+    LARGEST_FIRMWARE,
+    LONGEST_COMMAND,
+    LONGEST_UPLOAD,
+    Command,
+    MessageError,
+)
+from fcu_emulator.emulator.live.session import Session
+from fcu_emulator.emulator.live.setup import Setup
+from fcu_emulator.firmware_model.arm import prebuilt
 from tests.live_fakes import Page, do
 from tests.scenario_files import HEAD, write
 
@@ -149,7 +155,7 @@ def test_end_removes_the_upload_although_the_recording_fails(
 ) -> None:
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     page = Page(Setup("lab3"), [(0.02, UPLOAD)], end_s=0.1, record=tmp_path / "no" / "session.toml")
-    monkeypatch.setattr("emulator.live.recording.write_atomically", failing(OutputError("full")))
+    monkeypatch.setattr("fcu_emulator.emulator.live.recording.write_atomically", failing(OutputError("full")))
     with pytest.raises(OutputError):
         page.run()
     assert list(tmp_path.iterdir()) == []

@@ -11,17 +11,17 @@ from importlib.resources import files
 
 import pytest
 
-from emulator.errors import InputError, LinkError
-from emulator.live import listening
-from emulator.live.bundle import Bundle, accepts_gzip
-from emulator.live.server import PageServer
+from fcu_emulator.emulator.errors import InputError, LinkError
+from fcu_emulator.emulator.live import listening
+from fcu_emulator.emulator.live.bundle import Bundle, accepts_gzip
+from fcu_emulator.emulator.live.server import PageServer
 
 OTHER = "127.0.0.2"
 NOT_HERE = "192.0.2.1"  # RFC 5737: for documentation
 
 
 def raw(name: str) -> bytes:
-    return files("emulator.live").joinpath("page", name).read_bytes()
+    return files("fcu_emulator.emulator.live").joinpath("page", name).read_bytes()
 
 
 # -- compressed files ---------------------------------------------------------------------------------------

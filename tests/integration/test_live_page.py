@@ -14,12 +14,12 @@ from pathlib import Path
 
 import pytest
 
-from emulator.live.exercises import Exercises
-from emulator.live.server import PageServer
-from emulator.live.session import Session
-from emulator.live.setup import Setup
-from emulator.python_cpu.hal import HAL_OK, Hal
-from firmware_model.arm import prebuilt
+from fcu_emulator.emulator.live.exercises import Exercises
+from fcu_emulator.emulator.live.server import PageServer
+from fcu_emulator.emulator.live.session import Session
+from fcu_emulator.emulator.live.setup import Setup
+from fcu_emulator.emulator.python_cpu.hal import HAL_OK, Hal
+from fcu_emulator.firmware_model.arm import prebuilt
 from tests.live_fakes import Reader
 from tests.recipe import GreenhouseBoard
 

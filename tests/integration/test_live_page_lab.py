@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-from emulator.cli.exercises import LabExercises
-from emulator.live import gestures
-from emulator.live.setup import Setup
-from emulator.python_cpu.hal import Hal
-from firmware_model.arm import prebuilt
+from fcu_emulator.emulator.cli.exercises import LabExercises
+from fcu_emulator.emulator.live import gestures
+from fcu_emulator.emulator.live.setup import Setup
+from fcu_emulator.emulator.python_cpu.hal import Hal
+from fcu_emulator.firmware_model.arm import prebuilt
 from tests.arm.broken_programs import FOLDER
 from tests.integration import test_live_page as live
 from tests.integration.test_live_page import until

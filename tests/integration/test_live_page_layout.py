@@ -12,8 +12,8 @@ from typing import Any
 
 import pytest
 
-from emulator.cli.exercises import LabExercises
-from emulator.live.setup import Setup
+from fcu_emulator.emulator.cli.exercises import LabExercises
+from fcu_emulator.emulator.live.setup import Setup
 from tests.arm.broken_programs import FOLDER
 from tests.integration import test_live_page as live
 

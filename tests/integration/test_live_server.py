@@ -14,12 +14,12 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
-from emulator.errors import InputError, LinkError
-from emulator.live import address, messages, outbox
-from emulator.live.outbox import Outbox
-from emulator.live.server import PageServer
-from emulator.live.session import Session
-from emulator.live.setup import Setup
+from fcu_emulator.emulator.errors import InputError, LinkError
+from fcu_emulator.emulator.live import address, messages, outbox
+from fcu_emulator.emulator.live.outbox import Outbox
+from fcu_emulator.emulator.live.server import PageServer
+from fcu_emulator.emulator.live.session import Session
+from fcu_emulator.emulator.live.setup import Setup
 from tests.live_fakes import connected
 from tests.live_fuzz import fuzzed
 

@@ -8,16 +8,16 @@ from pathlib import Path
 
 import pytest
 
-from emulator import Board
-from emulator.errors import FcuError
-from emulator.links import MemoryLink
-from emulator.live import messages
-from emulator.live.messages import Event
-from emulator.live.session import Session
-from emulator.live.setup import Setup
-from emulator.python_cpu.hal import Hal
-from emulator.scenario import load_scenario
-from firmware_model.arm import prebuilt
+from fcu_emulator import Board
+from fcu_emulator.emulator.errors import FcuError
+from fcu_emulator.emulator.links import MemoryLink
+from fcu_emulator.emulator.live import messages
+from fcu_emulator.emulator.live.messages import Event
+from fcu_emulator.emulator.live.session import Session
+from fcu_emulator.emulator.live.setup import Setup
+from fcu_emulator.emulator.python_cpu.hal import Hal
+from fcu_emulator.emulator.scenario import load_scenario
+from fcu_emulator.firmware_model.arm import prebuilt
 from tests.live_fakes import Page, Reader, Wall, do
 from tests.recipe import GreenhouseBoard
 from tests.scenario_files import SHORT, write

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from emulator.cli.new import create_project
-from emulator.live import messages
-from emulator.live.messages import Event
-from emulator.live.setup import Setup
+from fcu_emulator.emulator.cli.new import create_project
+from fcu_emulator.emulator.live import messages
+from fcu_emulator.emulator.live.messages import Event
+from fcu_emulator.emulator.live.setup import Setup
 from tests.arm import student_programs
 from tests.live_fakes import Page, do
 

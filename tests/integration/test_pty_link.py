@@ -17,7 +17,7 @@ from pathlib import Path
 import pytest
 import serial
 
-from emulator.links import ByteLink, byte_link, open_link
+from fcu_emulator.emulator.links import ByteLink, byte_link, open_link
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 

@@ -12,8 +12,17 @@ from pathlib import Path
 
 import pytest
 
-import emulator
-from emulator import Board, DeviceNote, FcuError, I2CFault, I2CNackError, InputError, load_scenario, run
+from fcu_emulator import (
+    Board,
+    DeviceNote,
+    FcuError,
+    I2CFault,
+    I2CNackError,
+    InputError,
+    emulator,
+    load_scenario,
+    run,
+)
 from tests.board_fakes import script
 
 OF_CONTRIBUTORS = {"recipes", "new-sensor-and-board"}  # pages about the inside, for those who change it
@@ -55,7 +64,7 @@ def test_a_seed_of_0_is_another_board_than_the_scenarios(tmp_path: Path) -> None
 
 
 def test_the_command_line_takes_a_seed_of_0_as_0(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "emulator", "run", "--scenario", str(scenario(tmp_path, seed=5))]
+    command = [sys.executable, "-m", "fcu_emulator", "run", "--scenario", str(scenario(tmp_path, seed=5))]
     zero = subprocess.run(
         [*command, "--seed", "0", "--speed", "max"], capture_output=True, text=True, check=True
     )
@@ -204,7 +213,7 @@ def test_every_name_that_is_promised_is_there() -> None:
 
 
 def test_every_error_is_importable() -> None:
-    from emulator import errors
+    from fcu_emulator.emulator import errors
 
     named = {
         name for name, one in vars(errors).items() if isinstance(one, type) and issubclass(one, FcuError)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-import emulator.board.board  # noqa: F401  # numpy can be loaded once, and pytester forgets what its runs load
+import fcu_emulator.emulator.board.board  # noqa: F401  # numpy can be loaded once, and pytester forgets what its runs load
 from tests.arm.broken_programs import FOLDER
 
 pytest_plugins = ["pytester"]
@@ -125,7 +125,7 @@ def run_by_hand(printed: str, folder: Path) -> subprocess.CompletedProcess[bytes
     """Run the command that a failed test has printed."""
     command = next(line for line in printed.splitlines() if line.startswith("fcu run solution "))
     return subprocess.run(
-        [sys.executable, "-m", "emulator", *shlex.split(command)[1:], "--quiet"],
+        [sys.executable, "-m", "fcu_emulator", *shlex.split(command)[1:], "--quiet"],
         cwd=folder,
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         capture_output=True,
@@ -158,7 +158,7 @@ def test_the_command_repeats_what_the_test_did(pytester: pytest.Pytester) -> Non
     pytester.makepyfile(
         """
         import pytest
-        from emulator import I2CFault
+        from fcu_emulator import I2CFault
         from pathlib import Path
 
         @pytest.mark.board("solution", seed=5, scenario="own.toml")

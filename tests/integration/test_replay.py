@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from emulator import Board, InputError
-from emulator.analysis.compare import compare, largest_deviations
-from emulator.analysis.observation import END, TERMINAL, Observation, observe
-from emulator.analysis.replay import replay
-from emulator.board.firmware import FirmwareFactory, python_firmware
-from emulator.python_cpu.hal import HAL_OK, Hal
-from emulator.scenario import scenario_names
-from emulator.time.clock import PS_PER_MS, PS_PER_S
+from fcu_emulator import Board, InputError
+from fcu_emulator.emulator.analysis.compare import compare, largest_deviations
+from fcu_emulator.emulator.analysis.observation import END, TERMINAL, Observation, observe
+from fcu_emulator.emulator.analysis.replay import replay
+from fcu_emulator.emulator.board.firmware import FirmwareFactory, python_firmware
+from fcu_emulator.emulator.python_cpu.hal import HAL_OK, Hal
+from fcu_emulator.emulator.scenario import scenario_names
+from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
 from tests.board_fakes import script
 from tests.scenario_files import IDEAL, write
 

@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from emulator import Board
-from emulator.analysis.witness import Witness
-from emulator.cli.run_figures import _callback
+from fcu_emulator import Board
+from fcu_emulator.emulator.analysis.witness import Witness
+from fcu_emulator.emulator.cli.run_figures import _callback
 from tests.integration.test_cli import fcu
 
 USUAL = "COMP_TEMP_EN"

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from emulator import Board, InputError
-from emulator.scenario import check, load_scenario, run, scenario_names
-from emulator.trace import TerminalBytes
-from emulator.world import World
+from fcu_emulator import Board, InputError
+from fcu_emulator.emulator.scenario import check, load_scenario, run, scenario_names
+from fcu_emulator.emulator.trace import TerminalBytes
+from fcu_emulator.emulator.world import World
 from tests.scenario_files import HEAD, IDEAL, SHORT, play, write
 
 GOLDEN = Path(__file__).parents[1] / "golden"

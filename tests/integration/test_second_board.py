@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from emulator import Board, I2CNackError, InputError, ScenarioError, load_scenario, run
-from emulator.boards.description import (
+from fcu_emulator import Board, I2CNackError, InputError, ScenarioError, load_scenario, run
+from fcu_emulator.emulator.boards.description import (
     BoardDescription,
     CallbackTimer,
     I2cPins,
@@ -19,10 +19,10 @@ from emulator.boards.description import (
     Profile,
     SerialLine,
 )
-from emulator.boards.fcu001v1 import FCU001V1
-from emulator.scenario import json_schema
-from firmware_model.arm import prebuilt
-from sensors import LSM6DSL
+from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
+from fcu_emulator.emulator.scenario import json_schema
+from fcu_emulator.firmware_model.arm import prebuilt
+from fcu_emulator.sensors import LSM6DSL
 from tests.recipe import GreenhouseBoard
 
 GREENHOUSE: BoardDescription = GreenhouseBoard.description

@@ -9,10 +9,10 @@ from collections.abc import Iterator
 
 import pytest
 
-from emulator import Board
-from emulator.trace import DeviceNote
-from sensors import PARTS
-from sensors.register import RegisterMap
+from fcu_emulator import Board
+from fcu_emulator.emulator.trace import DeviceNote
+from fcu_emulator.sensors import PARTS
+from fcu_emulator.sensors.register import RegisterMap
 
 ADDRESS = {"LSM6DSL": 0x6B, "LIS2MDL": 0x1E, "LPS22HB": 0x5D}
 FUNC_CFG_ACCESS = 0x01

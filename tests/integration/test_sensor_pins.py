@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from emulator import Board
-from emulator.trace import GpioEdge
-from sensors.front_end import kernel
+from fcu_emulator import Board
+from fcu_emulator.emulator.trace import GpioEdge
+from fcu_emulator.sensors.front_end import kernel
 
 LSM6DSL, LIS2MDL = 0x6B, 0x1E
 PS_PER_S = 10**12

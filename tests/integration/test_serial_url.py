@@ -7,9 +7,9 @@ import contextlib
 import pytest
 import serial
 
-from emulator import Board
-from emulator.adapters import protocol_fcu
-from emulator.adapters.protocol_fcu import port_of
+from fcu_emulator import Board
+from fcu_emulator.emulator.adapters import protocol_fcu
+from fcu_emulator.emulator.adapters.protocol_fcu import port_of
 
 ALL_BYTES = bytes(range(256))
 

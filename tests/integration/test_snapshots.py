@@ -15,14 +15,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import emulator
-import sensors
-from emulator import Board
-from emulator.board.snapshot import Snapshot
-from emulator.buses.i2c import I2CFault
-from emulator.errors import I2CError, InputError
-from emulator.time.clock import PS_PER_MS
-from emulator.trace import GpioEdge, TraceEvent
+from fcu_emulator import Board, emulator, sensors
+from fcu_emulator.emulator.board.snapshot import Snapshot
+from fcu_emulator.emulator.buses.i2c import I2CFault
+from fcu_emulator.emulator.errors import I2CError, InputError
+from fcu_emulator.emulator.time.clock import PS_PER_MS
+from fcu_emulator.emulator.trace import GpioEdge, TraceEvent
 
 LSM6DSL, LIS2MDL, LPS22HB = 0x6B, 0x1E, 0x5D
 SWITCHED_ON = (
@@ -312,5 +310,5 @@ def foreign_to(root: object) -> set[type]:
     return {
         type(one)
         for one in reached_from(root)
-        if not isinstance(one, _WALKED) and not type(one).__module__.startswith(("emulator", "sensors"))
+        if not isinstance(one, _WALKED) and not type(one).__module__.startswith("fcu_emulator")
     }

@@ -14,12 +14,12 @@ from collections.abc import Callable, Iterator
 import pytest
 import serial
 
-from emulator import Board
-from emulator.errors import LinkError
-from emulator.links import ByteLink, open_link, tcp
-from emulator.links.rfc2217 import Rfc2217Link
-from emulator.links.runner import Runner
-from emulator.links.tcp import TcpLink
+from fcu_emulator import Board
+from fcu_emulator.emulator.errors import LinkError
+from fcu_emulator.emulator.links import ByteLink, open_link, tcp
+from fcu_emulator.emulator.links.rfc2217 import Rfc2217Link
+from fcu_emulator.emulator.links.runner import Runner
+from fcu_emulator.emulator.links.tcp import TcpLink
 
 pytestmark = pytest.mark.filterwarnings("ignore:set(Daemon|Name)\\(:DeprecationWarning")  # pyserial 3.5
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from emulator import Board, ExpectationError
+from fcu_emulator import Board, ExpectationError
 
 BROKEN = Path(__file__).parents[1] / "arm" / "broken"
 

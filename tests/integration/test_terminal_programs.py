@@ -17,9 +17,9 @@ from pathlib import Path
 
 import pytest
 
-from emulator import Board
-from emulator.links import ByteLink, open_link
-from emulator.links.runner import Runner
+from fcu_emulator import Board
+from fcu_emulator.emulator.links import ByteLink, open_link
+from fcu_emulator.emulator.links.runner import Runner
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 DEADLINE_S = 30.0

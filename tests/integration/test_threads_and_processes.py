@@ -12,7 +12,7 @@ from hashlib import sha256
 
 import pytest
 
-from emulator import Board, InputError
+from fcu_emulator import Board, InputError
 
 FIRMWARES = ("lab3", "solution", "template", "template-arm")
 PIECES_S = (0.1, 0.35, 0.005, 0.4)

@@ -14,14 +14,14 @@ from typing import Any
 
 import pytest
 
-from emulator import Board
-from emulator.cli.plot import draw_record
-from emulator.errors import InputError, LinkError, OutputError
-from emulator.trace import BusTransfer, TerminalBytes
-from emulator.views import waves
-from emulator.views.perfetto import PerfettoFile
-from emulator.views.plot import draw
-from emulator.views.vcd import VcdFile
+from fcu_emulator import Board
+from fcu_emulator.emulator.cli.plot import draw_record
+from fcu_emulator.emulator.errors import InputError, LinkError, OutputError
+from fcu_emulator.emulator.trace import BusTransfer, TerminalBytes
+from fcu_emulator.emulator.views import waves
+from fcu_emulator.emulator.views.perfetto import PerfettoFile
+from fcu_emulator.emulator.views.plot import draw
+from fcu_emulator.emulator.views.vcd import VcdFile
 from tests.integration.test_docs import fcu
 
 ALL_BYTES = bytes(range(256))

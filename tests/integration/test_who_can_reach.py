@@ -9,13 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from emulator import Board
-from emulator.chip.gdb.attach import serve
-from emulator.links.rfc2217 import Rfc2217Link
-from emulator.links.running import Door
-from emulator.links.tcp import TcpLink
-from emulator.live.server import PageServer
-from emulator.loopback import HOST
+from fcu_emulator import Board
+from fcu_emulator.emulator.chip.gdb.attach import serve
+from fcu_emulator.emulator.links.rfc2217 import Rfc2217Link
+from fcu_emulator.emulator.links.running import Door
+from fcu_emulator.emulator.links.tcp import TcpLink
+from fcu_emulator.emulator.live.server import PageServer
+from fcu_emulator.emulator.loopback import HOST
 
 Opened = tuple[int, Callable[[], None]]
 """A port, and what closes it."""

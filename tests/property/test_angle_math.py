@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from firmware_model.ecompass import eCompass
-from firmware_model.sensor_data import AxesRaw_TypeDef
+from fcu_emulator.firmware_model.ecompass import eCompass
+from fcu_emulator.firmware_model.sensor_data import AxesRaw_TypeDef
 
 DETERMINISTIC = settings(derandomize=True, database=None, deadline=None, max_examples=200)
 

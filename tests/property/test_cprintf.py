@@ -11,7 +11,7 @@ from collections.abc import Callable
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_model.c_semantics import sprintf
+from fcu_emulator.firmware_model.c_semantics import sprintf
 
 DETERMINISTIC = settings(derandomize=True, database=None, deadline=None, max_examples=300)
 BUFFER_SIZE = 4096

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from emulator.world import Recording, World
+from fcu_emulator.emulator.world import Recording, World
 
 angle = st.floats(-180, 180)
 attitude = st.tuples(angle, angle, angle)

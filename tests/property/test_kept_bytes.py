@@ -10,14 +10,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sensors import LIS2MDL, LPS22HB, LSM6DSL
-from sensors.errors import Grade
-from sensors.lis2mdl import LIS2MDLErrors
-from sensors.lps22hb import LPS22HBErrors
-from sensors.lsm6dsl import LSM6DSLErrors
-from sensors.part import Part
-from sensors.register_file import EACH_ALONE
-from sensors.sampling import PS_PER_S, Times
+from fcu_emulator.sensors import LIS2MDL, LPS22HB, LSM6DSL
+from fcu_emulator.sensors.errors import Grade
+from fcu_emulator.sensors.lis2mdl import LIS2MDLErrors
+from fcu_emulator.sensors.lps22hb import LPS22HBErrors
+from fcu_emulator.sensors.lsm6dsl import LSM6DSLErrors
+from fcu_emulator.sensors.part import Part
+from fcu_emulator.sensors.register_file import EACH_ALONE
+from fcu_emulator.sensors.sampling import PS_PER_S, Times
 from tests.keeping_masters import BurstKeeper, ByteKeeper, LiveBursts, LiveBytes, Master
 
 GRADE: Grade = "typical"

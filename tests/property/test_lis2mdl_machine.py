@@ -13,7 +13,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, rule
 
-from sensors.lis2mdl import LIS2MDLErrors
+from fcu_emulator.sensors.lis2mdl import LIS2MDLErrors
 from tests.sensor_fakes import PS_PER_MS, PS_PER_US, Array, Chip
 
 A, B, C, CONTROL, SOURCE, THRESHOLD, STATUS, OUT, OFFSET = (

@@ -8,8 +8,8 @@ from fractions import Fraction
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_model.ecompass import MagCalibration
-from firmware_model.sensor_data import AxesRaw_TypeDef
+from fcu_emulator.firmware_model.ecompass import MagCalibration
+from fcu_emulator.firmware_model.sensor_data import AxesRaw_TypeDef
 
 DETERMINISTIC = settings(derandomize=True, database=None, deadline=None, max_examples=200)
 

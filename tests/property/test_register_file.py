@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sensors.declaration import Bus
-from sensors.part import SubaddressTarget
-from sensors.register import ADDRESSES, Bits, Register, RegisterMap
-from sensors.register_file import RegisterFile
+from fcu_emulator.sensors.declaration import Bus
+from fcu_emulator.sensors.part import SubaddressTarget
+from fcu_emulator.sensors.register import ADDRESSES, Bits, Register, RegisterMap
+from fcu_emulator.sensors.register_file import RegisterFile
 
 ADDRESS = st.integers(0, ADDRESSES - 1)
 BYTE = st.integers(0, 0xFF)

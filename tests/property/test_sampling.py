@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sensors.front_end import NoiseSource, noise_key
-from sensors.register_file import NEVER_PS
-from sensors.sampling import PS_PER_S, SampleStream, Times
+from fcu_emulator.sensors.front_end import NoiseSource, noise_key
+from fcu_emulator.sensors.register_file import NEVER_PS
+from fcu_emulator.sensors.sampling import PS_PER_S, SampleStream, Times
 
 RATES = st.sampled_from([Fraction(rate) for rate in ("1.6", "12.5", "26", "75", "833", "6664")])
 STARTS = st.integers(0, 10 * PS_PER_S)

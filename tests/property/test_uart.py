@@ -11,9 +11,9 @@ from fractions import Fraction
 from hypothesis import given
 from hypothesis import strategies as st
 
-from emulator import Board
-from emulator.python_cpu.hal import Hal
-from emulator.time.clock import PS_PER_S, PS_PER_US
+from fcu_emulator import Board
+from fcu_emulator.emulator.python_cpu.hal import Hal
+from fcu_emulator.emulator.time.clock import PS_PER_S, PS_PER_US
 from tests.board_fakes import script, start_timer
 
 FRAME = Fraction(10 * 729 * PS_PER_S, 84_000_000)  # BRR 0x2D9

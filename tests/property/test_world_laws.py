@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import trapezoid
 
-from emulator.time.clock import Clock, to_ps
-from emulator.world import World
-from emulator.world.recording import Recording
-from emulator.world.track import Array
+from fcu_emulator.emulator.time.clock import Clock, to_ps
+from fcu_emulator.emulator.world import World
+from fcu_emulator.emulator.world.recording import Recording
+from fcu_emulator.emulator.world.track import Array
 
 tilt = st.floats(-89.9, 89.9)
 turn = st.floats(-179.9, 179.9)

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from emulator import Board
-from emulator.boards.description import BoardErrors
+from fcu_emulator import Board
+from fcu_emulator.emulator.boards.description import BoardErrors
 
 LIMITS = {
     "hard_iron_mgauss": 300.0,

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from emulator import Board, InputError
-from sensors import AccessError
+from fcu_emulator import Board, InputError
+from fcu_emulator.sensors import AccessError
 from tests.sensor_fakes import PARTS, Chip
 
 parts = pytest.mark.parametrize("part", PARTS)

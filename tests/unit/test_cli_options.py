@@ -10,19 +10,19 @@ from typing import Any
 import click
 import pytest
 
-from emulator.cli import execute
-from emulator.cli.check import CheckOptions
-from emulator.cli.commands import cli
-from emulator.cli.diff import DiffOptions
-from emulator.cli.exit_codes import ExitCode
-from emulator.cli.grade import GradeOptions
-from emulator.cli.move import MoveOptions
-from emulator.cli.run import RunOptions
-from emulator.cli.web import WebOptions
+from fcu_emulator.emulator.cli import execute
+from fcu_emulator.emulator.cli.check import CheckOptions
+from fcu_emulator.emulator.cli.commands import cli
+from fcu_emulator.emulator.cli.diff import DiffOptions
+from fcu_emulator.emulator.cli.exit_codes import ExitCode
+from fcu_emulator.emulator.cli.grade import GradeOptions
+from fcu_emulator.emulator.cli.move import MoveOptions
+from fcu_emulator.emulator.cli.run import RunOptions
+from fcu_emulator.emulator.cli.web import WebOptions
 
 LINES: list[tuple[str, str, Any]] = [
     (
-        "emulator.cli.run.run_board",
+        "fcu_emulator.emulator.cli.run.run_board",
         """run a.elf --profile lab3 --scenario desk --duration 1s --speed 2 --serial tcp --serial
         stdout --seed 3 --ideal --trace t.jsonl --vcd v.vcd --perfetto p.json --quiet --gdb 1234
         --halt --limit lines=5 --json j.json --notes""",
@@ -46,15 +46,19 @@ LINES: list[tuple[str, str, Any]] = [
             perfetto=Path("p.json"),
         ),
     ),
-    ("emulator.cli.run.run_board", "run", RunOptions(*[None] * 5, ("stdout",), None, False, None, False)),
     (
-        "emulator.cli.move.move",
+        "fcu_emulator.emulator.cli.run.run_board",
+        "run",
+        RunOptions(*[None] * 5, ("stdout",), None, False, None, False),
+    ),
+    (
+        "fcu_emulator.emulator.cli.move.move",
         "move tap 2.5 --roll 1 --pitch -2 --yaw 3 --for 4s --axis west --board 99",
         MoveOptions("tap", 2.5, 1.0, -2.0, 3.0, "4s", "west", "99"),
     ),
-    ("emulator.cli.move.move", "move", MoveOptions(None, None)),
+    ("fcu_emulator.emulator.cli.move.move", "move", MoveOptions(None, None)),
     (
-        "emulator.cli.diff.compare_firmwares",
+        "fcu_emulator.emulator.cli.diff.compare_firmwares",
         """diff a.elf b.elf --scenario desk --profile lab3 --seed 3 --ideal --duration 1s --timing
         5ms --tolerance ACC=1 --tolerance Yaw=2 --ignore leds --ignore time --replay --limit
         lines=5""",
@@ -74,12 +78,12 @@ LINES: list[tuple[str, str, Any]] = [
         ),
     ),
     (
-        "emulator.cli.diff.compare_firmwares",
+        "fcu_emulator.emulator.cli.diff.compare_firmwares",
         "diff a.elf b.elf --scenario desk",
         DiffOptions("a.elf", "b.elf", "desk", None, None, False, None, "20ms", (), (), False),
     ),
     (
-        "emulator.cli.grade.grade",
+        "fcu_emulator.emulator.cli.grade.grade",
         """grade class --rubric lab3 --out out --roster r.csv --salt s.key --jobs 3 --dask tcp://h:1 --take
         source
         --bus SPI2 --build-without-sandbox --anonymous --before-due-date --gradescope --autograder
@@ -101,12 +105,12 @@ LINES: list[tuple[str, str, Any]] = [
         ),
     ),
     (
-        "emulator.cli.grade.grade",
+        "fcu_emulator.emulator.cli.grade.grade",
         "grade class --rubric lab3 --autograder there",
         GradeOptions(submissions=Path("class"), rubric="lab3", bus="I2C2"),
     ),
     (
-        "emulator.cli.web.serve_board",
+        "fcu_emulator.emulator.cli.web.serve_board",
         """web a.elf --scenario desk --profile lab3 --seed 3 --ideal --port 8000 --no-browser
         --record r.toml --duration 1h --serial tcp --gdb 1234 --halt --listen 127.0.0.2""",
         WebOptions(
@@ -126,12 +130,12 @@ LINES: list[tuple[str, str, Any]] = [
         ),
     ),
     (
-        "emulator.cli.web.serve_board",
+        "fcu_emulator.emulator.cli.web.serve_board",
         "web",
         WebOptions(None, None, None, None, False, 0, True, None),
     ),
     (
-        "emulator.cli.check.check_program",
+        "fcu_emulator.emulator.cli.check.check_program",
         "check a.elf --exercise 1 -e 2 --seed 3 --rubric other --json j.json --save motions --hint --hint",
         CheckOptions(
             target="a.elf",
@@ -143,7 +147,7 @@ LINES: list[tuple[str, str, Any]] = [
             hints=2,
         ),
     ),
-    ("emulator.cli.check.check_program", "check", CheckOptions(".", "lab3", (), 0, None)),
+    ("fcu_emulator.emulator.cli.check.check_program", "check", CheckOptions(".", "lab3", (), 0, None)),
 ]
 ELSEWHERE = {"--isolate", "--help"}
 """A worker runs the same command without it: tests/integration/test_isolation.py."""

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from emulator import Board, I2CNackError
-from emulator.python_cpu.hal import Hal
-from emulator.time.clock import PS_PER_MS
-from emulator.trace import BusTransfer, DeviceNote
+from fcu_emulator import Board, I2CNackError
+from fcu_emulator.emulator.python_cpu.hal import Hal
+from fcu_emulator.emulator.time.clock import PS_PER_MS
+from fcu_emulator.emulator.trace import BusTransfer, DeviceNote
 from tests.board_fakes import script
 
 ADDRESS = {"LSM6DSL": 0x6B, "LIS2MDL": 0x1E, "LPS22HB": 0x5D}

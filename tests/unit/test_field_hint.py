@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from emulator import Board
-from emulator.analysis.field import MAG, field_hint
-from emulator.analysis.mistakes import explain
-from emulator.analysis.numbers import axes_in_words, signed_axes
-from emulator.analysis.witness import Range, Seen, Witness
-from emulator.world.track import Array
+from fcu_emulator import Board
+from fcu_emulator.emulator.analysis.field import MAG, field_hint
+from fcu_emulator.emulator.analysis.mistakes import explain
+from fcu_emulator.emulator.analysis.numbers import axes_in_words, signed_axes
+from fcu_emulator.emulator.analysis.witness import Range, Seen, Witness
+from fcu_emulator.emulator.world.track import Array
 
 FIELD = (215.0, 0.0, -430.0)  # mgauss, in Zurich, on a board that lies still
 OFFSETS = st.tuples(*[st.floats(-300, 300)] * 3)

@@ -9,7 +9,17 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.signal import butter, sosfilt
 
-from sensors.filters import PAGE, SLOPE, Chain, SampledFilter, Section, chain, high_pass, low_pass, response
+from fcu_emulator.sensors.filters import (
+    PAGE,
+    SLOPE,
+    Chain,
+    SampledFilter,
+    Section,
+    chain,
+    high_pass,
+    low_pass,
+    response,
+)
 
 CUTOFFS = st.floats(1e-5, 0.49)
 CASCADES = {

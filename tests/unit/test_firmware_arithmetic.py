@@ -7,10 +7,15 @@ import math
 import numpy as np
 import pytest
 
-from firmware_model.c_semantics import c_pow, f32, float_divide, int_divide
-from firmware_model.drivers.lps22hb import pressure_hpa, temperature_degc
-from firmware_model.ecompass import getAltitude
-from firmware_model.sensor_data import ACC_MG_PER_LSB, GYRO_MDPS_PER_LSB, MAG_MGAUSS_PER_LSB, scale_table
+from fcu_emulator.firmware_model.c_semantics import c_pow, f32, float_divide, int_divide
+from fcu_emulator.firmware_model.drivers.lps22hb import pressure_hpa, temperature_degc
+from fcu_emulator.firmware_model.ecompass import getAltitude
+from fcu_emulator.firmware_model.sensor_data import (
+    ACC_MG_PER_LSB,
+    GYRO_MDPS_PER_LSB,
+    MAG_MGAUSS_PER_LSB,
+    scale_table,
+)
 
 
 @pytest.mark.parametrize("sensitivity", [ACC_MG_PER_LSB, GYRO_MDPS_PER_LSB, MAG_MGAUSS_PER_LSB])

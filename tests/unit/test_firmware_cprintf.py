@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from firmware_model.c_semantics import sprintf
-from firmware_model.hal import PRINTF
+from fcu_emulator.firmware_model.c_semantics import sprintf
+from fcu_emulator.firmware_model.hal import PRINTF
 from tests.firmware_fakes import FakeHal
 
 

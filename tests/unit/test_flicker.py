@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sensors.errors import PartErrors
-from sensors.front_end import Flicker
-from sensors.lsm6dsl import LSM6DSLErrors
+from fcu_emulator.sensors.errors import PartErrors
+from fcu_emulator.sensors.front_end import Flicker
+from fcu_emulator.sensors.lsm6dsl import LSM6DSLErrors
 from tests.sensor_fakes import ACCELEROMETER, GYROSCOPE, PS_PER_S, Array, Channel, Chip
 from tests.signal_chain import allan_deviation
 

@@ -13,11 +13,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import signal as scipy_signal
 
-from emulator.world import Recording, World
-from sensors.front_end import CONVERTER_HZ, FrontEnd, averaged, kernel
-from sensors.lis2mdl import LIS2MDL
-from sensors.lps22hb import LPS22HB
-from sensors.lsm6dsl import LSM6DSL
+from fcu_emulator.emulator.world import Recording, World
+from fcu_emulator.sensors.front_end import CONVERTER_HZ, FrontEnd, averaged, kernel
+from fcu_emulator.sensors.lis2mdl import LIS2MDL
+from fcu_emulator.sensors.lps22hb import LPS22HB
+from fcu_emulator.sensors.lsm6dsl import LSM6DSL
 from tests.sensor_fakes import Moving
 
 PS_PER_S = 10**12

@@ -8,11 +8,11 @@ from types import SimpleNamespace
 
 import pytest
 
-from emulator.scenario.expectations import Seen
-from emulator.scenario.hardware import ExpectLedFollows
-from emulator.scenario.observed import Tilt
-from emulator.time.clock import PS_PER_MS
-from emulator.trace import GpioEdge
+from fcu_emulator.emulator.scenario.expectations import Seen
+from fcu_emulator.emulator.scenario.hardware import ExpectLedFollows
+from fcu_emulator.emulator.scenario.observed import Tilt
+from fcu_emulator.emulator.time.clock import PS_PER_MS
+from fcu_emulator.emulator.trace import GpioEdge
 
 MOTION = (
     (0, 0.0),

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from emulator.links.limited_lines import BURST, EVERY_S, LimitedLines
-from emulator.links.rfc2217 import Negotiated, Rfc2217Link
+from fcu_emulator.emulator.links.limited_lines import BURST, EVERY_S, LimitedLines
+from fcu_emulator.emulator.links.rfc2217 import Negotiated, Rfc2217Link
 
 
 class Clock:

@@ -10,13 +10,13 @@ from pathlib import Path
 
 import pytest
 
-import emulator.errors
-from emulator.links.stdout import has_keyboard
+import fcu_emulator.emulator.errors
+from fcu_emulator.emulator.links.stdout import has_keyboard
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="job control is a POSIX matter")
 
 DEADLINE_S = 30.0
-SOURCES = Path(emulator.errors.__file__).parents[1]
+SOURCES = Path(fcu_emulator.emulator.errors.__file__).parents[1]
 
 PRELUDE = """
 import os, select, signal, sys, time
@@ -24,8 +24,8 @@ terminal = os.open(sys.argv[1], os.O_RDWR)   # a session's first terminal become
 import fcntl, termios
 fcntl.ioctl(terminal, termios.TIOCSCTTY, 0)
 os.dup2(terminal, 0)
-from emulator.links import open_link
-from emulator.links.stdout import has_keyboard
+from fcu_emulator.emulator.links import open_link
+from fcu_emulator.emulator.links.stdout import has_keyboard
 """
 ECHO = """
 link = open_link('stdout')

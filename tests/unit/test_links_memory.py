@@ -7,10 +7,10 @@ import tracemalloc
 from hypothesis import given
 from hypothesis import strategies as st
 
-from emulator import Board, TerminalBytes
-from emulator.links import ByteLink, MemoryLink
-from emulator.links.byte_link import Backlog
-from emulator.links.runner import Runner
+from fcu_emulator import Board, TerminalBytes
+from fcu_emulator.emulator.links import ByteLink, MemoryLink
+from fcu_emulator.emulator.links.byte_link import Backlog
+from fcu_emulator.emulator.links.runner import Runner
 
 
 def test_sent_bytes_are_collected_in_order() -> None:

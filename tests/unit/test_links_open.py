@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from emulator.errors import LinkError
-from emulator.links import StdoutLink, byte_link, open_link, programs
-from emulator.links.byte_link import Patience
+from fcu_emulator.emulator.errors import LinkError
+from fcu_emulator.emulator.links import StdoutLink, byte_link, open_link, programs
+from fcu_emulator.emulator.links.byte_link import Patience
 
 
 def test_stdout_is_a_link(monkeypatch: pytest.MonkeyPatch) -> None:

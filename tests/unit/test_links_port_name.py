@@ -14,13 +14,13 @@ from pathlib import Path
 import pytest
 import serial
 
-import emulator.errors
-from emulator.errors import LinkError
-from emulator.links import ByteLink, open_link
+import fcu_emulator.emulator.errors
+from fcu_emulator.emulator.errors import LinkError
+from fcu_emulator.emulator.links import ByteLink, open_link
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 
-SOURCES = Path(emulator.errors.__file__).parents[1]
+SOURCES = Path(fcu_emulator.emulator.errors.__file__).parents[1]
 
 
 @pytest.fixture
@@ -85,7 +85,7 @@ def test_the_name_of_a_board_that_was_killed_is_taken_over(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
-    die = "import os; from emulator.links import open_link; open_link('pty'); os._exit(9)"
+    die = "import os; from fcu_emulator.emulator.links import open_link; open_link('pty'); os._exit(9)"
     assert subprocess.run([sys.executable, "-c", die], cwd=SOURCES, check=False).returncode == 9
     port = tmp_path / "fcu-emulator" / "ttyFCU0"
     assert port.is_symlink()

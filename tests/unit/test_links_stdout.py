@@ -15,14 +15,14 @@ from pathlib import Path
 
 import pytest
 
-import emulator.errors
-from emulator.errors import LinkError
-from emulator.links import StdoutLink, stdout
+import fcu_emulator.emulator.errors
+from fcu_emulator.emulator.errors import LinkError
+from fcu_emulator.emulator.links import StdoutLink, stdout
 
 ALL_BYTES = bytes(range(256))
 DEADLINE_S = 30.0
 MIB = 1024 * 1024
-SOURCES = Path(emulator.errors.__file__).parents[1]
+SOURCES = Path(fcu_emulator.emulator.errors.__file__).parents[1]
 
 
 class Pipe:
@@ -149,7 +149,7 @@ def test_a_process_without_standard_output_is_told_so(monkeypatch: pytest.Monkey
 
 
 def run(script: str, stdin: int = subprocess.DEVNULL) -> subprocess.Popen[bytes]:
-    prelude = "import sys\nfrom emulator.links import open_link\nlink = open_link('stdout')\n"
+    prelude = "import sys\nfrom fcu_emulator.emulator.links import open_link\nlink = open_link('stdout')\n"
     return subprocess.Popen(
         [sys.executable, "-c", prelude + script],
         cwd=SOURCES,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from sensors import LIS2MDL
-from sensors.lis2mdl import LIS2MDLErrors
+from fcu_emulator.sensors import LIS2MDL
+from fcu_emulator.sensors.lis2mdl import LIS2MDLErrors
 from tests.lis2mdl_fakes import (
     CFG_REG_A,
     CFG_REG_B,

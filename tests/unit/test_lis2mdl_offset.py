@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sensors.lis2mdl import LIS2MDLErrors
+from fcu_emulator.sensors.lis2mdl import LIS2MDLErrors
 from tests.sensor_fakes import MAGNETOMETER, PS_PER_MS, PS_PER_S, Chip, constant, step
 
 CFG_REG_A, CFG_REG_B, CFG_REG_C = 0x60, 0x61, 0x62

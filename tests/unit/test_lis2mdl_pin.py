@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from sensors.register_file import NEVER_PS
+from fcu_emulator.sensors.register_file import NEVER_PS
 from tests.lis2mdl_fakes import (
     CFG_REG_A,
     CFG_REG_C,

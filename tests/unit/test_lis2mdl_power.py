@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from sensors import LIS2MDL
+from fcu_emulator.sensors import LIS2MDL
 from tests.sensor_fakes import (
     LIS2MDL_TEMPERATURE,
     MAGNETOMETER,

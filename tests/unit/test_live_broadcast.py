@@ -9,11 +9,11 @@ from typing import Any
 
 import pytest
 
-from emulator import Board
-from emulator.live import messages, view
-from emulator.live.broadcast import Broadcast
-from emulator.live.messages import Event, Watch
-from emulator.python_cpu.hal import Hal
+from fcu_emulator import Board
+from fcu_emulator.emulator.live import messages, view
+from fcu_emulator.emulator.live.broadcast import Broadcast
+from fcu_emulator.emulator.live.messages import Event, Watch
+from fcu_emulator.emulator.python_cpu.hal import Hal
 from tests.scenario_files import SHORT, write
 
 HISTORY = 64 << 10

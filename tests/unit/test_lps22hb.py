@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import pytest
 
-from sensors import LPS22HB
+from fcu_emulator.sensors import LPS22HB
 from tests.sensor_fakes import PRESSURE, PS_PER_S, Chip, constant, ramp
 
 CTRL_REG1, CTRL_REG2, RPDS_L, RES_CONF = 0x10, 0x11, 0x18, 0x1A

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from sensors import LPS22HB
+from fcu_emulator.sensors import LPS22HB
 from tests.sensor_fakes import LPS22HB_TEMPERATURE, PRESSURE, PS_PER_MS, PS_PER_S, PS_PER_US, Chip, constant
 
 CTRL_REG1, CTRL_REG2, RES_CONF = 0x10, 0x11, 0x1A

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sensors import LSM6DSL
+from fcu_emulator.sensors import LSM6DSL
 from tests.fifo_fakes import sample_ps
 from tests.sensor_fakes import PS_PER_MS, PS_PER_S, Chip, FakeWorld, decode, ramp
 

@@ -14,14 +14,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sensors.lsm6dsl import LSM6DSLErrors
-from sensors.lsm6dsl.feature import Chip as FeatureChip
-from sensors.lsm6dsl.feature import Signals
-from sensors.lsm6dsl.function_sources import STEP, TILT, WRIST_TILT, FunctionSources
-from sensors.lsm6dsl.model import LSM6DSL
-from sensors.pin import Pin
-from sensors.register_file import RegisterFile
-from sensors.sampling import SampleStream
+from fcu_emulator.sensors.lsm6dsl import LSM6DSLErrors
+from fcu_emulator.sensors.lsm6dsl.feature import Chip as FeatureChip
+from fcu_emulator.sensors.lsm6dsl.feature import Signals
+from fcu_emulator.sensors.lsm6dsl.function_sources import STEP, TILT, WRIST_TILT, FunctionSources
+from fcu_emulator.sensors.lsm6dsl.model import LSM6DSL
+from fcu_emulator.sensors.pin import Pin
+from fcu_emulator.sensors.register_file import RegisterFile
+from fcu_emulator.sensors.sampling import SampleStream
 from tests.sensor_fakes import PS_PER_MS, PS_PER_S, PS_PER_US, Array, Chip, Writes, constant
 
 FUNC_CFG_ACCESS, INT1_CTRL, INT2_CTRL, CTRL1_XL, CTRL3_C = 0x01, 0x0D, 0x0E, 0x10, 0x12

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from sensors.lsm6dsl.feature import SignalName
+from fcu_emulator.sensors.lsm6dsl.feature import SignalName
 from tests.fifo_fakes import (
     BOTH,
     BYPASS,

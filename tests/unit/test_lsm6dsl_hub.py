@@ -13,10 +13,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sensors import LIS2MDL, LSM6DSL
-from sensors.declaration import Bus
-from sensors.lsm6dsl import LSM6DSLErrors
-from sensors.lsm6dsl.hub import UNANSWERED_PS, WRITE_PS, read_ps
+from fcu_emulator.sensors import LIS2MDL, LSM6DSL
+from fcu_emulator.sensors.declaration import Bus
+from fcu_emulator.sensors.lsm6dsl import LSM6DSLErrors
+from fcu_emulator.sensors.lsm6dsl.hub import UNANSWERED_PS, WRITE_PS, read_ps
 from tests.sensor_fakes import (
     FACTS,
     PS_PER_MS,

@@ -6,12 +6,12 @@ from functools import partial
 
 import pytest
 
-from sensors import LSM6DSL
-from sensors.lsm6dsl.feature import SIGNAL_NAMES, Chip, SignalName, Signals
-from sensors.lsm6dsl.pins import Routing
-from sensors.pin import Pin
-from sensors.register_file import RegisterFile
-from sensors.sampling import SampleStream
+from fcu_emulator.sensors import LSM6DSL
+from fcu_emulator.sensors.lsm6dsl.feature import SIGNAL_NAMES, Chip, SignalName, Signals
+from fcu_emulator.sensors.lsm6dsl.pins import Routing
+from fcu_emulator.sensors.pin import Pin
+from fcu_emulator.sensors.register_file import RegisterFile
+from fcu_emulator.sensors.sampling import SampleStream
 from tests.motion_fakes import (
     CTRL1_XL,
     CTRL2_G,

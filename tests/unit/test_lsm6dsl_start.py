@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import pytest
 
-from sensors.lsm6dsl import LSM6DSLErrors
+from fcu_emulator.sensors.lsm6dsl import LSM6DSLErrors
 from tests.filter_fakes import HZ, at_rate
 from tests.sensor_fakes import (
     ACCELEROMETER,

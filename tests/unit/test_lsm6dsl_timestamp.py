@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sensors.lsm6dsl import LSM6DSLErrors
+from fcu_emulator.sensors.lsm6dsl import LSM6DSLErrors
 from tests.sensor_fakes import PS_PER_MS, PS_PER_S, PS_PER_US, Chip
 
 CTRL1_XL, CTRL2_G, CTRL3_C, CTRL4_C, CTRL10_C = 0x10, 0x11, 0x12, 0x13, 0x19

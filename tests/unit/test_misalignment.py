@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from emulator import Board
-from sensors import PARTS, Part
-from sensors.lsm6dsl import LSM6DSLErrors
+from fcu_emulator import Board
+from fcu_emulator.sensors import PARTS, Part
+from fcu_emulator.sensors.lsm6dsl import LSM6DSLErrors
 from tests.scenario_files import write
 
 HEAD = "schema = 1\nquestion = '?'\nduration = '2s'\n[sensors]\ngrade = 'ideal'\n"

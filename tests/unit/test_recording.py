@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from emulator.errors import InputError, RecordingError
-from emulator.world import World, load_recording
+from fcu_emulator.emulator.errors import InputError, RecordingError
+from fcu_emulator.emulator.world import World, load_recording
 
 FULL_HEADER = "t_s,ax_g,ay_g,az_g,gx_dps,gy_dps,gz_dps,mx_uT,my_uT,mz_uT,p_hPa,temp_C"
 ATTITUDE_HEADER = "t_s,roll_deg,pitch_deg,yaw_deg"
@@ -178,7 +178,9 @@ def test_a_huge_file_is_refused_unread(tmp_path: Path) -> None:
 
 
 def test_too_many_rows_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("emulator.world.recording.MAX_ROWS", 3)  # two million rows take seconds to write
+    monkeypatch.setattr(
+        "fcu_emulator.emulator.world.recording.MAX_ROWS", 3
+    )  # two million rows take seconds to write
     rows = "".join(f"{i},970\n" for i in range(4))
     error = refusal(write(tmp_path, f"t_s,p_hPa\n{rows}"))
     assert error.line == 5

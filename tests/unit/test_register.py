@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sensors.register import ADDRESSES, Bits, Register, RegisterMap
+from fcu_emulator.sensors.register import ADDRESSES, Bits, Register, RegisterMap
 
 BYTES = st.integers(0, 0xFF)
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from emulator.errors import InputError, RubricError
-from emulator.grading.rubric import json_schema, load_rubric, rubric_names
+from fcu_emulator.emulator.errors import InputError, RubricError
+from fcu_emulator.emulator.grading.rubric import json_schema, load_rubric, rubric_names
 
 GOOD = """\
 schema = 1

@@ -14,12 +14,12 @@ from pathlib import Path
 
 import pytest
 
-from emulator.errors import InputError, LinkError, OutputError
-from emulator.files import write_atomically
-from emulator.links.running import MOST_CALLERS, Door, RunningBoard, running_boards
-from emulator.links.runtime_folder import read_own_file
-from emulator.live import address
-from emulator.loopback import HOST
+from fcu_emulator.emulator.errors import InputError, LinkError, OutputError
+from fcu_emulator.emulator.files import write_atomically
+from fcu_emulator.emulator.links.running import MOST_CALLERS, Door, RunningBoard, running_boards
+from fcu_emulator.emulator.links.runtime_folder import read_own_file
+from fcu_emulator.emulator.live import address
+from fcu_emulator.emulator.loopback import HOST
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="pipes, links and devices with a name")
 
@@ -118,7 +118,7 @@ def test_own_file_is_read_whole_or_not_at_all(folder: Path) -> None:
 
 @posix
 def test_port_name_is_not_taken_over_a_pipe(folder: Path) -> None:
-    from emulator.links.port_name import claim_port
+    from fcu_emulator.emulator.links.port_name import claim_port
 
     os.mkfifo(folder / ".ttyFCU0.lock")
     with pytest.raises(LinkError):

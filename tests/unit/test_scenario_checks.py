@@ -12,12 +12,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import TypeAdapter
 
-from emulator import Board
-from emulator.errors import ScenarioError
-from emulator.scenario import load_scenario, run
-from emulator.scenario.expectations import ExpectField, Seen
-from emulator.scenario.observed import FORMATS, PrintedLine, deviation, same_banner
-from emulator.scenario.schema import AnyExpectation
+from fcu_emulator import Board
+from fcu_emulator.emulator.errors import ScenarioError
+from fcu_emulator.emulator.scenario import load_scenario, run
+from fcu_emulator.emulator.scenario.expectations import ExpectField, Seen
+from fcu_emulator.emulator.scenario.observed import FORMATS, PrintedLine, deviation, same_banner
+from fcu_emulator.emulator.scenario.schema import AnyExpectation
 from tests.scenario_files import HEAD, IDEAL, SHORT, play, write
 
 MET = [

@@ -7,9 +7,9 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from emulator import Board
-from emulator.errors import ScenarioError
-from emulator.scenario import json_schema, load_scenario
+from fcu_emulator import Board
+from fcu_emulator.emulator.errors import ScenarioError
+from fcu_emulator.emulator.scenario import json_schema, load_scenario
 
 FILE = """\
 schema = 1

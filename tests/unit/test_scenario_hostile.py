@@ -12,12 +12,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from emulator import Board, InputError, ScenarioError
-from emulator.boards.fcu001v1 import FCU001V1
-from emulator.scenario import load_scenario, run
-from emulator.scenario.loader import scenario_error
-from emulator.scenario.schema import MOST_ENTRIES, scenario_file
-from emulator.scenario.tables import Resources, SearchPatience
+from fcu_emulator import Board, InputError, ScenarioError
+from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
+from fcu_emulator.emulator.scenario import load_scenario, run
+from fcu_emulator.emulator.scenario.loader import scenario_error
+from fcu_emulator.emulator.scenario.schema import MOST_ENTRIES, scenario_file
+from fcu_emulator.emulator.scenario.tables import Resources, SearchPatience
 from tests.scenario_files import HEAD, SHORT, refusal, write
 
 HOLD = '[[timeline]]\ndo = "hold"\nfor = "1s"\n'

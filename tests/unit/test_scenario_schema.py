@@ -12,19 +12,19 @@ from typing import Any
 import jsonschema
 import pytest
 
-from emulator import InputError
-from emulator.boards.fcu001v1 import FCU001V1
-from emulator.scenario import json_schema, load_scenario, scenario_names
-from emulator.scenario.observed import FIELDS, MOVING_G, TRUTH
-from emulator.scenario.schema import FirmwareTable, scenario_file
-from emulator.scenario.tables import Resources
-from firmware_model import Settings
-from sensors.lis2mdl import LIS2MDLErrors
-from sensors.lps22hb import LPS22HBErrors
-from sensors.lsm6dsl import LSM6DSLErrors
+from fcu_emulator import InputError
+from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
+from fcu_emulator.emulator.scenario import json_schema, load_scenario, scenario_names
+from fcu_emulator.emulator.scenario.observed import FIELDS, MOVING_G, TRUTH
+from fcu_emulator.emulator.scenario.schema import FirmwareTable, scenario_file
+from fcu_emulator.emulator.scenario.tables import Resources
+from fcu_emulator.firmware_model import Settings
+from fcu_emulator.sensors.lis2mdl import LIS2MDLErrors
+from fcu_emulator.sensors.lps22hb import LPS22HBErrors
+from fcu_emulator.sensors.lsm6dsl import LSM6DSLErrors
 from tests.scenario_files import HEAD, write
 
-SHIPPED = Path(str(files("scenarios")))
+SHIPPED = Path(str(files("fcu_emulator.scenarios")))
 NAMES = sorted(path.stem for path in SHIPPED.glob("*.toml"))
 EVERYTHING = """
 schema = 1

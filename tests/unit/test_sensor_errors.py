@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from sensors.errors import GRADES, Grade
-from sensors.lis2mdl import LIS2MDLErrors
-from sensors.lps22hb import LPS22HBErrors
-from sensors.lsm6dsl import LSM6DSLErrors
+from fcu_emulator.sensors.errors import GRADES, Grade
+from fcu_emulator.sensors.lis2mdl import LIS2MDLErrors
+from fcu_emulator.sensors.lps22hb import LPS22HBErrors
+from fcu_emulator.sensors.lsm6dsl import LSM6DSLErrors
 from tests.sensor_fakes import (
     ACCELEROMETER,
     GYROSCOPE,

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from emulator import Board, I2CNackError, InputError
-from emulator.time.clock import PS_PER_S
-from emulator.trace import BusTransfer
+from fcu_emulator import Board, I2CNackError, InputError
+from fcu_emulator.emulator.time.clock import PS_PER_S
+from fcu_emulator.emulator.trace import BusTransfer
 
 READ = 0x80
 CS = {"LSM6DSL": "PA8", "LIS2MDL": "PB12", "LPS22HB": "PC13"}  # ST's firmware: the chip selects

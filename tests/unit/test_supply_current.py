@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from emulator import Board
+from fcu_emulator import Board
 from tests.sensor_fakes import Chip
 
 

@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from emulator.system_words import _INSTALL, command_line, how_to_install, quoted
+from fcu_emulator.emulator.system_words import _INSTALL, command_line, how_to_install, quoted
 
 
 @pytest.mark.parametrize(
@@ -47,7 +47,7 @@ def test_output_in_an_old_encoding_loses_characters_and_not_the_output(
     if encoding != "ascii" and command[0] == "run":
         pytest.skip("as with ascii")
     done = subprocess.run(
-        [sys.executable, "-m", "emulator", *command],
+        [sys.executable, "-m", "fcu_emulator", *command],
         env={**os.environ, "PYTHONIOENCODING": f"{encoding}:strict", "PYTHONUTF8": "0"},
         capture_output=True,
         check=False,

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from emulator import Board
-from emulator.errors import LinkError, OutputError
-from emulator.trace import BusTransfer, Fault, GpioEdge, TerminalBytes, Trace, TraceEvent, line
+from fcu_emulator import Board
+from fcu_emulator.emulator.errors import LinkError, OutputError
+from fcu_emulator.emulator.trace import BusTransfer, Fault, GpioEdge, TerminalBytes, Trace, TraceEvent, line
 
 PS_PER_S = 10**12
 VALUES: dict[str, st.SearchStrategy[object]] = {

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from emulator.errors import InputError
-from emulator.world import World
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.world import World
 
 
 def test_the_weather_changes_the_pressure_at_every_height_and_stays() -> None:

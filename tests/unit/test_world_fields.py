@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from emulator.errors import InputError
-from emulator.world import World, earth_field
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.world import World, earth_field
 
 NORTH_MGAUSS, DOWN_MGAUSS = 215.0, 430.0  # the default field, Zurich
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from emulator.errors import InputError
-from emulator.time.clock import Clock, to_ps
-from emulator.world import Recording, World
-from emulator.world.track import Array
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.time.clock import Clock, to_ps
+from fcu_emulator.emulator.world import Recording, World
+from fcu_emulator.emulator.world.track import Array
 
 G = 9.80665
 WRIST = np.array([0.03, -0.1, 0.02])

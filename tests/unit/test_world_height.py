@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
-from emulator.errors import InputError
-from emulator.world import Recording, World
-from emulator.world.height import RecordedHeight, accelerations
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.world import Recording, World
+from fcu_emulator.emulator.world.height import RecordedHeight, accelerations
 
 G = 9.80665
 T_S = np.linspace(0.02, 0.98, 49) + 0.00013

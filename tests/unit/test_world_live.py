@@ -9,9 +9,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from emulator.errors import InputError
-from emulator.time.clock import Clock, to_ps
-from emulator.world import Recording, World
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.time.clock import Clock, to_ps
+from fcu_emulator.emulator.world import Recording, World
 
 
 @pytest.fixture

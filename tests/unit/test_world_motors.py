@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from scipy import signal as scipy_signal
 
-from emulator import Board
-from emulator.errors import InputError, ScenarioError
-from emulator.scenario import load_scenario, run
-from emulator.time.clock import Clock, to_ps
-from emulator.world import World
+from fcu_emulator import Board
+from fcu_emulator.emulator.errors import InputError, ScenarioError
+from fcu_emulator.emulator.scenario import load_scenario, run
+from fcu_emulator.emulator.time.clock import Clock, to_ps
+from fcu_emulator.emulator.world import World
 
 G = 9.80665
 RATE_HZ = 8192.0

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from emulator.errors import InputError
-from emulator.world import Recording, World
-from emulator.world.track import Array
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.world import Recording, World
+from fcu_emulator.emulator.world.track import Array
 
 INSIDE_S = np.linspace(0.05, 3.95, 79) + 0.0013  # off the borders between pieces and off the recording's rows
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from emulator import Board
-from emulator.time.clock import Clock, to_ps
-from emulator.world import World
-from emulator.world.recording import Recording
+from fcu_emulator import Board
+from fcu_emulator.emulator.time.clock import Clock, to_ps
+from fcu_emulator.emulator.world import World
+from fcu_emulator.emulator.world.recording import Recording
 from tests.scenario_files import write
 
 HEATING_DEGC, TAU_S = 4.0, 100.0

@@ -9,9 +9,9 @@ from collections.abc import Callable
 from enum import Enum, auto
 from typing import Final
 
-from emulator.chip.library import FcuChip
-from emulator.time.clock import Clock
-from emulator.trace import Trace
+from fcu_emulator.emulator.chip.library import FcuChip
+from fcu_emulator.emulator.time.clock import Clock
+from fcu_emulator.emulator.trace import Trace
 
 
 class Stop(Enum):

@@ -17,15 +17,15 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Final
 
-from emulator.chip.cpu.core_registers import MASKS, Registers
-from emulator.chip.cpu.exceptions import Fault
-from emulator.chip.cpu.python_blocks import PythonBlocks
-from emulator.chip.library import ChipBlock, FcuChip, Status
-from emulator.chip.memory_map import CHIP_NAME, FLASH, FLASH_SIZE, RAM
-from emulator.chip.peripherals.peripheral import Peripheral, Soc
-from emulator.time.clock import Clock
-from emulator.trace import Fault as FaultEvent
-from emulator.trace import Trace
+from fcu_emulator.emulator.chip.cpu.core_registers import MASKS, Registers
+from fcu_emulator.emulator.chip.cpu.exceptions import Fault
+from fcu_emulator.emulator.chip.cpu.python_blocks import PythonBlocks
+from fcu_emulator.emulator.chip.library import ChipBlock, FcuChip, Status
+from fcu_emulator.emulator.chip.memory_map import CHIP_NAME, FLASH, FLASH_SIZE, RAM
+from fcu_emulator.emulator.chip.peripherals.peripheral import Peripheral, Soc
+from fcu_emulator.emulator.time.clock import Clock
+from fcu_emulator.emulator.trace import Fault as FaultEvent
+from fcu_emulator.emulator.trace import Trace
 
 CYCLES_PER_INSTRUCTION: Final = Fraction(13, 10)
 """See timeline.h."""

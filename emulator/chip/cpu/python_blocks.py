@@ -10,12 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from emulator.chip import memory_map
-from emulator.chip.memory_map import CHIP_NAME, PAGE_SHIFT
-from emulator.chip.peripherals.peripheral import ALREADY_PS, WORD, Peripheral, Soc
-from emulator.chip.peripherals.rcc import ENABLE
-from emulator.chip.registers import BLOCKS
-from emulator.trace import DeviceNote
+from fcu_emulator.emulator.chip import memory_map
+from fcu_emulator.emulator.chip.memory_map import CHIP_NAME, PAGE_SHIFT
+from fcu_emulator.emulator.chip.peripherals.peripheral import ALREADY_PS, WORD, Peripheral, Soc
+from fcu_emulator.emulator.chip.peripherals.rcc import ENABLE
+from fcu_emulator.emulator.chip.registers import BLOCKS
+from fcu_emulator.emulator.trace import DeviceNote
 
 # -- what stands where the model has no block ---------------------------------------------------------------
 

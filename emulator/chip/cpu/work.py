@@ -9,9 +9,9 @@ import ctypes
 from collections.abc import Callable
 from typing import Final
 
-from emulator.chip.diagnosis.hang import exception_name
-from emulator.chip.library import Costliest, FcuChip
-from emulator.chip.memory_map import BLOCKS, PAGE_SHIFT, PERIPHERALS
+from fcu_emulator.emulator.chip.diagnosis.hang import exception_name
+from fcu_emulator.emulator.chip.library import Costliest, FcuChip
+from fcu_emulator.emulator.chip.memory_map import BLOCKS, PAGE_SHIFT, PERIPHERALS
 
 _PAGE_OTG, _PAGE_PRIVATE = 512, 513
 _NAMES: Final = {

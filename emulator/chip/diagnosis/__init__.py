@@ -17,7 +17,7 @@ state recurs (:mod:`probe`), and whatever the loop looks at is then held against
 it (:mod:`hang`).
 """
 
-from emulator.chip.diagnosis.diagnose import diagnose, findings
-from emulator.chip.diagnosis.report import Diagnosis
+from fcu_emulator.emulator.chip.diagnosis.diagnose import diagnose, findings
+from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis
 
 __all__ = ["Diagnosis", "diagnose", "findings"]

@@ -15,10 +15,10 @@ from collections import deque
 from collections.abc import Callable, Container, Iterator
 from typing import NamedTuple
 
-from emulator.chip.cpu.thumb import Flow, decode
-from emulator.chip.image import FirmwareImage
-from emulator.chip.image.symbols import FunctionAt
-from emulator.chip.memory_map import FLASH_MEMORY, RAM_MEMORY
+from fcu_emulator.emulator.chip.cpu.thumb import Flow, decode
+from fcu_emulator.emulator.chip.image import FirmwareImage
+from fcu_emulator.emulator.chip.image.symbols import FunctionAt
+from fcu_emulator.emulator.chip.memory_map import FLASH_MEMORY, RAM_MEMORY
 
 ReadWord = Callable[[int], int | None]
 ReadCode = Callable[[int, int], "memoryview[int] | None"]

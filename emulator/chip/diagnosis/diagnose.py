@@ -7,18 +7,18 @@ from collections.abc import Iterator
 from functools import partial
 from typing import Protocol
 
-from emulator.boards.description import BoardSignals
-from emulator.chip.chip import Chip
-from emulator.chip.cpu.core import Core
-from emulator.chip.cpu.fault_log import CORE, FaultLog, FaultRecord, word_of
-from emulator.chip.diagnosis.backtrace import NOTE, Backtrace, Places
-from emulator.chip.diagnosis.evidence import TRANSFERS_SHOWN, BlockNotes, Transfers, nobody
-from emulator.chip.diagnosis.faults import fault_report
-from emulator.chip.diagnosis.hang import Hang
-from emulator.chip.diagnosis.memory_use import flash_nearly_full, ram_nearly_full
-from emulator.chip.diagnosis.printing import LATEST_TEXT, PrintedLines, misprinted
-from emulator.chip.diagnosis.report import Cause, Diagnosis, at, milliseconds, section
-from emulator.chip.diagnosis.setup import (
+from fcu_emulator.emulator.boards.description import BoardSignals
+from fcu_emulator.emulator.chip.chip import Chip
+from fcu_emulator.emulator.chip.cpu.core import Core
+from fcu_emulator.emulator.chip.cpu.fault_log import CORE, FaultLog, FaultRecord, word_of
+from fcu_emulator.emulator.chip.diagnosis.backtrace import NOTE, Backtrace, Places
+from fcu_emulator.emulator.chip.diagnosis.evidence import TRANSFERS_SHOWN, BlockNotes, Transfers, nobody
+from fcu_emulator.emulator.chip.diagnosis.faults import fault_report
+from fcu_emulator.emulator.chip.diagnosis.hang import Hang
+from fcu_emulator.emulator.chip.diagnosis.memory_use import flash_nearly_full, ram_nearly_full
+from fcu_emulator.emulator.chip.diagnosis.printing import LATEST_TEXT, PrintedLines, misprinted
+from fcu_emulator.emulator.chip.diagnosis.report import Cause, Diagnosis, at, milliseconds, section
+from fcu_emulator.emulator.chip.diagnosis.setup import (
     bus_never_on,
     byte_left,
     never_ticked,
@@ -27,15 +27,15 @@ from emulator.chip.diagnosis.setup import (
     wrong_baud,
     wrong_rate,
 )
-from emulator.chip.image import FirmwareImage
-from emulator.chip.memory_map import RAM_MEMORY
-from emulator.chip.peripherals.tim import Timer
-from emulator.time.clock import PS_PER_MS, PS_PER_S
-from emulator.trace import BusTransfer, GpioEdge
+from fcu_emulator.emulator.chip.image import FirmwareImage
+from fcu_emulator.emulator.chip.memory_map import RAM_MEMORY
+from fcu_emulator.emulator.chip.peripherals.tim import Timer
+from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
+from fcu_emulator.emulator.trace import BusTransfer, GpioEdge
 
 
 class RunningFirmware(Protocol):
-    """A chip and what it executes: :class:`emulator.chip.firmware.ArmFirmware`."""
+    """A chip and what it executes: :class:`fcu_emulator.emulator.chip.firmware.ArmFirmware`."""
 
     image: FirmwareImage
     chip: Chip

@@ -6,14 +6,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from emulator.boards.description import BoardSignals
-from emulator.buses.i2c import I2CBus
-from emulator.buses.spi import SpiBus
-from emulator.chip.chip import Chip
-from emulator.chip.cpu.python_blocks import GATES
-from emulator.chip.diagnosis.report import Cause, at
-from emulator.trace import BusTransfer, DeviceNote, Trace
-from sensors.spi import READ
+from fcu_emulator.emulator.boards.description import BoardSignals
+from fcu_emulator.emulator.buses.i2c import I2CBus
+from fcu_emulator.emulator.buses.spi import SpiBus
+from fcu_emulator.emulator.chip.chip import Chip
+from fcu_emulator.emulator.chip.cpu.python_blocks import GATES
+from fcu_emulator.emulator.chip.diagnosis.report import Cause, at
+from fcu_emulator.emulator.trace import BusTransfer, DeviceNote, Trace
+from fcu_emulator.sensors.spi import READ
 
 # -- an I2C address at which nobody answers, and which one was probably meant -------------------------------
 

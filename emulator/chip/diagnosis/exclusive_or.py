@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from emulator.chip.cpu.thumb import decode
-from emulator.chip.diagnosis.backtrace import Places, ReadCode
-from emulator.chip.image.symbols import FunctionAt
+from fcu_emulator.emulator.chip.cpu.thumb import decode
+from fcu_emulator.emulator.chip.diagnosis.backtrace import Places, ReadCode
+from fcu_emulator.emulator.chip.image.symbols import FunctionAt
 
 _ARITHMETIC = ("eCompass", "getAltitude")
 _CALLERS = ("HAL_TIM_PeriodElapsedCallback", "main")

@@ -6,9 +6,9 @@ import struct
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Final
 
-from emulator.chip.cpu import exceptions
-from emulator.chip.cpu.core import Core
-from emulator.chip.cpu.exceptions import (
+from fcu_emulator.emulator.chip.cpu import exceptions
+from fcu_emulator.emulator.chip.cpu.core import Core
+from fcu_emulator.emulator.chip.cpu.exceptions import (
     BUS_FAULT,
     FAULT_HANDLERS,
     HARD_FAULT,
@@ -16,14 +16,14 @@ from emulator.chip.cpu.exceptions import (
     NMI,
     USAGE_FAULT,
 )
-from emulator.chip.cpu.fault_log import FaultLog, FaultRecord
-from emulator.chip.cpu.thumb import decode
-from emulator.chip.diagnosis.backtrace import NOTE, Backtrace, Call, Places, ReadCode
-from emulator.chip.diagnosis.report import Cause, Diagnosis, at, section
-from emulator.chip.memory_map import FLASH_MEMORY, RAM_MEMORY
-from emulator.chip.registers import scb
-from emulator.chip.registers.block import Word
-from emulator.time.clock import PS_PER_MS
+from fcu_emulator.emulator.chip.cpu.fault_log import FaultLog, FaultRecord
+from fcu_emulator.emulator.chip.cpu.thumb import decode
+from fcu_emulator.emulator.chip.diagnosis.backtrace import NOTE, Backtrace, Call, Places, ReadCode
+from fcu_emulator.emulator.chip.diagnosis.report import Cause, Diagnosis, at, section
+from fcu_emulator.emulator.chip.memory_map import FLASH_MEMORY, RAM_MEMORY
+from fcu_emulator.emulator.chip.registers import scb
+from fcu_emulator.emulator.chip.registers.block import Word
+from fcu_emulator.emulator.time.clock import PS_PER_MS
 
 # -- the fault status registers bit by bit (ARMv7-M ARM B3.2.15, B3.2.16; PM0214 4.4.10, 4.4.11) ------------
 

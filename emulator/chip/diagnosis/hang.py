@@ -10,19 +10,19 @@ from __future__ import annotations
 
 from typing import Final
 
-from emulator.chip.chip import Chip
-from emulator.chip.cpu.core import Core
-from emulator.chip.cpu.core_registers import MASKS, Registers
-from emulator.chip.cpu.exceptions import FIRST_INTERRUPT, SYS_TICK, bits
-from emulator.chip.cpu.thumb import Flow, decode
-from emulator.chip.diagnosis.backtrace import NOTE, Backtrace, Places
-from emulator.chip.diagnosis.evidence import BlockNotes, Transfers
-from emulator.chip.diagnosis.probe import Loop, Probe
-from emulator.chip.diagnosis.read_once import read_once
-from emulator.chip.diagnosis.report import Cause, Diagnosis, at, section
-from emulator.chip.peripherals.dma import is_any_stream_on
-from emulator.chip.registers import address_of, systick
-from emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S
+from fcu_emulator.emulator.chip.chip import Chip
+from fcu_emulator.emulator.chip.cpu.core import Core
+from fcu_emulator.emulator.chip.cpu.core_registers import MASKS, Registers
+from fcu_emulator.emulator.chip.cpu.exceptions import FIRST_INTERRUPT, SYS_TICK, bits
+from fcu_emulator.emulator.chip.cpu.thumb import Flow, decode
+from fcu_emulator.emulator.chip.diagnosis.backtrace import NOTE, Backtrace, Places
+from fcu_emulator.emulator.chip.diagnosis.evidence import BlockNotes, Transfers
+from fcu_emulator.emulator.chip.diagnosis.probe import Loop, Probe
+from fcu_emulator.emulator.chip.diagnosis.read_once import read_once
+from fcu_emulator.emulator.chip.diagnosis.report import Cause, Diagnosis, at, section
+from fcu_emulator.emulator.chip.peripherals.dma import is_any_stream_on
+from fcu_emulator.emulator.chip.registers import address_of, systick
+from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S
 
 # -- names of exceptions and of their handlers (ARMv7-M ARM table B1-4; RM0368 table 38) --------------------
 

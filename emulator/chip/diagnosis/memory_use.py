@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from emulator.chip.cpu.core import Core
-from emulator.chip.diagnosis.backtrace import Places
-from emulator.chip.diagnosis.report import Diagnosis
-from emulator.chip.image import FirmwareImage
-from emulator.chip.memory_map import FLASH_MEMORY, FLASH_SIZE, RAM_MEMORY, RAM_SIZE
+from fcu_emulator.emulator.chip.cpu.core import Core
+from fcu_emulator.emulator.chip.diagnosis.backtrace import Places
+from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis
+from fcu_emulator.emulator.chip.image import FirmwareImage
+from fcu_emulator.emulator.chip.memory_map import FLASH_MEMORY, FLASH_SIZE, RAM_MEMORY, RAM_SIZE
 
 _FULL = 0.9  # of the flash
 _LEFT = 10 * 1024  # bytes for heap and stack: printf of floats needs some of each

@@ -11,11 +11,11 @@ import re
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from emulator.chip.cpu.thumb import decode
-from emulator.chip.diagnosis.backtrace import Places
-from emulator.chip.diagnosis.report import Diagnosis
-from emulator.chip.image import FirmwareImage
-from emulator.chip.memory_map import FLASH_MEMORY
+from fcu_emulator.emulator.chip.cpu.thumb import decode
+from fcu_emulator.emulator.chip.diagnosis.backtrace import Places
+from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis
+from fcu_emulator.emulator.chip.image import FirmwareImage
+from fcu_emulator.emulator.chip.memory_map import FLASH_MEMORY
 
 _STRING = re.compile(rb"[\t\n\r\x20-\x7e]{3,255}\x00")
 _CONVERSION = re.compile(r"%[-+ #0]*\d*(?:\.\d+)?(?:hh|h|ll|l)?([diuxXfFeEgGcsp%])")

@@ -12,12 +12,12 @@ from __future__ import annotations
 from contextlib import closing
 from dataclasses import dataclass
 
-from emulator.chip.cpu.bare_core import BareCore, Stop
-from emulator.chip.cpu.core import Core
-from emulator.chip.cpu.core_registers import EVERYTHING, Registers
-from emulator.chip.memory_map import RAM, RAM_SIZE
-from emulator.chip.peripherals.peripheral import WORD, Peripheral
-from emulator.chip.registers import address_of, scb
+from fcu_emulator.emulator.chip.cpu.bare_core import BareCore, Stop
+from fcu_emulator.emulator.chip.cpu.core import Core
+from fcu_emulator.emulator.chip.cpu.core_registers import EVERYTHING, Registers
+from fcu_emulator.emulator.chip.memory_map import RAM, RAM_SIZE
+from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, Peripheral
+from fcu_emulator.emulator.chip.registers import address_of, scb
 
 _LONGEST = 20_000  # instructions until the state must have recurred: a tenth of a second to find out
 _LONGEST_HANDLER = 5_000

@@ -10,13 +10,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from emulator.chip.cpu.bare_core import BareCore, Stop
-from emulator.chip.cpu.core import Core
-from emulator.chip.cpu.core_registers import EVERYTHING, Registers
-from emulator.chip.cpu.thumb import decode
-from emulator.chip.diagnosis.backtrace import Places
-from emulator.chip.diagnosis.report import Cause
-from emulator.chip.memory_map import RAM, RAM_SIZE
+from fcu_emulator.emulator.chip.cpu.bare_core import BareCore, Stop
+from fcu_emulator.emulator.chip.cpu.core import Core
+from fcu_emulator.emulator.chip.cpu.core_registers import EVERYTHING, Registers
+from fcu_emulator.emulator.chip.cpu.thumb import decode
+from fcu_emulator.emulator.chip.diagnosis.backtrace import Places
+from fcu_emulator.emulator.chip.diagnosis.report import Cause
+from fcu_emulator.emulator.chip.memory_map import RAM, RAM_SIZE
 
 _FARTHEST = 32  # bytes before the loop that may belong to its condition
 _STEPS = 24

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, NamedTuple, TypeAlias
 
-from emulator.time.clock import PS_PER_MS, PS_PER_S
+from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
 
 Kind: TypeAlias = Literal[
     "fault",
@@ -37,7 +37,7 @@ class Diagnosis:
     ``kind``: a fault of the core, a loop without end, a stack that has grown into the variables, resets, a
     callback that takes too long, a block without clock, transfers that nobody answers, a terminal that gets
     nothing, a timer that does not tick as it should, full memories, numbers that printf could not print; and,
-    held against the world and the sensors by :mod:`emulator.analysis.mistakes`, numbers that are not the
+    held against the world and the sensors by :mod:`fcu_emulator.emulator.analysis.mistakes`, numbers that are not the
     truth, sensors that are not set up, LEDs that do not follow the board.
     """
 

@@ -6,16 +6,16 @@ linker kept: without a call of it no ``HAL_UART_Transmit`` is in the file.
 
 from __future__ import annotations
 
-from emulator.boards.description import BoardSignals
-from emulator.buses.uart import BAUD
-from emulator.chip.chip import Chip
-from emulator.chip.cpu.exceptions import FIRST_INTERRUPT, bits
-from emulator.chip.diagnosis.backtrace import Places
-from emulator.chip.diagnosis.evidence import absent
-from emulator.chip.diagnosis.hang import exception_name
-from emulator.chip.diagnosis.report import Cause, Diagnosis
-from emulator.chip.peripherals.tim import Timer
-from emulator.time.clock import PS_PER_S
+from fcu_emulator.emulator.boards.description import BoardSignals
+from fcu_emulator.emulator.buses.uart import BAUD
+from fcu_emulator.emulator.chip.chip import Chip
+from fcu_emulator.emulator.chip.cpu.exceptions import FIRST_INTERRUPT, bits
+from fcu_emulator.emulator.chip.diagnosis.backtrace import Places
+from fcu_emulator.emulator.chip.diagnosis.evidence import absent
+from fcu_emulator.emulator.chip.diagnosis.hang import exception_name
+from fcu_emulator.emulator.chip.diagnosis.report import Cause, Diagnosis
+from fcu_emulator.emulator.chip.peripherals.tim import Timer
+from fcu_emulator.emulator.time.clock import PS_PER_S
 
 _SPEAKS = ("HAL_UART_Transmit", "HAL_UART_Transmit_IT", "HAL_UART_Transmit_DMA")
 _TALKS_TO_SENSORS = (

@@ -12,18 +12,18 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from typing import Protocol
 
-from emulator.chip.firmware import ArmFirmware
-from emulator.chip.gdb.core_target import CoreTarget
-from emulator.chip.gdb.server import GdbServer
-from emulator.chip.memory_map import RAM
-from emulator.chip.peripherals.peripheral import Peripheral
-from emulator.errors import InputError
-from emulator.time.clock import PS_PER_S, Clock
-from emulator.world import World
+from fcu_emulator.emulator.chip.firmware import ArmFirmware
+from fcu_emulator.emulator.chip.gdb.core_target import CoreTarget
+from fcu_emulator.emulator.chip.gdb.server import GdbServer
+from fcu_emulator.emulator.chip.memory_map import RAM
+from fcu_emulator.emulator.chip.peripherals.peripheral import Peripheral
+from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.time.clock import PS_PER_S, Clock
+from fcu_emulator.emulator.world import World
 
 
 class DebuggedBoard(Protocol):
-    """A board with its firmware: :class:`emulator.board.board.Board` is one."""
+    """A board with its firmware: :class:`fcu_emulator.emulator.board.board.Board` is one."""
 
     arm: ArmFirmware | None
     clock: Clock

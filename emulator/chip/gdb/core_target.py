@@ -17,12 +17,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from emulator.chip import memory_map
-from emulator.chip.cpu.core import Core
-from emulator.chip.cpu.core_registers import EVERYTHING, Registers
-from emulator.chip.gdb.target import Point, PointKind, Stop
-from emulator.chip.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE
-from emulator.time.clock import Clock
+from fcu_emulator.emulator.chip import memory_map
+from fcu_emulator.emulator.chip.cpu.core import Core
+from fcu_emulator.emulator.chip.cpu.core_registers import EVERYTHING, Registers
+from fcu_emulator.emulator.chip.gdb.target import Point, PointKind, Stop
+from fcu_emulator.emulator.chip.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE
+from fcu_emulator.emulator.time.clock import Clock
 
 # -- breakpoints and watchpoints ----------------------------------------------------------------------------
 
@@ -114,7 +114,7 @@ _ALIGNMENTS = (4, 2, 1)
 
 
 class CoreTarget:
-    """Implements :class:`emulator.chip.gdb.target.Target`; ``run(at_ps)`` runs the core."""
+    """Implements :class:`fcu_emulator.emulator.chip.gdb.target.Target`; ``run(at_ps)`` runs the core."""
 
     def __init__(self, core: Core, clock: Clock, run: Callable[[int], None]) -> None:
         self._core = core

@@ -13,8 +13,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Final, NamedTuple
 
-from emulator.chip import memory_map
-from emulator.chip.memory_map import (
+from fcu_emulator.emulator.chip import memory_map
+from fcu_emulator.emulator.chip.memory_map import (
     FLASH,
     FLASH_SIZE,
     RAM,

@@ -12,7 +12,7 @@ import re
 from enum import Enum, auto
 from typing import Final, TypeAlias
 
-from emulator.chip.gdb.target import Point, PointKind
+from fcu_emulator.emulator.chip.gdb.target import Point, PointKind
 
 LONGEST: Final = 0x4000
 """Bytes of a payload as it is sent, announced as PacketSize."""

@@ -20,12 +20,12 @@ import socket
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 
-from emulator.chip.gdb.packets import ACK, MALFORMED, NACK, Arrival, Framer, Received, frame
-from emulator.chip.gdb.session import EXITED, Ending, Session
-from emulator.chip.gdb.target import Stop, Target
-from emulator.errors import FirmwareError
-from emulator.loopback import listen
-from emulator.time.clock import to_ps
+from fcu_emulator.emulator.chip.gdb.packets import ACK, MALFORMED, NACK, Arrival, Framer, Received, frame
+from fcu_emulator.emulator.chip.gdb.session import EXITED, Ending, Session
+from fcu_emulator.emulator.chip.gdb.target import Stop, Target
+from fcu_emulator.emulator.errors import FirmwareError
+from fcu_emulator.emulator.loopback import listen
+from fcu_emulator.emulator.time.clock import to_ps
 
 _PATIENCE_S = 0.05  # of wall time for which a halted target waits before others get a turn
 _CHUNK = 0x10000

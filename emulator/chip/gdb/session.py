@@ -15,11 +15,11 @@ from collections.abc import Callable
 from enum import Enum
 from typing import Final
 
-from emulator.chip.gdb import packets
-from emulator.chip.gdb.description import DOCUMENTS, REGISTERS, Register
-from emulator.chip.gdb.packets import LONGEST, MALFORMED, MOST_BYTES, OK, REFUSED, MalformedError
-from emulator.chip.gdb.target import Point, PointKind, Stop, Target
-from emulator.chip.memory_map import FLASH, FLASH_SIZE
+from fcu_emulator.emulator.chip.gdb import packets
+from fcu_emulator.emulator.chip.gdb.description import DOCUMENTS, REGISTERS, Register
+from fcu_emulator.emulator.chip.gdb.packets import LONGEST, MALFORMED, MOST_BYTES, OK, REFUSED, MalformedError
+from fcu_emulator.emulator.chip.gdb.target import Point, PointKind, Stop, Target
+from fcu_emulator.emulator.chip.memory_map import FLASH, FLASH_SIZE
 
 # -- packets that look at and change registers and memory ("Packets") ---------------------------------------
 

@@ -7,8 +7,8 @@ LEB128 number may be megabytes long. It also needs five times as long, which ``b
 It remains the independent witness in the tests.
 """
 
-from emulator.chip.image.image import FirmwareImage, load_firmware, parse_firmware
-from emulator.chip.image.segments import Segment
-from emulator.chip.image.symbols import Symbols
+from fcu_emulator.emulator.chip.image.image import FirmwareImage, load_firmware, parse_firmware
+from fcu_emulator.emulator.chip.image.segments import Segment
+from fcu_emulator.emulator.chip.image.symbols import Symbols
 
 __all__ = ["FirmwareImage", "Segment", "Symbols", "load_firmware", "parse_firmware"]

@@ -14,9 +14,9 @@ from functools import cached_property
 from types import SimpleNamespace
 from typing import Literal, Protocol
 
-from emulator.chip.image.dwarf import Cursor, DebugInfo, Entry
-from emulator.chip.image.elf import DebugInfoError
-from emulator.chip.memory_map import CAPACITY
+from fcu_emulator.emulator.chip.image.dwarf import Cursor, DebugInfo, Entry
+from fcu_emulator.emulator.chip.image.elf import DebugInfoError
+from fcu_emulator.emulator.chip.memory_map import CAPACITY
 
 CValue = int | float | tuple["CValue", ...] | SimpleNamespace
 """int for integers, enumerations and pointers, bool for _Bool, float, tuple for arrays, and for structures

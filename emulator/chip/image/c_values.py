@@ -1,4 +1,4 @@
-"""Python's values as bytes of a C type: the other direction of :mod:`emulator.chip.image.c_types`.
+"""Python's values as bytes of a C type: the other direction of :mod:`fcu_emulator.emulator.chip.image.c_types`.
 
 What cannot be stored is an InputError that names the member: ``acc.AXIS_X: 3.5 is no integer``. Integers are
 never cut and never wrap: a value that does not fit is a mistake in a test, not arithmetic of C.
@@ -13,8 +13,16 @@ from numbers import Integral, Real
 from types import SimpleNamespace
 from typing import Any
 
-from emulator.chip.image.c_types import Array, BitField, Boolean, CType, Float, Integer, Structure
-from emulator.errors import InputError
+from fcu_emulator.emulator.chip.image.c_types import (
+    Array,
+    BitField,
+    Boolean,
+    CType,
+    Float,
+    Integer,
+    Structure,
+)
+from fcu_emulator.emulator.errors import InputError
 
 _FLOATS = {2: "<e", 4: "<f", 8: "<d"}
 

@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
-from emulator.chip.image.elf import DebugInfoError, Sections, printable
+from fcu_emulator.emulator.chip.image.elf import DebugInfoError, Sections, printable
 
 # -- numbers and strings, never beyond the end, never more than a budget allows -----------------------------
 

@@ -12,9 +12,9 @@ import struct
 import zlib
 from typing import NamedTuple
 
-from emulator.chip.image.segments import Segment, check_place, join
-from emulator.chip.memory_map import CAPACITY, CHIP, fits
-from emulator.errors import FirmwareFileError
+from fcu_emulator.emulator.chip.image.segments import Segment, check_place, join
+from fcu_emulator.emulator.chip.memory_map import CAPACITY, CHIP, fits
+from fcu_emulator.emulator.errors import FirmwareFileError
 
 MAGIC = b"\x7fELF"
 _RIGHT = "give the ELF that arm-none-eabi-gcc links for the STM32F401"

@@ -9,9 +9,9 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import NamedTuple
 
-from emulator.chip.image.c_types import AT_TYPE, CType, TypeReader
-from emulator.chip.image.dwarf import DebugInfo, Entry
-from emulator.chip.image.elf import DebugInfoError
+from fcu_emulator.emulator.chip.image.c_types import AT_TYPE, CType, TypeReader
+from fcu_emulator.emulator.chip.image.dwarf import DebugInfo, Entry
+from fcu_emulator.emulator.chip.image.elf import DebugInfoError
 
 _SUBPROGRAM, _PARAMETER, _UNSPECIFIED_PARAMETERS = 0x2E, 0x05, 0x18
 _POINTER, _TRANSPARENT = 0x0F, frozenset({0x16, 0x26, 0x35, 0x37, 0x47})  # typedef, const, volatile ...

@@ -16,12 +16,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from emulator.chip.image.elf import MAGIC, open_elf
-from emulator.chip.image.intel_hex import looks_like_hex, read_hex
-from emulator.chip.image.segments import Segment
-from emulator.chip.image.symbols import Symbols
-from emulator.chip.memory_map import FLASH_MEMORY, RAM_MEMORY
-from emulator.errors import FirmwareFileError
+from fcu_emulator.emulator.chip.image.elf import MAGIC, open_elf
+from fcu_emulator.emulator.chip.image.intel_hex import looks_like_hex, read_hex
+from fcu_emulator.emulator.chip.image.segments import Segment
+from fcu_emulator.emulator.chip.image.symbols import Symbols
+from fcu_emulator.emulator.chip.memory_map import FLASH_MEMORY, RAM_MEMORY
+from fcu_emulator.emulator.errors import FirmwareFileError
 
 Kind = Literal["elf", "hex", "bin"]
 

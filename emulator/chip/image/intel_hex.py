@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from emulator.chip.image.segments import Segment, check_place, join
-from emulator.chip.memory_map import CAPACITY
-from emulator.errors import FirmwareFileError
+from fcu_emulator.emulator.chip.image.segments import Segment, check_place, join
+from fcu_emulator.emulator.chip.memory_map import CAPACITY
+from fcu_emulator.emulator.errors import FirmwareFileError
 
 _LONGEST_FILE = 16 * CAPACITY  # characters: every byte of both memories in a record of its own needs 15 each
 _DATA, _END, _SEGMENT_BASE, _SEGMENT_START, _LINEAR_BASE, _LINEAR_START = range(6)

@@ -10,8 +10,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from emulator.chip.image.dwarf import LINE_STRP, STRP, Budget, Cursor, Value, read_value
-from emulator.chip.image.elf import DebugInfoError, Sections, printable
+from fcu_emulator.emulator.chip.image.dwarf import LINE_STRP, STRP, Budget, Cursor, Value, read_value
+from fcu_emulator.emulator.chip.image.elf import DebugInfoError, Sections, printable
 
 _LAST_LINE = 0x7FFF_FFFF  # beyond is a negative number: a damaged table
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from emulator.chip.memory_map import CHIP, fits
-from emulator.errors import FirmwareFileError
+from fcu_emulator.emulator.chip.memory_map import CHIP, fits
+from fcu_emulator.emulator.errors import FirmwareFileError
 
 
 class Segment(NamedTuple):

@@ -18,14 +18,14 @@ from difflib import get_close_matches
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
-from emulator.chip.image.elf import DebugInfoError, Sections, printable, string_at
-from emulator.chip.memory_map import FLASH_MEMORY, RAM_MEMORY, fits
+from fcu_emulator.emulator.chip.image.elf import DebugInfoError, Sections, printable, string_at
+from fcu_emulator.emulator.chip.memory_map import FLASH_MEMORY, RAM_MEMORY, fits
 
 if TYPE_CHECKING:
-    from emulator.chip.image.c_types import CType, CValue, Variables
-    from emulator.chip.image.dwarf import Budget
-    from emulator.chip.image.functions import Functions, Signature
-    from emulator.chip.image.lines import LineTable, SourceLine
+    from fcu_emulator.emulator.chip.image.c_types import CType, CValue, Variables
+    from fcu_emulator.emulator.chip.image.dwarf import Budget
+    from fcu_emulator.emulator.chip.image.functions import Functions, Signature
+    from fcu_emulator.emulator.chip.image.lines import LineTable, SourceLine
 
 
 # -- the symbol table: which function holds an address, where is a variable ---------------------------------
@@ -289,7 +289,7 @@ class Symbols:
 
     @cached_property
     def _budget(self) -> Budget:
-        from emulator.chip.image.dwarf import Budget
+        from fcu_emulator.emulator.chip.image.dwarf import Budget
 
         return Budget()
 
@@ -303,7 +303,7 @@ class Symbols:
 
     @cached_property
     def _lines(self) -> LineTable:
-        from emulator.chip.image.lines import LineTable, read_sequences
+        from fcu_emulator.emulator.chip.image.lines import LineTable, read_sequences
 
         try:
             return LineTable(read_sequences(self._sections, self._budget))
@@ -313,8 +313,8 @@ class Symbols:
 
     @cached_property
     def _functions(self) -> Functions | None:
-        from emulator.chip.image.dwarf import DebugInfo
-        from emulator.chip.image.functions import Functions
+        from fcu_emulator.emulator.chip.image.dwarf import DebugInfo
+        from fcu_emulator.emulator.chip.image.functions import Functions
 
         try:
             return Functions(DebugInfo(self._sections, self._budget))
@@ -324,8 +324,8 @@ class Symbols:
 
     @cached_property
     def _variables(self) -> Variables | None:
-        from emulator.chip.image.c_types import Variables
-        from emulator.chip.image.dwarf import DebugInfo
+        from fcu_emulator.emulator.chip.image.c_types import Variables
+        from fcu_emulator.emulator.chip.image.dwarf import DebugInfo
 
         try:
             return Variables(DebugInfo(self._sections, self._budget))

@@ -1,4 +1,4 @@
-"""A Cortex-M4F in C: see core.h, and :mod:`emulator.chip.native.loader`, which loads what was built from it.
+"""A Cortex-M4F in C: see core.h, and :mod:`fcu_emulator.emulator.chip.native.loader`, which loads what was built from it.
 
 Only the standard library is imported here: building/library.py runs this file before anything is installed.
 """

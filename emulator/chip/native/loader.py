@@ -11,8 +11,8 @@ import sys
 from functools import cache
 from pathlib import Path
 
-from emulator.chip.native import FOLDER, built_from, digest, library_name
-from emulator.errors import InputError
+from fcu_emulator.emulator.chip.native import FOLDER, built_from, digest, library_name
+from fcu_emulator.emulator.errors import InputError
 
 _BUILD = Path("building", "library.py")
 _NAME = "fcu-emulator"

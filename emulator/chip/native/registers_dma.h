@@ -1,6 +1,6 @@
 /* Direct memory access controller (RM0368 section 9.5).
  *
- * Made of emulator/chip/registers/dma.py, by python -m emulator.chip.registers. */
+ * Made of emulator/chip/registers/dma.py, by python -m fcu_emulator.emulator.chip.registers. */
 #ifndef FCU_REGISTERS_DMA_H
 #define FCU_REGISTERS_DMA_H
 

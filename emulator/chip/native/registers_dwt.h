@@ -1,6 +1,6 @@
 /* Data watchpoint and trace unit (ARMv7-M ARM C1.8).
  *
- * Made of emulator/chip/registers/dwt.py, by python -m emulator.chip.registers. */
+ * Made of emulator/chip/registers/dwt.py, by python -m fcu_emulator.emulator.chip.registers. */
 #ifndef FCU_REGISTERS_DWT_H
 #define FCU_REGISTERS_DWT_H
 

@@ -1,6 +1,6 @@
 /* External interrupt and event controller (RM0368 section 10.3).
  *
- * Made of emulator/chip/registers/exti.py, by python -m emulator.chip.registers. */
+ * Made of emulator/chip/registers/exti.py, by python -m fcu_emulator.emulator.chip.registers. */
 #ifndef FCU_REGISTERS_EXTI_H
 #define FCU_REGISTERS_EXTI_H
 

@@ -1,6 +1,6 @@
 /* General-purpose inputs and outputs (RM0368 section 8.4).
  *
- * Made of emulator/chip/registers/gpio.py, by python -m emulator.chip.registers. */
+ * Made of emulator/chip/registers/gpio.py, by python -m fcu_emulator.emulator.chip.registers. */
 #ifndef FCU_REGISTERS_GPIO_H
 #define FCU_REGISTERS_GPIO_H
 

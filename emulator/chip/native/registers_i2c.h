@@ -1,6 +1,6 @@
 /* Inter-integrated circuit interface (RM0368 section 18.6).
  *
- * Made of emulator/chip/registers/i2c.py, by python -m emulator.chip.registers. */
+ * Made of emulator/chip/registers/i2c.py, by python -m fcu_emulator.emulator.chip.registers. */
 #ifndef FCU_REGISTERS_I2C_H
 #define FCU_REGISTERS_I2C_H
 

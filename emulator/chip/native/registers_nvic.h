@@ -1,6 +1,6 @@
 /* Nested vectored interrupt controller (ARMv7-M ARM B3.4); offsets in the system control space.
  *
- * Made of emulator/chip/registers/nvic.py, by python -m emulator.chip.registers. */
+ * Made of emulator/chip/registers/nvic.py, by python -m fcu_emulator.emulator.chip.registers. */
 #ifndef FCU_REGISTERS_NVIC_H
 #define FCU_REGISTERS_NVIC_H
 

@@ -1,6 +1,6 @@
 /* System control block (ARMv7-M ARM B3.2, PM0214 4.4); offsets in the system control space.
  *
- * Made of emulator/chip/registers/scb.py, by python -m emulator.chip.registers. */
+ * Made of emulator/chip/registers/scb.py, by python -m fcu_emulator.emulator.chip.registers. */
 #ifndef FCU_REGISTERS_SCB_H
 #define FCU_REGISTERS_SCB_H
 

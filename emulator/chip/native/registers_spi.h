@@ -1,6 +1,6 @@
 /* Serial peripheral interface (RM0368 section 20.5).
  *
- * Made of emulator/chip/registers/spi.py, by python -m emulator.chip.registers. */
+ * Made of emulator/chip/registers/spi.py, by python -m fcu_emulator.emulator.chip.registers. */
 #ifndef FCU_REGISTERS_SPI_H
 #define FCU_REGISTERS_SPI_H
 

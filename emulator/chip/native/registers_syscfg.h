@@ -1,6 +1,6 @@
 /* System configuration controller (RM0368 section 7.2).
  *
- * Made of emulator/chip/registers/syscfg.py, by python -m emulator.chip.registers. */
+ * Made of emulator/chip/registers/syscfg.py, by python -m fcu_emulator.emulator.chip.registers. */
 #ifndef FCU_REGISTERS_SYSCFG_H
 #define FCU_REGISTERS_SYSCFG_H
 

@@ -1,6 +1,6 @@
 /* System timer (ARMv7-M ARM B3.3, PM0214 4.5); offsets in the system control space.
  *
- * Made of emulator/chip/registers/systick.py, by python -m emulator.chip.registers. */
+ * Made of emulator/chip/registers/systick.py, by python -m fcu_emulator.emulator.chip.registers. */
 #ifndef FCU_REGISTERS_SYSTICK_H
 #define FCU_REGISTERS_SYSTICK_H
 

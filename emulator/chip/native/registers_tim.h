@@ -1,6 +1,6 @@
 /* Timers TIM1 to TIM5 and TIM9 to TIM11 (RM0368 sections 12.4, 13.4, 14.4, 14.5).
  *
- * Made of emulator/chip/registers/tim.py, by python -m emulator.chip.registers. */
+ * Made of emulator/chip/registers/tim.py, by python -m fcu_emulator.emulator.chip.registers. */
 #ifndef FCU_REGISTERS_TIM_H
 #define FCU_REGISTERS_TIM_H
 

@@ -1,6 +1,6 @@
 /* Universal synchronous asynchronous receiver transmitter (RM0368 section 19.6).
  *
- * Made of emulator/chip/registers/usart.py, by python -m emulator.chip.registers. */
+ * Made of emulator/chip/registers/usart.py, by python -m fcu_emulator.emulator.chip.registers. */
 #ifndef FCU_REGISTERS_USART_H
 #define FCU_REGISTERS_USART_H
 

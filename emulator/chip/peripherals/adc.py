@@ -14,10 +14,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeAlias
 
-from emulator.chip.peripherals.peripheral import WORD, InterruptInput, Peripheral, Soc
-from emulator.chip.registers import BLOCKS, adc
-from emulator.chip.registers.block import masks, offsets
-from emulator.time.clock import PS_PER_S, Event
+from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, InterruptInput, Peripheral, Soc
+from fcu_emulator.emulator.chip.registers import BLOCKS, adc
+from fcu_emulator.emulator.chip.registers.block import masks, offsets
+from fcu_emulator.emulator.time.clock import PS_PER_S, Event
 
 # -- battery, inner temperature sensor, reference (RM0368 11.9, 11.10) --------------------------------------
 

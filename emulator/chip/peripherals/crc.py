@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from emulator.chip.peripherals.peripheral import WORD, Peripheral
-from emulator.chip.registers import BLOCKS, crc
-from emulator.chip.registers.block import offsets
+from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, Peripheral
+from fcu_emulator.emulator.chip.registers import BLOCKS, crc
+from fcu_emulator.emulator.chip.registers.block import offsets
 
 DR, IDR, CR = offsets(crc.DR, crc.IDR, crc.CR)
 

@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import struct
 
-from emulator.chip.peripherals.peripheral import Peripheral
-from emulator.chip.registers import BLOCKS
+from fcu_emulator.emulator.chip.peripherals.peripheral import Peripheral
+from fcu_emulator.emulator.chip.registers import BLOCKS
 
 SYSTEM_MEMORY = 0x1FFF_7A00
 """Where :func:`system_memory` belongs in the address space."""

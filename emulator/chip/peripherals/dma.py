@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from emulator.chip.library import FcuChip
+from fcu_emulator.emulator.chip.library import FcuChip
 
 _STREAMS: Final = 8
 _EN: Final = 1
@@ -26,7 +26,7 @@ REQUESTS: Final = (
 
 
 class DmaLines:
-    """The request lines of a chip; implements :class:`emulator.chip.peripherals.peripheral.DmaRequests`."""
+    """The request lines of a chip; implements :class:`fcu_emulator.emulator.chip.peripherals.peripheral.DmaRequests`."""
 
     def __init__(self, chip: FcuChip) -> None:
         self._chip = chip

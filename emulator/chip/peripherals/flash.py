@@ -10,10 +10,10 @@ noted (RM0368 table 5, 2.7 to 3.6 V).
 
 from __future__ import annotations
 
-from emulator.chip.peripherals.peripheral import WORD, InterruptInput, Peripheral, Soc
-from emulator.chip.registers import BLOCKS, flash
-from emulator.chip.registers.block import masks, offsets
-from emulator.time.clock import PS_PER_MS, Event
+from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, InterruptInput, Peripheral, Soc
+from fcu_emulator.emulator.chip.registers import BLOCKS, flash
+from fcu_emulator.emulator.chip.registers.block import masks, offsets
+from fcu_emulator.emulator.time.clock import PS_PER_MS, Event
 
 ACR, KEYR, OPTKEYR, SR, CR, OPTCR = offsets(
     flash.ACR, flash.KEYR, flash.OPTKEYR, flash.SR, flash.CR, flash.OPTCR

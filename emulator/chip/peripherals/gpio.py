@@ -1,4 +1,4 @@
-"""The pins of a chip in C, connected to the board's: :class:`emulator.buses.gpio.Gpio` asks here."""
+"""The pins of a chip in C, connected to the board's: :class:`fcu_emulator.emulator.buses.gpio.Gpio` asks here."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from typing import Final, TypeAlias
 
 import numpy as np
 
-from emulator.buses.gpio import Gpio
-from emulator.chip.library import PIN_CHANGED, FcuChip, PinTable
-from emulator.trace import GpioEdge
+from fcu_emulator.emulator.buses.gpio import Gpio
+from fcu_emulator.emulator.chip.library import PIN_CHANGED, FcuChip, PinTable
+from fcu_emulator.emulator.trace import GpioEdge
 
 PORTS: Final = "ABCDEH"
 """In the order of their indices (chip.c, ``port_index``)."""

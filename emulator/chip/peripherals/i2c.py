@@ -10,11 +10,11 @@ import ctypes
 from collections.abc import Callable, Iterator
 from typing import Any, Final
 
-from emulator.buses.i2c import I2CBus, Message
-from emulator.buses.i2c_wire import Answer, I2CWire
-from emulator.chip.library import FcuChip
-from emulator.chip.peripherals.gpio import PinFunction
-from sensors.part import SubaddressTarget
+from fcu_emulator.emulator.buses.i2c import I2CBus, Message
+from fcu_emulator.emulator.buses.i2c_wire import Answer, I2CWire
+from fcu_emulator.emulator.chip.library import FcuChip
+from fcu_emulator.emulator.chip.peripherals.gpio import PinFunction
+from fcu_emulator.sensors.part import SubaddressTarget
 
 _i32, _i64 = ctypes.c_int32, ctypes.c_int64
 _BYTES, _RECENT = 64, 8  # I2C_BYTES, I2C_RECENT

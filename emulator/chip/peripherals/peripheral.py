@@ -17,10 +17,10 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import ClassVar, Protocol
 
-from emulator.buses.gpio import Gpio
-from emulator.chip.registers.block import DeclaredBlock
-from emulator.time.clock import NEVER_PS, Clock
-from emulator.trace import DeviceNote, Trace
+from fcu_emulator.emulator.buses.gpio import Gpio
+from fcu_emulator.emulator.chip.registers.block import DeclaredBlock
+from fcu_emulator.emulator.time.clock import NEVER_PS, Clock
+from fcu_emulator.emulator.trace import DeviceNote, Trace
 
 # -- the inner wiring of the chip ---------------------------------------------------------------------------
 
@@ -139,7 +139,7 @@ RegisterWritten = Callable[[int, int], None]
 class Peripheral:
     """One block at ``base``; ``size`` bytes of the address space belong to it.
 
-    ``declared``: its registers (:mod:`emulator.chip.registers`). Of them are made ``REGISTERS``, the reset
+    ``declared``: its registers (:mod:`fcu_emulator.emulator.chip.registers`). Of them are made ``REGISTERS``, the reset
     value by offset, and ``WRITABLE``, the bits that keep what is written. What is not listed reads as 0 and
     refuses writes, and the core notes the access by name.
     """

@@ -6,9 +6,9 @@ standby are selected here (PDDS, LPDS) and entered by the core; they are noted a
 
 from __future__ import annotations
 
-from emulator.chip.peripherals.peripheral import WORD, Peripheral
-from emulator.chip.registers import BLOCKS, pwr
-from emulator.chip.registers.block import masks, offsets
+from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, Peripheral
+from fcu_emulator.emulator.chip.registers import BLOCKS, pwr
+from fcu_emulator.emulator.chip.registers.block import masks, offsets
 
 CR, CSR = offsets(pwr.CR, pwr.CSR)
 

@@ -18,12 +18,12 @@ from dataclasses import dataclass
 from functools import lru_cache, partial
 from typing import Protocol
 
-from emulator.boards.description import BoardErrors
-from emulator.chip.peripherals.peripheral import WORD, InterruptInput, Peripheral, Soc
-from emulator.chip.peripherals.pwr import Pwr
-from emulator.chip.registers import BLOCKS, rcc
-from emulator.chip.registers.block import Word, masks, offsets
-from emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US, Event
+from fcu_emulator.emulator.boards.description import BoardErrors
+from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, InterruptInput, Peripheral, Soc
+from fcu_emulator.emulator.chip.peripherals.pwr import Pwr
+from fcu_emulator.emulator.chip.registers import BLOCKS, rcc
+from fcu_emulator.emulator.chip.registers.block import Word, masks, offsets
+from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US, Event
 
 # -- the clock tree's arithmetic: from registers to frequencies (section 6.2, figure 12) --------------------
 
@@ -203,7 +203,7 @@ _OSCILLATORS = frozenset((CR, PLLCFGR, BDCR, CSR))
 
 
 class ChipInC(Protocol):
-    """What is needed of the chip in C: :class:`emulator.chip.library.FcuChip`. Blocks: bit = index."""
+    """What is needed of the chip in C: :class:`fcu_emulator.emulator.chip.library.FcuChip`. Blocks: bit = index."""
 
     def gate(self, blocks: int, clocked: int) -> None:
         """Switch the clocks of blocks in C."""

@@ -11,12 +11,12 @@ from __future__ import annotations
 
 from datetime import UTC, datetime, timedelta
 
-from emulator.chip.peripherals.peripheral import WORD, Peripheral, Soc
-from emulator.chip.peripherals.pwr import Pwr
-from emulator.chip.peripherals.rcc import Rcc
-from emulator.chip.registers import BLOCKS, rtc
-from emulator.chip.registers.block import masks, offsets
-from emulator.time.clock import PS_PER_S
+from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, Peripheral, Soc
+from fcu_emulator.emulator.chip.peripherals.pwr import Pwr
+from fcu_emulator.emulator.chip.peripherals.rcc import Rcc
+from fcu_emulator.emulator.chip.registers import BLOCKS, rtc
+from fcu_emulator.emulator.chip.registers.block import masks, offsets
+from fcu_emulator.emulator.time.clock import PS_PER_S
 
 # -- the calendar: BCD registers to a point in time and back (17.6.1, 17.6.2) -------------------------------
 

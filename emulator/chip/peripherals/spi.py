@@ -1,7 +1,7 @@
 """What the chip's SPI blocks lead to: buses with parts, each at a chip select; and parts that are absent.
 
 The chip knows its chip selects and answers a message that reads from what it keeps of a part's bytes
-(:mod:`emulator.chip.targets`). It hands a message over, with what has passed so far, where these are not
+(:mod:`fcu_emulator.emulator.chip.targets`). It hands a message over, with what has passed so far, where these are not
 known, where registers are written, and where firmware does what no driver does; from there on it calls at
 the end of each byte.
 
@@ -18,15 +18,15 @@ from array import array
 from collections.abc import Callable
 from typing import Any, Final, get_args
 
-from emulator.boards.description import AbsentPart
-from emulator.buses.gpio import Gpio
-from emulator.buses.spi import SpiBus
-from emulator.chip.library import FcuChip
-from emulator.chip.peripherals.gpio import PORTS
-from emulator.trace import DeviceNote
-from sensors.declaration import Mode, Wires
-from sensors.register_file import Prefetched
-from sensors.spi import SpiTarget
+from fcu_emulator.emulator.boards.description import AbsentPart
+from fcu_emulator.emulator.buses.gpio import Gpio
+from fcu_emulator.emulator.buses.spi import SpiBus
+from fcu_emulator.emulator.chip.library import FcuChip
+from fcu_emulator.emulator.chip.peripherals.gpio import PORTS
+from fcu_emulator.emulator.trace import DeviceNote
+from fcu_emulator.sensors.declaration import Mode, Wires
+from fcu_emulator.sensors.register_file import Prefetched
+from fcu_emulator.sensors.spi import SpiTarget
 
 _FASTEST_HZ = 10_000_000  # SPI clock frequency in the three datasheets
 _MODES: Final[tuple[Mode, ...]] = get_args(Mode)

@@ -6,9 +6,9 @@ import ctypes
 from dataclasses import dataclass
 from typing import Any
 
-from emulator.chip.library import BLOCK_CLASSES, ChipBlock, FcuChip
-from emulator.time.clock import PS_PER_S
-from emulator.trace import TickLate, TickLost
+from fcu_emulator.emulator.chip.library import BLOCK_CLASSES, ChipBlock, FcuChip
+from fcu_emulator.emulator.time.clock import PS_PER_S
+from fcu_emulator.emulator.trace import TickLate, TickLost
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class TimerCalls(ctypes.Structure):
 
 
 class Timer(ChipBlock):
-    """One timer. It counts update interrupts as :class:`emulator.python_cpu.timer.IntervalTimer` does."""
+    """One timer. It counts update interrupts as :class:`fcu_emulator.emulator.python_cpu.timer.IntervalTimer` does."""
 
     def __init__(self, chip: FcuChip, index: int, name: str, base: int) -> None:
         super().__init__(chip, index, name, base)

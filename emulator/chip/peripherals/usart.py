@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
-from emulator.buses.uart import BAUD, Uart
-from emulator.chip.library import BLOCK_CLASSES, ChipBlock, FcuChip
-from emulator.chip.peripherals.gpio import PORTS, PinFunction
-from emulator.chip.registers.usart import CR1, CR2
+from fcu_emulator.emulator.buses.uart import BAUD, Uart
+from fcu_emulator.emulator.chip.library import BLOCK_CLASSES, ChipBlock, FcuChip
+from fcu_emulator.emulator.chip.peripherals.gpio import PORTS, PinFunction
+from fcu_emulator.emulator.chip.registers.usart import CR1, CR2
 
 _i32, _i64 = ctypes.c_int32, ctypes.c_int64
 _SENT = ctypes.CFUNCTYPE(
@@ -79,7 +79,7 @@ def wire_terminal(chip: FcuChip, name: str, pin: PinFunction, baud: int = BAUD) 
 
 
 class _Transceiver:
-    """A USART as its line sees it; implements :class:`emulator.buses.uart.Transceiver`."""
+    """A USART as its line sees it; implements :class:`fcu_emulator.emulator.buses.uart.Transceiver`."""
 
     def __init__(self, chip: FcuChip, block: ChipBlock) -> None:
         self._chip = chip

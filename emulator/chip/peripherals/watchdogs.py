@@ -11,11 +11,11 @@ first count may come up to one period earlier there. Before WDGA is set the coun
 
 from __future__ import annotations
 
-from emulator.chip.peripherals.peripheral import WORD, InterruptInput, Peripheral, Soc
-from emulator.chip.peripherals.rcc import LSI_HZ
-from emulator.chip.registers import BLOCKS, iwdg, wwdg
-from emulator.chip.registers.block import masks, offsets
-from emulator.time.clock import PS_PER_S, Event
+from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, InterruptInput, Peripheral, Soc
+from fcu_emulator.emulator.chip.peripherals.rcc import LSI_HZ
+from fcu_emulator.emulator.chip.registers import BLOCKS, iwdg, wwdg
+from fcu_emulator.emulator.chip.registers.block import masks, offsets
+from fcu_emulator.emulator.time.clock import PS_PER_S, Event
 
 # -- IWDG ---------------------------------------------------------------------------------------------------
 

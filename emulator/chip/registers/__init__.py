@@ -1,7 +1,7 @@
 """The registers of the chip's blocks, declared once, one chapter of a manual a module.
 
 From here come the names in traces, diagnoses and debuggers, ``fcu registers TIM9``, the reset values and
-masks of the blocks in Python, the C headers of the blocks in C (``python -m emulator.chip.registers`` writes
+masks of the blocks in Python, the C headers of the blocks in C (``python -m fcu_emulator.emulator.chip.registers`` writes
 them) and the chip's rows of the fidelity table.
 """
 
@@ -10,8 +10,8 @@ from __future__ import annotations
 from types import ModuleType
 from typing import Final
 
-from emulator.chip import memory_map
-from emulator.chip.registers import (
+from fcu_emulator.emulator.chip import memory_map
+from fcu_emulator.emulator.chip.registers import (
     adc,
     crc,
     dbgmcu,
@@ -34,7 +34,7 @@ from emulator.chip.registers import (
     usart,
     wwdg,
 )
-from emulator.chip.registers.block import DeclaredBlock, Word, block
+from fcu_emulator.emulator.chip.registers.block import DeclaredBlock, Word, block
 
 KINDS: Final[tuple[ModuleType, ...]] = (
     *(crc, pwr, rcc, syscfg, gpio, dma, exti, adc, tim, iwdg, wwdg, rtc, i2c, usart, spi, flash, dbgmcu),

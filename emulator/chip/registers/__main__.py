@@ -1,11 +1,11 @@
-"""``python -m emulator.chip.registers`` rewrites the C headers beside the blocks in C."""
+"""``python -m fcu_emulator.emulator.chip.registers`` rewrites the C headers beside the blocks in C."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from emulator.chip.registers import IN_C
-from emulator.chip.registers.c_header import file_name, header
+from fcu_emulator.emulator.chip.registers import IN_C
+from fcu_emulator.emulator.chip.registers.c_header import file_name, header
 
 
 def main() -> None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType, ModuleType
 
-from sensors.register import Bits, Register
+from fcu_emulator.sensors.register import Bits, Register
 
 WORD = 0xFFFF_FFFF
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from types import ModuleType
 
-from emulator.chip.registers.block import WORD, Word, block, words
+from fcu_emulator.emulator.chip.registers.block import WORD, Word, block, words
 
 _PER_LINE = 8
 
@@ -31,7 +31,7 @@ def header(module: ModuleType) -> str:
         [
             f"/* {title}",
             " *",
-            f" * Made of emulator/chip/registers/{kind}.py, by python -m emulator.chip.registers. */",
+            f" * Made of emulator/chip/registers/{kind}.py, by python -m fcu_emulator.emulator.chip.registers. */",
             f"#ifndef {guard}",
             f"#define {guard}",
             "",

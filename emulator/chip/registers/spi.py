@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from emulator.chip.registers.block import Word
-from sensors.register import Bits
+from fcu_emulator.emulator.chip.registers.block import Word
+from fcu_emulator.sensors.register import Bits
 
 SOURCE = "RM0368 20.5"
 INSTANCES = ("SPI1", "SPI2", "SPI3")

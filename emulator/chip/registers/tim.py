@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from emulator.chip.registers.block import WORD, Variant, Word
-from sensors.register import Bits
+from fcu_emulator.emulator.chip.registers.block import WORD, Variant, Word
+from fcu_emulator.sensors.register import Bits
 
 SOURCE = "RM0368 12.4, 13.4, 14.4, 14.5"
 INSTANCES = ("TIM1", "TIM2", "TIM3", "TIM4", "TIM5", "TIM9", "TIM10", "TIM11")

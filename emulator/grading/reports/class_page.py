@@ -6,11 +6,11 @@ import statistics
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from emulator.grading.reports.markup import Html, element, page
-from emulator.grading.reports.plots import histogram, share_bar
-from emulator.grading.reports.student_page import number
-from emulator.grading.reports.style import STYLE
-from emulator.grading.results import Graded, GradedClass
+from fcu_emulator.emulator.grading.reports.markup import Html, element, page
+from fcu_emulator.emulator.grading.reports.plots import histogram, share_bar
+from fcu_emulator.emulator.grading.reports.student_page import number
+from fcu_emulator.emulator.grading.reports.style import STYLE
+from fcu_emulator.emulator.grading.results import Graded, GradedClass
 
 _MOST_HARD = 12
 _STATUS = {

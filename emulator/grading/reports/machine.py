@@ -11,10 +11,10 @@ from __future__ import annotations
 from typing import Any
 from xml.etree import ElementTree as ET
 
-from emulator.errors import NotJudgedError
-from emulator.grading.results import Graded, GradedClass
-from emulator.grading.verdict import CheckResult
-from emulator.text import csv_text, visible
+from fcu_emulator.emulator.errors import NotJudgedError
+from fcu_emulator.emulator.grading.results import Graded, GradedClass
+from fcu_emulator.emulator.grading.verdict import CheckResult
+from fcu_emulator.emulator.text import csv_text, visible
 
 _VISIBILITY = {"always": "visible", "after_due_date": "after_due_date", "never": "hidden"}
 

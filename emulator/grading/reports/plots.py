@@ -9,8 +9,8 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
 
-from emulator.grading.reports.markup import Html, element
-from emulator.grading.verdict import Series
+from fcu_emulator.emulator.grading.reports.markup import Html, element
+from fcu_emulator.emulator.grading.verdict import Series
 
 _WIDTH, _HEIGHT = 440.0, 180.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 58.0, 12.0, 26.0, 30.0

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import takewhile
 
-from emulator.grading.reports.markup import Html, element, page
-from emulator.grading.reports.plots import series_plot, share_bar
-from emulator.grading.reports.style import STYLE
-from emulator.grading.results import Graded
-from emulator.grading.verdict import Cause, CheckResult, RunEvidence, Verdict
-from emulator.system_words import command_line
+from fcu_emulator.emulator.grading.reports.markup import Html, element, page
+from fcu_emulator.emulator.grading.reports.plots import series_plot, share_bar
+from fcu_emulator.emulator.grading.reports.style import STYLE
+from fcu_emulator.emulator.grading.results import Graded
+from fcu_emulator.emulator.grading.verdict import Cause, CheckResult, RunEvidence, Verdict
+from fcu_emulator.emulator.system_words import command_line
 
 _MARKS = {"passed": "✓", "partial": "◐", "failed": "✗", "unjudged": "?"}
 _WORDS = {"passed": "passed", "partial": "partly passed", "failed": "not passed", "unjudged": "not judged"}
