@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator, Sequence
 from statistics import median
 from typing import NamedTuple, TypeAlias
 
-from fcu_emulator.emulator.analysis.numbers import Hint
+from fcu_emulator.emulator.analysis.numbers import YAW, Hint, always_0
 from fcu_emulator.emulator.analysis.witness import Seen
 
 _FEWEST = 5  # blocks
@@ -93,7 +93,7 @@ def explained(
 ) -> Hint | None:
     """The wrong formula that gives best what is printed, if the right one does not."""
     rows = [row for row in rows if math.isfinite(_value(right, row))]
-    different = [row for row in rows if not _fits(field, right, row, near)]
+    different = [row for row in rows if not _fits(field, right, row, near) and not _is_true(field, row, near)]
     if len(rows) < _FEWEST or len(different) < max(_DIFFERENT, (1 - _SHARE) * len(rows)):
         return None
     most = median(_apart(field, right, row) for row in different) / _BETTER
@@ -121,6 +121,13 @@ def _fits(field: str, formula: Formula, row: Block, near: Near) -> bool:
     truth = row.line.truth[field]
     moving = min(_MOVING_SHARE * (truth.high - truth.low), _MOST_MOVING)
     return _apart(field, formula, row) <= near(_value(formula, row), formula.scale) + moving
+
+
+def _is_true(field: str, row: Block, near: Near) -> bool:
+    """Whether a print is near the truth: the other numbers of its block may be from another attitude."""
+    truth, printed = row.line.truth[field], (row.line.values or {})[field]
+    turns = (-360, 0, 360) if field == "Yaw" else (0,)
+    return min(truth.distance(printed + turn) for turn in turns) <= near(truth.middle, 1.0)
 
 
 def _apart(field: str, formula: Formula, row: Block) -> float:
@@ -294,9 +301,9 @@ _WRONG_YAW = (
         "Yaw is as with the sign of roll exchanged",
         f"{_LINES}.",
     ),
-    Formula(
-        lambda _: 0.0, "Yaw is always 0", "Is it computed in eCompass(), and is azimuth the variable printed?"
-    ),
+)
+_NO_YAW = Formula(
+    lambda _: 0.0, "Yaw is always 0", "Is it computed in eCompass(), and is azimuth the variable printed?"
 )
 _STRONG_MGAUSS = 100.0
 _YAW_IN_RADIANS = Formula(
@@ -325,7 +332,8 @@ def yaw_hint(lines: Sequence[Seen], iron_mgauss: Sequence[float]) -> Hint | None
         found = explained("Yaw", rows, RIGHT_YAW, (_UNCALIBRATED,), _degrees)
         if found is not None:
             return found
-    return explained("Yaw", rows, RIGHT_YAW, (*_WRONG_YAW, _YAW_IN_RADIANS), _degrees)
+    none = (_NO_YAW,) if always_0(lines, YAW) else ()
+    return explained("Yaw", rows, RIGHT_YAW, (*_WRONG_YAW, _YAW_IN_RADIANS, *none), _degrees)
 
 
 # -- altitude -----------------------------------------------------------------------------------------------
@@ -364,8 +372,8 @@ def altitude_hint(lines: Sequence[Seen], temperature_degc: float) -> Hint | None
     off = sum(truth.distance(value) > _OFF_M for truth, value in truths)
     if off < _DIFFERENT:
         return None  # what noise and a single reading of the floor make of a right program
-    wrong = [*_wrong_altitudes(ratio, kelvin), *_times(rows, right)]
-    return explained("Altitude", rows, right, wrong, _metres)
+    named = explained("Altitude", rows, right, list(_wrong_altitudes(ratio, kelvin)), _metres)
+    return named or explained("Altitude", rows, right, list(_times(rows, right)), _metres)
 
 
 def _first(pressures: Sequence[Seen]) -> float:

@@ -390,7 +390,7 @@ def _of_altitude(rows: Sequence[_Row]) -> Iterator[Change]:
             "Altitude is always 0",
             (
                 "Likely an integer division: 1 / 5 is 0 in C, and pow(x, 0) is 1. Write 1 / 5.257.",
-                "Or the pressure of the floor is taken anew in each sample.",
+                "Or the pressure of the floor is read again for each altitude: read it once, at the start.",
             ),
         )
     elif first < -20_000:

@@ -177,9 +177,7 @@ def _laws(rubric: Rubric, check: CheckResult) -> list[Property]:
 
 
 def _law_scenario(firmware: str, law: Property) -> str:
-    from fcu_emulator.emulator.testing.judged import (
-        counterexample_scenario,  # needs pytest, which judged the law before
-    )
+    from fcu_emulator.emulator.testing.judged import counterexample_scenario
 
     try:
         return counterexample_scenario(firmware, law.property, law.examples)
@@ -313,7 +311,7 @@ class _Screen:
         causes = list(self._causes(name))
         yield ""
         if causes and causes[0].fatal:
-            yield "The program does not go on:"
+            yield "The program is stuck:"
             yield from _cause(causes[0])
             return
         first = [cause for cause in causes if cause.kind in KEEPS_SAMPLES_AWAY][:_CAUSES_SHOWN]
@@ -333,7 +331,7 @@ class _Screen:
             if check.outcome == "unjudged":
                 yield from _wrapped(f"{check.title}: could not be judged: {check.unjudged_because}", "  ")
         if besides:
-            yield "What the run shows besides:" if first else "What the run shows:"
+            yield "What the run also shows:" if first else "What the run shows:"
             for cause in besides:
                 yield from _cause(cause)
 
@@ -353,14 +351,14 @@ class _Screen:
         return [run for run in self._verdict.evidence_of(name) if run.run in runs]
 
     def _remarks(self) -> Iterator[str]:
-        """What costs no points; of a program that does not go on, nothing else matters."""
+        """What costs no points; none of a program that is stuck."""
         if any(run.stopped for run in self._verdict.evidence):
             return
         remarks = [one for one in self._verdict.checks if one.max_points == 0]
         failed = [one for one in remarks if one.outcome == "failed" and not self._is_said(one)]
         if failed:
             yield ""
-            yield "By the way, what costs no points:"
+            yield "Not graded:"
             for check in failed:  # a hint about edges leads away from what is wrong everywhere
                 yield from _check(check, self._hints(check) if self._verdict.is_done(check.exercise) else [])
                 if check.check in self._laws:
@@ -403,11 +401,13 @@ class _Screen:
                 yield from _wrapped(f"Not checked (no points): {check.title}: {check.unjudged_because}.", "")
 
     def _is_written(self, name: str, advice: str) -> bool:
-        """Whether the program has what the advice says to write: a function, or lines that are only wrong."""
+        """Whether an exercise has points, the functions that the advice names, or lines that are wrong."""
+        if any(one.points for one in self._verdict.of(name)):
+            return True
         functions = _FUNCTION.findall(advice)
         own = [name for name in functions if not _has("template-arm", name)]
         if own:
-            return any(_has(self._firmware, name) for name in own)
+            return all(_has(self._firmware, name) for name in own)
         findings = {one.finding for one in self._verdict.of(name) if one.max_points and one.finding}
         return bool(findings - _NOT_BEGUN)
 
@@ -415,9 +415,7 @@ class _Screen:
         again = self._options.again()
         yield ""
         if not open_ones:
-            which = "Everything asked for" if self._options.exercises else "Everything"
-            yield f"{which} is right. On another board of the class:"
-            yield f"  {again} --seed {self._options.seed + 1}"
+            yield from self._after_success(again)
             return
         name = open_ones[0]
         seed = f" --seed {self._options.seed}" if self._options.seed else ""
@@ -438,6 +436,17 @@ class _Screen:
             yield from self._not_replayed(name)
         elif replays:
             yield f"  {again} --exercise {name}{seed} --save motions     to run its motions by hand"
+
+    def _after_success(self, again: str) -> Iterator[str]:
+        """The exercises that were not asked for; then the same on another board."""
+        asked = "".join(f" --exercise {name}" for name in self._options.exercises)
+        if asked:
+            yield "Everything asked for is right. Next, all exercises:"
+            yield f"  {again}"
+            yield "The same on another board of the class:"
+        else:
+            yield "Everything is right. On another board of the class:"
+        yield f"  {again}{asked} --seed {self._options.seed + 1}"
 
     def _not_replayed(self, name: str) -> Iterator[str]:
         """The checks that failed and of which the saved scenarios expect nothing."""

@@ -44,6 +44,7 @@ from fcu_emulator.emulator.scenario.expectations import (
 )
 from fcu_emulator.emulator.scenario.following import ExpectLineFollows
 from fcu_emulator.emulator.scenario.hardware import ExpectLedFollows
+from fcu_emulator.emulator.scenario.observed import unit_of
 from fcu_emulator.emulator.scenario.scenario import judged
 from fcu_emulator.emulator.scenario.schema import ReportTable
 from fcu_emulator.emulator.scenario.written import names_files, scenario_text
@@ -395,16 +396,9 @@ class _Run:
                     points.append((line.at_ps / PS_PER_S, printed, truth))
         step = max(1, -(-len(points) // MOST_PRINTS))
         kept = points[::step]
-        unit = (
-            "mgauss"
-            if number.title.startswith("MAG")
-            else line_format.text.split()[-1]
-            if number.name
-            else ""
-        )
         return Series(
             name=number.title,
-            unit=unit,
+            unit=unit_of(number.name) if number.name else "",
             t_s=tuple(one[0] for one in kept),
             printed=tuple(one[1] for one in kept),
             truth=tuple(one[2] for one in kept),
@@ -423,11 +417,11 @@ def _first_printed(miss: Miss) -> str:
 
 
 def _others(failed: int) -> str:
-    """What else of a check is not met."""
+    """How many more expectations of a check are not met."""
     if failed <= 1:
         return ""
-    others = "another thing is" if failed == 2 else f"{failed - 1} other things are"
-    return f" (and {others} not met)"
+    more = "requirement is" if failed == 2 else "requirements are"
+    return f" ({failed - 1} more {more} not met)"
 
 
 def _shortened(text: str) -> str:

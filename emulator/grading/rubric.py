@@ -80,9 +80,11 @@ FindingKind: TypeAlias = Literal[
     "threshold",
     "other axis",
     "one side",
+    "seldom read",
     "prerequisite",
 ]
-"""How an expectation may be missed, and of a LED more exactly; and that a required check has not passed."""
+"""How an expectation may be missed; of a LED and of reads on the bus more exactly; and that a required check
+has not passed."""
 
 # -- The file -----------------------------------------------------------------------------------------------
 

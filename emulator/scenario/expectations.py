@@ -37,6 +37,7 @@ from fcu_emulator.emulator.scenario.observed import (
     escaped,
     nearest_truth,
     same_banner,
+    unit_of,
 )
 from fcu_emulator.emulator.scenario.tables import (
     Duration,
@@ -358,21 +359,24 @@ class ExpectField(_Number):
 
     def wording(self) -> str:
         """What the number is compared with, and how near it has to be."""
+        unit = f" {unit_of(self.name)}" if self.name else ""
+        return f"{self.title} within {self.tolerance:g}{unit} of {self._target()}{self.window_text()}"
+
+    def _target(self) -> str:
         if self.value is not None:
-            reference = f"{self.value:g}"
-        else:
-            reference = "the truth" if self.truth is True else f"the true {self.quantity}"
-            reference += f" times {self.scale:g}" if self.scale != 1 else ""
-        if self.truth and self.settle:
-            reference += f" ({nearest_truth(self.settle)})"
-        return f"{self.title} within {self.tolerance:g} of {reference}{self.window_text()}"
+            return f"{self.value:g}"
+        recent = nearest_truth(self.settle) if self.settle else ""
+        if self.truth is True and self.scale == 1:
+            return recent or "the truth"
+        scaled = f" times {self.scale:g}" if self.scale != 1 else ""
+        return f"the true {self.quantity}{scaled}" + (f" ({recent})" if recent else "")
 
     def judge(self, seen: Seen) -> Miss | None:
         """Missing when it is never printed; a line that begins like it in another format fails too."""
         line_format = self.number_format(seen.patience)
         lines = [line for line in self.lines_in_window(seen) if line_format.is_begun_by(line.text)]
         if not lines:
-            return _not_printed(line_format, self.wording(), self.lines_in_window(seen))
+            return _not_printed(line_format, self.wording(), self.lines_in_window(seen), seen)
         numbers = [(line, line_format.number(line.text)) for line in lines]
         malformed = [line for line, number in numbers if number is None]
         if malformed:
@@ -439,7 +443,7 @@ class ExpectPrinted(_Number):
         if not lines and before:
             return Miss("missing", expected, f"none after {seconds(before[-1].at_ps)}")
         if not lines:
-            return _not_printed(line_format, expected, self.lines_in_window(seen))
+            return _not_printed(line_format, expected, self.lines_in_window(seen), seen)
         wrong = [line for line in lines if line_format.number(line.text) is None]
         if wrong:
             return _malformed(line_format, expected, wrong, len(lines))
@@ -470,7 +474,7 @@ class ExpectWithin(_Number):
         parsed = [(line, line_format.number(line.text)) for line in self.lines_in_window(seen)]
         values = [(line, number) for line, number in parsed if number is not None]
         if not values:
-            return _not_printed(line_format, expected, self.lines_in_window(seen))
+            return _not_printed(line_format, expected, self.lines_in_window(seen), seen)
         wrong = [line for line, value in values if not self.least <= value <= self.most]
         if wrong:
             text, diff = f"{len(wrong)} of {len(values)} prints outside", map(_printed, wrong[:_DIFF_LINES])
@@ -482,11 +486,15 @@ class ExpectWithin(_Number):
         return None
 
 
-def _not_printed(line_format: NumberFormat, expected: str, lines: Sequence[PrintedLine]) -> Miss:
-    """Nothing begins like the format: there is another form of it, or none."""
+def _not_printed(line_format: NumberFormat, expected: str, lines: Sequence[PrintedLine], seen: Seen) -> Miss:
+    """Nothing in the window begins like the format: there is another form of it, or none."""
     near = [line for line in lines if line_format.is_meant_by(line.text)]
     if not near:
-        return Miss("missing", expected, f'no line "{line_format.text}" among {len(lines)}')
+        text = f'no line "{line_format.text}" among {len(lines)}'
+        outside = [line for line in seen.lines if line_format.is_begun_by(line.text)]
+        if outside:
+            text += f", the last one is at {seconds(outside[-1].at_ps)}"
+        return Miss("missing", expected, text)
     return _malformed(line_format, expected, near, len(near))
 
 

@@ -15,7 +15,7 @@ from fcu_emulator.emulator.scenario.conditions import Condition, Followed, LedNa
 from fcu_emulator.emulator.scenario.expectations import Expectation, Miss, Seen, Windowed
 from fcu_emulator.emulator.scenario.observed import SAMPLE_STEP_PS, BoardView
 from fcu_emulator.emulator.scenario.tables import Duration, Length
-from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, seconds
+from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, seconds
 from fcu_emulator.emulator.time.ticks import TickCounts
 from fcu_emulator.emulator.trace import BusTransfer, TraceEvent
 from fcu_emulator.sensors import PARTS
@@ -165,7 +165,7 @@ class ExpectLedFollows(Windowed):
         where = f"at {seconds(first.at_ps)} with {quantity} {first.angle:.1f}{degrees}"
         here = f"{self.led.upper()} is {state} {where}"
         more = {
-            "never lit": f", and is never lit: is it switched on, by {quantity}{degrees and ' in degrees'}?",
+            "never lit": f", and is never lit: is its condition true for this {quantity}{degrees and ', in degrees'}?",
             "never dark": ", and is never dark again: where is it switched off?",
             "inverted": ": it is lit and dark the wrong way round",
             "blinks": ", and changes while the board rests",
@@ -178,6 +178,7 @@ class ExpectLedFollows(Windowed):
 
 
 _SLOW_PS = 1_300 * PS_PER_MS  # once a second, and the time for the text
+_STALE_PS = 2_400 * PS_PER_MS  # two passes of main's loop: an angle of one, shown in the next
 _PROMPT_PS = 300 * PS_PER_MS
 _RESTING_DEG = 0.01  # in 10 ms; a LED of a moving board lags behind
 _MOSTLY = 0.8
@@ -188,16 +189,16 @@ def _finding(looks: Sequence[_Look], wrong: Sequence[_Look]) -> str:
     """Which kind of mistake it is; "" if none of these."""
     settled = [look for look in looks if look.at_ps - look.since_ps >= _SLOW_PS]
     inverted = sum(look.lit is not look.steep for look in settled)
-    threshold = _threshold(looks)
     kinds = (
         ("never lit", not any(look.lit for look in looks)),
         ("never dark", _stays_lit(looks)),
         ("inverted", bool(settled) and inverted >= _MOSTLY * len(settled)),
         ("other axis", _follows_other(looks)),
-        ("blinks", _blinks(looks) and threshold is None),  # not of a board that passes a wrong threshold
-        ("late", all(look.lit is look.steep for look in settled) and _catches_up(looks, wrong)),
-        ("threshold", threshold is not None),
         ("one side", _one_side(looks, wrong)),
+        ("threshold", _threshold(looks) is not None),
+        ("blinks", _blinks(looks)),
+        ("late", all(look.lit is look.steep for look in settled) and _catches_up(looks, wrong)),
+        ("late", _shows_the_past(looks)),
     )
     return next((kind for kind, holds in kinds if holds), "")
 
@@ -206,6 +207,16 @@ def _catches_up(looks: Sequence[_Look], wrong: Sequence[_Look]) -> bool:
     """Whether the LED became right before the board left the side on which it was wrong."""
     last = {look.since_ps: look for look in looks}
     return all(last[look.since_ps].lit is look.steep for look in wrong)
+
+
+def _shows_the_past(looks: Sequence[_Look]) -> bool:
+    """Whether the LED always shows a side on which the board has been shortly before."""
+    last_ps: dict[bool, int] = {}
+    for look in looks:
+        last_ps[look.steep] = look.at_ps
+        if look.at_ps - last_ps.get(look.lit, -NEVER_PS) > _STALE_PS:
+            return False
+    return True
 
 
 def _threshold(looks: Sequence[_Look]) -> tuple[float, float] | None:
@@ -248,10 +259,10 @@ def _blinks(looks: Sequence[_Look]) -> bool:
 
 
 def _one_side(looks: Sequence[_Look], wrong: Sequence[_Look]) -> bool:
-    """Whether the LED is right beyond one end of the scale, and dark beyond the other."""
+    """Whether the LED is right beyond one end of the scale, and always dark beyond the other."""
     dark = {look.angle > 0 for look in wrong if look.steep}
     lit = {look.angle > 0 for look in looks if look.steep and look.lit}
-    return all(look.steep for look in wrong) and len(dark) == 1 and bool(lit - dark)
+    return all(look.steep for look in wrong) and len(dark) == 1 and bool(lit) and not lit & dark
 
 
 # -- The timer's ticks, and the hard iron ----------------------------------------------------------------
@@ -412,9 +423,11 @@ class ExpectReads(Expectation):
             return None
         wanted = f"at least {self.least_hz:g}" if rate_hz < self.least_hz else f"at most {self.most_hz:g}"
         place = f"{part} {register} (0x{address:02X})"
-        return Miss(
-            "wrong value", f"{place} read {wanted} times a second", f"{rate_hz:.0f} times", for_good=True
-        )
+        expected, text = f"{place} read {wanted} times a second", f"{rate_hz:.0f} times a second"
+        if rate_hz >= self.least_hz:
+            return Miss("wrong value", expected, text, for_good=True)
+        text += ": is it read in each call of the timer's callback?"
+        return Miss("wrong value", expected, text, for_good=True, finding="seldom read")
 
 
 def _reaches(transfer: BusTransfer, address: int) -> bool:

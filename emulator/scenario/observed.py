@@ -238,7 +238,12 @@ def deviation(field: str, printed: float, wanted: float) -> float:
 
 def nearest_truth(settle_ps: int) -> str:
     """What :meth:`PrintedLine.error` holds a number against, in words."""
-    return f"the nearest of the last {settle_ps / PS_PER_MS:g} ms"
+    return f"the truth of the last {settle_ps / PS_PER_MS:g} ms"
+
+
+def unit_of(field: str) -> str:
+    """A field's unit; the lab prints MAG in mgauss and calls it mg."""
+    return "mgauss" if field.startswith("MAG") else FORMAT_OF_FIELD[field].text.split()[-1]
 
 
 # -- When each line was printed -----------------------------------------------------------------------------
@@ -413,7 +418,7 @@ def against_truth(field: str, lines: Sequence[PrintedLine], settle_ps: int, wind
     counted = f"{_largest(judged):+.3f}"
     if counted != f"{largest:+.3f}":
         which = nearest_truth(settle_ps)
-        table.append(f"against the truth as expectations take it, {which}: largest {counted}")
+        table.append(f"against {which}, as expectations compare: largest {counted}")
     return table
 
 

@@ -16,7 +16,9 @@ import pytest
 from fcu_emulator import Board
 from fcu_emulator.emulator.analysis.mistakes import explain
 from fcu_emulator.emulator.analysis.witness import Witness
+from fcu_emulator.emulator.grading.rubric import load_rubric
 from tests.arm import student_programs
+from tests.arm.graded_programs import staged
 from tests.arm.student_programs import OPTIMISATIONS, Program, build, said, without_numbers
 from tests.arm.vendor_programs import file
 from tests.integration.test_cli import fcu
@@ -92,6 +94,19 @@ def test_nothing_is_said_about_the_shipped_programs_and_those_in_the_makers_styl
     board.run_for(LONGEST_S)
 
     assert [str(one) for one in explain(board, witness)] == []
+
+
+@needs_compiler
+@pytest.mark.parametrize("done", [3, 4, 5] if ALL else [3])
+@pytest.mark.parametrize("run", ["heading", "sensors", "stairs", "steep_x", "steep_y", "tilt"])
+def test_a_done_exercise_has_no_wrong_numbers(run: str, done: int, folder: Path) -> None:
+    """The rubric's motions, on which the block's lines are printed at different attitudes."""
+    scenario = load_rubric("lab3").scenario(run, 0)
+    board = Board(str(staged(done, folder)), scenario=scenario, seed=0)
+    witness = Witness(board)
+    board.run_for(scenario.duration_s)
+
+    assert [str(one) for one in explain(board, witness) if one.kind == "numbers"] == []
 
 
 def test_the_page_shows_at_least_thirty_mistakes_and_no_other() -> None:

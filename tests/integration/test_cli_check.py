@@ -58,7 +58,8 @@ def test_the_solution_is_all_right() -> None:
 
     assert done.returncode == 0, done.stderr
     assert "  2   done        4 of 4    Altitude from the pressure\n" in done.stdout
-    assert done.stdout.endswith("On another board of the class:\n  fcu check solution --seed 1\n")
+    assert "\n  fcu check solution\n" in done.stdout  # all exercises
+    assert done.stdout.endswith("\n  fcu check solution --exercise 2 --exercise 4 --seed 1\n")
     assert done.stderr == ""
 
 
@@ -73,6 +74,12 @@ def test_the_template_is_told_what_to_do_next(tmp_path: Path) -> None:
     assert "\n  fcu check --exercise 2\n" in done.stdout
     assert "\n  fcu run lab3.elf\n" in done.stdout
     assert done.stdout.splitlines()[-1].split("  ")[1] == "fcu check --exercise 2 --save motions"
+
+
+def test_template_is_told_to_write_the_function_of_each_exercise() -> None:
+    done = fcu("check", "template-arm", "--exercise", "3")
+
+    assert "\nNext: Write eCompass() " in done.stdout
 
 
 def test_a_failed_check_is_replayed_by_the_command_that_is_printed(tmp_path: Path) -> None:
@@ -168,7 +175,7 @@ def test_a_folder_is_built_and_a_warning_is_told(project: Path) -> None:
     first, second = fcu("check", str(project), "-e", "1"), fcu("check", str(project), "-e", "1")
 
     assert first.returncode == 0, first.stderr
-    assert "By the way, what costs no points:\n  - the compiler has no warnings\n" in first.stdout
+    assert "Not graded:\n  - the compiler has no warnings\n" in first.stdout
     assert "seen: 1 warning, the first: main.c:" in first.stdout
     assert first.stdout == second.stdout
 
@@ -203,7 +210,7 @@ def test_a_crash_is_explained_by_its_line(project: Path) -> None:
     done = fcu("check", str(project), "-e", "1")
 
     assert done.returncode == 3
-    assert "The program does not go on:\n  HardFault at " in done.stdout
+    assert "The program is stuck:\n  HardFault at " in done.stdout
     assert "HAL_TIM_PeriodElapsedCallback(), main.c:" in done.stdout
 
 

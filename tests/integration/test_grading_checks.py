@@ -91,6 +91,20 @@ def test_a_wrong_program_is_told_why(tmp_path: Path, expectation: str, firmware:
     assert check.actual.startswith(actual)
 
 
+def test_reads_that_are_too_few_have_a_finding_of_this_name(tmp_path: Path) -> None:
+    reads = READS.replace("799", "900").replace("801", "950")
+
+    assert judged(tmp_path, f'{reads}, sensor = "gyroscope"', "solution").finding == "seldom read"
+
+
+def test_a_line_printed_before_the_window_only_is_told(tmp_path: Path) -> None:
+    late = 'kind = "field", name = "Pre", truth = true, tolerance = 5, from = "2.3s"'
+    check = judged(tmp_path, late, "solution")
+
+    assert (check.outcome, check.finding) == ("failed", "missing")
+    assert "the last one is at 2.1" in check.actual
+
+
 def test_a_planted_wrap_error_is_found_in_the_compiled_function(tmp_path: Path) -> None:
     law = "yaw_is_the_direction_of_the_x_axis_against_magnetic_north"
     check = judged(tmp_path, f'kind = "property", property = "{law}"', WRONG_YAW)

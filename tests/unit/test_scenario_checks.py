@@ -88,12 +88,12 @@ def test_a_broken_expectation_is_found(tmp_path: Path, kind: str, keys: str, fau
         (
             "field",
             "name = 'Pitch'\ntruth = true\ntolerance = 0.5",
-            "Pitch within 0.5 of the truth (the nearest of the last 50 ms)",
+            "Pitch within 0.5 deg of the truth of the last 50 ms",
         ),
         (
             "field",
             "name = 'GYR.z'\nvalue = 560\ntolerance = 70\nfrom = '1s'",
-            "GYR.z within 70 of 560 from 1 s to the end",
+            "GYR.z within 70 mdps of 560 from 1 s to the end",
         ),
         ("within", "name = 'Yaw'\nleast = -180\nmost = 180", "Yaw from -180 to 180"),
         ("within", "name = 'Yaw'\nleast = -9\nmost = 9\napart = 4", "Yaw from -9 to 9, two of them 4 apart"),
@@ -335,10 +335,10 @@ def test_a_report_and_an_expectation_say_which_truth_they_take(tmp_path: Path) -
     (finding,) = result.findings
     *_, summary, counted = result.reports
 
-    assert finding.miss.expected == "Pitch within 0.0001 of the truth (the nearest of the last 50 ms)"
+    assert finding.miss.expected == "Pitch within 0.0001 deg of the truth of the last 50 ms"
     largest, taken = (float(line.split("largest ")[1].split(",")[0]) for line in (summary, counted))
     assert summary.startswith("error: first ")
-    assert counted.startswith("against the truth as expectations take it, the nearest of the last 50 ms: ")
+    assert counted.startswith("against the truth of the last 50 ms, as expectations compare: ")
     assert abs(taken) < 0.05 < abs(largest)
 
 

@@ -1,0 +1,86 @@
+"""Findings about a LED that does not follow the board, from its edges and the board's inclination alone."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable
+from types import SimpleNamespace
+
+import pytest
+
+from fcu_emulator.emulator.scenario.expectations import Seen
+from fcu_emulator.emulator.scenario.hardware import ExpectLedFollows
+from fcu_emulator.emulator.scenario.observed import Tilt
+from fcu_emulator.emulator.time.clock import PS_PER_MS
+from fcu_emulator.emulator.trace import GpioEdge
+
+MOTION = (
+    (0, 0.0),
+    (2000, 0.0),
+    (3000, 86.0),
+    (4500, 86.0),
+    (6000, -80.6),
+    (7500, -80.6),
+    (9000, 79.4),
+    (10_500, 79.4),
+    (12_000, -84.0),
+)
+END_MS = 14_000
+PASS_MS = 1040
+
+
+def pitch(at_ms: int) -> float:
+    """The board turns at constant rate between the moments of ``MOTION``."""
+    index = bisect_right([moment for moment, _ in MOTION], at_ms)
+    (from_ms, from_deg), (to_ms, to_deg) = MOTION[index - 1], (*MOTION, (END_MS, MOTION[-1][1]))[index]
+    return from_deg + (to_deg - from_deg) * (at_ms - from_ms) / max(to_ms - from_ms, 1)
+
+
+def finding(is_lit: Callable[[int], bool]) -> str:
+    """What is found of a LED by whether it is lit at a millisecond."""
+    states = [is_lit(at_ms) for at_ms in range(END_MS)]
+    changes = [at_ms for at_ms in range(1, END_MS) if states[at_ms] is not states[at_ms - 1]]
+    edges = [
+        GpioEdge(t_ps=at_ms * PS_PER_MS, pin="PB5", level=int(not states[at_ms]))
+        for at_ms in ([0] if states[0] else []) + changes
+    ]
+    board = SimpleNamespace(
+        led=lambda _name: SimpleNamespace(pin="PB5"), trace=SimpleNamespace(of=lambda _kind: edges)
+    )
+    tilts = [Tilt(at_ms * PS_PER_MS, pitch(at_ms), 0.0) for at_ms in range(0, END_MS, 10)]
+    seen = Seen(board, [], END_MS * PS_PER_MS, tilts=tilts)  # type: ignore[arg-type]
+    expected = ExpectLedFollows(kind="led_follows", led="led1", angle="pitch", margin_deg=0.3)
+    miss = expected.judge(seen)
+    return "" if miss is None else miss.finding
+
+
+def test_right_led_has_no_finding() -> None:
+    assert finding(lambda at_ms: abs(pitch(at_ms)) > 80) == ""
+
+
+@pytest.mark.parametrize("age_ms", [0, PASS_MS])
+@pytest.mark.parametrize("first_ms", [0, 300, 700])
+def test_led_switched_in_main_is_late(first_ms: int, age_ms: int) -> None:
+    """Once a pass, by the present angle or by the angle that the pass before has computed."""
+
+    def is_lit(at_ms: int) -> bool:
+        since_ms = at_ms - (at_ms - first_ms) % PASS_MS
+        return abs(pitch(max(since_ms - age_ms, 0))) > 80
+
+    assert finding(is_lit) == "late"
+
+
+@pytest.mark.parametrize(
+    ("is_lit", "found"),
+    [
+        (lambda at_ms: int(abs(pitch(at_ms))) > 80, "threshold"),
+        (lambda at_ms: abs(pitch(at_ms)) > 79, "threshold"),
+        (lambda at_ms: pitch(at_ms) > 80, "one side"),
+        (lambda at_ms: abs(pitch(at_ms)) <= 80, "inverted"),
+        (lambda at_ms: at_ms % 2080 < 1040, "blinks"),
+        (lambda at_ms: at_ms > 3000, "never dark"),
+        (lambda _at_ms: False, "never lit"),
+    ],
+)
+def test_led_finding_names_the_mistake(is_lit: Callable[[int], bool], found: str) -> None:
+    assert finding(is_lit) == found
