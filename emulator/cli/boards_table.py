@@ -1,57 +1,79 @@
-"""``fcu check --boards N``: the points on each of several boards, and which checks lose points on which."""
+"""``--boards N``: a line for each of several boards, and on which of them something is lost.
+
+``fcu check`` counts points, ``fcu run`` the expectations of a scenario; the table is the same.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from dataclasses import dataclass
+
+import click
 
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
-from fcu_emulator.emulator.grading.rubric import Rubric
 from fcu_emulator.emulator.grading.verdict import Verdict
+from fcu_emulator.emulator.text import visible
 
 _WORST_FIRST = (ExitCode.FIRMWARE_FAILED, ExitCode.FAILED, ExitCode.NOT_JUDGED, ExitCode.HELD)
 _SEEDS_SHOWN = 10
 
 
+@dataclass(frozen=True)
+class BoardResult:
+    """One program on the board ``seed``.
+
+    ``score``: how much is right, such as "18 of 20". ``lost``: the names of the checks or expectations that
+    are not met. ``why``: what ended the run before its time, or "".
+    """
+
+    seed: int
+    score: str
+    lost: tuple[str, ...]
+    code: ExitCode
+    why: str = ""
+
+
+def points_on_board(seed: int, verdict: Verdict, code: ExitCode) -> BoardResult:
+    """Return the points of a verdict on the board ``seed``."""
+    lost = [one.check for one in verdict.checks if one.outcome in ("failed", "partial") and one.max_points]
+    points = f"{verdict.points:g} of {verdict.max_points:g}"
+    if verdict.unjudged_points:
+        points += f", {verdict.unjudged_points:g} not judged"
+    return BoardResult(seed, points, tuple(lost), code)
+
+
 class BoardsTable:
-    """The verdicts on several boards, one after the other."""
+    """The results on several boards, one after the other, on standard output.
 
-    def __init__(self, rubric: Rubric, firmware: str) -> None:
-        self._title = f"{rubric.title}: {firmware}"
-        self._verdicts: dict[int, Verdict] = {}
-        self._codes: list[ExitCode] = []
+    ``title`` names the program; ``all_right`` says what boards without losses do ("have all points"), ``is_lost``
+    what happens to the others' checks ("loses points").
+    """
 
-    def add(self, seed: int, verdict: Verdict, code: ExitCode) -> None:
-        """Take the verdict on the board ``seed``, and its exit code."""
-        self._verdicts[seed] = verdict
-        self._codes.append(code)
+    def __init__(self, title: str, all_right: str, is_lost: str) -> None:
+        self._title = title
+        self._all_right = all_right
+        self._is_lost = is_lost
+        self._results: list[BoardResult] = []
 
-    @property
-    def exit_code(self) -> ExitCode:
-        """The worst of all boards."""
-        return next(code for code in _WORST_FIRST if code in self._codes)
+    def add(self, result: BoardResult) -> None:
+        """Print one board's line."""
+        self._results.append(result)
+        more = "; ".join(filter(None, (", ".join(result.lost), result.why)))
+        click.echo(visible(f"  board {result.seed:<6} {result.score:<12} {more}".rstrip()))
 
-    def row(self, seed: int) -> str:
-        """One board's line."""
-        verdict = self._verdicts[seed]
-        lost = [
-            one.check for one in verdict.checks if one.outcome in ("failed", "partial") and one.max_points
-        ]
-        points = f"{verdict.points:g} of {verdict.max_points:g}"
-        if verdict.unjudged_points:
-            points += f", {verdict.unjudged_points:g} not judged"
-        return f"  board {seed:<6} {points:<12} {', '.join(lost)}".rstrip()
-
-    def summary(self, command: str) -> Iterator[str]:
-        """How many boards have all points, where others are lost, and the ``command`` that shows one."""
-        passed = self._codes.count(ExitCode.HELD)
-        yield f"{self._title}: {passed} of {len(self._verdicts)} boards have all points"
+    def conclude(self, command: str) -> ExitCode:
+        """Print the summary, with the ``command`` that shows one board; return the worst exit code."""
+        codes = [one.code for one in self._results]
+        passed = codes.count(ExitCode.HELD)
+        click.echo(visible(f"{self._title}: {passed} of {len(codes)} boards {self._all_right}"))
         lost: dict[str, list[int]] = {}
-        for seed, verdict in self._verdicts.items():
-            for one in verdict.checks:
-                if one.max_points and one.outcome in ("failed", "partial"):
-                    lost.setdefault(one.check, []).append(seed)
-        for check, seeds in lost.items():
+        for one in self._results:
+            for name in one.lost:
+                lost.setdefault(name, []).append(one.seed)
+        for name, seeds in lost.items():
             more = f" and {len(seeds) - _SEEDS_SHOWN} more" if len(seeds) > _SEEDS_SHOWN else ""
-            yield f"  {check} loses points on board {', '.join(map(str, seeds[:_SEEDS_SHOWN]))}{more}"
-        if lost:
-            yield f"Show one: {command} --seed {next(iter(lost.values()))[0]}"
+            shown = ", ".join(map(str, seeds[:_SEEDS_SHOWN]))
+            click.echo(visible(f"  {name} {self._is_lost} on board {shown}{more}"))
+        wrong = [one.seed for one in self._results if one.code != ExitCode.HELD]
+        if wrong:
+            click.echo(visible(f"Show one: {command} --seed {wrong[0]}"))
+        return next(code for code in _WORST_FIRST if code in codes)

@@ -25,7 +25,7 @@ import click
 from fcu_emulator.emulator.board.board import Board
 from fcu_emulator.emulator.board.firmware import choose
 from fcu_emulator.emulator.chip.diagnosis.report import KEEPS_SAMPLES_AWAY
-from fcu_emulator.emulator.cli.boards_table import BoardsTable
+from fcu_emulator.emulator.cli.boards_table import BoardsTable, points_on_board
 from fcu_emulator.emulator.cli.build import ELF, build_project, build_with_make
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
 from fcu_emulator.emulator.errors import FirmwareError, InputError, LinkError, NotJudgedError, OutputError
@@ -127,14 +127,11 @@ def _on_boards(
     firmware: str, build_log: str | None, rubric: Rubric, options: CheckOptions, count: int
 ) -> ExitCode:
     """Judge on several boards, and say on which of them points are lost."""
-    boards = BoardsTable(rubric, firmware)
+    boards = BoardsTable(f"{rubric.title}: {firmware}", "have all points", "loses points")
     for seed in range(options.seed, options.seed + count):
         shown = _judged(firmware, build_log, rubric, options, seed).for_student()
-        boards.add(seed, shown, exit_code(shown))
-        click.echo(visible(boards.row(seed)))
-    for line in boards.summary(options.again()):
-        click.echo(visible(line))
-    return boards.exit_code
+        boards.add(points_on_board(seed, shown, exit_code(shown)))
+    return boards.conclude(options.again())
 
 
 def exit_code(verdict: Verdict) -> ExitCode:

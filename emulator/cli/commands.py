@@ -52,6 +52,12 @@ def cli() -> None:
 @click.option(
     "--seed", type=int, help="Which board of the class, and its noise. Default: the scenario's, or 0."
 )
+@click.option(
+    "--boards",
+    type=click.IntRange(1, 1000),
+    metavar="N",
+    help="With --scenario: on N boards, with a summary.",
+)
 @click.option("--ideal", is_flag=True, help="Sensors without noise, offset or scale error.")
 @click.option("--trace", type=click.Path(path_type=Path), help="Write every event to a JSON-lines file.")
 @click.option("--vcd", type=click.Path(path_type=Path), help="Write the board's wires, for logic analysers.")
@@ -77,25 +83,7 @@ def cli() -> None:
 @_ISOLATE
 @click.pass_context
 def run(
-    context: click.Context,
-    firmware: str | None,
-    profile: str | None,
-    scenario: str | None,
-    duration: str | None,
-    speed: str | None,
-    serial: tuple[str, ...],
-    seed: int | None,
-    ideal: bool,
-    trace: Path | None,
-    vcd: Path | None,
-    perfetto: Path | None,
-    quiet: bool,
-    gdb: int | None,
-    halt: bool,
-    limit: tuple[str, ...],
-    json: Path | None,
-    notes: bool,
-    isolate: bool,
+    context: click.Context, /, serial: tuple[str, ...], limit: tuple[str, ...], isolate: bool, **options: Any
 ) -> ExitCode:
     """Run FIRMWARE on the virtual board.
 
@@ -110,26 +98,13 @@ def run(
 
     from fcu_emulator.emulator.cli.run import RunOptions, run_board
 
-    options = RunOptions(
-        firmware=firmware,
-        profile=profile,
-        scenario=scenario,
-        duration=duration,
-        speed=speed,
-        serial=serial or ("stdout",),
-        seed=seed,
-        ideal=ideal,
-        trace=trace,
-        quiet=quiet,
-        gdb=gdb,
-        halt=halt,
-        limit=limit,
-        json=json,
-        notes=notes,
-        vcd=vcd,
-        perfetto=perfetto,
-    )
-    return run_board(options)
+    asked = RunOptions(serial=serial or ("stdout",), limit=limit, **options)
+    if asked.boards is None:
+        return run_board(asked)
+
+    from fcu_emulator.emulator.cli.run_boards import run_on_boards
+
+    return run_on_boards(asked, asked.boards)
 
 
 @cli.command()

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from fcu_emulator.emulator.chip.firmware import Limits
     from fcu_emulator.emulator.chip.gdb.server import GdbServer
     from fcu_emulator.emulator.links.running import Door
+    from fcu_emulator.emulator.scenario import Result
 
 
 _SLOWEST, _FASTEST = 0.001, 1e6  # virtual over wall time
@@ -61,6 +62,8 @@ class RunOptions:
     notes: bool = False
     vcd: Path | None = None
     perfetto: Path | None = None
+    boards: int | None = None
+    """For :func:`fcu_emulator.emulator.cli.run_boards.run_on_boards`; None: one board."""
 
 
 def run_board(options: RunOptions) -> ExitCode:
@@ -70,9 +73,9 @@ def run_board(options: RunOptions) -> ExitCode:
     FcuError.
     """
     _check_files(options)
-    board = _create_board(options)
-    limits = _limits(board, options.limit)
-    end_ps = _end(options, board)
+    board = create_board(options)
+    limits = set_limits(board, options.limit)
+    end_ps = run_end_ps(options, board)
     with ExitStack() as stack:
         speed = _speed(options.speed, options.serial, end_ps)
         tell = _silently if options.quiet else to_stderr
@@ -87,7 +90,7 @@ def run_board(options: RunOptions) -> ExitCode:
         for line in _announcement(options, board, speed, links, debugger):
             say(line)
         door = _door(board, links, stack) if speed is not None else None
-        exceeded = _exceeded(board, limits, paced=speed is not None)
+        exceeded = exceeded_limit(board, limits, paced=speed is not None)
         runner = Runner(board, links, end_ps, speed, exceeded, debugger=debugger)
         show = ProgressDisplay() if speed is None and not options.quiet else None
         explainer = Explainer(board, say)
@@ -113,7 +116,7 @@ def run_board(options: RunOptions) -> ExitCode:
                 record.wall_s = runner.wall_s
                 for line in summary(board, links, runner.wall_s, explainer.witness, options.notes):
                     say(line)
-            code = _judge(board, runner, record)
+            code = _judge_and_say(board, runner, record)
             explainer.conclude()
             board.trace.close()
             _close_views(views, say)
@@ -141,7 +144,8 @@ def _check_files(options: RunOptions) -> None:
             named[path] = option
 
 
-def _create_board(options: RunOptions) -> Board:
+def create_board(options: RunOptions) -> Board:
+    """Return the board that the options describe. Raises InputError."""
     firmware = options.firmware
     if firmware is None and options.scenario is None:
         firmware = FCU001V1.default_firmware
@@ -154,8 +158,8 @@ def _create_board(options: RunOptions) -> Board:
     )
 
 
-def _end(options: RunOptions, board: Board) -> int | None:
-    """When the run ends, in ps of virtual time; None for never."""
+def run_end_ps(options: RunOptions, board: Board) -> int | None:
+    """When the run ends, in ps of virtual time; None for never. Raises InputError."""
     if options.duration is not None:
         try:
             return parse_duration(options.duration)
@@ -263,7 +267,7 @@ def _announcement(
         yield announcement(debugger)
 
 
-def _limits(board: Board, settings: tuple[str, ...]) -> Limits | None:
+def set_limits(board: Board, settings: tuple[str, ...]) -> Limits | None:
     """``--limit``: what the firmware may take. Firmware for the chip always has limits, the usual ones."""
     if not settings:
         return board.arm.limits if board.arm else None
@@ -275,7 +279,7 @@ def _limits(board: Board, settings: tuple[str, ...]) -> Limits | None:
     return limits
 
 
-def _exceeded(board: Board, limits: Limits | None, paced: bool) -> Callable[[float], str]:
+def exceeded_limit(board: Board, limits: Limits | None, paced: bool) -> Callable[[float], str]:
     """What is asked between two slices. The chip asks for its own firmware, more often and more exactly."""
     plan = board.scenario
 
@@ -289,25 +293,41 @@ def _exceeded(board: Board, limits: Limits | None, paced: bool) -> Callable[[flo
     return exceeded
 
 
-def _judge(board: Board, runner: Runner, record: Record) -> ExitCode:
-    """Whether the scenario's expectations held, where they could be looked at."""
+@dataclass(frozen=True)
+class Judgement:
+    """A run's exit code and result; ``unchecked``: why the expectations were not checked, or ""."""
+
+    code: ExitCode
+    result: Result | None = None
+    unchecked: str = ""
+
+
+def judge_run(board: Board, runner: Runner) -> Judgement:
+    """Judge a run by the expectations of its scenario, if it came to the scenario's end."""
     plan = board.scenario
     if plan is None:
-        return ExitCode.HELD
+        return Judgement(ExitCode.HELD)
     if board.clock.now_ps < plan.duration_ps and not runner.limit:
         lasts = f"the scenario lasts {seconds(plan.duration_ps)}"
         cause = f"the run was ended at {board.now_s:.3f} s, {lasts}" if runner.stopped else lasts
-        to_stderr(f"expectations not checked: {cause}")
-        record.unchecked = cause
-        return ExitCode.NOT_JUDGED if plan.expectations else ExitCode.HELD
-    record.result = result = plan.check(board, runner.limit)
-    for line in result.lines:
-        to_stderr(line)
+        return Judgement(ExitCode.NOT_JUDGED if plan.expectations else ExitCode.HELD, unchecked=cause)
+    result = plan.check(board, runner.limit)
     if runner.limit and not runner.limit.endswith("limits.wall"):
-        return ExitCode.FIRMWARE_FAILED
+        return Judgement(ExitCode.FIRMWARE_FAILED, result)
     if not result.judged:
-        return ExitCode.NOT_JUDGED
-    return ExitCode.HELD if result.passed else ExitCode.FAILED
+        return Judgement(ExitCode.NOT_JUDGED, result)
+    return Judgement(ExitCode.HELD if result.passed else ExitCode.FAILED, result)
+
+
+def _judge_and_say(board: Board, runner: Runner, record: Record) -> ExitCode:
+    """Judge a run and print its findings."""
+    judgement = judge_run(board, runner)
+    record.result, record.unchecked = judgement.result, judgement.unchecked
+    if judgement.unchecked:
+        to_stderr(f"expectations not checked: {judgement.unchecked}")
+    for line in judgement.result.lines if judgement.result is not None else ():
+        to_stderr(line)
+    return judgement.code
 
 
 class Stoppable(Protocol):

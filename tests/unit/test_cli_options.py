@@ -53,6 +53,11 @@ LINES: list[tuple[str, str, Any]] = [
         RunOptions(*[None] * 5, ("stdout",), None, False, None, False),
     ),
     (
+        "fcu_emulator.emulator.cli.run_boards.run_on_boards",
+        "run --boards 4",
+        RunOptions(*[None] * 5, ("stdout",), None, False, None, False, boards=4),
+    ),
+    (
         "fcu_emulator.emulator.cli.move.move",
         "move tap 2.5 --roll 1 --pitch -2 --yaw 3 --for 4s --axis west --board 99",
         MoveOptions("tap", 2.5, 1.0, -2.0, 3.0, "4s", "west", "99"),
@@ -172,7 +177,7 @@ def test_options_arrive_as_typed(
     module, _, name = function.rpartition(".")
     seen: list[object] = []
 
-    def take(options: object) -> ExitCode:
+    def take(options: object, *_: object) -> ExitCode:
         seen.append(options)
         return ExitCode.HELD
 

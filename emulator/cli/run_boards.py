@@ -1,0 +1,107 @@
+"""``fcu run --scenario S --boards N``: one program on N boards, whose sensors differ by their tolerances.
+
+Each board is a run of its own, as fast as possible, judged as ``fcu run`` does; nothing of the terminal is
+shown. The table is that of ``fcu check --boards``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.cli.boards_table import BoardResult, BoardsTable
+from fcu_emulator.emulator.cli.exit_codes import ExitCode, code_of
+from fcu_emulator.emulator.cli.run import (
+    RunOptions,
+    create_board,
+    exceeded_limit,
+    judge_run,
+    run_end_ps,
+    set_limits,
+)
+from fcu_emulator.emulator.cli.run_report import Explainer
+from fcu_emulator.emulator.errors import FirmwareError, InputError, NotJudgedError
+from fcu_emulator.emulator.links.runner import Runner
+from fcu_emulator.emulator.system_words import command_line
+
+_OF_ONE_BOARD: dict[str, tuple[object, ...]] = {
+    "serial": (("stdout",),),
+    "speed": (None, "max"),
+    "trace": (None,),
+    "vcd": (None,),
+    "perfetto": (None,),
+    "json": (None,),
+    "gdb": (None,),
+    "halt": (False,),
+    "notes": (False,),
+}
+"""Options that concern a single run, with the values that are possible for several boards."""
+
+
+def run_on_boards(options: RunOptions, count: int) -> ExitCode:
+    """Run the scenario on ``count`` boards, print a line for each and a summary. Raises FcuError."""
+    _refuse_useless(options)
+    board = create_board(options)
+    if board.scenario is None or not board.scenario.expectations:
+        raise InputError(f"--boards needs expectations; the scenario {options.scenario} has none")
+    table = BoardsTable(f"{options.scenario}: {board.booted.name}", "meet all expectations", "is not met")
+    first = board.seed
+    for seed in range(first, first + count):
+        if seed != first:
+            board = create_board(replace(options, seed=seed))
+        try:
+            table.add(_on_board(options, board))
+        finally:
+            board.close()
+    return table.conclude(_again(options))
+
+
+def _refuse_useless(options: RunOptions) -> None:
+    if options.scenario is None:
+        raise InputError("--boards judges the same scenario on each board; give --scenario as well")
+    if options.ideal:
+        raise InputError("--boards needs sensors that differ; leave out --ideal")
+    for name, possible in _OF_ONE_BOARD.items():
+        if getattr(options, name) not in possible:
+            raise InputError(f"--boards shows a table alone; leave out --{name}")
+
+
+def _on_board(options: RunOptions, board: Board) -> BoardResult:
+    """Run one board to its end and judge it. Raises InputError."""
+    limits = set_limits(board, options.limit)
+    exceeded = exceeded_limit(board, limits, paced=False)
+    runner = Runner(board, [], run_end_ps(options, board), None, exceeded)
+    explainer = Explainer(board, _silently)
+    code, why = ExitCode.HELD, ""
+    try:
+        runner.run()
+        judgement = judge_run(board, runner)
+        code, why = judgement.code, judgement.unchecked or runner.limit
+        explainer.conclude()
+    except (FirmwareError, NotJudgedError) as error:
+        return _failed(board, error)
+    result = judgement.result
+    if result is None:
+        return BoardResult(board.seed, "not judged", (), code, why)
+    missed = dict.fromkeys(f"{one.key} ({one.kind})" for one in result.findings if one.kind != "run")
+    return BoardResult(board.seed, f"{result.passed_count} of {result.checks}", tuple(missed), code, why)
+
+
+def _failed(board: Board, error: FirmwareError | NotJudgedError) -> BoardResult:
+    code = code_of(error)
+    score = "not judged" if code == ExitCode.NOT_JUDGED else "failed"
+    return BoardResult(board.seed, score, (), code, str(error).splitlines()[0])
+
+
+def _again(options: RunOptions) -> str:
+    """The command for one board, without ``--seed``."""
+    words = ["fcu", "run", *([options.firmware] if options.firmware is not None else [])]
+    words += ["--scenario", str(options.scenario)]
+    for name in ("profile", "duration"):
+        if (value := getattr(options, name)) is not None:
+            words += [f"--{name}", value]
+    return command_line([*words, *(word for limit in options.limit for word in ("--limit", limit))])
+
+
+def _silently(line: str) -> None:
+    del line
