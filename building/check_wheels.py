@@ -1,7 +1,8 @@
 """Look into the wheels that building/wheels.py has made: python building/check_wheels.py [FOLDER]
 
 Each has one library, made from the sources that are here, for its platform, which needs nothing but what all
-its systems have. This command needs lief and auditwheel. See docs/building.md.
+its systems have. The source archive beside them has every committed file and no other. This command needs lief and
+auditwheel. See docs/building.md.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+import tarfile
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -122,8 +124,21 @@ def _windows(library: Any, _wheel: Path, _target: Target) -> Iterator[str]:
     yield f"needs {', '.join(needs)}"
 
 
+def check_archive(archive: Path) -> str:
+    """Return how many files the source archive has. AssertionError if they are not the committed ones."""
+    with tarfile.open(archive) as content:
+        names = {member.name.partition("/")[2] for member in content if not member.isdir()}
+    command = ["git", "-C", str(Path(__file__).parents[1]), "ls-files", "-z"]
+    committed = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split("\0")
+    differing = names ^ {*filter(None, committed), "PKG-INFO"}
+    assert not differing, f"in the archive or committed, but not both: {', '.join(sorted(differing))}"
+    return f"{len(names)} files, {archive.stat().st_size / 1e6:.1f} MB"
+
+
 def main(folder: str = "dist") -> None:
-    """A line for each wheel; an exit code for the first that is wrong."""
+    """A line for each wheel and for the source archive; an exit code for the first that is wrong."""
+    (archive,) = Path(folder).glob("*.tar.gz")
+    sys.stdout.write(f"{archive.name}: {check_archive(archive)}\n")
     for name, target in TARGETS.items():
         (wheel,) = Path(folder).glob(f"*-{target.tag}.whl")
         sys.stdout.write(f"{name}: {'; '.join(check(wheel, target))}\n")

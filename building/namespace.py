@@ -12,6 +12,8 @@ from typing import Final
 
 ROOT: Final = Path(__file__).parents[1]
 FOLDERS: Final = ("emulator", "firmware_model", "sensors", "scenarios")
+SOURCES: Final = ("pyproject.toml", "building", "fcu_emulator", *FOLDERS)
+"""The files and folders of the repository that the contents of a wheel depend on."""
 TYPES: Final = ROOT / "build" / "types" / "fcu_emulator"
 _NOT_SHIPPED: Final = ("emulator/chip/native/", "firmware_model/arm/solution/")
 """C sources, of which the library is built, and the lab's solution."""

@@ -1,6 +1,7 @@
 """Build the wheels of all systems here, with zig: python building/wheels.py [FOLDER [PLATFORM ...]]
 
-They are put into the folder, ``dist`` unless another is named. A virtual environment with hatchling and zig
+They are put into the folder, ``dist`` unless another is named. Without names of platforms the source archive is
+built, too; its name among them is ``sdist``. A virtual environment with hatchling and zig
 is made in ``build`` for that, and zig keeps there what it has compiled of the systems' C libraries. See
 docs/building.md.
 """
@@ -19,6 +20,7 @@ from targets import TARGETS, VARIABLE
 
 ROOT: Final = Path(__file__).parents[1]
 _BUILD: Final = ROOT / "build"
+_ARCHIVE: Final = "sdist"
 
 
 def _python() -> Path:
@@ -32,13 +34,16 @@ def _python() -> Path:
 
 def main(folder: str = "dist", *platforms: str) -> None:
     """One wheel after the other."""
-    if unknown := set(platforms) - set(TARGETS):
-        sys.exit(f"building/wheels.py: {', '.join(sorted(unknown))}: unknown; known: {', '.join(TARGETS)}")
+    if unknown := set(platforms) - {*TARGETS, _ARCHIVE}:
+        sys.exit(
+            f"building/wheels.py: {', '.join(sorted(unknown))}: unknown; known: {', '.join(TARGETS)}, {_ARCHIVE}"
+        )
     python = _python()
     cache = str(_BUILD / "zig")
-    for name in platforms or TARGETS:
+    for name in platforms or (*TARGETS, _ARCHIVE):
         environment = {VARIABLE: name, "ZIG_GLOBAL_CACHE_DIR": cache, "ZIG_LOCAL_CACHE_DIR": cache}
-        command = [str(python), "-m", "hatchling", "build", "-t", "wheel", "-d", str(Path(folder).resolve())]
+        kind = "sdist" if name == _ARCHIVE else "wheel"
+        command = [str(python), "-m", "hatchling", "build", "-t", kind, "-d", str(Path(folder).resolve())]
         subprocess.run(command, cwd=ROOT, env=os.environ | environment, check=True)
 
 

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import platform
+import runpy
 import subprocess
 from pathlib import Path
 
 from fcu_emulator import emulator
+
+_SOURCES = runpy.run_path(str(Path(__file__).parents[2] / "building" / "namespace.py"))["SOURCES"]
 
 
 def describe() -> dict[str, str]:
     """Sources and compiler of the C library, commit, Python and machine, as far as each is known."""
     library = _library()
     return {
-        "commit": _commit(Path(emulator.__file__).parents[1]),
+        "commit": commit(Path(emulator.__file__).parents[1]),
         "library": library,
         "python": f"{platform.python_implementation()} {platform.python_version()}",
         "machine": f"{_processor()}, {platform.system()}",
@@ -29,18 +32,25 @@ def _library() -> str:
     return f"sources {sources}, compiler {' '.join(compiler)}"
 
 
-def _commit(folder: Path) -> str:
-    """Of the tree that the package lies in; with a mark if something in it was changed since."""
-    told = [
-        subprocess.run(["git", "-C", str(folder), *command], capture_output=True, text=True, check=False)
-        for command in (
-            ["rev-parse", "--short", "HEAD"],
-            ["status", "--porcelain", "--", "emulator", "registers", "sensors"],
-        )
-    ]
-    if told[0].returncode:
+def commit(folder: Path) -> str:
+    """Return the commit of the repository at ``folder``, with a mark if sources of the build were changed since.
+
+    "unknown" if ``folder`` is not the top of a repository: an installed package may lie in a clone.
+    """
+    place, name = _git(folder, "rev-parse", "--show-toplevel"), _git(folder, "rev-parse", "--short", "HEAD")
+    changes = _git(folder, "status", "--porcelain", "--untracked-files", "--", *_SOURCES)
+    if not (place and name) or changes is None or Path(place).resolve() != folder.resolve():
         return "unknown"
-    return told[0].stdout.strip() + (" with changes" if told[1].stdout else "")
+    return name + (" with changes" if changes else "")
+
+
+def _git(folder: Path, *command: str) -> str | None:
+    """Return what git prints; None if it fails or is not installed."""
+    try:
+        done = subprocess.run(["git", "-C", folder, *command], capture_output=True, text=True, check=False)
+    except OSError:
+        return None
+    return None if done.returncode else done.stdout.strip()
 
 
 def _processor() -> str:

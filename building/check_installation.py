@@ -1,0 +1,56 @@
+"""Install distributions on this machine and run an example: python building/check_installation.py [FOLDER]
+
+The wheel for this system and the source archive in FOLDER, ``dist`` unless another is named, are each installed into a
+new virtual environment. pip takes the packages that they need from its index. See docs/building.md.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+import venv
+from pathlib import Path
+from typing import Final
+
+NAME: Final = "fcu-emulator"
+EXAMPLES: Final = (
+    ("fcu", "--version"),
+    ("fcu", "doctor"),
+    ("fcu", "run", "solution", "--scenario", "desk", "--speed", "max"),
+)
+"""Commands that must succeed. The last one runs firmware for the chip, and its output is judged."""
+
+
+def main(folder: str = "dist") -> None:
+    """Check the wheel, then the source archive. Exit with the status of the first command that fails."""
+    (archive,) = Path(folder).resolve().glob("fcu_emulator-*.tar.gz")
+    check("--no-index", "--find-links", str(archive.parent), "--only-binary", ":all:", NAME)
+    check(str(archive))
+
+
+def check(*distribution: str) -> None:
+    """Install what pip finds by the arguments ``distribution`` and run the examples, outside of this clone."""
+    sys.stdout.write(f"== pip install {' '.join(distribution)}\n")
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as work:
+        environment = Path(work, "environment")
+        venv.create(environment, with_pip=True)
+        programs = environment / ("Scripts" if os.name == "nt" else "bin")
+        pip = (programs / "python", "-m", "pip", "-q")
+        _run(work, *pip, "install", "--no-deps", *distribution)
+        _run(work, *pip, "install", NAME)  # it is there already: only the packages that it needs
+        for program, *arguments in EXAMPLES:
+            _run(work, programs / program, *arguments)
+
+
+def _run(folder: str, *command: str | Path) -> None:
+    sys.stdout.flush()
+    done = subprocess.run(command, cwd=folder, check=False)
+    if done.returncode:
+        sys.stderr.write(f"{' '.join(map(str, command))} exited with status {done.returncode}\n")
+        sys.exit(done.returncode)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,30 @@
+"""The source archive has every file of a clone, and can be installed."""
+
+from __future__ import annotations
+
+import tarfile
+from pathlib import Path
+
+from tests.integration.test_library import copied_clone, files, run
+
+
+def archived(clone: Path, into: Path) -> set[str]:
+    done = run(clone, "-m", "hatchling", "build", "-t", "sdist", "-d", into)
+    assert done.returncode == 0, done.stderr
+    (archive,) = into.iterdir()
+    with tarfile.open(archive) as content:
+        return {name.partition("/")[2] for name in content.getnames()}
+
+
+def test_source_archive_has_every_file(tmp_path: Path) -> None:
+    clone = copied_clone(tmp_path / "clone")
+
+    assert archived(clone, tmp_path / "dist") == files(clone) | {"PKG-INFO"}
+
+
+def test_links_for_type_checkers_do_not_empty_source_archive(tmp_path: Path) -> None:
+    clone = copied_clone(tmp_path / "clone")
+    before = files(clone)
+    run(clone, "building/namespace.py")
+
+    assert archived(clone, tmp_path / "dist") == before | {"PKG-INFO"}
