@@ -132,11 +132,11 @@ def _execute(arguments: Sequence[str]) -> ExitCode | int:
             if _COMPLETION in os.environ:  # a shell asks for completions, which click answers, and exits
                 return int(error.code or 0)
             return ExitCode.READER_GONE  # click's own answer to a broken pipe: 1, without a word
-        return code if isinstance(code, int) else ExitCode.HELD
+        return code if isinstance(code, int) else ExitCode.PASSED
     except click.ClickException as error:
         with suppress(OSError):
             error.show()
-        return ExitCode.WRONG_USE
+        return ExitCode.USAGE_ERROR
     except click.Abort:
         return ExitCode.INTERRUPTED
     except FcuError as error:

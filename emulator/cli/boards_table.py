@@ -13,7 +13,7 @@ from fcu_emulator.emulator.cli.exit_codes import ExitCode
 from fcu_emulator.emulator.grading.verdict import Verdict
 from fcu_emulator.emulator.text import visible
 
-_WORST_FIRST = (ExitCode.FIRMWARE_FAILED, ExitCode.FAILED, ExitCode.NOT_JUDGED, ExitCode.HELD)
+_WORST_FIRST = (ExitCode.FIRMWARE_FAILED, ExitCode.FAILED, ExitCode.NOT_JUDGED, ExitCode.PASSED)
 _SEEDS_SHOWN = 10
 
 
@@ -63,7 +63,7 @@ class BoardsTable:
     def conclude(self, command: str) -> ExitCode:
         """Print the summary, with the ``command`` that shows one board; return the worst exit code."""
         codes = [one.code for one in self._results]
-        passed = codes.count(ExitCode.HELD)
+        passed = codes.count(ExitCode.PASSED)
         click.echo(visible(f"{self._title}: {passed} of {len(codes)} boards {self._all_right}"))
         lost: dict[str, list[int]] = {}
         for one in self._results:
@@ -73,7 +73,7 @@ class BoardsTable:
             more = f" and {len(seeds) - _SEEDS_SHOWN} more" if len(seeds) > _SEEDS_SHOWN else ""
             shown = ", ".join(map(str, seeds[:_SEEDS_SHOWN]))
             click.echo(visible(f"  {name} {self._is_lost} on board {shown}{more}"))
-        wrong = [one.seed for one in self._results if one.code != ExitCode.HELD]
+        wrong = [one.seed for one in self._results if one.code != ExitCode.PASSED]
         if wrong:
             click.echo(visible(f"Show one: {command} --seed {wrong[0]}"))
         return next(code for code in _WORST_FIRST if code in codes)

@@ -17,7 +17,6 @@ import sys
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 
 import click
@@ -28,6 +27,7 @@ from fcu_emulator.emulator.chip.diagnosis.report import KEEPS_SAMPLES_AWAY
 from fcu_emulator.emulator.cli.boards_table import BoardsTable, points_on_board
 from fcu_emulator.emulator.cli.build import ELF, build_project, build_with_make
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
+from fcu_emulator.emulator.cli.options import CheckOptions
 from fcu_emulator.emulator.errors import FirmwareError, InputError, LinkError, NotJudgedError, OutputError
 from fcu_emulator.emulator.files import write_atomically
 from fcu_emulator.emulator.grading.checks import Property
@@ -51,36 +51,21 @@ _NOT_OF_THE_FORMULA = frozenset({"wrong format", "stopped", "prerequisite"})
 """Findings for which the further steps of a hint are no help."""
 
 
-@dataclass(frozen=True)
-class CheckOptions:
-    """The arguments of ``fcu check`` as typed. ``rubric`` None: the project's, else LAB3's."""
+def _rubric_of(options: CheckOptions) -> str:
+    """Return the name or file of the rubric: as typed, else the project's, else LAB3's."""
+    if options.rubric is not None:
+        return options.rubric
+    target = Path(options.target)
+    own = (target if target.is_dir() else target.parent) / PROJECT_RUBRIC
+    return str(own) if own.is_file() else "lab3"
 
-    target: str
-    rubric: str | None
-    exercises: tuple[str, ...]
-    seed: int
-    json: Path | None
-    save: Path | None = None
-    hints: int = 0
-    """How many further steps of the hints are shown, after the first."""
-    boards: int | None = None
-    """On so many boards, from ``seed`` on; None: on one, with what is wrong and what to do."""
 
-    @property
-    def rubric_named(self) -> str:
-        """The rubric's name or file: as typed, else that of the project, else LAB3's."""
-        if self.rubric is not None:
-            return self.rubric
-        target = Path(self.target)
-        own = (target if target.is_dir() else target.parent) / PROJECT_RUBRIC
-        return str(own) if own.is_file() else "lab3"
-
-    def again(self) -> str:
-        """The command without the options that choose exercises, boards and hints."""
-        words = ["fcu", "check", *([self.target] if self.target != "." else [])]
-        return command_line(
-            [*words, *(["--rubric", self.rubric] if self.rubric not in (None, "lab3") else [])]
-        )
+def _again(options: CheckOptions) -> str:
+    """Return the command without the options that choose exercises, boards and hints."""
+    words = ["fcu", "check", *([options.target] if options.target != "." else [])]
+    return command_line(
+        [*words, *(["--rubric", options.rubric] if options.rubric not in (None, "lab3") else [])]
+    )
 
 
 def check_program(options: CheckOptions) -> ExitCode:
@@ -90,7 +75,7 @@ def check_program(options: CheckOptions) -> ExitCode:
     """
     if options.boards is not None and (options.json is not None or options.save is not None or options.hints):
         raise InputError("--boards shows a table alone; leave out --json, --save and --hint")
-    rubric = load_rubric(options.rubric_named)
+    rubric = load_rubric(_rubric_of(options))
     for name in options.exercises:
         rubric.exercise(name)  # before anything is built
     firmware, build_log = _built(options.target)
@@ -131,7 +116,7 @@ def _on_boards(
     for seed in range(options.seed, options.seed + count):
         shown = _judged(firmware, build_log, rubric, options, seed).for_student()
         boards.add(points_on_board(seed, shown, exit_code(shown)))
-    return boards.conclude(options.again())
+    return boards.conclude(_again(options))
 
 
 def exit_code(verdict: Verdict) -> ExitCode:
@@ -140,7 +125,7 @@ def exit_code(verdict: Verdict) -> ExitCode:
     if outcomes & {"failed", "partial"}:
         failed_itself = any(run.stopped or any(one.fatal for one in run.causes) for run in verdict.evidence)
         return ExitCode.FIRMWARE_FAILED if failed_itself else ExitCode.FAILED
-    return ExitCode.NOT_JUDGED if "unjudged" in outcomes else ExitCode.HELD
+    return ExitCode.NOT_JUDGED if "unjudged" in outcomes else ExitCode.PASSED
 
 
 def _write(path: Path, verdict: Verdict) -> None:
@@ -409,7 +394,7 @@ class _Screen:
         return bool(findings - _NOT_BEGUN)
 
     def _next(self, open_ones: Sequence[str]) -> Iterator[str]:
-        again = self._options.again()
+        again = _again(self._options)
         yield ""
         if not open_ones:
             yield from self._after_success(again)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import partial
 
 import click
@@ -11,7 +10,6 @@ import click
 from fcu_emulator.emulator.analysis.compare import (
     SINGLE_PRECISION,
     Difference,
-    Ignorable,
     Rules,
     compare,
     compared,
@@ -25,6 +23,7 @@ from fcu_emulator.emulator.board.firmware import python_firmware
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.chip.firmware import parse_limits
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
+from fcu_emulator.emulator.cli.options import DiffOptions
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.scenario import Scenario, load_scenario
 from fcu_emulator.emulator.scenario.observed import escaped
@@ -34,28 +33,10 @@ from fcu_emulator.emulator.time.clock import PS_PER_S, parse_duration, seconds
 _LONGEST = 100  # characters of an entry that are shown
 
 
-@dataclass(frozen=True)
-class DiffOptions:
-    """The arguments of ``fcu diff`` as typed."""
-
-    first: str
-    second: str
-    scenario: str
-    profile: str | None
-    seed: int | None
-    ideal: bool
-    duration: str | None
-    timing: str
-    tolerance: tuple[str, ...]
-    ignore: tuple[Ignorable, ...]
-    replay: bool
-    limit: tuple[str, ...] = ()
-
-
 def compare_firmwares(options: DiffOptions) -> ExitCode:
-    """Run both and print what differs; HELD when nothing does and both came to the end. Raises FcuError."""
+    """Run both and print what differs; PASSED when nothing does and both came to the end. Raises FcuError."""
     rules = Rules(
-        _duration("--timing", options.timing),
+        _duration("--time-tolerance", options.time_tolerance),
         (SINGLE_PRECISION if options.replay else {}) | tolerances(map(_tolerance, options.tolerance)),
         frozenset(options.ignore),
     )
@@ -68,7 +49,7 @@ def compare_firmwares(options: DiffOptions) -> ExitCode:
     if differences:
         return ExitCode.FAILED
     ended_early = any(side.sequences[END] for side in observed)
-    return ExitCode.FIRMWARE_FAILED if ended_early else ExitCode.HELD
+    return ExitCode.FIRMWARE_FAILED if ended_early else ExitCode.PASSED
 
 
 def _tolerance(text: str) -> tuple[str, float]:

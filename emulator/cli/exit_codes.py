@@ -29,9 +29,9 @@ from fcu_emulator.emulator.errors import ExpectationError, FcuError, InputError,
 class ExitCode(IntEnum):
     """The codes; see the module."""
 
-    HELD = 0
+    PASSED = 0
     FAILED = 1
-    WRONG_USE = 2
+    USAGE_ERROR = 2
     FIRMWARE_FAILED = 3
     NOT_JUDGED = 4
     INTERRUPTED = 130
@@ -47,12 +47,12 @@ def code_of(error: FcuError) -> ExitCode:
     if isinstance(error, LimitError) and error.limit == "wall_s":  # says as much about the machine
         return ExitCode.NOT_JUDGED
     if isinstance(error, InputError):
-        return ExitCode.WRONG_USE
+        return ExitCode.USAGE_ERROR
     return ExitCode.FAILED if isinstance(error, ExpectationError) else ExitCode.FIRMWARE_FAILED
 
 
 def with_losses(code: ExitCode, lost: int, reader_gone: bool = False) -> ExitCode:
     """``code`` of a run of which ``lost`` bytes of output did not arrive; the reader may have left."""
-    if not lost or code not in (ExitCode.HELD, ExitCode.FAILED):
+    if not lost or code not in (ExitCode.PASSED, ExitCode.FAILED):
         return code
     return ExitCode.READER_GONE if reader_gone else ExitCode.NOT_JUDGED

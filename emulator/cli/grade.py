@@ -8,8 +8,6 @@ import secrets
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, suppress
-from dataclasses import dataclass
-from datetime import datetime
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -18,8 +16,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
+from fcu_emulator.emulator.cli.options import GradeOptions
 from fcu_emulator.emulator.cli.signals import Terminated
 from fcu_emulator.emulator.errors import FcuError, InputError
 from fcu_emulator.emulator.files import secret, write_atomically
@@ -35,7 +33,7 @@ from fcu_emulator.emulator.grading.results import Graded, GradedClass, Override,
 from fcu_emulator.emulator.grading.roster import Student, load_roster
 from fcu_emulator.emulator.grading.rubric import Rubric, load_rubric
 from fcu_emulator.emulator.grading.store import Store
-from fcu_emulator.emulator.grading.submissions import Submission, Take, find_submissions
+from fcu_emulator.emulator.grading.submissions import Submission, find_submissions
 from fcu_emulator.emulator.grading.tasks import code_digest, use_temporary_folder
 from fcu_emulator.emulator.grading.verdict import ExerciseTitle
 from fcu_emulator.emulator.grading.workers import DaskWorkers, LocalWorkers
@@ -53,33 +51,9 @@ _LINES_APART_S, _LONGEST_SILENCE_S = 10.0, 120.0
 _LARGEST_METADATA = 1 << 20
 
 
-@dataclass(frozen=True)
-class GradeOptions:
-    """The arguments of ``fcu grade`` as typed. ``autograder``: Gradescope's folder, or None for a class."""
-
-    submissions: Path | None
-    rubric: str
-    out: Path | None = None
-    roster: Path | None = None
-    salt: Path | None = None
-    jobs: int | None = None
-    dask: str | None = None
-    take: Take | None = None
-    bus: str = FCU001V1.profile().bus
-    build_without_sandbox: bool = False
-    anonymous: bool = False
-    before_due_date: bool = False
-    overrides: Path | None = None
-    deadline: datetime | None = None
-    only: Path | None = None
-    autograder: Path | None = None
-    gradescope_zip: Path | None = None
-    wheel: Path | None = None
-
-
 def grade(options: GradeOptions) -> ExitCode:
     """Grade as asked. Raises FcuError."""
-    if options.autograder is not None:
+    if options.gradescope:
         return _grade_for_gradescope(options, options.autograder)
     if options.gradescope_zip is not None:
         return _pack_for_gradescope(options, options.gradescope_zip)
@@ -228,7 +202,7 @@ def _grader(
             ),
             salt=salt,
             store=Store(kept / "verdicts", rubric) if kept is not None else None,
-            take=options.take,
+            take=options.submission_type,
             limits=_OF_A_WORKER if options.dask is None else None,
             shown=(lambda student: shown[student.id]) if shown is not None else (lambda student: student),
         )
@@ -314,7 +288,7 @@ def _conclude(whole: GradedClass, out: Path) -> ExitCode:
     again = whole.of("unjudged", "partly")
     if again:
         _say(f"{len(again)} could not be judged, through no fault of theirs; run the same command again")
-    return ExitCode.NOT_JUDGED if again else ExitCode.HELD
+    return ExitCode.NOT_JUDGED if again else ExitCode.PASSED
 
 
 def _say(line: str) -> None:
@@ -341,18 +315,20 @@ def _grade_for_gradescope(options: GradeOptions, autograder: Path) -> ExitCode:
     write_atomically(file, json.dumps(gradescope_results(graded), indent=1) + "\n")
     points = "rejected" if graded.points is None else f"{graded.points:g} of {rubric.max_points:g} points"
     click.echo(visible(f"{file}: {points}"))
-    return ExitCode.HELD
+    return ExitCode.PASSED
 
 
 def _pack_for_gradescope(options: GradeOptions, file: Path) -> ExitCode:
     """Write the archive that a course uploads to Gradescope as its autograder."""
     salt = secret(options.salt) if options.salt is not None else secrets.token_bytes(32)
     rubric = load_rubric(options.rubric)
-    names = write_autograder(file, rubric, salt, wheel=options.wheel, bus=options.bus, take=options.take)
+    names = write_autograder(
+        file, rubric, salt, wheel=options.wheel, bus=options.bus, take=options.submission_type
+    )
     click.echo(f"{file}: {', '.join(names)}")
     if options.wheel is None:
         _say("without --wheel FILE, Gradescope installs this version of fcu-emulator from PyPI")
-    return ExitCode.HELD
+    return ExitCode.PASSED
 
 
 def _submitter(metadata: Path) -> Student:

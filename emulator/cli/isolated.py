@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import fields
 
+import click
+
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
 from fcu_emulator.emulator.errors import InputError, NotJudgedError
 from fcu_emulator.emulator.isolation import Limits, limits_of_worker, not_limited, parse_limits, run_isolated
@@ -35,14 +37,15 @@ def limits_of_process(settings: Sequence[str], isolate: bool) -> Limits | None:
     return limits
 
 
-def in_worker(arguments: Sequence[str], limits: Limits) -> ExitCode:
-    """Run fcu with ``arguments`` in a worker. Raises NotJudgedError when it dies."""
+def in_worker(limits: Limits) -> ExitCode:
+    """Run this command again in a worker. Raises NotJudgedError if the worker dies."""
+    arguments: Sequence[str] = click.get_current_context().obj
     ending = run_isolated("fcu_emulator", arguments, limits)
     if ending.code in set(ExitCode):
         return ExitCode(ending.code)
     if ending.interrupted:
         return ExitCode.INTERRUPTED
-    cause = ending.cause or f"it ended with {ending.code}, which is no verdict"
+    cause = ending.cause or f"it exited with the unexpected status {ending.code}"
     raise NotJudgedError(f"the worker process has died: {cause}; this says nothing about the firmware")
 
 

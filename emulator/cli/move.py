@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import click
 
+from fcu_emulator.emulator.cli.options import MoveOptions
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.links.running import RunningBoard, the_running_board
 from fcu_emulator.emulator.live.gestures import GESTURES, OLD_WORDS
@@ -14,20 +15,6 @@ from fcu_emulator.emulator.text import visible
 from fcu_emulator.emulator.time.clock import parse_duration
 
 _ANGLES = ("roll_deg", "pitch_deg", "yaw_deg")
-
-
-@dataclass(frozen=True)
-class MoveOptions:
-    """The arguments of ``fcu move`` as typed; an angle that is None stays as it is."""
-
-    gesture: str | None
-    amount: float | None
-    roll: float | None = None
-    pitch: float | None = None
-    yaw: float | None = None
-    duration: str | None = None
-    axis: str | None = None
-    board: str | None = None
 
 
 def move(options: MoveOptions) -> None:

@@ -18,6 +18,7 @@ from fcu_emulator.emulator.board.board import Board
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.cli.exit_codes import ExitCode, code_of, with_losses
 from fcu_emulator.emulator.cli.isolated import announcement as isolation_announcement
+from fcu_emulator.emulator.cli.options import RunOptions
 from fcu_emulator.emulator.cli.run_record import Record
 from fcu_emulator.emulator.cli.run_report import Explainer, ProgressDisplay, summary
 from fcu_emulator.emulator.errors import FcuError, InputError, LinkError, OutputError
@@ -39,31 +40,6 @@ if TYPE_CHECKING:
 _SLOWEST, _FASTEST = 0.001, 1e6  # virtual over wall time
 _STOPPING = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
 """Ctrl-C, kill, a terminal window that is closed; Windows: Ctrl-Break, and a console that is closed."""
-
-
-@dataclass(frozen=True)
-class RunOptions:
-    """The arguments of ``fcu run`` as typed."""
-
-    firmware: str | None
-    profile: str | None
-    scenario: str | None
-    duration: str | None
-    speed: str | None
-    serial: tuple[str, ...]
-    seed: int | None
-    ideal: bool
-    trace: Path | None
-    quiet: bool
-    gdb: int | None = None
-    halt: bool = False
-    limit: tuple[str, ...] = ()
-    json: Path | None = None
-    notes: bool = False
-    vcd: Path | None = None
-    perfetto: Path | None = None
-    boards: int | None = None
-    """For :func:`fcu_emulator.emulator.cli.run_boards.run_on_boards`; None: one board."""
 
 
 def run_board(options: RunOptions) -> ExitCode:
@@ -114,7 +90,7 @@ def run_board(options: RunOptions) -> ExitCode:
                 for link in links:
                     link.close()
                 record.wall_s = runner.wall_s
-                for line in summary(board, links, runner.wall_s, explainer.witness, options.notes):
+                for line in summary(board, links, runner.wall_s, explainer.witness, options.verbose):
                     say(line)
             code = _judge_and_say(board, runner, record)
             explainer.conclude()
@@ -306,17 +282,17 @@ def judge_run(board: Board, runner: Runner) -> Judgement:
     """Judge a run by the expectations of its scenario, if it came to the scenario's end."""
     plan = board.scenario
     if plan is None:
-        return Judgement(ExitCode.HELD)
+        return Judgement(ExitCode.PASSED)
     if board.clock.now_ps < plan.duration_ps and not runner.limit:
         lasts = f"the scenario lasts {seconds(plan.duration_ps)}"
         cause = f"the run was ended at {board.now_s:.3f} s, {lasts}" if runner.stopped else lasts
-        return Judgement(ExitCode.NOT_JUDGED if plan.expectations else ExitCode.HELD, unchecked=cause)
+        return Judgement(ExitCode.NOT_JUDGED if plan.expectations else ExitCode.PASSED, unchecked=cause)
     result = plan.check(board, runner.limit)
     if runner.limit and not runner.limit.endswith("limits.wall"):
         return Judgement(ExitCode.FIRMWARE_FAILED, result)
     if not result.judged:
         return Judgement(ExitCode.NOT_JUDGED, result)
-    return Judgement(ExitCode.HELD if result.passed else ExitCode.FAILED, result)
+    return Judgement(ExitCode.PASSED if result.passed else ExitCode.FAILED, result)
 
 
 def _judge_and_say(board: Board, runner: Runner, record: Record) -> ExitCode:

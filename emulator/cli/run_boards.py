@@ -11,8 +11,8 @@ from dataclasses import replace
 from fcu_emulator.emulator.board.board import Board
 from fcu_emulator.emulator.cli.boards_table import BoardResult, BoardsTable
 from fcu_emulator.emulator.cli.exit_codes import ExitCode, code_of
+from fcu_emulator.emulator.cli.options import RunOptions
 from fcu_emulator.emulator.cli.run import (
-    RunOptions,
     create_board,
     exceeded_limit,
     judge_run,
@@ -33,7 +33,7 @@ _OF_ONE_BOARD: dict[str, tuple[object, ...]] = {
     "json": (None,),
     "gdb": (None,),
     "halt": (False,),
-    "notes": (False,),
+    "verbose": (False,),
 }
 """Options that concern a single run, with the values that are possible for several boards."""
 
@@ -72,7 +72,7 @@ def _on_board(options: RunOptions, board: Board) -> BoardResult:
     exceeded = exceeded_limit(board, limits, paced=False)
     runner = Runner(board, [], run_end_ps(options, board), None, exceeded)
     explainer = Explainer(board, _silently)
-    code, why = ExitCode.HELD, ""
+    code, why = ExitCode.PASSED, ""
     try:
         runner.run()
         judgement = judge_run(board, runner)

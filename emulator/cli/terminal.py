@@ -179,7 +179,7 @@ def converse(where: str | None, board: str | None = None) -> ExitCode:
             console.write(data)
     if not over.is_set():
         click.echo("\nfcu: the board has gone", err=True)
-    return ExitCode.HELD
+    return ExitCode.PASSED
 
 
 @contextlib.contextmanager

@@ -6,41 +6,21 @@ import math
 import threading
 import webbrowser
 from contextlib import ExitStack
-from dataclasses import dataclass
-from pathlib import Path
 
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
 from fcu_emulator.emulator.cli.isolated import announcement
+from fcu_emulator.emulator.cli.options import WebOptions
 from fcu_emulator.emulator.cli.run import interruptible, to_stderr
 from fcu_emulator.emulator.errors import InputError, LinkError
 from fcu_emulator.emulator.isolation import limits_of_worker
 from fcu_emulator.emulator.links import Addressed, ByteLink, open_link
 from fcu_emulator.emulator.links.running import Door
 from fcu_emulator.emulator.live.exercises import Exercises
-from fcu_emulator.emulator.live.listening import LOCAL, warning
+from fcu_emulator.emulator.live.listening import warning
 from fcu_emulator.emulator.live.server import PageServer
 from fcu_emulator.emulator.live.session import Session
 from fcu_emulator.emulator.live.setup import Setup
 from fcu_emulator.emulator.time.clock import PS_PER_S, parse_duration
-
-
-@dataclass(frozen=True)
-class WebOptions:
-    """The arguments of ``fcu web`` as typed."""
-
-    firmware: str | None
-    scenario: str | None
-    profile: str | None
-    seed: int | None
-    ideal: bool
-    port: int
-    browser: bool
-    record: Path | None
-    duration: str | None = None
-    serial: tuple[str, ...] = ()
-    gdb: int | None = None
-    halt: bool = False
-    listen: str = LOCAL
 
 
 def serve_board(options: WebOptions) -> ExitCode:
@@ -81,7 +61,7 @@ def serve_board(options: WebOptions) -> ExitCode:
         for line in session.ways():
             to_stderr(line)
         session.door = _door(session, links, stack)
-        if options.browser and limits_of_worker() is None:  # a browser would be under the limits, too
+        if not options.no_browser and limits_of_worker() is None:  # a browser would be under the limits, too
             threading.Thread(target=webbrowser.open, args=(server.url,), daemon=True).start()
         with interruptible(session) as ended:
             to_stderr("Ctrl-C ends it")
@@ -92,7 +72,7 @@ def serve_board(options: WebOptions) -> ExitCode:
             to_stderr(line)
         if options.record is not None:
             to_stderr(f"what was done is in {options.record}")
-    return ExitCode.HELD
+    return ExitCode.PASSED
 
 
 def _exercises() -> Exercises:

@@ -60,7 +60,7 @@ def write_autograder(
         contents[wheel.name] = _wheel(wheel)
         package = f"{_ROOT}/source/{wheel.name}"
     contents["setup.sh"] = _SETUP.format(package=quoted(package)).encode()
-    taken = f" --take {take}" if take else ""
+    taken = f" --submission-type {take}" if take else ""
     run = _RUN.format(rubric=quoted(rubric.path.name), bus=bus, take=taken)
     contents["run_autograder"] = run.encode()
     contents["salt.key"] = salt

@@ -477,7 +477,7 @@ def _to_install(missing: Sequence[str]) -> str:
     ways = [f"{what}: {how_to_install_all(to_be_had)}" if to_be_had else what]
     if SANDBOX not in to_be_had and SANDBOX in missing:
         ways.append(f"{SANDBOX} is there on Linux alone, in a container, too")
-    ways.append("or grade ELF files only: --take firmware")
+    ways.append("or grade ELF files only: --submission-type firmware")
     if SANDBOX in missing:
         ways.append("or, if you trust every submission, --build-without-sandbox")
     return "; ".join(ways)

@@ -28,6 +28,7 @@ MAY = (
     "chip/peripherals/",
     "chip/diagnosis/hang.py",  # the vector table
     "cli/commands.py",  # the help text, which is compared with the board below
+    "cli/options.py",  # likewise
     "analysis/",  # of the lab's firmware: its LEDs follow pitch and roll
     "testing/",
 )

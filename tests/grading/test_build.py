@@ -248,4 +248,4 @@ def test_a_machine_without_tools_says_what_to_install(
     assert all(one in str(refused.value) for one in words)
     assert ("apt" in str(refused.value)) is (system == "linux")
     assert "--build-without-sandbox" in str(refused.value)
-    assert "--take firmware" in str(refused.value)
+    assert "--submission-type firmware" in str(refused.value)

@@ -121,10 +121,32 @@ def test_command_names_copies_and_shipped_programs(no_machine: None, tmp_path: P
         (where / name / "main.c").write_bytes(text)
     (where / "zoe").mkdir()
     shutil.copyfile(arm.prebuilt("solution"), where / "zoe" / "lab3.elf")
-    execute(["grade", str(where), "--rubric", "lab3", "--out", str(tmp_path / "out"), "--take", "source"])
+    execute(
+        [
+            "grade",
+            str(where),
+            "--rubric",
+            "lab3",
+            "--out",
+            str(tmp_path / "out"),
+            "--submission-type",
+            "source",
+        ]
+    )
     with (tmp_path / "out" / "grades.csv").open(encoding="utf-8-sig", newline="") as file:
         found = {row["id"]: row["copies"] for row in csv.DictReader(file)}
-    execute(["grade", str(where), "--rubric", "lab3", "--out", str(tmp_path / "out"), "--take", "firmware"])
+    execute(
+        [
+            "grade",
+            str(where),
+            "--rubric",
+            "lab3",
+            "--out",
+            str(tmp_path / "out"),
+            "--submission-type",
+            "firmware",
+        ]
+    )
     with (tmp_path / "out" / "grades.csv").open(encoding="utf-8-sig", newline="") as file:
         built = {row["id"]: row["copies"] for row in csv.DictReader(file)}
 

@@ -393,7 +393,10 @@ def test_missing_compiler_costs_only_submissions_that_are_source(
     assert found["carl"]["status"] == "unjudged"
     assert "sudo apt install" in found["carl"]["reason"]
     assert {name: row["points"] for name, row in found.items() if row["points"]} == {"ada": "3", "bob": "1"}
-    assert grade(submissions, "--rubric", rubric, "--out", tmp_path / "out", "--take", "firmware") == 0
+    assert (
+        grade(submissions, "--rubric", rubric, "--out", tmp_path / "out", "--submission-type", "firmware")
+        == 0
+    )
 
 
 @pytest.mark.parametrize(

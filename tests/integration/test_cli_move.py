@@ -56,7 +56,7 @@ def attitude(board: Board, at_s: float) -> list[float]:
 
 
 def options(gesture: str | None = None, amount: float | None = None, **more: Any) -> MoveOptions:
-    return MoveOptions(gesture, amount, **more)
+    return MoveOptions(gesture=gesture, amount=amount, **more)
 
 
 # -- what the arguments mean --------------------------------------------------------------------------------

@@ -353,7 +353,7 @@ def test_diff_shows_the_first_difference_and_exits_with_1() -> None:
     ("arguments", "problem"),
     [
         (["lab3", "lab4"], "lab4"),
-        (["lab3", "lab3", "--timing", "5"], "--timing"),
+        (["lab3", "lab3", "--time-tolerance", "5"], "--time-tolerance"),
         (["solution", "lab3", "--replay"], "A is 'solution', it must be lab3 or template"),
         (["lab3", "lab3", "--tolerance", "ACC"], "give FIELD=NUMBER"),
         (["lab3", "lab3", "--tolerance", "Foo=1"], "unknown field 'Foo'"),

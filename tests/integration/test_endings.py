@@ -20,7 +20,7 @@ pytestmark = [
     pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals"),
     pytest.mark.usefixtures("interruptible"),
 ]
-HELD, NOT_JUDGED, INTERRUPTED = 0, 4, 130
+PASSED, NOT_JUDGED, INTERRUPTED = 0, 4, 130
 FULL = Path("/dev/full")
 FIRMWARE = str(prebuilt("solution", "I2C2"))
 LONG_DIFF = ("diff", FIRMWARE, FIRMWARE, "--scenario", "stairs", "--duration", "3000s")
@@ -80,7 +80,7 @@ def test_web_ends_in_order(name: str, isolated: tuple[str, ...], folders: list[P
     process.send_signal(getattr(signal, name))
     _, errors = process.communicate(timeout=60)
     lines = errors.splitlines()
-    assert process.returncode == HELD, errors
+    assert process.returncode == PASSED, errors
     assert len([line for line in lines if "ended by SIG" in line]) == 1
     assert all(line.startswith("fcu: ") and line.isprintable() for line in lines)
     assert left(folders) == []
@@ -97,7 +97,7 @@ def test_second_request_removes_files_too(name: str, command: tuple[str, ...], f
     for _ in range(2):
         process.send_signal(getattr(signal, name))
     _, errors = process.communicate(timeout=60)
-    assert process.returncode in (HELD, INTERRUPTED), errors
+    assert process.returncode in (PASSED, INTERRUPTED), errors
     assert "Traceback" not in errors
     assert left(folders) == []
 
@@ -151,7 +151,7 @@ def test_nohup_is_heeded(folders: list[Path]) -> None:
     _wait_until_loaded(process)
     process.send_signal(signal.SIGHUP)
     _, errors = process.communicate(timeout=60)
-    assert process.returncode == HELD, errors
+    assert process.returncode == PASSED, errors
 
 
 LOADING = """

@@ -18,7 +18,7 @@ from tests.grading.test_build import needs_compiler
 from tests.grading.test_grade import RUBRIC
 from tests.scenario_files import HEAD, write
 
-HELD, FAILED, WRONG_USE, FIRMWARE_FAILED, NOT_JUDGED = range(5)
+PASSED, FAILED, USAGE_ERROR, FIRMWARE_FAILED, NOT_JUDGED = range(5)
 READER_GONE = 141
 FULL = Path("/dev/full")
 needs_full = pytest.mark.skipif(not FULL.exists(), reason="/dev/full is a Linux device")
@@ -80,12 +80,12 @@ def run_scenario(folder: Path, text: str, *more: str, **shell: str) -> subproces
 @pytest.mark.parametrize(
     ("text", "more", "code"),
     [
-        (SECOND + GOOD, (), HELD),
+        (SECOND + GOOD, (), PASSED),
         (SECOND + BAD, (), FAILED),
         (SECOND + GOOD + BAD, (), FAILED),
-        (SECOND + "[[expect]]\nkind = 'lines'\n", (), WRONG_USE),
+        (SECOND + "[[expect]]\nkind = 'lines'\n", (), USAGE_ERROR),
         (SECOND + GOOD, ("--duration", "1s"), NOT_JUDGED),
-        (SECOND, ("--duration", "1s"), HELD),  # nothing was to be judged
+        (SECOND, ("--duration", "1s"), PASSED),  # nothing was to be judged
         (SECOND + GOOD + ENDLESS_SEARCH, (), NOT_JUDGED),
         (SECOND + BAD + ENDLESS_SEARCH, (), NOT_JUDGED),
         (SECOND + GOOD + '[limits]\nwall = "1us"\n', (), NOT_JUDGED),
@@ -93,7 +93,7 @@ def run_scenario(folder: Path, text: str, *more: str, **shell: str) -> subproces
         (SECOND + GOOD, ("--limit", "terminal_bytes=100"), FIRMWARE_FAILED),
         (SECOND + GOOD, ("--limit", "wall_s=0.000001"), NOT_JUDGED),
         (SECOND + GOOD, ("--limit", "trace_bytes=1000", "--trace", os.devnull), NOT_JUDGED),
-        (SECOND + GOOD, ("--limit", "walls=1"), WRONG_USE),
+        (SECOND + GOOD, ("--limit", "walls=1"), USAGE_ERROR),
     ],
 )
 def test_a_run_says_how_it_went(tmp_path: Path, text: str, more: tuple[str, ...], code: int) -> None:
@@ -186,7 +186,7 @@ def test_a_reader_that_has_enough_ends_every_command(arguments: tuple[str, ...])
         said = process.stderr.read().decode()
         code = process.wait(timeout=120)
 
-    assert code in (READER_GONE, HELD)  # what fits into the pipe's buffer has been printed
+    assert code in (READER_GONE, PASSED)  # what fits into the pipe's buffer has been printed
     assert said in ("", "fcu: 8 of 8 expectations met\n")
     if arguments[0] == "run":
         assert code == READER_GONE
@@ -195,21 +195,21 @@ def test_a_reader_that_has_enough_ends_every_command(arguments: tuple[str, ...])
 def test_an_unknown_part_is_one_line() -> None:
     for name in ("", " ", "LSM", "\x1b"):
         done = fcu("registers", name)
-        assert (done.returncode, done.stdout) == (WRONG_USE, "")
+        assert (done.returncode, done.stdout) == (USAGE_ERROR, "")
         (line,) = done.stderr.splitlines()
         assert line.startswith("fcu: ")
 
 
 def test_names_of_files_send_nothing_to_the_terminal() -> None:
     done = fcu("run", "a\x1b[31m\x07.elf")
-    assert done.returncode == WRONG_USE
+    assert done.returncode == USAGE_ERROR
     assert done.stderr == "fcu: a\\x1b[31m\\x07.elf: does not exist; give the ELF, HEX or BIN file to run\n"
 
 
 def test_two_files_of_a_run_are_two(tmp_path: Path) -> None:
     file = tmp_path / "run"
     done = fcu("run", "--duration", "1s", "--json", file, "--trace", file)
-    assert (done.returncode, done.stdout) == (WRONG_USE, "")
+    assert (done.returncode, done.stdout) == (USAGE_ERROR, "")
     assert done.stderr == f"fcu: --json and --trace both name {file}; give each a file of its own\n"
 
 
@@ -233,7 +233,7 @@ def test_a_terminals_text_that_is_lost_leaves_no_verdict(tmp_path: Path, expecte
 
 @needs_full
 def test_lost_remarks_change_no_verdict(tmp_path: Path) -> None:
-    for expected, code in ((GOOD, HELD), (BAD, FAILED)):
+    for expected, code in ((GOOD, PASSED), (BAD, FAILED)):
         path = write(tmp_path, SECOND + expected)
         assert fcu("run", "--scenario", path, "--speed", "max", stderr=FULL).returncode == code
 
@@ -249,7 +249,7 @@ def test_a_disk_that_fills_up_under_a_file_of_the_run(tmp_path: Path) -> None:
 @posix
 def test_standard_output_that_is_closed_has_no_terminal() -> None:
     done = fcu("run", "--duration", "100ms", after=">&-")
-    assert done.returncode == WRONG_USE
+    assert done.returncode == USAGE_ERROR
     assert "this process has no standard output; use --serial port" in done.stderr
 
 
@@ -257,7 +257,7 @@ def test_standard_output_that_is_closed_has_no_terminal() -> None:
 @pytest.mark.parametrize("name", ["/", ".", "..", "/tmp", "/dev/null", "/dev/null/x", "x" * 5000, "a/b/c"])
 def test_a_name_that_cannot_be_a_port(tmp_path: Path, name: str) -> None:
     done = fcu("run", "--duration", "100ms", "--serial", f"pty:{name}", before=f"cd '{tmp_path}';")
-    assert done.returncode == WRONG_USE
+    assert done.returncode == USAGE_ERROR
     (line,) = done.stderr.splitlines()
     assert line.startswith("fcu: --serial pty")
 
@@ -268,7 +268,7 @@ def test_a_machine_without_memory_blames_nobody(tmp_path: Path, megabytes: int) 
     """Whatever it is that cannot be had: a library, a thread, an array."""
     path = write(tmp_path, SECOND + GOOD)
     done = fcu("run", "--scenario", path, "--speed", "max", before=f"ulimit -v {megabytes << 10};")
-    assert done.returncode in (HELD, NOT_JUDGED) or done.returncode >= 126, done.stderr
+    assert done.returncode in (PASSED, NOT_JUDGED) or done.returncode >= 126, done.stderr
 
 
 @posix
@@ -287,7 +287,7 @@ def test_a_run_that_is_to_outlive_its_terminal_does(name: str) -> None:
     process.stdout.read(1)
     process.send_signal(getattr(signal, name))
     _, errors = process.communicate(timeout=60)
-    assert process.returncode == HELD
+    assert process.returncode == PASSED
     assert "1.100 s of virtual time" in errors
 
 
@@ -368,7 +368,7 @@ def test_programs_read_of_a_firmware_that_failed(tmp_path: Path) -> None:
 
 def test_a_summary_that_cannot_be_written_is_refused_before_anything_runs(tmp_path: Path) -> None:
     done = fcu("run", "--duration", "1s", "--json", tmp_path / "no" / "run.json")
-    assert done.returncode == WRONG_USE
+    assert done.returncode == USAGE_ERROR
     assert done.stdout == ""
 
 
@@ -393,7 +393,7 @@ def test_names_of_used_files_send_nothing_to_the_terminal(tmp_path: Path, argume
     shutil.copy(prebuilt("solution", "I2C2"), names["elf"])
     write(folder, SECOND).replace(names["scenario"])
     done = fcu(*(one.format(**names) for one in arguments))
-    assert done.returncode in (HELD, FAILED, NOT_JUDGED), done.stderr
+    assert done.returncode in (PASSED, FAILED, NOT_JUDGED), done.stderr
     assert (done.stdout + done.stderr).replace("\n", "").replace("\r", "").isprintable()
 
 
@@ -408,5 +408,5 @@ def test_names_of_projects_and_classes_send_nothing_to_the_terminal(tmp_path: Pa
     rubric.write_text(RUBRIC, encoding="utf-8")
     said.append(fcu("grade", classes, "--rubric", rubric, "--out", out, "--jobs", "1"))
     for done in said:
-        assert done.returncode == HELD, done.stderr
+        assert done.returncode == PASSED, done.stderr
         assert (done.stdout + done.stderr).replace("\n", "").replace("\r", "").isprintable()

@@ -20,10 +20,10 @@ from tests.integration.test_exit_codes import (
     FAILED,
     FIRMWARE_FAILED,
     GOOD,
-    HELD,
     NOT_JUDGED,
+    PASSED,
     SECOND,
-    WRONG_USE,
+    USAGE_ERROR,
     fcu,
     posix,
     run_scenario,
@@ -41,9 +41,9 @@ INTERRUPTED = 130
 @pytest.mark.parametrize(
     ("text", "more", "code"),
     [
-        (SECOND + GOOD, (), HELD),
+        (SECOND + GOOD, (), PASSED),
         (SECOND + BAD, (), FAILED),
-        (SECOND + "[[expect]]\nkind = 'lines'\n", (), WRONG_USE),
+        (SECOND + "[[expect]]\nkind = 'lines'\n", (), USAGE_ERROR),
         (SECOND + GOOD, ("--limit", "terminal_bytes=100"), FIRMWARE_FAILED),
         (SECOND + GOOD, ("--duration", "1s"), NOT_JUDGED),
     ],
@@ -80,19 +80,19 @@ def test_what_is_limited_is_said() -> None:
 )
 def test_limits_that_make_no_sense(arguments: tuple[str, ...], message: str) -> None:
     done = fcu("run", "--duration", "100ms", *arguments)
-    assert (done.returncode, done.stdout, done.stderr) == (WRONG_USE, "", f"fcu: {message}\n")
+    assert (done.returncode, done.stdout, done.stderr) == (USAGE_ERROR, "", f"fcu: {message}\n")
 
 
 @posix
 def test_standard_output_that_is_closed_is_closed_for_the_worker() -> None:
     done = fcu("run", "--duration", "100ms", "--isolate", after=">&-")
-    assert done.returncode == WRONG_USE
+    assert done.returncode == USAGE_ERROR
     assert "this process has no standard output" in done.stderr
 
 
 @posix
 def test_everything_closed() -> None:
-    assert fcu("run", "--duration", "100ms", "--isolate", after="<&- >&- 2>&-").returncode == WRONG_USE
+    assert fcu("run", "--duration", "100ms", "--isolate", after="<&- >&- 2>&-").returncode == USAGE_ERROR
 
 
 # -- Limits of the machine ----------------------------------------------------------------------------------
@@ -231,7 +231,7 @@ def test_a_request_to_end_reaches_the_worker_once(name: str, everybody: bool) ->
     else:
         process.send_signal(getattr(signal, name))
     _, errors = process.communicate(timeout=60)
-    assert process.returncode == HELD, errors
+    assert process.returncode == PASSED, errors
     assert "s of virtual time in" in errors
     assert not Path(f"/proc/{worker}").exists()
 
@@ -262,7 +262,7 @@ def test_a_request_before_the_worker_runs() -> None:
         assert process.poll() is None
     process.send_signal(signal.SIGTERM)
     _, errors = process.communicate(timeout=60)
-    assert process.returncode in (INTERRUPTED, HELD)
+    assert process.returncode in (INTERRUPTED, PASSED)
     assert "Traceback" not in errors
     assert not Path(f"/proc/{children[0]}").exists()
 
@@ -298,7 +298,7 @@ def test_a_worker_that_takes_too_much_is_no_verdict(command: tuple[str, ...]) ->
 def test_a_live_board_may_be_in_a_worker() -> None:
     done = fcu("web", "--isolate", "--scenario", "iron", "--duration", "100ms")
 
-    assert done.returncode == HELD, done.stderr
+    assert done.returncode == PASSED, done.stderr
     assert "fcu: board lab3, firmware lab3, scenario iron, seed 4\n" in done.stderr
     assert "process of its own" in done.stderr
     assert re.search(
@@ -309,5 +309,5 @@ def test_a_live_board_may_be_in_a_worker() -> None:
 def test_what_only_a_run_is_limited_to_is_refused_elsewhere() -> None:
     done = fcu("check", "lab3", "--limit", "wall_s=3")
 
-    assert done.returncode == WRONG_USE
+    assert done.returncode == USAGE_ERROR
     assert done.stderr.startswith("fcu: limit wall_s=3: here only a process has limits: memory_bytes, ")

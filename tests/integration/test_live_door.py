@@ -123,7 +123,7 @@ class Debugger:
 
 
 def test_it_is_moved_and_the_movement_is_recorded(board: Live, capsys: pytest.CaptureFixture[str]) -> None:
-    move(MoveOptions(None, None, roll=30.0))
+    move(MoveOptions(roll=30.0))
     assert "mine.elf: moves from roll" in capsys.readouterr().out
     board.close()
     assert "follow_attitude" in board.session.recording.text()
@@ -165,11 +165,11 @@ def test_while_a_debugger_holds_the_board_the_page_says_so_and_goes_on_living(de
         assert len(gdb.ask(b"g")) > 100
         session.post(debugged, do(do="tap"))
         with pytest.raises(InputError, match="gdb holds the board"):
-            move(MoveOptions(None, None, roll=30.0))
+            move(MoveOptions(roll=30.0))
         assert session.board.clock.now_ps == at_ps
         gdb.say(b"c")
         debugged.until_state("running")
-    move(MoveOptions(None, None, roll=30.0))
+    move(MoveOptions(roll=30.0))
     notices = [one.text for one in debugged.said if isinstance(one, messages.Notice)]
     assert notices == ["gdb holds the board; let it go on there (continue), or end gdb"]
 

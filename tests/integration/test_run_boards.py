@@ -91,7 +91,7 @@ def test_boards_ended_before_the_scenario_exit_with_4(level: str) -> None:
         ["--perfetto", "p.json"],
         ["--gdb", "0"],
         ["--halt"],
-        ["--notes"],
+        ["--verbose"],
         ["--speed", "2"],
         ["--serial", "tcp"],
     ],

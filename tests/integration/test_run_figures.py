@@ -79,4 +79,4 @@ def test_the_time_in_a_faults_handler_is_not_the_callbacks(monkeypatch: pytest.M
 
 def test_notes_of_every_right_run_are_shown_when_asked_for() -> None:
     assert USUAL not in summary("lab3", "--duration", "1200ms")
-    assert USUAL in summary("lab3", "--duration", "1200ms", "--notes")
+    assert USUAL in summary("lab3", "--duration", "1200ms", "--verbose")

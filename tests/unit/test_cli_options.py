@@ -12,21 +12,23 @@ import click
 import pytest
 
 from fcu_emulator.emulator.cli import execute
-from fcu_emulator.emulator.cli.check import CheckOptions
 from fcu_emulator.emulator.cli.commands import cli
-from fcu_emulator.emulator.cli.diff import DiffOptions
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
-from fcu_emulator.emulator.cli.grade import GradeOptions
-from fcu_emulator.emulator.cli.move import MoveOptions
-from fcu_emulator.emulator.cli.run import RunOptions
-from fcu_emulator.emulator.cli.web import WebOptions
+from fcu_emulator.emulator.cli.options import (
+    CheckOptions,
+    DiffOptions,
+    GradeOptions,
+    MoveOptions,
+    RunOptions,
+    WebOptions,
+)
 
 LINES: list[tuple[str, str, Any]] = [
     (
         "fcu_emulator.emulator.cli.run.run_board",
         """run a.elf --profile lab3 --scenario desk --duration 1s --speed 2 --serial tcp --serial
         stdout --seed 3 --ideal --trace t.jsonl --vcd v.vcd --perfetto p.json --quiet --gdb 1234
-        --halt --limit lines=5 --json j.json --notes""",
+        --halt --limit lines=5 --json j.json --verbose""",
         RunOptions(
             firmware="a.elf",
             profile="lab3",
@@ -42,7 +44,7 @@ LINES: list[tuple[str, str, Any]] = [
             halt=True,
             limit=("lines=5",),
             json=Path("j.json"),
-            notes=True,
+            verbose=True,
             vcd=Path("v.vcd"),
             perfetto=Path("p.json"),
         ),
@@ -50,22 +52,31 @@ LINES: list[tuple[str, str, Any]] = [
     (
         "fcu_emulator.emulator.cli.run.run_board",
         "run",
-        RunOptions(*[None] * 5, ("stdout",), None, False, None, False),
+        RunOptions(),
     ),
     (
         "fcu_emulator.emulator.cli.run_boards.run_on_boards",
         "run --boards 4",
-        RunOptions(*[None] * 5, ("stdout",), None, False, None, False, boards=4),
+        RunOptions(boards=4),
     ),
     (
         "fcu_emulator.emulator.cli.move.move",
         "move tap 2.5 --roll 1 --pitch -2 --yaw 3 --for 4s --axis west --board 99",
-        MoveOptions("tap", 2.5, 1.0, -2.0, 3.0, "4s", "west", "99"),
+        MoveOptions(
+            gesture="tap",
+            amount=2.5,
+            roll=1.0,
+            pitch=-2.0,
+            yaw=3.0,
+            duration="4s",
+            axis="west",
+            board="99",
+        ),
     ),
-    ("fcu_emulator.emulator.cli.move.move", "move", MoveOptions(None, None)),
+    ("fcu_emulator.emulator.cli.move.move", "move", MoveOptions()),
     (
         "fcu_emulator.emulator.cli.diff.compare_firmwares",
-        """diff a.elf b.elf --scenario desk --profile lab3 --seed 3 --ideal --duration 1s --timing
+        """diff a.elf b.elf --scenario desk --profile lab3 --seed 3 --ideal --duration 1s --time-tolerance
         5ms --tolerance ACC=1 --tolerance Yaw=2 --ignore leds --ignore time --replay --limit
         lines=5""",
         DiffOptions(
@@ -76,7 +87,7 @@ LINES: list[tuple[str, str, Any]] = [
             seed=3,
             ideal=True,
             duration="1s",
-            timing="5ms",
+            time_tolerance="5ms",
             tolerance=("ACC=1", "Yaw=2"),
             ignore=("leds", "time"),
             replay=True,
@@ -86,11 +97,11 @@ LINES: list[tuple[str, str, Any]] = [
     (
         "fcu_emulator.emulator.cli.diff.compare_firmwares",
         "diff a.elf b.elf --scenario desk",
-        DiffOptions("a.elf", "b.elf", "desk", None, None, False, None, "20ms", (), (), False),
+        DiffOptions(first="a.elf", second="b.elf", scenario="desk"),
     ),
     (
         "fcu_emulator.emulator.cli.grade.grade",
-        """grade class --rubric lab3 --out out --roster r.csv --salt s.key --jobs 3 --dask tcp://h:1 --take
+        """grade class --rubric lab3 --out out --roster r.csv --salt s.key --jobs 3 --dask tcp://h:1 --submission-type
         source
         --bus SPI2 --build-without-sandbox --anonymous --before-due-date --gradescope --autograder
         there --overrides o.csv --deadline 2026-11-20T23:59 --only n.txt --gradescope-zip a.zip --wheel w.whl""",
@@ -102,11 +113,12 @@ LINES: list[tuple[str, str, Any]] = [
             salt=Path("s.key"),
             jobs=3,
             dask="tcp://h:1",
-            take="source",
+            submission_type="source",
             bus="SPI2",
             build_without_sandbox=True,
             anonymous=True,
             before_due_date=True,
+            gradescope=True,
             autograder=Path("there"),
             overrides=Path("o.csv"),
             deadline=datetime.fromisoformat("2026-11-20T23:59"),
@@ -118,7 +130,7 @@ LINES: list[tuple[str, str, Any]] = [
     (
         "fcu_emulator.emulator.cli.grade.grade",
         "grade class --rubric lab3 --autograder there",
-        GradeOptions(submissions=Path("class"), rubric="lab3", bus="I2C2"),
+        GradeOptions(submissions=Path("class"), rubric="lab3", autograder=Path("there")),
     ),
     (
         "fcu_emulator.emulator.cli.web.serve_board",
@@ -131,7 +143,7 @@ LINES: list[tuple[str, str, Any]] = [
             seed=3,
             ideal=True,
             port=8000,
-            browser=False,
+            no_browser=True,
             record=Path("r.toml"),
             duration="1h",
             serial=("tcp",),
@@ -143,7 +155,7 @@ LINES: list[tuple[str, str, Any]] = [
     (
         "fcu_emulator.emulator.cli.web.serve_board",
         "web",
-        WebOptions(None, None, None, None, False, 0, True, None),
+        WebOptions(),
     ),
     (
         "fcu_emulator.emulator.cli.check.check_program",
@@ -160,7 +172,7 @@ LINES: list[tuple[str, str, Any]] = [
             boards=4,
         ),
     ),
-    ("fcu_emulator.emulator.cli.check.check_program", "check", CheckOptions(".", None, (), 0, None)),
+    ("fcu_emulator.emulator.cli.check.check_program", "check", CheckOptions()),
 ]
 ELSEWHERE = {"--isolate", "--help"}
 """A worker runs the same command without it: tests/integration/test_isolation.py."""
@@ -179,7 +191,7 @@ def test_options_arrive_as_typed(
 
     def take(options: object, *_: object) -> ExitCode:
         seen.append(options)
-        return ExitCode.HELD
+        return ExitCode.PASSED
 
     monkeypatch.setattr(importlib.import_module(module), name, take)
 

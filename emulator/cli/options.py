@@ -1,0 +1,330 @@
+"""The options of the commands that have more than three."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Any, Literal, TypeAlias, get_args
+
+import click
+
+from fcu_emulator.emulator.cli.declare import argument, option
+
+PATH = click.Path(path_type=Path)
+BUS = click.Choice(["I2C2", "SPI2"])
+GESTURES = ("lift", "tap", "shake", "free_fall", "figure_eight", "turn_over", "pass_magnet", "flat")
+
+Ignorable: TypeAlias = Literal["time", "numbers", "registers", "leds"]
+"""As in :mod:`fcu_emulator.emulator.analysis.compare`, which ``fcu --help`` must not load."""
+SubmissionType: TypeAlias = Literal["source", "firmware"]
+"""As in :mod:`fcu_emulator.emulator.grading.submissions`."""
+
+# -- Options of several commands ----------------------------------------------------------------------------
+
+
+def _profile() -> Any:
+    return option("--profile", help="Wiring of the sensors: lab3 or fcu001v1. Default: the firmware's.")
+
+
+def _seed() -> Any:
+    return option(
+        "--seed",
+        type=int,
+        help="Random seed: selects the board's offsets and noise. Default: the scenario's, or 0.",
+    )
+
+
+def _ideal() -> Any:
+    return option("--ideal", is_flag=True, help="Sensors without noise, offset or scale error.")
+
+
+def _gdb() -> Any:
+    return option(
+        "--gdb",
+        type=click.IntRange(0, 65535),
+        metavar="PORT",
+        help="Let gdb debug the firmware, on this port of 127.0.0.1 (0: any free one).",
+    )
+
+
+def _halt() -> Any:
+    return option("--halt", is_flag=True, help="With --gdb: wait for gdb before the first instruction.")
+
+
+def _isolate() -> Any:
+    return option(
+        "--isolate",
+        is_flag=True,
+        help="Run in a separate process with limits on memory, CPU time and files.",
+    )
+
+
+def _limit(help_text: str) -> Any:
+    return option("--limit", multiple=True, metavar="NAME=NUMBER", help=f"{help_text}; may be repeated.")
+
+
+def _limit_of_process() -> Any:
+    return _limit("With --isolate: set a limit of the process, for example cpu_s=600")
+
+
+def _file(help_text: str, *names: str) -> Any:
+    return option(*names, type=PATH, metavar="FILE", help=help_text)
+
+
+# -- One command each ---------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunOptions:
+    """The arguments of ``fcu run``."""
+
+    firmware: str | None = argument(required=False)
+    profile: str | None = _profile()
+    scenario: str | None = option(
+        "--scenario", metavar="NAME|FILE", help="Move the board, and check the firmware's output."
+    )
+    duration: str | None = option(
+        "--duration", metavar="TIME", help="Virtual time to run, such as 10s or 500ms."
+    )
+    speed: str | None = option(
+        "--speed", metavar="FACTOR|max", help="Virtual over wall time. Default: 1 with a terminal."
+    )
+    serial: tuple[str, ...] = option(
+        "--serial",
+        multiple=True,
+        default=("stdout",),
+        metavar="LINK",
+        help="stdout (default), port, pty[:LINK], tcp[:PORT], rfc2217[:PORT] or file:PATH; may be repeated.",
+    )
+    seed: int | None = _seed()
+    boards: int | None = option(
+        "--boards",
+        type=click.IntRange(1, 1000),
+        metavar="N",
+        help="With --scenario: on N boards, with a summary.",
+    )
+    ideal: bool = _ideal()
+    trace: Path | None = _file("Write every event to a JSON-lines file.", "--trace")
+    vcd: Path | None = _file("Write the signals on the board's wires, for logic analysers.", "--vcd")
+    perfetto: Path | None = _file("Write a time line of functions, buses and LEDs.", "--perfetto")
+    quiet: bool = option(
+        "--quiet", "-q", is_flag=True, help="Print nothing to stderr but a scenario's verdict."
+    )
+    gdb: int | None = _gdb()
+    halt: bool = _halt()
+    limit: tuple[str, ...] = _limit("Set a resource limit, for example wall_s=60")
+    json: Path | None = _file("Write the whole summary to a JSON file.", "--json")
+    verbose: bool = option(
+        "--verbose",
+        is_flag=True,
+        renamed_from="--notes",
+        help="Show all notes at the end, including those that correct programs cause.",
+    )
+    isolate: bool = _isolate()
+
+
+@dataclass(frozen=True, kw_only=True)
+class MoveOptions:
+    """The arguments of ``fcu move``; an angle that is None stays as it is."""
+
+    gesture: str | None = argument(
+        required=False,
+        type=click.Choice([*GESTURES, "fall", "eight", "over", "magnet", "reset"]),
+        metavar=f"[{'|'.join(GESTURES)}]",
+    )
+    amount: float | None = argument(type=float, required=False)
+    roll: float | None = option(
+        "--roll", type=float, metavar="DEG", help="Turn to this angle; the others do not change."
+    )
+    pitch: float | None = option("--pitch", type=float, metavar="DEG")
+    yaw: float | None = option("--yaw", type=float, metavar="DEG")
+    duration: str | None = option(
+        "--for", metavar="TIME", help="Duration, such as 1s. Default: as a hand would move it."
+    )
+    axis: str | None = option(
+        "--axis", type=click.Choice(["north", "west", "up"]), help="Direction of tap and shake."
+    )
+    board: str | None = option(
+        "--board", metavar="PROCESS", help="The process id of the board, if several run."
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class DiffOptions:
+    """The arguments of ``fcu diff``."""
+
+    first: str = argument(metavar="A")
+    second: str = argument(metavar="B")
+    scenario: str = option(
+        "--scenario", metavar="NAME|FILE", required=True, help="The scenario that both play."
+    )
+    profile: str | None = _profile()
+    seed: int | None = _seed()
+    ideal: bool = _ideal()
+    duration: str | None = option(
+        "--duration", metavar="TIME", help="Virtual time to compare. Default: the scenario's."
+    )
+    time_tolerance: str = option(
+        "--time-tolerance",
+        renamed_from="--timing",
+        metavar="TIME",
+        default="20ms",
+        show_default=True,
+        help="Greatest difference between the times of the same event.",
+    )
+    tolerance: tuple[str, ...] = option(
+        "--tolerance",
+        multiple=True,
+        metavar="FIELD=NUMBER",
+        help="Greatest difference of a printed number, such as ACC=0.5 or Yaw=0.1; may be repeated.",
+    )
+    ignore: tuple[Ignorable, ...] = option(
+        "--ignore",
+        multiple=True,
+        type=click.Choice(get_args(Ignorable)),
+        help="Do not compare these; may be repeated.",
+    )
+    replay: bool = option(
+        "--replay", is_flag=True, help="A (lab3 or template) receives the samples that B read."
+    )
+    limit: tuple[str, ...] = _limit("Set a resource limit of each run, for example wall_s=60")
+    isolate: bool = _isolate()
+
+
+@dataclass(frozen=True, kw_only=True)
+class GradeOptions:
+    """The arguments of ``fcu grade``."""
+
+    submissions: Path | None = argument(required=False, type=PATH)
+    rubric: str = option("--rubric", required=True, metavar="NAME|FILE", help="The rubric, such as lab3.")
+    out: Path | None = option("--out", type=PATH, metavar="DIR", help="Folder for the reports.")
+    roster: Path | None = _file("The class: CSV with id, name, email.", "--roster")
+    overrides: Path | None = _file("Your own points: CSV with id, what, points, comment.", "--overrides")
+    deadline: datetime | None = option(
+        "--deadline",
+        type=click.DateTime(["%Y-%m-%dT%H:%M", "%Y-%m-%d %H:%M", "%Y-%m-%dT%H:%M:%S"]),
+        metavar="TIME",
+        help="Say who is late, and by how much; such as 2026-11-20T23:59, local time.",
+    )
+    only: Path | None = _file("Grade only the students of this CSV again.", "--only")
+    salt: Path | None = _file("Secret that draws the boards. Default: DIR/kept/salt.key.", "--salt")
+    jobs: int | None = option(
+        "--jobs",
+        type=click.IntRange(1, 1024),
+        help="Number of processes on this machine. Default: one for each core.",
+    )
+    dask: str | None = option(
+        "--dask", metavar="ADDRESS", help="Judge on a cluster: its scheduler, such as tcp://host:8786."
+    )
+    submission_type: SubmissionType | None = option(
+        "--submission-type",
+        renamed_from="--take",
+        type=click.Choice(get_args(SubmissionType)),
+        help="Accept only source, or only built files. Default: source, else a built file.",
+    )
+    bus: str = option(
+        "--bus", type=BUS, default="I2C2", show_default=True, help="The bus that source is built for."
+    )
+    build_without_sandbox: bool = option(
+        "--build-without-sandbox",
+        is_flag=True,
+        help="Let the compiler read this machine's files: for submissions that you trust.",
+    )
+    anonymous: bool = option("--anonymous", is_flag=True, help="Reports with pseudonyms instead of names.")
+    before_due_date: bool = option(
+        "--before-due-date", is_flag=True, help="Omit checks that students may see after the due date."
+    )
+    gradescope: bool = option(
+        "--gradescope", is_flag=True, help="Judge one submission, laid out as by Gradescope's autograder."
+    )
+    autograder: Path = option(
+        "--autograder",
+        type=PATH,
+        default=Path("/autograder"),
+        show_default=True,
+        metavar="DIR",
+        help="With --gradescope: its folder.",
+    )
+    gradescope_zip: Path | None = _file(
+        "Write the autograder for Gradescope; grade nothing.", "--gradescope-zip"
+    )
+    wheel: Path | None = _file("With --gradescope-zip: the wheel of this version to include.", "--wheel")
+
+
+@dataclass(frozen=True, kw_only=True)
+class WebOptions:
+    """The arguments of ``fcu web``."""
+
+    firmware: str | None = argument(required=False)
+    scenario: str | None = option(
+        "--scenario", metavar="NAME|FILE", help="Play it from the start, and check the firmware."
+    )
+    profile: str | None = _profile()
+    seed: int | None = _seed()
+    ideal: bool = _ideal()
+    port: int = option(
+        "--port",
+        type=click.IntRange(0, 65535),
+        default=0,
+        metavar="PORT",
+        help="The page's port. Default: any free one.",
+    )
+    listen: str = option(
+        "--listen",
+        default="127.0.0.1",
+        metavar="ADDRESS",
+        help="Serve the page on this address of the machine, for a phone. Default: 127.0.0.1.",
+    )
+    no_browser: bool = option(
+        "--no-browser", is_flag=True, help="Do not open the page, only print its address."
+    )
+    record: Path | None = _file("Save each action on the board as a scenario (TOML).", "--record")
+    duration: str | None = option(
+        "--duration", metavar="TIME", help="End after this virtual time, such as 1h."
+    )
+    serial: tuple[str, ...] = option(
+        "--serial",
+        multiple=True,
+        metavar="LINK",
+        help="Share the terminal, as with fcu run; may be repeated.",
+    )
+    gdb: int | None = _gdb()
+    halt: bool = _halt()
+    limit: tuple[str, ...] = _limit_of_process()
+    isolate: bool = _isolate()
+
+
+@dataclass(frozen=True, kw_only=True)
+class CheckOptions:
+    """The arguments of ``fcu check``. ``rubric`` None: the project's, else LAB3's."""
+
+    target: str = argument(metavar="[FOLDER|FILE]", default=".")
+    exercises: tuple[str, ...] = option(
+        "--exercise", "-e", multiple=True, metavar="N", help="Only this one; may be repeated."
+    )
+    seed: int = option(
+        "--seed",
+        type=click.IntRange(0),
+        default=0,
+        show_default=True,
+        help="Random seed: selects the board and its motions.",
+    )
+    boards: int | None = option(
+        "--boards", type=click.IntRange(1, 1000), metavar="N", help="On N boards, with a summary."
+    )
+    rubric: str | None = option(
+        "--rubric", metavar="NAME|FILE", help="The rubric. Default: the project's, else lab3."
+    )
+    json: Path | None = _file("Write the result to a JSON file as well.", "--json")
+    save: Path | None = option(
+        "--save",
+        type=click.Path(path_type=Path, file_okay=False),
+        metavar="DIR",
+        help="Save the motions as scenarios, for fcu run --scenario.",
+    )
+    hints: int = option(
+        "--hint", count=True, help="Show the next, more explicit hint; repeat it for the one after."
+    )
+    limit: tuple[str, ...] = _limit_of_process()
+    isolate: bool = _isolate()
