@@ -28,11 +28,12 @@ from fcu_emulator.emulator.cli.boards_table import BoardsTable, points_on_board
 from fcu_emulator.emulator.cli.build import ELF, build_project, build_with_make
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
 from fcu_emulator.emulator.cli.options import CheckOptions
+from fcu_emulator.emulator.cli.project import rubric_of
 from fcu_emulator.emulator.errors import FirmwareError, InputError, LinkError, NotJudgedError, OutputError
 from fcu_emulator.emulator.files import write_atomically
 from fcu_emulator.emulator.grading.checks import Property
 from fcu_emulator.emulator.grading.judge import JudgeProgress, judge
-from fcu_emulator.emulator.grading.rubric import PROJECT_RUBRIC, CheckTable, Rubric, load_rubric
+from fcu_emulator.emulator.grading.rubric import CheckTable, Rubric, load_rubric
 from fcu_emulator.emulator.grading.verdict import Cause, CheckResult, RunEvidence, Verdict
 from fcu_emulator.emulator.scenario.expectations import Expectation
 from fcu_emulator.emulator.system_words import command_line
@@ -53,11 +54,7 @@ _NOT_OF_THE_FORMULA = frozenset({"wrong format", "stopped", "prerequisite"})
 
 def _rubric_of(options: CheckOptions) -> str:
     """Return the name or file of the rubric: as typed, else the project's, else LAB3's."""
-    if options.rubric is not None:
-        return options.rubric
-    target = Path(options.target)
-    own = (target if target.is_dir() else target.parent) / PROJECT_RUBRIC
-    return str(own) if own.is_file() else "lab3"
+    return options.rubric if options.rubric is not None else rubric_of(options.target)
 
 
 def _again(options: CheckOptions) -> str:

@@ -9,6 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from fcu_emulator.emulator.cli.project import shown_exercises
 from fcu_emulator.emulator.errors import FcuError, InputError
 from fcu_emulator.emulator.grading.judge import judge
 from fcu_emulator.emulator.grading.rubric import load_rubric
@@ -31,7 +32,7 @@ class LabExercises:
         self._running: tuple[str, Future[Verdict], tempfile.TemporaryDirectory[str]] | None = None
 
     def offered(self) -> list[dict[str, Any]]:
-        """Return ``id``, ``title``, ``question`` and ``next`` of each exercise."""
+        """Return ``id``, ``title``, ``question`` and ``next`` of each exercise that students see."""
         return [
             {
                 "id": one.id,
@@ -39,7 +40,7 @@ class LabExercises:
                 "question": self._question(one.id),
                 "next": one.next.strip(),
             }
-            for one in self._rubric.exercises
+            for one in shown_exercises(self._rubric)
         ]
 
     def start(self, exercise: str, firmware: str, seed: int) -> None:
@@ -85,9 +86,11 @@ class LabExercises:
             self._running = None
 
     def _question(self, exercise: str) -> str:
-        """Return the question of the run that the exercise names, else of its first check."""
+        """Return the question of the run that the exercise names, else of its first check; "" without one."""
         table = self._rubric.exercise(exercise)
-        return self._rubric.scenario(table.run or self._rubric.run_of(table, table.check[0]), 0).question
+        run = table.run or self._rubric.run_of(table, table.check[0])
+        question = self._rubric.scenario(run, 0).question
+        return "" if question == run else question  # a run without a question has its name
 
 
 def judged(firmware: str, rubric: str, exercise: str, seed: int) -> Verdict:

@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import monotonic
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -25,6 +25,7 @@ from fcu_emulator.emulator.grading.autograder import write_autograder
 from fcu_emulator.emulator.grading.build import Builder
 from fcu_emulator.emulator.grading.copies import with_copies
 from fcu_emulator.emulator.grading.grading import Grader
+from fcu_emulator.emulator.grading.late import late_penalty
 from fcu_emulator.emulator.grading.overrides import load_overrides, with_overrides
 from fcu_emulator.emulator.grading.reports.class_page import summary
 from fcu_emulator.emulator.grading.reports.machine import gradescope_results
@@ -96,7 +97,7 @@ def _graded_class(
         _progress(len(todo)) as advance,
     ):
         for submission, graded in finished:
-            graded = _timed(graded, submission, options)  # noqa: PLW2901
+            graded = _timed(graded, submission, options, rubric)  # noqa: PLW2901
             given = overrides.get(submission.student.id.casefold(), ())
             found[submission.student.id] = _reported(
                 reports, with_overrides(graded, given) if given else graded
@@ -156,15 +157,23 @@ def _check_known(file: Path | None, ids: Iterable[str], submissions: Sequence[Su
         raise InputError(f"{file}: id must be that of a student of this class, not {names}")
 
 
-def _timed(graded: Graded, submission: Submission, options: GradeOptions) -> Graded:
-    """Return the result with the time at which it was handed in, and how late that was."""
+def _timed(graded: Graded, submission: Submission, options: GradeOptions, rubric: Rubric) -> Graded:
+    """Return the result with the time at which it was handed in, how late that was, and what it costs."""
     at, deadline = submission.submitted(), options.deadline
     late_by_s = round((at - deadline).total_seconds()) if at is not None and deadline is not None else 0
     changed = {
         "submitted": at.isoformat(timespec="seconds") if at is not None and not options.anonymous else "",
         "late": submission.is_marked_late or late_by_s > 0,
-        "late_by_s": late_by_s if late_by_s > 0 else None,
     }
+    return _with_lateness(graded.model_copy(update=changed), late_by_s, rubric)
+
+
+def _with_lateness(graded: Graded, late_by_s: float, rubric: Rubric) -> Graded:
+    """Return the result with how late it is, in seconds, and the late penalty of the rubric."""
+    if late_by_s <= 0:
+        return graded
+    penalty = late_penalty(rubric.late, late_by_s, rubric.max_points) if rubric.late is not None else 0.0
+    changed = {"late": True, "late_by_s": round(late_by_s), "late_penalty": penalty}
     return graded.model_copy(update=changed)
 
 
@@ -311,6 +320,7 @@ def _grade_for_gradescope(options: GradeOptions, autograder: Path) -> ExitCode:
     salt = secret(options.salt) if options.salt is not None else secrets.token_bytes(32)
     with _grader(options, rubric, salt) as grader:
         _, graded = next(grader.grade([submission]))
+    graded = _with_lateness(graded, _late_by_s(autograder / "submission_metadata.json"), rubric)
     file = autograder / "results" / "results.json"
     write_atomically(file, json.dumps(gradescope_results(graded), indent=1) + "\n")
     points = "rejected" if graded.points is None else f"{graded.points:g} of {rubric.max_points:g} points"
@@ -334,10 +344,30 @@ def _pack_for_gradescope(options: GradeOptions, file: Path) -> ExitCode:
 def _submitter(metadata: Path) -> Student:
     """Whom Gradescope names; of a group the one with the lowest id, so that the board stays the same."""
     try:
-        with metadata.open("rb") as file:
-            table = json.loads(file.read(_LARGEST_METADATA))
-        users = [user for user in table["users"] if isinstance(user, dict)]
+        users = [user for user in _metadata(metadata)["users"] if isinstance(user, dict)]
         first = min(users, key=lambda user: str(user["id"]))
         return Student(str(first["id"]), str(first.get("name") or ""), str(first.get("email") or ""))
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return Student("gradescope")
+
+
+def _late_by_s(metadata: Path) -> float:
+    """Seconds after the due date, of a group the latest one with its extensions; 0 if Gradescope names none."""
+    try:
+        table = _metadata(metadata)
+        own = [user.get("assignment", {}).get("due_date") for user in table["users"]]
+        due = [datetime.fromisoformat(one) for one in own if one] or [
+            datetime.fromisoformat(table["assignment"]["due_date"])
+        ]
+        return max((datetime.fromisoformat(table["created_at"]) - max(due)).total_seconds(), 0.0)
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        return 0.0
+
+
+def _metadata(file: Path) -> dict[str, Any]:
+    """Gradescope's table of a submission. Raises OSError, ValueError."""
+    with file.open("rb") as source:
+        table = json.loads(source.read(_LARGEST_METADATA))
+    if not isinstance(table, dict):
+        raise TypeError(f"{file} must have an object")
+    return table

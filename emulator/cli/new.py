@@ -6,6 +6,7 @@ lab's computers and in CubeIDE, and a student can look into everything the chip 
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,9 +14,10 @@ from pathlib import Path
 import click
 
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
+from fcu_emulator.emulator.cli.project import shown_exercises
 from fcu_emulator.emulator.cli.toolchain import COMPILER, find_compiler
 from fcu_emulator.emulator.errors import InputError
-from fcu_emulator.emulator.grading.rubric import PROJECT_RUBRIC, Rubric, load_rubric
+from fcu_emulator.emulator.grading.rubric import PROJECT_RUBRIC, ExerciseTable, Rubric, load_rubric
 from fcu_emulator.emulator.system_words import how_to_install, quoted
 from fcu_emulator.emulator.text import visible
 from fcu_emulator.firmware_model import arm
@@ -26,6 +28,8 @@ _PROFILE = {
     profile.bus: "" if profile is _USUAL else f" --profile {profile.name}" for profile in FCU001V1.profiles
 }
 """By bus, what ``fcu run`` has to be told."""
+_WORKFLOW = "lab3"
+_MARKDOWN = re.compile(r"[\\`*_{}\[\]<>#|&]")
 
 
 def create_project(directory: Path, bus: str, rubric: str | None = None) -> None:
@@ -39,7 +43,7 @@ def create_project(directory: Path, bus: str, rubric: str | None = None) -> None
     try:
         if directory.exists() and (not directory.is_dir() or any(directory.iterdir())):
             raise InputError(f"{directory} exists and is not an empty folder; give the name of a new one")
-        _write(directory, bus)
+        _write(directory, bus, lab)
         if lab is not None:
             _copy_rubric(lab, beside, directory)
     except OSError as error:
@@ -60,22 +64,83 @@ def _copy_rubric(rubric: Rubric, beside: Sequence[Path], directory: Path) -> Non
     shutil.copyfile(rubric.path, directory / PROJECT_RUBRIC)
 
 
-def _write(directory: Path, bus: str) -> None:
+def _write(directory: Path, bus: str, lab: Rubric | None) -> None:
     sources = arm.sources()
+    scaffold = sources / "scaffold"
     support = directory / "support"
     support.mkdir(parents=True)
     for pattern in _SUPPORT:
         for file in sorted((sources / "support").glob(pattern)):
             shutil.copyfile(file, support / file.name)
     shutil.copyfile(sources / "template" / "main.c", directory / "main.c")
-    shutil.copyfile(sources / "scaffold" / "README.md", directory / "README.md")
-    shutil.copyfile(sources / "scaffold" / "gitignore", directory / ".gitignore")
-    workflow = directory / ".github" / "workflows" / "lab3.yml"
-    workflow.parent.mkdir(parents=True)
-    shutil.copyfile(sources / "scaffold" / "workflow.yml", workflow)
-    makefile = (sources / "scaffold" / "Makefile").read_text(encoding="utf-8")
+    shutil.copyfile(scaffold / "gitignore", directory / ".gitignore")
+    readme = (scaffold / "README.md").read_text(encoding="utf-8") if lab is None else readme_of(lab)
+    readme += (scaffold / "README-board.md").read_text(encoding="utf-8")
+    _write_text(directory / "README.md", readme)
+    workflow = (scaffold / "workflow.yml").read_text(encoding="utf-8")
+    name = _WORKFLOW
+    if lab is not None:
+        workflow, name = workflow_of(lab, workflow), "check"
+    _write_text(directory / ".github" / "workflows" / f"{name}.yml", workflow)
+    makefile = (scaffold / "Makefile").read_text(encoding="utf-8")
     makefile = makefile.replace(f"BUS ?= {_USUAL.bus}", f"BUS ?= {bus}")
-    (directory / "Makefile").write_text(makefile, encoding="utf-8", newline="\n")
+    _write_text(directory / "Makefile", makefile)
+
+
+def _write_text(path: Path, text: str) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8", newline="\n")
+
+
+def readme_of(rubric: Rubric) -> str:
+    """Return the begin of README.md of a project with its own rubric: title, commands, exercises."""
+    exercises = shown_exercises(rubric)
+    rows = "".join(
+        f"| {one.id} | {_markdown(one.title)} | {_points(one)} | `fcu check --exercise {one.id}` |\n"
+        for one in exercises
+    )
+    return f"""\
+# {_markdown(rubric.title)}
+
+Your program is `main.c`; the places for your code are marked `YOUR CODE HERE`. Everything in `support/` is there to be
+called, and to be read: drivers of the three sensors, the HAL, start-up, linker script.
+
+```
+fcu build && fcu run lab3.elf   # builds it and runs it on the virtual board; Ctrl-C ends
+fcu check                       # builds it, says which exercises are done, and what to do next
+fcu check --boards 5            # judges it on five boards and motions
+fcu web lab3.elf                # shows the board in the browser, with the exercises
+```
+
+`fcu check` judges by `{PROJECT_RUBRIC}` in this folder.
+
+## Exercises
+| exercise | title | points | check |
+|---|---|---|---|
+{rows}
+"""
+
+
+def _points(exercise: ExerciseTable) -> str:
+    """The points of the checks that students see."""
+    return f"{sum(check.points for check in exercise.check if check.visible == 'always'):g}"
+
+
+def workflow_of(rubric: Rubric, usual: str) -> str:
+    """Return the workflow of a project with its own rubric, from that of a LAB3 project."""
+    names = [one.id for one in shown_exercises(rubric)]
+    text = usual.replace(f"name: {_WORKFLOW}\n", "name: check\n")
+    if not names:
+        return text.replace("fcu check --exercise 1 ", "fcu check ")
+    text = text.replace("fcu check --exercise 1 ", f"fcu check --exercise {names[0]} ")
+    if len(names) > 1:
+        return text.replace("add --exercise 2 when", f"add --exercise {names[1]} when")
+    return text.replace("add --exercise 2 when it is done. ", "")
+
+
+def _markdown(text: str) -> str:
+    """A text as it is, also if it has characters of Markdown."""
+    return _MARKDOWN.sub(r"\\\g<0>", text)
 
 
 def _say_what_is_next(directory: Path, bus: str, lab: str) -> None:

@@ -47,7 +47,8 @@ def serve_board(options: WebOptions) -> ExitCode:
         for spec in dict.fromkeys(options.serial):
             links.append(open_link(spec, say=to_stderr))
             stack.callback(links[-1].close)
-        session = Session(setup, server.publish, options.record, links=links, exercises=_exercises())
+        exercises = _exercises(options.firmware)
+        session = Session(setup, server.publish, options.record, links=links, exercises=exercises)
         session.end_s = _end_s(options.duration)
         server.controls = session
         booted = session.board.booted
@@ -75,12 +76,18 @@ def serve_board(options: WebOptions) -> ExitCode:
     return ExitCode.PASSED
 
 
-def _exercises() -> Exercises:
+def _exercises(firmware: str | None) -> Exercises | None:
+    """The exercises of the firmware's project; None if its rubric cannot be used."""
     from fcu_emulator.emulator.cli.exercises import (
         LabExercises,  # with all that judges: not before a board is served
     )
+    from fcu_emulator.emulator.cli.project import rubric_of
 
-    return LabExercises()
+    try:
+        return LabExercises(rubric_of(firmware or ""))
+    except InputError as error:
+        to_stderr(f"the page shows no exercises: {error}")
+        return None
 
 
 def _door(session: Session, links: list[ByteLink], stack: ExitStack) -> Door | None:

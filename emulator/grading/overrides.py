@@ -1,7 +1,7 @@
 """The teacher's overrides: points that a person gives, with a comment, instead of those of the rubric.
 
-A CSV file with the columns ``id`` (the student's), ``what`` (``total``, an exercise such as ``2``, or a check
-such as ``2.pitch``), ``points`` and ``comment``. An override of a check counts in its exercise, that of an
+A CSV file with the columns ``id`` (the student's), ``what`` (``total``, an exercise such as ``2``, a check such as
+``2.pitch``, or ``late penalty``), ``points`` and ``comment``. An override of a check counts in its exercise, that of an
 exercise in the total, and that of the total stands for everything, also for a submission that is not judged.
 """
 
@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from fcu_emulator.emulator.errors import InputError
-from fcu_emulator.emulator.grading.results import TOTAL, Graded, Override
+from fcu_emulator.emulator.grading.results import LATE_PENALTY, TOTAL, Graded, Override
 from fcu_emulator.emulator.grading.roster import delimiter, read_csv
 from fcu_emulator.emulator.grading.rubric import Rubric
 from fcu_emulator.emulator.grading.verdict import CheckResult
@@ -51,7 +51,7 @@ def load_overrides(path: Path, rubric: Rubric) -> dict[str, tuple[Override, ...]
 
 def _override(where: str, row: Mapping[str, str | None], rubric: Rubric) -> tuple[str, Override]:
     student, what, points, comment = ((row.get(name) or "").strip() for name in _COLUMNS)
-    known = [TOTAL]
+    known = [TOTAL, LATE_PENALTY]
     for exercise in rubric.exercises:
         known += [exercise.id, *(f"{exercise.id}.{check.id}" for check in exercise.check)]
     if not student:
@@ -75,6 +75,7 @@ def with_overrides(graded: Graded, overrides: tuple[Override, ...]) -> Graded:
         checks = tuple(_given(check, points.get(check.check)) for check in verdict.checks)
         verdict = verdict.model_copy(update={"checks": checks})
     changed: dict[str, object] = {"overrides": overrides, "verdict": verdict}
+    changed["late_penalty"] = points.get(LATE_PENALTY, graded.late_penalty)
     if graded.status == "partly" and verdict is not None and verdict.counts:  # what was missing is given
         changed |= {"status": "judged", "reason": ""}
     return graded.model_copy(update=changed)

@@ -14,6 +14,7 @@ from typing import Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from fcu_emulator.emulator.grading.late import after_penalty
 from fcu_emulator.emulator.grading.roster import Student
 from fcu_emulator.emulator.grading.rubric import is_shipped
 from fcu_emulator.emulator.grading.verdict import ExerciseTitle, Verdict
@@ -31,10 +32,15 @@ class _Part(BaseModel):
 
 TOTAL = "total"
 """What an override of all points is of."""
+LATE_PENALTY = "late penalty"
+"""What an override of the points that are lost for handing in late is of."""
 
 
 class Override(_Part):
-    """Points that the teacher gives: of a check, an exercise or everything (:data:`TOTAL`)."""
+    """Points that the teacher gives: of a check, an exercise or everything (:data:`TOTAL`).
+
+    Of :data:`LATE_PENALTY`, points that the teacher takes off.
+    """
 
     what: str
     points: float
@@ -48,7 +54,8 @@ class Graded(_Part):
     suffix. ``on_roster``: False for a submission of a student whom the roster does not have. ``files``: the
     names of what was handed in; none in anonymous reports, so ``handed_in`` counts them. ``submitted``: ISO
     8601, in local time, as the platform or the file says. ``late``: after the deadline, or so the platform
-    says; ``late_by_s``: None if it is not known by how much. ``shipped``: "template" or "solution" if it is
+    says; ``late_by_s``: None if it is not known by how much. ``late_penalty``: by the rubric, in points, or as
+    the teacher gives it; :attr:`lost_by_lateness` is what it has cost. ``shipped``: "template" or "solution" if it is
     that of fcu. ``same_source``, ``same_program``: the ids of students who have handed in the same.
     """
 
@@ -68,6 +75,7 @@ class Graded(_Part):
     submitted: str = ""
     late: bool = False
     late_by_s: int | None = None
+    late_penalty: float = 0.0
     program_digest: str = ""
     source_digest: str = ""
     shipped: str = ""
@@ -81,6 +89,19 @@ class Graded(_Part):
         """The points, where they count; never a zero for what was not judged."""
         if (total := self._given(TOTAL)) is not None:
             return total
+        earned = self._earned
+        return None if earned is None else after_penalty(earned, self.late_penalty)
+
+    @property
+    def lost_by_lateness(self) -> float:
+        """The points that the late penalty has cost; 0 if the teacher has given the total."""
+        if self._given(TOTAL) is not None or self._earned is None:
+            return 0.0
+        return round(self._earned - after_penalty(self._earned, self.late_penalty), 4)
+
+    @property
+    def _earned(self) -> float | None:
+        """The points before the late penalty."""
         if self.verdict is None or self.status != "judged":
             return None
         points = (self.points_of(one.exercise) for one in self.verdict.exercises)
@@ -100,6 +121,14 @@ class Graded(_Part):
         if not self.late:
             return ""
         return duration_text(self.late_by_s) if self.late_by_s is not None else "late"
+
+    @property
+    def late_words(self) -> str:
+        """How late it is and the points that it costs: "1 d 2 h: 2 points less"; "" for in time."""
+        if self._given(TOTAL) is None and (self._given(LATE_PENALTY) is not None or self.late_penalty):
+            less = f"{self.late_penalty:g} {'point' if self.late_penalty == 1 else 'points'} less"
+            return f"{self.late_by}: {less}" if self.late else less
+        return self.late_by
 
     @property
     def copies(self) -> str:

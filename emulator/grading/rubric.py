@@ -34,6 +34,7 @@ from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.chip.firmware import WORK_PER_S
 from fcu_emulator.emulator.errors import InputError, RubricError, ScenarioError
 from fcu_emulator.emulator.grading.checks import AnyCheck
+from fcu_emulator.emulator.grading.late import LateTable
 from fcu_emulator.emulator.grading.prerequisites import PrerequisiteError, Prerequisites
 from fcu_emulator.emulator.grading.verdict import Detail, Visibility
 from fcu_emulator.emulator.scenario.expectations import ExpectText
@@ -147,6 +148,7 @@ class RubricFile(Table):
     seed: int | Literal["per-student"] = "per-student"
     run: dict[Name, dict[str, Any]] = Field(min_length=1, max_length=MOST_CHECKS)
     limits: RubricLimits = Field(default_factory=lambda: RubricLimits.model_validate({}))
+    late: LateTable | None = None
     exercise: list[ExerciseTable] = Field(min_length=1, max_length=MOST_EXERCISES)
 
     @model_validator(mode="after")
@@ -180,6 +182,7 @@ class Rubric:
         self.file = str(path)
         self.title = contents.title
         self.limits = contents.limits
+        self.late = contents.late
         self.exercises = contents.exercise
         self._seed = contents.seed
         self._runs = contents.run
@@ -189,7 +192,8 @@ class Rubric:
         self.prerequisites = self._prerequisites()
         sources = {name: self._source(name) for name in contents.run}
         self.digest = _digest([table, sources])
-        self.judging_digest = _digest([_without_words(table), sources])
+        judging = {key: value for key, value in table.items() if key != "late"}
+        self.judging_digest = _digest([_without_words(judging), sources])
         for name in contents.run:
             self.scenario(name, 0)
         self.uncounted: dict[str, int] = {}

@@ -511,6 +511,29 @@ def test_gradescopes_autograder_runs_in_its_folders(autograder: Path) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Gradescope runs Linux")
+@pytest.mark.parametrize(("own_due", "score"), [("2026-11-18T23:00:00-08:00", 0.5), (None, 0.75)])
+def test_gradescopes_autograder_takes_the_late_penalty_off(
+    autograder: Path, own_due: str | None, score: float
+) -> None:
+    with (autograder / "source" / "rubric" / "little.toml").open("a", encoding="utf-8") as rubric:
+        rubric.write("[late]\npenalty_per_day = 0.25\n")
+    user = {"id": 41, "name": "Ada", "assignment": {"due_date": own_due}}
+    times = {
+        "created_at": "2026-11-20T09:00:00+01:00",
+        "assignment": {"due_date": "2026-11-19T23:00:00-08:00"},
+    }
+    (autograder / "submission_metadata.json").write_text(json.dumps({"users": [user], **times}))
+    shutil.copyfile(prebuilt("template"), autograder / "submission" / "lab3.elf")
+    done = run_autograder(autograder)
+    results = json.loads((autograder / "results" / "results.json").read_bytes())
+
+    assert done.returncode == 0, done.stderr
+    assert_is_gradescopes(results)
+    assert (sum(one["score"] for one in results["tests"]), results["score"]) == (1, score)
+    assert f"{1 - score:g} points less" in results["output"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Gradescope runs Linux")
 def test_gradescopes_autograder_says_what_to_hand_in(autograder: Path) -> None:
     (autograder / "submission" / "report.pdf").write_bytes(b"%PDF")
     run_autograder(autograder)

@@ -10,7 +10,9 @@ from pathlib import Path
 import pytest
 
 from fcu_emulator.emulator.cli import execute
+from fcu_emulator.emulator.errors import RubricError
 from fcu_emulator.emulator.grading.results import duration_text
+from fcu_emulator.emulator.grading.rubric import load_rubric
 from tests.grading.layouts import Handed, write_blackboard, write_canvas, write_folders, write_zips
 from tests.grading.test_grade import RUBRIC
 from tests.grading.test_nothing_lost import BAD, GOOD, no_machine
@@ -199,3 +201,86 @@ def test_archive_of_a_class_keeps_the_files_times(where: Path) -> None:
 @pytest.mark.parametrize(("seconds", "text"), [(1, "1 min"), (3600, "1 h"), (86_400 + 60, "1 d 1 min")])
 def test_duration_is_in_days_hours_and_minutes(seconds: int, text: str) -> None:
     assert duration_text(seconds) == text
+
+
+# -- the late penalty ---------------------------------------------------------------------------------------
+
+LATE_RULE = "[late]\npenalty_per_day = 0.25\ngrace_minutes = 5\n"
+"""Of Bob's point, half a point is lost: he is late by a day and an hour."""
+
+
+@pytest.fixture
+def late(where: Path) -> Path:
+    """Ada is in time, Bob is late; the program of Eve, who is late, too, does not compile."""
+    for name, day in (("ada", 20), ("bob", 22), ("eve", 22)):
+        stamp = datetime.fromisoformat(f"2026-11-{day}T01:00").timestamp()
+        os.utime(where / name / "main.c", (stamp, stamp))
+    with (where.parent / "little.toml").open("a", encoding="utf-8") as rubric:
+        rubric.write(LATE_RULE)
+    return where
+
+
+def test_late_penalty_is_in_all_reports(late: Path) -> None:
+    assert grade(late, "--deadline", "2026-11-20T23:59") == 0
+    found = rows(late)
+
+    assert [found[name]["points"] for name in ("ada", "bob", "eve")] == ["1", "0.5", ""]
+    assert [found[name]["late_penalty"] for name in ("ada", "bob")] == ["", "0.5"]
+    assert "0.5 of 3 points" in page(late, "bob")
+    assert "0.5 points less" in page(late, "bob")
+    assert "1 of 3 points" in page(late, "ada")
+    assert "0.5 points less" in (late.parent / "out" / "index.html").read_text(encoding="utf-8")
+    assert '"late_penalty": 0.5' in (late.parent / "out" / "grade.json").read_text(encoding="utf-8")
+
+
+def test_late_penalty_needs_a_deadline_and_more_than_the_grace(late: Path) -> None:
+    grade(late)
+    assert rows(late)["bob"]["points"] == "1"
+    grade(late, "--deadline", "2026-11-22T00:55")
+    assert (rows(late)["bob"]["points"], rows(late)["bob"]["late_by"]) == ("1", "5 min")
+
+
+@pytest.mark.parametrize(
+    ("lines", "points"),
+    [
+        (["bob,late penalty,0,ill"], "1"),
+        (["bob,late penalty,0.25,one day is excused"], "0.75"),
+        (["bob,late penalty,7,"], "0"),
+        (["bob,2.pitch,2,shown"], "2.5"),
+        (["bob,total,3,"], "3"),
+        (["bob,total,3,", "bob,late penalty,1,"], "3"),
+    ],
+)
+def test_override_and_late_penalty(late: Path, lines: list[str], points: str) -> None:
+    grade(late, "--deadline", "2026-11-20T23:59", "--overrides", overrides(late, *lines))
+
+    assert rows(late)["bob"]["points"] == points
+
+
+def test_changed_late_penalty_judges_no_program_again(late: Path) -> None:
+    file = late.parent / "little.toml"
+    digests = []
+    for rule in (LATE_RULE, '[late]\npenalty_per_day = "10 %"\n', ""):
+        file.write_text(RUBRIC + rule, encoding="utf-8")
+        digests.append(load_rubric(file).judging_digest)
+
+    assert len(set(digests)) == 1
+
+
+@pytest.mark.parametrize(
+    ("key", "line"),
+    [
+        ("late.penalty_per_day", "grace_minutes = 3"),
+        ("late.penalty_per_day", 'penalty_per_day = "ten"'),
+        ("late.penalty_per_day", 'penalty_per_day = "110 %"'),
+        ("late.penalty_per_day", "penalty_per_day = -1"),
+        ("late.at_most_days", "penalty_per_day = 1\nat_most_days = 1.5"),
+        ("late.penalty_per_hour", "penalty_per_hour = 1\npenalty_per_day = 1"),
+    ],
+)
+def test_wrong_late_penalty_is_an_error_of_the_file(tmp_path: Path, key: str, line: str) -> None:
+    (tmp_path / "little.toml").write_text(f"{RUBRIC}[late]\n{line}\n", encoding="utf-8")
+
+    with pytest.raises(RubricError) as caught:
+        load_rubric(tmp_path / "little.toml")
+    assert caught.value.key == key

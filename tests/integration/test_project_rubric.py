@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shutil
 import subprocess
 import sys
 from pathlib import Path
+from urllib.parse import urlsplit
 
 import pytest
 
+from fcu_emulator.emulator.live.address import Address
 from fcu_emulator.firmware_model.arm import prebuilt
+from tests.live_fakes import connected
 
 RUBRIC = """\
 schema = 1
@@ -22,6 +26,16 @@ title = "Pitch"
 run = "still"
 [[exercise.check]]
 id = "pitch"
+title = "the pitch is printed"
+expect = [{ kind = "printed", name = "Pitch", longest_gap = "2s" }]
+"""
+SECOND = """\
+[[exercise]]
+id = "2"
+title = "Pitch again"
+run = "still"
+[[exercise.check]]
+id = "again"
 title = "the pitch is printed"
 expect = [{ kind = "printed", name = "Pitch", longest_gap = "2s" }]
 """
@@ -123,3 +137,71 @@ def test_boards_with_options_for_one_board_are_refused(desk: Path, option: list[
     done = fcu(desk, "check", "solution", "--rubric", "pitch.toml", "--boards", "2", *option)
 
     assert (done.returncode, done.stdout) == (2, "")
+
+
+# -- The project's pages ------------------------------------------------------------------------------------
+
+
+TWO = RUBRIC.replace('id = "1"', 'id = "a1"') + SECOND
+HIDDEN = RUBRIC.replace('id = "1"', 'id = "a1"') + SECOND.replace(
+    'id = "again"', 'id = "again"\nvisible = "never"'
+)
+
+
+def offered(folder: Path, firmware: str) -> list[dict[str, str]]:
+    """The exercises that the page of ``fcu web`` gets."""
+    command = [sys.executable, "-m", "fcu_emulator", "web", firmware, "--no-browser"]
+    with subprocess.Popen(command, cwd=folder, stderr=subprocess.PIPE, encoding="utf-8") as server:
+        try:
+            assert server.stderr is not None
+            url = urlsplit(next(found[0] for line in server.stderr if (found := re.search(r"http\S+", line))))
+            assert url.port is not None
+            with connected(Address(url.port, url.fragment.removeprefix("token="))) as client:
+                hello = json.loads(client.recv(timeout=60))
+        finally:
+            server.terminate()
+    exercises: list[dict[str, str]] = hello["exercises"]
+    return exercises
+
+
+@pytest.mark.parametrize("rubric", [TWO, HIDDEN], ids=["two", "one of two hidden"])
+def test_page_offers_the_exercises_of_the_project(desk: Path, rubric: str) -> None:
+    (desk / "pitch.toml").write_text(rubric, encoding="utf-8")
+    fcu(desk, "new", "lab", "--rubric", "pitch.toml")
+    shutil.copyfile(prebuilt("template"), desk / "lab" / "lab3.elf")
+    exercises = offered(desk, "lab/lab3.elf")
+
+    assert [one["id"] for one in exercises] == (["a1", "2"] if rubric is TWO else ["a1"])
+    assert (exercises[0]["title"], exercises[0]["question"]) == ("Pitch", "Is the pitch printed?")
+
+
+def test_page_beside_a_wrong_rubric_offers_no_exercise(desk: Path) -> None:
+    (desk / "rubric.toml").write_text("schema = 1\n", encoding="utf-8")
+
+    assert offered(desk, "template-arm") == []
+
+
+@pytest.mark.parametrize("rubric", [TWO, HIDDEN], ids=["two", "one of two hidden"])
+def test_readme_and_workflow_name_the_exercises_of_the_project(desk: Path, rubric: str) -> None:
+    (desk / "pitch.toml").write_text(rubric.replace("the pitch", "a | b"), encoding="utf-8")
+    fcu(desk, "new", "lab", "--rubric", "pitch.toml")
+    readme = (desk / "lab" / "README.md").read_text(encoding="utf-8")
+    (workflow,) = (desk / "lab" / ".github" / "workflows").iterdir()
+    steps = workflow.read_text(encoding="utf-8")
+
+    assert readme.startswith("# Print a \\| b\n")
+    shown = ["a1", "2"] if rubric is TWO else ["a1"]
+    assert re.findall(r"^\| (\w+) \|.*`fcu check --exercise \1`", readme, re.MULTILINE) == shown
+    assert not re.search("LAB3|tilt_sweep", readme)
+    assert re.findall(r"fcu check --exercise (\S+)", steps) == ["a1"]
+    assert re.findall(r"add --exercise (\S+)", steps) == shown[1:]
+    assert (workflow.name, "lab3" in steps) == ("check.yml", False)
+
+
+def test_project_without_a_rubric_is_of_lab3(desk: Path) -> None:
+    fcu(desk, "new", "lab")
+
+    assert (desk / "lab" / "README.md").read_text(encoding="utf-8").startswith("# LAB3")
+    assert "--exercise 1 " in (desk / "lab" / ".github" / "workflows" / "lab3.yml").read_text(
+        encoding="utf-8"
+    )

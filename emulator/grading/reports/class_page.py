@@ -107,7 +107,7 @@ def _body(graded: GradedClass) -> Iterator[Html]:
     yield from _listed(
         "Not on the roster", [(one, _files(one)) for one in graded.submissions if not one.on_roster]
     )
-    yield from _listed("Late", [(one, one.late_by) for one in graded.submissions if one.late])
+    yield from _listed("Late", [(one, _late(one)) for one in graded.submissions if one.late])
     yield from _listed("Identical", [(one, one.copies) for one in graded.submissions if one.copies])
     yield from _hardest(hardest_checks(graded))
     yield element("h2", "Everybody, by exercise")
@@ -143,6 +143,13 @@ def _listed(title: str, rows: list[tuple[Graded, str]]) -> Iterator[Html]:
             for one, words in rows
         )
         yield element("div", element("table", *cells), class_="scroll")
+
+
+def _late(one: Graded) -> str:
+    """How late, with the points that it has cost if the penalty could not be taken off as a whole."""
+    if one.points is not None and one.lost_by_lateness < one.late_penalty:
+        return f"{one.late_words}, of which {number(one.lost_by_lateness)} taken off"
+    return one.late_words
 
 
 def _files(one: Graded) -> str:

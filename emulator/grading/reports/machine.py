@@ -25,14 +25,24 @@ def grades_csv(graded: GradedClass) -> str:
     """Return a line for each student: who, points and those of each exercise, status, what was handed in."""
     exercises = [exercise.exercise for exercise in graded.exercises]
     columns = ["id", "name", "email", "points", "max_points", *(f"exercise_{name}" for name in exercises)]
-    handed_in = ["on_roster", "handed_in", "files", "submitted", "late_by", "copies", "comment"]
+    handed_in = [
+        "on_roster",
+        "handed_in",
+        "files",
+        "submitted",
+        "late_by",
+        "late_penalty",
+        "copies",
+        "comment",
+    ]
     rows = [[*columns, "status", "reason", *handed_in]]
     for one in graded.submissions:
         row = [one.id, one.name, one.email, _points(one.points), _points(graded.max_points)]
         row += [_points(one.points_of(name)) for name in exercises]
         row += [one.status, one.reason, "yes" if one.on_roster else "no", str(one.handed_in)]
         comments = "; ".join(filter(None, (override.comment for override in one.overrides)))
-        rows.append([*row, ", ".join(one.files), one.submitted, one.late_by, one.copies, comments])
+        late = [one.submitted, one.late_by, _points(one.lost_by_lateness) if one.late else ""]
+        rows.append([*row, ", ".join(one.files), *late, one.copies, comments])
     return csv_text(rows)
 
 
@@ -84,7 +94,8 @@ def gradescope_results(one: Graded) -> dict[str, Any]:
     The fields: https://gradescope-autograders.readthedocs.io/en/latest/specs/. Gradescope shows and hides
     tests by their visibility, so all checks are in it, each with as much detail as the rubric allows. All
     other fields are computed from the visible checks: no total score (Gradescope adds up the tests), and no
-    execution time.
+    execution time. Only a late penalty needs a total score, of all checks: Gradescope shows a total, its own or
+    this one, by the same rules.
 
     Raises NotJudgedError where there is no grade: without the file, Gradescope tells the course's staff that
     the autograder has failed, and lets them run it again.
@@ -114,7 +125,10 @@ def gradescope_results(one: Graded) -> dict[str, Any]:
     open_ = verdict.for_student()
     total = f"{open_.points:g} of {open_.max_points:g} points"
     total += " in the checks that are shown before the due date." if open_.hidden_checks else "."
-    said = "\n".join(filter(None, (total, again, warnings)))
+    late = f"Handed in late by {one.late_words}." if one.late_penalty else ""
+    if one.late_penalty and one.points is not None:
+        results["score"] = one.points
+    said = "\n".join(filter(None, (total, late, again, warnings)))
     return {**results, "output": visible(said.strip(), lines=True), "tests": tests}
 
 

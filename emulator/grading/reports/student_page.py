@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import takewhile
 
+from fcu_emulator.emulator.grading.late import after_penalty
 from fcu_emulator.emulator.grading.reports.following_plot import following_plot
 from fcu_emulator.emulator.grading.reports.markup import Html, element, page
 from fcu_emulator.emulator.grading.reports.plots import series_plot, share_bar
 from fcu_emulator.emulator.grading.reports.style import STYLE
-from fcu_emulator.emulator.grading.results import TOTAL, Graded
+from fcu_emulator.emulator.grading.results import LATE_PENALTY, TOTAL, Graded
 from fcu_emulator.emulator.grading.verdict import Cause, CheckResult, RunEvidence, Verdict
 from fcu_emulator.emulator.system_words import command_line
 
@@ -34,7 +35,7 @@ def _body(graded: Graded, title: str, after_due_date: bool) -> Iterator[Html]:
     if verdict is not None:
         yield element("p", _total(graded, verdict), class_="points")
     if graded.late:
-        by = f" by {graded.late_by}" if graded.late_by_s is not None else ""
+        by = f" by {graded.late_words}" if graded.late_by_s is not None else ""
         yield element("p", f"Handed in late{by}.", class_="quiet")
     if graded.files:
         yield element("p", f"Handed in: {', '.join(graded.files)}", class_="quiet")
@@ -107,6 +108,7 @@ def _total(graded: Graded, verdict: Verdict) -> str:
     if any(one.what == TOTAL for one in graded.overrides) and graded.points is not None:
         return f"{number(graded.points)} points"
     got = sum(_points_of(graded, verdict, one.exercise) for one in verdict.exercises)
+    got = after_penalty(got, graded.late_penalty)
     return f"{number(got)} of {number(verdict.max_points)} points"
 
 
@@ -118,7 +120,7 @@ def _points_of(graded: Graded, verdict: Verdict, exercise: str) -> float:
 def _of_the_teacher(graded: Graded, verdict: Verdict | None) -> Iterator[Html]:
     """The teacher's points and comments, but those of checks that the page does not show."""
     checks = {check.check: check.title for check in verdict.checks} if verdict else {}
-    names = checks | {TOTAL: "everything"}
+    names = checks | {TOTAL: "everything", LATE_PENALTY: "taken off for handing in late"}
     if verdict is not None:
         names |= {one.exercise: f"exercise {one.exercise}: {one.title}" for one in verdict.exercises}
     shown = [one for one in graded.overrides if one.what in names]

@@ -1,0 +1,21 @@
+"""The project that a command works in: which rubric its exercises are from."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from fcu_emulator.emulator.grading.rubric import PROJECT_RUBRIC, ExerciseTable, Rubric
+
+_USUAL_RUBRIC = "lab3"
+
+
+def rubric_of(target: str) -> str:
+    """Return the rubric of a project's folder, or of the folder of a firmware's file; LAB3's without one."""
+    path = Path(target)
+    own = (path if path.is_dir() else path.parent) / PROJECT_RUBRIC
+    return str(own) if own.is_file() else _USUAL_RUBRIC
+
+
+def shown_exercises(rubric: Rubric) -> list[ExerciseTable]:
+    """Return the exercises of which a student sees a check that gives points or a remark."""
+    return [one for one in rubric.exercises if any(check.visible == "always" for check in one.check)]
