@@ -37,7 +37,7 @@ RUN_BY: Final[dict[str, tuple[str, ...]]] = {
 def image(folder: Path) -> Path:
     """The kernels, as the contents of flash."""
     sys.path.insert(0, str(ROOT))
-    from tests.arm.conformance import build
+    from tests.support.arm.conformance import build
 
     elf = build("O2", folder)
     subprocess.run(["arm-none-eabi-objcopy", "-O", "binary", elf, folder / "kernels.bin"], check=True)

@@ -1,1 +1,1 @@
-"""Tests of the virtual board; test doubles are imported as ``tests.<name>``."""
+"""Tests of the virtual board; test doubles are imported as ``tests.support.<name>``."""

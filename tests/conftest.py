@@ -1,4 +1,4 @@
-"""Settings for every test: reproducible hypothesis runs, and helpers importable as ``tests.<name>``."""
+"""Settings for every test: reproducible hypothesis runs, and helpers importable as ``tests.support.<name>``."""
 
 from __future__ import annotations
 

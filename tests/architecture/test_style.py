@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests import recipe
+from tests.support import recipe
 
 ROOT = Path(__file__).parents[2]
 

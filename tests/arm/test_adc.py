@@ -11,7 +11,7 @@ from fcu_emulator.emulator.chip.peripherals.adc import Adc, AdcInputs
 from fcu_emulator.emulator.chip.peripherals.dbgmcu import SYSTEM_MEMORY, system_memory
 from fcu_emulator.emulator.chip.peripherals.peripheral import InterruptInput
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
-from tests.arm.chip_fakes import Chip
+from tests.support.arm.chip_fakes import Chip
 
 # Offsets and bits (RM0368 11.12); CCR is the common register.
 SR, CR1, CR2, SMPR2, SQR1, SQR3, DR, CCR = 0x00, 0x04, 0x08, 0x10, 0x2C, 0x34, 0x4C, 0x304

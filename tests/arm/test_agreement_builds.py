@@ -13,8 +13,8 @@ import pytest
 from fcu_emulator.emulator.analysis.compare import Rules, compare
 from fcu_emulator.emulator.analysis.observation import TERMINAL, Observation
 from fcu_emulator.emulator.trace import RegisterWrite
-from tests.arm.agreement import ran, replayed, text_of
-from tests.scenario_files import HEAD, write
+from tests.support.arm.agreement import ran, replayed, text_of
+from tests.support.scenario_files import HEAD, write
 
 STILL = f"""{HEAD}
 duration = "2.3s"

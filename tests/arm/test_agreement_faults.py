@@ -10,8 +10,8 @@ import pytest
 from fcu_emulator import Board
 from fcu_emulator.emulator.analysis.compare import compare
 from fcu_emulator.emulator.trace import BusTransfer, Fault
-from tests.arm.agreement import ran, text_of
-from tests.scenario_files import IDEAL, write
+from tests.support.arm.agreement import ran, text_of
+from tests.support.scenario_files import IDEAL, write
 
 FAULT = "[[timeline]]\ndo = 'fault'\nkind = '{}'\nat = '{}'\nfor = '{}'\n{}\n"
 

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from fcu_emulator.emulator.analysis.compare import Rules, compare
 from fcu_emulator.emulator.analysis.observation import TERMINAL, TIMER, Entry, Observation
 from fcu_emulator.emulator.scenario import scenario_names
-from tests.arm.agreement import Track, numbers_of, ran, replayed, text_of
+from tests.support.arm.agreement import Track, numbers_of, ran, replayed, text_of
 
 SECONDS = {
     "askew": 3.3,  # figure-of-eight from 1.5 s on

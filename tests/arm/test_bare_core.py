@@ -6,7 +6,7 @@ import pytest
 
 from fcu_emulator.emulator.chip.cpu.bare_core import BareCore, Stop
 from fcu_emulator.emulator.chip.memory_map import FLASH, RAM
-from tests.arm.thumb_assembler import assemble
+from tests.support.arm.thumb_assembler import assemble
 
 CODE = FLASH + 0x200
 DEVICE = 0x4002_0000

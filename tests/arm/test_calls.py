@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fcu_emulator import Board, CallError, InputError
-from tests.arm.call_programs import ABIS, FOLDER, Function, build_elsewhere, functions, value
+from tests.support.arm.call_programs import ABIS, FOLDER, Function, build_elsewhere, functions, value
 
 FUNCTIONS = functions()
 

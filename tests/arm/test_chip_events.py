@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.arm.chip_fakes import NativeChip
+from tests.support.arm.chip_fakes import NativeChip
 
 
 def test_python_events_fire_at_their_time_while_the_chip_lets_time_pass() -> None:

@@ -13,8 +13,8 @@ from fcu_emulator import Board
 from fcu_emulator.emulator.buses.i2c import FaultKind, I2CFault
 from fcu_emulator.emulator.errors import FirmwareError
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US, to_ps
-from tests.arm.recorded_cases import CASES
-from tests.arm.recording import Case, board_of, chip_state
+from tests.support.arm.recorded_cases import CASES
+from tests.support.arm.recording import Case, board_of, chip_state
 
 _WITHOUT_A_CASE_OF_ITS_OWN = ("solution", "template", "broken", "vendor-flight", "vendor-lab3")
 CHOSEN = sorted(name for name in CASES if not name.startswith(_WITHOUT_A_CASE_OF_ITS_OWN))

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.arm.conformance import COMPILER, LEVELS, QEMU, RESULTS, build, on_board, on_qemu
+from tests.support.arm.conformance import COMPILER, LEVELS, QEMU, RESULTS, build, on_board, on_qemu
 
 pytestmark = pytest.mark.skipif(shutil.which(COMPILER) is None, reason=f"{COMPILER} is not installed")
 needs_qemu = pytest.mark.skipif(shutil.which(QEMU) is None, reason=f"{QEMU} is not installed")

@@ -8,7 +8,7 @@ import pytest
 
 from fcu_emulator.emulator.chip.memory_map import FLASH, RAM
 from fcu_emulator.emulator.trace import DeviceNote
-from tests.arm.core_bench import PROBE, STACK, CoreBench, store
+from tests.support.arm.core_bench import PROBE, STACK, CoreBench, store
 
 
 def run(body: str) -> CoreBench:

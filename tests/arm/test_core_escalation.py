@@ -16,8 +16,8 @@ from fcu_emulator.emulator.chip.cpu.exceptions import (
     UNSTKERR,
 )
 from fcu_emulator.emulator.chip.memory_map import RAM
-from tests.arm.core_bench import STACK, CoreBench, interrupts, store
-from tests.arm.core_faults import (
+from tests.support.arm.core_bench import STACK, CoreBench, interrupts, store
+from tests.support.arm.core_faults import (
     ALL_ENABLED,
     HANDLERS,
     HARD_FAULT,

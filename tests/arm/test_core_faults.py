@@ -18,8 +18,8 @@ from fcu_emulator.emulator.chip.cpu.exceptions import (
     VECTTBL,
 )
 from fcu_emulator.emulator.chip.memory_map import RAM
-from tests.arm.core_bench import CODE, STACK, CoreBench, store
-from tests.arm.core_faults import (
+from tests.support.arm.core_bench import CODE, STACK, CoreBench, store
+from tests.support.arm.core_faults import (
     ALL_ENABLED,
     BUS_FAULT,
     HANDLERS,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tests.arm.core_bench import STACK, CoreBench, interrupts, store
+from tests.support.arm.core_bench import STACK, CoreBench, interrupts, store
 
 T, PADDED = 1 << 24, 1 << 9
 FPU_ON = store("CPACR", 0x00F0_0000)

@@ -8,8 +8,8 @@ from __future__ import annotations
 import pytest
 
 from fcu_emulator.emulator.chip.memory_map import RAM
-from tests.arm.core_bench import ENTRY_CYCLES, CoreBench, interrupts, store
-from tests.arm.core_interrupts import HANDLERS, bench
+from tests.support.arm.core_bench import ENTRY_CYCLES, CoreBench, interrupts, store
+from tests.support.arm.core_interrupts import HANDLERS, bench
 
 
 def masked(mask: str, unmask: str, priorities: dict[int, int], number: int = 2) -> CoreBench:

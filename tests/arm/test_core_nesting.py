@@ -11,7 +11,14 @@ from dataclasses import dataclass, field
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.arm.core_bench import CHAIN_CYCLES, ENTRY_CYCLES, RETURN_CYCLES, CoreBench, interrupts, store
+from tests.support.arm.core_bench import (
+    CHAIN_CYCLES,
+    ENTRY_CYCLES,
+    RETURN_CYCLES,
+    CoreBench,
+    interrupts,
+    store,
+)
 
 INPUTS = 5
 FIRST_US, END_US = 300, 3_000

@@ -4,8 +4,15 @@ from __future__ import annotations
 
 import pytest
 
-from tests.arm.core_bench import CHAIN_CYCLES, ENTRY_CYCLES, RETURN_CYCLES, CoreBench, interrupts, store
-from tests.arm.core_interrupts import bench
+from tests.support.arm.core_bench import (
+    CHAIN_CYCLES,
+    ENTRY_CYCLES,
+    RETURN_CYCLES,
+    CoreBench,
+    interrupts,
+    store,
+)
+from tests.support.arm.core_interrupts import bench
 
 
 def order(priorities: dict[int, int], *pulses: tuple[float, int], before: str = "") -> list[int]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from fcu_emulator.emulator.trace import DeviceNote
-from tests.arm.chip_fakes import NativeChip
-from tests.arm.core_bench import STACK, SYMBOLS, CoreBench, interrupts, store
+from tests.support.arm.chip_fakes import NativeChip
+from tests.support.arm.core_bench import STACK, SYMBOLS, CoreBench, interrupts, store
 
 
 def run(body: str) -> CoreBench:

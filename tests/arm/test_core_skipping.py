@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from fcu_emulator.emulator.time.clock import PS_PER_MS
-from tests.arm.core_bench import CoreBench, interrupts, store
-from tests.arm.core_programs import state
+from tests.support.arm.core_bench import CoreBench, interrupts, store
+from tests.support.arm.core_programs import state
 
 TICKING = store("SYST_RVR", 9_999) + store("SYST_CVR", 0) + store("SYST_CSR", 7)
 TICK = """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.arm.core_bench import ENTRY_CYCLES, CoreBench, interrupts, store
+from tests.support.arm.core_bench import ENTRY_CYCLES, CoreBench, interrupts, store
 
 BACK_US = ENTRY_CYCLES + 4 + 1 + 10 + 3
 """From the interrupt to the log behind it: entry, handler (its log, BX), return, and the log's store."""

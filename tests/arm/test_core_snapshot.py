@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fcu_emulator.emulator.chip.memory_map import RAM
-from tests.arm.core_bench import CoreBench
-from tests.arm.core_programs import stirred
+from tests.support.arm.core_bench import CoreBench
+from tests.support.arm.core_programs import stirred
 
 END_US = 20_000
 

@@ -7,8 +7,8 @@ from fractions import Fraction
 import pytest
 
 from fcu_emulator.emulator.time.clock import PS_PER_S
-from tests.arm.chip_fakes import NativeChip
-from tests.arm.core_bench import ENTRY_CYCLES, CoreBench, store
+from tests.support.arm.chip_fakes import NativeChip
+from tests.support.arm.core_bench import ENTRY_CYCLES, CoreBench, store
 
 ENABLE, TICKINT, CLKSOURCE, COUNTFLAG = 1, 2, 4, 1 << 16
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import pytest
 
 from fcu_emulator.emulator.chip.memory_map import RAM
-from tests.arm.core_bench import STACK, CoreBench, interrupts, store
+from tests.support.arm.core_bench import STACK, CoreBench, interrupts, store
 
 CURRENT = RAM  # which thread runs: 0 or 1
 TOPS = RAM + 4  # its saved stack pointer, by thread

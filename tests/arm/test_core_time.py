@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from fcu_emulator.emulator.chip.cpu.core import CYCLES_PER_INSTRUCTION
 from fcu_emulator.emulator.time.clock import PS_PER_S
-from tests.arm.core_bench import CoreBench, interrupts, store
-from tests.arm.core_programs import state, stirred
+from tests.support.arm.core_bench import CoreBench, interrupts, store
+from tests.support.arm.core_programs import state, stirred
 
 END_US = 100_000
 

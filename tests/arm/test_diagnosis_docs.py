@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.arm.broken_programs import EXPECTED, without_times
+from tests.support.arm.broken_programs import EXPECTED, without_times
 
 PAGE = Path(__file__).parents[2] / "docs" / "diagnosis.md"
 EXAMPLES = re.findall(r"^<!-- (\w+) -->\n```text\n(.*?)\n```$", PAGE.read_text(), re.DOTALL | re.MULTILINE)

@@ -7,7 +7,7 @@ import pytest
 from fcu_emulator import Board
 from fcu_emulator.emulator.chip.memory_map import FLASH
 from fcu_emulator.firmware_model.arm import prebuilt
-from tests.arm.thumb_assembler import Labels, assemble
+from tests.support.arm.thumb_assembler import Labels, assemble
 
 NOP = 0xBF00
 CODE = FLASH + 0x3_0000

@@ -12,7 +12,7 @@ from fcu_emulator import Board, I2CNackError
 from fcu_emulator.emulator.chip.cpu.bare_core import BareCore
 from fcu_emulator.emulator.chip.diagnosis import probe
 from fcu_emulator.firmware_model import arm
-from tests.arm.broken_programs import EXPECTED, FOLDER, RUN_S, diagnosed, run, without_times
+from tests.support.arm.broken_programs import EXPECTED, FOLDER, RUN_S, diagnosed, run, without_times
 
 COMPILER = "arm-none-eabi-gcc"
 RUNS_ON = {"ended", "gpio_without_clock", "slow_callback", "unshifted_address", "watchdog"}

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fcu_emulator.emulator.chip.peripherals.dma import DmaLines
-from tests.arm.chip_fakes import NativeChip
+from tests.support.arm.chip_fakes import NativeChip
 
 EN, TCIE, HTIE, TEIE = 1, 1 << 4, 1 << 3, 1 << 2
 CIRC, PINC, MINC, DBM, CT = 1 << 8, 1 << 9, 1 << 10, 1 << 18, 1 << 19

@@ -14,10 +14,10 @@ from fcu_emulator import Board
 from fcu_emulator.emulator.grading.judge import judge
 from fcu_emulator.emulator.grading.rubric import load_rubric
 from fcu_emulator.emulator.scenario import run
-from tests.arm import student_programs
-from tests.arm.graded_programs import lost, staged
-from tests.arm.student_programs import Change, Program, build
 from tests.integration.test_cli_check import fcu
+from tests.support.arm import student_programs
+from tests.support.arm.graded_programs import lost, staged
+from tests.support.arm.student_programs import Change, Program, build
 
 MISTAKES = student_programs.programs("exercises.toml")
 ALL = bool(os.environ.get("FCU_ALL_STUDENTS"))

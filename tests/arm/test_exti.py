@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.arm.chip_fakes import NativeChip
+from tests.support.arm.chip_fakes import NativeChip
 
 IMR, EMR, RTSR, FTSR, SWIER, PR = 0x00, 0x04, 0x08, 0x0C, 0x10, 0x14
 EXTICR1, EXTICR2 = 0x08, 0x0C

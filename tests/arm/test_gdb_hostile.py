@@ -10,7 +10,7 @@ from fcu_emulator.emulator.chip.gdb.description import REGISTERS
 from fcu_emulator.emulator.chip.gdb.session import Session
 from fcu_emulator.emulator.chip.memory_map import RAM
 from fcu_emulator.emulator.time.clock import PS_PER_US
-from tests.arm.core_bench import CODE, PROBE, CoreBench, interrupts, store
+from tests.support.arm.core_bench import CODE, PROBE, CoreBench, interrupts, store
 
 PROGRAM = f"""
 reset:  {interrupts({3: 0})}

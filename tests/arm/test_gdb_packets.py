@@ -22,7 +22,7 @@ from fcu_emulator.emulator.chip.gdb.packets import (
 from fcu_emulator.emulator.chip.gdb.session import Ending
 from fcu_emulator.emulator.chip.gdb.target import Point, PointKind, Stop
 from fcu_emulator.emulator.chip.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE
-from tests.arm.gdb_fakes import INSTRUCTION_PS, LOOP_END, START, Debugger, FakeTarget
+from tests.support.arm.gdb_fakes import INSTRUCTION_PS, LOOP_END, START, Debugger, FakeTarget
 
 STOPPED = b"T05thread:1;"
 VERBS = b"?gGpPmMXcCsSZzHTDkqQv!bidnrRtA"

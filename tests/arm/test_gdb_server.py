@@ -17,7 +17,7 @@ from fcu_emulator.emulator.errors import FirmwareError, InputError, LinkError
 from fcu_emulator.emulator.links.runner import Runner
 from fcu_emulator.emulator.loopback import HOST
 from fcu_emulator.emulator.time.clock import PS_PER_MS
-from tests.arm.gdb_fakes import START, Client, FakeTarget
+from tests.support.arm.gdb_fakes import START, Client, FakeTarget
 
 SLICE_PS = 100_000
 

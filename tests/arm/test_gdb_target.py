@@ -10,8 +10,8 @@ from fcu_emulator.emulator.chip.gdb.core_target import CoreTarget
 from fcu_emulator.emulator.chip.gdb.target import Point, PointKind, Stop
 from fcu_emulator.emulator.chip.memory_map import FLASH, RAM
 from fcu_emulator.emulator.time.clock import PS_PER_US
-from tests.arm.core_bench import CODE, PROBE, CoreBench, interrupts, store
-from tests.arm.thumb_assembler import assemble
+from tests.support.arm.core_bench import CODE, PROBE, CoreBench, interrupts, store
+from tests.support.arm.thumb_assembler import assemble
 
 
 class Debugged:

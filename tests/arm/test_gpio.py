@@ -11,7 +11,7 @@ from fcu_emulator.emulator.chip.library import ChipBlock, FcuChip
 from fcu_emulator.emulator.chip.peripherals.gpio import ConnectedPins
 from fcu_emulator.emulator.time.clock import Clock
 from fcu_emulator.emulator.trace import GpioEdge, Trace
-from tests.arm.chip_fakes import NativeChip
+from tests.support.arm.chip_fakes import NativeChip
 
 MODER, OTYPER, PUPDR, IDR, ODR, BSRR, LCKR, AFRL = 0x00, 0x04, 0x0C, 0x10, 0x14, 0x18, 0x1C, 0x20
 OUTPUT, ALTERNATE, ANALOG = 1, 2, 3

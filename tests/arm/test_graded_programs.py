@@ -1,6 +1,6 @@
 """Exercises done one after the other turn green one after the other; mistakes lose where they should.
 
-All of the class: ``python -m tests.arm.graded_programs``; here some of it, by the exercises that it is about.
+All of the class: ``python -m tests.support.arm.graded_programs``; here some of it, by the exercises that it is about.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from fcu_emulator import Board
 from fcu_emulator.emulator.grading.judge import judge
 from fcu_emulator.emulator.grading.rubric import Rubric, load_rubric
 from fcu_emulator.emulator.grading.verdict import Verdict
-from tests.arm import graded_programs, student_programs
-from tests.arm.graded_programs import EXERCISES, OPTIMISATION, lost, staged
-from tests.arm.student_programs import build
+from tests.support.arm import graded_programs, student_programs
+from tests.support.arm.graded_programs import EXERCISES, OPTIMISATION, lost, staged
+from tests.support.arm.student_programs import build
 
 MISTAKES = student_programs.programs("mistakes.toml")
 VARIANTS = student_programs.programs("variants.toml")

@@ -10,7 +10,7 @@ import pytest
 from fcu_emulator import Board
 from fcu_emulator.emulator.time.clock import PS_PER_MS
 from fcu_emulator.emulator.trace import DeviceNote, Fault
-from tests.arm.hostile_programs import (
+from tests.support.arm.hostile_programs import (
     EVERY_CLOCK_AND_INTERRUPT,
     FLASH,
     LOOK_AWAY,

@@ -15,7 +15,7 @@ import pytest
 
 from fcu_emulator.emulator.chip.memory_map import BLOCKS
 from fcu_emulator.emulator.time.clock import PS_PER_MS
-from tests.arm.hostile_programs import (
+from tests.support.arm.hostile_programs import (
     CODE,
     EVERY_CLOCK_AND_INTERRUPT,
     FLASH,

@@ -19,8 +19,8 @@ from fcu_emulator.emulator.chip import native
 from fcu_emulator.emulator.chip.image import load_firmware
 from fcu_emulator.emulator.chip.memory_map import FLASH
 from fcu_emulator.firmware_model.arm import prebuilt
-from tests.arm import speed_programs
-from tests.arm.vendor_programs import file
+from tests.support.arm import speed_programs
+from tests.support.arm.vendor_programs import file
 
 STREAMS = 100_000
 FOLDER = Path(__file__).with_name("hostile")

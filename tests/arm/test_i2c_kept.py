@@ -12,9 +12,23 @@ from fcu_emulator.emulator.buses.i2c import I2CFault, I2CTarget
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US
 from fcu_emulator.emulator.trace import BusTransfer
 from fcu_emulator.sensors.part import SubaddressTarget
-from tests.arm.comm_bench import RAM, CommBench
-from tests.arm.hal_i2c import ACK, ADDR, AF, BTF, CR1, DR, RXNE, SB, SR1, START, STOP, HalError, HalI2c
 from tests.contract.test_sensor_declarations import Asking
+from tests.support.arm.comm_bench import RAM, CommBench
+from tests.support.arm.hal_i2c import (
+    ACK,
+    ADDR,
+    AF,
+    BTF,
+    CR1,
+    DR,
+    RXNE,
+    SB,
+    SR1,
+    START,
+    STOP,
+    HalError,
+    HalI2c,
+)
 
 LSM6DSL, LIS2MDL, LPS22HB = 0x6B, 0x1E, 0x5D
 SWITCHED_ON = (

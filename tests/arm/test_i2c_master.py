@@ -12,8 +12,8 @@ from fcu_emulator.emulator.buses.i2c import FaultKind, I2CFault
 from fcu_emulator.emulator.chip.peripherals.peripheral import ALREADY_PS
 from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
 from fcu_emulator.emulator.trace import BusTransfer
-from tests.arm.comm_bench import RAM, CommBench
-from tests.arm.hal_i2c import (
+from tests.support.arm.comm_bench import RAM, CommBench
+from tests.support.arm.hal_i2c import (
     ADDR,
     AF,
     ARLO,

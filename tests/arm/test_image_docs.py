@@ -11,7 +11,7 @@ import pytest
 from fcu_emulator.emulator.chip.firmware import Limits
 from fcu_emulator.emulator.chip.image import parse_firmware
 from fcu_emulator.emulator.errors import FirmwareFileError
-from tests.arm.elf_builder import FLASH, RESET, Load, code, debug_elf, elf, hex_text
+from tests.support.arm.elf_builder import FLASH, RESET, Load, code, debug_elf, elf, hex_text
 
 PAGE = (Path(__file__).parents[2] / "docs" / "firmware-files.md").read_text(encoding="utf-8")
 X86_64 = elf(machine=62, ident=b"\x7fELF\x02\x01\x01")

@@ -10,7 +10,7 @@ from elftools.elf.elffile import ELFFile
 
 from fcu_emulator.emulator.chip.image import parse_firmware
 from fcu_emulator.emulator.errors import FirmwareFileError
-from tests.arm.elf_builder import FLASH, RAM, Load, Section, code, debug_elf, elf, patched
+from tests.support.arm.elf_builder import FLASH, RAM, Load, Section, code, debug_elf, elf, patched
 
 PREBUILT = sorted((Path(__file__).parents[2] / "firmware_model/arm/prebuilt").glob("*.elf"))
 E_TYPE, E_PHOFF, E_SHOFF, E_PHENTSIZE, E_PHNUM, E_SHNUM = 16, 28, 32, 42, 44, 48

@@ -16,8 +16,8 @@ import pytest
 from fcu_emulator.emulator.chip.image import FirmwareImage, Symbols, parse_firmware
 from fcu_emulator.emulator.chip.memory_map import fits
 from fcu_emulator.emulator.errors import FirmwareFileError
-from tests.arm.elf_builder import FLASH, MAIN, RAM, RESET, code, debug_elf
-from tests.arm.mutations import OF_ELF, mutated
+from tests.support.arm.elf_builder import FLASH, MAIN, RAM, RESET, code, debug_elf
+from tests.support.arm.mutations import OF_ELF, mutated
 
 PREBUILT = Path(__file__).parents[2] / "firmware_model/arm/prebuilt/solution-i2c2.elf"
 ADDRESSES = (0, 1, FLASH, RESET, RESET | 1, MAIN + 6, RAM, 0x0803_FFFF, 0xFFFF_FFFE)

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from fcu_emulator.emulator.chip.image import parse_firmware
 from fcu_emulator.emulator.errors import FirmwareFileError
-from tests.arm.elf_builder import FLASH, RAM, RESET, code
+from tests.support.arm.elf_builder import FLASH, RAM, RESET, code
 
 END = ":00000001FF"
 

@@ -11,7 +11,7 @@ import pytest
 from fcu_emulator.emulator.chip.image import load_firmware, parse_firmware
 from fcu_emulator.emulator.chip.image.image import LONGEST_FILE
 from fcu_emulator.emulator.errors import FirmwareFileError, InputError
-from tests.arm.elf_builder import FLASH, RAM, RAM_END, RESET, Load, code, elf
+from tests.support.arm.elf_builder import FLASH, RAM, RAM_END, RESET, Load, code, elf
 
 FLASH_SIZE = 256 * 1024
 

@@ -28,7 +28,7 @@ from fcu_emulator.emulator.strategies import (
 )
 from fcu_emulator.emulator.testing.lab3 import Angles, Compiled, PythonModel, Subject, lab3_properties, replay
 from fcu_emulator.firmware_model import arm
-from tests.arm.call_programs import FOLDER
+from tests.support.arm.call_programs import FOLDER
 
 WRONG_YAW = FOLDER / "wrong_yaw.elf"
 """The solution with a wrap gone wrong: ``if (azimuth < 0) azimuth = 180 - azimuth;``."""

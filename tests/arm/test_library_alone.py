@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from fcu_emulator.emulator.chip.native import FOLDER, library_name
-from tests.arm.conformance import COMPILER, RESULTS, build
+from tests.support.arm.conformance import COMPILER, RESULTS, build
 
 DRIVER = Path(__file__).parents[2] / "building" / "run_library.c"
 needed = {COMPILER, "cc"}

@@ -11,9 +11,9 @@ import pytest
 
 from fcu_emulator.emulator.chip.cpu.bare_core import BareCore, Stop
 from fcu_emulator.emulator.chip.memory_map import FLASH, RAM
-from tests.arm.core_bench import CoreBench
-from tests.arm.core_programs import state, stirred
-from tests.arm.engine_pair import (
+from tests.support.arm.core_bench import CoreBench
+from tests.support.arm.core_programs import state, stirred
+from tests.support.arm.engine_pair import (
     CODE,
     GENERAL,
     THUMB,

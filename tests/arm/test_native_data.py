@@ -8,7 +8,7 @@ from random import Random
 
 import pytest
 
-from tests.arm.engine_pair import (
+from tests.support.arm.engine_pair import (
     CODE,
     GENERAL,
     EnginePair,

@@ -18,7 +18,7 @@ import pytest
 from fcu_emulator.emulator.chip.cpu.bare_core import BareCore, Stop
 from fcu_emulator.emulator.chip.cpu.core_registers import CORE, EVERYTHING, IT_BITS, Registers
 from fcu_emulator.emulator.chip.memory_map import FLASH, RAM, RAM_SIZE
-from tests.arm.random_code import random_code
+from tests.support.arm.random_code import random_code
 
 INSTRUCTIONS = 400
 SEEDS, EACH = 120, 20

@@ -6,7 +6,7 @@ from itertools import product
 
 import pytest
 
-from tests.arm.engine_pair import GENERAL, EnginePair, Form, any_values
+from tests.support.arm.engine_pair import GENERAL, EnginePair, Form, any_values
 
 TWICE = {"m": [number << 4 | number for number in GENERAL]}
 """The register stands in the encoding twice."""

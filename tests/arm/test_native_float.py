@@ -8,7 +8,7 @@ import pytest
 
 from fcu_emulator.emulator.chip.cpu.core_registers import Registers
 from fcu_emulator.emulator.chip.memory_map import RAM
-from tests.arm.engine_pair import CODE, GENERAL, EnginePair, Fields, Form, Values, any_values
+from tests.support.arm.engine_pair import CODE, GENERAL, EnginePair, Fields, Form, Values, any_values
 
 ACTIVE = 0xC
 """CONTROL.FPCA, and a bit that Unicorn sets with it: a context that has used floating point."""

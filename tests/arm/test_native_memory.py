@@ -13,7 +13,7 @@ import pytest
 from fcu_emulator.emulator.chip.cpu.bare_core import BareCore, Stop
 from fcu_emulator.emulator.chip.cpu.core_registers import IT_BITS, Registers
 from fcu_emulator.emulator.chip.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE, SYSTEM_MEMORY
-from tests.arm.engine_pair import (
+from tests.support.arm.engine_pair import (
     CODE,
     GENERAL,
     THUMB,
@@ -25,7 +25,7 @@ from tests.arm.engine_pair import (
     any_values,
     register_name,
 )
-from tests.arm.thumb_assembler import assemble
+from tests.support.arm.thumb_assembler import assemble
 
 WITH_SP = range(15)
 """Any register but PC."""

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from fcu_emulator.emulator.chip.chip import SystemBlocks
 from fcu_emulator.emulator.chip.peripherals.rcc import NOMINAL, Oscillators, frequencies, pll
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US
-from tests.arm.chip_fakes import Chip, NativeChip
+from tests.support.arm.chip_fakes import Chip, NativeChip
 
 CR, PLLCFGR, CFGR, CIR = 0x00, 0x04, 0x08, 0x0C
 APB1RSTR, AHB1ENR, APB1ENR, BDCR, CSR = 0x20, 0x30, 0x40, 0x70, 0x74

@@ -1,6 +1,6 @@
 """Whole runs against their records: what a build does is what the build did that the records were made with.
 
-``python -m tests.arm.recording`` tells more about a difference, and records anew after a deliberate change.
+``python -m tests.support.arm.recording`` tells more about a difference, and records anew after a deliberate change.
 """
 
 from __future__ import annotations
@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
-from tests.arm import recording
-from tests.arm.recorded_cases import CASES
-from tests.arm.recording import FOLDER, Case, Record, counts_of, differences
+from tests.support.arm import recording
+from tests.support.arm.recorded_cases import CASES
+from tests.support.arm.recording import FOLDER, Case, Record, counts_of, differences
 
 ALL_RECORDS_BYTES = 600_000
 PROGRAM = CASES["assembly-i2c-by-dma"]
@@ -26,7 +26,7 @@ def test_the_run_is_the_recorded_one(name: str, traced: bool) -> None:
     now = recording.record(CASES[name], traced=traced, counts=counts_of(recorded))
     found = differences(recorded, now)
 
-    assert not found, "\n".join([*found, f"python -m tests.arm.recording {name} tells more"])
+    assert not found, "\n".join([*found, f"python -m tests.support.arm.recording {name} tells more"])
 
 
 def test_every_record_belongs_to_a_case_and_all_are_small() -> None:

@@ -24,7 +24,7 @@ from fcu_emulator.emulator.chip.registers.block import WORD, BlockRegister
 from fcu_emulator.emulator.chip.registers.c_header import file_name, header
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_US
 from fcu_emulator.emulator.trace import DeviceNote
-from tests.arm.chip_fakes import Chip, NativeChip
+from tests.support.arm.chip_fakes import Chip, NativeChip
 
 ROOT = Path(__file__).parents[2]
 SUPPORT = ROOT / "firmware_model" / "arm" / "support"

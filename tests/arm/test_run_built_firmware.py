@@ -15,7 +15,7 @@ from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.scenario import check
 from fcu_emulator.emulator.trace import DeviceNote
 from fcu_emulator.firmware_model.arm import prebuilt
-from tests.arm.hostile_programs import program
+from tests.support.arm.hostile_programs import program
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 FLASH = 0x0800_0000

@@ -9,8 +9,8 @@ import pytest
 
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_US
 from fcu_emulator.firmware_model.arm import prebuilt
-from tests.arm.speed_bench import Chip, Result
-from tests.arm.speed_programs import (
+from tests.support.arm.speed_bench import Chip, Result
+from tests.support.arm.speed_programs import (
     COUNTS_IN_RAM,
     I2C_BY_DMA,
     I2C_BY_INTERRUPT,

@@ -17,8 +17,8 @@ from fcu_emulator.emulator.chip.library import FcuChip
 from fcu_emulator.emulator.chip.targets import Targets
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_US
 from fcu_emulator.emulator.trace import BusTransfer, RegisterWrite
-from tests.arm.comm_bench import CommBench
 from tests.arm.test_spi_master import BIDIOE, CR1, LIS2MDL, LPS22HB, LSM6DSL, SPE, StSpi, put, three_wire
+from tests.support.arm.comm_bench import CommBench
 
 OUTPUTS = [(LSM6DSL, 0x20, 14), (LIS2MDL, 0x68, 6), (LPS22HB, 0x28, 5)]
 STATUS = [(LSM6DSL, 0x1E), (LIS2MDL, 0x67), (LPS22HB, 0x27)]

@@ -10,7 +10,7 @@ from fcu_emulator import Board
 from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
 from fcu_emulator.emulator.trace import BusTransfer, DeviceNote
 from fcu_emulator.sensors.spi import SpiTarget
-from tests.arm.comm_bench import RAM, CommBench
+from tests.support.arm.comm_bench import RAM, CommBench
 
 CR1, CR2, SR, DR = 0x00, 0x04, 0x08, 0x0C  # RM0368 20.5
 MSTR, SPE, LSBFIRST, SSI, SSM, DFF = 1 << 2, 1 << 6, 1 << 7, 1 << 8, 1 << 9, 1 << 11

@@ -17,11 +17,11 @@ from fcu_emulator import Board
 from fcu_emulator.emulator.analysis.mistakes import explain
 from fcu_emulator.emulator.analysis.witness import Witness
 from fcu_emulator.emulator.grading.rubric import load_rubric
-from tests.arm import student_programs
-from tests.arm.graded_programs import staged
-from tests.arm.student_programs import OPTIMISATIONS, Program, build, said, without_numbers
-from tests.arm.vendor_programs import file
 from tests.integration.test_cli import fcu
+from tests.support.arm import student_programs
+from tests.support.arm.graded_programs import staged
+from tests.support.arm.student_programs import OPTIMISATIONS, Program, build, said, without_numbers
+from tests.support.arm.vendor_programs import file
 
 MISTAKES = student_programs.programs("mistakes.toml")
 VARIANTS = student_programs.programs("variants.toml")

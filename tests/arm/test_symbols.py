@@ -7,7 +7,7 @@ import struct
 import pytest
 
 from fcu_emulator.emulator.chip.image import parse_firmware
-from tests.arm.elf_builder import (
+from tests.support.arm.elf_builder import (
     ACC,
     COUNT,
     END_SEQUENCE,
@@ -28,7 +28,7 @@ from tests.arm.elf_builder import (
     set_address,
     uleb,
 )
-from tests.arm.symbol_programs import contents, loaded, memory, named, replaced
+from tests.support.arm.symbol_programs import contents, loaded, memory, named, replaced
 
 # functions
 

@@ -8,7 +8,7 @@ import zlib
 import pytest
 
 from fcu_emulator.emulator.chip.image.dwarf import Budget
-from tests.arm.elf_builder import (
+from tests.support.arm.elf_builder import (
     ACC,
     END_SEQUENCE,
     GLOBAL_FUNC,
@@ -20,7 +20,7 @@ from tests.arm.elf_builder import (
     uleb,
     unit,
 )
-from tests.arm.symbol_programs import contents, loaded, memory, named, replaced
+from tests.support.arm.symbol_programs import contents, loaded, memory, named, replaced
 
 
 @pytest.mark.parametrize("name", [".debug_info", ".debug_line", ".debug_abbrev"])

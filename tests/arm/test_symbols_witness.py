@@ -10,10 +10,10 @@ from pathlib import Path
 from elftools.elf.elffile import ELFFile
 
 from fcu_emulator.emulator.chip.image import Symbols, load_firmware
-from tests.arm.elf_builder import (
+from tests.support.arm.elf_builder import (
     debug_sections,
 )
-from tests.arm.symbol_programs import loaded, memory
+from tests.support.arm.symbol_programs import loaded, memory
 
 SOLUTION = Path(__file__).parents[2] / "firmware_model/arm/prebuilt/solution-i2c2.elf"
 

@@ -15,7 +15,7 @@ from fcu_emulator.emulator.chip.chip import SystemBlocks
 from fcu_emulator.emulator.chip.cpu.python_blocks import NOT_MODELLED
 from fcu_emulator.emulator.chip.peripherals.dbgmcu import SYSTEM_MEMORY, system_memory
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US
-from tests.arm.chip_fakes import Chip
+from tests.support.arm.chip_fakes import Chip
 
 ACR, KEYR, SR, CR = 0x00, 0x04, 0x0C, 0x10
 RCC_CSR = 0x74

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.arm.thumb_assembler import assemble
+from tests.support.arm.thumb_assembler import assemble
 
 ENCODINGS = [  # with "back" two instructions before, and "ahead" behind the second one after
     ("nop", "00bf"),

@@ -6,7 +6,7 @@ import pytest
 
 from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
 from fcu_emulator.emulator.trace import TickLate, TickLost
-from tests.arm.chip_fakes import NativeChip
+from tests.support.arm.chip_fakes import NativeChip
 
 CR1, SMCR, DIER, SR, EGR, CNT, PSC, ARR = 0x00, 0x08, 0x0C, 0x10, 0x14, 0x24, 0x28, 0x2C
 UG = 1

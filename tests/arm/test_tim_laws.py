@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fcu_emulator.emulator.time.clock import PS_PER_S
-from tests.arm.chip_fakes import NativeChip
-from tests.arm.timer_oracle import SlowTimer
+from tests.support.arm.chip_fakes import NativeChip
+from tests.support.arm.timer_oracle import SlowTimer
 
 CR1, DIER, SR, EGR, CCMR1 = 0x00, 0x0C, 0x10, 0x14, 0x18
 CNT, PSC, ARR, RCR, CCR1 = 0x24, 0x28, 0x2C, 0x30, 0x34

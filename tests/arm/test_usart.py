@@ -13,8 +13,8 @@ from fcu_emulator.emulator.buses.uart import Uart
 from fcu_emulator.emulator.chip.peripherals.usart import ConnectedUsarts, Usart, wire_terminal
 from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
 from fcu_emulator.emulator.trace import TerminalBytes
-from tests.arm.chip_fakes import NativeChip
-from tests.arm.comm_bench import ACCESS_PS, FakeProcessor
+from tests.support.arm.chip_fakes import NativeChip
+from tests.support.arm.comm_bench import ACCESS_PS, FakeProcessor
 
 SR, DR, BRR, CR1, CR2, CR3 = 0x00, 0x04, 0x08, 0x0C, 0x10, 0x14
 ORE, IDLE, RXNE, TC, TXE = 1 << 3, 1 << 4, 1 << 5, 1 << 6, 1 << 7

@@ -11,9 +11,9 @@ import pytest
 
 from fcu_emulator import Board
 from fcu_emulator.firmware_model import arm
-from tests.arm.recording import chip_state
 from tests.arm.test_firmware_build import compiler_of, needs_compiler
-from tests.arm.vendor_programs import VENDOR, file, laps_line, numbers
+from tests.support.arm.recording import chip_state
+from tests.support.arm.vendor_programs import VENDOR, file, laps_line, numbers
 
 CCR = ("34", "38", "3C", "40")
 PROGRAMS = sorted(path.stem for path in VENDOR.glob("*.elf"))

@@ -22,8 +22,8 @@ from fcu_emulator.emulator.grading.rubric import load_rubric
 from fcu_emulator.emulator.grading.verdict import Verdict
 from fcu_emulator.emulator.time.clock import PS_PER_MS
 from fcu_emulator.emulator.trace import DeviceNote, GpioEdge
-from tests.arm.heavy_programs import all_programs, mixtures
-from tests.arm.hostile_programs import RAM, board_with, program, put, word
+from tests.support.arm.heavy_programs import all_programs, mixtures
+from tests.support.arm.hostile_programs import RAM, board_with, program, put, word
 
 PROGRAMS = all_programs()
 BEGUN_PS = PS_PER_MS // 2

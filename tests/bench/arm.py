@@ -7,9 +7,9 @@ import tempfile
 from pathlib import Path
 
 from fcu_emulator import Board
-from tests.arm import vendor_programs as vendor
-from tests.arm.speed_programs import ARITHMETIC, POLLS_A_PIN, SHOWS_A_PIN, program
 from tests.bench.row import Row, factor
+from tests.support.arm import vendor_programs as vendor
+from tests.support.arm.speed_programs import ARITHMETIC, POLLS_A_PIN, SHOWS_A_PIN, program
 
 _HSI_HZ = 16_000_000
 _NOMINAL = 84_000_000 / _HSI_HZ  # the programs in assembly run from HSI: a second of theirs is less work

@@ -1,4 +1,4 @@
-"""Every setting the documents forbid leaves one note that names it (the list: ``tests.impossible_settings``).
+"""Every setting the documents forbid leaves one note that names it (the list: ``tests.support.impossible_settings``).
 
 What the part does all the same is tested beside the function concerned.
 """
@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import pytest
 
-from tests.impossible_settings import BANK_A, CASES, FIFO_BUS, FIFO_ON, FUNC_EN, MAIN, XL_104, Case
-from tests.sensor_fakes import Chip
+from tests.support.impossible_settings import BANK_A, CASES, FIFO_BUS, FIFO_ON, FUNC_EN, MAIN, XL_104, Case
+from tests.support.sensor_fakes import Chip
 
 
 def forbidden(chip: Chip) -> list[str]:

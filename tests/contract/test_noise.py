@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 from fcu_emulator.sensors.lis2mdl import LIS2MDLErrors
 from fcu_emulator.sensors.lps22hb import LPS22HBErrors
 from fcu_emulator.sensors.lsm6dsl import LSM6DSLErrors
-from tests.sensor_fakes import (
+from tests.support.sensor_fakes import (
     ACCELEROMETER,
     GYROSCOPE,
     MAGNETOMETER,

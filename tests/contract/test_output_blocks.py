@@ -12,7 +12,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition, rule
 
-from tests.sensor_fakes import (
+from tests.support.sensor_fakes import (
     ACCELEROMETER,
     GYROSCOPE,
     LIS2MDL_TEMPERATURE,

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.sensor_fakes import PS_PER_MS, Chip, ramp
+from tests.support.sensor_fakes import PS_PER_MS, Chip, ramp
 
 CTRL1_XL, CTRL2_G, CTRL3_C, CTRL5_C, CTRL7_G = 0x10, 0x11, 0x12, 0x14, 0x16
 PATTERNS = (

@@ -6,7 +6,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.sensor_fakes import CHANNELS, FACTS, PARTS, PS_PER_MS, PS_PER_S, Channel, Chip, PartFacts, ramp
+from tests.support.sensor_fakes import (
+    CHANNELS,
+    FACTS,
+    PARTS,
+    PS_PER_MS,
+    PS_PER_S,
+    Channel,
+    Chip,
+    PartFacts,
+    ramp,
+)
 
 ADDRESSES = st.integers(0, 0x7F)
 BYTES = st.integers(0, 0xFF)

@@ -14,7 +14,7 @@ from fcu_emulator.sensors.declaration import Bus
 from fcu_emulator.sensors.part import Part, SubaddressTarget
 from fcu_emulator.sensors.register import ADDRESSES, Register, RegisterMap
 from fcu_emulator.sensors.spi import READ, SpiTarget
-from tests.sensor_fakes import CHANNELS, PARTS, Channel
+from tests.support.sensor_fakes import CHANNELS, PARTS, Channel
 
 parts = pytest.mark.parametrize("part", PARTS.values(), ids=list(PARTS))
 WORLD = {

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.sensor_fakes import CHANNELS, PARTS, PS_PER_MS, Channel, Chip, ramp
+from tests.support.sensor_fakes import CHANNELS, PARTS, PS_PER_MS, Channel, Chip, ramp
 
 RUN_PS = 2000 * PS_PER_MS
 MOMENTS = st.integers(1, RUN_PS - 1)

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import pytest
 
-from tests.sensor_fakes import CHANNELS, PARTS, PS_PER_S, Channel, Chip
+from tests.support.sensor_fakes import CHANNELS, PARTS, PS_PER_S, Channel, Chip
 
 RATED = [
     channel

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.sensor_fakes import (
+from tests.support.sensor_fakes import (
     ACCELEROMETER,
     CHANNELS,
     GYROSCOPE,

@@ -9,7 +9,16 @@ import pytest
 from fcu_emulator import Board
 from fcu_emulator.emulator.adapters import BusioI2C, virtual_time
 from fcu_emulator.emulator.buses.i2c import I2CFault
-from tests.driver_fakes import ATTITUDES, SETTLED_S, Vector, board_axes, changes, field_ut, settled, within
+from tests.support.driver_fakes import (
+    ATTITUDES,
+    SETTLED_S,
+    Vector,
+    board_axes,
+    changes,
+    field_ut,
+    settled,
+    within,
+)
 
 adafruit_lis2mdl = pytest.importorskip("adafruit_lis2mdl", reason="pip install -e '.[test]'")
 

@@ -9,7 +9,7 @@ import pytest
 
 from fcu_emulator import Board
 from fcu_emulator.emulator.adapters import BusioI2C, virtual_time
-from tests.driver_fakes import SETTLED_S, changes, settled
+from tests.support.driver_fakes import SETTLED_S, changes, settled
 
 adafruit_lps2x = pytest.importorskip("adafruit_lps2x", reason="pip install -e '.[test]'")
 adafruit_lps35hw = pytest.importorskip("adafruit_lps35hw")

@@ -9,7 +9,7 @@ import pytest
 
 from fcu_emulator import Board
 from fcu_emulator.emulator.adapters import BusioI2C, virtual_time
-from tests.driver_fakes import (
+from tests.support.driver_fakes import (
     ATTITUDES,
     G_M_S2,
     SETTLED_S,

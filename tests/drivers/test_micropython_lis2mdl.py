@@ -8,7 +8,7 @@ import pytest
 
 from fcu_emulator import Board
 from fcu_emulator.emulator.adapters import MachineI2C, virtual_time
-from tests.driver_fakes import ATTITUDES, SETTLED_S, Vector, board_axes, field_ut, settled, within
+from tests.support.driver_fakes import ATTITUDES, SETTLED_S, Vector, board_axes, field_ut, settled, within
 
 package = pytest.importorskip("micropython_lis2mdl", reason="pip install -e '.[test]'")
 lis2mdl = pytest.importorskip("micropython_lis2mdl.lis2mdl")

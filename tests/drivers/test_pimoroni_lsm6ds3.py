@@ -6,7 +6,7 @@ import pytest
 
 from fcu_emulator import Board
 from fcu_emulator.emulator.adapters import SMBus
-from tests.driver_fakes import (
+from tests.support.driver_fakes import (
     ATTITUDES,
     SETTLED_S,
     Vector,

@@ -9,7 +9,7 @@ import pytest
 
 from fcu_emulator import Board
 from fcu_emulator.emulator.adapters import SensirionI2C, virtual_time
-from tests.driver_fakes import SETTLED_S, settled
+from tests.support.driver_fakes import SETTLED_S, settled
 
 sensirion_i2c_driver = pytest.importorskip("sensirion_i2c_driver", reason="pip install -e '.[test]'")
 i2c_channel = pytest.importorskip("sensirion_driver_adapters.i2c_adapter.i2c_channel")

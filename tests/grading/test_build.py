@@ -16,7 +16,7 @@ from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.grading.build import SANDBOX, Builder, CompileError
 from fcu_emulator.emulator.grading.submissions import Source
 from fcu_emulator.firmware_model import arm
-from tests.arm import student_programs
+from tests.support.arm import student_programs
 
 TEMPLATE = (arm.sources() / "template" / "main.c").read_bytes()
 

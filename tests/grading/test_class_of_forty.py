@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.grading import class_of_forty, class_of_layouts
+from tests.campaigns import class_of_forty, class_of_layouts
 from tests.grading.test_build import needs_compiler, needs_sandbox
 from tests.grading.test_grade import RUBRIC
 from tests.grading.test_nothing_lost import no_machine

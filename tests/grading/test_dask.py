@@ -69,7 +69,7 @@ def kill_victim(told: Path, killed: list[int]) -> None:
 
 
 def test_a_worker_killed_in_the_middle_loses_nothing_and_nothing_is_judged_twice(tmp_path: Path) -> None:
-    from tests.grading.dask_cluster import cluster
+    from tests.campaigns.dask_cluster import cluster
 
     (tmp_path / "little.toml").write_text(RUBRIC, encoding="utf-8")
     rubric = load_rubric(tmp_path / "little.toml")

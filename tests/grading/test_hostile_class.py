@@ -27,7 +27,7 @@ from fcu_emulator.emulator.grading.rubric import load_rubric
 from fcu_emulator.emulator.grading.submissions import Source
 from fcu_emulator.firmware_model import arm
 from fcu_emulator.firmware_model.arm import prebuilt
-from tests.attacks import classes
+from tests.campaigns.attacks import classes
 from tests.grading.test_build import builder, needs_compiler, needs_sandbox, walled
 from tests.grading.test_grade import RUBRIC, autograder, grade, kept, out, rubric, run_autograder, table
 
@@ -79,7 +79,7 @@ def test_name_that_is_not_utf8_is_graded_under_an_escaped_id(
 
 
 def test_damaged_classes_are_graded_to_the_end(tmp_path: Path) -> None:
-    """A share of the campaign ``python -m tests.attacks``."""
+    """A share of the campaign ``python -m tests.campaigns.attacks``."""
     from random import Random
 
     assert sum(1 for _ in classes.archives(300, Random(1), tmp_path)) == 300

@@ -22,9 +22,9 @@ from fcu_emulator.emulator.grading.build import Built, CompileError
 from fcu_emulator.emulator.grading.platforms import shown_name
 from fcu_emulator.emulator.grading.results import GradedClass
 from fcu_emulator.emulator.grading.submissions import Firmware, RejectedError, Source
-from tests.grading.layouts import LAYOUTS, Handed
 from tests.grading.test_grade import RUBRIC
 from tests.grading.test_reports import assert_harmless, check, verdict
+from tests.support.layouts import LAYOUTS, Handed
 
 VERDICT = verdict(check("1.a", points=1, outcome="passed"))
 GOOD, BAD = b"int main(void) { return 0; }", b"this does not compile"

@@ -13,10 +13,10 @@ from fcu_emulator.emulator.cli import execute
 from fcu_emulator.emulator.errors import RubricError
 from fcu_emulator.emulator.grading.results import duration_text
 from fcu_emulator.emulator.grading.rubric import load_rubric
-from tests.grading.layouts import Handed, write_blackboard, write_canvas, write_folders, write_zips
 from tests.grading.test_grade import RUBRIC
 from tests.grading.test_nothing_lost import BAD, GOOD, no_machine
 from tests.grading.test_reports import check, verdict
+from tests.support.layouts import Handed, write_blackboard, write_canvas, write_folders, write_zips
 
 __all__ = ["no_machine"]
 

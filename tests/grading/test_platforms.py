@@ -10,8 +10,8 @@ import pytest
 
 from fcu_emulator.emulator.grading.roster import Roster, Student
 from fcu_emulator.emulator.grading.submissions import RejectedError, Source, Submission, find_submissions
-from tests.grading.layouts import LAYOUTS, Handed, write_gradescope, write_ilias_teams
 from tests.grading.test_submissions import tree
+from tests.support.layouts import LAYOUTS, Handed, write_gradescope, write_ilias_teams
 
 ADA = Handed(
     "1815", "Ada", "Lovelace", {"main.c": b"1", "motion.c": b"2", "motion.h": b"3", "notes.txt": b"4"}

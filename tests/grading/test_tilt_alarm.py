@@ -17,7 +17,7 @@ from fcu_emulator.emulator.grading.rubric import json_schema, load_rubric
 from fcu_emulator.emulator.grading.trials import trials
 from fcu_emulator.emulator.grading.verdict import Verdict
 from fcu_emulator.firmware_model import arm
-from tests.arm import student_programs
+from tests.support.arm import student_programs
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "tilt-alarm.md").read_text(encoding="utf-8")

@@ -1,4 +1,4 @@
-"""A few tries of each campaign of ``python -m tests.attacks``, and a short soak."""
+"""A few tries of each campaign of ``python -m tests.campaigns.attacks``, and a short soak."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.attacks.__main__ import ATTACKS, row
-from tests.attacks.attack import Attack, carry_out
+from tests.campaigns.attacks.__main__ import ATTACKS, row
+from tests.campaigns.attacks.attack import Attack, carry_out
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="/proc, /dev/full and POSIX signals")
 FEW = {
@@ -46,8 +46,8 @@ def test_what_breaks_is_told(tmp_path: Path) -> None:
 @linux
 @pytest.mark.parametrize("firmware", ["lab3", "solution"])
 def test_a_long_run_takes_no_more_than_a_short_one(firmware: str) -> None:
-    """Two hours are ``python -m tests.soak``; here the middle of a minute is held against its end."""
-    from tests.soak import soak
+    """Two hours are ``python -m tests.campaigns.soak``; here the middle of a minute is held against its end."""
+    from tests.campaigns.soak import soak
 
     first, *_, before, middle, last = soak(firmware, 40.0, every_s=10.0)
     assert first.ticks > 0

@@ -16,7 +16,7 @@ from fcu_emulator.emulator.buses.i2c import FaultKind, I2CFault
 from fcu_emulator.emulator.python_cpu.hal import HAL_BUSY, HAL_ERROR, HAL_OK, HAL_TIMEOUT, Hal
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
 from fcu_emulator.emulator.trace import BusTransfer, Fault, GpioEdge, TickLate, TickLost
-from tests.board_fakes import script, start_timer
+from tests.support.board_fakes import script, start_timer
 
 BOOT = (  # the lab's text
     "STEVAL-FCU001V1 FH rev.1.0 - Sep 2017\n\n"

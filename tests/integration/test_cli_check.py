@@ -14,8 +14,8 @@ import pytest
 
 from fcu_emulator.emulator.grading.verdict import Verdict
 from fcu_emulator.firmware_model.arm import prebuilt
-from tests.arm import student_programs
 from tests.arm.test_agreement_student import solved, write_code
+from tests.support.arm import student_programs
 
 ROOT = Path(__file__).parents[2]
 STUDENT = ROOT / "docs" / "student.md"

@@ -21,8 +21,8 @@ from fcu_emulator.emulator.scenario import load_scenario, scenario_names
 from fcu_emulator.emulator.scenario.observed import FIELDS
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
 from fcu_emulator.firmware_model.hal import HAL_OK
-from tests.board_fakes import script
 from tests.integration.test_cli import fcu, one_line_error
+from tests.support.board_fakes import script
 
 END_PS = 10 * PS_PER_S
 SHORT_PS = 3 * PS_PER_S  # boot takes 1 s: two blocks are printed

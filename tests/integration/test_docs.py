@@ -17,7 +17,7 @@ from fcu_emulator import Board, BusTransfer
 from fcu_emulator.emulator.grading.judge import judge
 from fcu_emulator.emulator.grading.rubric import load_rubric
 from fcu_emulator.emulator.scenario import run, scenario_names
-from tests import recipe
+from tests.support import recipe
 
 ROOT = Path(__file__).parents[2]
 PAGES = [path for folder in (".", "docs", "changes") for path in sorted((ROOT / folder).glob("*.md"))]

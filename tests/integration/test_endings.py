@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from fcu_emulator.firmware_model.arm import prebuilt
-from tests.scenario_files import HEAD, write
+from tests.support.scenario_files import HEAD, write
 
 pytestmark = [
     pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals"),

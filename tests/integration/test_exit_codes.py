@@ -16,7 +16,7 @@ import pytest
 from fcu_emulator.firmware_model.arm import prebuilt
 from tests.grading.test_build import needs_compiler
 from tests.grading.test_grade import RUBRIC
-from tests.scenario_files import HEAD, write
+from tests.support.scenario_files import HEAD, write
 
 PASSED, FAILED, USAGE_ERROR, FIRMWARE_FAILED, NOT_JUDGED = range(5)
 READER_GONE = 141

@@ -9,8 +9,8 @@ import pytest
 from fcu_emulator.emulator.grading.judge import judge
 from fcu_emulator.emulator.grading.rubric import load_rubric
 from fcu_emulator.emulator.grading.verdict import CheckResult
-from tests.arm import student_programs
-from tests.arm.student_programs import Change, Program
+from tests.support.arm import student_programs
+from tests.support.arm.student_programs import Change, Program
 
 WRONG_YAW = Path(__file__).parents[1] / "arm" / "calls" / "wrong_yaw.elf"
 STUCK = Path(__file__).parents[1] / "arm" / "broken" / "delay_in_callback.elf"

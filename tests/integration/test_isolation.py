@@ -28,7 +28,7 @@ from tests.integration.test_exit_codes import (
     posix,
     run_scenario,
 )
-from tests.scenario_files import HEAD, write
+from tests.support.scenario_files import HEAD, write
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="limits that only Linux keeps; /proc")
 DIED = "fcu: the worker process has died: "

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.journeys import C_FILES, NATIVE
+from tests.support.journeys import C_FILES, NATIVE
 
 ROOT = Path(__file__).parents[2]
 AT_MOST = {
@@ -27,7 +27,7 @@ LINE = re.compile(r"^(\S.*?) +(\d+)(?:\+(\d+))? files in Python(?:, (\d+) in C)?
 def measured() -> dict[str, tuple[int, int, int]]:
     """In a process of its own: what is imported already is not imported on the way."""
     done = subprocess.run(
-        [sys.executable, "-m", "tests.journeys"], cwd=ROOT, capture_output=True, text=True, check=True
+        [sys.executable, "-m", "tests.support.journeys"], cwd=ROOT, capture_output=True, text=True, check=True
     )
     return {
         name: (int(files), int(beyond or 0), int(in_c or 0))
@@ -64,7 +64,7 @@ def test_the_architecture_page_leads_where_the_journeys_lead() -> None:
     page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
     sections = re.findall(r"^## Journey \d: .*?\n(.*?)(?=^## |^`python)", page, re.DOTALL | re.MULTILINE)
     done = subprocess.run(
-        [sys.executable, "-m", "tests.journeys", "--files"],
+        [sys.executable, "-m", "tests.support.journeys", "--files"],
         cwd=ROOT,
         capture_output=True,
         text=True,

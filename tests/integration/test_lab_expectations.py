@@ -12,7 +12,7 @@ from fcu_emulator import Board
 from fcu_emulator.emulator.scenario import Result, run
 from fcu_emulator.firmware_model import LabFirmware
 from fcu_emulator.firmware_model.hal import PRINTF, Hal
-from tests.scenario_files import HEAD, refusal, write
+from tests.support.scenario_files import HEAD, refusal, write
 
 IDEAL = f'{HEAD}[sensors]\ngrade = "ideal"\n'
 THRESHOLD = '[[threshold]]\nquantity = "roll"\nvalue = 45\nmargin = 1\n'

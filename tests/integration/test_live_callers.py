@@ -16,7 +16,7 @@ from fcu_emulator.emulator.live import messages, server
 from fcu_emulator.emulator.live.requests import Requests
 from fcu_emulator.emulator.live.server import PageServer
 from fcu_emulator.emulator.loopback import HOST
-from tests.live_fakes import connected
+from tests.support.live_fakes import connected
 
 PATIENCE_S = 30
 UPGRADE = (

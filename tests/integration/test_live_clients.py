@@ -13,8 +13,8 @@ from fcu_emulator.emulator.live.messages import Checked, Event
 from fcu_emulator.emulator.live.past import MOST_PRINTS, MOST_STATES, Past
 from fcu_emulator.emulator.live.setup import Setup
 from fcu_emulator.firmware_model.arm import prebuilt
-from tests.arm.broken_programs import FOLDER
-from tests.live_fakes import Page, do
+from tests.support.arm.broken_programs import FOLDER
+from tests.support.live_fakes import Page, do
 
 
 def state(t_s: float, **variables: float) -> messages.State:

@@ -22,7 +22,7 @@ from fcu_emulator.emulator.live.session import Session
 from fcu_emulator.emulator.live.setup import Setup
 from fcu_emulator.emulator.loopback import HOST
 from fcu_emulator.emulator.time.clock import PS_PER_MS
-from tests.live_fakes import do
+from tests.support.live_fakes import do
 
 DEADLINE_S = 30.0
 

@@ -14,7 +14,7 @@ from fcu_emulator.emulator.grading.judge import judge
 from fcu_emulator.emulator.grading.rubric import load_rubric
 from fcu_emulator.emulator.live.messages import Checked
 from fcu_emulator.firmware_model.arm import prebuilt
-from tests.arm.broken_programs import FOLDER
+from tests.support.arm.broken_programs import FOLDER
 
 
 @pytest.fixture

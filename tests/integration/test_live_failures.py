@@ -28,8 +28,8 @@ from fcu_emulator.emulator.live.messages import (
 from fcu_emulator.emulator.live.session import Session
 from fcu_emulator.emulator.live.setup import Setup
 from fcu_emulator.firmware_model.arm import prebuilt
-from tests.live_fakes import Page, do
-from tests.scenario_files import HEAD, write
+from tests.support.live_fakes import Page, do
+from tests.support.scenario_files import HEAD, write
 
 FULL = OSError(errno.ENOSPC, "No space left on device")
 FAILURES = [

@@ -20,8 +20,8 @@ from fcu_emulator.emulator.live.session import Session
 from fcu_emulator.emulator.live.setup import Setup
 from fcu_emulator.emulator.python_cpu.hal import HAL_OK, Hal
 from fcu_emulator.firmware_model.arm import prebuilt
-from tests.live_fakes import Reader
-from tests.recipe import GreenhouseBoard
+from tests.support.live_fakes import Reader
+from tests.support.recipe import GreenhouseBoard
 
 playwright = pytest.importorskip("playwright.sync_api")
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")

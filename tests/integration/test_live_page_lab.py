@@ -13,9 +13,9 @@ from fcu_emulator.emulator.live import gestures
 from fcu_emulator.emulator.live.setup import Setup
 from fcu_emulator.emulator.python_cpu.hal import Hal
 from fcu_emulator.firmware_model.arm import prebuilt
-from tests.arm.broken_programs import FOLDER
 from tests.integration import test_live_page as live
 from tests.integration.test_live_page import until
+from tests.support.arm.broken_programs import FOLDER
 
 chromium, browser, served = live.chromium, live.browser, live.served
 pytestmark = live.pytestmark

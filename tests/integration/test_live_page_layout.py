@@ -14,8 +14,8 @@ import pytest
 
 from fcu_emulator.emulator.cli.exercises import LabExercises
 from fcu_emulator.emulator.live.setup import Setup
-from tests.arm.broken_programs import FOLDER
 from tests.integration import test_live_page as live
+from tests.support.arm.broken_programs import FOLDER
 
 chromium, browser = live.chromium, live.browser
 pytestmark = live.pytestmark

@@ -20,8 +20,8 @@ from fcu_emulator.emulator.live.outbox import Outbox
 from fcu_emulator.emulator.live.server import PageServer
 from fcu_emulator.emulator.live.session import Session
 from fcu_emulator.emulator.live.setup import Setup
-from tests.live_fakes import connected
-from tests.live_fuzz import fuzzed
+from tests.campaigns.live_fuzz import fuzzed
+from tests.support.live_fakes import connected
 
 
 @contextmanager

@@ -18,9 +18,9 @@ from fcu_emulator.emulator.live.setup import Setup
 from fcu_emulator.emulator.python_cpu.hal import Hal
 from fcu_emulator.emulator.scenario import load_scenario
 from fcu_emulator.firmware_model.arm import prebuilt
-from tests.live_fakes import Page, Reader, Wall, do
-from tests.recipe import GreenhouseBoard
-from tests.scenario_files import SHORT, write
+from tests.support.live_fakes import Page, Reader, Wall, do
+from tests.support.recipe import GreenhouseBoard
+from tests.support.scenario_files import SHORT, write
 
 SCRIPT = [
     (1.2, do(do="follow_attitude", pitch_deg=30)),

@@ -11,8 +11,8 @@ from fcu_emulator.emulator.cli.new import create_project
 from fcu_emulator.emulator.live import messages
 from fcu_emulator.emulator.live.messages import Event
 from fcu_emulator.emulator.live.setup import Setup
-from tests.arm import student_programs
-from tests.live_fakes import Page, do
+from tests.support.arm import student_programs
+from tests.support.live_fakes import Page, do
 
 pytestmark = pytest.mark.skipif(
     not student_programs.is_buildable(), reason="arm-none-eabi-gcc or make is not installed"

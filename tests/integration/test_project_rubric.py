@@ -14,7 +14,7 @@ import pytest
 
 from fcu_emulator.emulator.live.address import Address
 from fcu_emulator.firmware_model.arm import prebuilt
-from tests.live_fakes import connected
+from tests.support.live_fakes import connected
 
 RUBRIC = """\
 schema = 1

@@ -23,7 +23,7 @@ from fcu_emulator import (
     load_scenario,
     run,
 )
-from tests.board_fakes import script
+from tests.support.board_fakes import script
 
 OF_CONTRIBUTORS = {"recipes", "new-sensor-and-board"}  # pages about the inside, for those who change it
 DOCS = [

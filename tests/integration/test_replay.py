@@ -15,8 +15,8 @@ from fcu_emulator.emulator.board.firmware import FirmwareFactory, python_firmwar
 from fcu_emulator.emulator.python_cpu.hal import HAL_OK, Hal
 from fcu_emulator.emulator.scenario import scenario_names
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
-from tests.board_fakes import script
-from tests.scenario_files import IDEAL, write
+from tests.support.board_fakes import script
+from tests.support.scenario_files import IDEAL, write
 
 LSM6DSL, LPS22HB = 0xD6, 0xBA
 

@@ -12,7 +12,7 @@ from fcu_emulator import Board, InputError
 from fcu_emulator.emulator.scenario import check, load_scenario, run, scenario_names
 from fcu_emulator.emulator.trace import TerminalBytes
 from fcu_emulator.emulator.world import World
-from tests.scenario_files import HEAD, IDEAL, SHORT, play, write
+from tests.support.scenario_files import HEAD, IDEAL, SHORT, play, write
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 PLACE = """[world.place]

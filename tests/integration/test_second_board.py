@@ -23,7 +23,7 @@ from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.scenario import json_schema
 from fcu_emulator.firmware_model.arm import prebuilt
 from fcu_emulator.sensors import LSM6DSL
-from tests.recipe import GreenhouseBoard
+from tests.support.recipe import GreenhouseBoard
 
 GREENHOUSE: BoardDescription = GreenhouseBoard.description
 HTX221_AT, LPS22HB_AT = 0x5F, 0x5C

@@ -1,11 +1,11 @@
-"""The responses and the noise that ``python -m tests.signal_chain`` draws, each at a few points."""
+"""The responses and the noise that ``python -m tests.support.signal_chain`` draws, each at a few points."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from tests.signal_chain import Resting, Setting, allan_deviation, at_rest, gain, resting, settings
+from tests.support.signal_chain import Resting, Setting, allan_deviation, at_rest, gain, resting, settings
 
 
 @pytest.mark.parametrize("setting", settings(), ids=lambda setting: setting.name)

@@ -15,8 +15,8 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, rule
 
-from tests.bus_faces import COUNTS_PER_SAMPLE, Face
-from tests.sensor_fakes import ACCELEROMETER, FACTS, MAGNETOMETER, PRESSURE, Channel, Writes
+from tests.support.bus_faces import COUNTS_PER_SAMPLE, Face
+from tests.support.sensor_fakes import ACCELEROMETER, FACTS, MAGNETOMETER, PRESSURE, Channel, Writes
 
 FIXTURES = Path(__file__).parents[1] / "fixtures" / "registers"
 BYTE = st.integers(0, 0xFF)

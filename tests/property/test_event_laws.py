@@ -10,7 +10,7 @@ from typing import NamedTuple
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.motion_fakes import (
+from tests.support.motion_fakes import (
     CTRL8_XL,
     D6D_SRC,
     DRDY_PULSE_CFG,

@@ -18,7 +18,7 @@ from fcu_emulator.sensors.lsm6dsl import LSM6DSLErrors
 from fcu_emulator.sensors.part import Part
 from fcu_emulator.sensors.register_file import EACH_ALONE
 from fcu_emulator.sensors.sampling import PS_PER_S, Times
-from tests.keeping_masters import BurstKeeper, ByteKeeper, LiveBursts, LiveBytes, Master
+from tests.support.keeping_masters import BurstKeeper, ByteKeeper, LiveBursts, LiveBytes, Master
 
 GRADE: Grade = "typical"
 PARTS = ("LSM6DSL", "LIS2MDL", "LPS22HB")

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, rule
 
 from fcu_emulator.sensors.lis2mdl import LIS2MDLErrors
-from tests.sensor_fakes import PS_PER_MS, PS_PER_US, Array, Chip
+from tests.support.sensor_fakes import PS_PER_MS, PS_PER_US, Array, Chip
 
 A, B, C, CONTROL, SOURCE, THRESHOLD, STATUS, OUT, OFFSET = (
     0x60,

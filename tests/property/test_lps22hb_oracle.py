@@ -12,8 +12,8 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, rule
 
-from tests.lps22hb_oracle import PERIOD_PS, RATE_HZ, Oracle
-from tests.sensor_fakes import PS_PER_S, Array, Chip
+from tests.support.lps22hb_oracle import PERIOD_PS, RATE_HZ, Oracle
+from tests.support.sensor_fakes import PS_PER_S, Array, Chip
 
 INTERRUPT_CFG, THS_P_L, CTRL_REG1, CTRL_REG2, CTRL_REG3, FIFO_CTRL = 0x0B, 0x0C, 0x10, 0x11, 0x12, 0x14
 REF_P_XL, RPDS_L, INT_SOURCE, FIFO_STATUS, STATUS, PRESS_OUT_XL = 0x15, 0x18, 0x25, 0x26, 0x27, 0x28

@@ -8,8 +8,8 @@ from math import lcm
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.fifo_fakes import FLAGS, RATES_HZ, TEMPERATURE, XL, Bench, G, sample_ps, sample_word
-from tests.sensor_fakes import PS_PER_MS, PS_PER_S, PS_PER_US
+from tests.support.fifo_fakes import FLAGS, RATES_HZ, TEMPERATURE, XL, Bench, G, sample_ps, sample_word
+from tests.support.sensor_fakes import PS_PER_MS, PS_PER_S, PS_PER_US
 
 BYPASS, FIFO, CONTINUOUS_TO_FIFO, BYPASS_TO_CONTINUOUS, CONTINUOUS = 0, 1, 3, 4, 6
 DECIMATION = (0, 1, 2, 3, 4, 8, 16, 32)

@@ -8,7 +8,7 @@ import pytest
 
 from fcu_emulator import Board, InputError
 from fcu_emulator.sensors import AccessError
-from tests.sensor_fakes import PARTS, Chip
+from tests.support.sensor_fakes import PARTS, Chip
 
 parts = pytest.mark.parametrize("part", PARTS)
 

@@ -11,7 +11,7 @@ from fcu_emulator import Board, I2CNackError
 from fcu_emulator.emulator.python_cpu.hal import Hal
 from fcu_emulator.emulator.time.clock import PS_PER_MS
 from fcu_emulator.emulator.trace import BusTransfer, DeviceNote
-from tests.board_fakes import script
+from tests.support.board_fakes import script
 
 ADDRESS = {"LSM6DSL": 0x6B, "LIS2MDL": 0x1E, "LPS22HB": 0x5D}
 CHIP_SELECT = {"LSM6DSL": "PA8", "LIS2MDL": "PB12", "LPS22HB": "PC13"}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fcu_emulator.firmware_model import FIRMWARES, Lab3, LabFirmware, Settings, Template
-from tests.firmware_fakes import LED1, LED2, LIS2MDL, LPS22HB, LSM6DSL, FakeHal, run_until_power_off
+from tests.support.firmware_fakes import LED1, LED2, LIS2MDL, LPS22HB, LSM6DSL, FakeHal, run_until_power_off
 
 BANNER = b"STEVAL-FCU001V1 FH rev.1.0 - Sep 2017\n\n"
 BOOT = (  # the lab's text

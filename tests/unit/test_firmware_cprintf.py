@@ -10,7 +10,7 @@ import pytest
 
 from fcu_emulator.firmware_model.c_semantics import sprintf
 from fcu_emulator.firmware_model.hal import PRINTF
-from tests.firmware_fakes import FakeHal
+from tests.support.firmware_fakes import FakeHal
 
 
 @pytest.mark.parametrize(

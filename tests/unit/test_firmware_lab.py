@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from fcu_emulator.firmware_model import Lab3, Settings, Template
-from tests.firmware_fakes import LED1, LED2, LIS2MDL, LPS22HB, LSM6DSL, FakeHal, run_until_power_off
+from tests.support.firmware_fakes import LED1, LED2, LIS2MDL, LPS22HB, LSM6DSL, FakeHal, run_until_power_off
 
 TEMPLATE_BLOCK = (  # the lab's text; values of the slides' terminal, MAG the nearest raw value can give
     b"*****\n\n\n"

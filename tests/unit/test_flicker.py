@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from fcu_emulator.sensors.errors import PartErrors
 from fcu_emulator.sensors.front_end import Flicker
 from fcu_emulator.sensors.lsm6dsl import LSM6DSLErrors
-from tests.sensor_fakes import ACCELEROMETER, GYROSCOPE, PS_PER_S, Array, Channel, Chip
-from tests.signal_chain import allan_deviation
+from tests.support.sensor_fakes import ACCELEROMETER, GYROSCOPE, PS_PER_S, Array, Channel, Chip
+from tests.support.signal_chain import allan_deviation
 
 FLOOR = np.sqrt(2 * np.log(2) / np.pi)  # of the Allan deviation, over the bias instability: IEEE Std 952
 

@@ -18,7 +18,7 @@ from fcu_emulator.sensors.front_end import CONVERTER_HZ, FrontEnd, averaged, ker
 from fcu_emulator.sensors.lis2mdl import LIS2MDL
 from fcu_emulator.sensors.lps22hb import LPS22HB
 from fcu_emulator.sensors.lsm6dsl import LSM6DSL
-from tests.sensor_fakes import Moving
+from tests.support.sensor_fakes import Moving
 
 PS_PER_S = 10**12
 G = 9.80665

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fcu_emulator.sensors.lis2mdl import LIS2MDLErrors
-from tests.sensor_fakes import MAGNETOMETER, PS_PER_MS, Chip
+from tests.support.sensor_fakes import MAGNETOMETER, PS_PER_MS, Chip
 
 OFFSET_X_REG_L, WHO_AM_I, CFG_REG_A, CFG_REG_B, CFG_REG_C, STATUS_REG = 0x45, 0x4F, 0x60, 0x61, 0x62, 0x67
 ZYXDA = 0x08

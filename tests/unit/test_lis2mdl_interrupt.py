@@ -6,7 +6,7 @@ import pytest
 
 from fcu_emulator.sensors import LIS2MDL
 from fcu_emulator.sensors.lis2mdl import LIS2MDLErrors
-from tests.lis2mdl_fakes import (
+from tests.support.lis2mdl_fakes import (
     CFG_REG_A,
     CFG_REG_B,
     IEA,
@@ -26,7 +26,7 @@ from tests.lis2mdl_fakes import (
     watched,
     x_counts,
 )
-from tests.sensor_fakes import MAGNETOMETER, Chip, constant
+from tests.support.sensor_fakes import MAGNETOMETER, Chip, constant
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fcu_emulator.sensors.lis2mdl import LIS2MDLErrors
-from tests.sensor_fakes import MAGNETOMETER, PS_PER_MS, PS_PER_S, Chip, constant, step
+from tests.support.sensor_fakes import MAGNETOMETER, PS_PER_MS, PS_PER_S, Chip, constant, step
 
 CFG_REG_A, CFG_REG_B, CFG_REG_C = 0x60, 0x61, 0x62
 LPF, OFF_CANC, SET_FREQ, ONE_SHOT = 0x01, 0x02, 0x04, 0x10

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fcu_emulator.sensors.register_file import NEVER_PS
-from tests.lis2mdl_fakes import (
+from tests.support.lis2mdl_fakes import (
     CFG_REG_A,
     CFG_REG_C,
     DRDY_ON_PIN,
@@ -22,7 +22,7 @@ from tests.lis2mdl_fakes import (
     watched,
     x_counts,
 )
-from tests.sensor_fakes import MAGNETOMETER
+from tests.support.sensor_fakes import MAGNETOMETER
 
 
 def test_the_pin_is_high_impedance_unless_something_is_put_on_it() -> None:

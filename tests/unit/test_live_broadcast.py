@@ -14,7 +14,7 @@ from fcu_emulator.emulator.live import messages, view
 from fcu_emulator.emulator.live.broadcast import Broadcast
 from fcu_emulator.emulator.live.messages import Event, Watch
 from fcu_emulator.emulator.python_cpu.hal import Hal
-from tests.scenario_files import SHORT, write
+from tests.support.scenario_files import SHORT, write
 
 HISTORY = 64 << 10
 PAGE = "page"

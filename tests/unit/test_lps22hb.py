@@ -8,7 +8,7 @@ from fractions import Fraction
 import pytest
 
 from fcu_emulator.sensors import LPS22HB
-from tests.sensor_fakes import PRESSURE, PS_PER_S, Chip, constant, ramp
+from tests.support.sensor_fakes import PRESSURE, PS_PER_S, Chip, constant, ramp
 
 CTRL_REG1, CTRL_REG2, RPDS_L, RES_CONF = 0x10, 0x11, 0x18, 0x1A
 STATUS, PRESS_OUT_XL = 0x27, 0x28

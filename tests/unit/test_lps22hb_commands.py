@@ -5,7 +5,15 @@ from __future__ import annotations
 import pytest
 
 from fcu_emulator.sensors import LPS22HB
-from tests.sensor_fakes import LPS22HB_TEMPERATURE, PRESSURE, PS_PER_MS, PS_PER_S, PS_PER_US, Chip, constant
+from tests.support.sensor_fakes import (
+    LPS22HB_TEMPERATURE,
+    PRESSURE,
+    PS_PER_MS,
+    PS_PER_S,
+    PS_PER_US,
+    Chip,
+    constant,
+)
 
 CTRL_REG1, CTRL_REG2, RES_CONF = 0x10, 0x11, 0x1A
 INT_SOURCE, STATUS, PRESS_OUT_XL = 0x25, 0x27, 0x28

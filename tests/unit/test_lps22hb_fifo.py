@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.sensor_fakes import PS_PER_S, Chip, ramp
+from tests.support.sensor_fakes import PS_PER_S, Chip, ramp
 
 INTERRUPT_CFG, THS_P_L, CTRL_REG1, CTRL_REG2, FIFO_CTRL = 0x0B, 0x0C, 0x10, 0x11, 0x14
 INT_SOURCE, FIFO_STATUS, PRESS_OUT_XL, TEMP_OUT_L = 0x25, 0x26, 0x28, 0x2B

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fcu_emulator.sensors.lps22hb import LPS22HBErrors
-from tests.sensor_fakes import PS_PER_S, Array, Chip, constant, step
+from tests.support.sensor_fakes import PS_PER_S, Array, Chip, constant, step
 
 CTRL_REG1, CTRL_REG2, RES_CONF, PRESS_OUT_XL, TEMP_OUT_L, LPFP_RES = 0x10, 0x11, 0x1A, 0x28, 0x2B, 0x33
 RATE_HZ = 50

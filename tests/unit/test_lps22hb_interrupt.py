@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.lps22hb_fakes import (
+from tests.support.lps22hb_fakes import (
     AUTORIFP,
     AUTOZERO,
     CTRL_REG2,

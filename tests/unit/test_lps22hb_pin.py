@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.lps22hb_fakes import (
+from tests.support.lps22hb_fakes import (
     AUTORIFP,
     CTRL_REG1,
     CTRL_REG2,
@@ -23,7 +23,7 @@ from tests.lps22hb_fakes import (
     measuring,
     threshold,
 )
-from tests.sensor_fakes import PS_PER_S, Chip, constant, ramp, step
+from tests.support.sensor_fakes import PS_PER_S, Chip, constant, ramp, step
 
 
 def test_data_ready_rises_with_a_sample_and_falls_with_press_out_h() -> None:

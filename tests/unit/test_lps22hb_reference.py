@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.lps22hb_fakes import (
+from tests.support.lps22hb_fakes import (
     AUTORIFP,
     AUTOZERO,
     CTRL_REG1,
@@ -24,7 +24,7 @@ from tests.lps22hb_fakes import (
     next_source,
     ref_hpa,
 )
-from tests.sensor_fakes import PS_PER_MS, PS_PER_S, PS_PER_US
+from tests.support.sensor_fakes import PS_PER_MS, PS_PER_S, PS_PER_US
 
 
 def test_autozero_captures_the_next_pressure_and_subtracts_it() -> None:

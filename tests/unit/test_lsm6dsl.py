@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.sensor_fakes import (
+from tests.support.sensor_fakes import (
     ACCELEROMETER,
     GYROSCOPE,
     LSM6DSL_TEMPERATURE,

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import pytest
 
-from tests.motion_fakes import (
+from tests.support.motion_fakes import (
     CTRL1_XL,
     CTRL2_G,
     CTRL4_C,
@@ -29,7 +29,7 @@ from tests.motion_fakes import (
     Sample,
     sample_ps,
 )
-from tests.sensor_fakes import PS_PER_MS, PS_PER_S, ramp, step
+from tests.support.sensor_fakes import PS_PER_MS, PS_PER_S, ramp, step
 
 SLEEP_STATE_IA = 0x10
 THRESHOLD = (WAKE_UP_THS, 2)  # 62.5 mg at 2 g

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fcu_emulator.sensors import LSM6DSL
-from tests.fifo_fakes import sample_ps
-from tests.sensor_fakes import PS_PER_MS, PS_PER_S, Chip, FakeWorld, decode, ramp
+from tests.support.fifo_fakes import sample_ps
+from tests.support.sensor_fakes import PS_PER_MS, PS_PER_S, Chip, FakeWorld, decode, ramp
 
 FIFO_CTRL3, FIFO_CTRL5, INT1_CTRL, INT2_CTRL = 0x08, 0x0A, 0x0D, 0x0E
 CTRL1_XL, CTRL2_G, CTRL3_C, CTRL4_C, CTRL5_C, CTRL6_C, CTRL8_XL, CTRL9_XL = (

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.filter_fakes import at_rate
-from tests.sensor_fakes import ACCELEROMETER, GYROSCOPE, PS_PER_S, Channel, Chip, Writes
+from tests.support.filter_fakes import at_rate
+from tests.support.sensor_fakes import ACCELEROMETER, GYROSCOPE, PS_PER_S, Channel, Chip, Writes
 
 CTRL1_XL, CTRL2_G, CTRL3_C, CTRL4_C, CTRL6_C, CTRL7_G, CTRL8_XL = 0x10, 0x11, 0x12, 0x13, 0x15, 0x16, 0x17
 INT1_CTRL, STATUS_REG, OUT_XL = 0x0D, 0x1E, 0x28

@@ -22,7 +22,7 @@ from fcu_emulator.sensors.lsm6dsl.model import LSM6DSL
 from fcu_emulator.sensors.pin import Pin
 from fcu_emulator.sensors.register_file import RegisterFile
 from fcu_emulator.sensors.sampling import SampleStream
-from tests.sensor_fakes import PS_PER_MS, PS_PER_S, PS_PER_US, Array, Chip, Writes, constant
+from tests.support.sensor_fakes import PS_PER_MS, PS_PER_S, PS_PER_US, Array, Chip, Writes, constant
 
 FUNC_CFG_ACCESS, INT1_CTRL, INT2_CTRL, CTRL1_XL, CTRL3_C = 0x01, 0x0D, 0x0E, 0x10, 0x12
 CTRL10_C, TIMESTAMP0, STEP_TIMESTAMP, STEP_COUNTER = 0x19, 0x40, 0x49, 0x4B

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from tests.motion_fakes import (
+from tests.support.motion_fakes import (
     CTRL8_XL,
     D6D_SRC,
     ENABLE,
@@ -22,7 +22,7 @@ from tests.motion_fakes import (
     played,
     source_bits,
 )
-from tests.sensor_fakes import Array, step
+from tests.support.sensor_fakes import Array, step
 
 CTRL6_C, X_OFS_USR, OUT_XL = 0x15, 0x73, 0x28
 LPF2_ODR_400, SLOPE, HIGH_PASS, INPUT_COMPOSITE, LOW_PASS_ON_6D = 0xE0, 0x04, 0x44, 0x08, 0x01

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.motion_fakes import (
+from tests.support.motion_fakes import (
     CTRL1_XL,
     CTRL2_G,
     CTRL8_XL,
@@ -21,7 +21,7 @@ from tests.motion_fakes import (
     TAP_THS_6D,
     WAKE_UP_THS,
 )
-from tests.sensor_fakes import PS_PER_S, Chip, Writes
+from tests.support.sensor_fakes import PS_PER_S, Chip, Writes
 
 CTRL6_C = 0x15
 OFF, AT_104_HZ, AT_416_HZ, AT_1666_HZ = 0x00, 0x40, 0x60, 0x80

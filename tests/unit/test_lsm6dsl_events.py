@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from tests.motion_fakes import (
+from tests.support.motion_fakes import (
     CTRL1_XL,
     CTRL3_C,
     CTRL8_XL,
@@ -31,7 +31,7 @@ from tests.motion_fakes import (
     sample_ps,
     source_bits,
 )
-from tests.sensor_fakes import PS_PER_S
+from tests.support.sensor_fakes import PS_PER_S
 
 FF_IA, WU_IA = 0x20, 0x08
 TAP_IA, SINGLE_TAP, DOUBLE_TAP, TAP_SIGN = 0x40, 0x20, 0x10, 0x08

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.fifo_fakes import (
+from tests.support.fifo_fakes import (
     BOTH,
     BYPASS,
     CONTINUOUS,
@@ -40,7 +40,7 @@ from tests.fifo_fakes import (
     samples,
     status,
 )
-from tests.sensor_fakes import PS_PER_MS, PS_PER_S, Chip
+from tests.support.sensor_fakes import PS_PER_MS, PS_PER_S, Chip
 
 # -- words ----------------------------------------------------------------------------------------------
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fcu_emulator.sensors.lsm6dsl.feature import SignalName
-from tests.fifo_fakes import (
+from tests.support.fifo_fakes import (
     BOTH,
     BYPASS,
     BYPASS_TO_CONTINUOUS,
@@ -41,7 +41,7 @@ from tests.fifo_fakes import (
     samples,
     status,
 )
-from tests.sensor_fakes import PS_PER_MS, PS_PER_S, Chip, ramp, step
+from tests.support.sensor_fakes import PS_PER_MS, PS_PER_S, Chip, ramp, step
 
 # -- triggered modes ------------------------------------------------------------------------------------
 

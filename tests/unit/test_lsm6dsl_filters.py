@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from tests.filter_fakes import at_rate, measured
-from tests.sensor_fakes import ACCELEROMETER, PS_PER_S, Channel, Chip, Writes, constant, step
+from tests.support.filter_fakes import at_rate, measured
+from tests.support.sensor_fakes import ACCELEROMETER, PS_PER_S, Channel, Chip, Writes, constant, step
 
 CTRL1_XL, CTRL2_G, CTRL5_C, CTRL6_C, CTRL7_G, CTRL8_XL, X_OFS_USR = 0x10, 0x11, 0x14, 0x15, 0x16, 0x17, 0x73
 HALF_POWER = math.sqrt(0.5)

@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from tests.filter_fakes import at_rate, measured
-from tests.sensor_fakes import GYROSCOPE, Writes
+from tests.support.filter_fakes import at_rate, measured
+from tests.support.sensor_fakes import GYROSCOPE, Writes
 
 CTRL2_G, CTRL4_C, CTRL6_C, CTRL7_G = 0x11, 0x13, 0x15, 0x16
 HALF_POWER = math.sqrt(0.5)

@@ -17,7 +17,7 @@ from fcu_emulator.sensors import LIS2MDL, LSM6DSL
 from fcu_emulator.sensors.declaration import Bus
 from fcu_emulator.sensors.lsm6dsl import LSM6DSLErrors
 from fcu_emulator.sensors.lsm6dsl.hub import UNANSWERED_PS, WRITE_PS, read_ps
-from tests.sensor_fakes import (
+from tests.support.sensor_fakes import (
     FACTS,
     PS_PER_MS,
     PS_PER_S,

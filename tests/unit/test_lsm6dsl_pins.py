@@ -12,7 +12,7 @@ from fcu_emulator.sensors.lsm6dsl.pins import Routing
 from fcu_emulator.sensors.pin import Pin
 from fcu_emulator.sensors.register_file import RegisterFile
 from fcu_emulator.sensors.sampling import SampleStream
-from tests.motion_fakes import (
+from tests.support.motion_fakes import (
     CTRL1_XL,
     CTRL2_G,
     CTRL3_C,
@@ -31,7 +31,7 @@ from tests.motion_fakes import (
     Edge,
     sample_ps,
 )
-from tests.sensor_fakes import PS_PER_MS, PS_PER_S, PS_PER_US
+from tests.support.sensor_fakes import PS_PER_MS, PS_PER_S, PS_PER_US
 
 CTRL6_C, MASTER_CONFIG = 0x15, 0x1A
 OUT_TEMP, OUT_G, OUT_XL = 0x20, 0x22, 0x28

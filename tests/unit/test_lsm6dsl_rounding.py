@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.sensor_fakes import PS_PER_S, Chip, ramp
+from tests.support.sensor_fakes import PS_PER_S, Chip, ramp
 
 CTRL1_XL, CTRL2_G, CTRL3_C, CTRL5_C, CTRL7_G = 0x10, 0x11, 0x12, 0x14, 0x16
 ROUNDING_STATUS = 0x04

@@ -8,8 +8,8 @@ from fractions import Fraction
 import pytest
 
 from fcu_emulator.sensors.lsm6dsl import LSM6DSLErrors
-from tests.filter_fakes import HZ, at_rate
-from tests.sensor_fakes import (
+from tests.support.filter_fakes import HZ, at_rate
+from tests.support.sensor_fakes import (
     ACCELEROMETER,
     GYROSCOPE,
     LSM6DSL_TEMPERATURE,

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fcu_emulator.sensors.lsm6dsl import LSM6DSLErrors
-from tests.sensor_fakes import PS_PER_MS, PS_PER_S, PS_PER_US, Chip
+from tests.support.sensor_fakes import PS_PER_MS, PS_PER_S, PS_PER_US, Chip
 
 CTRL1_XL, CTRL2_G, CTRL3_C, CTRL4_C, CTRL10_C = 0x10, 0x11, 0x12, 0x13, 0x19
 TIMESTAMP0_REG, TIMESTAMP2_REG, WAKE_UP_DUR, MD1_CFG = 0x40, 0x42, 0x5C, 0x5E

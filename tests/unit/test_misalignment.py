@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from fcu_emulator import Board
 from fcu_emulator.sensors import PARTS, Part
 from fcu_emulator.sensors.lsm6dsl import LSM6DSLErrors
-from tests.scenario_files import write
+from tests.support.scenario_files import write
 
 HEAD = "schema = 1\nquestion = '?'\nduration = '2s'\n[sensors]\ngrade = 'ideal'\n"
 

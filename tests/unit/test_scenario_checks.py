@@ -18,7 +18,7 @@ from fcu_emulator.emulator.scenario import load_scenario, run
 from fcu_emulator.emulator.scenario.expectations import ExpectField, Seen
 from fcu_emulator.emulator.scenario.observed import FORMATS, PrintedLine, deviation, same_banner
 from fcu_emulator.emulator.scenario.schema import AnyExpectation
-from tests.scenario_files import HEAD, IDEAL, SHORT, play, write
+from tests.support.scenario_files import HEAD, IDEAL, SHORT, play, write
 
 MET = [
     ("line", "text = 'LAB3 Init...'\ncount = 1"),

@@ -18,7 +18,7 @@ from fcu_emulator.emulator.scenario import load_scenario, run
 from fcu_emulator.emulator.scenario.loader import scenario_error
 from fcu_emulator.emulator.scenario.schema import MOST_ENTRIES, scenario_file
 from fcu_emulator.emulator.scenario.tables import Resources, SearchPatience
-from tests.scenario_files import HEAD, SHORT, play, refusal, write
+from tests.support.scenario_files import HEAD, SHORT, play, refusal, write
 
 HOLD = '[[timeline]]\ndo = "hold"\nfor = "1s"\n'
 

@@ -22,7 +22,7 @@ from fcu_emulator.firmware_model import Settings
 from fcu_emulator.sensors.lis2mdl import LIS2MDLErrors
 from fcu_emulator.sensors.lps22hb import LPS22HBErrors
 from fcu_emulator.sensors.lsm6dsl import LSM6DSLErrors
-from tests.scenario_files import HEAD, write
+from tests.support.scenario_files import HEAD, write
 
 SHIPPED = Path(str(files("fcu_emulator.scenarios")))
 NAMES = sorted(path.stem for path in SHIPPED.glob("*.toml"))

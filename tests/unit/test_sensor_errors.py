@@ -14,7 +14,7 @@ from fcu_emulator.sensors.errors import GRADES, Grade
 from fcu_emulator.sensors.lis2mdl import LIS2MDLErrors
 from fcu_emulator.sensors.lps22hb import LPS22HBErrors
 from fcu_emulator.sensors.lsm6dsl import LSM6DSLErrors
-from tests.sensor_fakes import (
+from tests.support.sensor_fakes import (
     ACCELEROMETER,
     GYROSCOPE,
     LIS2MDL_TEMPERATURE,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fcu_emulator import Board
-from tests.sensor_fakes import Chip
+from tests.support.sensor_fakes import Chip
 
 
 @pytest.mark.parametrize(

@@ -1,10 +1,10 @@
-"""Independent programs find what the world put into the sensors; ``python -m tests.witnesses`` prints it."""
+"""Independent programs find what the world put into the sensors; ``python -m tests.support.witnesses`` prints it."""
 
 from __future__ import annotations
 
 import pytest
 
-from tests import witnesses
+from tests.support import witnesses
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from fcu_emulator import Board
 from fcu_emulator.emulator.time.clock import Clock, to_ps
 from fcu_emulator.emulator.world import World
 from fcu_emulator.emulator.world.recording import Recording
-from tests.scenario_files import write
+from tests.support.scenario_files import write
 
 HEATING_DEGC, TAU_S = 4.0, 100.0
 

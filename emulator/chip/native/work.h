@@ -1,8 +1,8 @@
 /* Work: what a run costs, in a measure that depends on the firmware alone and not on the machine.
  *
  * One unit is an executed instruction, some 2 to 3 ns on a computer of 2020; skipped waiting costs nothing. The
- * other weights are what things take beside that, measured by tests/arm/heavy_bench.py: its last column shows that
- * none takes much longer than its units say. Calls of Python add their own (library.py).
+ * other weights are what things take beside that, measured by tests/campaigns/heavy_bench.py: its last column shows
+ * that none takes much longer than its units say. Calls of Python add their own (library.py).
  *
  * Decision: counters where it is slow already. Nothing is counted per instruction: a run knows how many it has
  * executed. The road not taken, a limit on processor time, is another one on every machine, and then a verdict is.

@@ -1,4 +1,4 @@
-/* Written by tests/arm/call_programs.py. */
+/* Written by tests/support/arm/call_programs.py. */
 #include "types.h"
 
 struct { bool a0; uint16_t a1; double a2; } seen0;

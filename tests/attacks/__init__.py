@@ -1,1 +1,0 @@
-"""Campaigns against everything that takes something from strangers: ``python -m tests.attacks``."""

@@ -1,0 +1,1 @@
+"""Long measurements and attacks, each a command: ``python -m tests.campaigns.NAME``."""

@@ -1,0 +1,70 @@
+"""The broken programs in tests/arm/broken: run, diagnosed, and what is expected of them.
+
+``python -m tests.support.arm.broken_programs`` writes the expected texts anew, for reading them through before they
+are kept.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from fcu_emulator import Board
+
+FOLDER = Path(__file__).parents[2] / "arm" / "broken"
+EXPECTED = FOLDER / "expected"
+
+RUN_S = {
+    "asleep": 0.05,
+    "delay_in_callback": 0.3,
+    "divide_by_zero": 0.01,
+    "ended": 0.05,
+    "error_in_main": 1.2,
+    "even_address": 0.01,
+    "faulting_handler": 0.003,
+    "flag_never_set": 0.05,
+    "flash_write": 0.01,
+    "gpio_without_clock": 0.05,
+    "main_returns": 0.01,
+    "masked_delay": 0.05,
+    "no_clock": 0.2,
+    "no_handler": 0.3,
+    "null_function": 0.01,
+    "null_pointer": 0.01,
+    "outside_memory": 0.05,
+    "poll_for_ever": 3.1,
+    "poll_without_clock": 0.05,
+    "slow_callback": 0.3,
+    "stack_into_data": 0.05,
+    "stack_overflow": 0.01,
+    "stripped": 0.01,
+    "tick_off": 0.05,
+    "unshifted_address": 0.05,
+    "watchdog": 0.3,
+    "wrong_address": 0.05,
+}
+"""Virtual time after which each is diagnosed."""
+
+
+def run(name: str, folder: Path = FOLDER) -> Board:
+    """The board after the program's time."""
+    board = Board(firmware=folder / f"{name}.elf", ideal=True)  # an exact oscillator
+    board.run_for(RUN_S[name])
+    return board
+
+
+def diagnosed(name: str, folder: Path = FOLDER) -> str:
+    """The diagnosis as text."""
+    board = run(name, folder)
+    assert board.arm is not None
+    return str(board.arm.diagnosis())
+
+
+def without_times(text: str) -> str:
+    """Moments depend on the clock model; that they are told is checked, not which ones."""
+    return re.sub(r"\b\d+\.\d{6} s", "<time>", text)
+
+
+if __name__ == "__main__":
+    for program in RUN_S:
+        (EXPECTED / f"{program}.txt").write_text(diagnosed(program) + "\n")

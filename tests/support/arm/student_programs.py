@@ -1,0 +1,172 @@
+"""Programs as students write them: changes of one correct LAB3, built with make as ``fcu new`` sets it up.
+
+The objects of the unchanged program are built once for each optimisation and bus and copied, so that a
+program costs the compilation of what it changes.
+
+``python -m tests.support.arm.student_programs`` writes the words on docs/mistakes.md anew.
+"""
+
+from __future__ import annotations
+
+import itertools
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import Any
+
+from fcu_emulator import Board
+from fcu_emulator.emulator.analysis.mistakes import explain
+from fcu_emulator.emulator.analysis.witness import Witness
+from fcu_emulator.emulator.chip.diagnosis import Diagnosis
+from fcu_emulator.firmware_model import arm
+
+FOLDER = Path(__file__).parents[2] / "arm" / "mistakes"
+OPTIMISATIONS = ("O0", "O2")
+COMPILER = "arm-none-eabi-gcc"
+
+
+@dataclass(frozen=True)
+class Change:
+    """``old`` stands in ``file`` exactly ``times`` times."""
+
+    file: str
+    old: str
+    new: str
+    times: int = 1
+
+
+@dataclass(frozen=True)
+class Program:
+    """A student's program: what is changed, and how it is run."""
+
+    name: str
+    title: str
+    change: tuple[Change, ...] = ()
+    scenario: str | None = None
+    profile: str | None = None
+    bus: str = "I2C2"
+    seconds: float = 2.2
+    silent: str = ""
+    add: tuple[str, ...] = ()
+    """Files of tests/arm/mistakes that are put beside main.c, or in its place."""
+    make: dict[str, str] = field(default_factory=dict)
+    loses: tuple[str, ...] = ()
+    """The checks of the lab's rubric that it does not pass; see tests/support/arm/graded_programs.py."""
+    leads: tuple[str, ...] = ()
+    """What ``fcu run`` and ``fcu check`` must both say about it."""
+
+
+def programs(file: str) -> dict[str, Program]:
+    """Those of one table."""
+    with (FOLDER / file).open("rb") as table:
+        return {name: _program(name, entry) for name, entry in tomllib.load(table).items()}
+
+
+def _program(name: str, entry: dict[str, Any]) -> Program:
+    changes = tuple(Change(**change) for change in entry.pop("change", ()))
+    lists = {key: tuple(entry.pop(key, ())) for key in ("add", "loses", "leads")}
+    return Program(name, entry.pop("title"), changes, **lists, **entry)
+
+
+def is_buildable() -> bool:
+    """Whether this machine has the compiler and make."""
+    return all(map(shutil.which, (COMPILER, "make")))
+
+
+def build(program: Program, optimisation: str, into: Path) -> Path:
+    """The program's ELF file, in a new folder of ``into``; a change that does not fit is an error."""
+    project = Path(mkdtemp(prefix=f"{program.name}-{optimisation}-", dir=into))
+    shutil.copytree(base(optimisation, program.bus, into), project, dirs_exist_ok=True)
+    for name in program.add:
+        target = project / ("main.c" if name.startswith("main_") else Path(name).name)
+        shutil.copyfile(FOLDER / name, target)
+    for change in program.change:
+        file = project / change.file
+        text = file.read_text()
+        assert text.count(change.old) == change.times, f"{change.file} has not {change.old!r}"
+        file.write_text(text.replace(change.old, change.new))
+    return make(project, optimisation, program.bus, program.make)
+
+
+@cache
+def base(optimisation: str, bus: str, into: Path) -> Path:
+    """The unchanged student's program, built."""
+    project = Path(mkdtemp(prefix=f"student-{optimisation}-{bus}-", dir=into))
+    shutil.copytree(arm.sources() / "support", project / "support")
+    shutil.copy2(arm.sources() / "scaffold" / "Makefile", project)
+    shutil.copy2(FOLDER / "student" / "main.c", project)
+    make(project, optimisation, bus, {})
+    return project
+
+
+def make(project: Path, optimisation: str, bus: str, settings: dict[str, str]) -> Path:
+    """Its ELF file."""
+    given = [f"{name}={value}" for name, value in settings.items()]
+    command = ["make", "-s", f"OPT=-{optimisation}", f"BUS={bus}", *given]
+    done = subprocess.run(command, cwd=project, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return project / "lab3.elf"
+
+
+def said(
+    program: Program, file: Path, seconds: float | None = None, scenario: str | None = None
+) -> list[str]:
+    """What is said about a program after its run: each finding without lists of callers and transfers."""
+    board = Board(file, profile=program.profile, scenario=scenario or program.scenario)
+    witness = Witness(board)
+    board.run_for(program.seconds if seconds is None else seconds)
+    return [_short(diagnosis) for diagnosis in explain(board, witness)]
+
+
+def _short(diagnosis: Diagnosis) -> str:
+    """Up to the first list."""
+    sentences = itertools.takewhile(lambda line: not line.endswith(":"), diagnosis.details)
+    return "\n".join((diagnosis.summary, *(f"  {line}" for line in sentences)))
+
+
+def without_numbers(text: str) -> str:
+    """Moments, addresses and counts depend on compiler and optimisation; places in the source do not."""
+    return re.sub(r"(?<![\w.:])-?(?:0x[0-9A-F]+|\d+(?:\.\d+)?)", "#", text)
+
+
+PAGE = Path(__file__).parents[3] / "docs" / "mistakes.md"
+EXAMPLE = re.compile(r"^<!-- (\w+) -->\n```text\n(.*?)\n```$", re.DOTALL | re.MULTILINE)
+
+
+def examples() -> dict[str, str]:
+    """The words on the page of mistakes, by the name of the mistake; ``_O0`` where both differ."""
+    return dict(EXAMPLE.findall(PAGE.read_text(encoding="utf-8")))
+
+
+def _rewrite_page(names: Sequence[str]) -> None:
+    """Write the page's blocks anew: for reading them through before they are kept."""
+    text = PAGE.read_text(encoding="utf-8")
+    into = Path(mkdtemp())
+    every = programs("mistakes.toml")
+    for program in [every[name] for name in names or every]:
+        words = {
+            one: "\n".join(said(program, build(program, one, into)))
+            for one in OPTIMISATIONS
+            if one != program.silent
+        }
+        blocks = {program.name: words["O2"]}
+        if len({without_numbers(one) for one in words.values()}) > 1:
+            blocks[f"{program.name}_O0"] = words["O0"]
+        for name, block in blocks.items():
+            assert block, f"{name} is not explained in scenario {program.scenario}"
+            there = re.compile(rf"^<!-- {name} -->\n```text\n.*?\n```$", re.DOTALL | re.MULTILINE)
+            assert there.search(text), f"{PAGE.name} has no block {name}"
+            shown = f"<!-- {name} -->\n```text\n{block}\n```"
+            text = there.sub(lambda _, shown=shown: shown, text)  # type: ignore[misc]
+    PAGE.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    _rewrite_page(sys.argv[1:])

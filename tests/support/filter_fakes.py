@@ -1,0 +1,49 @@
+"""Sines and steps through the LSM6DSL's filters, seen through its registers."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+
+from tests.support.sensor_fakes import PS_PER_S, Array, Channel, Chip, Signal, Writes
+
+HZ = (0, 12.5, 26, 52, 104, 208, 416, 833, 1666, 3332, 6664)
+"""Output data rates by their code (LSM6DSL datasheet, Tables 52 and 55)."""
+
+
+def at_rate(channel: Channel, code: int) -> Channel:
+    """The channel at the output data rate of an ODR code."""
+    return replace(channel, rate_hz=Fraction(HZ[code]))
+
+
+def sine(hz: float, amplitude: float) -> Signal:
+    """The same on all axes."""
+
+    def signal(t_s: Array) -> Array:
+        return np.outer(amplitude * np.sin(2 * np.pi * hz * t_s), (1.0, 1.0, 1.0))
+
+    return signal
+
+
+def measured(
+    channel: Channel, writes: Writes, hz: float, skip: int, count: int = 600, *, world: bool = False
+) -> complex:
+    """Gain and phase of a sine on X, from ``count`` samples after the first ``skip``.
+
+    ``world``: the sine is what the world does, and not what the converter's filters make of it.
+    """
+    chip = Chip("LSM6DSL", agitated=world)
+    amplitude = 25_000 * channel.scales[0][1]
+    chip.world.signals[channel.name] = sine(hz, amplitude)
+    chip.configure(writes)
+    times_s = np.array([channel.sample_ps(number) for number in range(skip, skip + count)]) / PS_PER_S
+    counts = []
+    for number in range(skip, skip + count):
+        chip.t_ps = channel.sample_ps(number)
+        counts.append(chip.counts(channel)[0])
+    angle = 2 * np.pi * hz * times_s
+    basis = np.column_stack((np.sin(angle), np.cos(angle)))
+    (real, imaginary), *_ = np.linalg.lstsq(basis, np.array(counts) / 25_000, rcond=None)
+    return complex(real, imaginary)
