@@ -333,6 +333,7 @@ static void fire_earliest(Chip *chip) {
     }
   }
   int64_t before = chip->work;
+  waiting_outdate(&chip->waiting);
   Cost *cost = &chip->costs.events[chip->event_block[earliest]->index];
   chip->now_ps = chip->due_ps;
   chip->event_ps[earliest] = NEVER_PS;
