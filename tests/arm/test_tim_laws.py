@@ -155,3 +155,19 @@ def test_updates_never_drift(hz: int, psc: int, arr: int, count: int) -> None:
     chip.run_to(at_ps)
     assert chip.irq.level(24)
     assert tim.read(CNT) == 0
+
+
+@given(st.integers(1, 84 * 10**6), st.integers(1, 9), st.lists(st.integers(1, PS_PER_S // 5), max_size=30))
+def test_a_counter_read_often_never_drifts(hz: int, prescale: int, waits_ps: list[int]) -> None:
+    """CNT follows from the time since the start alone, however often and however late it is read."""
+    chip = NativeChip()
+    chip.clocks.set(timer1_hz=hz)
+    tim = chip.timer("TIM2")
+    for offset, value in ((PSC, prescale - 1), (ARR, 0xFFFF_FFFF), (EGR, 1), (SR, 0), (CR1, CEN)):
+        tim.write(offset, value)
+    began_ps = chip.clock.now_ps
+    for wait_ps in waits_ps:
+        chip.run_for(wait_ps)
+        after_ps = chip.clock.now_ps - began_ps
+        ticks = ((after_ps + 1) * hz - 1) // PS_PER_S  # the last one whose time, rounded down, has come
+        assert tim.read(CNT) == ticks // prescale

@@ -97,8 +97,7 @@ int64_t event_at(const Chip *chip, int event);
 
 /* -- lines ----------------------------------------------------------------------------------------------- */
 
-/* The block holds NVIC input `number` (RM0368 table 38) active or not; shared inputs are ORed. */
-void block_set_irq(Block *block, int number, bool level);
+/* Interrupts: block_set_irq() of chip.h. */
 
 /* DMA request lines (RM0368 tables 28 and 29), in the order of their names in peripherals/dma.py. */
 enum Request {

@@ -71,7 +71,7 @@ void core_note_stores(Core *core, uint32_t address, uint32_t size) {
 }
 
 /* An access has been made, when so much work had been done before. */
-static void charge(Chip *chip, uint32_t address, int64_t before) {
+static inline void charge(Chip *chip, uint32_t address, int64_t before) {
   Cost *cost = &chip->costs.accesses[page_of(address)];
   chip->work += WORK_ACCESS;
   cost->times++;
@@ -92,7 +92,7 @@ static uint32_t load(Chip *chip, Block *block, uint32_t address, unsigned size, 
   return value;
 }
 
-static void store(Chip *chip, Block *block, uint32_t address, unsigned size, uint32_t value) {
+static inline void store(Chip *chip, Block *block, uint32_t address, unsigned size, uint32_t value) {
   int64_t before = chip->work;
   if (block) {
     block_write(block, address - block->base, size, value);
@@ -150,14 +150,14 @@ int32_t fcu_store(Chip *chip, uint32_t address, uint32_t size, uint32_t value) {
 /* -- registers and bit-band aliases: the core's accesses ---------------------------------------------- */
 
 /* It is the time of the access in flight, and everything due by now has happened. */
-static void arrive(Chip *chip) {
+static inline void arrive(Chip *chip) {
   chip->now_ps = timeline_ps(&chip->timeline, (int64_t)chip->core.counter - 1);
   if (chip->due_ps <= chip->now_ps || chip->host_next_ps <= chip->now_ps) {
     chip_settle(chip);
   }
 }
 
-static void depart(Chip *chip) {
+static inline void depart(Chip *chip) {
   bool sooner = chip->next_ps < chip->machine.end_ps || chip->host_next_ps < chip->machine.end_ps;
   if (sooner || chip->nvic.changed || chip->must_stop || chip->machine.reset_reason || chip->machine.halting ||
       chip->work > chip->work_limit) {
@@ -204,6 +204,44 @@ static bool write_bit(Chip *chip, uint32_t address, uint32_t value) {
   return true;
 }
 
+/* Keep what a register reads for read_again(). Not those that steady reads are for, nor the core's own ones, which
+ * change with its state and report some reads. */
+static void keep_polled(Chip *chip, const Block *block, uint32_t address, unsigned size, uint32_t value,
+                        int64_t until_ps) {
+  Polled *polled = waiting_place(&chip->waiting, address);
+  bool is_simple = !(block && block->steady) && address - PERIPHERALS < PERIPHERALS_SIZE && !chip->bare;
+  if (is_simple && until_ps >= 0 && polled->address == address) {
+    polled->size = size;
+    polled->value = value;
+    polled->until_ps = until_ps;
+    polled->version = chip->waiting.version;
+  }
+}
+
+/* The same read as before of a register that cannot have changed, in a loop that is not to be compared now: all that
+ * read_register() would do. False: it has to do it. */
+static inline bool read_again(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
+  Waiting *waiting = &chip->waiting;
+  Polled *polled = waiting_place(waiting, address);
+  if (polled->address != address || polled->version != waiting->version || polled->size != size ||
+      polled->interest >= WAITING_INTERESTING || waiting->comparing) {
+    return false;
+  }
+  int64_t now_ps = timeline_ps(&chip->timeline, (int64_t)chip->core.counter - 1);
+  if (now_ps >= polled->until_ps || now_ps >= chip->due_ps || now_ps >= chip->host_next_ps) {
+    return false;
+  }
+  chip->now_ps = now_ps;
+  *value = polled->value;
+  charge(chip, address, chip->work);
+  waiting->accesses++;
+  polled->interest++;
+  if (UNLIKELY(chip->work > chip->work_limit)) {
+    machine_end_in_time(chip);
+  }
+  return true;
+}
+
 static bool read_register(Chip *chip, Block *block, uint32_t address, unsigned size, uint32_t *value) {
   int64_t until_ps;
   arrive(chip);
@@ -216,6 +254,7 @@ static bool read_register(Chip *chip, Block *block, uint32_t address, unsigned s
     *value = load(chip, block, address, size, &until_ps);
     depart(chip);
   }
+  keep_polled(chip, block, address, size, *value, until_ps);
   return true;
 }
 
@@ -232,11 +271,7 @@ static bool changes_nothing(const Block *block, uint32_t address, unsigned size,
          block->type->changes_nothing(block, (address - block->base) & ~3u, value << shift & mask, mask);
 }
 
-/* The core writes to such an address; false where nothing answers. */
-static bool write_outside(Chip *chip, uint32_t address, unsigned size, uint32_t value) {
-  if (!is_registers(address)) {
-    return write_bit(chip, address, value);
-  }
+static void write_register(Chip *chip, uint32_t address, unsigned size, uint32_t value) {
   Block *block = chip_block_at(chip, address);
   if (!chip->waiting.comparing || !changes_nothing(block, address, size, value)) {
     waiting_disturb(chip);
@@ -247,6 +282,14 @@ static bool write_outside(Chip *chip, uint32_t address, unsigned size, uint32_t 
   arrive(chip);
   store(chip, block, address, size, value);
   depart(chip);
+}
+
+/* The core writes to an aligned address outside of its memories; false where nothing answers. */
+static bool write_outside(Chip *chip, uint32_t address, unsigned size, uint32_t value) {
+  if (!is_registers(address)) {
+    return write_bit(chip, address, value);
+  }
+  write_register(chip, address, size, value);
   return true;
 }
 
@@ -321,9 +364,15 @@ static __attribute__((noinline)) bool read_any(Core *core, uint32_t address, uns
   return read_outside(core->chip, address, size, value) || fault(core, address, STOP_READ);
 }
 
+/* All but steady reads. Apart from them and from read_any(), so that each saves the registers it needs only. */
+static __attribute__((noinline)) bool read_polled(Core *core, uint32_t address, unsigned size, uint32_t *value) {
+  return (!core->watches && read_again(core->chip, address, size, value)) ||
+         read_any(core, address, size, value);
+}
+
 bool core_read(Core *core, uint32_t address, unsigned size, uint32_t *value) {
   return (!core->watches && read_steady(core->chip, address, size, value)) ||
-         read_any(core, address, size, value);
+         read_polled(core, address, size, value);
 }
 
 /* Words that a store of size bytes changes, before it does. */

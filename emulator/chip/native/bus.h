@@ -50,8 +50,6 @@ void remembered_forget(Chip *chip, uint32_t address, enum Forgotten kind);
 /* A register in Python, by what was read before or by asking; *until_ps as in BlockType. Now. */
 uint32_t python_load(Chip *chip, uint32_t address, unsigned size, int64_t *until_ps);
 void python_store(Chip *chip, uint32_t address, unsigned size, uint32_t value);
-/* Where an address is, among the pages of work.h. */
-int page_of(uint32_t address);
 
 /* -- waiting.c: loops that poll registers ---------------------------------------------------------------- */
 
@@ -69,7 +67,16 @@ typedef struct {
 } Passage;
 
 typedef struct {
+  uint32_t address;
+  int32_t interest;
+  /* What the last read gave, for reads of the same size until until_ps, as long as version is that of Waiting. */
+  uint32_t size, value;
+  int64_t until_ps, version;
+} Polled;
+
+typedef struct {
   int64_t accesses;   /* that were made so far, of any kind */
+  int64_t version;    /* of all registers; another one when one may have changed before its time */
   int64_t skipped;    /* instructions that were counted instead of being executed */
   int64_t enabled;
   int64_t comparing;  /* how many passages are kept */
@@ -78,15 +85,19 @@ typedef struct {
   struct {
     uint32_t address, old;
   } log[WAITING_LOGGED];
-  struct {
-    uint32_t address;
-    int32_t interest;
-  } polled[WAITING_POLLED];
+  Polled polled[WAITING_POLLED];
   Passage passages[WAITING_PASSAGES];
 } Waiting;
 
 /* An access that is no mere look at a register. */
 void waiting_disturb(Chip *chip);
+/* Registers may read differently from now on: events, accesses that are no mere look, another run. */
+static inline void waiting_outdate(Waiting *waiting) { waiting->version++; }
+/* Where a register is kept. Registers of different blocks have the same low bits: the multiplication spreads them
+ * (Knuth, The Art of Computer Programming, 6.4). */
+static inline Polled *waiting_place(Waiting *waiting, uint32_t address) {
+  return &waiting->polled[(address * 0x9E3779B1u >> 16) % WAITING_POLLED];
+}
 /* Something has happened that the next iteration need not repeat. */
 void waiting_forget(Chip *chip);
 /* From now on changes of RAM are noted; whether there was none that has remained. */

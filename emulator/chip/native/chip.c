@@ -333,6 +333,7 @@ static void fire_earliest(Chip *chip) {
     }
   }
   int64_t before = chip->work;
+  waiting_outdate(&chip->waiting);
   Cost *cost = &chip->costs.events[chip->event_block[earliest]->index];
   chip->now_ps = chip->due_ps;
   chip->event_ps[earliest] = NEVER_PS;
@@ -423,7 +424,7 @@ static void set_irq(Chip *chip, int source, int number, bool level) {
   }
 }
 
-void block_set_irq(Block *block, int number, bool level) { set_irq(block->chip, block->index, number, level); }
+void block_change_irq(Block *block, int number, bool level) { set_irq(block->chip, block->index, number, level); }
 
 void fcu_set_irq(Chip *chip, int32_t number, int32_t level) { set_irq(chip, PYTHON, number, level != 0); }
 

@@ -138,6 +138,15 @@ static inline Block *chip_block_at(const Chip *chip, uint32_t address) {
   }
 }
 
+/* The block holds NVIC input `number` (RM0368 table 38) active or not; shared inputs are ORed. block_change_irq() is
+ * for another level than before; most calls have the same one. */
+void block_change_irq(Block *block, int number, bool level);
+static inline void block_set_irq(Block *block, int number, bool level) {
+  if ((block->chip->irq_sources[number] >> block->index & 1) != level) {
+    block_change_irq(block, number, level);
+  }
+}
+
 /* An access to a register at chip->now_ps by whoever it is; the block is there. *until_ps as in BlockType. */
 uint32_t block_read(Block *block, uint32_t offset, unsigned size, int64_t *until_ps);
 void block_write(Block *block, uint32_t offset, unsigned size, uint32_t value);

@@ -220,6 +220,7 @@ static void stopped(Chip *chip, enum Stop stop) {
 
 enum Stop machine_run(Chip *chip, int64_t instructions) {
   Core *core = &chip->core;
+  waiting_outdate(&chip->waiting);
   core->counter = 0;
   core->limit = (uint64_t)instructions;
   core->stop = STOP_SLICE;

@@ -11,21 +11,17 @@
 /* Knuth, The Art of Computer Programming, 6.4. */
 static uint32_t hash(uint32_t address, uint32_t size) { return (address * 0x9E3779B1u >> 16) % size; }
 
-int page_of(uint32_t address) {
-  uint32_t offset = address - PERIPHERALS;
-  if (offset < PERIPHERALS_SIZE) {
-    return (int)(offset >> 10);
-  }
-  return address < 0xE0000000u ? PAGE_OTG : PAGE_PRIVATE;
+void remembered_outdate(Chip *chip) {
+  chip->remembered.version++;
+  waiting_outdate(&chip->waiting);
 }
-
-void remembered_outdate(Chip *chip) { chip->remembered.version++; }
 
 bool remembered_forgotten(const Chip *chip, uint32_t address, enum Forgotten kind) {
   return chip->remembered.forgotten[hash(address, FORGOTTEN)] == (address | kind);
 }
 
 void remembered_forget(Chip *chip, uint32_t address, enum Forgotten kind) {
+  waiting_outdate(&chip->waiting); /* another place may be reported again */
   chip->remembered.forgotten[hash(address, FORGOTTEN)] = address | kind;
 }
 
@@ -63,6 +59,7 @@ uint32_t python_load(Chip *chip, uint32_t address, unsigned size, int64_t *until
   }
   chip->until_ps = ALREADY_PS;
   uint32_t value = chip->host.read(chip->now_ps, address, size);
+  waiting_outdate(&chip->waiting);
   *until_ps = chip->until_ps <= NOTHING_PS ? ALREADY_PS : chip->until_ps;
   heed(chip, address, READ);
   if (*until_ps < 0) {

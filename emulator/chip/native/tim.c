@@ -7,7 +7,8 @@
  * flag is cleared.
  *
  * Time is counted in whole ticks of the timer's clock since origin_ps, never added up, so nothing drifts: 800 Hz
- * is 800 updates a second after an hour too. Bringing the counter up to date needs a few steps however long
+ * is 800 updates a second after an hour too. The origin follows the counter, fractions included, so that 64 bits
+ * suffice. Bringing the counter up to date needs a few steps however long
  * nobody looked: up to the first update, which loads the preloaded registers, and from there, as nothing changes
  * any more, whole cycles at once.
  *
@@ -154,7 +155,8 @@ static void place(Tim *tim, int64_t value, bool falling) {
 
 /* Counts until the next overflow or underflow; the counter must not be blocked. */
 static int64_t steps_to_overflow(const Tim *tim) {
-  return tim->index < 0 ? tim->spacing - tim->index : tim->spacing - tim->index % tim->spacing;
+  bool within = tim->index < tim->spacing; /* usual; a remainder takes a division */
+  return tim->spacing - (within ? tim->index : tim->index % tim->spacing);
 }
 
 /* How many overflows and underflows happen in the next counts. */
@@ -351,17 +353,39 @@ static void set_tick(Tim *tim, int64_t hz) {
   tim->hz = hz;
   tim->num = PS_PER_S / divisor;
   tim->den = hz / divisor;
+  tim->extra = 0;
+  tim->by_num = divisor_of(tim->num);
   tim->most_ps = hz ? INT64_MAX / tim->den : 0;
-  tim->most_ticks = INT64_MAX / tim->num;
+  tim->most_ticks = (INT64_MAX - tim->den) / tim->num;
 }
 
-/* The largest k whose time, origin_ps + k * num / den rounded down, is not after now. */
+static void set_origin(Tim *tim, int64_t at_ps) {
+  tim->origin_ps = at_ps;
+  tim->extra = 0;
+}
+
+/* Move the origin to where the counter arrived, before times since it exceed 64 bits; no time changes. */
+static void move_origin(Tim *tim, int64_t now_ps) {
+  if (tim->base > 0 && tim->hz && now_ps - tim->origin_ps > tim->most_ps / 2) {
+    __int128 passed = (__int128)tim->base * tim->num + tim->extra;
+    tim->origin_ps += (int64_t)(passed / tim->den);
+    tim->extra = (int64_t)(passed % tim->den);
+    tim->base = 0;
+  }
+}
+
+/* The largest k whose time is not after now. */
 static int64_t ticks_at(const Tim *tim, int64_t now_ps) {
   int64_t after_ps = now_ps - tim->origin_ps + 1;
-  if (after_ps <= tim->most_ps) {
-    return (after_ps * tim->den - 1) / tim->num;
+  if (after_ps > 0 && after_ps <= tim->most_ps) {
+    return divided(after_ps * tim->den - 1 - tim->extra, &tim->by_num);
   }
-  return tim->hz ? (int64_t)(((__int128)after_ps * tim->den - 1) / tim->num) : 0;
+  return tim->hz ? (int64_t)(((__int128)after_ps * tim->den - 1 - tim->extra) / tim->num) : 0;
+}
+
+/* Whole counts in so many ticks; the usual numbers of them take no division. */
+static int64_t counts_in(const Tim *tim, int64_t ticks) {
+  return tim->prescale == 1 ? ticks : ticks < tim->prescale ? 0 : ticks / tim->prescale;
 }
 
 /* When the counter will have counted so much more, while it runs. */
@@ -371,9 +395,9 @@ static int64_t time_after(const Tim *tim, int64_t steps) {
     return NEVER_PS;
   }
   if (ticks <= tim->most_ticks) {
-    return tim->origin_ps + ticks * tim->num / tim->den;
+    return tim->origin_ps + (ticks * tim->num + tim->extra) / tim->den;
   }
-  __int128 at_ps = tim->origin_ps + (__int128)ticks * tim->num / tim->den;
+  __int128 at_ps = tim->origin_ps + ((__int128)ticks * tim->num + tim->extra) / tim->den;
   return at_ps < NEVER_PS ? (int64_t)at_ps : NEVER_PS;
 }
 
@@ -381,7 +405,7 @@ static int64_t time_after(const Tim *tim, int64_t steps) {
 static void change_clock(Tim *tim, int64_t now_ps, int64_t hz) {
   if (tim->running) {
     tim->base -= ticks_at(tim, now_ps);
-    tim->origin_ps = now_ps;
+    set_origin(tim, now_ps);
   }
   set_tick(tim, hz);
 }
@@ -390,7 +414,7 @@ static void change_clock(Tim *tim, int64_t now_ps, int64_t hz) {
 static void start(Tim *tim, int64_t now_ps) {
   if (!tim->running) {
     tim->running = true;
-    tim->origin_ps = now_ps;
+    set_origin(tim, now_ps);
   }
 }
 
@@ -411,7 +435,7 @@ static int64_t steps_to_update(const Tim *tim) {
 }
 
 /* Up to the next update at most. */
-static void count(Tim *tim, int64_t steps) {
+static inline void count(Tim *tim, int64_t steps) {
   if (steps <= 0) {
     return;
   }
@@ -440,15 +464,16 @@ static void skip_cycles(Tim *tim, int64_t ticks) {
 }
 
 /* Bring the counter to now. */
-static void catch_up(Tim *tim) {
+static inline void catch_up(Tim *tim) {
   int64_t now_ps = tim->block.chip->now_ps;
+  move_origin(tim, now_ps);
   while (tim->running) {
     int64_t ticks = ticks_at(tim, now_ps);
     if (is_blocked(tim)) {
       tim->base = ticks;
       return;
     }
-    int64_t steps = (ticks - tim->base) / tim->prescale, first = steps_to_update(tim);
+    int64_t steps = counts_in(tim, ticks - tim->base), first = steps_to_update(tim);
     if (steps < first) {
       count(tim, steps);
       return;
@@ -485,7 +510,7 @@ static int64_t next_ps(Tim *tim) {
 }
 
 /* After any change: whether the next flag needs an event, and who interrupts now. */
-static void settle(Tim *tim) {
+static inline void settle(Tim *tim) {
   Chip *chip = tim->block.chip;
   uint32_t status = REGISTER(tim, SR), enabled = REGISTER(tim, DIER), active = status & enabled;
   bool wanted = enabled & ~status & (SR_UIF | CC_FLAGS) || enabled & DIER_UDE;
@@ -713,7 +738,8 @@ static void tim_reset(Block *block) {
   tim->index = 0;
   set_active_arr(tim, REGISTER(tim, ARR));
   set_tick(tim, input_hz(tim));
-  tim->origin_ps = tim->base = 0;
+  set_origin(tim, 0);
+  tim->base = 0;
   tim->prescale = 1;
   tim->repetition = tim->left = 0;
   tim->running = tim->one_pulse = tim->loaded = false;

@@ -3,6 +3,7 @@
 #define FCU_TIM_H
 
 #include "block.h"
+#include "division.h"
 
 #define TIMERS 8
 #define TIM_CHANNELS 4
@@ -38,8 +39,9 @@ typedef struct {
   int64_t spacing;    /* counts from one overflow or underflow to the next */
   int64_t length;     /* of the cycle */
 
-  /* The time base: a tick of the timer's clock is num / den ps. */
-  int64_t hz, num, den;
+  /* The time base: tick k of the timer's clock is at origin_ps + (k * num + extra) / den, rounded down once. */
+  int64_t hz, num, den, extra; /* extra is smaller than den */
+  Divisor by_num;
   int64_t most_ps, most_ticks; /* up to which 64 bits suffice for products */
   int64_t origin_ps;
   int64_t base; /* the tick at which the counter arrived where it is; while stopped, minus the phase */

@@ -12,6 +12,7 @@ static void set_rate(Timeline *timeline, int64_t hclk_hz) {
   int64_t common = common_divisor(common_divisor(num, cycle), den);
   timeline->num = num / common;
   timeline->den = den / common;
+  timeline->by_den = divisor_of(timeline->den);
   timeline->cycle = cycle / common;
   timeline->limit = (INT64_MAX - timeline->den) / timeline->num;
 }
@@ -21,11 +22,7 @@ void timeline_create(Timeline *timeline, int64_t cycles_num, int64_t cycles_den,
   set_rate(timeline, hclk_hz);
 }
 
-int64_t timeline_ps(const Timeline *timeline, int64_t n) {
-  int64_t count = timeline->count + n;
-  if (count >= 0 && count < timeline->limit) {
-    return timeline->origin_ps + (count * timeline->num + timeline->extra) / timeline->den;
-  }
+int64_t timeline_wide_ps(const Timeline *timeline, int64_t count) {
   Wide numerator = (Wide)count * timeline->num + timeline->extra, quotient = numerator / timeline->den;
   return timeline->origin_ps + (int64_t)(quotient - (numerator % timeline->den < 0));
 }

@@ -15,6 +15,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "division.h"
+
 /* The time after n more instructions is origin_ps + ((count + n) * num + extra) / den, rounded down once. */
 typedef struct {
   int64_t count;     /* instructions retired since the origin; those of the run under way not included */
@@ -24,11 +26,12 @@ typedef struct {
   int64_t before;    /* instructions retired before the origin */
   int64_t cycles_num, cycles_den; /* cycles of an instruction */
   int64_t limit;     /* counts below it can be multiplied in 64 bits */
+  Divisor by_den;
 } Timeline;
 
 void timeline_create(Timeline *timeline, int64_t cycles_num, int64_t cycles_den, int64_t hclk_hz);
-/* The time after n more instructions; n may be -1: the one in flight has begun then. */
-int64_t timeline_ps(const Timeline *timeline, int64_t n);
+/* The same as timeline_ps() for counts that need more than 64 bits. */
+int64_t timeline_wide_ps(const Timeline *timeline, int64_t count);
 /* The value of count from which on the time is at_ps or later. */
 int64_t timeline_position(const Timeline *timeline, int64_t at_ps);
 /* Move the origin to the present before counts exceed 64 bits; no time changes. Between runs. A clock with a deviation
@@ -41,6 +44,15 @@ void timeline_spend(Timeline *timeline, int cycles);
 void timeline_sleep_until(Timeline *timeline, int64_t at_ps);
 /* HCLK changes at at_ps, `running` instructions into the present run. */
 void timeline_set_rate(Timeline *timeline, int64_t hclk_hz, int64_t at_ps, int64_t running);
+
+/* The time after n more instructions; n may be -1: the one in flight has begun then. */
+static inline int64_t timeline_ps(const Timeline *timeline, int64_t n) {
+  int64_t count = timeline->count + n;
+  if (count >= 0 && count < timeline->limit) {
+    return timeline->origin_ps + divided(count * timeline->num + timeline->extra, &timeline->by_den);
+  }
+  return timeline_wide_ps(timeline, count);
+}
 
 static inline int64_t timeline_retired(const Timeline *timeline) { return timeline->before + timeline->count; }
 

@@ -25,6 +25,7 @@ void waiting_forget(Chip *chip) {
 
 void waiting_disturb(Chip *chip) {
   chip->waiting.accesses++;
+  waiting_outdate(&chip->waiting);
   if (chip->waiting.comparing) {
     waiting_forget(chip);
   }
@@ -65,15 +66,12 @@ void waiting_watch(Chip *chip) {
 
 bool waiting_nothing_changed(const Chip *chip) { return same_ram(chip, 0); }
 
-/* Where a register's interest is kept. Registers of different blocks have the same low bits: the multiplication
- * spreads them (Knuth, The Art of Computer Programming, 6.4). */
 static int32_t *interest_in(Waiting *waiting, uint32_t address) {
-  uint32_t place = (address * 0x9E3779B1u >> 16) % WAITING_POLLED;
-  if (waiting->polled[place].address != address) {
-    waiting->polled[place].address = address;
-    waiting->polled[place].interest = 0;
+  Polled *polled = waiting_place(waiting, address);
+  if (polled->address != address) {
+    *polled = (Polled){.address = address, .version = -1};
   }
-  return &waiting->polled[place].interest;
+  return &polled->interest;
 }
 
 static Passage *find_passage(Chip *chip) {

@@ -26,6 +26,15 @@ enum {
 
 enum { PAGES = 514, PAGE_OTG = 512, PAGE_PRIVATE = 513 }; /* kilobytes of the peripherals; OTG; the core's own */
 
+/* The page of a register's address. */
+static inline int page_of(uint32_t address) {
+  uint32_t offset = address - 0x40000000u;
+  if (offset < (uint32_t)PAGE_OTG << 10) {
+    return (int)(offset >> 10);
+  }
+  return address < 0xE0000000u ? PAGE_OTG : PAGE_PRIVATE;
+}
+
 /* What a kind of thing has cost: how often it was, and its work, that of what it has caused included. */
 typedef struct {
   int64_t times, work;
