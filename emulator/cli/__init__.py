@@ -12,6 +12,7 @@ import math
 import os
 import sys
 import traceback
+import warnings
 from contextlib import suppress
 from io import TextIOWrapper
 from typing import TYPE_CHECKING, TextIO
@@ -123,6 +124,7 @@ def _execute(arguments: Sequence[str]) -> ExitCode | int:
     from fcu_emulator.emulator.cli.exit_codes import ExitCode, code_of
     from fcu_emulator.emulator.errors import FcuError, OutputError
 
+    warnings.showwarning = _show_warning
     try:
         if sys.stdout is None and _prints(arguments):
             raise OutputError(f"standard output is closed; give it somewhere to go, such as > {os.devnull}")
@@ -143,6 +145,20 @@ def _execute(arguments: Sequence[str]) -> ExitCode | int:
         for line in str(error).splitlines():  # most have one; a diagnosis has more
             _complain(line)
         return code_of(error)
+
+
+def _show_warning(
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: TextIO | None = None,
+    line: str | None = None,
+) -> None:
+    """Print a warning for users, such as a key's old name, in one line; others are for programmers."""
+    del filename, lineno, file, line
+    if issubclass(category, FutureWarning):
+        _complain(f"warning: {message}")
 
 
 def _address_space() -> float:

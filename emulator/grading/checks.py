@@ -8,10 +8,11 @@ is one class and its name in the union at the end. What a kind wants to see duri
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, Field
 
@@ -95,8 +96,10 @@ class NoDiagnosis(Check):
 class NoWarnings(Check):
     """The compiler had nothing to say about the program; unjudged where it was not built here."""
 
+    RENAMED: ClassVar[Mapping[str, str]] = {"most": "max"}
+
     kind: Literal["no_warnings"]
-    most: int = Field(0, ge=0)
+    max: int = Field(0, ge=0)
 
     def judge(self, run: Judged) -> Miss | None:
         """Lines with ``warning:`` in what the build printed."""
@@ -104,10 +107,10 @@ class NoWarnings(Check):
             raise NotJudgedError("the program was not built here")
         lines = run.build_log.splitlines()
         warnings = [line for line in lines if "warning:" in line and line[:1] != " "]  # a space: an excerpt
-        if len(warnings) <= self.most:
+        if len(warnings) <= self.max:
             return None
         count = f"{len(warnings)} warning{'s' * (len(warnings) > 1)}, the first: {escaped(warnings[0])[:200]}"
-        return Miss("wrong value", f"at most {self.most} warnings" if self.most else "no warning", count)
+        return Miss("wrong value", f"at most {self.max} warnings" if self.max else "no warning", count)
 
 
 # -- The callback -------------------------------------------------------------------------------------------

@@ -60,7 +60,7 @@ class SessionRecording:
         happened = [(at_ps, entry) for at_ps, entry in (*entries, *self._entries) if at_ps <= duration_ps]
         name, profile = board.booted.name or "FIRMWARE", board.booted.profile.name
         shipped = name in board.description.firmware
-        powered_ps = 0 if self._cold else plan.contents.powered_for if plan else None
+        powered_ps = 0 if self._cold else plan.contents.uptime if plan else None
         lines = [
             f"# {self._source} of {board.description.name}. It gives the same bytes again with\n",
             f"# fcu run {name} --profile {profile} --scenario THIS_FILE\n\n",
@@ -69,7 +69,7 @@ class SessionRecording:
             key_text("duration", format_duration(duration_ps)),
             key_text("seed", board.seed),
             key_text("firmware", name) if shipped else "",
-            key_text("powered_for", format_duration(powered_ps)) if powered_ps is not None else "",
+            key_text("uptime", format_duration(powered_ps)) if powered_ps is not None else "",
             timeline(happened),
         ]
         tables = plan.contents.model_dump(mode="python", by_alias=True, exclude_unset=True) if plan else {}

@@ -424,14 +424,16 @@ class ExpectField(_Number):
 
 
 class ExpectPrinted(_Number):
-    """A number is printed, in its format, with never more than ``longest_gap`` between."""
+    """A number is printed, in its format, at least every ``max_gap``."""
+
+    RENAMED: ClassVar[Mapping[str, str]] = {"longest_gap": "max_gap"}
 
     kind: Literal["printed"]
-    longest_gap: Length
+    max_gap: Length
 
     def wording(self) -> str:
         """The line's format, and how often it comes."""
-        every = f"at least every {seconds(self.longest_gap)}"
+        every = f"at least every {seconds(self.max_gap)}"
         return f'a line "{self.number_format().text}" {every}{self.window_text()}'
 
     def judge(self, seen: Seen) -> Miss | None:
@@ -450,23 +452,25 @@ class ExpectPrinted(_Number):
         end_ps = seen.end_ps if self.to is None else min(self.to, seen.end_ps)
         times = [self.from_, *(line.at_ps for line in lines), end_ps]
         gap, since = max((after - before, before) for before, after in pairwise(times))
-        if gap <= self.longest_gap:
+        if gap <= self.max_gap:
             return None
         return Miss("missing", expected, f"none for {seconds(gap)} from {seconds(since)} on")
 
 
 class ExpectWithin(_Number):
-    """Each print of a number is from ``least`` to ``most``, and two of them are ``apart`` or more."""
+    """Each print of a number is from ``min`` to ``max``; two of them differ by ``min_difference`` or more."""
+
+    RENAMED: ClassVar[Mapping[str, str]] = {"least": "min", "most": "max", "apart": "min_difference"}
 
     kind: Literal["within"]
-    least: float
-    most: float
-    apart: float = Field(0.0, ge=0)
+    min: float
+    max: float
+    min_difference: float = Field(0.0, ge=0)
 
     def wording(self) -> str:
         """The range."""
-        apart = f", two of them {self.apart:g} apart" if self.apart else ""
-        return f"{self.title} from {self.least:g} to {self.most:g}{apart}{self.window_text()}"
+        apart = f", two of them {self.min_difference:g} apart" if self.min_difference else ""
+        return f"{self.title} from {self.min:g} to {self.max:g}{apart}{self.window_text()}"
 
     def judge(self, seen: Seen) -> Miss | None:
         """Missing when it is never printed."""
@@ -475,12 +479,12 @@ class ExpectWithin(_Number):
         values = [(line, number) for line, number in parsed if number is not None]
         if not values:
             return _not_printed(line_format, expected, self.lines_in_window(seen), seen)
-        wrong = [line for line, value in values if not self.least <= value <= self.most]
+        wrong = [line for line, value in values if not self.min <= value <= self.max]
         if wrong:
             text, diff = f"{len(wrong)} of {len(values)} prints outside", map(_printed, wrong[:_DIFF_LINES])
             return Miss("wrong value", expected, text, tuple(diff), for_good=True)
         apart = np.ptp([value for _, value in values])
-        if apart < self.apart:
+        if apart < self.min_difference:
             text = f"all {len(values)} within {apart:g}"
             return Miss("wrong value", expected, text, (_printed(values[0][0]),))
         return None

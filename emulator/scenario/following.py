@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import pairwise
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -18,17 +19,19 @@ _DIFF_LINES = 3  # wrong lines that a finding shows
 
 
 class ExpectLineFollows(Windowed):
-    """A line is printed at least every ``longest_gap`` while a condition holds, and never otherwise.
+    """A line is printed at least every ``max_gap`` while a condition holds, and never otherwise.
 
     The line has exactly the ``text``, or matches the ``pattern``. For ``settle`` after the condition has
     changed, and within its margin, the line may be printed or not.
     """
 
+    RENAMED: ClassVar[Mapping[str, str]] = {"longest_gap": "max_gap"}
+
     kind: Literal["line_follows"]
     text: str | None = Field(None, min_length=1, max_length=255)
     pattern: PatternText | None = None
     when: Condition
-    longest_gap: Length
+    max_gap: Length
     settle: Duration = 300 * PS_PER_MS
 
     @model_validator(mode="after")
@@ -39,7 +42,7 @@ class ExpectLineFollows(Windowed):
 
     def wording(self) -> str:
         """The line, how often, and when."""
-        every = f"at least every {seconds(self.longest_gap)} while {self.when.text()}, and not otherwise"
+        every = f"at least every {seconds(self.max_gap)} while {self.when.text()}, and not otherwise"
         return f"{self._line()} {every}{self.window_text()}"
 
     def judge(self, seen: Seen) -> Miss | None:
@@ -89,7 +92,7 @@ class ExpectLineFollows(Windowed):
             )
         ]
         longest = max(silences, default=(0, 0))
-        return longest if longest[0] > self.longest_gap else None
+        return longest if longest[0] > self.max_gap else None
 
     def _missing(self, seen: Seen, silence: tuple[int, int], lines: list[PrintedLine]) -> Miss:
         length_ps, since_ps = silence

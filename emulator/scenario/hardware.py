@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from itertools import groupby, pairwise
-from typing import Any, Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -383,17 +383,19 @@ class ExpectReads(Expectation):
     A transfer counts when it has the output's first byte, alone or in a burst.
     """
 
+    RENAMED: ClassVar[Mapping[str, str]] = {"least_hz": "min_hz", "most_hz": "max_hz"}
+
     kind: Literal["reads"]
     sensor: Literal["accelerometer", "gyroscope", "magnetometer", "barometer"]
-    least_hz: float = Field(0.0, ge=0)
-    most_hz: float = Field(1e6, gt=0)
+    min_hz: float = Field(0.0, ge=0)
+    max_hz: float = Field(1e6, gt=0)
     from_: Duration = Field(2 * PS_PER_S, alias="from")
     for_: Length = Field(PS_PER_S // 4, alias="for")
 
     def wording(self) -> str:
         """The output and how often."""
         part, address, register = _outputs()[self.sensor]
-        bounds = f"at least {self.least_hz:g}" if self.least_hz else f"at most {self.most_hz:g}"
+        bounds = f"at least {self.min_hz:g}" if self.min_hz else f"at most {self.max_hz:g}"
         return f"{part} {register} (0x{address:02X}) read {bounds} times a second"
 
     def watch(self, board: BoardView) -> list[int]:
@@ -419,12 +421,12 @@ class ExpectReads(Expectation):
         if seen.end_ps < self.from_ + self.for_:
             return None
         rate_hz = watched[0] / (self.for_ / PS_PER_S)
-        if self.least_hz <= rate_hz <= self.most_hz:
+        if self.min_hz <= rate_hz <= self.max_hz:
             return None
-        wanted = f"at least {self.least_hz:g}" if rate_hz < self.least_hz else f"at most {self.most_hz:g}"
+        wanted = f"at least {self.min_hz:g}" if rate_hz < self.min_hz else f"at most {self.max_hz:g}"
         place = f"{part} {register} (0x{address:02X})"
         expected, text = f"{place} read {wanted} times a second", f"{rate_hz:.0f} times a second"
-        if rate_hz >= self.least_hz:
+        if rate_hz >= self.min_hz:
             return Miss("wrong value", expected, text, for_good=True)
         text += ": is it read in each call of the timer's callback?"
         return Miss("wrong value", expected, text, for_good=True, finding="seldom read")

@@ -6,8 +6,8 @@ and whatever is wrong with it is a ScenarioError of one line.
 Some motions are to be known by nobody before the board is made. Wherever a scenario's ``[world]``,
 ``[[timeline]]`` and ``[[threshold]]`` have a number or a duration, they may have a draw instead::
 
-    pitch_deg = { draw = [20, 70], either_sign = true }   # 20 to 70, or -70 to -20
-    for = { draw = ["1s", "3s"] }
+    pitch_deg = { uniform = [20, 70], random_sign = true }   # 20 to 70, or -70 to -20
+    for = { uniform = ["1s", "3s"] }
     metres = { one_of = [3, 4.5] }
 
 What is drawn is checked as if it stood in the file, and the world refuses what is not possible, so a scenario
@@ -37,6 +37,7 @@ from pydantic import ValidationError
 from fcu_emulator.emulator.boards.description import BoardDescription
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.errors import InputError, ScenarioError
+from fcu_emulator.emulator.scenario.renamed import with_current_keys
 from fcu_emulator.emulator.scenario.rules import with_rules
 from fcu_emulator.emulator.scenario.scenario import Scenario
 from fcu_emulator.emulator.scenario.schema import scenario_file
@@ -204,9 +205,10 @@ def _parse(data: bytes, file: str) -> dict[str, Any]:
 
 
 _DRAWN_IN = ("world", "timeline", "threshold")
-_DRAW_KEYS = {"draw", "one_of", "either_sign"}
+_DRAW_KEYS = {"uniform", "one_of", "random_sign"}
+_RENAMED = {"draw": "uniform", "either_sign": "random_sign"}
 _DRAWN_DIGITS = 2  # of a drawn number, after the point: it is read by people, too
-_DRAW_HELP = "give draw = [least, most], two numbers or two durations, or one_of = [...]"
+_DRAW_HELP = "give uniform = [min, max], two numbers or two durations, or one_of = [...]"
 
 Pick: TypeAlias = Callable[[str, int], float]
 """By a key path and a purpose, where in a range from 0 to 1."""
@@ -250,7 +252,7 @@ def _any_draw(value: Any) -> bool:
 
 
 def _is_draw(value: Any) -> bool:
-    return isinstance(value, dict) and bool(value.keys() & _DRAW_KEYS)
+    return isinstance(value, dict) and bool(value.keys() & {*_DRAW_KEYS, *_RENAMED})
 
 
 def _replaced(value: Any, pick: Pick, file: str, path: str) -> Any:
@@ -267,27 +269,28 @@ def _replaced(value: Any, pick: Pick, file: str, path: str) -> Any:
 
 
 def _draw(value: dict[str, Any], pick: Callable[[int], float]) -> Any:
-    if len(value.keys() & {"draw", "one_of"}) != 1 or not value.keys() <= _DRAW_KEYS:
+    value = with_current_keys(value, _RENAMED)
+    if len(value.keys() & {"uniform", "one_of"}) != 1 or not value.keys() <= _DRAW_KEYS:
         raise ValueError(f"is {shown(value)}; {_DRAW_HELP}")
-    if not isinstance(value.get("either_sign", False), bool):
-        raise ValueError(f"has either_sign = {shown(value['either_sign'])}; give true or false")
+    if not isinstance(value.get("random_sign", False), bool):
+        raise ValueError(f"has random_sign = {shown(value['random_sign'])}; give true or false")
     if "one_of" in value:
         choices = value["one_of"]
         if not isinstance(choices, list) or not choices:
             raise ValueError(f"has one_of = {shown(choices)}; give an array of what may be chosen")
         result = choices[int(pick(0) * len(choices))]
     else:
-        result = _between(value["draw"], pick(0))
-    if value.get("either_sign", False):
+        result = _between(value["uniform"], pick(0))
+    if value.get("random_sign", False):
         if not _is_number(result):
-            raise ValueError("has either_sign, and what is drawn is no number")
+            raise ValueError("has random_sign, and what is drawn is no number")
         result = result if pick(1) < 0.5 else -result
     return result
 
 
 def _between(ends: Any, share: float) -> Any:
     if not isinstance(ends, list) or len(ends) != 2:
-        raise ValueError(f"has draw = {shown(ends)}; {_DRAW_HELP}")
+        raise ValueError(f"has uniform = {shown(ends)}; {_DRAW_HELP}")
     low, high = ends
     if all(isinstance(end, str) for end in ends):
         least, most = (parse_duration(end) for end in ends)
@@ -295,14 +298,14 @@ def _between(ends: Any, share: float) -> Any:
         step = PS_PER_MS if (most - least) >= PS_PER_MS else 1
         return format_duration(least + int(share * (most - least)) // step * step)
     if not all(map(_is_number, ends)):
-        raise ValueError(f"has draw = {shown(ends)}; {_DRAW_HELP}")
+        raise ValueError(f"has uniform = {shown(ends)}; {_DRAW_HELP}")
     _refuse_order(low <= high, ends)
     return min(max(round(low + share * (high - low), _DRAWN_DIGITS), low), high)
 
 
 def _refuse_order(in_order: bool, ends: Any) -> None:
     if not in_order:
-        raise ValueError(f"has draw = {shown(ends)}, the larger one first; give the least first")
+        raise ValueError(f"has uniform = {shown(ends)}, the larger one first; give the least first")
 
 
 def _is_number(value: Any) -> bool:

@@ -134,7 +134,7 @@ class Scenario:
         self.question = contents.question
         self.seed = contents.seed
         self.firmware = contents.firmware
-        self.powered_on_ps = None if contents.powered_for is None else -contents.powered_for
+        self.powered_on_ps = None if contents.uptime is None else -contents.uptime
         """When board and sensors have got their supply; None: long ago."""
         self.duration_ps = contents.duration
         self.i2c_speed_hz = contents.bus.speed

@@ -8,8 +8,9 @@ timeline entry or an expectation does stands in its own class, under the same ke
 from __future__ import annotations
 
 import datetime as dt
+from collections.abc import Mapping
 from functools import cache
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Any, ClassVar, Literal, get_args
 
 from pydantic import (
     AfterValidator,
@@ -253,11 +254,13 @@ class ReportTable(Window):
 class ScenarioFile(Table):
     """The file."""
 
+    RENAMED: ClassVar[Mapping[str, str]] = {"powered_for": "uptime"}
+
     schema_: Literal[1] = Field(alias="schema")
     question: str = Field(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f\x7f-\x9f]+$")  # printed
     firmware: str = ""
     seed: int = Field(0, ge=0, lt=2**63)
-    powered_for: Duration | None = None
+    uptime: Duration | None = None
     duration: Length = 10 * PS_PER_S
     firmware_settings: FirmwareTable = Field(default_factory=lambda: FirmwareTable.model_validate({}))
     bus: BusTable = BusTable()
@@ -312,9 +315,9 @@ _DRAW = {
     "description": "A number or a duration that is drawn from the seed.",
     "type": "object",
     "properties": {
-        "draw": {"type": "array", "items": {"type": ["number", "string"]}, "minItems": 2, "maxItems": 2},
+        "uniform": {"type": "array", "items": {"type": ["number", "string"]}, "minItems": 2, "maxItems": 2},
         "one_of": {"type": "array", "minItems": 1},
-        "either_sign": {"type": "boolean"},
+        "random_sign": {"type": "boolean"},
     },
     "minProperties": 1,
     "additionalProperties": False,

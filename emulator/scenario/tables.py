@@ -26,7 +26,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from decimal import Decimal
 from pathlib import Path, PurePosixPath, PureWindowsPath
-from typing import Annotated, Any, Generic, Self, TypeVar
+from typing import Annotated, Any, ClassVar, Generic, Self, TypeVar
 
 import regex
 from pydantic import (
@@ -46,6 +46,7 @@ from pydantic_core import PydanticCustomError
 from fcu_emulator.emulator.boards.description import BoardDescription
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.errors import RecordingError
+from fcu_emulator.emulator.scenario.renamed import with_current_keys
 from fcu_emulator.emulator.text import shown
 from fcu_emulator.emulator.time.clock import (
     DURATION,
@@ -66,12 +67,16 @@ class Table(BaseModel):
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
+    RENAMED: ClassVar[Mapping[str, str]] = {}
+    """Current names of keys, by those of the previous release."""
+
     @model_validator(mode="before")
     @classmethod
     def _refuse_unknown_keys(cls, data: Any) -> Any:
-        """The library's own message does not say which keys there are."""
+        """Name the known keys, which the library's message does not; replace renamed ones."""
         if not isinstance(data, dict):
             return data
+        data = with_current_keys(data, cls.RENAMED)
         known = [field.alias or name for name, field in cls.model_fields.items()]
         for key in data:
             if key not in known:

@@ -7,9 +7,10 @@ the union at the end. A motion calls the world's motion of the same name.
 from __future__ import annotations
 
 from functools import partial
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import (
+    BeforeValidator,
     Field,
     PlainSerializer,
     PlainValidator,
@@ -20,6 +21,7 @@ from pydantic import (
 
 from fcu_emulator.emulator.buses.i2c import FaultKind, I2CFault
 from fcu_emulator.emulator.scenario.observed import BoardView
+from fcu_emulator.emulator.scenario.renamed import current_name
 from fcu_emulator.emulator.scenario.tables import (
     Address,
     Duration,
@@ -247,7 +249,7 @@ class Weather(Motion):
     """Let the air's pressure rise or fall, smoothly."""
 
     MOVES: ClassVar[frozenset[str]] = frozenset({"weather"})
-    do: Literal["weather"]
+    do: Literal["change_pressure"]
     change_hpa: Annotated[float, within(limits.PRESSURE_CHANGE)]
 
     def plan(self, world: World, start_s: float) -> None:
@@ -258,7 +260,7 @@ class Weather(Motion):
 class Blow(Motion):
     """A gusty wind."""
 
-    do: Literal["wind"]
+    do: Literal["blow_wind"]
     speed_m_s: Annotated[float, within(limits.WIND)]
 
     def plan(self, world: World, start_s: float) -> None:
@@ -269,7 +271,7 @@ class Blow(Motion):
 class ShutDoor(Entry):
     """A door is shut, or with a negative push torn open."""
 
-    do: Literal["door"]
+    do: Literal["slam_door"]
     push_hpa: Annotated[float, within(limits.PUSH)] = DOOR_HPA
 
     def plan(self, world: World, start_s: float) -> None:
@@ -500,7 +502,7 @@ class SetField(Jump):
 class Fault(Entry):
     """Break the sensor bus, for a time or for good; see I2CFault for the kinds."""
 
-    do: Literal["fault"]
+    do: Literal["inject_fault"]
     kind: FaultKind
     for_: Length | None = Field(None, alias="for")
     address: Address | None = None
@@ -555,6 +557,23 @@ class Send(Entry):
         board.terminal.write(self.text or self.hex or b"")
 
 
+RENAMED = {
+    "weather": "change_pressure",
+    "wind": "blow_wind",
+    "door": "slam_door",
+    "fault": "inject_fault",
+}
+"""Current names of entries, by those of the previous release."""
+
+
+def _with_current_name(entry: Any) -> Any:
+    return (
+        {**entry, "do": current_name(entry["do"], RENAMED)}
+        if isinstance(entry, dict) and "do" in entry
+        else entry
+    )
+
+
 AnyEntry = Annotated[
     Hold
     | RotateTo
@@ -586,4 +605,5 @@ AnyEntry = Annotated[
     | Fault
     | Send,
     Field(discriminator="do"),
+    BeforeValidator(_with_current_name),
 ]

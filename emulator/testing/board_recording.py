@@ -25,7 +25,12 @@ from fcu_emulator.emulator.system_words import command_line
 from fcu_emulator.emulator.time.clock import NEVER_PS, format_duration, to_ps
 from fcu_emulator.emulator.world import World
 
-_NAMES = {"change_weather": "weather", "blow": "wind", "shut_door": "door", "set_magnetic_field": "set_field"}
+_NAMES = {
+    "change_weather": "change_pressure",
+    "blow": "blow_wind",
+    "shut_door": "slam_door",
+    "set_magnetic_field": "set_field",
+}
 """Entries that have another name than the world's method."""
 _KEYS = {"hpa": "pressure_hpa", "degc": "temperature_degc", "percent": "humidity_percent"}
 _DURATIONS = {"duration_s": "for", "catch_s": "catch", "time_constant_s": "time_constant"}
@@ -124,7 +129,7 @@ class BoardRecording:
 
     def _fault(self, name: str, at_ps: int, given: dict[str, Any]) -> None:
         fault: I2CFault = given["fault"]
-        table: dict[str, Any] = {"do": "fault", "kind": fault.kind, "byte_index": fault.byte_index}
+        table: dict[str, Any] = {"do": "inject_fault", "kind": fault.kind, "byte_index": fault.byte_index}
         begin_ps = max(fault.from_ps, at_ps)
         if fault.until_ps < NEVER_PS:
             table["for"] = format_duration(fault.until_ps - begin_ps)

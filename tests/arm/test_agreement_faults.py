@@ -13,7 +13,7 @@ from fcu_emulator.emulator.trace import BusTransfer, Fault
 from tests.support.arm.agreement import ran, text_of
 from tests.support.scenario_files import IDEAL, write
 
-FAULT = "[[timeline]]\ndo = 'fault'\nkind = '{}'\nat = '{}'\nfor = '{}'\n{}\n"
+FAULT = "[[timeline]]\ndo = 'inject_fault'\nkind = '{}'\nat = '{}'\nfor = '{}'\n{}\n"
 
 
 def failures(board: Board) -> Counter[str]:
@@ -64,7 +64,7 @@ def test_a_line_held_low_costs_both_the_hals_timeout(tmp_path: Path) -> None:
 @pytest.mark.parametrize("part", ["LSM6DSL", "LIS2MDL", "LPS22HB"])
 def test_a_missing_sensor_ends_both_boots_after_the_banner(tmp_path: Path, part: str) -> None:
     """ST's start-up then hangs without a word."""
-    missing = f"[[timeline]]\ndo = 'fault'\nkind = 'absent'\naddress = '{part}'\n"
+    missing = f"[[timeline]]\ndo = 'inject_fault'\nkind = 'absent'\naddress = '{part}'\n"
     scenario = write(tmp_path, IDEAL + missing)
     texts = {text_of(ran(firmware, scenario, 1.2)[1]) for firmware in ("solution", "lab3")}
 

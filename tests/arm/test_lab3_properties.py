@@ -262,7 +262,7 @@ def _sample_at(pose: Pose) -> Any:
 
 
 @settings(max_examples=40)
-@given(motions(expect=[{"kind": "printed", "name": "Pitch", "longest_gap": "1.5s"}]))
+@given(motions(expect=[{"kind": "printed", "name": "Pitch", "max_gap": "1.5s"}]))
 def test_a_motion_is_one_that_hands_can_do_and_its_file_is_the_same_motion(motion: Motion) -> None:
     world = Board("template", scenario=motion.scenario).world
     t_s = np.linspace(0.0, motion.scenario.duration_s, 200)
@@ -288,7 +288,7 @@ at = "0.5s"
 for = "3s"
 [[timeline]]
 do = "rotate_to"
-yaw_deg = { draw = [20, 170], either_sign = true }
+yaw_deg = { uniform = [20, 170], random_sign = true }
 for = "1s"
 [[expect]]
 kind = "field"

@@ -23,7 +23,7 @@ VALUES: list[Any] = [
     {"do": "follow_altitude", "metres": 1, "time_constant": "0s"},
     {"do": "shake", "axis": "up", "amplitude_g": 1000, "frequency_hz": 0.01, "for": "1000s"},
     {"do": "figure_eight", "for": "1us", "turns": 100}, {"do": "free_fall", "for": "100h"},
-    {"do": "fault", "kind": "stuck", "for": "1us"}, {"do": "replay", "csv": "/etc/passwd"},
+    {"do": "inject_fault", "kind": "stuck", "for": "1us"}, {"do": "replay", "csv": "/etc/passwd"},
 ]  # fmt: skip
 
 NAMES = ["entry", "id", "of", "factor", "name", "data", "scenario", "variables", "registers", "bus", "x"]

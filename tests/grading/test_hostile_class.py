@@ -345,7 +345,7 @@ _RUN = """[run.still.sensors]
 grade = "ideal"
 
 [run.still.world]
-pitch_deg = { draw = [-70, 70] }
+pitch_deg = { uniform = [-70, 70] }
 
 """
 DRAWN = (

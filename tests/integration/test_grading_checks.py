@@ -44,7 +44,7 @@ expect = [{{ {expectation} }}]
 
 
 QUIET = 'kind = "quiet_callback", from = "1.2s", for = "1s"'
-READS = 'kind = "reads", from = "1.5s", for = "500ms", least_hz = 799, most_hz = 801'
+READS = 'kind = "reads", from = "1.5s", for = "500ms", min_hz = 799, max_hz = 801'
 
 
 @pytest.mark.parametrize(
@@ -59,8 +59,8 @@ READS = 'kind = "reads", from = "1.5s", for = "500ms", least_hz = 799, most_hz =
         f'{READS}, sensor = "barometer"',
         QUIET,
         'kind = "property", property = "pitch_is_the_inclination_of_the_x_axis", examples = 20',
-        'kind = "printed", name = "Pitch", longest_gap = "1.3s"',
-        'kind = "within", name = "Pitch", least = -10, most = 10',
+        'kind = "printed", name = "Pitch", max_gap = "1.3s"',
+        'kind = "within", name = "Pitch", min = -10, max = 10',
     ],
 )
 def test_the_solution_passes(tmp_path: Path, expectation: str) -> None:
@@ -79,9 +79,9 @@ def test_the_solution_passes(tmp_path: Path, expectation: str) -> None:
             "800 times",
         ),
         ('kind = "no_diagnosis", of = ["callback"]', STUCK, "stuck in HAL_Delay(), "),
-        ('kind = "within", name = "Pitch", least = 10, most = 20', "solution", "2 of 2 prints outside"),
-        ('kind = "printed", name = "Pitch", longest_gap = "1s"', "solution", "none for 1.11"),
-        ('kind = "printed", name = "Pitch", longest_gap = "1s"', "template-arm", 'no line "Pitch: '),
+        ('kind = "within", name = "Pitch", min = 10, max = 20', "solution", "2 of 2 prints outside"),
+        ('kind = "printed", name = "Pitch", max_gap = "1s"', "solution", "none for 1.11"),
+        ('kind = "printed", name = "Pitch", max_gap = "1s"', "template-arm", 'no line "Pitch: '),
     ],
 )
 def test_a_wrong_program_is_told_why(tmp_path: Path, expectation: str, firmware: str, actual: str) -> None:

@@ -144,7 +144,7 @@ run = "still"
 id = "pitch"
 title = "the pitch is printed"
 visible = "always"
-expect = [{ kind = "printed", name = "Pitch", longest_gap = "2s" }]
+expect = [{ kind = "printed", name = "Pitch", max_gap = "2s" }]
 
 [[exercise]]
 id = "2"
@@ -210,9 +210,7 @@ def test_hidden_prerequisite_is_not_named_to_students(tmp_path: Path) -> None:
 
 
 def test_unjudged_prerequisite_leaves_the_check_unjudged(tmp_path: Path) -> None:
-    text = NEEDY.replace(
-        '{ kind = "printed", name = "Pitch", longest_gap = "2s" }', '{ kind = "no_warnings" }'
-    )
+    text = NEEDY.replace('{ kind = "printed", name = "Pitch", max_gap = "2s" }', '{ kind = "no_warnings" }')
     verdict = judged_by(tmp_path, text, "lab3")
 
     assert {one.outcome for one in verdict.checks} == {"unjudged"}
@@ -259,9 +257,9 @@ def test_pattern_that_takes_too_long_is_not_judged(tmp_path: Path, monkeypatch: 
     monkeypatch.setattr("fcu_emulator.emulator.scenario.tables._LINE_PATIENCE_S", 0.01)
     monkeypatch.setattr("fcu_emulator.emulator.scenario.tables._RUN_PATIENCE_S", 0.02)
     slow = "pattern = '^(?P<number>.|..)+(?<!.)$'"
-    following = f"kind = 'line_follows', {slow}, longest_gap = '1s', when = {{ led = 'led1' }}"
+    following = f"kind = 'line_follows', {slow}, max_gap = '1s', when = {{ led = 'led1' }}"
     number = f"kind = 'field', {slow}, truth = 'roll', tolerance = 1"
     for expectation in (following, number):
-        old = '{ kind = "printed", name = "Pitch", longest_gap = "2s" }'
+        old = '{ kind = "printed", name = "Pitch", max_gap = "2s" }'
         verdict = judged_by(tmp_path, NEEDY.replace(old, f"{{ {expectation} }}"), "lab3", ["1"])
         assert verdict.checks[0].outcome == "unjudged"

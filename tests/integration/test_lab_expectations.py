@@ -18,7 +18,7 @@ IDEAL = f'{HEAD}[sensors]\ngrade = "ideal"\n'
 THRESHOLD = '[[threshold]]\nquantity = "roll"\nvalue = 45\nmargin = 1\n'
 TURN = '[[timeline]]\ndo = "turn_over"\nfor = "1s"\n'
 ALARM = (
-    '[[expect]]\nkind = "line_follows"\ntext = "ALARM"\nlongest_gap = "1.1s"\n'
+    '[[expect]]\nkind = "line_follows"\ntext = "ALARM"\nmax_gap = "1.1s"\n'
     'when = { quantity = "roll", beyond = 45, margin = 0.5 }\n'
 )
 LED = (
@@ -114,7 +114,7 @@ def test_line_that_does_not_follow_the_led_is_found(tmp_path: Path) -> None:
 )
 def test_line_follows_any_quantity(tmp_path: Path, condition: str, holds: bool) -> None:
     moved = IDEAL + '[[threshold]]\nquantity = "Altitude"\nvalue = 3\nmargin = 1\n'
-    line = '[[expect]]\nkind = "line_follows"\npattern = "^HIGH"\nlongest_gap = "2s"\n'
+    line = '[[expect]]\nkind = "line_follows"\npattern = "^HIGH"\nmax_gap = "2s"\n'
     line += f"when = {{ {condition} }}\n"
     text = moved + line.replace("3 }", "3, margin = 0.9 }")
     above = program(said=lambda one: "HIGH!" * (one.press_zero_level - one.press > 0.35))
@@ -146,7 +146,7 @@ def test_order_of_rests_is_drawn_from_the_seed(tmp_path: Path) -> None:
 
 
 def test_threshold_may_be_drawn(tmp_path: Path) -> None:
-    text = IDEAL + THRESHOLD.replace("margin = 1", "margin = { draw = [0.6, 2] }") + ALARM
+    text = IDEAL + THRESHOLD.replace("margin = 1", "margin = { uniform = [0.6, 2] }") + ALARM
     assert played(tmp_path, text, program()).passed
 
 
@@ -208,8 +208,8 @@ def test_number_in_own_format_is_compared_with_the_truth(
 @pytest.mark.parametrize("kind", ["printed", "within"])
 def test_own_format_serves_every_kind_about_numbers(tmp_path: Path, kind: str) -> None:
     keys = {
-        "printed": 'longest_gap = "1.2s", from = "1.5s"',
-        "within": "least = 2900, most = 3100, from = '1.5s'",
+        "printed": 'max_gap = "1.2s", from = "1.5s"',
+        "within": "min = 2900, max = 3100, from = '1.5s'",
     }
     text = number('format = "tilt=%d"', keys[kind]).replace('"field"', f'"{kind}"')
 
@@ -251,5 +251,5 @@ def test_format_without_a_usable_number_is_refused(tmp_path: Path, format_key: s
     ],
 )
 def test_condition_that_says_nothing_is_refused(tmp_path: Path, condition: str) -> None:
-    line = f'[[expect]]\nkind = "line_follows"\ntext = "A"\nlongest_gap = "1s"\nwhen = {{ {condition} }}\n'
+    line = f'[[expect]]\nkind = "line_follows"\ntext = "A"\nmax_gap = "1s"\nwhen = {{ {condition} }}\n'
     assert refusal(tmp_path, HEAD + line).key.startswith("expect[0].when")

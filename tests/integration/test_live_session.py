@@ -31,7 +31,7 @@ SCRIPT = [
     (1.9, do(do="turn_over", for_="300ms", interrupts=True)),
     (2.0, do(do="set_temperature", temperature_degc=31)),
     (2.1, do(do="tap")),
-    (2.2, do(do="fault", kind="nack", address="LSM6DSL", for_="5ms")),
+    (2.2, do(do="inject_fault", kind="nack", address="LSM6DSL", for_="5ms")),
     (2.3, do(do="follow_attitude", roll_deg=85)),
     (2.35, do(do="follow_magnet", north_m=0.1, up_m=-0.05)),
     (2.37, do(do="follow_magnet", west_m=0.15, moment_am2=0.3)),

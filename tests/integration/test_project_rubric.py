@@ -27,7 +27,7 @@ run = "still"
 [[exercise.check]]
 id = "pitch"
 title = "the pitch is printed"
-expect = [{ kind = "printed", name = "Pitch", longest_gap = "2s" }]
+expect = [{ kind = "printed", name = "Pitch", max_gap = "2s" }]
 """
 SECOND = """\
 [[exercise]]
@@ -37,7 +37,7 @@ run = "still"
 [[exercise.check]]
 id = "again"
 title = "the pitch is printed"
-expect = [{ kind = "printed", name = "Pitch", longest_gap = "2s" }]
+expect = [{ kind = "printed", name = "Pitch", max_gap = "2s" }]
 """
 SCENARIO = """\
 schema = 1

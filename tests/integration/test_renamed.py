@@ -12,9 +12,12 @@ from fcu_emulator.emulator.cli import execute
 from fcu_emulator.emulator.cli.commands import cli
 from fcu_emulator.emulator.cli.declare import Command
 from fcu_emulator.emulator.live.gestures import OLD_WORDS
+from fcu_emulator.emulator.scenario import load_scenario
+from fcu_emulator.emulator.scenario.renamed import RenamedWarning
 
 PAGE = Path(__file__).parents[2] / "docs" / "renamed.md"
-ROWS = re.findall(r"^\| `([^`]+)` \| `([^`]+)` \| (.+) \|$", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
+TEXT = PAGE.read_text(encoding="utf-8")
+ROWS = re.findall(r"^\| `([^`]+)` \| `([^`]+)` \| (.+) \|$", TEXT, re.MULTILINE)
 LINES = {
     "--notes": "run template --duration 1100ms --speed max --notes",
     "--timing": "diff template template --scenario desk --duration 1100ms --timing=5ms",
@@ -68,3 +71,80 @@ def test_words_after_two_dashes_are_not_options() -> None:
     command.main(["--", "--notes"], standalone_mode=False)
 
     assert seen == ["--notes"]
+
+
+SCENARIO = """
+schema = 1
+question = "?"
+duration = "2s"
+{uptime} = "10s"
+
+[world]
+pitch_deg = {{ {uniform} = [20, 30], {random_sign} = true }}
+
+[[timeline]]
+do = "{change_pressure}"
+change_hpa = -1
+for = "1s"
+
+[[timeline]]
+do = "{blow_wind}"
+speed_m_s = 3
+for = "1s"
+
+[[timeline]]
+do = "{slam_door}"
+
+[[timeline]]
+do = "{inject_fault}"
+kind = "nack"
+for = "5ms"
+
+[[expect]]
+kind = "within"
+name = "Pitch"
+{min} = 10
+{max} = 20
+{min_difference} = 1
+
+[[expect]]
+kind = "printed"
+name = "Pitch"
+{max_gap} = "1.5s"
+
+[[expect]]
+kind = "line_follows"
+text = "ALARM"
+{max_gap} = "1.5s"
+when = {{ quantity = "Roll", beyond = 45 }}
+
+[[expect]]
+kind = "reads"
+sensor = "accelerometer"
+{min_hz} = 760
+{max_hz} = 840
+"""
+OLD_KEYS = {
+    old: new
+    for names, new_names, where in re.findall(
+        r"^\| (`[^|]+) \| (`[^|]+) \| ([^`|]*(?:`[^|]*)?) \|$", TEXT, re.MULTILINE
+    )
+    if not where.startswith(("`fcu", "Python", "check"))
+    for old, new in zip(re.findall("`([^`]+)`", names), re.findall("`([^`]+)`", new_names), strict=True)
+}
+
+
+def scenario(folder: Path, keys: dict[str, str]) -> Path:
+    path = folder / "renamed.toml"
+    path.write_text(SCENARIO.format(**{new: new for new in OLD_KEYS.values()} | keys), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(("old", "new"), OLD_KEYS.items())
+def test_old_key_means_what_the_new_one_does(old: str, new: str, tmp_path: Path) -> None:
+    current = load_scenario(scenario(tmp_path, {}))
+    with pytest.warns(RenamedWarning) as warned:
+        former = load_scenario(scenario(tmp_path, {new: old}))
+
+    assert former.contents == current.contents
+    assert {str(one.message) for one in warned} == {f"{old} is now called {new}; use that name"}

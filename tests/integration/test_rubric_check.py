@@ -34,7 +34,7 @@ points = 3
 [[exercise.check.expect]]
 kind = "line_follows"
 text = "ALARM"
-longest_gap = "1.1s"
+max_gap = "1.1s"
 when = { quantity = "roll", beyond = 45, margin = 0.3 }
 
 [[exercise.check]]
@@ -56,7 +56,7 @@ duration = "3s"
 [[expect]]
 kind = "printed"
 name = "Pitch"
-longest_gap = "2s"
+max_gap = "2s"
 """
 NAMED = """\
 schema = 1
@@ -122,8 +122,8 @@ def test_rubric_check_of_the_file_only_judges_nothing(tmp_path: Path) -> None:
     [
         ('kind = "line", text = "HELLO"', "HELLO"),
         ('kind = "field", name = "Altitude", truth = true, tolerance = 1', "Altitude: 0.000000 m"),
-        ('kind = "printed", format = "t=%5.1f %s 50%%", longest_gap = "1s"', "t=  0.0 x 50%"),
-        ('kind = "within", pattern = "^t=(?P<number>-?[0-9]+)$", least = 0, most = 1', "t=0"),
+        ('kind = "printed", format = "t=%5.1f %s 50%%", max_gap = "1s"', "t=  0.0 x 50%"),
+        ('kind = "within", pattern = "^t=(?P<number>-?[0-9]+)$", min = 0, max = 1', "t=0"),
         ('kind = "regex", pattern = "^t=\\\\d+ deg"', "t=0 deg"),
         ('kind = "never", pattern = "ALARM"', None),
     ],

@@ -23,7 +23,7 @@ from = "1.2s"
 [[expect]]
 kind = "printed"
 name = "ACC.z"
-longest_gap = "1.5s"
+max_gap = "1.5s"
 from = "1.2s"
 """
 """Some boards meet it and some do not: the accelerometer's offset is up to 40 mg."""

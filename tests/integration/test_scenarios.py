@@ -203,7 +203,7 @@ def test_too_much_wall_time_stops_the_run(tmp_path: Path) -> None:
 
 def test_a_fault_breaks_the_bus_for_its_time(tmp_path: Path) -> None:
     """While the magnetometer is absent MAG keeps its old value, corrected again on every call."""
-    fault = "[[timeline]]\ndo = 'fault'\nkind = 'absent'\naddress = 'LIS2MDL'\nat = '1.5s'\nfor = '500ms'\n"
+    fault = "[[timeline]]\ndo = 'inject_fault'\nkind = 'absent'\naddress = 'LIS2MDL'\nat = '1.5s'\nfor = '500ms'\n"
     board = Board(scenario=write(tmp_path, IDEAL + fault))
     board.run_for(2.5)
     failed = [event for event in board.trace if event.kind == "bus"]
@@ -214,7 +214,7 @@ def test_a_fault_breaks_the_bus_for_its_time(tmp_path: Path) -> None:
 
 def test_a_missing_sensor_ends_the_boot(tmp_path: Path) -> None:
     """The firmware hangs after the banner, as on the board."""
-    fault = "[[timeline]]\ndo = 'fault'\nkind = 'absent'\naddress = 0x6B\n"
+    fault = "[[timeline]]\ndo = 'inject_fault'\nkind = 'absent'\naddress = 0x6B\n"
     only_banner = "[[expect]]\nkind = 'never'\npattern = 'LSM6DSL'\n"
     banner = "[[expect]]\nkind = 'line'\ntext = 'STEVAL-FCU001V1 FH rev.1.0 - Sep 2017'\n"
     no_timer = "[[expect]]\nkind = 'ticks'\nlate_max = 0\n"

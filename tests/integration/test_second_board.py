@@ -167,7 +167,7 @@ def test_a_scenario_breaks_its_bus_by_the_name_of_a_part(tmp_path: Path) -> None
         """
         [[timeline]]
         at = "500ms"
-        do = "fault"
+        do = "inject_fault"
         kind = "absent"
         address = "HTX221"
         for = "1s"
@@ -185,7 +185,7 @@ def test_a_scenario_breaks_its_bus_by_the_name_of_a_part(tmp_path: Path) -> None
     [
         ('[[expect]]\nkind = "led"\nled = "led1"\nstate = "on"', "expect[0].led", "give 'green'"),
         (
-            '[[timeline]]\ndo = "fault"\nkind = "absent"\naddress = "LSM6DSL"',
+            '[[timeline]]\ndo = "inject_fault"\nkind = "absent"\naddress = "LSM6DSL"',
             "timeline[0].address",
             '"HTX221"',
         ),

@@ -28,7 +28,7 @@ MET = [
     ("never", "pattern = '(?i)nan|inf(?!\\w)'"),
     ("field", "name = 'ACC.z'\nvalue = 1000\ntolerance = 1"),
     ("field", "name = 'Pre'\ntruth = true\ntolerance = 0.01"),
-    ("within", "name = 'ACC.z'\nleast = 0\nmost = 1000\napart = 0"),
+    ("within", "name = 'ACC.z'\nmin = 0\nmax = 1000\nmin_difference = 0"),
     ("led", "led = 'led1'\nstate = 'off'"),
     ("ticks", "late_max = 0\nlost_max = 0\nrate_hz = 800"),
     ("hard_iron", "within_mgauss = 1000"),
@@ -48,9 +48,9 @@ NOT_MET = [
     ("field", "name = 'ACC.z'\nvalue = 99\ntolerance = 0", "wrong value"),
     ("field", "name = 'Pitch'\nvalue = 3\ntolerance = 1", "wrong value"),
     ("field", "name = 'Pitch'\nvalue = 0\ntolerance = 1\nto = '0.9s'", "missing"),
-    ("within", "name = 'ACC.z'\nleast = 0\nmost = 999", "wrong value"),
-    ("within", "name = 'ACC.z'\nleast = 0\nmost = 1000\napart = 1", "wrong value"),
-    ("within", "name = 'ACC.z'\nleast = 0\nmost = 1000\nto = '0.9s'", "missing"),
+    ("within", "name = 'ACC.z'\nmin = 0\nmax = 999", "wrong value"),
+    ("within", "name = 'ACC.z'\nmin = 0\nmax = 1000\nmin_difference = 1", "wrong value"),
+    ("within", "name = 'ACC.z'\nmin = 0\nmax = 1000\nto = '0.9s'", "missing"),
     ("led", "led = 'led2'\nstate = 'on'\nfrom = '1s'", "wrong value"),
     ("ticks", "late_min = 1", "wrong value"),
     ("ticks", "lost_min = 1", "wrong value"),
@@ -95,9 +95,13 @@ def test_a_broken_expectation_is_found(tmp_path: Path, kind: str, keys: str, fau
             "name = 'GYR.z'\nvalue = 560\ntolerance = 70\nfrom = '1s'",
             "GYR.z within 70 mdps of 560 from 1 s to the end",
         ),
-        ("within", "name = 'Yaw'\nleast = -180\nmost = 180", "Yaw from -180 to 180"),
-        ("within", "name = 'Yaw'\nleast = -9\nmost = 9\napart = 4", "Yaw from -9 to 9, two of them 4 apart"),
-        ("printed", "name = 'Pre'\nlongest_gap = '1.5s'", 'a line "Pre: %f hPa" at least every 1.5 s'),
+        ("within", "name = 'Yaw'\nmin = -180\nmax = 180", "Yaw from -180 to 180"),
+        (
+            "within",
+            "name = 'Yaw'\nmin = -9\nmax = 9\nmin_difference = 4",
+            "Yaw from -9 to 9, two of them 4 apart",
+        ),
+        ("printed", "name = 'Pre'\nmax_gap = '1.5s'", 'a line "Pre: %f hPa" at least every 1.5 s'),
         ("led", "led = 'led1'\nstate = 'off'", "led1 off"),
         (
             "ticks",
@@ -267,8 +271,8 @@ def test_what_is_no_number_is_not_off_by_some() -> None:
 def test_a_line_in_another_format_is_told_the_difference(kind: str, text: str, difference: str) -> None:
     keys = {
         "field": {"value": 1.0, "tolerance": 0.1},
-        "printed": {"longest_gap": "1s"},
-        "within": {"least": -90, "most": 90},
+        "printed": {"max_gap": "1s"},
+        "within": {"min": -90, "max": 90},
     }
     table = {"kind": kind, "name": "Pitch", **keys[kind]}
     expectation = TypeAdapter(AnyExpectation).validate_python(table)

@@ -17,14 +17,14 @@ question = "Where does the board turn to?"
 duration = "9s"
 
 [world]
-pressure_hpa = { draw = [950, 1030] }
-hard_iron_mgauss = [{ draw = [100, 200], either_sign = true }, 0, { one_of = [5, 6] }]
+pressure_hpa = { uniform = [950, 1030] }
+hard_iron_mgauss = [{ uniform = [100, 200], random_sign = true }, 0, { one_of = [5, 6] }]
 
 [[timeline]]
 do = "rotate_to"
 at = "1s"
-for = { draw = ["1s", "2s"] }
-pitch_deg = { draw = [20, 70], either_sign = true }
+for = { uniform = ["1s", "2s"] }
+pitch_deg = { uniform = [20, 70], random_sign = true }
 """
 
 
@@ -74,26 +74,38 @@ def test_a_board_draws_by_its_own_seed(tmp_path: Path) -> None:
     ("old", "new", "message"),
     [
         (
-            "draw = [20, 70]",
-            "draw = [70, 20]",
-            "timeline[0].pitch_deg: has draw = [70, 20], the larger one first",
+            "uniform = [20, 70]",
+            "uniform = [70, 20]",
+            "timeline[0].pitch_deg: has uniform = [70, 20], the larger one first",
         ),
         (
-            "draw = [20, 70]",
-            "draw = [20]",
-            "timeline[0].pitch_deg: has draw = [20]; give draw = [least, most]",
+            "uniform = [20, 70]",
+            "uniform = [20]",
+            "timeline[0].pitch_deg: has uniform = [20]; give uniform = [min, max]",
         ),
-        ("draw = [20, 70]", 'draw = [20, "70"]', "timeline[0].pitch_deg: has draw = [20, '70']; give draw"),
-        ("draw = [20, 70]", "draw = [20, 70], of = 1", "timeline[0].pitch_deg: is {'draw': [20, 70]"),
-        ('draw = ["1s", "2s"]', 'draw = ["1s", 2]', "timeline[0].for: has draw = ['1s', 2]; give draw"),
-        ('draw = ["1s", "2s"]', 'draw = ["1", "2s"]', "timeline[0].for: is '1'; give a number and a unit"),
+        (
+            "uniform = [20, 70]",
+            'uniform = [20, "70"]',
+            "timeline[0].pitch_deg: has uniform = [20, '70']; give uniform",
+        ),
+        ("uniform = [20, 70]", "uniform = [20, 70], of = 1", "timeline[0].pitch_deg: is {'uniform': [20, 70]"),
+        (
+            'uniform = ["1s", "2s"]',
+            'uniform = ["1s", 2]',
+            "timeline[0].for: has uniform = ['1s', 2]; give uniform",
+        ),
+        (
+            'uniform = ["1s", "2s"]',
+            'uniform = ["1", "2s"]',
+            "timeline[0].for: is '1'; give a number and a unit",
+        ),
         ("one_of = [5, 6]", "one_of = []", "world.hard_iron_mgauss[2]: has one_of = []; give an array"),
-        ("draw = [950, 1030]", "draw = [950, 10300]", "world.pressure_hpa: is 10300"),
-        ("draw = [20, 70]", "draw = [20, 700000]", "timeline[0].pitch_deg: is "),
+        ("uniform = [950, 1030]", "uniform = [950, 10300]", "world.pressure_hpa: is 10300"),
+        ("uniform = [20, 70]", "uniform = [20, 700000]", "timeline[0].pitch_deg: is "),
         (
-            "either_sign = true",
-            "either_sign = 1",
-            "world.hard_iron_mgauss[0]: has either_sign = 1; give true",
+            "random_sign = true",
+            "random_sign = 1",
+            "world.hard_iron_mgauss[0]: has random_sign = 1; give true",
         ),
     ],
 )
@@ -112,4 +124,4 @@ def test_the_schema_knows_draws(tmp_path: Path) -> None:
     validator = jsonschema.Draft202012Validator(json_schema())
     validator.validate(tomllib.loads(FILE))
     with pytest.raises(jsonschema.ValidationError):
-        validator.validate(tomllib.loads(FILE.replace("draw = [20, 70]", "drawn = [20, 70]")))
+        validator.validate(tomllib.loads(FILE.replace("uniform = [20, 70]", "drawn = [20, 70]")))

@@ -40,7 +40,7 @@ def test_scenario_error_is_cut_at_400_characters(tmp_path: Path) -> None:
         ('schema = 1\nquestion = ""', "question", "at least 1 character"),
         (HEAD + 'duraton = "1s"', "duraton", "did you mean duration? known here: schema, question"),
         (HEAD + '"a b\\n" = 1', "'a b\\n'", "unknown key"),
-        (HEAD + "duration = '10s'\npowered_for = '-1s'", "powered_for", "is '-1s'; it cannot be negative"),
+        (HEAD + "duration = '10s'\nuptime = '-1s'", "uptime", "is '-1s'; it cannot be negative"),
         (HEAD + "duration = 10", "duration", "is the bare number 10; give a number and a unit"),
         (HEAD + 'duration = "-1s"', "duration", "is '-1s'"),
         (HEAD + 'duration = "0s"', "duration", 'at least "1us"'),
@@ -82,13 +82,13 @@ def test_scenario_error_is_cut_at_400_characters(tmp_path: Path) -> None:
         (HEAD + "[[timeline]]\ndo = 'send'", "timeline[0]", "either text"),
         (HEAD + "[[timeline]]\ndo = 'send'\ntext = '€'", "timeline[0]", "not Latin-1"),
         (HEAD + "[[timeline]]\ndo = 'send'\nhex = '0x0d'", "timeline[0].hex", "hexadecimal"),
-        (HEAD + "[[timeline]]\ndo = 'fault'\nkind = 'gone'", "timeline[0].kind", "'absent', 'nack'"),
+        (HEAD + "[[timeline]]\ndo = 'inject_fault'\nkind = 'gone'", "timeline[0].kind", "'absent', 'nack'"),
         (
-            HEAD + "[[timeline]]\ndo = 'fault'\nkind = 'nack'\naddress = 'LSM'",
+            HEAD + "[[timeline]]\ndo = 'inject_fault'\nkind = 'nack'\naddress = 'LSM'",
             "timeline[0].address",
             '"LSM6DSL"',
         ),
-        (HEAD + "[[timeline]]\ndo = 'fault'\nkind = 'nack'\naddress = 0xD6", "timeline[0].address", "0x6B"),
+        (HEAD + "[[timeline]]\ndo = 'inject_fault'\nkind = 'nack'\naddress = 0xD6", "timeline[0].address", "0x6B"),
         (HEAD + "[[timeline]]\ndo = 'replay'\ncsv = 'no.csv'", "timeline[0].csv", "cannot be read"),
         (HEAD + "[[timeline]]\ndo = 'replay'\ncsv = \"a\\u0000b\"", "timeline[0].csv", "give a path"),
         (
@@ -440,7 +440,7 @@ def test_format_that_can_be_read_in_many_ways_is_a_finding(
 ) -> None:
     monkeypatch.setattr("fcu_emulator.emulator.scenario.tables._LINE_PATIENCE_S", 0.01)
     monkeypatch.setattr("fcu_emulator.emulator.scenario.tables._RUN_PATIENCE_S", 0.02)
-    table = f"[[expect]]\nkind = 'printed'\nformat = '{'%s' * 40}%d'\nlongest_gap = '1s'\n"
+    table = f"[[expect]]\nkind = 'printed'\nformat = '{'%s' * 40}%d'\nmax_gap = '1s'\n"
     (finding,) = play(tmp_path, SHORT + table).findings
 
     assert finding.miss.fault == "stopped"
@@ -454,7 +454,7 @@ def test_pattern_of_a_number_that_takes_too_long_is_a_finding(
     monkeypatch.setattr("fcu_emulator.emulator.scenario.tables._RUN_PATIENCE_S", 0.02)
     keys = {
         "field": 'truth = "roll"\ntolerance = 1',
-        "line_follows": 'longest_gap = "1s"\nwhen = { quantity = "roll", beyond = 1 }',
+        "line_follows": 'max_gap = "1s"\nwhen = { quantity = "roll", beyond = 1 }',
     }
     table = f"[[expect]]\nkind = '{kind}'\npattern = '^(?P<number>.|..)+(?<!.)$'\n{keys[kind]}\n"
     (finding,) = play(tmp_path, SHORT + table).findings

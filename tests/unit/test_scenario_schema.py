@@ -127,13 +127,13 @@ temperature_degc = 30
 do = "set_field"
 field = { north_ut = 20, east_ut = 1, down_ut = 40 }
 [[timeline]]
-do = "fault"
+do = "inject_fault"
 kind = "nack"
 address = "LIS2MDL"
 byte_index = 2
 for = "1s"
 [[timeline]]
-do = "fault"
+do = "inject_fault"
 kind = "stuck"
 [[timeline]]
 do = "send"

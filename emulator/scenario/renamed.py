@@ -1,0 +1,34 @@
+"""Keys of scenarios and rubrics that have another name now. The old name works for one release, with a warning."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from typing import Any
+
+
+class RenamedWarning(FutureWarning):
+    """A file uses the name of the previous release."""
+
+
+def with_current_keys(table: Mapping[str, Any], renamed: Mapping[str, str]) -> dict[str, Any]:
+    """Return the table with current names of its keys; ``renamed`` gives them by the old ones.
+
+    Warns of each old name. Raises ValueError if the table has both.
+    """
+    changed = {}
+    for key, value in table.items():
+        name = current_name(key, renamed)
+        if name in changed or (name != key and name in table):
+            raise ValueError(f"has both {key} and {name}; leave out {key}")
+        changed[name] = value
+    return changed
+
+
+def current_name(name: Any, renamed: Mapping[str, str]) -> Any:
+    """Return the current name, and warn if ``name`` is the old one; anything else is returned as it is."""
+    new = renamed.get(name) if isinstance(name, str) else None
+    if new is None:
+        return name
+    warnings.warn(f"{name} is now called {new}; use that name", RenamedWarning, stacklevel=2)
+    return new
