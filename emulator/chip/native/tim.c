@@ -696,6 +696,7 @@ static void tim_write(Block *block, uint32_t offset, uint32_t value, uint32_t ma
   if (!mask) {
     return;
   }
+  block->chip->work += WORK_TIMER;
   catch_up(tim);
   value &= mask;
   tim->loaded = tim->loaded && offset == SR;

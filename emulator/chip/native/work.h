@@ -18,6 +18,7 @@ enum {
   WORK_EVENT = 60,     /* something that a block has planned */
   WORK_EXCEPTION = 30, /* an exception entered, and left again */
   WORK_DECODE = 15,    /* an instruction decoded, and forgotten again */
+  WORK_TIMER = 8,      /* a register of a timer that is written: its next event changes */
   WORK_PIN = 8,        /* a pin that a register sets up again */
   WORK_EDGE = 10,      /* an edge of an output */
   WORK_EDGE_KEPT = 500, /* one that Python builds when the trace is read: of many, only the latest */
