@@ -1,6 +1,6 @@
 """``fcu run --scenario S --boards N``: one program on N boards, whose sensors differ by their tolerances.
 
-Each board is a run of its own, as fast as possible, judged as ``fcu run`` does; nothing of the terminal is
+Each board is a separate run, as fast as possible, judged as ``fcu run`` does; nothing of the terminal is
 shown. The table is that of ``fcu check --boards``.
 """
 

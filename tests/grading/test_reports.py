@@ -480,12 +480,18 @@ def test_gradescope_gets_its_documented_fields() -> None:
     assert [one["output"] for one in results["tests"]][:2] == ["", "seen: b\nhint: c"]
 
 
+@pytest.mark.parametrize(
+    "late", [{}, {"late": True, "late_by_s": 90_000, "late_penalty": 0.5}], ids=["", "late"]
+)
 @pytest.mark.parametrize("visibility", ["never", "after_due_date"])
-def test_gradescope_shows_nothing_of_a_hidden_check(visibility: str) -> None:
-    """Whether it passes changes only the test that Gradescope hides, and not the student's page either."""
+def test_gradescope_shows_nothing_of_a_hidden_check(visibility: str, late: dict[str, Any]) -> None:
+    """Whether it passes changes only the test that Gradescope hides, and not the student's page either.
+
+    A late penalty needs a total score of all checks, which Gradescope hides as its own.
+    """
     outcomes = [{"outcome": "passed", "points": 2}, {"outcome": "failed", "points": 0}]
     found = [
-        graded(verdict=verdict(check("1.a"), check("2.b", visibility=visibility, **outcome)))
+        graded(verdict=verdict(check("1.a"), check("2.b", visibility=visibility, **outcome)), **late)
         for outcome in outcomes
     ]
     shown = []
@@ -494,10 +500,11 @@ def test_gradescope_shows_nothing_of_a_hidden_check(visibility: str) -> None:
         hidden = [test for test in results["tests"] if test["visibility"] != "visible"]
         results["tests"] = [test for test in results["tests"] if test["visibility"] == "visible"]
         assert len(hidden) == len(results["tests"]) == 1
-        shown.append(results)
+        assert (results.pop("score", None) is not None) is bool(late)
+        shown.append(json.dumps(results, indent=1))
 
     assert shown[0] == shown[1]
-    assert "1 of 2 points" in shown[0]["output"]
+    assert "1 of 2 points" in shown[0]
     pages = {student_page(one, "Lab", after_due_date=visibility == "never") for one in found}
     assert len(pages) == 1
 

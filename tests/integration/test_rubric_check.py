@@ -96,6 +96,13 @@ def test_programs_that_do_nothing_earn_what_is_given_away(tmp_path: Path) -> Non
     assert earned == [{"1.runs"}, {"1.runs", "1.dark"}, {"1.runs"}, {"1.runs", "1.dark"}, {"1.runs"}]
 
 
+def test_lab3_gives_no_point_to_a_program_that_reads_no_sensor() -> None:
+    earned = {one.program: one.verdict.points for one in trials(load_rubric("lab3"), "template-arm", seed=5)}
+
+    assert earned.pop("the template") == 5
+    assert set(earned.values()) == {0}
+
+
 def test_prerequisites_leave_nothing_to_such_programs(tmp_path: Path) -> None:
     rubric = load_rubric(written(tmp_path, TILT.replace("REQUIRES", 'requires = ["alarm"]')))
 
