@@ -140,7 +140,9 @@ def test_bytes_may_have_been_read_in_more_transfers_than_are_asked_for() -> None
 
 
 def test_a_bus_with_faults_is_refused(tmp_path: Path) -> None:
-    fault = "[[timeline]]\ndo = 'inject_fault'\nkind = 'absent'\naddress = 'LIS2MDL'\nat = '1.5s'\nfor = '5ms'\n"
+    fault = (
+        "[[timeline]]\ndo = 'inject_fault'\nkind = 'absent'\naddress = 'LIS2MDL'\nat = '1.5s'\nfor = '5ms'\n"
+    )
 
     with pytest.raises(InputError, match=r"cannot be replayed: at 1\.5.* no acknowledge"):
         replay(recorded(write(tmp_path, IDEAL + fault)), python_firmware("lab3"))

@@ -88,7 +88,11 @@ def test_a_board_draws_by_its_own_seed(tmp_path: Path) -> None:
             'uniform = [20, "70"]',
             "timeline[0].pitch_deg: has uniform = [20, '70']; give uniform",
         ),
-        ("uniform = [20, 70]", "uniform = [20, 70], of = 1", "timeline[0].pitch_deg: is {'uniform': [20, 70]"),
+        (
+            "uniform = [20, 70]",
+            "uniform = [20, 70], of = 1",
+            "timeline[0].pitch_deg: is {'uniform': [20, 70]",
+        ),
         (
             'uniform = ["1s", "2s"]',
             'uniform = ["1s", 2]',

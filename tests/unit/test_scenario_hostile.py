@@ -88,7 +88,11 @@ def test_scenario_error_is_cut_at_400_characters(tmp_path: Path) -> None:
             "timeline[0].address",
             '"LSM6DSL"',
         ),
-        (HEAD + "[[timeline]]\ndo = 'inject_fault'\nkind = 'nack'\naddress = 0xD6", "timeline[0].address", "0x6B"),
+        (
+            HEAD + "[[timeline]]\ndo = 'inject_fault'\nkind = 'nack'\naddress = 0xD6",
+            "timeline[0].address",
+            "0x6B",
+        ),
         (HEAD + "[[timeline]]\ndo = 'replay'\ncsv = 'no.csv'", "timeline[0].csv", "cannot be read"),
         (HEAD + "[[timeline]]\ndo = 'replay'\ncsv = \"a\\u0000b\"", "timeline[0].csv", "give a path"),
         (
