@@ -11,7 +11,7 @@ from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from fcu_emulator.emulator.errors import InputError, NotJudgedError
+from fcu_emulator.emulator.errors import FirmwareFileError, InputError, NotJudgedError
 from fcu_emulator.emulator.grading.rubric import Rubric, load_rubric
 from fcu_emulator.emulator.grading.submissions import RejectedError
 from fcu_emulator.emulator.isolation import Limits
@@ -56,10 +56,12 @@ def judge_task(task: Task) -> str:
             path.write_bytes(task.firmware)
             try:
                 return judge(path, rubric, seed=task.seed, build_log=task.build_log).to_json()
-            except InputError as error:
+            except FirmwareFileError as error:
                 if isinstance(error.__cause__, OSError):  # the file is our own and can be read
                     raise error.__cause__ from None
                 raise RejectedError(str(error).replace(f"{path}", path.name)) from None
+            except InputError as error:  # of this machine, such as a C library that is missing
+                raise NotJudgedError(str(error)) from error
     except OSError as error:
         raise NotJudgedError(f"this machine has run out of something: {error}") from error
     finally:

@@ -19,8 +19,9 @@ from pathlib import Path
 
 import pytest
 
+from fcu_emulator.emulator.chip import library
 from fcu_emulator.emulator.cli import execute
-from fcu_emulator.emulator.errors import NotJudgedError
+from fcu_emulator.emulator.errors import InputError, NotJudgedError
 from fcu_emulator.emulator.grading.build import Builder
 from fcu_emulator.emulator.grading.grading import Grader
 from fcu_emulator.emulator.grading.results import GradedClass
@@ -334,6 +335,21 @@ def test_a_worker_of_another_version_or_rubric_does_not_answer(rubric: Path) -> 
     for changed in ({"code": "another"}, {"rubric_digest": "another"}):
         with pytest.raises(NotJudgedError, match="the worker has another"):
             judge_task(Task(**{**vars(task), **changed}))
+
+
+def test_missing_c_library_is_no_fault_of_the_submission(
+    rubric: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    digest = load_rubric(rubric).digest
+    task = Task(prebuilt("template").read_bytes(), "a.elf", str(rubric), digest, 1, code_digest())
+
+    def missing() -> None:
+        raise InputError("the C library is missing; build it")
+
+    monkeypatch.setattr(library, "load", missing)
+
+    with pytest.raises(NotJudgedError, match="C library"):
+        judge_task(task)
 
 
 # -- source -------------------------------------------------------------------------------------------------
