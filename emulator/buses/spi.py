@@ -32,6 +32,8 @@ class SpiBus:
     def __init__(self, name: str, clock: Clock, trace: Trace, speed_hz: int = USUAL_HZ) -> None:
         self.name = name
         self.speed_hz = speed_hz
+        self.is_enabled = True
+        """False from the connection to a chip until its firmware enables the SPI peripheral."""
         self.mode: Mode = 3
         self.wires: Wires = 3
         self.end_ps = 0
@@ -101,8 +103,8 @@ class SpiMaster:
 
     @property
     def speed_hz(self) -> int:
-        """Clock rate of the bus."""
-        return self.bus.speed_hz
+        """Clock rate of the bus; 0 while firmware for the chip has not enabled its SPI peripheral."""
+        return self.bus.speed_hz if self.bus.is_enabled else 0
 
     def configure(self, mode: Mode, wires: Wires) -> None:
         """The host's clock mode (0 to 3) and whether it listens on three wires or four."""

@@ -26,6 +26,7 @@ from fcu_emulator.emulator.board.firmware import choose
 from fcu_emulator.emulator.chip.diagnosis.report import KEEPS_SAMPLES_AWAY
 from fcu_emulator.emulator.cli.boards_table import BoardsTable, points_on_board
 from fcu_emulator.emulator.cli.build import ELF, build_project, build_with_make
+from fcu_emulator.emulator.cli.causes import relevant_causes
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
 from fcu_emulator.emulator.cli.options import CheckOptions
 from fcu_emulator.emulator.cli.project import rubric_of
@@ -287,7 +288,7 @@ class _Screen:
         """What is wrong with one exercise, and why."""
         checks = [check for check in self._verdict.of(name) if check.max_points > 0]
         wrong = [check for check in checks if check.outcome in _WRONG]
-        causes = list(self._causes(name))
+        causes = self._causes(name)
         yield ""
         if causes and causes[0].fatal:
             yield "The program is stuck:"
@@ -314,17 +315,18 @@ class _Screen:
             for cause in besides:
                 yield from _cause(cause)
 
-    def _causes(self, name: str) -> Iterator[Cause]:
-        """What the diagnosis says about the runs of what failed, each once, the worst first."""
-        found: dict[str, Cause] = {}
-        for run in self._failed_runs(name):
-            for cause in (*_stop(run), *run.causes):
-                found.setdefault(_without_numbers(cause.summary), cause)
-        return iter(sorted(found.values(), key=lambda cause: not cause.fatal))
+    def _causes(self, name: str) -> list[Cause]:
+        """The diagnoses of the runs that an exercise has not passed, the fatal ones first."""
+        causes = (cause for run in self._failed_runs(name) for cause in (*_stop(run), *run.causes))
+        return relevant_causes(causes, self._not_passed(name))
+
+    def _not_passed(self, name: str) -> list[CheckResult]:
+        """The checks of an exercise that give points and have not passed."""
+        return [one for one in self._verdict.of(name) if one.max_points and one.outcome != "passed"]
 
     def _failed_runs(self, name: str) -> list[RunEvidence]:
         """The runs that the checks look at which an exercise has not passed."""
-        wrong = {one.check for one in self._verdict.of(name) if one.max_points and one.outcome != "passed"}
+        wrong = {one.check for one in self._not_passed(name)}
         table = self._rubric.exercise(name)
         runs = {self._rubric.run_of(table, one) for one in table.check if f"{name}.{one.id}" in wrong}
         return [run for run in self._verdict.evidence_of(name) if run.run in runs]
@@ -399,14 +401,17 @@ class _Screen:
         name = open_ones[0]
         seed = f" --seed {self._options.seed}" if self._options.seed else ""
         advice = self._rubric.exercise(name).next
-        causes = list(self._causes(name))
+        causes = self._causes(name)
         if causes or not advice or self._is_written(name, advice):
             advice = "fix the problems above, starting with the first, and check again."
         yield from _wrapped(f"Next: {advice}", "")
         yield f"  {again} --exercise {name}{seed}"
-        if not causes and self._more_hints(name):
+        more_hints = self._more_hints(name)
+        if more_hints and not causes:
             hints = " --hint" * (self._options.hints + 1)
             yield f"  {again} --exercise {name}{seed}{hints}     for the next hint"
+        elif self._options.hints and not more_hints:
+            yield f"  There are no more hints for exercise {name}."
         yield f"  {self._run()}"
         replays = [one.run for one in self._failed_runs(name) if one.replay]
         folder = self._options.save
@@ -462,10 +467,6 @@ def _cause(cause: Cause) -> Iterator[str]:
 def _stop(run: RunEvidence) -> Iterator[Cause]:
     if run.stopped:
         yield Cause(kind="reset", summary=f"the program was stopped: it {run.stopped}", fatal=True)
-
-
-def _without_numbers(text: str) -> str:
-    return "".join(char for char in text if not char.isdigit())
 
 
 def _wrapped(text: str, indent: str) -> list[str]:

@@ -9,11 +9,12 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from fcu_emulator.emulator.cli.causes import relevant_causes
 from fcu_emulator.emulator.cli.project import shown_exercises
 from fcu_emulator.emulator.errors import FcuError, InputError
 from fcu_emulator.emulator.grading.judge import judge
 from fcu_emulator.emulator.grading.rubric import load_rubric
-from fcu_emulator.emulator.grading.verdict import Cause, CheckResult, Verdict
+from fcu_emulator.emulator.grading.verdict import CheckResult, Verdict
 from fcu_emulator.emulator.grading.workers import LocalWorkers
 from fcu_emulator.emulator.live.messages import Checked
 from fcu_emulator.emulator.text import visible
@@ -132,11 +133,9 @@ def _check(check: CheckResult) -> dict[str, str]:
 
 def _causes(verdict: Verdict) -> list[dict[str, Any]]:
     """Return the diagnoses of the runs, each once, the worst first."""
-    found: dict[str, Cause] = {}
-    for run in verdict.evidence:
-        for cause in run.causes:
-            found.setdefault("".join(char for char in cause.summary if not char.isdigit()), cause)
-    worst_first = sorted(found.values(), key=lambda cause: not cause.fatal)[:_MOST_CAUSES]
+    causes = (cause for run in verdict.evidence for cause in run.causes)
+    failed = [one for one in verdict.checks if one.max_points and one.outcome != "passed"]
+    worst_first = relevant_causes(causes, failed)[:_MOST_CAUSES]
     return [
         {"summary": one.summary, "details": list(one.details[:_MOST_DETAILS]), "fatal": one.fatal}
         for one in worst_first

@@ -262,7 +262,7 @@ class _Run:
             points=round(share * check.points, 4),
             max_points=check.points,
             outcome=outcome,
-            expected=first.expected + _others(len(failed)) if first else "",
+            expected=_expected(failed, check),
             actual=first.seen if first else "",
             printed=next(filter(None, map(_first_printed, failed)), ""),
             finding=first.kind if first else "",
@@ -416,12 +416,11 @@ def _first_printed(miss: Miss) -> str:
     return f'"{text}" at {when}' if text else f'"{when}"' if when else ""
 
 
-def _others(failed: int) -> str:
-    """How many more expectations of a check are not met."""
-    if failed <= 1:
-        return ""
-    more = "requirement is" if failed == 2 else "requirements are"
-    return f" ({failed - 1} more {more} not met)"
+def _expected(failed: Sequence[Miss], check: CheckTable) -> str:
+    """Name the expectations of a check that are not met; of a partial one, with the points of the further ones."""
+    share = f" (for {check.points / len(check.expect):g} of {check.points:g} points)" if check.partial else ""
+    texts = list(dict.fromkeys(miss.expected for miss in failed))
+    return "; also not met: ".join([*texts[:1], *(f"{text}{share}" for text in texts[1:])])
 
 
 def _shortened(text: str) -> str:

@@ -120,14 +120,15 @@ class ExpectLedFollows(Windowed):
     def judge(self, seen: Seen) -> Miss | None:
         """Every 10 ms, by the true inclination."""
         looks = list(self._looks(seen))
-        wrong = [
-            look for look in looks if look.at_ps - look.since_ps >= self.settle and look.lit is not look.steep
-        ]
+        wrong = _wrong(looks, self.settle)
         if not wrong:
             return None
-        finding = _finding(looks, wrong)
-        late_ps = max(look.at_ps - look.since_ps for look in wrong)
-        text = self._seen(finding, wrong[0], late_ps, looks)
+        one_sided = _one_sided(looks, self.settle)
+        finding = _finding(looks, wrong, one_sided)
+        if one_sided is not None and finding == "one side":
+            text = self._seen(finding, one_sided.first, one_sided.late_ps, looks)
+        else:
+            text = self._seen(finding, wrong[0], _latest_ps(wrong), looks)
         return Miss("wrong value", self.wording(), text, for_good=True, finding=finding)
 
     def _looks(self, seen: Seen) -> Iterator[_Look]:
@@ -162,6 +163,7 @@ class ExpectLedFollows(Windowed):
         quantity = self.condition.quantity or ""
         degrees = " degrees" if quantity in ("pitch", "roll") else ""
         side = "negative" if first.angle > 0 else "positive"
+        late = f", and follows up to {seconds(late_ps)} late" if late_ps else ""
         where = f"at {seconds(first.at_ps)} with {quantity} {first.angle:.1f}{degrees}"
         here = f"{self.led.upper()} is {state} {where}"
         more = {
@@ -172,7 +174,7 @@ class ExpectLedFollows(Windowed):
             "late": f": it follows up to {seconds(late_ps)} late, as from main's loop, not in the callback",
             "threshold": f": its threshold is {_threshold_text(looks, self.condition.limit, degrees)}",
             "other axis": f": it follows {'roll' if quantity == 'pitch' else 'pitch'}",
-            "one side": f": it is lit for {side} {'angles' if degrees else 'values'} only",
+            "one side": f": it is lit for {side} {'angles' if degrees else 'values'} only{late}",
         }
         return here + more.get(finding, "")
 
@@ -185,22 +187,50 @@ _MOSTLY = 0.8
 _FEWEST_CHANGES = 3
 
 
-def _finding(looks: Sequence[_Look], wrong: Sequence[_Look]) -> str:
+class _OneSided(NamedTuple):
+    """A LED that is right beyond one end of the scale, at once or late, and dark beyond the other."""
+
+    first: _Look
+    """The first of the looks beyond the other end."""
+    late_ps: int
+    """How late it is where it is right; 0 if it is in time."""
+
+
+def _finding(looks: Sequence[_Look], wrong: Sequence[_Look], one_sided: _OneSided | None) -> str:
     """Which kind of mistake it is; "" if none of these."""
-    settled = [look for look in looks if look.at_ps - look.since_ps >= _SLOW_PS]
+    settled = _settled(looks)
     inverted = sum(look.lit is not look.steep for look in settled)
     kinds = (
         ("never lit", not any(look.lit for look in looks)),
         ("never dark", _stays_lit(looks)),
         ("inverted", bool(settled) and inverted >= _MOSTLY * len(settled)),
         ("other axis", _follows_other(looks)),
-        ("one side", _one_side(looks, wrong)),
+        ("one side", one_sided is not None),
         ("threshold", _threshold(looks) is not None),
         ("blinks", _blinks(looks)),
-        ("late", all(look.lit is look.steep for look in settled) and _catches_up(looks, wrong)),
-        ("late", _shows_the_past(looks)),
+        ("late", _is_late(looks, wrong)),
     )
     return next((kind for kind, holds in kinds if holds), "")
+
+
+def _wrong(looks: Sequence[_Look], settle_ps: int) -> list[_Look]:
+    """The looks with the wrong state of the LED, once it has had time to settle."""
+    return [look for look in looks if look.at_ps - look.since_ps >= settle_ps and look.lit is not look.steep]
+
+
+def _settled(looks: Sequence[_Look]) -> list[_Look]:
+    """The looks by which a LED that is switched once a second is right."""
+    return [look for look in looks if look.at_ps - look.since_ps >= _SLOW_PS]
+
+
+def _latest_ps(wrong: Sequence[_Look]) -> int:
+    return max((look.at_ps - look.since_ps for look in wrong), default=0)
+
+
+def _is_late(looks: Sequence[_Look], wrong: Sequence[_Look]) -> bool:
+    """Whether the LED follows, as late as one that is switched in main's loop."""
+    catches_up = all(look.lit is look.steep for look in _settled(looks)) and _catches_up(looks, wrong)
+    return catches_up or _shows_the_past(looks)
 
 
 def _catches_up(looks: Sequence[_Look], wrong: Sequence[_Look]) -> bool:
@@ -258,11 +288,28 @@ def _blinks(looks: Sequence[_Look]) -> bool:
     return any(count >= _FEWEST_CHANGES for count in changes)
 
 
-def _one_side(looks: Sequence[_Look], wrong: Sequence[_Look]) -> bool:
-    """Whether the LED is right beyond one end of the scale, and always dark beyond the other."""
-    dark = {look.angle > 0 for look in wrong if look.steep}
-    lit = {look.angle > 0 for look in looks if look.steep and look.lit}
-    return all(look.steep for look in wrong) and len(dark) == 1 and bool(lit) and not lit & dark
+def _one_sided(looks: Sequence[_Look], settle_ps: int) -> _OneSided | None:
+    """How the LED follows one end of the scale only; None if it follows both or neither."""
+    for positive in (True, False):
+        of_side = _with_one_side(looks, positive)
+        wrong = _wrong(of_side, settle_ps)
+        dark = [look for look in _wrong(looks, settle_ps) if look.steep and (look.angle > 0) is not positive]
+        is_shown = any(look.steep for look in of_side) and any(look.lit for look in looks)
+        if not dark or not is_shown:
+            continue
+        if not wrong or (_settled(dark) and _is_late(of_side, wrong)):
+            return _OneSided(dark[0], _latest_ps(wrong))
+    return None
+
+
+def _with_one_side(looks: Sequence[_Look], positive: bool) -> list[_Look]:
+    """The looks as if the LED had to be lit beyond one end of the scale only."""
+    found: list[_Look] = []
+    for look in looks:
+        steep = look.steep and (look.angle > 0) is positive
+        same = bool(found) and found[-1].steep is steep
+        found.append(look._replace(steep=steep, since_ps=found[-1].since_ps if same else look.since_ps))
+    return found
 
 
 # -- The timer's ticks, and the hard iron ----------------------------------------------------------------

@@ -9,8 +9,12 @@ would come as an exception group, in which no line is the answer.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
+from tempfile import TemporaryDirectory
 from typing import Any
 from unittest import SkipTest
+
+from hypothesis import configuration
 
 from fcu_emulator.emulator.errors import NotJudgedError
 from fcu_emulator.emulator.testing.lab3 import Compiled, lab3_properties
@@ -46,7 +50,8 @@ def _laws(firmware: str, examples: int) -> Any:
 def _failure(laws: Any, law: str) -> Exception | None:
     """Return the assertion that fails, one of several; None if none does."""
     try:
-        getattr(laws, f"test_{law}")()
+        with _nothing_stored():
+            getattr(laws, f"test_{law}")()
     except SkipTest as error:
         raise NotJudgedError(str(error)) from error
     except AssertionError as error:
@@ -57,6 +62,18 @@ def _failure(laws: Any, law: str) -> Exception | None:
             raise
         return next(_leaves(broken))
     return None
+
+
+@contextmanager
+def _nothing_stored() -> Iterator[None]:
+    """Keep Hypothesis from leaving a folder in the student's project: it also stores tables without a database."""
+    before = vars(configuration).get("__hypothesis_home_directory")
+    with TemporaryDirectory(prefix="fcu-hypothesis-") as folder:
+        configuration.set_hypothesis_home_dir(folder)
+        try:
+            yield
+        finally:
+            configuration.set_hypothesis_home_dir(before)
 
 
 def _leaves(group: ExceptionGroup[Exception]) -> Iterator[Exception]:

@@ -110,3 +110,25 @@ def test_a_crash_in_one_exercise_leaves_the_others(folder: Path) -> None:
     verdict = judge(build(CRASH_WHEN_STEEP, "Og", folder), load_rubric("lab3"), seed=1, exercises=["3", "4"])
 
     assert lost(verdict) == ("3.yaw", "3.led1")  # the figure-of-eight before the yaw is steep, too
+
+
+OTHER_LED_TOGGLED = Program(
+    "other_led_toggled",
+    "LED1 to one side only, and LED2 toggled in main's loop",
+    (
+        Change("main.c", "if (fabsf(pitch) > 80)", "if (pitch > 80)"),
+        Change("main.c", "  if (fabsf(roll) > 80) {\n    BSP_LED_On(LED2);\n", "  if (0) {\n"),
+        Change("main.c", "    BSP_LED_Off(LED2);\n", ""),
+        Change("main.c", "    HAL_Delay(1000);\n", "    BSP_LED_Toggle(LED2);\n    HAL_Delay(1000);\n"),
+    ),
+)
+
+
+def test_causes_of_another_exercises_led_are_left_out(folder: Path) -> None:
+    elf = str(build(OTHER_LED_TOGGLED, "Og", folder))
+    screen = fcu("check", elf, "--exercise", "3").stdout
+    _, title, causes = screen.partition("What the run shows:\n")
+
+    assert title
+    assert "LED1" in causes
+    assert "LED2" not in causes

@@ -106,6 +106,25 @@ def test_hints_come_one_by_one() -> None:
     assert "0.0065" not in two
     assert "0.0065" in all_of_them
     assert "for the next hint" not in all_of_them
+    assert [screen.count("no more hints") for screen in (none, two, all_of_them)] == [0, 0, 1]
+
+
+def test_check_leaves_no_files_behind(tmp_path: Path) -> None:
+    """Not even a folder of Hypothesis, which calls getAltitude() with generated numbers."""
+    fcu("check", "solution", *QUICK, folder=tmp_path)
+
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_each_requirement_that_is_not_met_is_named(tmp_path: Path) -> None:
+    file = tmp_path / "verdict.json"
+    fcu("check", "template-arm", "--exercise", "4", "--json", str(file))
+    (led,) = Verdict.from_json(file.read_text(encoding="utf-8")).of("4")
+
+    at_once, later = led.expected.split("; also not met: ")
+    assert "0.3 s" in at_once
+    assert "1.3 s" in later
+    assert "1 of 2 points" in later
 
 
 @needs_compiler

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from bisect import bisect_right
 from collections.abc import Callable
 from types import SimpleNamespace
 
 import pytest
 
-from fcu_emulator.emulator.scenario.expectations import Seen
+from fcu_emulator.emulator.scenario.expectations import Miss, Seen
 from fcu_emulator.emulator.scenario.hardware import ExpectLedFollows
 from fcu_emulator.emulator.scenario.observed import Tilt
 from fcu_emulator.emulator.time.clock import PS_PER_MS
@@ -37,7 +38,13 @@ def pitch(at_ms: int) -> float:
 
 
 def finding(is_lit: Callable[[int], bool]) -> str:
-    """What is found of a LED by whether it is lit at a millisecond."""
+    """The finding about a LED; "" if it is right."""
+    found = miss(is_lit)
+    return "" if found is None else found.finding
+
+
+def miss(is_lit: Callable[[int], bool]) -> Miss | None:
+    """How a LED is wrong that is lit at the milliseconds for which ``is_lit`` is true."""
     states = [is_lit(at_ms) for at_ms in range(END_MS)]
     changes = [at_ms for at_ms in range(1, END_MS) if states[at_ms] is not states[at_ms - 1]]
     edges = [
@@ -50,8 +57,7 @@ def finding(is_lit: Callable[[int], bool]) -> str:
     tilts = [Tilt(at_ms * PS_PER_MS, pitch(at_ms), 0.0) for at_ms in range(0, END_MS, 10)]
     seen = Seen(board, [], END_MS * PS_PER_MS, tilts=tilts)  # type: ignore[arg-type]
     expected = ExpectLedFollows(kind="led_follows", led="led1", angle="pitch", margin_deg=0.3)
-    miss = expected.judge(seen)
-    return "" if miss is None else miss.finding
+    return expected.judge(seen)
 
 
 def test_right_led_has_no_finding() -> None:
@@ -68,6 +74,32 @@ def test_led_switched_in_main_is_late(first_ms: int, age_ms: int) -> None:
         return abs(pitch(max(since_ms - age_ms, 0))) > 80
 
     assert finding(is_lit) == "late"
+
+
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("age_ms", [0, PASS_MS])
+@pytest.mark.parametrize("first_ms", [0, 300, 700])
+def test_late_led_of_one_side_is_one_sided(first_ms: int, age_ms: int, side: int) -> None:
+    """Two mistakes: the finding has a moment of the dark side, and says how late the other one is."""
+
+    def is_lit(at_ms: int) -> bool:
+        since_ms = at_ms - (at_ms - first_ms) % PASS_MS
+        return side * pitch(max(since_ms - age_ms, 0)) > 80
+
+    found = miss(is_lit)
+    assert found is not None
+    assert found.finding == "one side"
+    assert f"{'positive' if side > 0 else 'negative'} angles only" in found.seen
+    assert "late" in found.seen
+    moment = re.search(r"dark at \S+ s with pitch (\S+) degrees", found.seen)
+    assert moment is not None
+    assert side * float(moment[1]) < -80
+
+
+def test_prompt_led_of_one_side_is_not_late() -> None:
+    found = miss(lambda at_ms: pitch(at_ms) > 80)
+    assert found is not None
+    assert "late" not in found.seen
 
 
 @pytest.mark.parametrize(

@@ -117,3 +117,13 @@ def test_what_is_not_there_is_answered_with_what_is() -> None:
         Board().spi2.write("PA8", b"\x00")
     with pytest.raises(InputError, match="talks to the sensors on I2C2"):
         Board(profile="fcu001v1", firmware="lab3")
+
+
+def test_speed_of_a_peripheral_that_firmware_never_enables_is_zero() -> None:
+    """The solution for I2C2 leaves SPI2 off; that for SPI2 sets 42 MHz / 16."""
+    speeds = []
+    for profile in ("lab3", "fcu001v1"):
+        board = Board(firmware="solution", profile=profile)
+        board.run_for(0.1)
+        speeds.append(board.spi2.speed_hz)
+    assert speeds == [0, 2_625_000]

@@ -134,6 +134,7 @@ class SpiWire:
             gpio.drive(port, pin, 1, by="pull-up of the part")
             chip.library.fcu_add_spi_part(chip.handle, number, PORTS.index(port), pin, target)
         bus.take_kept = self.take_kept
+        bus.is_enabled = False
 
     def take_kept(self) -> None:
         """The messages that the chip has answered by itself, and bytes nobody heard, go to the bus."""
@@ -151,6 +152,8 @@ class SpiWire:
     def _configure(self, speed_hz: int, mode: int, wires: int) -> None:
         self.mode, self.wires = _MODES[mode], 3 if wires == 3 else 4
         self._bus.mode = self.mode
+        if speed_hz > 0:  # not before SPE is set
+            self._bus.is_enabled = True
         if speed_hz == self._speed_hz:
             return
         self._speed_hz = self._bus.speed_hz = speed_hz

@@ -1,0 +1,35 @@
+"""The diagnoses that explain failed checks, for the screen of ``fcu check`` and for the live page.
+
+Decision: a diagnosis that names a LED is left out if no failed check is about this LED. The run of an
+exercise shows both LEDs, and that of the other exercise is not what the student works on.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+from fcu_emulator.emulator.grading.verdict import Cause, CheckResult
+
+_LED = re.compile(r"\bLED\d*\b")
+
+
+def relevant_causes(causes: Iterable[Cause], failed: Iterable[CheckResult]) -> list[Cause]:
+    """Return the causes that can explain the failed checks, each once, the fatal ones first."""
+    about = {led for check in failed for led in _leds(f"{check.title} {check.expected} {check.actual}")}
+    found: dict[str, Cause] = {}
+    for cause in causes:
+        named = _leds(cause.summary)
+        if cause.fatal or not named or named & about:
+            found.setdefault(_without_numbers(cause.summary), cause)
+    return sorted(found.values(), key=lambda cause: not cause.fatal)
+
+
+def _leds(text: str) -> set[str]:
+    return set(_LED.findall(text))
+
+
+def _without_numbers(text: str) -> str:
+    """Return the text by which two causes are the same: without numbers, but with the LED's."""
+    leds = sorted(_leds(text))
+    return " ".join([*leds, "".join(char for char in text if not char.isdigit())])
