@@ -123,7 +123,7 @@ class CheckTable(Table):
         """
         if isinstance(self.hint, str):
             return "" if finding == PREREQUISITE else self.hint
-        texts: dict[str, str] = {**self.hint}
+        texts: dict[str, str] = dict(self.hint.items())
         return texts.get(finding, texts.get(fault, ""))
 
 
