@@ -21,6 +21,7 @@ from fcu_emulator.emulator.board.firmware import FirmwareFactory, choose
 from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis
 from fcu_emulator.emulator.errors import FirmwareError, NotJudgedError
 from fcu_emulator.emulator.grading.checks import AnyCheck, Check, Judged
+from fcu_emulator.emulator.grading.prerequisites import PREREQUISITE
 from fcu_emulator.emulator.grading.rubric import CheckTable, ExerciseTable, Rubric
 from fcu_emulator.emulator.grading.verdict import (
     MOST_PRINTS,
@@ -110,7 +111,7 @@ def judge(
         if shown:
             evidence.append(one.evidence(tuple(shown)))
         results |= {check_id: one.result(*tables[check_id]) for check_id in looking}
-    hints = {check_id: check.hint_for("prerequisite") for check_id, (_, check) in tables.items()}
+    hints = {check_id: check.hint_for(PREREQUISITE) for check_id, (_, check) in tables.items()}
     results = rubric.prerequisites.applied(results, hints)
     return Verdict(
         rubric=rubric.name,
@@ -132,7 +133,7 @@ def reworded(verdict: Verdict, rubric: Rubric) -> Verdict:
         result.model_copy(
             update={
                 "title": tables[result.check].title,
-                "hint": tables[result.check].hint_for(result.finding) if result.finding else "",
+                "hint": tables[result.check].hint_for(result.finding, result.fault) if result.finding else "",
                 "visibility": tables[result.check].visible,
                 "detail": tables[result.check].detail,
             }
@@ -266,7 +267,8 @@ class _Run:
             actual=first.seen if first else "",
             printed=next(filter(None, map(_first_printed, failed)), ""),
             finding=first.kind if first else "",
-            hint=check.hint_for(first.kind) if first else "",
+            fault=first.fault if first else "",
+            hint=check.hint_for(first.kind, first.fault) if first else "",
             visibility=check.visible,
             detail=check.detail,
             unjudged_because=unjudged,

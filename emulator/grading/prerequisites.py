@@ -19,6 +19,9 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from fcu_emulator.emulator.grading.verdict import CheckResult, requires_text
 from fcu_emulator.emulator.text import shown
 
+PREREQUISITE = "prerequisite"
+"""The kind of finding of a check that has no points because of another one."""
+
 
 class PrerequisiteError(ValueError):
     """A check requires an unknown check, or itself: entry ``number`` of the check ``check``."""
@@ -112,7 +115,8 @@ def _withheld(result: CheckResult, required: Sequence[CheckResult], hint: str) -
             "expected": "",
             "actual": requires_text(unmet),
             "printed": "",
-            "finding": "prerequisite",
+            "finding": PREREQUISITE,
+            "fault": "",
             "hint": hint,
             "unjudged_because": "",
             "requires_unmet": unmet,
@@ -122,6 +126,6 @@ def _withheld(result: CheckResult, required: Sequence[CheckResult], hint: str) -
     if unjudged and result.outcome != "unjudged":
         because = f"it requires {unjudged[0].check}: {unjudged[0].unjudged_because}"
         changed = {"outcome": "unjudged", "points": 0.0, "unjudged_because": because}
-        changed |= {"expected": "", "actual": "", "printed": "", "finding": "", "hint": ""}
+        changed |= {"expected": "", "actual": "", "printed": "", "finding": "", "fault": "", "hint": ""}
         return result.model_copy(update=changed)
     return result

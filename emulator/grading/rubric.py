@@ -35,7 +35,7 @@ from fcu_emulator.emulator.chip.firmware import WORK_PER_S
 from fcu_emulator.emulator.errors import InputError, RubricError, ScenarioError
 from fcu_emulator.emulator.grading.checks import AnyCheck
 from fcu_emulator.emulator.grading.late import LateTable
-from fcu_emulator.emulator.grading.prerequisites import PrerequisiteError, Prerequisites
+from fcu_emulator.emulator.grading.prerequisites import PREREQUISITE, PrerequisiteError, Prerequisites
 from fcu_emulator.emulator.grading.verdict import Detail, Visibility
 from fcu_emulator.emulator.scenario.expectations import ExpectText
 from fcu_emulator.emulator.scenario.loader import (
@@ -94,11 +94,12 @@ class CheckTable(Table):
     """One ``[[exercise.check]]``: what is expected of one run, and what it is worth.
 
     ``partial``: points for the share of its expectations that are met, instead of all or nothing. ``hint``: a
-    text for every finding, or a table of texts by kind of finding; ``hint_steps``: further texts, one more
-    of which `fcu check` shows each time it is asked. ``enough``: when the run has shown all that the check
-    needs; a program that crashes later is judged by its output until then. ``requires``: the checks or
-    exercises that must have passed, or this check has no points (:mod:`fcu_emulator.emulator.grading.prerequisites`).
-    Without ``expect`` it takes the expectations of the scenario that its run names.
+    text for every finding but a missing prerequisite, or a table of texts by kind of finding; ``hint_steps``:
+    further texts, one more of which `fcu check` shows each time it is asked. ``enough``: when the run has shown
+    all that the check needs; a program that crashes later is judged by its output until then. ``requires``: the
+    checks or exercises that must have passed, or this check has no points
+    (:mod:`fcu_emulator.emulator.grading.prerequisites`). Without ``expect`` it takes the expectations of the
+    scenario that its run names.
     """
 
     id: Name
@@ -114,11 +115,16 @@ class CheckTable(Table):
     hint: Hint | dict[FindingKind, Hint] = ""
     hint_steps: list[Hint] = Field(default_factory=list, max_length=10)
 
-    def hint_for(self, finding: str) -> str:
-        """The hint for a kind of finding; "" if there is none."""
+    def hint_for(self, finding: str, fault: str = "") -> str:
+        """Return the hint for a kind of finding; "" if there is none.
+
+        A table without the finding has the hint of its ``fault``, the general kind. A text is about the
+        check itself, so it is no hint if only a prerequisite is missing.
+        """
         if isinstance(self.hint, str):
-            return self.hint
-        return next((text for kind, text in self.hint.items() if kind == finding), "")
+            return "" if finding == PREREQUISITE else self.hint
+        texts: dict[str, str] = dict(self.hint.items())
+        return texts.get(finding, texts.get(fault, ""))
 
 
 class ExerciseTable(Table):

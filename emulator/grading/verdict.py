@@ -33,7 +33,8 @@ class CheckResult(_Part):
     ``check`` is unique in the rubric ("3.pitch"). ``expected`` and ``actual`` are sentences for people, empty
     where the check passed. ``printed``: the first line of the terminal that is wrong, in quotes, and when;
     control characters as escapes. ``finding``: how it is not met, in a word or two by which rubrics choose a
-    hint, such as "missing" or "one side"; "" if it passed. ``detail`` says how much of it a student sees:
+    hint, such as "missing" or "one side", and ``fault`` the general kind of it; both "" if it passed.
+    ``detail`` says how much of it a student sees:
     everything, all but what was expected, only that the check is there and its outcome, or not even its
     title. ``unjudged_because``: why nothing can be said; empty for every other outcome.
     """
@@ -48,6 +49,7 @@ class CheckResult(_Part):
     actual: str = ""
     printed: str = ""
     finding: str = ""
+    fault: str = ""
     hint: str = ""
     visibility: Visibility = "always"
     detail: Detail = "full"
@@ -251,7 +253,7 @@ def _for_student(check: CheckResult, unnamed: Collection[str] = ()) -> CheckResu
         return check
     hidden: dict[str, object] = {"expected": "", "actual": check.printed or check.actual}
     if check.detail in ("name", "none"):
-        hidden |= {"actual": "", "printed": "", "finding": "", "hint": "", "requires_unmet": ()}
+        hidden |= {"actual": "", "printed": "", "finding": "", "fault": "", "hint": "", "requires_unmet": ()}
     if check.detail == "none":
         hidden |= {"title": "a check that is not shown"}
     return check.model_copy(update=hidden)

@@ -18,7 +18,7 @@ from typing import Annotated, NamedTuple
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
 from fcu_emulator.emulator.scenario.expectations import QuantityName, Seen
-from fcu_emulator.emulator.scenario.observed import SAMPLE_STEP_PS
+from fcu_emulator.emulator.scenario.observed import SAMPLE_STEP_PS, deviation
 from fcu_emulator.emulator.scenario.tables import LED_NAMES, Table, board_of
 from fcu_emulator.emulator.text import shown
 from fcu_emulator.emulator.time.clock import NEVER_PS
@@ -134,6 +134,9 @@ class Condition(Table):
         """The state at a moment, for findings: " with roll 44.2"."""
         if self.led is not None:
             return ""
-        samples = seen.samples[self.quantity or ""]
-        value = samples[min(at_ps // SAMPLE_STEP_PS, len(samples) - 1)]
-        return f" with {self.quantity} {value:.4g}"
+        name = self.quantity or ""
+        samples = seen.samples[name]
+        index, rest_ps = divmod(at_ps, SAMPLE_STEP_PS)
+        before, after = (samples[min(one, len(samples) - 1)] for one in (index, index + 1))
+        value = before + deviation(name, after, before) * rest_ps / SAMPLE_STEP_PS
+        return f" with {name} {value:.4g}"

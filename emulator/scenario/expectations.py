@@ -160,14 +160,20 @@ class ExpectLine(Windowed):
         if found:
             too_often = found > (self.count or found)
             return Miss("wrong value", self.wording(), f"{found} times", for_good=too_often)
-        near = None
-        if not seen.patience.exhausted:
-            with seen.patience.limited():
-                near = nearest(wanted, lines)
-        if near is None:
-            return Miss("missing", self.wording(), f"{len(lines)} other lines")
-        diff = (f"-{escaped(wanted)}", f"+{escaped(near)}")
-        return Miss(fault_between(wanted, near), self.wording(), shown_line(near), diff)
+        nearly = nearly_printed(wanted, lines, self.wording(), seen.patience)
+        return nearly or Miss("missing", self.wording(), f"{len(lines)} other lines")
+
+
+def nearly_printed(wanted: str, lines: Sequence[str], expected: str, patience: SearchPatience) -> Miss | None:
+    """How the line most like the wanted one differs from it; None if no line is like it."""
+    near = None
+    if not patience.exhausted:
+        with patience.limited():
+            near = nearest(wanted, lines)
+    if near is None:
+        return None
+    diff = (f"-{escaped(wanted)}", f"+{escaped(near)}")
+    return Miss(fault_between(wanted, near), expected, shown_line(near), diff)
 
 
 class _Matching(Windowed):

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from itertools import pairwise
 from typing import ClassVar, Literal
 
 from pydantic import Field, model_validator
 
 from fcu_emulator.emulator.scenario.conditions import Condition, Followed, Stretch
-from fcu_emulator.emulator.scenario.expectations import Miss, Seen, Windowed, shown_line
-from fcu_emulator.emulator.scenario.observed import PrintedLine, escaped, same_banner
+from fcu_emulator.emulator.scenario.expectations import Miss, Seen, Windowed, nearly_printed, shown_line
+from fcu_emulator.emulator.scenario.observed import SAMPLE_STEP_PS, PrintedLine, escaped, same_banner
+from fcu_emulator.emulator.scenario.rests import Rest, is_printed, mistake, resting
 from fcu_emulator.emulator.scenario.tables import Duration, Length, PatternText
 from fcu_emulator.emulator.text import visible
 from fcu_emulator.emulator.time.clock import PS_PER_MS, seconds
@@ -22,7 +24,8 @@ class ExpectLineFollows(Windowed):
     """A line is printed at least every ``max_gap`` while a condition holds, and never otherwise.
 
     The line has exactly the ``text``, or matches the ``pattern``. For ``settle`` after the condition has
-    changed, and within its margin, the line may be printed or not.
+    changed, and within its margin, the line may be printed or not. If the board rests on both sides of the
+    condition, the finding says as of a LED which mistake it is.
     """
 
     RENAMED: ClassVar[Mapping[str, str]] = {"longest_gap": "max_gap"}
@@ -56,14 +59,20 @@ class ExpectLineFollows(Windowed):
             if holds is False and begin_ps <= line.at_ps < end_ps
         ]
         missing = self._longest_silence(stretches, lines)
-        if missing is not None:
-            return self._missing(seen, missing, lines)
-        if not wrong:
+        if missing is None and not wrong:
             return None
+        nearly = self._nearly(seen) if missing is not None and not lines else None
+        if nearly is not None:
+            return nearly
+        finding, mistake = self._mistake(seen, stretches, lines)
+        if missing is not None:
+            text = self._missing(seen, missing, lines) + mistake
+            return Miss("missing", self.wording(), text, for_good=True, finding=finding)
         when = f"{seconds(wrong[0].at_ps)}{self.when.value_text(seen, wrong[0].at_ps)}"
-        text = f"printed {len(wrong)} times otherwise, first at {when}"
+        times = "once" if len(wrong) == 1 else f"{len(wrong)} times"
+        text = f"printed {times} otherwise, first at {when}{mistake}"
         diff = tuple(f"+{escaped(line.text)}  at {seconds(line.at_ps)}" for line in wrong[:_DIFF_LINES])
-        return Miss("wrong value", self.wording(), text, diff, for_good=True)
+        return Miss("wrong value", self.wording(), text, diff, for_good=True, finding=finding)
 
     def followed(self, seen: Seen) -> Followed:
         """When the line is printed, and when it has to be, margin and settling aside."""
@@ -94,12 +103,43 @@ class ExpectLineFollows(Windowed):
         longest = max(silences, default=(0, 0))
         return longest if longest[0] > self.max_gap else None
 
-    def _missing(self, seen: Seen, silence: tuple[int, int], lines: list[PrintedLine]) -> Miss:
+    def _missing(self, seen: Seen, silence: tuple[int, int], lines: list[PrintedLine]) -> str:
         length_ps, since_ps = silence
         where = f"none for {seconds(length_ps)} from {seconds(since_ps)} on"
         value = self.when.value_text(seen, since_ps + length_ps // 2)
         count = f"; {len(lines)} in all" if lines else "; never printed"
-        return Miss("missing", self.wording(), f"{where}{value}{count}", for_good=True)
+        return f"{where}{value}{count}"
+
+    def _nearly(self, seen: Seen) -> Miss | None:
+        """A line that is almost the wanted one, and is printed in its place."""
+        if self.text is None:
+            return None
+        lines = [same_banner(line.text) for line in self.lines_in_window(seen)]
+        miss = nearly_printed(same_banner(self.text.strip()), lines, self.wording(), seen.patience)
+        return None if miss is None else replace(miss, for_good=True)
+
+    def _mistake(self, seen: Seen, stretches: list[Stretch], lines: list[PrintedLine]) -> tuple[str, str]:
+        """Which mistake the rests of the board show, by its kind and as the message says it; "" if none."""
+        if self.when.quantity is None:
+            return "", ""
+        at_ps = [line.at_ps for line in lines]
+        rests = [
+            Rest(
+                value,
+                self._other(seen, begin_ps),
+                bool(stretch.holds),
+                is_printed(at_ps, begin_ps, end_ps, self.max_gap),
+            )
+            for stretch in stretches
+            for value, begin_ps, end_ps in resting(seen.samples[self.when.quantity], stretch)
+            if end_ps - begin_ps > self.max_gap
+        ]
+        return mistake(rests, self.when)
+
+    def _other(self, seen: Seen, at_ps: int) -> float:
+        """The other inclination at a moment; 0 for a quantity that has none."""
+        other = {"pitch": "roll", "roll": "pitch"}.get(self.when.quantity or "")
+        return seen.samples[other][at_ps // SAMPLE_STEP_PS] if other is not None else 0.0
 
     def _is_it(self, line: PrintedLine, seen: Seen) -> bool:
         if self.text is not None:

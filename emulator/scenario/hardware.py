@@ -62,6 +62,12 @@ class _Look(NamedTuple):
     """Whether the other angle is beyond the threshold."""
     since_ps: int
     """When the board has come to this side of the threshold."""
+    changed: tuple[int, float]
+    """When the LED has changed to this state, and the angle then; this moment if not since the look before."""
+
+    def at_change(self) -> _Look:
+        """Return the look with time and angle of the LED's change."""
+        return self._replace(at_ps=self.changed[0], angle=self.changed[1])
 
 
 class ExpectLedFollows(Windowed):
@@ -138,14 +144,20 @@ class ExpectLedFollows(Windowed):
         begins = [begin for begin, _, _ in changes]
         side: bool | None = None
         since_ps = 0
+        before_ps, before = 0, 0.0
         for at_ps, value, other in self._values(seen):
             steep = condition.holds(value)
             if steep is not side:
                 side, since_ps = steep, at_ps
             if steep is not None and self.covers(at_ps) and at_ps < seen.end_ps:
-                lit = changes[bisect_right(begins, at_ps) - 1][2]
+                begin_ps, _, lit = changes[bisect_right(begins, at_ps) - 1]
                 other_steep = condition.beyond is not None and abs(other) > condition.beyond
-                yield _Look(at_ps, value, steep, lit, other_steep, since_ps)
+                changed = at_ps, value
+                if begin_ps > before_ps:
+                    share = (begin_ps - before_ps) / (at_ps - before_ps)
+                    changed = round(begin_ps / PS_PER_MS) * PS_PER_MS, before + share * (value - before)
+                yield _Look(at_ps, value, steep, lit, other_steep, since_ps, changed)
+            before_ps, before = at_ps, value
 
     def _values(self, seen: Seen) -> Iterator[tuple[int, float, float]]:
         """(time, value, the other inclination or 0) every 10 ms."""
@@ -159,6 +171,7 @@ class ExpectLedFollows(Windowed):
             yield number * SAMPLE_STEP_PS, value, 0.0
 
     def _seen(self, finding: str, first: _Look, late_ps: int, looks: Sequence[_Look]) -> str:
+        first = first.at_change()
         state = "lit" if first.lit else "dark"
         quantity = self.condition.quantity or ""
         degrees = " degrees" if quantity in ("pitch", "roll") else ""
@@ -250,15 +263,25 @@ def _shows_the_past(looks: Sequence[_Look]) -> bool:
 
 
 def _threshold(looks: Sequence[_Look]) -> tuple[float, float] | None:
-    """Between which angles the LED changes, if it is lit above and dark below, to both sides."""
-    rest = [
-        look
-        for before, look in pairwise(looks)
-        if look.at_ps - look.since_ps >= _PROMPT_PS and abs(look.angle - before.angle) < _RESTING_DEG
-    ]
-    lit = min((abs(look.angle) for look in rest if look.lit), default=None)
-    dark = max((abs(look.angle) for look in rest if not look.lit), default=None)
-    return (dark, lit) if lit is not None and dark is not None and dark < lit else None
+    """Between which angles the LED changes, if it is lit above and dark below, to both sides.
+
+    None if the right threshold may be among them. A LED that is switched on while the angle grows, or off
+    while it falls, shows an angle of the past: its threshold is not beyond the angle at that moment.
+    """
+    sure = [look for before, look in pairwise(looks) if _is_sure(before, look)]
+    lit = min((look for look in sure if look.lit), key=lambda look: abs(look.angle), default=None)
+    dark = max((look for look in sure if not look.lit), key=lambda look: abs(look.angle), default=None)
+    if lit is None or dark is None or (lit.steep and not dark.steep):
+        return None
+    return (abs(dark.angle), abs(lit.angle)) if abs(dark.angle) < abs(lit.angle) else None
+
+
+def _is_sure(before: _Look, look: _Look) -> bool:
+    """Whether a look limits the LED's threshold: it rests, or has just switched as it moves."""
+    grows = abs(look.angle) - abs(before.angle)
+    if abs(grows) < _RESTING_DEG:
+        return look.at_ps - look.since_ps >= _PROMPT_PS
+    return look.lit is not before.lit and look.lit is (grows > 0)
 
 
 def _threshold_text(looks: Sequence[_Look], beyond: float, degrees: str) -> str:

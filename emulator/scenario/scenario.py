@@ -324,7 +324,11 @@ class Scenario:
         """Quantities that conditions are about."""
         found = [one.condition for one in self.expectations if isinstance(one, ExpectLedFollows)]
         found += [one.when for one in self.expectations if isinstance(one, ExpectLineFollows)]
-        return list(dict.fromkeys(one.quantity for one in found if one.quantity is not None))
+        names = [one.quantity for one in found if one.quantity is not None]
+        both = (
+            ["pitch", "roll"] if {"pitch", "roll"} & {*names} else []
+        )  # a finding says which one is followed
+        return list(dict.fromkeys([*names, *both]))
 
     def _magnetic_field(self) -> tuple[float, float, float] | None:
         """NED in uT; None for the world's default."""

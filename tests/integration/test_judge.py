@@ -186,6 +186,41 @@ def test_check_earns_nothing_without_its_prerequisites(tmp_path: Path) -> None:
     assert verdict.points == 0
 
 
+def test_hint_of_one_text_is_not_about_prerequisites(tmp_path: Path) -> None:
+    table = '[exercise.check.hint]\n"prerequisite" = "Print the pitch first."\n'
+    verdict = judged_by(tmp_path, NEEDY.replace(table, 'hint = "It crashes."\n'), "template")
+
+    assert (verdict.checks[1].finding, verdict.checks[1].hint) == ("prerequisite", "")
+
+
+LIT = """\
+[[exercise.check]]
+id = "led"
+title = "LED1 shows a pitch beyond 45 degrees"
+expect = [{ kind = "led_follows", led = "led1", when = { quantity = "pitch", beyond = 45 } }]
+
+[exercise.check.hint]
+"""
+
+
+@pytest.mark.parametrize(
+    ("hints", "shown"),
+    [
+        ({"wrong value": "VALUE"}, "VALUE"),
+        ({"wrong value": "VALUE", "never lit": "LED"}, "LED"),
+        ({"missing": "NONE", "late": "LATE"}, ""),
+    ],
+)
+def test_hint_of_the_general_kind_serves_its_special_ones(
+    tmp_path: Path, hints: dict[str, str], shown: str
+) -> None:
+    table = "".join(f'"{kind}" = "{text}"\n' for kind, text in hints.items())
+    text = NEEDY.replace('duration = "3s"', 'duration = "3s"\nworld = { pitch_deg = 60 }') + LIT + table
+    led = judged_by(tmp_path, text, "lab3").checks[-1]
+
+    assert (led.finding, led.fault, led.hint) == ("never lit", "wrong value", shown)
+
+
 def test_check_counts_once_its_prerequisites_pass(tmp_path: Path) -> None:
     verdict = judged_by(tmp_path, NEEDY, "lab3")
 

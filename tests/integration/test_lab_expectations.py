@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -75,16 +76,14 @@ def test_right_program_meets_conditions_at_every_seed(tmp_path: Path) -> None:
 
 
 WRONG = {
-    "threshold 40": (
-        lambda one: abs(one.roll) > 40,
-        [("expect[0]", "wrong value"), ("expect[1]", "threshold")],
-    ),
-    "threshold 48": (lambda one: abs(one.roll) > 48, [("expect[0]", "missing"), ("expect[1]", "threshold")]),
-    "one side": (lambda one: one.roll > 45, [("expect[0]", "missing"), ("expect[1]", "one side")]),
-    "pitch": (lambda one: abs(one.pitch) > 45, [("expect[0]", "missing"), ("expect[1]", "other axis")]),
-    "inverted": (lambda one: abs(one.roll) <= 45, [("expect[0]", "missing"), ("expect[1]", "inverted")]),
-    "always": (lambda one: True, [("expect[0]", "wrong value"), ("expect[1]", "never dark")]),
-    "never": (lambda one: False, [("expect[0]", "missing"), ("expect[1]", "never lit")]),
+    "threshold 40": (lambda one: abs(one.roll) > 40, ["threshold", "threshold"]),
+    "threshold 48": (lambda one: abs(one.roll) > 48, ["threshold", "threshold"]),
+    "positive side": (lambda one: one.roll > 45, ["one side", "one side"]),
+    "negative side": (lambda one: one.roll < -45, ["one side", "one side"]),
+    "pitch": (lambda one: abs(one.pitch) > 45, ["other axis", "other axis"]),
+    "inverted": (lambda one: abs(one.roll) <= 45, ["inverted", "inverted"]),
+    "always": (lambda one: True, ["wrong value", "never dark"]),
+    "never": (lambda one: False, ["missing", "never lit"]),
 }
 
 
@@ -92,8 +91,45 @@ WRONG = {
 def test_wrong_condition_is_found_at_a_threshold(tmp_path: Path, name: str) -> None:
     condition, expected = WRONG[name]
     wrong = program(lit=condition, said=lambda one: "ALARM" * condition(one))
+    line, led = faults(played(tmp_path, IDEAL + THRESHOLD + ALARM + LED, wrong))
 
-    assert faults(played(tmp_path, IDEAL + THRESHOLD + ALARM + LED, wrong)) == expected
+    assert [line, led] == [("expect[0]", expected[0]), ("expect[1]", expected[1])]
+
+
+@pytest.mark.parametrize("text", ["ALARM!", "alarm", "Alarm on"])
+def test_line_that_is_nearly_right_has_wrong_format(tmp_path: Path, text: str) -> None:
+    nearly = program(said=lambda one: text * (abs(one.roll) > 45))
+
+    assert faults(played(tmp_path, IDEAL + THRESHOLD + ALARM, nearly)) == [("expect[0]", "wrong format")]
+
+
+PASSING = '[[timeline]]\ndo = "rotate_to"\nroll_deg = 60\nat = "2s"\nfor = "1s"\n'
+
+
+def test_findings_give_the_angle_of_their_moment(tmp_path: Path) -> None:
+    """A program with the threshold 40 is on its way from 0 to 60 degrees."""
+    low = program(
+        lit=lambda one: abs(one.roll) > 40, said=lambda one: "ALARM" * (abs(one.roll) > 40), every_ms=3
+    )
+    text = IDEAL.replace("schema = 1", 'schema = 1\nduration = "5s"') + PASSING + ALARM + LED
+    findings = played(tmp_path, text, low).findings
+
+    assert len(findings) == 2
+    for finding in findings:
+        at_s, roll = map(float, re.findall(r"at ([0-9.]+) s with roll ([0-9.]+)", finding.miss.seen)[0])
+        share = at_s - 2  # of a turn with minimum jerk
+        true = 60 * (10 * share**3 - 15 * share**4 + 6 * share**5)
+        assert roll == pytest.approx(true, abs=0.15)
+
+
+def test_threshold_is_named_if_it_is_proven_wrong(tmp_path: Path) -> None:
+    """Passing from 0 to 60 degrees proves 30 wrong, and says more than that it is from 0 to 60."""
+    text = IDEAL.replace("schema = 1", 'schema = 1\nduration = "5s"') + PASSING + LED
+    (wrong,) = played(tmp_path, text, program(lit=lambda one: abs(one.roll) > 30)).findings
+    low, high = map(float, re.findall(r"between ([0-9.]+) and ([0-9.]+)", wrong.miss.seen)[0])
+
+    assert wrong.miss.kind == "threshold"
+    assert low <= 30 <= high < 45
 
 
 def test_line_printed_once_is_missing_later(tmp_path: Path) -> None:
