@@ -269,7 +269,8 @@ def _replaced(value: Any, pick: Pick, file: str, path: str) -> Any:
 
 
 def _draw(value: dict[str, Any], pick: Callable[[int], float]) -> Any:
-    value = with_current_keys(value, _RENAMED)
+    if value.keys() & _RENAMED.keys():
+        value = with_current_keys(value, _RENAMED)
     if len(value.keys() & {"uniform", "one_of"}) != 1 or not value.keys() <= _DRAW_KEYS:
         raise ValueError(f"is {shown(value)}; {_DRAW_HELP}")
     if not isinstance(value.get("random_sign", False), bool):

@@ -32,3 +32,18 @@ def current_name(name: Any, renamed: Mapping[str, str]) -> Any:
         return name
     warnings.warn(f"{name} is now called {new}; use that name", RenamedWarning, stacklevel=2)
     return new
+
+
+_ACTIONS = {
+    "weather": "change_pressure",
+    "wind": "blow_wind",
+    "door": "slam_door",
+    "fault": "inject_fault",
+}
+
+
+def with_current_action(entry: Any) -> Any:
+    """Return an entry of a timeline with the current name of what it does."""
+    if isinstance(entry, dict) and str(entry.get("do")) in _ACTIONS:
+        return {**entry, "do": current_name(entry["do"], _ACTIONS)}
+    return entry

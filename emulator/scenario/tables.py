@@ -76,7 +76,8 @@ class Table(BaseModel):
         """Name the known keys, which the library's message does not; replace renamed ones."""
         if not isinstance(data, dict):
             return data
-        data = with_current_keys(data, cls.RENAMED)
+        if data.keys() & cls.RENAMED.keys():
+            data = with_current_keys(data, cls.RENAMED)
         known = [field.alias or name for name, field in cls.model_fields.items()]
         for key in data:
             if key not in known:

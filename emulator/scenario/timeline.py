@@ -7,7 +7,7 @@ the union at the end. A motion calls the world's motion of the same name.
 from __future__ import annotations
 
 from functools import partial
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import (
     BeforeValidator,
@@ -21,7 +21,7 @@ from pydantic import (
 
 from fcu_emulator.emulator.buses.i2c import FaultKind, I2CFault
 from fcu_emulator.emulator.scenario.observed import BoardView
-from fcu_emulator.emulator.scenario.renamed import current_name
+from fcu_emulator.emulator.scenario.renamed import with_current_action
 from fcu_emulator.emulator.scenario.tables import (
     Address,
     Duration,
@@ -557,23 +557,6 @@ class Send(Entry):
         board.terminal.write(self.text or self.hex or b"")
 
 
-RENAMED = {
-    "weather": "change_pressure",
-    "wind": "blow_wind",
-    "door": "slam_door",
-    "fault": "inject_fault",
-}
-"""Current names of entries, by those of the previous release."""
-
-
-def _with_current_name(entry: Any) -> Any:
-    return (
-        {**entry, "do": current_name(entry["do"], RENAMED)}
-        if isinstance(entry, dict) and "do" in entry
-        else entry
-    )
-
-
 AnyEntry = Annotated[
     Hold
     | RotateTo
@@ -605,5 +588,5 @@ AnyEntry = Annotated[
     | Fault
     | Send,
     Field(discriminator="do"),
-    BeforeValidator(_with_current_name),
+    BeforeValidator(with_current_action),
 ]

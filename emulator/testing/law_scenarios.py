@@ -73,7 +73,7 @@ def pose_against_truth(pose: Pose, names: Sequence[str]) -> str:
 def _pose_table(pose: Pose, expectations: list[Table], gravity: float, field: float) -> Table:
     angles = f"roll {pose.roll_deg:g}, pitch {pose.pitch_deg:g}, yaw {pose.yaw_deg:g} degrees"
     ranges = [
-        {"kind": "within", "name": name, "least": -limit, "most": limit} for name, limit in RANGES_DEG.items()
+        {"kind": "within", "name": name, "min": -limit, "max": limit} for name, limit in RANGES_DEG.items()
     ]
     world: Table = {}
     if gravity != 1:
