@@ -1,4 +1,7 @@
-"""The build hook: the C library is compiled into the wheel, or beside its sources for pip install -e."""
+"""The build hook: compile the C library into the wheel, or beside its sources for pip install -e.
+
+A source archive gets the generated C headers.
+"""
 
 from __future__ import annotations
 
@@ -18,16 +21,26 @@ import library
 import namespace
 import targets
 
+_GENERATED = "emulator/chip/native/generated"
+
 
 class CustomBuildHook(BuildHookInterface[Any]):
     """See building/library.py, and building/targets.py for other systems than this one."""
 
     def dependencies(self) -> list[str]:
         """Zig where no C compiler works; pip then fetches it, for as long as the wheel is built."""
+        if self.target_name == "sdist":
+            return []
         return [library.ZIG] if _target() or self._tried(library.own_compiler) is None else []
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         """``version`` is "editable" for pip install -e."""
+        if self.target_name == "sdist":
+            self._folder = Path(tempfile.mkdtemp())
+            self._tried(lambda: library.write_headers(self._folder))
+            for path in self._folder.iterdir():
+                build_data["force_include"][str(path)] = f"{_GENERATED}/{path.name}"
+            return
         if version == "editable":
             self.app.display_info(self._tried(library.build_in_place))
             return
@@ -48,7 +61,7 @@ class CustomBuildHook(BuildHookInterface[Any]):
         build_data["tag"] = f"py3-none-{target.tag if target else _platform()}"
 
     def finalize(self, version: str, *_: Any) -> None:
-        """The wheel has the library now."""
+        """Remove the files that the wheel or the source archive contains now."""
         if version != "editable":
             shutil.rmtree(self._folder)
 

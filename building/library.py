@@ -27,7 +27,8 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
-FOLDER: Final = Path(__file__).parents[1] / "emulator" / "chip" / "native"
+ROOT: Final = Path(__file__).parents[1]
+FOLDER: Final = ROOT / "emulator" / "chip" / "native"
 NATIVE: Final = runpy.run_path(str(FOLDER / "__init__.py"))
 
 FLAGS: Final = (
@@ -132,6 +133,15 @@ def _works(compiler: Compiler) -> bool:
     return True
 
 
+def write_headers(folder: Path) -> None:
+    """Generate the headers of ``emulator/chip/native/generated`` from the declarations in Python."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONDONTWRITEBYTECODE": "1"}
+    command = [sys.executable, "-m", "fcu_emulator.emulator.chip.registers", str(folder)]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise BuildError(f"the C headers cannot be generated:\n{done.stderr}")
+
+
 def build(library: Path, compiler: Compiler) -> None:
     """Compile all sources, as many at a time as there are cores, and put the library there in one step."""
     flags = *FLAGS, *compiler.position_independent, *shlex.split(os.environ.get("CFLAGS", ""))
@@ -139,10 +149,11 @@ def build(library: Path, compiler: Compiler) -> None:
     macros = f'-DSOURCES="{NATIVE["digest"](FOLDER)}"', f'-DCOMPILER="{compiler.description}"'
     files = [path for path in NATIVE["sources"](FOLDER) if path.suffix == ".c"]
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        write_headers(Path(folder, "generated"))
         objects = [Path(folder, f"{number}.o") for number in range(len(files))]
 
         def compile_one(source: Path, result: Path) -> None:
-            compiler.run(*flags, *macros, f"-I{FOLDER}", "-c", source, "-o", result)
+            compiler.run(*flags, *macros, f"-I{folder}", f"-I{FOLDER}", "-c", source, "-o", result)
 
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             list(pool.map(compile_one, files, objects))
@@ -158,6 +169,7 @@ def build_in_place(force: bool = False) -> str:
     """Build the library beside its sources if it does not fit them: what was done, for people."""
     library = FOLDER / NATIVE["library_name"]()
     chosen = compiler()
+    write_headers(FOLDER / "generated")  # for editors and tests; the library is compiled with its own copy
     digest, description, _ = NATIVE["built_from"](library)
     if not force and (digest, description) == (NATIVE["digest"](FOLDER), chosen.description):
         return f"{library} fits its sources"

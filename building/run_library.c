@@ -107,8 +107,8 @@ int main(int count, char **arguments) {
   FIND(library, fcu_start);
   FIND(library, fcu_run_until);
   FIND(library, fcu_set_clocks);
-  FIND(library, fcu_block_count);
-  FIND(library, fcu_block_base);
+  FIND(library, fcu_peripheral_count);
+  FIND(library, fcu_peripheral_base);
   FIND(library, fcu_gate);
   FIND(library, fcu_connect_usarts);
   FIND(library, fcu_usart_hand_over);
@@ -124,9 +124,9 @@ int main(int count, char **arguments) {
   fcu_set_clocks_(chip, &clocks);
   fcu_connect_usarts_(chip, &calls);
   int32_t usart = -1;
-  for (int32_t index = 0; index < fcu_block_count_(chip); index++) {
+  for (int32_t index = 0; index < fcu_peripheral_count_(chip); index++) {
     fcu_gate_(chip, UINT64_C(1) << index, UINT64_C(1) << index);
-    usart = fcu_block_base_(chip, index) == USART1 ? index : usart;
+    usart = fcu_peripheral_base_(chip, index) == USART1 ? index : usart;
   }
   fcu_start_(chip);
   for (int64_t ms = 1; !over && ms <= LONGEST_MS; ms++) {

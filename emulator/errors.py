@@ -27,6 +27,8 @@ Python itself is the bus master, through ``board.i2c2``. An error outside this t
 
 from __future__ import annotations
 
+import re
+
 from fcu_emulator.emulator.text import visible
 
 _LONGEST_PROBLEM = 400  # characters; a list of all keys that are known can be longer
@@ -36,14 +38,25 @@ def _shortened(problem: str) -> str:
     return problem if len(problem) <= _LONGEST_PROBLEM else f"{problem[: _LONGEST_PROBLEM - 3]}..."
 
 
+def _kind_of(error: type[FcuError]) -> str:
+    return re.sub(r"(?<!^)(?=[A-Z][a-z])", "_", error.__name__.removesuffix("Error")).lower() or "error"
+
+
 class FcuError(Exception):
     """Base of everything this package raises on purpose.
 
     Its text is one line without control characters, whatever the names and values in it are. With
     ``has_lines`` it may have several lines, of a terminal, a compiler or a diagnosis.
+
+    ``kind`` says in one word what is wrong ("unknown_key"). It stays when the text is improved; without a kind of its
+    own an error has that of its class ("scenario").
     """
 
     has_lines = False
+
+    def __init__(self, *arguments: object, kind: str = "") -> None:
+        self.kind = kind or _kind_of(type(self))
+        super().__init__(*arguments)
 
     def __str__(self) -> str:
         return visible(super().__str__(), lines=self.has_lines)
@@ -68,40 +81,40 @@ class InputError(FcuError):
 class ScenarioError(InputError):
     """A scenario file is wrong at ``key`` (a dotted path such as ``timeline[2].for``)."""
 
-    def __init__(self, file: str, key: str, problem: str) -> None:
+    def __init__(self, file: str, key: str, problem: str, *, kind: str = "") -> None:
         self.file = file
         self.key = key
         self.problem = problem = _shortened(problem)
-        super().__init__(f"{file}: {key}: {problem}" if key else f"{file}: {problem}")
+        super().__init__(f"{file}: {key}: {problem}" if key else f"{file}: {problem}", kind=kind)
 
 
 class RubricError(InputError):
     """A rubric is wrong at ``key`` (a dotted path such as ``exercise[1].check[0].points``)."""
 
-    def __init__(self, file: str, key: str, problem: str) -> None:
+    def __init__(self, file: str, key: str, problem: str, *, kind: str = "") -> None:
         self.file = file
         self.key = key
         self.problem = problem = _shortened(problem)
-        super().__init__(f"{file}: {key}: {problem}" if key else f"{file}: {problem}")
+        super().__init__(f"{file}: {key}: {problem}" if key else f"{file}: {problem}", kind=kind)
 
 
 class RecordingError(InputError):
     """A CSV recording is wrong at ``line`` (counted from 1, the header's line; 0 means the whole file)."""
 
-    def __init__(self, file: str, line: int, problem: str) -> None:
+    def __init__(self, file: str, line: int, problem: str, *, kind: str = "") -> None:
         self.file = file
         self.line = line
         self.problem = problem = _shortened(problem)
-        super().__init__(f"{file}:{line}: {problem}" if line else f"{file}: {problem}")
+        super().__init__(f"{file}:{line}: {problem}" if line else f"{file}: {problem}", kind=kind)
 
 
 class FirmwareFileError(InputError):
     """A firmware file cannot be run on this board; ``problem`` says what is wrong and what would be right."""
 
-    def __init__(self, file: str, problem: str) -> None:
+    def __init__(self, file: str, problem: str, *, kind: str = "") -> None:
         self.file = file
         self.problem = problem = _shortened(problem)
-        super().__init__(f"{file}: {problem}")
+        super().__init__(f"{file}: {problem}", kind=kind)
 
 
 class LinkError(InputError):

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from xdist.remote import Producer
     from xdist.scheduler import WorkStealingScheduling
 
+    from tests.support.words import Words
+
 # `pytest` and `python -m pytest` must find the same modules; only the second puts the root on the path.
 ROOT = str(Path(__file__).parents[1])
 if ROOT not in sys.path:
@@ -27,6 +29,21 @@ settings.register_profile("reproducible", derandomize=True, deadline=None)
 _PHASES = (Phase.explicit, Phase.generate)
 settings.register_profile("unshrunk", derandomize=True, deadline=None, phases=_PHASES)
 settings.load_profile("reproducible")
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the option that accepts changed words; see tests/support/words.py."""
+    parser.addoption(
+        "--update-words", action="store_true", help="write the golden words of the tests that run"
+    )
+
+
+@pytest.fixture
+def words(request: pytest.FixtureRequest) -> Words:
+    """Compare a text of the product with its golden words: ``words("grade", done.stderr)``."""
+    from tests.support.words import Words  # not before the root is on the path
+
+    return Words(request)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

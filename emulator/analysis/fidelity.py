@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 
 from fcu_emulator.emulator.boards.description import BoardErrors
-from fcu_emulator.emulator.chip.registers import BLOCKS, KINDS
+from fcu_emulator.emulator.chip.registers import DECLARED, KINDS
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.sensors import PARTS, Part
 from fcu_emulator.sensors.errors import SIGMAS, STRENGTHS, Figure
@@ -45,7 +45,7 @@ def chip_table() -> str:
     """The table of the chip's registers as Markdown, without a newline at the end."""
     lines = ["| block | registers | documented in | not modelled |", "|---|---|---|---|"]
     for module in KINDS:
-        blocks = [BLOCKS[name] for name in module.INSTANCES]
+        blocks = [DECLARED[name] for name in module.INSTANCES]
         count = len({register.name for block in blocks for register in block.registers})
         names = dict.fromkeys(name for block in blocks for name in block.without_behaviour())
         missing = ", ".join(f"`{name}`" for name in names) or "nothing"

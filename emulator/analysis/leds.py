@@ -59,7 +59,7 @@ def led_hints(board: Board, witness: Witness) -> Iterator[Diagnosis]:
 
 def _is_no_output(arm: ArmFirmware, pin: tuple[str, int]) -> bool:
     port, number = pin
-    block = arm.chip.core.blocks[f"GPIO{port}"]
+    block = arm.chip.core.peripherals[f"GPIO{port}"]
     return block.peek(0x14) >> number & 1 == 1 and block.peek(0x00) >> 2 * number & 3 == 0
 
 

@@ -134,7 +134,7 @@ class Board:
         spi = {name: SpiBus(name, clock, self.trace) for name in board.spi}
         self.sensors.attach(i2c, spi, choice.profile)
         self.sensors.observe(self.trace)
-        uart = Uart(board.serial.block, clock, self.trace, board.serial.clock_hz)
+        uart = Uart(board.serial.peripheral, clock, self.trace, board.serial.clock_hz)
         self.gpio = Gpio(clock, self.trace)
         self.leds = {name: Led(name, self.gpio, *pin) for name, pin in board.leds.items()}
         """By name, in the order of the board's file."""
@@ -154,7 +154,7 @@ class Board:
         self.terminal.diagnosis = _diagnosis_of(self.arm)
         self.ideal = parts.grade == "ideal"
         """Whether its sensors have no noise, offset or scale error."""
-        self._named = {**self.leds, **self._i2c, **self._spi, board.timer.block: self.timer}
+        self._named = {**self.leds, **self._i2c, **self._spi, board.timer.peripheral: self.timer}
         vars(self).update((name.lower(), one) for name, one in self._named.items())
         if plan:
             plan.play(weakref.proxy(self))  # what it schedules must not keep the board alive
@@ -351,7 +351,7 @@ class Board:
             return self.arm
         timer = self.description.timer
         if choice.factory is None:
-            idle = IntervalTimer(timer.block, self.clock, self.trace, timer.input_hz, lambda: None)
+            idle = IntervalTimer(timer.peripheral, self.clock, self.trace, timer.input_hz, lambda: None)
             return _NoFirmware(self.clock, idle)
         cpu = PythonCpu(self.clock)
         i2c = signals.i2c[choice.profile.bus]

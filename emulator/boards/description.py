@@ -34,7 +34,7 @@ Numbers: TypeAlias = Mapping[str, Any]
 Pin: TypeAlias = tuple[str, int]
 """Port and number: ("B", 5) is PB5."""
 PinFunction: TypeAlias = tuple[str, int, int]
-"""Port, number, and the alternate function that leads it to the block (datasheet DocID024738 table 9)."""
+"""Port, number, and the alternate function that leads it to the peripheral (datasheet DocID024738 table 9)."""
 
 
 # -- what is soldered ---------------------------------------------------------------------------------------
@@ -66,7 +66,7 @@ class MountedPart:
 
 @dataclass(frozen=True)
 class I2cPins:
-    """The pins of one of the chip's I2C blocks."""
+    """The pins of one of the chip's I2C peripherals."""
 
     scl: PinFunction
     sda: PinFunction
@@ -76,7 +76,7 @@ class I2cPins:
 class SerialLine:
     """The USART that the terminal is connected to, its pin, and its clock with the firmware's settings."""
 
-    block: str
+    peripheral: str
     tx: PinFunction
     clock_hz: int
 
@@ -89,7 +89,7 @@ class CallbackTimer:
     has no other. Built firmware sets them itself.
     """
 
-    block: str
+    peripheral: str
     input_hz: int
     priority: int
 
@@ -140,7 +140,7 @@ class Profile:
 class BoardDescription:
     """One kind of board.
 
-    ``i2c``: the chip's I2C blocks that lead to a bus, with their pins; ``spi``: likewise its SPI blocks.
+    ``i2c``: the chip's I2C peripherals that lead to a bus, with their pins; ``spi``: likewise its SPI peripherals.
     ``leds``: each is lit while its pin is low. ``motors``: timer and channel of the PWM of each.
     ``profiles``: the usual one first. ``python_firmware`` and ``built_firmware``: what is shipped for it,
     names with descriptions; the latter also with the program's name in :mod:`fcu_emulator.firmware_model.arm`.
@@ -301,7 +301,7 @@ class BoardErrors(PartErrors):
 class BoardSignals:
     """What of the board the chip's pins lead to, as ``board`` lists it; ``profile``: where its sensors are.
 
-    ``uart`` is at the block of ``board.serial``; ``i2c`` and ``spi`` are the buses by their blocks' names.
+    ``uart`` is at the peripheral of ``board.serial``; ``i2c`` and ``spi`` are the buses by their peripherals' names.
     ``number``: of this board in its class, for the chip's unique id; ``errors``: how it deviates itself.
     """
 

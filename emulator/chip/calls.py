@@ -13,8 +13,8 @@
 Arguments are passed and results taken as the procedure call standard says (AAPCS, IHI 0042; with
 floating-point registers where the ELF says hard float), by the types in its debug information.
 
-Decision: a function is executed by a copy of the core and its memories, so that registers, RAM and all blocks
-are afterwards what they were, at no cost: five thousand calls a second. One that reaches a block, sleeps, or
+Decision: a function is executed by a copy of the core and its memories, so that registers, RAM and all peripherals
+are afterwards what they were, at no cost: five thousand calls a second. One that reaches a peripheral, sleeps, or
 waits for an interrupt is executed again by the chip itself, in virtual time, and the whole board is restored
 afterwards. The road not taken, a snapshot of the board around every call, is five times as slow.
 """
@@ -67,7 +67,7 @@ _WITH_ADDRESS: Final = (Stop.UNALIGNED, Stop.READ, Stop.WRITE)
 
 
 class _NeedsBoardError(Exception):
-    """The function has reached a block: only the chip itself can go on."""
+    """The function has reached a peripheral: only the chip itself can go on."""
 
 
 class Frame:
@@ -333,7 +333,9 @@ class Caller:
         core = self._core
         held = core.halted
         if held:
-            raise InputError(f"{name}() reaches a block, and a debugger holds the chip; let it go on first")
+            raise InputError(
+                f"{name}() reaches a peripheral, and a debugger holds the chip; let it go on first"
+            )
         everything, pc, chosen = Registers(core, EVERYTHING), core.pc, Registers(core, _SET)
         saved = tuple(everything.read())
         sp, xpsr = core.register(13), core.register(16)

@@ -1,6 +1,6 @@
-"""The STM32F401 on the board: all its blocks, the core, and the firmware in flash.
+"""The STM32F401 on the board: all its peripherals, the core, and the firmware in flash.
 
-A list and no behaviour: the blocks in Python with their addresses (RM0368 table 1) and interrupt inputs
+A list and no behaviour: the peripherals in Python with their addresses (RM0368 table 1) and interrupt inputs
 (table 38), and what is connected to what. What the pins lead to is the board's.
 """
 
@@ -11,15 +11,15 @@ from collections.abc import Iterable, Iterator
 from fcu_emulator.emulator.boards.description import BoardSignals
 from fcu_emulator.emulator.buses.i2c import I2CBus
 from fcu_emulator.emulator.chip.cpu.core import Core, CoreSettings
-from fcu_emulator.emulator.chip.cpu.python_blocks import named_blocks
-from fcu_emulator.emulator.chip.memory_map import BLOCKS
+from fcu_emulator.emulator.chip.cpu.python_peripherals import unmodelled_peripherals
+from fcu_emulator.emulator.chip.memory_map import ADDRESSES
 from fcu_emulator.emulator.chip.peripherals.adc import Adc, AdcInputs
 from fcu_emulator.emulator.chip.peripherals.crc import Crc
 from fcu_emulator.emulator.chip.peripherals.dbgmcu import SYSTEM_MEMORY, Dbgmcu, system_memory
 from fcu_emulator.emulator.chip.peripherals.dma import DmaLines
 from fcu_emulator.emulator.chip.peripherals.flash import Flash
 from fcu_emulator.emulator.chip.peripherals.gpio import ConnectedPins
-from fcu_emulator.emulator.chip.peripherals.i2c import I2C_BLOCKS, ConnectedI2c
+from fcu_emulator.emulator.chip.peripherals.i2c import I2C_NAMES, ConnectedI2c
 from fcu_emulator.emulator.chip.peripherals.peripheral import InterruptInput, Peripheral, Soc
 from fcu_emulator.emulator.chip.peripherals.pwr import Pwr
 from fcu_emulator.emulator.chip.peripherals.rcc import NOMINAL, Oscillators, Rcc
@@ -32,14 +32,14 @@ from fcu_emulator.emulator.chip.peripherals.watchdogs import Iwdg, Wwdg
 
 def _place(name: str) -> tuple[str, int]:
     """Name and address."""
-    return name, BLOCKS[name][0]
+    return name, ADDRESSES[name][0]
 
 
-class SystemBlocks:
-    """The blocks that are written in Python; iterate over it for all. Sets ``soc.clocks``.
+class SystemPeripherals:
+    """The peripherals that are written in Python; iterate over it for all. Sets ``soc.clocks``.
 
     What talks to the outside world (USART, I2C, SPI, DMA) joins them in :class:`Chip`; RCC then gets all
-    blocks by ``rcc.control(...)``.
+    peripherals by ``rcc.control(...)``.
     """
 
     def __init__(self, soc: Soc, inputs: AdcInputs | None = None, oscillators: Oscillators = NOMINAL) -> None:
@@ -54,7 +54,7 @@ class SystemBlocks:
         self.iwdg = Iwdg(soc, *_place("IWDG"))
         self.wwdg = Wwdg(soc, *_place("WWDG"), lines[0])
         self.dbgmcu = Dbgmcu(soc, *_place("DBGMCU"))
-        self.named = named_blocks(soc)
+        self.named = unmodelled_peripherals(soc)
 
     def __iter__(self) -> Iterator[Peripheral]:
         yield from (self.rcc, self.pwr, self.flash)
@@ -62,7 +62,7 @@ class SystemBlocks:
 
 
 class Chip:
-    """The chip with its firmware, at power-on: ``core``, which has the blocks in C, and those in Python."""
+    """The chip with its firmware, at power-on: ``core``, which has the peripherals in C, and those in Python."""
 
     def __init__(
         self,
@@ -75,24 +75,24 @@ class Chip:
         self.core = Core(signals.clock, signals.trace, segments, settings, memory)
         ConnectedPins(self.core, signals.gpio)
         self.soc = soc = Soc(signals.clock, signals.trace, signals.gpio, self._reset)
-        self.system = SystemBlocks(soc, oscillators=Oscillators.of(signals.errors))
+        self.system = SystemPeripherals(soc, oscillators=Oscillators.of(signals.errors))
         soc.dma = DmaLines(self.core)
         self.timers = connect_timers(self.core)
         """By name, "TIM1" to "TIM11"."""
-        ConnectedUsarts(self.core, {board.serial.block: signals.uart})
-        wire_terminal(self.core, board.serial.block, board.serial.tx)
+        ConnectedUsarts(self.core, {board.serial.peripheral: signals.uart})
+        wire_terminal(self.core, board.serial.peripheral, board.serial.tx)
         for name, spi in signals.spi.items():
             SpiWire(self.core, name, spi, gpio)
         for part in board.absent:
             connect_absent_part(self.core, part, gpio)
-        for name in I2C_BLOCKS:
+        for name in I2C_NAMES:
             if name in signals.i2c:
                 pins = board.i2c[name]
                 ConnectedI2c(self.core, name, signals.i2c[name], (pins.scl, pins.sda))
             else:  # nothing is connected to it
                 ConnectedI2c(self.core, name, I2CBus(name, signals.clock, signals.trace))
         self.core.power_on(soc, self.system, self.system.rcc.reset_because)
-        self.system.rcc.control(self.core.all_blocks, self.core)
+        self.system.rcc.control(self.core.all_peripherals, self.core)
 
     def _reset(self, reason: str) -> None:
         self.core.request_reset(reason)

@@ -70,7 +70,7 @@ class ArmFirmware:
     @property
     def timer(self) -> Timer:
         """The timer of the callback."""
-        return self.chip.timers[self.signals.board.timer.block]
+        return self.chip.timers[self.signals.board.timer.peripheral]
 
     def run_until_ps(self, at_ps: int) -> None:
         """Run up to and including ``at_ps``. Raises LimitError when the firmware takes too much."""
@@ -91,9 +91,9 @@ class ArmFirmware:
         """
         return list(findings(self))
 
-    def handles(self, block: str) -> bool:
-        """Whether an interrupt of a block ("TIM9") is being handled now."""
-        return any(block in name for name in self.handled())
+    def handles(self, peripheral: str) -> bool:
+        """Whether an interrupt of a peripheral ("TIM9") is being handled now."""
+        return any(peripheral in name for name in self.handled())
 
     def handled(self) -> list[str]:
         """The exceptions being handled now, preempted ones included: "HardFault", "TIM1_BRK_TIM9"."""

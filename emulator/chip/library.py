@@ -1,4 +1,4 @@
-"""The chip in C (emulator/chip/native), called through ctypes: its handle, its callbacks, its blocks.
+"""The chip in C (emulator/chip/native), called through ctypes: its handle, its callbacks, its peripherals.
 
 ``fcu.h`` documents each function. The interpreter lock is held while C runs: runs are short, and callbacks
 into Python come by the ten thousand a second.
@@ -20,7 +20,7 @@ from fcu_emulator.emulator.chip.cpu.core_registers import (
     Registers,
 )
 from fcu_emulator.emulator.chip.memory_map import (
-    BLOCKS,
+    ADDRESSES,
     FLASH,
     FLASH_SIZE,
     RAM,
@@ -30,8 +30,8 @@ from fcu_emulator.emulator.chip.memory_map import (
 )
 from fcu_emulator.emulator.chip.native import loader
 from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, ClockTree, Peripheral
+from fcu_emulator.emulator.chip.read_cache import Targets, TargetTable
 from fcu_emulator.emulator.chip.registers import names_of
-from fcu_emulator.emulator.chip.targets import Targets, TargetTable
 from fcu_emulator.emulator.time.clock import Clock
 from fcu_emulator.emulator.trace import DeviceNote, Trace
 
@@ -41,9 +41,9 @@ _u64 = ctypes.c_uint64
 WORK_OF_A_CALL: Final = 2_000
 """Of Python by C, in units of work.h."""
 NOTE_KINDS: Final = ("forbidden", "not modelled", "refused")
-"""enum NoteKind of block.h."""
-BLOCK_CLASSES: Final[dict[str, type[ChipBlock]]] = {}
-"""What stands for a block where it is more than a :class:`ChipBlock`, by its name without the number."""
+"""enum NoteKind of peripheral.h."""
+PERIPHERAL_CLASSES: Final[dict[str, type[NativePeripheral]]] = {}
+"""What stands for a peripheral where it is more than a :class:`NativePeripheral`, by its name without the number."""
 
 
 IRQ_CHANGED: Final = ctypes.CFUNCTYPE(None, _i64, _i32, _i32)
@@ -153,7 +153,7 @@ _FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {
     "fcu_priority_group": (_i32, _pointer, _i32),
     "fcu_load": (_i32, _pointer, _u32, _u32, _words),
     "fcu_store": (_i32, _pointer, _u32, _u32, _u32),
-    "fcu_block_at": (_i32, _pointer, _u32),
+    "fcu_peripheral_at": (_i32, _pointer, _u32),
     "fcu_snapshot_size": (_i64,),
     "fcu_save": (None, _pointer, _pointer),
     "fcu_restore": (None, _pointer, _pointer),
@@ -161,15 +161,15 @@ _FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {
     "fcu_settle": (None, _pointer),
     "fcu_next_event": (_i64, _pointer),
     "fcu_set_clocks": (None, _pointer, ctypes.POINTER(ClocksTable)),
-    "fcu_block_count": (_i32, _pointer),
-    "fcu_block_base": (_u32, _pointer, _i32),
+    "fcu_peripheral_count": (_i32, _pointer),
+    "fcu_peripheral_base": (_u32, _pointer, _i32),
     "fcu_gate_python": (None, _pointer, _u32, _i32),
     "fcu_gate": (None, _pointer, _u64, _u64),
     "fcu_is_clocked": (_i32, _pointer, _i32),
-    "fcu_reset_blocks": (None, _pointer, _u64),
-    "fcu_read_block": (_u32, _pointer, _i32, _u32),
-    "fcu_peek_block": (_u32, _pointer, _i32, _u32),
-    "fcu_write_block": (None, _pointer, _i32, _u32, _u32, _u32),
+    "fcu_reset_peripherals": (None, _pointer, _u64),
+    "fcu_read_peripheral": (_u32, _pointer, _i32, _u32),
+    "fcu_peek_peripheral": (_u32, _pointer, _i32, _u32),
+    "fcu_write_peripheral": (None, _pointer, _i32, _u32, _u32, _u32),
     "fcu_set_irq": (None, _pointer, _i32, _i32),
     "fcu_irq_level": (_i32, _pointer, _i32),
     "fcu_watch_irqs": (None, _pointer, IRQ_CHANGED),
@@ -281,20 +281,24 @@ class FcuChip:
         self.targets = Targets(self)
         """Sensors' bytes that C keeps."""
         self._unreported = self.targets.unreported
-        bases = [self.library.fcu_block_base(self.handle, n) for n in range(self.block_count)]
-        names = {base: name for name, (base, _) in BLOCKS.items()}
-        self.blocks = {names[base]: _block(self, n, names[base], base) for n, base in enumerate(bases)}
-        self._by_index = list(self.blocks.values())
+        bases = [self.library.fcu_peripheral_base(self.handle, n) for n in range(self.peripheral_count)]
+        names = {base: name for name, (base, _) in ADDRESSES.items()}
+        self.peripherals = {
+            names[base]: _peripheral(self, n, names[base], base) for n, base in enumerate(bases)
+        }
+        self._by_index = list(self.peripherals.values())
         self.read_python: Callable[[int, int], int] = lambda _address, _size: 0
         self.write_python: Callable[[int, int, int], None] = lambda _address, _size, _value: None
         """Accesses to registers that are in Python: ``(address, size)``, ``(address, size, value)``."""
-        self.on_touched: Callable[[ChipBlock, int, int], None] = lambda _block, _offset, _what: None
-        """An access that a block cannot take (enum Touched of chip.h)."""
+        self.on_touched: Callable[[NativePeripheral, int, int], None] = lambda _peripheral, _offset, _what: (
+            None
+        )
+        """An access that a peripheral cannot take (enum Touched of chip.h)."""
 
     @property
-    def block_count(self) -> int:
-        """How many blocks are in C."""
-        count: int = self.library.fcu_block_count(self.handle)
+    def peripheral_count(self) -> int:
+        """How many peripherals are in C."""
+        count: int = self.library.fcu_peripheral_count(self.handle)
         return count
 
     def close(self) -> None:
@@ -360,8 +364,8 @@ class FcuChip:
     def thumb(self, thumb: bool) -> None:
         self.library.fcu_set_thumb(self.handle, thumb)
 
-    def block_by_index(self, index: int) -> ChipBlock:
-        """The block with this number in C."""
+    def peripheral_by_index(self, index: int) -> NativePeripheral:
+        """The peripheral with this number in C."""
         return self._by_index[index]
 
     # -- time -------------------------------------------------------------------------------------------
@@ -391,25 +395,25 @@ class FcuChip:
         self.library.fcu_set_clocks(self.handle, ClocksTable(*clocks))
         self.raise_error()
 
-    def gate(self, blocks: int, clocked: int) -> None:
-        """Switch the clocks of blocks in C on or off: bit = index."""
-        self.library.fcu_gate(self.handle, blocks, clocked)
+    def gate(self, peripherals: int, clocked: int) -> None:
+        """Switch the clocks of peripherals in C on or off: bit = index."""
+        self.library.fcu_gate(self.handle, peripherals, clocked)
 
-    def gate_python(self, block: Peripheral, clocked: bool) -> None:
-        """Tell C that the clock of a block in Python has been switched on or off."""
-        self.library.fcu_gate_python(self.handle, block.base, clocked)
+    def gate_python(self, peripheral: Peripheral, clocked: bool) -> None:
+        """Tell C that the clock of a peripheral in Python has been switched on or off."""
+        self.library.fcu_gate_python(self.handle, peripheral.base, clocked)
 
-    def reset_blocks(self, blocks: int) -> None:
-        """Put blocks in C into their state after reset: bit = index."""
-        self.library.fcu_reset_blocks(self.handle, blocks)
+    def reset_peripherals(self, peripherals: int) -> None:
+        """Put peripherals in C into their state after reset: bit = index."""
+        self.library.fcu_reset_peripherals(self.handle, peripherals)
         self.raise_error()
 
     def set_irq(self, number: int, level: bool) -> None:
-        """Python's blocks hold NVIC input ``number`` active or not."""
+        """Python's peripherals hold NVIC input ``number`` active or not."""
         self.library.fcu_set_irq(self.handle, number, level)
 
     def irq_level(self, number: int) -> bool:
-        """Whether any block holds NVIC input ``number`` active."""
+        """Whether any peripheral holds NVIC input ``number`` active."""
         return bool(self.library.fcu_irq_level(self.handle, number))
 
     def set_alternate(self, port: str, pin: int, function: int | None) -> None:
@@ -475,15 +479,15 @@ class FcuChip:
     def _write(self, address: int, size: int, value: int) -> None:
         self.write_python(address, size, value)
 
-    def _note(self, block: int, kind: int, text: bytes) -> None:
-        key = block, kind, text
+    def _note(self, peripheral: int, kind: int, text: bytes) -> None:
+        key = peripheral, kind, text
         if key not in self._noted:
             self._noted.add(key)
-            name = self._by_index[block].name
+            name = self._by_index[peripheral].name
             self.trace.add(DeviceNote(self.clock.now_ps, name, NOTE_KINDS[kind], text.decode()))
 
-    def _touched(self, block: int, offset: int, what: int) -> None:
-        self.on_touched(self._by_index[block], offset, what)
+    def _touched(self, peripheral: int, offset: int, what: int) -> None:
+        self.on_touched(self._by_index[peripheral], offset, what)
 
     def _fault(self, exception: int, status: int, hard: int, address: int) -> None:
         """For :class:`Core`, as those below."""
@@ -498,8 +502,8 @@ class FcuChip:
         pass
 
 
-class ChipBlock(Peripheral):
-    """A block in C as Python sees it: registers by offset, reset, clock gate."""
+class NativePeripheral(Peripheral):
+    """A peripheral in C as Python sees it: registers by offset, reset, clock gate."""
 
     index: int
 
@@ -519,12 +523,12 @@ class ChipBlock(Peripheral):
 
     def reset(self) -> None:
         """Back to the state after reset."""
-        self._chip.reset_blocks(1 << self.index)
+        self._chip.reset_peripherals(1 << self.index)
 
     def read(self, offset: int) -> int:
         """The word at ``offset``, side effects included."""
         self._chip.enter()
-        value: int = self._chip.library.fcu_read_block(self._chip.handle, self.index, offset)
+        value: int = self._chip.library.fcu_read_peripheral(self._chip.handle, self.index, offset)
         self._chip.raise_error()
         return value
 
@@ -535,7 +539,7 @@ class ChipBlock(Peripheral):
 
     def peek(self, offset: int) -> int:
         """The word at ``offset`` without any side effect."""
-        value: int = self._chip.library.fcu_peek_block(self._chip.handle, self.index, offset)
+        value: int = self._chip.library.fcu_peek_peripheral(self._chip.handle, self.index, offset)
         return value
 
     def pure_read(self, offset: int) -> bool:
@@ -545,7 +549,7 @@ class ChipBlock(Peripheral):
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
         """Write the bits of ``mask`` of the word at ``offset``."""
         self._chip.enter()
-        self._chip.library.fcu_write_block(self._chip.handle, self.index, offset, value & WORD, mask)
+        self._chip.library.fcu_write_peripheral(self._chip.handle, self.index, offset, value & WORD, mask)
         self._chip.raise_error()
 
 
@@ -553,5 +557,5 @@ def _kind(name: str) -> str:
     return name.rstrip("0123456789")
 
 
-def _block(chip: FcuChip, index: int, name: str, base: int) -> ChipBlock:
-    return BLOCK_CLASSES.get(_kind(name), ChipBlock)(chip, index, name, base)
+def _peripheral(chip: FcuChip, index: int, name: str, base: int) -> NativePeripheral:
+    return PERIPHERAL_CLASSES.get(_kind(name), NativePeripheral)(chip, index, name, base)

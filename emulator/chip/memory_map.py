@@ -1,7 +1,7 @@
-"""Where everything is in the STM32F401CC: memories and blocks by address (RM0368 table 1, section 2.3; sizes
-of the memories: datasheet DS9716, section 5; ARMv7-M ARM table B3-3 for the core's blocks).
+"""Where everything is in the STM32F401CC: memories and peripherals by address (RM0368 table 1, section 2.3; sizes
+of the memories: datasheet DS9716, section 5; ARMv7-M ARM table B3-3 for the core's peripherals).
 
-The table of blocks is complete even where the model is not: firmware that touches something which is not
+The table of peripherals is complete even where the model is not: firmware that touches something which is not
 built learns its name.
 """
 
@@ -29,9 +29,9 @@ RAM_BITS: Final = 0x2200_0000
 PERIPHERAL_BITS: Final = 0x4200_0000
 
 PAGE_SHIFT: Final = 10
-"""No two blocks share a kilobyte."""
+"""No two peripherals share a kilobyte."""
 
-BLOCKS: Final = {
+ADDRESSES: Final = {
     "TIM2": (0x4000_0000, 0x400),
     "TIM3": (0x4000_0400, 0x400),
     "TIM4": (0x4000_0800, 0x400),
@@ -85,7 +85,7 @@ BLOCKS: Final = {
 
 
 class Region(NamedTuple):
-    """A block of memory: ``start`` inclusive, ``end`` exclusive."""
+    """A range of memory: ``start`` inclusive, ``end`` exclusive."""
 
     name: str
     start: int

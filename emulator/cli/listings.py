@@ -8,8 +8,8 @@ from collections.abc import Iterator
 import click
 
 from fcu_emulator.emulator.analysis.fidelity import chip_table, table, without_behaviour
-from fcu_emulator.emulator.chip.registers import BLOCKS, address_of
-from fcu_emulator.emulator.chip.registers.block import BlockRegister, DeclaredBlock, Field
+from fcu_emulator.emulator.chip.registers import DECLARED, address_of
+from fcu_emulator.emulator.chip.registers.declaration import DeclaredPeripheral, Field, PeripheralRegister
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.scenario import json_schema, load_scenario, scenario_names
 from fcu_emulator.emulator.text import visible
@@ -18,7 +18,7 @@ from fcu_emulator.sensors.declaration import Bus
 from fcu_emulator.sensors.errors import Figure
 from fcu_emulator.sensors.register import Bits, Register, RegisterMap
 
-# -- Register maps of the sensors and of the chip's blocks, as declared -------------------------------------
+# -- Register maps of the sensors and of the chip's peripherals, as declared -------------------------------------
 
 
 _ACCESS = {"rw": "RW", "r": "R ", "w": " W"}
@@ -30,22 +30,22 @@ def print_fidelity() -> None:
 
 
 def print_registers(name: str | None) -> None:
-    """Print the map of the sensor or block called ``name``, or the registers called so.
+    """Print the map of the sensor or peripheral called ``name``, or the registers called so.
 
     Raises InputError naming what is known.
     """
     wanted = (name or "").strip().upper()
-    block = next((one for own, one in BLOCKS.items() if own.upper() == wanted), None)
+    peripheral = next((one for own, one in DECLARED.items() if own.upper() == wanted), None)
     if wanted in PARTS:
         _print_part(PARTS[wanted])
-    elif block is not None:
-        _print_block(block)
+    elif peripheral is not None:
+        _print_peripheral(peripheral)
     elif found := list(_called(wanted)):
         click.echo("\n".join(found))
     else:
-        parts, blocks = ", ".join(PARTS), ", ".join(BLOCKS)
+        parts, peripherals = ", ".join(PARTS), ", ".join(DECLARED)
         raise InputError(
-            f"unknown part {name or ''!r}; known: {parts}, and of the chip {blocks}, and the registers of all"
+            f"unknown part {name or ''!r}; known: {parts}, and of the chip {peripherals}, and the registers of all"
         )
 
 
@@ -57,11 +57,11 @@ def _called(wanted: str) -> Iterator[str]:
                 if register.__name__.upper() == wanted:
                     yield f"{part.NAME}{f', {title}' if title else ''}"
                     yield from _with_fields(register)
-    for block in BLOCKS.values():
-        for word in block.registers:
+    for peripheral in DECLARED.values():
+        for word in peripheral.registers:
             if word.name.upper() == wanted:
-                yield block.name
-                yield _word_line(block, word)
+                yield peripheral.name
+                yield _word_line(peripheral, word)
                 yield from (_word_field_line(word, field) for field in word.fields())
 
 
@@ -123,25 +123,25 @@ def _field_line(bits: Bits, register: type[Register]) -> str:
     return f"{'':10}    {where:>5}     {bits.name}: {bits.doc}{mark}"
 
 
-def _print_block(block: DeclaredBlock) -> None:
-    names = block.without_behaviour()
-    click.echo(f"{block.name}: {block.title}")
+def _print_peripheral(peripheral: DeclaredPeripheral) -> None:
+    names = peripheral.without_behaviour()
+    click.echo(f"{peripheral.name}: {peripheral.title}")
     click.echo("registers: address, access, reset value, name, meaning")
     click.echo(f"not modelled: {', '.join(names) or 'nothing'}\n")
-    for register in block.registers:
-        click.echo(_word_line(block, register))
+    for register in peripheral.registers:
+        click.echo(_word_line(peripheral, register))
         for field in register.fields():
             click.echo(_word_field_line(register, field))
 
 
-def _word_line(block: DeclaredBlock, register: BlockRegister) -> str:
+def _word_line(peripheral: DeclaredPeripheral, register: PeripheralRegister) -> str:
     kind = register.declared
     mark = "" if kind.modelled else " (not modelled)"
-    address = address_of(block.name, kind) - kind.addr + register.offset
+    address = address_of(peripheral.name, kind) - kind.addr + register.offset
     return f"0x{address:08X} {kind.access:<5} 0x{register.reset:08X} {register.name}: {kind.meaning()}{mark}"
 
 
-def _word_field_line(register: BlockRegister, field: Field) -> str:
+def _word_field_line(register: PeripheralRegister, field: Field) -> str:
     where = f"{field.msb}:{field.lsb}" if field.msb != field.lsb else str(field.msb)
     mark = "" if field.bits.modelled or not register.declared.modelled else " (not modelled)"
     access = field.bits.access or register.declared.access

@@ -135,7 +135,7 @@ class QuietCallback(Check):
 
         def look() -> None:
             arm = board.arm
-            serial = board.description.serial.block
+            serial = board.description.serial.peripheral
             if arm is None or not arm.handles(board.timer.name) or arm.handles(serial):
                 counts.clear()
                 return
@@ -173,7 +173,7 @@ def _print_in_callback(board: Board) -> str:
 
 def _sends_by_itself(arm: ArmFirmware) -> bool:
     """Whether the terminal's USART is fed by DMA or by its own interrupt, so that text goes on meanwhile."""
-    usart = arm.chip.core.blocks[arm.signals.board.serial.block]
+    usart = arm.chip.core.peripherals[arm.signals.board.serial.peripheral]
     interrupt, dma = usart.peek(0x0C) >> 7, usart.peek(0x14) >> 7  # CR1.TXEIE, CR3.DMAT
     return bool((interrupt | dma) & 1)
 

@@ -58,7 +58,7 @@ def _uses(board: Board) -> Iterator[tuple[Pin, str]]:
         for wire, name in ((wires.scl, "SCL"), (wires.sda, "SDA")):
             yield wire[:2], f"{bus} {name}, AF{wire[2]}"
     serial = description.serial
-    yield serial.tx[:2], f"{serial.block} TX, AF{serial.tx[2]}"
+    yield serial.tx[:2], f"{serial.peripheral} TX, AF{serial.tx[2]}"
     for absent in description.absent:
         yield absent.chip_select, f"{absent.name} chip select; it is absent"
         for where in absent.held:

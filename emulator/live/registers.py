@@ -1,7 +1,7 @@
-"""The registers of the sensors and of the chip's blocks, as declared and as they stand.
+"""The registers of the sensors and of the chip's peripherals, as declared and as they stand.
 
 Looking reads nothing: registers are shown as they stand in the part's memory, so an output register has the
-sample that was read last, and reading a status here clears no bit. Blocks of the chip are looked at as by a
+sample that was read last, and reading a status here clears no bit. Peripherals of the chip are looked at as by a
 debugger (``peek``).
 
 A page gets the declaration of what it looks at, once, and then values. The road not taken, all declarations
@@ -19,25 +19,25 @@ from fcu_emulator.sensors.register import RegisterMap
 
 if TYPE_CHECKING:
     from fcu_emulator.emulator.chip.peripherals.peripheral import Peripheral
-    from fcu_emulator.emulator.chip.registers.block import DeclaredBlock
+    from fcu_emulator.emulator.chip.registers.declaration import DeclaredPeripheral
 
 
-def block_names(board: Board) -> list[str]:
-    """The blocks of the chip that can be looked at; none with firmware in Python."""
+def peripheral_names(board: Board) -> list[str]:
+    """The peripherals of the chip that can be looked at; none with firmware in Python."""
     if board.arm is None:
         return []
-    from fcu_emulator.emulator.chip.registers import BLOCKS
+    from fcu_emulator.emulator.chip.registers import DECLARED
 
-    return [name for name in BLOCKS if _block(board, name) is not None]
+    return [name for name in DECLARED if _peripheral(board, name) is not None]
 
 
 def known(board: Board, name: str) -> bool:
-    """Whether there is a sensor or a block of this name."""
-    return _part(board, name) is not None or name in block_names(board)
+    """Whether there is a sensor or a peripheral of this name."""
+    return _part(board, name) is not None or name in peripheral_names(board)
 
 
 def declaration(board: Board, name: str) -> dict[str, Any]:
-    """Registers and fields of a known sensor or block, in the order of its document.
+    """Registers and fields of a known sensor or peripheral, in the order of its document.
 
     ``name``, ``doc``, ``place``, and of each register ``name``, ``address``, ``size``, ``reset``, ``access``,
     ``doc``, ``modelled`` and ``fields``.
@@ -50,14 +50,19 @@ def declaration(board: Board, name: str) -> dict[str, Any]:
             "place": _place(board, part),
             "registers": list(_of_part(part.MAP)),
         }
-    from fcu_emulator.emulator.chip.registers import BLOCKS
+    from fcu_emulator.emulator.chip.registers import DECLARED
 
-    block = BLOCKS[name]
-    return {"name": name, "doc": block.title, "place": block.title, "registers": list(_of_block(block))}
+    peripheral = DECLARED[name]
+    return {
+        "name": name,
+        "doc": peripheral.title,
+        "place": peripheral.title,
+        "registers": list(_of_peripheral(peripheral)),
+    }
 
 
 def values(board: Board, name: str) -> dict[str, str]:
-    """The registers of a known sensor or block by name, in hexadecimal."""
+    """The registers of a known sensor or peripheral by name, in hexadecimal."""
     part = _part(board, name)
     if part is not None:
         memory = part.registers.mem
@@ -65,18 +70,18 @@ def values(board: Board, name: str) -> dict[str, str]:
             one.__name__: bytes(memory[one.addr : one.addr + one.size])[::-1].hex().upper()
             for one in part.MAP.registers
         }
-    from fcu_emulator.emulator.chip.registers import BLOCKS
+    from fcu_emulator.emulator.chip.registers import DECLARED
 
-    block = _block(board, name)
-    if block is None:
+    peripheral = _peripheral(board, name)
+    if peripheral is None:
         return {}
-    return {one.name: f"{block.peek(one.offset):08X}" for one in BLOCKS[name].registers}
+    return {one.name: f"{peripheral.peek(one.offset):08X}" for one in DECLARED[name].registers}
 
 
 def note(board: Board, name: str) -> str:
-    """What is to be known about a block as it is now; empty if nothing is."""
-    block = _block(board, name) if _part(board, name) is None else None
-    if block is None or block.clocked:
+    """What is to be known about a peripheral as it is now; empty if nothing is."""
+    peripheral = _peripheral(board, name) if _part(board, name) is None else None
+    if peripheral is None or peripheral.clocked:
         return ""
     return f"{name} has no clock: its enable bit in RCC is not set"
 
@@ -85,14 +90,14 @@ def _part(board: Board, name: str) -> Part | None:
     return next((one for one in board.sensors if name == one.NAME), None)
 
 
-def _block(board: Board, name: str) -> Peripheral | None:
-    """What has the block's registers."""
+def _peripheral(board: Board, name: str) -> Peripheral | None:
+    """What has the peripheral's registers."""
     if board.arm is None:
         return None
     from fcu_emulator.emulator.chip.registers import SYSTEM_CONTROL_SPACE
 
     place = "SCS" if name in SYSTEM_CONTROL_SPACE else name
-    return next((one for one in board.arm.chip.core.all_blocks if one.name == place), None)
+    return next((one for one in board.arm.chip.core.all_peripherals if one.name == place), None)
 
 
 def _place(board: Board, part: Part) -> str:
@@ -119,8 +124,8 @@ def _of_part(registers: RegisterMap) -> Iterator[dict[str, Any]]:
         }
 
 
-def _of_block(block: DeclaredBlock) -> Iterator[dict[str, Any]]:
-    for one in block.registers:
+def _of_peripheral(peripheral: DeclaredPeripheral) -> Iterator[dict[str, Any]]:
+    for one in peripheral.registers:
         kind = one.declared
         yield {
             "name": one.name,

@@ -76,7 +76,7 @@ class Hal(HalGpio):
         self._transferring = False
         self._callback: Callable[[], None] | None = None
         interrupt = Interrupt(cpu, timer.priority, self._timer_irq_handler)
-        self.timer = IntervalTimer(timer.block, clock, trace, timer.input_hz, interrupt.set_pending)
+        self.timer = IntervalTimer(timer.peripheral, clock, trace, timer.input_hz, interrupt.set_pending)
 
     def link(self, application: Application) -> None:
         """Connect the firmware whose callback the timer's interrupt calls (a weak symbol in C)."""

@@ -17,7 +17,7 @@ from fcu_emulator.firmware_model import Settings
 
 ROOT = Path(__file__).parents[2]
 EMULATOR = ROOT / "emulator"
-NAMES = {*FCU001V1.buses(), FCU001V1.serial.block, FCU001V1.timer.block, *FCU001V1.leds}
+NAMES = {*FCU001V1.buses(), FCU001V1.serial.peripheral, FCU001V1.timer.peripheral, *FCU001V1.leds}
 NAMED = re.compile(rf"(?<![A-Za-z0-9])({'|'.join(map(re.escape, sorted(NAMES)))})(?![0-9])", re.IGNORECASE)
 SETTINGS = {field.name for field in dataclasses.fields(Settings)}
 """Of the lab's firmware, which scenarios pass on."""

@@ -8,10 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from fcu_emulator.emulator.chip import native
 from fcu_emulator.emulator.chip.native import loader
 
 FOLDER = Path(__file__).parents[2] / "emulator" / "chip" / "native"
-SOURCES, HEADERS = sorted(FOLDER.glob("*.c")), sorted(FOLDER.glob("*.h"))
+SOURCES, HEADERS = ([path for path in native.sources(FOLDER) if path.suffix == kind] for kind in (".c", ".h"))
 WIDEST, LONGEST = 120, 900
 needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc")
 FILES = [*SOURCES, *HEADERS]
@@ -20,7 +21,7 @@ FILES = [*SOURCES, *HEADERS]
 @needs_gcc
 @pytest.mark.parametrize("path", SOURCES, ids=lambda path: path.name)
 def test_a_file_compiles_without_warnings(path: Path) -> None:
-    command = ["gcc", "-std=gnu11", "-O2", "-Wall", "-Wextra", "-S", "-o", "-", str(path)]
+    command = ["gcc", "-std=gnu11", "-O2", "-Wall", "-Wextra", "-S", "-o", "-", f"-I{FOLDER}", str(path)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
 
     assert done.returncode == 0
@@ -30,7 +31,7 @@ def test_a_file_compiles_without_warnings(path: Path) -> None:
 @needs_gcc
 @pytest.mark.parametrize("path", HEADERS, ids=lambda path: path.name)
 def test_a_header_needs_no_other_before_it(path: Path) -> None:
-    command = ["gcc", "-std=gnu11", "-fsyntax-only", "-x", "c", str(path)]
+    command = ["gcc", "-std=gnu11", "-fsyntax-only", f"-I{FOLDER}", "-x", "c", str(path)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
 
     assert done.returncode == 0, done.stderr

@@ -75,7 +75,7 @@ def test_a_run_ends_before_a_place_until_it_is_taken_away() -> None:
     bench = Bench("adds r0, #1\nhere: adds r0, #1\n adds r0, #1\n b .")
     bench.core.stop_before(bench.labels["here"])
 
-    assert bench.core.run(10) is Stop.PLACE
+    assert bench.core.run(10) is Stop.BREAKPOINT
     assert (bench.core.executed, bench.core.pc, bench.core.register(0)) == (1, bench.labels["here"], 1)
     bench.core.stop_before(bench.labels["here"], False)
     assert bench.core.run(2) is Stop.SLICE

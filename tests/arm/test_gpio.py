@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fcu_emulator.emulator.buses.gpio import Gpio, Led
-from fcu_emulator.emulator.chip.library import ChipBlock, FcuChip
+from fcu_emulator.emulator.chip.library import FcuChip, NativePeripheral
 from fcu_emulator.emulator.chip.peripherals.gpio import ConnectedPins
 from fcu_emulator.emulator.time.clock import Clock
 from fcu_emulator.emulator.trace import GpioEdge, Trace
@@ -23,11 +23,11 @@ def chip() -> NativeChip:
 
 
 @pytest.fixture
-def port(chip: NativeChip) -> ChipBlock:
+def port(chip: NativeChip) -> NativePeripheral:
     return chip["GPIOB"]
 
 
-def mode(port: ChipBlock, pin: int, value: int) -> None:
+def mode(port: NativePeripheral, pin: int, value: int) -> None:
     port.write(MODER, value << 2 * pin, 3 << 2 * pin)
 
 
@@ -45,7 +45,7 @@ def test_reset_values(chip: NativeChip, name: str, moder: int, pupdr: int) -> No
     assert (port.read(MODER), port.read(PUPDR)) == (moder, pupdr)
 
 
-def test_a_led_is_lit_by_a_low_output(chip: NativeChip, port: ChipBlock) -> None:
+def test_a_led_is_lit_by_a_low_output(chip: NativeChip, port: NativePeripheral) -> None:
     """ST's firmware: PB5, active low, lit from MX_GPIO_Init on because ODR is 0."""
     led = Led("LED1", chip.gpio, "B", 5)
     assert not led.on
@@ -58,21 +58,21 @@ def test_a_led_is_lit_by_a_low_output(chip: NativeChip, port: ChipBlock) -> None
     assert edges(chip) == [("PB5", 0), ("PB5", 1), ("PB5", 0)]
 
 
-def test_set_wins_over_reset_in_one_write(port: ChipBlock) -> None:
+def test_set_wins_over_reset_in_one_write(port: NativePeripheral) -> None:
     """RM0368 8.4.7."""
     port.write(BSRR, 1 << 5 | 1 << 21)
     assert port.read(ODR) == 1 << 5
     assert port.read(BSRR) == 0
 
 
-def test_half_word_accesses_reach_one_half(port: ChipBlock) -> None:
+def test_half_word_accesses_reach_one_half(port: NativePeripheral) -> None:
     port.write(BSRR, 0x0021_0000, 0xFFFF_0000)
     port.write(ODR, 0x0000_FF00, 0x0000_FF00)
     port.write(BSRR, 0x8000_0000, 0xFFFF_0000)
     assert port.read(ODR) == 0x7F00
 
 
-def test_an_open_drain_led_works_as_a_push_pull_one(chip: NativeChip, port: ChipBlock) -> None:
+def test_an_open_drain_led_works_as_a_push_pull_one(chip: NativeChip, port: NativePeripheral) -> None:
     """ST's firmware: MX_GPIO_Init makes the LED pins open drain."""
     led = Led("LED2", chip.gpio, "B", 4)
     port.write(OTYPER, 1 << 4)
@@ -83,7 +83,9 @@ def test_an_open_drain_led_works_as_a_push_pull_one(chip: NativeChip, port: Chip
     assert edges(chip)[-1] == ("PB4", 1)
 
 
-def test_a_pin_that_is_no_output_any_more_leaves_its_led_dark(chip: NativeChip, port: ChipBlock) -> None:
+def test_a_pin_that_is_no_output_any_more_leaves_its_led_dark(
+    chip: NativeChip, port: NativePeripheral
+) -> None:
     led = Led("LED1", chip.gpio, "B", 5)
     mode(port, 5, OUTPUT)
     mode(port, 5, 0)
@@ -91,14 +93,14 @@ def test_a_pin_that_is_no_output_any_more_leaves_its_led_dark(chip: NativeChip, 
     assert edges(chip) == [("PB5", 0), ("PB5", 1)]
 
 
-def test_an_input_reads_what_drives_it(chip: NativeChip, port: ChipBlock) -> None:
+def test_an_input_reads_what_drives_it(chip: NativeChip, port: NativePeripheral) -> None:
     chip.gpio.drive("B", 7, 1)
     assert port.read(IDR) >> 7 & 1 == 1
     chip.gpio.drive("B", 7, None)
     assert port.read(IDR) >> 7 & 1 == 0
 
 
-def test_a_pull_up_decides_when_nobody_drives(chip: NativeChip, port: ChipBlock) -> None:
+def test_a_pull_up_decides_when_nobody_drives(chip: NativeChip, port: NativePeripheral) -> None:
     port.write(PUPDR, 1 << 14, 3 << 14)
     assert port.read(IDR) >> 7 & 1 == 1
     chip.gpio.drive("B", 7, 0)
@@ -110,13 +112,13 @@ def test_a_pull_up_decides_when_nobody_drives(chip: NativeChip, port: ChipBlock)
     assert chip.gpio.driven("B", 7) is None
 
 
-def test_an_output_is_read_back_through_idr(port: ChipBlock) -> None:
+def test_an_output_is_read_back_through_idr(port: NativePeripheral) -> None:
     mode(port, 3, OUTPUT)
     port.write(BSRR, 1 << 3)
     assert port.read(IDR) >> 3 & 1 == 1
 
 
-def test_an_analog_pin_reads_zero(chip: NativeChip, port: ChipBlock) -> None:
+def test_an_analog_pin_reads_zero(chip: NativeChip, port: NativePeripheral) -> None:
     """RM0368 8.3.12."""
     chip.gpio.drive("B", 1, 1)
     assert port.read(IDR) & 2
@@ -126,7 +128,9 @@ def test_an_analog_pin_reads_zero(chip: NativeChip, port: ChipBlock) -> None:
     assert port.read(IDR) & 2
 
 
-def test_an_alternate_function_is_known_and_lets_go_of_the_pin(chip: NativeChip, port: ChipBlock) -> None:
+def test_an_alternate_function_is_known_and_lets_go_of_the_pin(
+    chip: NativeChip, port: NativePeripheral
+) -> None:
     mode(port, 5, OUTPUT)
     port.write(AFRL, 2 << 20)
     mode(port, 5, ALTERNATE)
@@ -138,7 +142,7 @@ def test_an_alternate_function_is_known_and_lets_go_of_the_pin(chip: NativeChip,
     assert chip.gpio.alternate("B", 5) is None
 
 
-def test_locked_pins_keep_their_set_up_until_reset(port: ChipBlock) -> None:
+def test_locked_pins_keep_their_set_up_until_reset(port: NativePeripheral) -> None:
     """RM0368 8.4.8: LCKK written 1, 0, 1 with the same pins."""
     mode(port, 5, OUTPUT)
     for value in (1 << 16 | 1 << 5, 1 << 5, 1 << 16 | 1 << 5):
@@ -156,13 +160,13 @@ def test_locked_pins_keep_their_set_up_until_reset(port: ChipBlock) -> None:
 
 
 @pytest.mark.parametrize("middle", [1 << 6, 1 << 16 | 1 << 5])
-def test_a_broken_lock_sequence_locks_nothing(port: ChipBlock, middle: int) -> None:
+def test_a_broken_lock_sequence_locks_nothing(port: NativePeripheral, middle: int) -> None:
     for value in (1 << 16 | 1 << 5, middle, 1 << 16 | 1 << 5):
         port.write(LCKR, value)
     assert not port.read(LCKR) >> 16
 
 
-def test_several_parties_hear_of_an_edge_once(chip: NativeChip, port: ChipBlock) -> None:
+def test_several_parties_hear_of_an_edge_once(chip: NativeChip, port: NativePeripheral) -> None:
     heard = list[tuple[str, int]]()
     chip.gpio.listen("B", 7, lambda level: heard.append(("first", level)))
     chip.gpio.listen("B", 7, lambda level: heard.append(("second", level)))
@@ -182,19 +186,19 @@ def test_what_the_board_knew_of_a_pin_before_the_chip_came_holds() -> None:
     gpio.frequent("B", 12)
     fcu = FcuChip(clock, trace)
     ConnectedPins(fcu, gpio)
-    assert fcu.blocks["GPIOB"].read(IDR) >> 12 & 1 == 1
-    mode(fcu.blocks["GPIOB"], 12, OUTPUT)
+    assert fcu.peripherals["GPIOB"].read(IDR) >> 12 & 1 == 1
+    mode(fcu.peripherals["GPIOB"], 12, OUTPUT)
     assert (heard[-1], gpio.reads("B", 12), len(trace)) == (0, 0, 0)
 
 
-def test_a_listener_may_drive_the_pin_it_hears_of(chip: NativeChip, port: ChipBlock) -> None:
+def test_a_listener_may_drive_the_pin_it_hears_of(chip: NativeChip, port: NativePeripheral) -> None:
     chip.gpio.listen("B", 6, lambda level: chip.gpio.drive("B", 7, level))
     mode(port, 6, OUTPUT)
     port.write(BSRR, 1 << 6)
     assert port.read(IDR) >> 6 & 3 == 3
 
 
-def test_what_a_listener_raises_reaches_the_caller(chip: NativeChip, port: ChipBlock) -> None:
+def test_what_a_listener_raises_reaches_the_caller(chip: NativeChip, port: NativePeripheral) -> None:
     def fail(_level: int) -> None:
         raise ValueError("in a listener")
 
@@ -205,7 +209,7 @@ def test_what_a_listener_raises_reaches_the_caller(chip: NativeChip, port: ChipB
     assert chip.gpio.level("B", 6) == 1
 
 
-def test_a_frequent_pin_is_in_the_detailed_trace_only(chip: NativeChip, port: ChipBlock) -> None:
+def test_a_frequent_pin_is_in_the_detailed_trace_only(chip: NativeChip, port: NativePeripheral) -> None:
     chip.gpio.frequent("B", 12)
     mode(port, 12, OUTPUT)
     assert edges(chip) == []

@@ -13,7 +13,7 @@ from random import Random
 
 import pytest
 
-from fcu_emulator.emulator.chip.memory_map import BLOCKS
+from fcu_emulator.emulator.chip.memory_map import ADDRESSES
 from fcu_emulator.emulator.time.clock import PS_PER_MS
 from tests.support.arm.hostile_programs import (
     CODE,
@@ -47,7 +47,7 @@ interrupt:
     bx lr
 """
 PLACES = (
-    *(base for base, _ in BLOCKS.values()),
+    *(base for base, _ in ADDRESSES.values()),
     0x0000_0000,
     FLASH,
     RAM,
@@ -119,7 +119,9 @@ def clock_settings(random: Random) -> bytes:
 def transfers(random: Random) -> bytes:
     """Blocks that are set up well enough to work, by DMA from and to anywhere, in any order."""
     makers = (_dma_stream, _dma_stream, _serial, _spi, _i2c, _timer)
-    entries = [_entry(BLOCKS[f"GPIO{port}"][0] + offset, value) for port in "ABC" for offset, value in _PINS]
+    entries = [
+        _entry(ADDRESSES[f"GPIO{port}"][0] + offset, value) for port in "ABC" for offset, value in _PINS
+    ]
     for _ in range(random.choice((4, 12, 40))):
         entries += random.choice(makers)(random)
         if random.random() < 0.3:
@@ -130,7 +132,7 @@ def transfers(random: Random) -> bytes:
 _PINS = (0x00, 0xAAAA_AAAA), (0x20, 0x7755_9444), (0x24, 0x5555_4474)
 """MODER, AFRL, AFRH: all pins are alternate functions."""
 _DATA = tuple(
-    BLOCKS[name][0] + offset
+    ADDRESSES[name][0] + offset
     for names, offset in ((("USART1", "USART2"), 4), (("SPI1", "SPI2"), 12), (("I2C1", "I2C2"), 16))
     for name in names
 )
@@ -138,7 +140,7 @@ _DATA = tuple(
 
 def _dma_stream(random: Random) -> list[bytes]:
     """RM0368 section 9.5: SxNDTR, SxPAR, SxM0AR, SxM1AR, SxFCR, then SxCR with EN."""
-    base = BLOCKS[random.choice(("DMA1", "DMA2"))][0] + 0x10 + 0x18 * random.randrange(8)
+    base = ADDRESSES[random.choice(("DMA1", "DMA2"))][0] + 0x10 + 0x18 * random.randrange(8)
     memory = (RAM + 0x4000, RAM + random.getrandbits(16), STACK - random.randrange(8), random.choice(PLACES))
     ends = [random.choice((random.choice(memory), random.choice(_DATA))) for _ in range(3)]
     return [
@@ -151,7 +153,7 @@ def _dma_stream(random: Random) -> list[bytes]:
 
 
 def _serial(random: Random) -> list[bytes]:
-    base = BLOCKS[random.choice(("USART1", "USART2", "USART6"))][0]
+    base = ADDRESSES[random.choice(("USART1", "USART2", "USART6"))][0]
     return [
         _entry(base + 8, random.choice((16, 139, random.getrandbits(16)))),
         _entry(base + 12, 1 << 13 | random.getrandbits(13)),
@@ -161,7 +163,7 @@ def _serial(random: Random) -> list[bytes]:
 
 
 def _spi(random: Random) -> list[bytes]:
-    base = BLOCKS[random.choice(("SPI1", "SPI2", "SPI3"))][0]
+    base = ADDRESSES[random.choice(("SPI1", "SPI2", "SPI3"))][0]
     return [
         _entry(base + 4, random.getrandbits(8)),
         _entry(base, random.choice((0x0344, 0xC344, random.getrandbits(16))) | 0x40),
@@ -170,7 +172,7 @@ def _spi(random: Random) -> list[bytes]:
 
 
 def _i2c(random: Random) -> list[bytes]:
-    base = BLOCKS[random.choice(("I2C1", "I2C2", "I2C3"))][0]
+    base = ADDRESSES[random.choice(("I2C1", "I2C2", "I2C3"))][0]
     return [
         _entry(base, 0),
         _entry(base + 4, random.choice((16, 42, 2, random.getrandbits(6))) | random.getrandbits(5) << 8),
@@ -185,7 +187,7 @@ def _i2c(random: Random) -> list[bytes]:
 
 
 def _timer(random: Random) -> list[bytes]:
-    base = BLOCKS[f"TIM{random.choice((1, 2, 3, 4, 5, 9, 10, 11))}"][0]
+    base = ADDRESSES[f"TIM{random.choice((1, 2, 3, 4, 5, 9, 10, 11))}"][0]
     return [
         _entry(base + 0x28, random.choice((0, 1, 99, random.getrandbits(16)))),
         _entry(base + 0x2C, random.choice((0, 1, 2, 999, random.getrandbits(32)))),
@@ -275,9 +277,9 @@ def _clocks(random: Random) -> list[bytes]:
 
 
 def _write(random: Random) -> bytes:
-    name, (base, _) = random.choice(tuple(BLOCKS.items()))
+    name, (base, _) = random.choice(tuple(ADDRESSES.items()))
     if name in {"IWDG", "WWDG"} and random.random() < 0.9:
-        base = BLOCKS["TIM2"][0]  # else nearly every program would end as a chain of resets
+        base = ADDRESSES["TIM2"][0]  # else nearly every program would end as a chain of resets
     value = random.choice(VALUES) if random.random() < 0.4 else random.getrandbits(random.choice((4, 16, 32)))
     return _entry(base + 4 * random.randrange(0x18), value, random.choice((0, 0, _HALF, _BYTE)))
 

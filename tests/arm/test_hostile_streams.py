@@ -54,7 +54,7 @@ pytestmark = [
 def driver(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The driver, with the library's sources."""
     made = tmp_path_factory.mktemp("hostile") / "hostile"
-    sources = *FOLDER.glob("*.c"), *SOURCES.glob("*.c")
+    sources = *FOLDER.glob("*.c"), *SOURCES.rglob("*.c")
     command = [CC, *FLAGS, f"-I{SOURCES}", *sources, "-lm", "-o", made]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

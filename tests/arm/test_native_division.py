@@ -95,14 +95,14 @@ class Program:
         for place in places:
             engine.stop_before(place)
         stop = Stop.SLICE
-        while outcome.executed < INSTRUCTIONS or (stop is Stop.PLACE and self._in_it_block()):
-            if stop is Stop.PLACE:
+        while outcome.executed < INSTRUCTIONS or (stop is Stop.BREAKPOINT and self._in_it_block()):
+            if stop is Stop.BREAKPOINT:
                 assert engine.pc in places
                 stop = engine.run(1, past=True)
             else:
                 stop = engine.run(min(next(limits), INSTRUCTIONS - outcome.executed))
             outcome.executed += engine.executed
-            if stop not in (Stop.SLICE, Stop.PLACE):
+            if stop not in (Stop.SLICE, Stop.BREAKPOINT):
                 self._recover(stop)
                 stop = Stop.SLICE
         outcome.registers = (*self._everything.read()[:-1], engine.pc)

@@ -19,7 +19,7 @@ from typing import Any
 import pytest
 
 import fcu_emulator.emulator.chip
-from fcu_emulator.emulator.chip import library, native, targets
+from fcu_emulator.emulator.chip import library, native, read_cache
 from fcu_emulator.emulator.chip.cpu import bare_core, core, exceptions
 from fcu_emulator.emulator.chip.memory_map import (
     FLASH,
@@ -123,18 +123,18 @@ def test_numbers_are_the_same_on_both_sides() -> None:
     laws = (
         f"FLASH_BASE == {FLASH} && FLASH_SIZE == {FLASH_SIZE}",
         f"RAM_BASE == {RAM} && RAM_SIZE == {RAM_SIZE}",
-        f"SYSTEM_BASE == {SYSTEM_MEMORY} && SYSTEM_SIZE == {SYSTEM_MEMORY_SIZE}",
+        f"SYSTEM_MEMORY_BASE == {SYSTEM_MEMORY} && SYSTEM_MEMORY_SIZE == {SYSTEM_MEMORY_SIZE}",
         f"NEVER_PS == {NEVER_PS}",
         "STOP_WRITE == 14 && ENDED_HALTED == 1 && RESET_SYSRESETREQ == 1 && WRITE_UNKNOWN == 3",
         "offsetof(Chip, now_ps) == 0 && offsetof(Chip, host_next_ps) == 8 && offsetof(Chip, until_ps) == 16",
         "offsetof(Chip, must_stop) == 24 && offsetof(Chip, detailed) == 32",
-        f"TARGETS == {targets._TARGETS} && KEPT_BYTES == {targets._BYTES}",
-        f"offsetof(Targets, reads) == 8 * {targets._READS}",
-        f"offsetof(Targets, positions) == 8 * {targets._POSITIONS}",
-        f"offsetof(Targets, answered) == 8 * {targets._ANSWERED}",
-        f"offsetof(Targets, prefetched) == {targets._PREFETCHED}",
-        f"sizeof(Prefetched) == {targets._PUT.size}",
-        f"POSITION_KNOWN == {targets._KNOWN}",
+        f"TARGETS == {read_cache._TARGETS} && LINE_BYTES == {read_cache._BYTES}",
+        f"offsetof(ReadCache, reads) == 8 * {read_cache._READS}",
+        f"offsetof(ReadCache, positions) == 8 * {read_cache._POSITIONS}",
+        f"offsetof(ReadCache, answered) == 8 * {read_cache._ANSWERED}",
+        f"offsetof(ReadCache, prefetched) == {read_cache._PREFETCHED}",
+        f"sizeof(Prefetched) == {read_cache._PUT.size}",
+        f"POSITION_KNOWN == {read_cache._KNOWN}",
         f"I2C_BYTES == {i2c._BYTES} && I2C_RECENT == {i2c._RECENT} && SPI_RECEIVED == {spi._RECEIVED}",
         f"PORTS == {len(gpio.PORTS)} && INTERRUPTS == {exceptions.INTERRUPTS}",
         f"FIRST_INTERRUPT == {exceptions.FIRST_INTERRUPT}",
@@ -151,8 +151,8 @@ def test_enumerations_have_the_same_order_on_both_sides() -> None:
         *enumerated("STOP_", (one.name for one in bare_core._STOPS)),
         *enumerated("RESET_", core._REASONS[:2]),
         f"ENDED_HALTED == {core._HALTED}",
-        *enumerated("REQUEST_", dma.REQUESTS),
-        f"REQUESTS == {len(dma.REQUESTS)}",
+        *enumerated("REQUEST_", ("", *dma.REQUESTS)),
+        f"REQUESTS == {len(dma.REQUESTS) + 1}",
         *(
             f"{name} == {getattr(exceptions, name)}"
             for name in ("NMI", "HARD_FAULT", "MEM_MANAGE", "BUS_FAULT", "USAGE_FAULT")
@@ -160,14 +160,14 @@ def test_enumerations_have_the_same_order_on_both_sides() -> None:
         *(f"{name} == {getattr(exceptions, name)}" for name in ("SV_CALL", "PEND_SV", "SYS_TICK")),
     )
     assert not refused(laws)
-    assert not refused(enumerated("ANSWER_", i2c._ANSWERS), "i2c.c")
+    assert not refused(enumerated("ANSWER_", i2c._ANSWERS), "peripherals/i2c.c")
 
 
 @needs_gcc
 def test_registers_have_the_same_numbers_on_both_sides() -> None:
     numbers = library._REGISTER_NUMBERS
     named = ("xpsr", "msp", "psp", "primask", "basepri", "faultmask", "control", "fpscr", "s0")
-    assert not refused([f"{name.upper()} == {numbers[name]}" for name in named], "state.c")
+    assert not refused([f"{name.upper()} == {numbers[name]}" for name in named], "cpu/state.c")
     assert [numbers[f"s{n}"] - numbers["s0"] for n in range(32)] == list(range(32))
 
 

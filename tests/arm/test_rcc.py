@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fcu_emulator.emulator.chip.chip import SystemBlocks
+from fcu_emulator.emulator.chip.chip import SystemPeripherals
 from fcu_emulator.emulator.chip.peripherals.rcc import NOMINAL, Oscillators, frequencies, pll
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US
 from tests.support.arm.chip_fakes import Chip, NativeChip
@@ -22,10 +22,10 @@ class Board:
 
     def __init__(self, oscillators: Oscillators = NOMINAL) -> None:
         self.chip = Chip()
-        self.blocks = SystemBlocks(self.chip.soc, oscillators=oscillators)
+        self.blocks = SystemPeripherals(self.chip.soc, oscillators=oscillators)
         self.rcc = self.blocks.rcc
         self.native = NativeChip()
-        self.rcc.control((*self.blocks, *self.native.fcu.blocks.values()), self.native.fcu)
+        self.rcc.control((*self.blocks, *self.native.fcu.peripherals.values()), self.native.fcu)
 
     def set_bits(self, offset: int, bits: int) -> None:
         self.rcc.write(offset, self.rcc.read(offset) | bits)

@@ -9,19 +9,18 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
-from fcu_emulator.emulator.chip import memory_map
-from fcu_emulator.emulator.chip.chip import SystemBlocks
-from fcu_emulator.emulator.chip.library import ChipBlock
+from fcu_emulator.emulator.chip import memory_map, native
+from fcu_emulator.emulator.chip.chip import SystemPeripherals
+from fcu_emulator.emulator.chip.library import NativePeripheral
 from fcu_emulator.emulator.chip.peripherals.peripheral import Peripheral
-from fcu_emulator.emulator.chip.registers import BLOCKS, IN_C, SYSTEM_CONTROL_SPACE, names_of
-from fcu_emulator.emulator.chip.registers.block import WORD, BlockRegister
-from fcu_emulator.emulator.chip.registers.c_header import file_name, header
+from fcu_emulator.emulator.chip.registers import DECLARED, SYSTEM_CONTROL_SPACE, names_of
+from fcu_emulator.emulator.chip.registers.c_headers import headers
+from fcu_emulator.emulator.chip.registers.declaration import WORD, PeripheralRegister
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_US
 from fcu_emulator.emulator.trace import DeviceNote
 from tests.support.arm.chip_fakes import Chip, NativeChip
@@ -36,12 +35,12 @@ PREFIXES = {"DMA": "S0", "DMA_Stream": "S0", "SysTick": "SYST_", "NVIC": "NVIC_"
 SPELT = {"SysTick": {"CTRL": "CSR", "LOAD": "RVR", "VAL": "CVR"}}
 FIELD_SPELT = {"NE": "NF"}
 """Where the headers have CMSIS' names and not the manual's."""
-blocks = pytest.mark.parametrize("name", BLOCKS)
+blocks = pytest.mark.parametrize("name", DECLARED)
 
 
-def find(kind: str, name: str) -> BlockRegister | None:
+def find(kind: str, name: str) -> PeripheralRegister | None:
     """A register by the header's names."""
-    block = BLOCKS.get(FIRST.get(kind, kind.removesuffix("_Stream") + "1" * (kind == "DMA_Stream")))
+    block = DECLARED.get(FIRST.get(kind, kind.removesuffix("_Stream") + "1" * (kind == "DMA_Stream")))
     own = SPELT.get(kind, {}).get(name, name)
     return (
         next((one for one in block.registers if one.name in (PREFIXES.get(kind, "") + own, own)), None)
@@ -50,7 +49,7 @@ def find(kind: str, name: str) -> BlockRegister | None:
     )
 
 
-def masks() -> Iterator[tuple[BlockRegister, str, int]]:
+def masks() -> Iterator[tuple[PeripheralRegister, str, int]]:
     """Register, what follows its name, and value, of every such number in the headers."""
     number = r"(?:BIT\((?P<bit>\d+)\)|\(?(?P<value>0x[0-9A-F]+|\d+)U(?: << (?P<shift>\d+)\))?)"
     for one in re.finditer(rf"^#define (\w+?)_(\w+?)_(\w+) {number}$", TEXT, re.MULTILINE):
@@ -79,7 +78,7 @@ def test_the_headers_have_much_to_compare_with() -> None:
     ("register", "name", "mask"), MASKS, ids=[f"{one[0].name}_{one[1]}" for one in MASKS]
 )
 def test_a_mask_of_the_firmwares_headers_lies_in_the_field_of_its_name(
-    register: BlockRegister, name: str, mask: int
+    register: PeripheralRegister, name: str, mask: int
 ) -> None:
     """``CR2_STOP`` is the field, ``CFGR_SWS_Pos`` its lowest bit, ``PLLCFGR_PLLSRC_HSE`` a value in it."""
     if name == "RESET":
@@ -119,9 +118,9 @@ def test_registers_are_where_a_structure_of_the_firmwares_headers_has_them(membe
     assert seen >= 3 or kind in {"PWR", "DMA"}
 
 
-@pytest.mark.parametrize(("name", "address"), [one for one in ADDRESSES if one[0] in memory_map.BLOCKS])
+@pytest.mark.parametrize(("name", "address"), [one for one in ADDRESSES if one[0] in memory_map.ADDRESSES])
 def test_a_block_is_where_the_firmwares_headers_have_it(name: str, address: str) -> None:
-    assert memory_map.BLOCKS[name][0] == int(address, 0)
+    assert memory_map.ADDRESSES[name][0] == int(address, 0)
 
 
 # -- laws ---------------------------------------------------------------------------------------------------
@@ -129,17 +128,17 @@ def test_a_block_is_where_the_firmwares_headers_have_it(name: str, address: str)
 
 @blocks
 def test_registers_are_words_with_names_of_their_own(name: str) -> None:
-    block = BLOCKS[name]
+    block = DECLARED[name]
     offsets = [one.offset for one in block.registers]
 
     assert len({one.name for one in block.registers}) == len(set(offsets)) == len(offsets) > 0
     assert all(offset % 4 == 0 for offset in offsets)
-    assert name in memory_map.BLOCKS or name in SYSTEM_CONTROL_SPACE
+    assert name in memory_map.ADDRESSES or name in SYSTEM_CONTROL_SPACE
 
 
 @blocks
 def test_fields_lie_inside_the_word_and_do_not_overlap(name: str) -> None:
-    for one in BLOCKS[name].registers:
+    for one in DECLARED[name].registers:
         used = 0
         for field in one.fields():
             bits = (1 << field.msb + 1) - (1 << field.lsb)
@@ -150,7 +149,7 @@ def test_fields_lie_inside_the_word_and_do_not_overlap(name: str) -> None:
 
 @blocks
 def test_everything_has_a_meaning(name: str) -> None:
-    block = BLOCKS[name]
+    block = DECLARED[name]
 
     assert block.title
     assert block.source
@@ -163,7 +162,7 @@ def test_everything_has_a_meaning(name: str) -> None:
 
 def made(name: str) -> Peripheral:
     """The block, without a core; the core's own share one."""
-    python = {block.name: block for block in SystemBlocks(Chip().soc)}
+    python = {block.name: block for block in SystemPeripherals(Chip().soc)}
     return python.get(name) or NativeChip()["SCS" if name in SYSTEM_CONTROL_SPACE else name]
 
 
@@ -171,7 +170,7 @@ def made(name: str) -> Peripheral:
 def test_a_block_has_the_declared_values_after_reset_and_the_declared_names(name: str) -> None:
     """But for IDR, which shows the pins' levels, and SSR, which runs."""
     block = made(name)
-    registers = [one for one in BLOCKS[name].registers if one.name not in {"IDR", "SSR"}]
+    registers = [one for one in DECLARED[name].registers if one.name not in {"IDR", "SSR"}]
 
     assert {one.name: hex(block.peek(one.offset)) for one in registers} == {
         one.name: hex(one.reset) for one in registers
@@ -183,7 +182,7 @@ def test_a_block_has_the_declared_values_after_reset_and_the_declared_names(name
 @blocks
 def test_bits_that_are_not_declared_never_stick(name: str) -> None:
     block = made(name)
-    for one in BLOCKS[name].registers:
+    for one in DECLARED[name].registers:
         block.write(one.offset, WORD)
 
         assert hex(block.peek(one.offset) & ~one.bits & ~one.reset) == "0x0", one.name
@@ -191,7 +190,7 @@ def test_bits_that_are_not_declared_never_stick(name: str) -> None:
 
 def passes(block: Peripheral, duration_ps: int) -> None:
     """Let time pass for a block from :func:`made`."""
-    if isinstance(block, ChipBlock):
+    if isinstance(block, NativePeripheral):
         block._chip.advance_to(block._chip.clock.now_ps + duration_ps)
     else:
         block.soc.clock.advance_to(block.soc.clock.now_ps + duration_ps)
@@ -201,7 +200,7 @@ def passes(block: Peripheral, duration_ps: int) -> None:
 @settings(max_examples=20, phases=[Phase.generate])
 @given(data=st.data())
 def test_a_debugger_sees_what_firmware_reads_and_changes_nothing(name: str, data: st.DataObject) -> None:
-    block, registers = made(name), BLOCKS[name].registers
+    block, registers = made(name), DECLARED[name].registers
     offsets = st.sampled_from([one.offset for one in registers])
     values = st.sampled_from([0, 1, WORD]) | st.integers(0, WORD)
     for offset, value, pause_ps in data.draw(
@@ -220,8 +219,8 @@ def test_a_debugger_sees_what_firmware_reads_and_changes_nothing(name: str, data
 def test_fields_that_are_modelled_are_not_noted_as_if_they_were_not(name: str) -> None:
     """``fcu registers`` says which are. SPE alone is a slave, which is not modelled; a master is."""
     block = made(name)
-    trace = block._chip.trace if isinstance(block, ChipBlock) else block.soc.trace
-    for one in BLOCKS[name].registers:
+    trace = block._chip.trace if isinstance(block, NativePeripheral) else block.soc.trace
+    for one in DECLARED[name].registers:
         fields = [field for field in one.fields() if field.bits.modelled and field.name != "SPE"]
         for field in fields if one.declared.modelled else []:
             block.write(one.offset, block.peek(one.offset) | (1 << field.msb + 1) - (1 << field.lsb))
@@ -232,18 +231,16 @@ def test_fields_that_are_modelled_are_not_noted_as_if_they_were_not(name: str) -
 # -- the C headers ------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("module", IN_C, ids=file_name)
-def test_a_c_header_is_up_to_date(module: ModuleType) -> None:
-    """When it is not: python -m fcu_emulator.emulator.chip.registers"""
-    assert (NATIVE / file_name(module)).read_text(encoding="utf-8") == header(module)
+def test_generated_headers_beside_the_sources_are_current() -> None:
+    """When they are not: python building/library.py"""
+    folder = NATIVE / "generated"
+    assert {path.name: path.read_text(encoding="utf-8") for path in folder.glob("*.h")} == headers()
 
 
-def test_every_header_of_registers_is_made_and_included() -> None:
-    made = {file_name(module) for module in IN_C}
-    sources = "".join(path.read_text(encoding="utf-8") for path in NATIVE.glob("*.[ch]"))
+def test_every_generated_header_is_included() -> None:
+    sources = "".join(path.read_text(encoding="utf-8") for path in native.sources(NATIVE))
 
-    assert {path.name for path in NATIVE.glob("registers_*.h")} == made
-    assert {name for name in made if f'#include "{name}"' not in sources} == set()
+    assert {name for name in headers() if f'#include "generated/{name}"' not in sources} == set()
 
 
 # -- as a user sees them ------------------------------------------------------------------------------------
@@ -273,4 +270,4 @@ def test_an_unknown_name_gets_one_line_with_what_there_is() -> None:
     assert done.returncode == 2
     assert done.stderr.startswith("fcu: unknown part 'TIM6'; known: LSM6DSL, ")
     assert done.stderr.count("\n") == 1
-    assert all(name in done.stderr for name in BLOCKS)
+    assert all(name in done.stderr for name in DECLARED)

@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fcu_emulator.emulator.chip.library import FcuChip
-from fcu_emulator.emulator.chip.targets import Targets
+from fcu_emulator.emulator.chip.read_cache import Targets
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_US
 from fcu_emulator.emulator.trace import BusTransfer, RegisterWrite
 from tests.arm.test_spi_master import BIDIOE, CR1, LIS2MDL, LPS22HB, LSM6DSL, SPE, StSpi, put, three_wire

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fcu_emulator.emulator.chip.chip import SystemBlocks
-from fcu_emulator.emulator.chip.cpu.python_blocks import NOT_MODELLED
+from fcu_emulator.emulator.chip.chip import SystemPeripherals
+from fcu_emulator.emulator.chip.cpu.python_peripherals import NOT_MODELLED
 from fcu_emulator.emulator.chip.peripherals.dbgmcu import SYSTEM_MEMORY, system_memory
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US
 from tests.support.arm.chip_fakes import Chip
@@ -31,27 +31,27 @@ def chip() -> Chip:
 
 
 @pytest.fixture
-def blocks(chip: Chip) -> SystemBlocks:
-    return SystemBlocks(chip.soc)
+def blocks(chip: Chip) -> SystemPeripherals:
+    return SystemPeripherals(chip.soc)
 
 
 # -- the map ------------------------------------------------------------------------------------------------
 
 
-def test_no_two_blocks_overlap(blocks: SystemBlocks) -> None:
+def test_no_two_blocks_overlap(blocks: SystemPeripherals) -> None:
     """RM0368 table 1."""
     places = sorted((block.base, block.base + block.size, block.name) for block in blocks)
     assert all(end <= begin for (_, end, _), (begin, _, _) in pairwise(places))
     assert len({name for *_, name in places}) == len(places)
 
 
-def test_every_register_has_a_name_and_its_reset_value(blocks: SystemBlocks) -> None:
+def test_every_register_has_a_name_and_its_reset_value(blocks: SystemPeripherals) -> None:
     for block in blocks:
         missing = [hex(offset) for offset in block.registers if offset not in block.NAMES]
         assert (block.name, missing) == (block.name, [])
 
 
-def test_a_reset_gives_every_block_its_first_state_back(blocks: SystemBlocks) -> None:
+def test_a_reset_gives_every_block_its_first_state_back(blocks: SystemPeripherals) -> None:
     """But for what outlives it: the RTC, and RCC's reset flags, which RMVF clears for good."""
     before = {block.name: dict(block.registers) for block in blocks}
     for block in blocks:
@@ -64,7 +64,7 @@ def test_a_reset_gives_every_block_its_first_state_back(blocks: SystemBlocks) ->
 
 
 @pytest.mark.parametrize("name", NOT_MODELLED)
-def test_a_block_that_is_not_modelled_says_so_once(chip: Chip, blocks: SystemBlocks, name: str) -> None:
+def test_a_block_that_is_not_modelled_says_so_once(chip: Chip, blocks: SystemPeripherals, name: str) -> None:
     block = next(one for one in blocks.named if one.name == name)
     assert [block.read(0), block.read(4)] == [0, 0]
     block.write(0, 1)
@@ -74,14 +74,14 @@ def test_a_block_that_is_not_modelled_says_so_once(chip: Chip, blocks: SystemBlo
 # -- flash --------------------------------------------------------------------------------------------------
 
 
-def test_the_latency_reads_back_after_a_byte_write(blocks: SystemBlocks) -> None:
+def test_the_latency_reads_back_after_a_byte_write(blocks: SystemPeripherals) -> None:
     """ST's firmware: ACR 0x700, then a byte write of 2."""
     blocks.flash.write(ACR, 0x700)
     blocks.flash.write(ACR, 0x02, 0xFF)
     assert blocks.flash.read(ACR) == 0x702
 
 
-def test_too_few_wait_states_are_told_when_they_last(chip: Chip, blocks: SystemBlocks) -> None:
+def test_too_few_wait_states_are_told_when_they_last(chip: Chip, blocks: SystemPeripherals) -> None:
     """RM0368 table 5: 84 MHz needs 2 wait states at 2.7 to 3.6 V."""
     blocks.pwr.write(0, 0)
     rcc = blocks.rcc
@@ -94,7 +94,7 @@ def test_too_few_wait_states_are_told_when_they_last(chip: Chip, blocks: SystemB
     assert chip.notes() == [("forbidden", "ACR.LATENCY = 1 at HCLK = 84 MHz; the flash needs 2 wait states")]
 
 
-def test_flash_control_needs_both_keys(chip: Chip, blocks: SystemBlocks) -> None:
+def test_flash_control_needs_both_keys(chip: Chip, blocks: SystemPeripherals) -> None:
     """RM0368 3.6.1."""
     flash = blocks.flash
     flash.write(CR, 1 << 1)
@@ -107,7 +107,7 @@ def test_flash_control_needs_both_keys(chip: Chip, blocks: SystemBlocks) -> None
     assert flash.read(CR) >> 31
 
 
-def test_a_wrong_key_locks_until_reset(blocks: SystemBlocks) -> None:
+def test_a_wrong_key_locks_until_reset(blocks: SystemPeripherals) -> None:
     flash = blocks.flash
     for key in (KEYS[0], 5, *KEYS):
         flash.write(KEYR, key)
@@ -118,7 +118,7 @@ def test_a_wrong_key_locks_until_reset(blocks: SystemBlocks) -> None:
     assert not flash.read(CR) >> 31
 
 
-def test_an_erase_is_told_and_fails_visibly(chip: Chip, blocks: SystemBlocks) -> None:
+def test_an_erase_is_told_and_fails_visibly(chip: Chip, blocks: SystemPeripherals) -> None:
     flash = blocks.flash
     for key in KEYS:
         flash.write(KEYR, key)
@@ -135,7 +135,7 @@ def test_an_erase_is_told_and_fails_visibly(chip: Chip, blocks: SystemBlocks) ->
 # -- power, CRC, identity -----------------------------------------------------------------------------------
 
 
-def test_power_control(chip: Chip, blocks: SystemBlocks) -> None:
+def test_power_control(chip: Chip, blocks: SystemPeripherals) -> None:
     """RM0368 5.4.1: CWUF and CSBF read 0; VOSRDY is set; low-power modes are told."""
     blocks.pwr.write(0, 0x8100 | 0xC)
     assert blocks.pwr.read(0) == 0x8100
@@ -148,7 +148,7 @@ def test_power_control(chip: Chip, blocks: SystemBlocks) -> None:
 @given(st.lists(st.integers(0, 0xFFFF_FFFF), max_size=8))
 def test_crc_is_the_ethernet_polynomial_without_reflection(words: list[int]) -> None:
     """RM0368 4.2: against the standard library, whose CRC-32 is reflected and inverted."""
-    crc = SystemBlocks(Chip().soc).crc
+    crc = SystemPeripherals(Chip().soc).crc
     crc.write(0x08, 1)
     for word in words:
         crc.write(0x00, word)
@@ -157,7 +157,7 @@ def test_crc_is_the_ethernet_polynomial_without_reflection(words: list[int]) -> 
     assert crc.read(0x00) == expected
 
 
-def test_crc_reset_and_its_byte_of_storage(blocks: SystemBlocks) -> None:
+def test_crc_reset_and_its_byte_of_storage(blocks: SystemPeripherals) -> None:
     blocks.crc.write(0x00, 1)
     blocks.crc.write(0x04, 0x1AB)
     blocks.crc.write(0x08, 1)
@@ -166,7 +166,7 @@ def test_crc_reset_and_its_byte_of_storage(blocks: SystemBlocks) -> None:
 
 def test_identity() -> None:
     """RM0368 23.6.1: STM32F401xB/C is device 0x423; section 24: flash size in KiB at 0x1FFF7A22."""
-    assert SystemBlocks(Chip().soc).dbgmcu.read(0) & 0xFFF == 0x423
+    assert SystemPeripherals(Chip().soc).dbgmcu.read(0) & 0xFFF == 0x423
     memory = system_memory(7)
     assert all(struct.unpack_from("<3I", system_memory(0), 0x10))
     assert struct.unpack_from("<H", memory, 0x1FFF_7A22 - SYSTEM_MEMORY) == (256,)
@@ -176,7 +176,7 @@ def test_identity() -> None:
 # -- RTC ----------------------------------------------------------------------------------------------------
 
 
-def start_rtc(chip: Chip, blocks: SystemBlocks, time: int, date: int) -> None:
+def start_rtc(chip: Chip, blocks: SystemPeripherals, time: int, date: int) -> None:
     """On LSI, 128 * 250 cycles a second."""
     blocks.pwr.write(0, 1 << 8)
     blocks.rcc.write(0x74, LSION)
@@ -190,7 +190,7 @@ def start_rtc(chip: Chip, blocks: SystemBlocks, time: int, date: int) -> None:
         rtc.write(offset, value)
 
 
-def test_the_calendar_runs(chip: Chip, blocks: SystemBlocks) -> None:
+def test_the_calendar_runs(chip: Chip, blocks: SystemPeripherals) -> None:
     """RM0368 17.3: 28 February 2024 23:59:58, a Wednesday, is followed by the 29th."""
     start_rtc(chip, blocks, 0x23_5958, 0x24_6228)
     rtc = blocks.rtc
@@ -208,7 +208,7 @@ def test_the_calendar_runs(chip: Chip, blocks: SystemBlocks) -> None:
 )
 def test_the_calendar_agrees_with_the_standard_librarys(start: datetime, seconds: int) -> None:
     chip = Chip()
-    blocks = SystemBlocks(chip.soc)
+    blocks = SystemPeripherals(chip.soc)
     start = start.replace(microsecond=0)
     bcd = {fmt: int(start.strftime(fmt), 16) for fmt in ("%H%M%S", "%y", "%m", "%d")}
     date = bcd["%y"] << 16 | start.isoweekday() << 13 | bcd["%m"] << 8 | bcd["%d"]
@@ -221,7 +221,7 @@ def test_the_calendar_agrees_with_the_standard_librarys(start: datetime, seconds
     assert shown >> 13 & 7 == seen.isoweekday()
 
 
-def test_the_rtc_is_protected(chip: Chip, blocks: SystemBlocks) -> None:
+def test_the_rtc_is_protected(chip: Chip, blocks: SystemPeripherals) -> None:
     """RM0368 17.3.5: DBP, then the keys; backup registers need DBP only."""
     rtc = blocks.rtc
     rtc.write(BKP0R, 5)
@@ -236,7 +236,7 @@ def test_the_rtc_is_protected(chip: Chip, blocks: SystemBlocks) -> None:
     assert [what for what, _ in chip.notes()] == ["refused"] * 3
 
 
-def test_a_backup_reset_clears_what_a_system_reset_keeps(chip: Chip, blocks: SystemBlocks) -> None:
+def test_a_backup_reset_clears_what_a_system_reset_keeps(chip: Chip, blocks: SystemPeripherals) -> None:
     start_rtc(chip, blocks, 0x12_0000, 0x24_6228)
     blocks.rtc.write(BKP0R, 42)
     blocks.rtc.reset()

@@ -22,7 +22,7 @@ from fcu_emulator.emulator.analysis.fidelity import (
     table,
 )
 from fcu_emulator.emulator.boards.description import BoardErrors
-from fcu_emulator.emulator.chip.registers import BLOCKS
+from fcu_emulator.emulator.chip.registers import DECLARED
 from fcu_emulator.sensors import PARTS
 
 ROOT = Path(__file__).parents[2]
@@ -82,8 +82,8 @@ def test_the_chips_table_names_each_block_and_what_it_lacks() -> None:
         name: row for row in chip_table().splitlines() for name in row.split(" | ")[0].strip("| ").split(", ")
     }
 
-    assert BLOCKS.keys() <= rows.keys()
-    for name, block in BLOCKS.items():
+    assert DECLARED.keys() <= rows.keys()
+    for name, block in DECLARED.items():
         assert all(f"`{missing}`" in rows[name] for missing in block.without_behaviour())
 
 

@@ -35,7 +35,7 @@ def clone(tmp_path: Path) -> Path:
 def copied_clone(folder: Path) -> Path:
     """Copy what a clone has, but the library, into a new folder."""
     for name in (*PACKAGES, "fcu_emulator", "building"):
-        ignored = shutil.ignore_patterns("__pycache__", native.library_name())
+        ignored = shutil.ignore_patterns("__pycache__", "generated", native.library_name())
         shutil.copytree(ROOT / name, folder / name, ignore=ignored)
     for name in ("pyproject.toml", "README.md", "LICENSE", ".gitignore"):
         shutil.copy(ROOT / name, folder)

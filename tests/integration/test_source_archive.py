@@ -1,11 +1,14 @@
-"""The source archive has every file of a clone, and can be installed."""
+"""The source archive has every file of a clone, the generated C headers, and can be installed."""
 
 from __future__ import annotations
 
 import tarfile
 from pathlib import Path
 
+from fcu_emulator.emulator.chip.registers.c_headers import headers
 from tests.integration.test_library import copied_clone, files, run
+
+ADDED = {"PKG-INFO", *(f"emulator/chip/native/generated/{name}" for name in headers())}
 
 
 def archived(clone: Path, into: Path) -> set[str]:
@@ -19,7 +22,7 @@ def archived(clone: Path, into: Path) -> set[str]:
 def test_source_archive_has_every_file(tmp_path: Path) -> None:
     clone = copied_clone(tmp_path / "clone")
 
-    assert archived(clone, tmp_path / "dist") == files(clone) | {"PKG-INFO"}
+    assert archived(clone, tmp_path / "dist") == files(clone) | ADDED
 
 
 def test_links_for_type_checkers_do_not_empty_source_archive(tmp_path: Path) -> None:
@@ -27,4 +30,4 @@ def test_links_for_type_checkers_do_not_empty_source_archive(tmp_path: Path) -> 
     before = files(clone)
     run(clone, "building/namespace.py")
 
-    assert archived(clone, tmp_path / "dist") == before | {"PKG-INFO"}
+    assert archived(clone, tmp_path / "dist") == before | ADDED

@@ -42,19 +42,19 @@ _TICK_S = 1.25e-3
 
 C_FILES = {
     "printf byte -> terminal": {
-        "machine.c": "fcu_run_until",
+        "run_loop.c": "fcu_run_until",
         "single.c": "str",
         "bus.c": "core_write",
-        "chip.c": "block_write",
+        "chip.c": "peripheral_write",
         "usart.c": "usart_write",
     },
     "I2C read -> sensor": {
-        "machine.c": "fcu_run_until",
+        "run_loop.c": "fcu_run_until",
         "single.c": "ldr",
         "bus.c": "core_read",
         "chip.c": "chip_advance",
         "i2c.c": "i2c_fire",
-        "target.c": "target_read",
+        "read_cache.c": "target_read",
     },
 }
 

@@ -1,1 +1,1 @@
-"""The Cortex-M4 core as Python sees it: running, registers, faults, blocks by address."""
+"""The Cortex-M4 core as Python sees it: running, registers, faults, peripherals by address."""

@@ -1,4 +1,4 @@
-"""A processor with memory and nothing else: it executes instructions without time, exceptions and blocks.
+"""A processor with memory and nothing else: it executes instructions without time, exceptions and peripherals.
 
 For questions of the kind "what would these instructions do?", and for tests of single instructions.
 """
@@ -15,11 +15,11 @@ from fcu_emulator.emulator.trace import Trace
 
 
 class Stop(Enum):
-    """What the engine met. All but SLICE, HALT, PLACE and the sleeps ask for an exception of the core."""
+    """What the engine met. All but SLICE, HALT, BREAKPOINT and the sleeps ask for an exception of the core."""
 
     SLICE = auto()  # as many instructions as were asked for, or cut short
     HALT = auto()  # before the instruction, for a debugger
-    PLACE = auto()  # before an instruction that was asked for
+    BREAKPOINT = auto()  # before an instruction that was asked for
     WFI = auto()  # after the instruction
     WFE = auto()  # after the instruction
     SVC = auto()  # after the instruction
@@ -37,7 +37,7 @@ class Stop(Enum):
 
 
 _STOPS: Final = (
-    *(Stop.SLICE, Stop.PLACE, Stop.WFI, Stop.WFE, Stop.SVC, Stop.BKPT, Stop.EXCEPTION_RETURN),
+    *(Stop.SLICE, Stop.BREAKPOINT, Stop.WFI, Stop.WFE, Stop.SVC, Stop.BKPT, Stop.EXCEPTION_RETURN),
     *(Stop.UNDEFINED, Stop.INVALID_STATE, Stop.NO_COPROCESSOR, Stop.UNALIGNED, Stop.DIVIDE_BY_ZERO),
     *(Stop.FETCH, Stop.READ, Stop.WRITE),
 )
@@ -100,7 +100,7 @@ class BareCore(FcuChip):
         self.library.fcu_watch_memory(self.handle, True, begin, end)
 
     def stop_before(self, address: int, on: bool = True) -> None:
-        """Runs end with PLACE before the instruction at ``address``, or no more."""
+        """Runs end with BREAKPOINT before the instruction at ``address``, or no more."""
         self.library.fcu_set_breakpoint(self.handle, address, on)
 
     def _accessed(self, address: int, size: int, written: int) -> None:

@@ -1,10 +1,10 @@
-"""The Cortex-M4 and the blocks around it: firmware in flash, time, interrupts, what a debugger wants.
+"""The Cortex-M4 and the peripherals around it: firmware in flash, time, interrupts, what a debugger wants.
 
-All that runs is in C (emulator/chip/native); this is its face in Python, and the place where blocks that are
+All that runs is in C (emulator/chip/native); this is its face in Python, and the place where peripherals that are
 written in Python are reached::
 
     core = Core(clock, trace, segments)
-    core.power_on(soc, blocks)              # soc.irq and soc.memory are set
+    core.power_on(soc, peripherals)              # soc.irq and soc.memory are set
     core.run_until_ps(1_000_000_000)
 """
 
@@ -19,8 +19,8 @@ from typing import Final
 
 from fcu_emulator.emulator.chip.cpu.core_registers import MASKS, Registers
 from fcu_emulator.emulator.chip.cpu.exceptions import Fault
-from fcu_emulator.emulator.chip.cpu.python_blocks import PythonBlocks
-from fcu_emulator.emulator.chip.library import ChipBlock, FcuChip, Status
+from fcu_emulator.emulator.chip.cpu.python_peripherals import PythonPeripherals
+from fcu_emulator.emulator.chip.library import FcuChip, NativePeripheral, Status
 from fcu_emulator.emulator.chip.memory_map import CHIP_NAME, FLASH, FLASH_SIZE, RAM
 from fcu_emulator.emulator.chip.peripherals.peripheral import Peripheral, Soc
 from fcu_emulator.emulator.time.clock import Clock
@@ -28,12 +28,12 @@ from fcu_emulator.emulator.trace import Fault as FaultEvent
 from fcu_emulator.emulator.trace import Trace
 
 CYCLES_PER_INSTRUCTION: Final = Fraction(13, 10)
-"""See timeline.h."""
+"""See cycle_clock.h."""
 RESETS_KEPT: Final = 10_000
 _REASONS: Final = ("", "SYSRESETREQ", "PIN", "IWDG", "WWDG", "power-on")
-"""enum ResetReason of machine.h, and those that come from Python."""
+"""enum ResetReason of run_loop.h, and those that come from Python."""
 _HALTED, _BY_WORK = 1, 3
-"""enum Ended of machine.h."""
+"""enum Ended of run_loop.h."""
 _TOUCHED: Final = (("clock", "read"), ("clock", "written"), ("unknown", "read"), ("unknown", "written"))
 """enum Touched of chip.h."""
 
@@ -49,7 +49,7 @@ class CoreSettings:
 class Core(FcuChip):
     """``segments``: the firmware's bytes by address, in flash or RAM. Raises ValueError for bytes elsewhere.
 
-    Blocks in C are there from now on; :meth:`power_on` adds those that are written in Python.
+    Peripherals in C are there from now on; :meth:`power_on` adds those that are written in Python.
     """
 
     def __init__(
@@ -82,17 +82,17 @@ class Core(FcuChip):
             self._bytes(address, data)
 
     def power_on(
-        self, soc: Soc, blocks: Iterable[Peripheral], on_reset: Callable[[str], None] | None = None
+        self, soc: Soc, peripherals: Iterable[Peripheral], on_reset: Callable[[str], None] | None = None
     ) -> None:
-        """Begin with the first instruction. ``blocks``: those in Python; ``soc.clocks`` is one of them.
+        """Begin with the first instruction. ``peripherals``: those in Python; ``soc.clocks`` is one of them.
 
         ``soc.irq`` and ``soc.memory`` are set. ``on_reset(reason)`` is called at each reset but this one,
-        before the blocks are reset.
+        before the peripherals are reset.
         """
         self._on_reset = on_reset or self._on_reset
-        self._python_blocks = tuple(blocks)
-        self.python = PythonBlocks(soc, self._python_blocks)
-        self.all_blocks: tuple[Peripheral, ...] = (*self.blocks.values(), *self._python_blocks)
+        self._python_peripherals = tuple(peripherals)
+        self.python = PythonPeripherals(soc, self._python_peripherals)
+        self.all_peripherals: tuple[Peripheral, ...] = (*self.peripherals.values(), *self._python_peripherals)
         soc.irq, soc.memory = self, self
         cycles = self._settings.cycles_per_instruction
         if not 0 < cycles <= 100:
@@ -282,14 +282,14 @@ class Core(FcuChip):
         """No more calls of ``on_access``."""
         self.library.fcu_watch_memory(self.handle, False, 0, 0)
 
-    # -- registers of blocks, for debuggers, diagnoses and DMA -------------------------------------------
+    # -- registers of peripherals, for debuggers, diagnoses and DMA -------------------------------------------
 
     def find(self, address: int) -> tuple[Peripheral, int] | None:
-        """The block at an address, and the register's offset in it; None where no block can be."""
-        block: Peripheral | None
-        index = self.library.fcu_block_at(self.handle, address)
-        block = self.block_by_index(index) if index >= 0 else self.python.find(address)
-        return None if block is None else (block, address - block.base & 0xFFFF_FFFC)
+        """The peripheral at an address, and the register's offset in it; None where no peripheral can be."""
+        peripheral: Peripheral | None
+        index = self.library.fcu_peripheral_at(self.handle, address)
+        peripheral = self.peripheral_by_index(index) if index >= 0 else self.python.find(address)
+        return None if peripheral is None else (peripheral, address - peripheral.base & 0xFFFF_FFFC)
 
     def peek(self, address: int) -> int | None:
         """The word at an aligned address, without side effects; None where nothing answers."""
@@ -297,7 +297,7 @@ class Core(FcuChip):
         if data is not None:
             return int.from_bytes(data, "little")
         found = self.find(address)
-        if found is not None and isinstance(found[0], ChipBlock):
+        if found is not None and isinstance(found[0], NativePeripheral):
             return found[0].peek(found[1])
         return self.python.peek(address)
 
@@ -319,7 +319,7 @@ class Core(FcuChip):
         return bool(self.library.fcu_store(self.handle, address, len(data), value))
 
     def set_line(self, number: int, level: bool) -> None:
-        """Python's blocks hold NVIC input ``number`` (0 to 84) active or not."""
+        """Python's peripherals hold NVIC input ``number`` (0 to 84) active or not."""
         self.set_irq(number, level)
 
     # -- callbacks --------------------------------------------------------------------------------------
@@ -331,10 +331,10 @@ class Core(FcuChip):
     def _write(self, address: int, size: int, value: int) -> None:
         self.shared[2] = self.python.write(address, size, value)
 
-    def _touched(self, block: int, offset: int, what: int) -> None:
+    def _touched(self, peripheral: int, offset: int, what: int) -> None:
         kind, done = _TOUCHED[what]
         report = self.python.report_clock if kind == "clock" else self.python.report_unknown
-        report(self.block_by_index(block), offset, done)
+        report(self.peripheral_by_index(peripheral), offset, done)
 
     def _fault(self, exception: int, status: int, hard: int, address: int) -> None:
         self.on_fault(Fault(exception, status, hard, address if status & 1 << 15 else None))
@@ -349,10 +349,12 @@ class Core(FcuChip):
         self.trace.add(FaultEvent(self.clock.now_ps, CHIP_NAME, f"reset by {why}"))
         self.before_reset = self.core_state(), bytes(self.ram)
         self._on_reset(why)
-        for native in self.blocks.values():
+        for native in self.peripherals.values():
             native.reset()
-        for block in reversed(self._python_blocks):  # RCC last: no block sees new clocks with old settings
-            block.reset()
+        for peripheral in reversed(
+            self._python_peripherals
+        ):  # RCC last: no peripheral sees new clocks with old settings
+            peripheral.reset()
 
     def _accessed(self, address: int, size: int, written: int) -> None:
         self.on_access(address, size, bool(written))

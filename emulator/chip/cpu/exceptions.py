@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from fcu_emulator.emulator.chip.registers import scb
-from fcu_emulator.emulator.chip.registers.block import masks
+from fcu_emulator.emulator.chip.registers.declaration import masks
 
 NMI, HARD_FAULT, MEM_MANAGE, BUS_FAULT, USAGE_FAULT = 2, 3, 4, 5, 6
 SV_CALL, PEND_SV, SYS_TICK = 11, 14, 15

@@ -11,12 +11,12 @@ from typing import Final
 
 from fcu_emulator.emulator.chip.diagnosis.hang import exception_name
 from fcu_emulator.emulator.chip.library import Costliest, FcuChip
-from fcu_emulator.emulator.chip.memory_map import BLOCKS, PAGE_SHIFT, PERIPHERALS
+from fcu_emulator.emulator.chip.memory_map import ADDRESSES, PAGE_SHIFT, PERIPHERALS
 
 _PAGE_OTG, _PAGE_PRIVATE = 512, 513
 _NAMES: Final = {
     (base + offset - PERIPHERALS) >> PAGE_SHIFT: name
-    for name, (base, size) in BLOCKS.items()
+    for name, (base, size) in ADDRESSES.items()
     for offset in range(0, max(size, 1), 1 << PAGE_SHIFT)
     if 0 <= base - PERIPHERALS < _PAGE_OTG << PAGE_SHIFT
 } | {_PAGE_OTG: "OTG_FS", _PAGE_PRIVATE: "the core's registers"}
@@ -27,8 +27,8 @@ def _accesses(_chip: FcuChip, page: int) -> str:
     return f"accesses to {_NAMES.get(page, f'reserved addresses at 0x{address:08X}')}"
 
 
-def _events(chip: FcuChip, block: int) -> str:
-    return f"events of {chip.block_by_index(block).name}"
+def _events(chip: FcuChip, peripheral: int) -> str:
+    return f"events of {chip.peripheral_by_index(peripheral).name}"
 
 
 _KINDS: Final[tuple[Callable[[FcuChip, int], str], ...]] = (

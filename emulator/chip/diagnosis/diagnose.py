@@ -12,7 +12,7 @@ from fcu_emulator.emulator.chip.chip import Chip
 from fcu_emulator.emulator.chip.cpu.core import Core
 from fcu_emulator.emulator.chip.cpu.fault_log import CORE, FaultLog, FaultRecord, word_of
 from fcu_emulator.emulator.chip.diagnosis.backtrace import NOTE, Backtrace, Places
-from fcu_emulator.emulator.chip.diagnosis.evidence import TRANSFERS_SHOWN, BlockNotes, Transfers, nobody
+from fcu_emulator.emulator.chip.diagnosis.evidence import TRANSFERS_SHOWN, PeripheralNotes, Transfers, nobody
 from fcu_emulator.emulator.chip.diagnosis.faults import fault_report
 from fcu_emulator.emulator.chip.diagnosis.hang import Hang
 from fcu_emulator.emulator.chip.diagnosis.memory_use import flash_nearly_full, ram_nearly_full
@@ -62,7 +62,7 @@ def findings(arm: RunningFirmware) -> Iterator[Diagnosis]:
     signals, chip = arm.signals, arm.chip
     places = Places(arm.image)
     transfers = Transfers(signals)
-    notes = BlockNotes(chip, signals.trace)
+    notes = PeripheralNotes(chip, signals.trace)
     quiet_since_ps = _quiet_since_ps(arm, transfers)
     bus = bus_never_on(chip, signals, places) or byte_left(chip, signals)
     failed = (
@@ -121,7 +121,7 @@ def _stack(arm: RunningFirmware, places: Places) -> Diagnosis | None:
     )
 
 
-def _without_clock(notes: BlockNotes) -> Diagnosis | None:
+def _without_clock(notes: PeripheralNotes) -> Diagnosis | None:
     cause = notes.cause()
     if cause is None:
         return None

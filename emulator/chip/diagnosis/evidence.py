@@ -1,5 +1,5 @@
 """What may explain a program that is stuck: the latest transfers on the sensors' buses, and what was done to
-blocks of the chip that cannot work, as the trace has noted it.
+peripherals of the chip that cannot work, as the trace has noted it.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from fcu_emulator.emulator.boards.description import BoardSignals
 from fcu_emulator.emulator.buses.i2c import I2CBus
 from fcu_emulator.emulator.buses.spi import SpiBus
 from fcu_emulator.emulator.chip.chip import Chip
-from fcu_emulator.emulator.chip.cpu.python_blocks import GATES
+from fcu_emulator.emulator.chip.cpu.python_peripherals import GATES
 from fcu_emulator.emulator.chip.diagnosis.report import Cause, at
 from fcu_emulator.emulator.trace import BusTransfer, DeviceNote, Trace
 from fcu_emulator.sensors.spi import READ
@@ -219,35 +219,35 @@ def _text(transfer: BusTransfer, i2c: Mapping[str, I2CBus]) -> str:
     return f"{who}: {', '.join(actions)}"
 
 
-# -- accesses to the chip's blocks that cannot work ---------------------------------------------------------
+# -- accesses to the chip's peripherals that cannot work ---------------------------------------------------------
 
-_NO_CLOCK = "while the block has no clock"
+_NO_CLOCK = "while the peripheral has no clock"
 _NOTES_SHOWN = 6
 
 
-class BlockNotes:
-    """The forbidden accesses to blocks of the chip, in order."""
+class PeripheralNotes:
+    """The forbidden accesses to peripherals of the chip, in order."""
 
     def __init__(self, chip: Chip, trace: Trace) -> None:
-        self._clocked = {block.name: block.clocked for block in chip.core.all_blocks}
+        self._clocked = {peripheral.name: peripheral.clocked for peripheral in chip.core.all_peripherals}
         self._notes = [
             note for note in trace.of(DeviceNote) if note.what == "forbidden" and note.device in self._clocked
         ]
 
     def without_clock(self) -> list[str]:
-        """The blocks that were used without a clock, and still have none."""
+        """The peripherals that were used without a clock, and still have none."""
         names = dict.fromkeys(note.device for note in self._notes if _NO_CLOCK in note.text)
         return [name for name in names if not self._clocked[name]]
 
     def cause(self) -> Cause | None:
-        """The first block without clock; else None."""
+        """The first peripheral without clock; else None."""
         for name in self.without_clock():
             first = next(note for note in self._notes if note.device == name)
             return Cause(
                 f"{name} has no clock: __HAL_RCC_{name}_CLK_ENABLE() is missing",
                 [
                     (
-                        f"{GATES[name]} is 0, so the block forgets what is written and reads as 0; "
+                        f"{GATES[name]} is 0, so the peripheral forgets what is written and reads as 0; "
                         f"first used at {at(first.t_ps)}."
                     )
                 ],
@@ -255,7 +255,7 @@ class BlockNotes:
         return None
 
     def lines(self) -> list[str]:
-        """All of them, the first of each block and kind."""
+        """All of them, the first of each peripheral and kind."""
         lines = [f"{at(note.t_ps)}  {note.device} {note.text}" for note in self._notes]
         return lines[:_NOTES_SHOWN] + (
             [f"and {len(lines) - _NOTES_SHOWN} more"] if len(lines) > _NOTES_SHOWN else []

@@ -22,7 +22,7 @@ from fcu_emulator.emulator.chip.diagnosis.backtrace import NOTE, Backtrace, Call
 from fcu_emulator.emulator.chip.diagnosis.report import Cause, Diagnosis, at, section
 from fcu_emulator.emulator.chip.memory_map import FLASH_MEMORY, RAM_MEMORY
 from fcu_emulator.emulator.chip.registers import scb
-from fcu_emulator.emulator.chip.registers.block import Word
+from fcu_emulator.emulator.chip.registers.declaration import Word
 from fcu_emulator.emulator.time.clock import PS_PER_MS
 
 # -- the fault status registers bit by bit (ARMv7-M ARM B3.2.15, B3.2.16; PM0214 4.4.10, 4.4.11) ------------

@@ -1,6 +1,6 @@
 """Firmware that goes round in a loop which nothing will end: what the loop waits for, and why in vain.
 
-Decision: a loop that looks at nothing, in ``main()`` itself, while interrupts of blocks are on, is how many
+Decision: a loop that looks at nothing, in ``main()`` itself, while interrupts of peripherals are on, is how many
 good programs end: all work is done by the handlers. The same without such interrupts may be meant as the end
 of the program, and is reported without being called a failure. Tasks of an operating system (on the process
 stack) are not judged: its idle task is a loop without end.
@@ -16,7 +16,7 @@ from fcu_emulator.emulator.chip.cpu.core_registers import MASKS, Registers
 from fcu_emulator.emulator.chip.cpu.exceptions import FIRST_INTERRUPT, SYS_TICK, bits
 from fcu_emulator.emulator.chip.cpu.thumb import Flow, decode
 from fcu_emulator.emulator.chip.diagnosis.backtrace import NOTE, Backtrace, Places
-from fcu_emulator.emulator.chip.diagnosis.evidence import BlockNotes, Transfers
+from fcu_emulator.emulator.chip.diagnosis.evidence import PeripheralNotes, Transfers
 from fcu_emulator.emulator.chip.diagnosis.probe import Loop, Probe
 from fcu_emulator.emulator.chip.diagnosis.read_once import read_once
 from fcu_emulator.emulator.chip.diagnosis.report import Cause, Diagnosis, at, section
@@ -94,8 +94,8 @@ class Interrupts:
         """Whether an exception is urgent enough to be taken now."""
         return self._core.preempts(number)
 
-    def from_blocks(self, *, now: bool = True) -> list[int]:
-        """Interrupts of the chip's blocks that are enabled; ``now``: and can be taken."""
+    def from_peripherals(self, *, now: bool = True) -> list[int]:
+        """Interrupts of the chip's peripherals that are enabled; ``now``: and can be taken."""
         enabled = self._core.enabled >> FIRST_INTERRUPT << FIRST_INTERRUPT
         return [number for number in bits(enabled) if not now or self.preempts(number)]
 
@@ -139,11 +139,14 @@ class Waits:
 
     def in_vain(self, loop: Loop) -> Cause | None:
         """Why nothing will end the loop; None if something may."""
-        if any(self._may_change(block.clocked, block.next_change_ps()) for block, _, _ in loop.registers):
+        if any(
+            self._may_change(peripheral.clocked, peripheral.next_change_ps())
+            for peripheral, _, _ in loop.registers
+        ):
             return None
         if not loop.variables:
             return self._registers(loop) if loop.registers else Cause("an endless loop", [])
-        if self._interrupts.from_blocks() or is_any_stream_on(self._chip.core):
+        if self._interrupts.from_peripherals() or is_any_stream_on(self._chip.core):
             return None
         return self._variables(loop)
 
@@ -152,10 +155,10 @@ class Waits:
 
     def _registers(self, loop: Loop) -> Cause:
         seen = sorted(
-            f"{block.name}_{block.NAMES.get(offset, hex(offset))} (0x{value:08X})"
-            for block, offset, value in loop.registers
+            f"{peripheral.name}_{peripheral.NAMES.get(offset, hex(offset))} (0x{value:08X})"
+            for peripheral, offset, value in loop.registers
         )
-        off = next((block.name for block, _, _ in loop.registers if not block.clocked), "")
+        off = next((peripheral.name for peripheral, _, _ in loop.registers if not peripheral.clocked), "")
         why = f"{off} has no clock and reads as 0." if off else "No event that could change it is due."
         return Cause(f"waits for ever for {' and '.join(seen)} to change", [why])
 
@@ -197,7 +200,7 @@ class Hang:
         chip: Chip,
         places: Places,
         transfers: Transfers,
-        notes: BlockNotes,
+        notes: PeripheralNotes,
         quiet_since_ps: int,
         bus: Cause | None = None,
     ) -> None:
@@ -228,7 +231,7 @@ class Hang:
     # -- where it may be --------------------------------------------------------------------------------
 
     def _sleeping(self) -> Diagnosis | None:
-        if self._interrupts.tick_on or self._interrupts.from_blocks(now=False):
+        if self._interrupts.tick_on or self._interrupts.from_peripherals(now=False):
             return None
         why = "WFI or WFE waits for an interrupt, and none is on."
         return self._report(self._pc, Cause("sleeps for ever", [why, self._quiet()]))
@@ -298,7 +301,7 @@ class Hang:
 
     def _endless(self, place: int, cause: Cause) -> Diagnosis | None:
         name = self._places.function_name(place)
-        working = bool(self._interrupts.from_blocks(now=False)) or self._tick_works()
+        working = bool(self._interrupts.from_peripherals(now=False)) or self._tick_works()
         if name == "Reset_Handler":
             return self._report(place, Cause("main() has returned", ["There is nothing to return to."]))
         if working and name in ("", "main"):

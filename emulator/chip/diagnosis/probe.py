@@ -1,9 +1,9 @@
 """Is this a loop without end? A copy of the core finds out, and the board stays as it is.
 
-The copy has the registers, the RAM and the flash of the chip; registers of blocks read as they are now, and
+The copy has the registers, the RAM and the flash of the chip; registers of peripherals read as they are now, and
 nothing can be written to them. It executes one instruction after the other until the state of core and RAM
 recurs. Then the loop goes on for ever unless something that it has read becomes another value: those
-addresses are what it waits for. A loop that writes to a block, or reads a register with a side effect, does
+addresses are what it waits for. A loop that writes to a peripheral, or reads a register with a side effect, does
 something: it is not called idle.
 """
 
@@ -31,7 +31,7 @@ class Loop:
     """A loop that only repeats itself.
 
     ``code``: addresses of its instructions; ``variables``: addresses in RAM that it reads, without its
-    stack; ``registers``: (block, offset, value) of those that it reads.
+    stack; ``registers``: (peripheral, offset, value) of those that it reads.
     """
 
     code: frozenset[int]
@@ -131,7 +131,7 @@ class Probe:
             self._reads.add(address)
 
     def _register_read(self, address: int, size: int) -> int:
-        """A load from a block."""
+        """A load from a peripheral."""
         word = self._register(address & ~3)
         return word >> 8 * (address & 3) & (WORD if size == 4 else (1 << 8 * size) - 1)
 
@@ -140,18 +140,18 @@ class Probe:
         if found is None:
             self._acts = True
             return 0
-        block, offset = found
-        if not block.clocked:
+        peripheral, offset = found
+        if not peripheral.clocked:
             value = 0
-        elif block.pure_read(offset):
-            value = block.peek(offset)
+        elif peripheral.pure_read(offset):
+            value = peripheral.peek(offset)
         else:
             self._acts = True
             return 0
-        self._registers.add((block, offset, value))
+        self._registers.add((peripheral, offset, value))
         return value
 
     def _register_written(self, address: int, _size: int, _value: int) -> None:
-        """A store to a block; one without clock forgets it."""
+        """A store to a peripheral; one without clock forgets it."""
         found = self._core.find(address & ~3)
         self._acts |= found is None or found[0].clocked

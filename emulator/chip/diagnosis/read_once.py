@@ -80,7 +80,7 @@ class _Condition:
         self._registers = tuple(Registers(core, EVERYTHING).read())
         self._copy = copy = BareCore()
         copy.flash[:] = core.flash
-        copy.read_python, copy.write_python = self._block_read, self._block_written
+        copy.read_python, copy.write_python = self._peripheral_read, self._peripheral_written
         copy.on_access = self._accessed
         copy.watch_memory(RAM, RAM + RAM_SIZE - 1)
         self._acts = False
@@ -121,9 +121,9 @@ class _Condition:
         self._acts |= written
         self._loads.append(_Load(address, size, self._at))
 
-    def _block_read(self, _address: int, _size: int) -> int:
+    def _peripheral_read(self, _address: int, _size: int) -> int:
         self._acts = True
         return 0
 
-    def _block_written(self, _address: int, _size: int, _value: int) -> None:
+    def _peripheral_written(self, _address: int, _size: int, _value: int) -> None:
         self._acts = True

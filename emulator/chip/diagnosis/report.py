@@ -35,7 +35,7 @@ class Diagnosis:
     """``str()`` is the whole text: the summary, and the details indented below it.
 
     ``kind``: a fault of the core, a loop without end, a stack that has grown into the variables, resets, a
-    callback that takes too long, a block without clock, transfers that nobody answers, a terminal that gets
+    callback that takes too long, a peripheral without clock, transfers that nobody answers, a terminal that gets
     nothing, a timer that does not tick as it should, full memories, numbers that printf could not print; and,
     held against the world and the sensors by :mod:`fcu_emulator.emulator.analysis.mistakes`, numbers that are not the
     truth, sensors that are not set up, LEDs that do not follow the board.

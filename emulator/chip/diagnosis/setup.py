@@ -1,4 +1,4 @@
-"""Blocks that were never set up, never started, or set up otherwise than the board needs it.
+"""Peripherals that were never set up, never started, or set up otherwise than the board needs it.
 
 Each is read from the registers as they are; what the program meant to do is read from the functions that the
 linker kept: without a call of it no ``HAL_UART_Transmit`` is in the file.
@@ -45,8 +45,8 @@ def silent_terminal(chip: Chip, signals: BoardSignals, places: Places) -> Diagno
     prints = places.address_of(*_SPEAKS)
     if prints is None or signals.clock.now_ps < _SILENT_PS or signals.uart.received_count():
         return None
-    number = signals.board.serial.block
-    usart, init = chip.core.blocks[number], f"MX_{number}_UART_Init()"
+    number = signals.board.serial.peripheral
+    usart, init = chip.core.peripherals[number], f"MX_{number}_UART_Init()"
     port, pin, function = signals.board.serial.tx
     control = usart.peek(_USART_CR1)
     main = places.place(places.address_of("main") or 0)
@@ -70,8 +70,8 @@ def silent_terminal(chip: Chip, signals: BoardSignals, places: Places) -> Diagno
 
 def wrong_baud(chip: Chip, signals: BoardSignals) -> Diagnosis | None:
     """The terminal here shows what a real one would not."""
-    name = signals.board.serial.block
-    usart = chip.core.blocks[name]
+    name = signals.board.serial.peripheral
+    usart = chip.core.peripherals[name]
     divider = usart.peek(_BRR)
     if not divider or not signals.uart.received_count():
         return None
@@ -85,7 +85,7 @@ def wrong_baud(chip: Chip, signals: BoardSignals) -> Diagnosis | None:
         "terminal",
         f"{name} sends at {baud:.0f} baud; the terminal on your laptop listens at {BAUD}",
         (
-            f"BRR is {divider} and the block's clock {clock_hz / 1e6:g} MHz.",
+            f"BRR is {divider} and the peripheral's clock {clock_hz / 1e6:g} MHz.",
             "Here the text is readable all the same; with the real board you would see garbage.",
             f"Look at Init.BaudRate in MX_{name}_UART_Init(); SystemClock_Config() comes before it.",
         ),
@@ -102,24 +102,24 @@ def clock_of(name: str, chip: Chip) -> int:
 
 
 def _other_bus_on(chip: Chip, signals: BoardSignals) -> str:
-    """An I2C or SPI block that is switched on and leads to nothing on this board; empty if there is none."""
+    """An I2C or SPI peripheral that is switched on and leads to nothing on this board; empty if there is none."""
     wired = {*signals.board.buses(), *(part.spi for part in signals.board.absent)}
-    for name, block in chip.core.blocks.items():
+    for name, peripheral in chip.core.peripherals.items():
         bit = {"I2C": _PE, "SPI": _SPE}.get(name[:3], 0)
-        if bit and name not in wired and block.peek(_CR1) & bit:
+        if bit and name not in wired and peripheral.peek(_CR1) & bit:
             return name
     return ""
 
 
 def bus_never_on(chip: Chip, signals: BoardSignals, places: Places) -> Cause | None:
     """No bus of the board was ever switched on in a program that has calls for them."""
-    blocks = chip.core.blocks
+    peripherals = chip.core.peripherals
     talks = places.address_of(*_TALKS_TO_SENSORS) is not None
     used = any(bus.recent_transfers() for bus in signals.i2c.values()) or any(
         bus.recent_transfers() or bus.unheard for bus in signals.spi.values()
     )
-    on = any(blocks[name].peek(_CR1) & _PE for name in signals.i2c) or any(
-        blocks[name].peek(_CR1) & _SPE for name in signals.spi
+    on = any(peripherals[name].peek(_CR1) & _PE for name in signals.i2c) or any(
+        peripherals[name].peek(_CR1) & _SPE for name in signals.spi
     )
     if not talks or used or on:
         return None
@@ -150,7 +150,7 @@ _SR = 0x08
 def byte_left(chip: Chip, signals: BoardSignals) -> Cause | None:
     """A received byte lies in an SPI's DR while no sensor is selected: the next read gets it."""
     for name, bus in signals.spi.items():
-        status = chip.core.blocks[name].peek(_SR)
+        status = chip.core.peripherals[name].peek(_SR)
         idle = all(signals.gpio.level(select[1], int(select[2:])) for select in bus.chip_selects)
         if bus.chip_selects and idle and status & (_RXNE | _BSY) == _RXNE:
             return _left_in(name)
@@ -185,8 +185,8 @@ def not_enabled(chip: Chip) -> Diagnosis | None:
             "timer" if name.startswith("TIM") else "bus",
             f"the interrupt {name} is wanted and is not enabled in the NVIC",
             (
-                "The block has set its flag and its interrupt enable, and waits; the bit in NVIC_ISER is 0.",
-                f"HAL_NVIC_EnableIRQ({name}_IRQn) is missing; it belongs to the block's set-up.",
+                "The peripheral has set its flag and its interrupt enable, and waits; the bit in NVIC_ISER is 0.",
+                f"HAL_NVIC_EnableIRQ({name}_IRQn) is missing; it belongs to the peripheral's set-up.",
             ),
             fatal=False,
         )
@@ -200,7 +200,7 @@ def never_ticked(chip: Chip, signals: BoardSignals, places: Places) -> Diagnosis
     callback = places.address_of(_CALLBACK)
     if callback is None or places.file(callback) in (_HAL_TIM, ""):  # last: it reads all line numbers
         return None
-    what, why = _why_no_ticks(chip, signals.board.timer.block)
+    what, why = _why_no_ticks(chip, signals.board.timer.peripheral)
     where = places.place(callback)
     return Diagnosis(
         "timer", f"{_CALLBACK}() was never called: {what}", (why, f"The callback is {where}."), False

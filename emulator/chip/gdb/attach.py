@@ -45,7 +45,7 @@ def serve(board: DebuggedBoard, port: int, halted: bool = False) -> GdbServer:
         raise InputError("--gdb: a debugger needs firmware built for the chip (ELF, HEX or BIN), not Python")
     core = firmware.chip.core
     target = CoreTarget(core, board.clock, board.run_until_ps)
-    monitor = Monitor(board.world, board.clock, core.all_blocks, lambda: where(firmware), target.reset)
+    monitor = Monitor(board.world, board.clock, core.all_peripherals, lambda: where(firmware), target.reset)
     return GdbServer(target, monitor, port, halted)
 
 
@@ -78,7 +78,7 @@ _HELP = """\
 attitude ROLL PITCH YAW  turn the board (degrees); attitude alone shows how it lies
 time                     virtual time since power-on
 where                    function and source line of the next instruction
-regs PERIPHERAL          registers of a block, read without side effects; regs alone lists the blocks
+regs PERIPHERAL          registers of a peripheral, read without side effects; regs alone lists the peripherals
 reset                    reset the chip and halt it; then: maintenance flush register-cache
 """
 
@@ -93,13 +93,15 @@ class Monitor:
         self,
         world: World,
         clock: Clock,
-        blocks: Iterable[Peripheral],
+        peripherals: Iterable[Peripheral],
         where: Callable[[], str],
         reset: Callable[[], None],
     ) -> None:
         self._world = world
         self._clock = clock
-        self._blocks: Mapping[str, Peripheral] = {block.name.upper(): block for block in blocks}
+        self._peripherals: Mapping[str, Peripheral] = {
+            peripheral.name.upper(): peripheral for peripheral in peripherals
+        }
         self._where = where
         self._reset = reset
         self._commands: dict[str, Callable[[list[str]], str]] = {
@@ -138,15 +140,15 @@ class Monitor:
 
     def _registers(self, arguments: list[str]) -> str:
         if not arguments:
-            return f"{' '.join(self._blocks)}\n"
-        block = self._blocks.get(arguments[0].upper())
-        if block is None:
-            return f"unknown block {arguments[0][:40]!r}; known: {', '.join(self._blocks)}\n"
-        names = block.NAMES or {offset: f"0x{offset:03X}" for offset in block.REGISTERS}
-        lines = [f"{name:<10} 0x{block.peek(offset):08X}" for offset, name in names.items()]
-        if not block.clocked:
-            lines.insert(0, f"{block.name} has no clock: its enable bit in RCC is not set")
-        return "".join(f"{line}\n" for line in lines or [f"{block.name} is not modelled"])
+            return f"{' '.join(self._peripherals)}\n"
+        peripheral = self._peripherals.get(arguments[0].upper())
+        if peripheral is None:
+            return f"unknown peripheral {arguments[0][:40]!r}; known: {', '.join(self._peripherals)}\n"
+        names = peripheral.NAMES or {offset: f"0x{offset:03X}" for offset in peripheral.REGISTERS}
+        lines = [f"{name:<10} 0x{peripheral.peek(offset):08X}" for offset, name in names.items()]
+        if not peripheral.clocked:
+            lines.insert(0, f"{peripheral.name} has no clock: its enable bit in RCC is not set")
+        return "".join(f"{line}\n" for line in lines or [f"{peripheral.name} is not modelled"])
 
     def _reset_chip(self, arguments: list[str]) -> str:
         """``reset halt`` and ``reset init`` are what other servers call it; here a reset always halts."""

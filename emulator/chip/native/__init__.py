@@ -1,4 +1,6 @@
-"""A Cortex-M4F in C: see core.h, and :mod:`fcu_emulator.emulator.chip.native.loader`, which loads what was built from it.
+"""The STM32F401 in C: ``cpu``, ``peripherals`` and, generated from Python, ``generated``; ``fcu.h`` is the interface.
+
+:mod:`fcu_emulator.emulator.chip.native.loader` loads the library that is built from it.
 
 Only the standard library is imported here: building/library.py runs this file before anything is installed.
 """
@@ -22,8 +24,19 @@ def library_name(platform: str = sys.platform) -> str:
 
 
 def sources(folder: Path = FOLDER) -> list[Path]:
-    """All C files and headers; none in an installed wheel."""
-    return sorted(path for path in folder.rglob("*.[ch]") if path.is_file())
+    """Return all C files and headers but the generated ones; none in an installed wheel."""
+    return sorted(path for path in folder.rglob("*.[ch]") if path.parent.name != "generated")
+
+
+def declarations(folder: Path = FOLDER) -> list[Path]:
+    """Return the Python files that the generated headers depend on."""
+    chip = folder.parent
+    root = chip.parents[1]
+    return [
+        chip / "memory_map.py",
+        *sorted((chip / "registers").glob("*.py")),
+        root / "sensors" / "register.py",
+    ]
 
 
 def digest(folder: Path = FOLDER) -> str:
@@ -32,7 +45,9 @@ def digest(folder: Path = FOLDER) -> str:
     The library keeps what it was built from: one that is older than its sources would be read wrongly.
     """
     files = sources(folder)
-    return sha256(b"".join(path.read_bytes() for path in files)).hexdigest()[:16] if files else ""
+    if not files:
+        return ""
+    return sha256(b"".join(path.read_bytes() for path in (*files, *declarations(folder)))).hexdigest()[:16]
 
 
 def built_from(file: Path) -> tuple[str, str, str]:

@@ -7,13 +7,7 @@
 
 #include "fcu.h"
 
-#define OTG 0x50000000u
-#define OTG_SIZE 0x40000u
-#define PRIVATE 0xE0000000u
-#define PRIVATE_SIZE 0x100000u
-#define RAM_BITS 0x22000000u
-#define PERIPHERAL_BITS 0x42000000u
-#define STEADY_AFTER 1000 /* reads of a steady block without a write after which it is read like memory */
+#define STEADY_AFTER 1000 /* reads of a steady peripheral without a write after which it is read like memory */
 
 /* -- what is where ------------------------------------------------------------------------------------ */
 
@@ -30,19 +24,20 @@ const uint8_t *core_bytes_at(const Core *core, uint32_t address, uint32_t size) 
 }
 
 static bool is_registers(uint32_t address) {
-  return address - PERIPHERALS < PERIPHERALS_SIZE || address - PRIVATE < PRIVATE_SIZE || address - OTG < OTG_SIZE;
+  return address - PERIPHERALS_BASE < PERIPHERALS_SIZE || address - PRIVATE_BASE < PRIVATE_SIZE ||
+      address - OTG_BASE < OTG_SIZE;
 }
 
 /* The place of a bit of the peripherals' alias: a word for every bit (PM0214 2.2.5). */
 static bool is_peripheral_bit(uint32_t address, uint32_t *word, unsigned *bit) {
-  uint32_t offset = address - PERIPHERAL_BITS, byte = offset >> 5;
-  *word = PERIPHERALS + (byte & ~3u);
+  uint32_t offset = address - PERIPHERAL_BITS_BASE, byte = offset >> 5;
+  *word = PERIPHERALS_BASE + (byte & ~3u);
   *bit = (byte & 3) * 8 + (offset >> 2 & 7);
   return offset < 32 * PERIPHERALS_SIZE;
 }
 
 static bool is_ram_bit(uint32_t address, uint32_t *byte, unsigned *bit) {
-  uint32_t offset = address - RAM_BITS;
+  uint32_t offset = address - RAM_BITS_BASE;
   *byte = offset >> 5;
   *bit = offset >> 2 & 7;
   return offset < 32 * RAM_SIZE;
@@ -78,24 +73,24 @@ static inline void charge(Chip *chip, uint32_t address, int64_t before) {
   cost->work += chip->work - before;
 }
 
-static uint32_t load_there(Chip *chip, Block *block, uint32_t address, unsigned size, int64_t *until_ps) {
-  if (block) {
-    return block_read(block, address - block->base, size, until_ps);
+static uint32_t load_there(Chip *chip, Peripheral *peripheral, uint32_t address, unsigned size, int64_t *until_ps) {
+  if (peripheral) {
+    return peripheral_read(peripheral, address - peripheral->base, size, until_ps);
   }
   return python_load(chip, address, size, until_ps);
 }
 
-static uint32_t load(Chip *chip, Block *block, uint32_t address, unsigned size, int64_t *until_ps) {
+static uint32_t load(Chip *chip, Peripheral *peripheral, uint32_t address, unsigned size, int64_t *until_ps) {
   int64_t before = chip->work;
-  uint32_t value = load_there(chip, block, address, size, until_ps);
+  uint32_t value = load_there(chip, peripheral, address, size, until_ps);
   charge(chip, address, before);
   return value;
 }
 
-static inline void store(Chip *chip, Block *block, uint32_t address, unsigned size, uint32_t value) {
+static inline void store(Chip *chip, Peripheral *peripheral, uint32_t address, unsigned size, uint32_t value) {
   int64_t before = chip->work;
-  if (block) {
-    block_write(block, address - block->base, size, value);
+  if (peripheral) {
+    peripheral_write(peripheral, address - peripheral->base, size, value);
   } else {
     python_store(chip, address, size, value);
   }
@@ -119,7 +114,7 @@ bool bus_load(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
   if (!is_registers(address)) {
     return false;
   }
-  *value = load(chip, chip_block_at(chip, address), address, size, &until_ps);
+  *value = load(chip, chip_peripheral_at(chip, address), address, size, &until_ps);
   return true;
 }
 
@@ -132,12 +127,12 @@ bool bus_store(Chip *chip, uint32_t address, unsigned size, uint32_t value) {
   if (!is_registers(address)) {
     return false;
   }
-  store(chip, chip_block_at(chip, address), address, size, value);
+  store(chip, chip_peripheral_at(chip, address), address, size, value);
   return true;
 }
 
 int32_t fcu_load(Chip *chip, uint32_t address, uint32_t size, uint32_t *value) {
-  remembered_outdate(chip);
+  python_registers_outdate(chip);
   chip_settle(chip);
   return bus_load(chip, address, size, value);
 }
@@ -151,17 +146,17 @@ int32_t fcu_store(Chip *chip, uint32_t address, uint32_t size, uint32_t value) {
 
 /* It is the time of the access in flight, and everything due by now has happened. */
 static inline void arrive(Chip *chip) {
-  chip->now_ps = timeline_ps(&chip->timeline, (int64_t)chip->core.counter - 1);
+  chip->now_ps = cycle_clock_ps(&chip->cycle_clock, (int64_t)chip->core.counter - 1);
   if (chip->due_ps <= chip->now_ps || chip->host_next_ps <= chip->now_ps) {
     chip_settle(chip);
   }
 }
 
 static inline void depart(Chip *chip) {
-  bool sooner = chip->next_ps < chip->machine.end_ps || chip->host_next_ps < chip->machine.end_ps;
-  if (sooner || chip->nvic.changed || chip->must_stop || chip->machine.reset_reason || chip->machine.halting ||
+  bool sooner = chip->next_ps < chip->run_loop.end_ps || chip->host_next_ps < chip->run_loop.end_ps;
+  if (sooner || chip->nvic.changed || chip->must_stop || chip->run_loop.reset_reason || chip->run_loop.halting ||
       chip->work > chip->work_limit) {
-    machine_end_in_time(chip);
+    run_loop_end_in_time(chip);
   }
 }
 
@@ -176,9 +171,9 @@ static bool read_bit(Chip *chip, uint32_t address, uint32_t *value) {
   if (!is_peripheral_bit(address, &place, &bit)) {
     return false;
   }
-  waiting_disturb(chip);
+  poll_skip_disturb(chip);
   arrive(chip);
-  *value = load(chip, chip_block_at(chip, place), place, 4, &until_ps) >> bit & 1;
+  *value = load(chip, chip_peripheral_at(chip, place), place, 4, &until_ps) >> bit & 1;
   depart(chip);
   return true;
 }
@@ -188,99 +183,100 @@ static bool write_bit(Chip *chip, uint32_t address, uint32_t value) {
   unsigned bit;
   int64_t until_ps;
   if (is_ram_bit(address, &place, &bit)) {
-    waiting_disturb(chip);
+    poll_skip_disturb(chip);
     flip_ram_bit(chip, place, bit, value);
     return true;
   }
   if (!is_peripheral_bit(address, &place, &bit)) {
     return false;
   }
-  waiting_disturb(chip);
+  poll_skip_disturb(chip);
   arrive(chip);
-  Block *block = chip_block_at(chip, place);
-  uint32_t old = load(chip, block, place, 4, &until_ps);
-  store(chip, block, place, 4, (old & ~(1u << bit)) | (value & 1) << bit);
+  Peripheral *peripheral = chip_peripheral_at(chip, place);
+  uint32_t old = load(chip, peripheral, place, 4, &until_ps);
+  store(chip, peripheral, place, 4, (old & ~(1u << bit)) | (value & 1) << bit);
   depart(chip);
   return true;
 }
 
 /* Keep what a register reads for read_again(). Not those that steady reads are for, nor the core's own ones, which
  * change with its state and report some reads. */
-static void keep_polled(Chip *chip, const Block *block, uint32_t address, unsigned size, uint32_t value,
+static void keep_polled(Chip *chip, const Peripheral *peripheral, uint32_t address, unsigned size, uint32_t value,
                         int64_t until_ps) {
-  Polled *polled = waiting_place(&chip->waiting, address);
-  bool is_simple = !(block && block->steady) && address - PERIPHERALS < PERIPHERALS_SIZE && !chip->bare;
+  Polled *polled = poll_skip_slot(&chip->poll_skip, address);
+  bool is_simple = !(peripheral && peripheral->steady) && address - PERIPHERALS_BASE < PERIPHERALS_SIZE && !chip->bare;
   if (is_simple && until_ps >= 0 && polled->address == address) {
     polled->size = size;
     polled->value = value;
     polled->until_ps = until_ps;
-    polled->version = chip->waiting.version;
+    polled->version = chip->poll_skip.version;
   }
 }
 
 /* The same read as before of a register that cannot have changed, in a loop that is not to be compared now: all that
  * read_register() would do. False: it has to do it. */
 static inline bool read_again(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
-  Waiting *waiting = &chip->waiting;
-  Polled *polled = waiting_place(waiting, address);
-  if (polled->address != address || polled->version != waiting->version || polled->size != size ||
-      polled->interest >= WAITING_INTERESTING || waiting->comparing) {
+  PollSkip *poll_skip = &chip->poll_skip;
+  Polled *polled = poll_skip_slot(poll_skip, address);
+  if (polled->address != address || polled->version != poll_skip->version || polled->size != size ||
+      polled->interest >= POLL_SKIP_INTERESTING || poll_skip->comparing) {
     return false;
   }
-  int64_t now_ps = timeline_ps(&chip->timeline, (int64_t)chip->core.counter - 1);
+  int64_t now_ps = cycle_clock_ps(&chip->cycle_clock, (int64_t)chip->core.counter - 1);
   if (now_ps >= polled->until_ps || now_ps >= chip->due_ps || now_ps >= chip->host_next_ps) {
     return false;
   }
   chip->now_ps = now_ps;
   *value = polled->value;
   charge(chip, address, chip->work);
-  waiting->accesses++;
+  poll_skip->accesses++;
   polled->interest++;
   if (UNLIKELY(chip->work > chip->work_limit)) {
-    machine_end_in_time(chip);
+    run_loop_end_in_time(chip);
   }
   return true;
 }
 
-static bool read_register(Chip *chip, Block *block, uint32_t address, unsigned size, uint32_t *value) {
+static bool read_register(Chip *chip, Peripheral *peripheral, uint32_t address, unsigned size, uint32_t *value) {
   int64_t until_ps;
   arrive(chip);
-  *value = load(chip, block, address, size, &until_ps);
+  *value = load(chip, peripheral, address, size, &until_ps);
   depart(chip);
   if (until_ps < 0) {
-    waiting_disturb(chip);
-  } else if (waiting_polled(chip, address, until_ps)) {
+    poll_skip_disturb(chip);
+  } else if (poll_skip_polled(chip, address, until_ps)) {
     arrive(chip);
-    *value = load(chip, block, address, size, &until_ps);
+    *value = load(chip, peripheral, address, size, &until_ps);
     depart(chip);
   }
-  keep_polled(chip, block, address, size, *value, until_ps);
+  keep_polled(chip, peripheral, address, size, *value, until_ps);
   return true;
 }
 
 /* The core reads an aligned address outside of its memories; false where nothing answers. */
 static bool read_outside(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
-  return is_registers(address) ? read_register(chip, chip_block_at(chip, address), address, size, value)
+  return is_registers(address) ? read_register(chip, chip_peripheral_at(chip, address), address, size, value)
                                : read_bit(chip, address, value);
 }
 
 /* Loops that show a state write the same to a register all the time. */
-static bool changes_nothing(const Block *block, uint32_t address, unsigned size, uint32_t value) {
+static bool changes_nothing(const Peripheral *peripheral, uint32_t address, unsigned size, uint32_t value) {
   uint32_t shift = 8 * (address & 3), mask = mask_of(size) << shift;
-  return block && block->clocked && block_knows(block, address) && block->type->changes_nothing &&
-         block->type->changes_nothing(block, (address - block->base) & ~3u, value << shift & mask, mask);
+  return peripheral && peripheral->clocked && peripheral_knows(peripheral, address) &&
+      peripheral->type->changes_nothing &&
+         peripheral->type->changes_nothing(peripheral, (address - peripheral->base) & ~3u, value << shift & mask, mask);
 }
 
 static void write_register(Chip *chip, uint32_t address, unsigned size, uint32_t value) {
-  Block *block = chip_block_at(chip, address);
-  if (!chip->waiting.comparing || !changes_nothing(block, address, size, value)) {
-    waiting_disturb(chip);
+  Peripheral *peripheral = chip_peripheral_at(chip, address);
+  if (!chip->poll_skip.comparing || !changes_nothing(peripheral, address, size, value)) {
+    poll_skip_disturb(chip);
   }
-  if (block) {
-    block->looks = 0;
+  if (peripheral) {
+    peripheral->looks = 0;
   }
   arrive(chip);
-  store(chip, block, address, size, value);
+  store(chip, peripheral, address, size, value);
   depart(chip);
 }
 
@@ -307,7 +303,7 @@ bool core_is_aligned(Core *core, uint32_t address) {
 }
 
 static void report(Chip *chip, uint32_t address, unsigned size, bool written) {
-  chip->now_ps = timeline_ps(&chip->timeline, (int64_t)chip->core.counter - 1);
+  chip->now_ps = cycle_clock_ps(&chip->cycle_clock, (int64_t)chip->core.counter - 1);
   chip->host.accessed(chip->now_ps, address, size, written);
 }
 
@@ -335,14 +331,14 @@ static bool read_unaligned(Core *core, uint32_t address, unsigned size, uint32_t
   return true;
 }
 
-/* A register of a block that firmware polls all the time; false: it has to be asked for. */
+/* A register of a peripheral that firmware polls all the time; false: it has to be asked for. */
 static bool read_steady(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
-  Block *block = chip_block_at(chip, address);
-  if (!block || !block->steady || ++block->looks <= STEADY_AFTER || !block->clocked ||
-      !block_knows(block, address) || is_unaligned(address, size)) {
+  Peripheral *peripheral = chip_peripheral_at(chip, address);
+  if (!peripheral || !peripheral->steady || ++peripheral->looks <= STEADY_AFTER || !peripheral->clocked ||
+      !peripheral_knows(peripheral, address) || is_unaligned(address, size)) {
     return false;
   }
-  *value = block->type->peek(block, (address - block->base) & ~3u) >> 8 * (address & 3);
+  *value = peripheral->type->peek(peripheral, (address - peripheral->base) & ~3u) >> 8 * (address & 3);
   *value &= mask_of(size);
   return true;
 }
@@ -352,7 +348,7 @@ static __attribute__((noinline)) bool read_any(Core *core, uint32_t address, uns
   if (UNLIKELY((core->watches || core->unalign_trp) && !look_at_access(core, address, size, false))) {
     return false;
   }
-  const uint8_t *bytes = address < PERIPHERALS ? core_bytes_at(core, address, size) : NULL;
+  const uint8_t *bytes = address < PERIPHERALS_BASE ? core_bytes_at(core, address, size) : NULL;
   if (bytes) {
     *value = 0;
     copy(value, bytes, size);
@@ -384,7 +380,7 @@ static void log_words(Core *core, uint32_t address, unsigned size, uint32_t valu
   copy((uint8_t *)&now + (address - first), &value, size);
   for (uint32_t word = first; word <= last; word += 4, old >>= 32, now >>= 32) {
     if ((uint32_t)old != (uint32_t)now) {
-      waiting_log(core->chip, word, (uint32_t)old);
+      poll_skip_log(core->chip, word, (uint32_t)old);
     }
   }
 }

@@ -1,4 +1,5 @@
-/* The chip as a whole: its life, snapshots of it, and what its blocks share: accesses, events, clocks, lines, pins. */
+/* The chip as a whole: its life, snapshots of it, and what its peripherals share: accesses, events, clocks, lines,
+ * pins. */
 #include "fcu.h"
 
 #include <stdarg.h>
@@ -6,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define PYTHON 63 /* among the blocks that may hold an NVIC input active: those in Python */
+#define PYTHON 63 /* among the peripherals that may hold an NVIC input active: those in Python */
 
 /* -- its life -------------------------------------------------------------------------------------------- */
 
@@ -32,7 +33,7 @@ Chip *fcu_create(const Host *host) {
   nvic_reset(&chip->nvic);
   dwt_create(chip);
   scb_create(chip);
-  systick_create(chip, &chip->scb.block);
+  systick_create(chip, &chip->scb.peripheral);
   if (!gpio_create(chip)) {
     fcu_destroy(chip);
     return NULL;
@@ -41,14 +42,14 @@ Chip *fcu_create(const Host *host) {
   timers_create(chip);
   dma_create(chip);
   usarts_create(chip);
-  targets_create(chip);
+  read_cache_create(chip);
   i2c_create(chip);
   spi_create(chip);
-  machine_create(chip);
-  idle_create(chip);
-  chip->waiting.enabled = 1;
+  run_loop_create(chip);
+  idle_skip_create(chip);
+  chip->poll_skip.enabled = 1;
   exceptions_reset(chip);
-  waiting_forget(chip);
+  poll_skip_forget(chip);
   return chip;
 }
 
@@ -59,8 +60,8 @@ void fcu_destroy(Chip *chip) {
 }
 
 void fcu_configure(Chip *chip, int64_t cycles_num, int64_t cycles_den, int32_t skip) {
-  timeline_create(&chip->timeline, cycles_num, cycles_den, chip->clocks.hclk_hz);
-  chip->waiting.enabled = skip;
+  cycle_clock_create(&chip->cycle_clock, cycles_num, cycles_den, chip->clocks.hclk_hz);
+  chip->poll_skip.enabled = skip;
 }
 
 uint8_t *fcu_flash(Chip *chip) { return chip->flash; }
@@ -73,10 +74,10 @@ void fcu_status(const Chip *chip, Status *status) {
   const Nvic *nvic = &chip->nvic;
   const Core *core = &chip->core;
   *status = (Status){
-      .now_ps = timeline_ps(&chip->timeline, 0),
-      .retired = timeline_retired(&chip->timeline),
-      .skipped = chip->waiting.skipped,
-      .accesses = chip->waiting.accesses,
+      .now_ps = cycle_clock_ps(&chip->cycle_clock, 0),
+      .retired = cycle_clock_retired(&chip->cycle_clock),
+      .skipped = chip->poll_skip.skipped,
+      .accesses = chip->poll_skip.accesses,
       .thread_ps = chip->exceptions.thread_ps,
       .pending = {nvic->pending[0], nvic->pending[1]},
       .enabled = {nvic->enabled[0], nvic->enabled[1]},
@@ -85,7 +86,7 @@ void fcu_status(const Chip *chip, Status *status) {
       .lowest = chip->exceptions.lowest,
       .locked_up = chip->exceptions.locked_up,
       .locked_up_pc = chip->exceptions.locked_up_pc,
-      .asleep = chip->machine.asleep,
+      .asleep = chip->run_loop.asleep,
   };
 }
 
@@ -105,7 +106,7 @@ void fcu_costliest(const Chip *chip, Costliest *found) {
   for (int n = 0; n < PAGES; n++) {
     most = dearer(&costs->accesses[n], most, COST_ACCESSES, n, found);
   }
-  for (int n = 0; n < chip->block_count; n++) {
+  for (int n = 0; n < chip->peripheral_count; n++) {
     most = dearer(&costs->events[n], most, COST_EVENTS, n, found);
   }
   for (int n = 0; n < EXCEPTIONS; n++) {
@@ -126,158 +127,158 @@ void fcu_restore(Chip *chip, const void *snapshot) {
   Core *core = &chip->core;
   uint32_t watches = core->watches, begin = core->data_begin, end = core->data_end;
   uint32_t code_in_ram = (core->slow_stores | saved->core.slow_stores) & STORES_CHANGE_CODE;
-  uint8_t debugged = chip->machine.debugged;
+  uint8_t debugged = chip->run_loop.debugged;
   int64_t edges = chip->gpio.edge_count;
   bool other_code = core->fpu_on != saved->core.fpu_on || code_in_ram ||
                     memcmp(chip->flash, saved->flash, sizeof chip->flash) != 0;
   memcpy(chip, saved, sizeof *chip);
   core->unlinked = NULL;
   core->slow_stores |= code_in_ram;
-  chip->machine.debugged = debugged;
+  chip->run_loop.debugged = debugged;
   chip->gpio.edge_count = chip->gpio.edges_taken = edges; /* those since are forgotten */
-  remembered_outdate(chip);
+  python_registers_outdate(chip);
   if (other_code) {
     fcu_forget_code(chip);
   }
   fcu_watch_memory(chip, (int32_t)watches, begin, end);
 }
 
-/* -- blocks ---------------------------------------------------------------------------------------------- */
+/* -- peripherals ---------------------------------------------------------------------------------------------- */
 
-void block_create(Chip *chip, Block *block, const BlockType *type, uint32_t base, uint32_t size,
+void peripheral_create(Chip *chip, Peripheral *peripheral, const PeripheralType *type, uint32_t base, uint32_t size,
                   const int16_t *offsets) {
-  *block = (Block){.type = type, .chip = chip, .base = base, .size = size, .clocked = 1};
-  block->index = chip->block_count;
-  chip->blocks[chip->block_count++] = block;
+  *peripheral = (Peripheral){.type = type, .chip = chip, .base = base, .size = size, .clocked = 1};
+  peripheral->index = chip->peripheral_count;
+  chip->peripherals[chip->peripheral_count++] = peripheral;
   for (; *offsets >= 0; offsets++) {
-    block->known[*offsets >> 7] |= 1u << (*offsets >> 2 & 31);
+    peripheral->known[*offsets >> 7] |= 1u << (*offsets >> 2 & 31);
   }
-  for (uint32_t at = 0; at < size && base - PERIPHERALS < PERIPHERALS_SIZE; at += 0x400) {
-    chip->pages[(base - PERIPHERALS + at) >> 10] = block;
+  for (uint32_t at = 0; at < size && base - PERIPHERALS_BASE < PERIPHERALS_SIZE; at += 0x400) {
+    chip->pages[(base - PERIPHERALS_BASE + at) >> 10] = peripheral;
   }
 }
 
-void block_knows_all(Block *block) { memset(block->known, 0xFF, sizeof block->known); }
+void peripheral_knows_all(Peripheral *peripheral) { memset(peripheral->known, 0xFF, sizeof peripheral->known); }
 
 /* Reported once: the next time of the same kind nothing is called. */
-static void touched(Block *block, uint32_t offset, enum Touched what) {
-  uint32_t address = block->base + offset;
+static void touched(Peripheral *peripheral, uint32_t offset, enum Touched what) {
+  uint32_t address = peripheral->base + offset;
   enum Forgotten kind = what <= WRITE_UNCLOCKED ? WITHOUT_CLOCK : WITHOUT_REGISTER;
-  if (!remembered_forgotten(block->chip, address, kind)) {
-    remembered_forget(block->chip, address, kind);
-    block->chip->host.touched(block->chip->now_ps, block->index, offset, what);
+  if (!python_registers_forgotten(peripheral->chip, address, kind)) {
+    python_registers_forget(peripheral->chip, address, kind);
+    peripheral->chip->host.touched(peripheral->chip->now_ps, peripheral->index, offset, what);
   }
 }
 
-uint32_t block_read(Block *block, uint32_t offset, unsigned size, int64_t *until_ps) {
+uint32_t peripheral_read(Peripheral *peripheral, uint32_t offset, unsigned size, int64_t *until_ps) {
   uint32_t word = offset & ~3u;
   *until_ps = NEVER_PS;
-  if (!block->clocked) {
-    touched(block, word, READ_UNCLOCKED);
+  if (!peripheral->clocked) {
+    touched(peripheral, word, READ_UNCLOCKED);
     return 0;
   }
-  if (!block_knows(block, block->base + word)) {
-    touched(block, word, READ_UNKNOWN);
+  if (!peripheral_knows(peripheral, peripheral->base + word)) {
+    touched(peripheral, word, READ_UNKNOWN);
     *until_ps = ALREADY_PS;
     return 0;
   }
-  return block->type->read(block, word, until_ps) >> 8 * (offset & 3) & mask_of(size);
+  return peripheral->type->read(peripheral, word, until_ps) >> 8 * (offset & 3) & mask_of(size);
 }
 
-void block_write(Block *block, uint32_t offset, unsigned size, uint32_t value) {
+void peripheral_write(Peripheral *peripheral, uint32_t offset, unsigned size, uint32_t value) {
   uint32_t word = offset & ~3u, shift = 8 * (offset & 3), mask = mask_of(size) << shift;
-  if (!block->clocked) {
-    touched(block, word, WRITE_UNCLOCKED);
-  } else if (!block_knows(block, block->base + word)) {
-    touched(block, word, WRITE_UNKNOWN);
+  if (!peripheral->clocked) {
+    touched(peripheral, word, WRITE_UNCLOCKED);
+  } else if (!peripheral_knows(peripheral, peripheral->base + word)) {
+    touched(peripheral, word, WRITE_UNKNOWN);
   } else {
-    block->type->write(block, word, value << shift & mask, mask);
+    peripheral->type->write(peripheral, word, value << shift & mask, mask);
   }
 }
 
-void block_note(Block *block, int id, enum NoteKind kind, const char *format, ...) {
-  if (id >= 0 && block->noted >> id & 1) {
+void peripheral_note(Peripheral *peripheral, int id, enum NoteKind kind, const char *format, ...) {
+  if (id >= 0 && peripheral->noted >> id & 1) {
     return;
   }
   if (id >= 0) {
-    block->noted |= 1u << id;
+    peripheral->noted |= 1u << id;
   }
   char text[240];
   va_list arguments;
   va_start(arguments, format);
   vsnprintf(text, sizeof text, format, arguments);
   va_end(arguments);
-  block->chip->host.note(block->chip->now_ps, block->index, kind, text);
+  peripheral->chip->host.note(peripheral->chip->now_ps, peripheral->index, kind, text);
 }
 
-/* -- blocks for Python, by index ------------------------------------------------------------------------- */
+/* -- peripherals for Python, by index ------------------------------------------------------------------------- */
 
-int32_t fcu_block_count(const Chip *chip) { return chip->block_count; }
+int32_t fcu_peripheral_count(const Chip *chip) { return chip->peripheral_count; }
 
-uint32_t fcu_block_base(const Chip *chip, int32_t index) { return chip->blocks[index]->base; }
+uint32_t fcu_peripheral_base(const Chip *chip, int32_t index) { return chip->peripherals[index]->base; }
 
-int32_t fcu_block_at(const Chip *chip, uint32_t address) {
-  const Block *block = chip_block_at(chip, address);
-  return block ? block->index : -1;
+int32_t fcu_peripheral_at(const Chip *chip, uint32_t address) {
+  const Peripheral *peripheral = chip_peripheral_at(chip, address);
+  return peripheral ? peripheral->index : -1;
 }
 
-static void gate(Block *block, bool clocked) {
-  bool changed = block->clocked != clocked;
-  block->clocked = clocked;
-  if (changed && block->type->gated) {
-    block->type->gated(block);
+static void gate(Peripheral *peripheral, bool clocked) {
+  bool changed = peripheral->clocked != clocked;
+  peripheral->clocked = clocked;
+  if (changed && peripheral->type->gated) {
+    peripheral->type->gated(peripheral);
   }
 }
 
-void fcu_gate(Chip *chip, uint64_t blocks, uint64_t clocked) {
-  for (int n = 0; blocks; n++, blocks >>= 1) {
-    if (blocks & 1) {
-      gate(chip->blocks[n], clocked >> n & 1);
+void fcu_gate(Chip *chip, uint64_t peripherals, uint64_t clocked) {
+  for (int n = 0; peripherals; n++, peripherals >>= 1) {
+    if (peripherals & 1) {
+      gate(chip->peripherals[n], clocked >> n & 1);
     }
   }
 }
 
-int32_t fcu_is_clocked(const Chip *chip, int32_t index) { return chip->blocks[index]->clocked; }
+int32_t fcu_is_clocked(const Chip *chip, int32_t index) { return chip->peripherals[index]->clocked; }
 
 void fcu_gate_python(Chip *chip, uint32_t address, int32_t clocked) {
-  chip->remembered.unclocked[page_of(address)] = !clocked;
-  remembered_outdate(chip);
+  chip->python_registers.unclocked[page_of(address)] = !clocked;
+  python_registers_outdate(chip);
 }
 
-void fcu_reset_blocks(Chip *chip, uint64_t blocks) {
-  for (int n = 0; blocks; n++, blocks >>= 1) {
-    if (blocks & 1) {
-      chip->blocks[n]->type->reset(chip->blocks[n]);
+void fcu_reset_peripherals(Chip *chip, uint64_t peripherals) {
+  for (int n = 0; peripherals; n++, peripherals >>= 1) {
+    if (peripherals & 1) {
+      chip->peripherals[n]->type->reset(chip->peripherals[n]);
     }
   }
 }
 
-uint32_t fcu_read_block(Chip *chip, int32_t index, uint32_t offset) {
+uint32_t fcu_read_peripheral(Chip *chip, int32_t index, uint32_t offset) {
   chip_settle(chip);
   chip->until_ps = NEVER_PS;
-  return chip->blocks[index]->type->read(chip->blocks[index], offset, &chip->until_ps);
+  return chip->peripherals[index]->type->read(chip->peripherals[index], offset, &chip->until_ps);
 }
 
-uint32_t fcu_peek_block(Chip *chip, int32_t index, uint32_t offset) {
-  return chip->blocks[index]->type->peek(chip->blocks[index], offset);
+uint32_t fcu_peek_peripheral(Chip *chip, int32_t index, uint32_t offset) {
+  return chip->peripherals[index]->type->peek(chip->peripherals[index], offset);
 }
 
 int32_t fcu_is_pure(Chip *chip, int32_t index, uint32_t offset) {
-  const Block *block = chip->blocks[index];
-  return !block->type->is_pure || block->type->is_pure(block, offset);
+  const Peripheral *peripheral = chip->peripherals[index];
+  return !peripheral->type->is_pure || peripheral->type->is_pure(peripheral, offset);
 }
 
-void fcu_write_block(Chip *chip, int32_t index, uint32_t offset, uint32_t value, uint32_t mask) {
+void fcu_write_peripheral(Chip *chip, int32_t index, uint32_t offset, uint32_t value, uint32_t mask) {
   chip_settle(chip);
-  chip->blocks[index]->type->write(chip->blocks[index], offset, value & mask, mask);
+  chip->peripherals[index]->type->write(chip->peripherals[index], offset, value & mask, mask);
 }
 
 /* -- events ---------------------------------------------------------------------------------------------- */
 
-int event_create(Block *block, Fire fire) {
-  Chip *chip = block->chip;
+int event_create(Peripheral *peripheral, Fire fire) {
+  Chip *chip = peripheral->chip;
   chip->event_fire[chip->event_count] = fire;
-  chip->event_block[chip->event_count] = block;
+  chip->event_peripheral[chip->event_count] = peripheral;
   return chip->event_count++;
 }
 
@@ -301,13 +302,13 @@ static void plan(Chip *chip, int event, int64_t at_ps, bool deferred) {
   chip->deferred = (chip->deferred & ~(UINT64_C(1) << event)) | (uint64_t)deferred << event;
   if (before_ps <= chip->next_ps || before_ps <= chip->due_ps) {
     look_at_events(chip); /* it may have been the earliest one */
-    machine_end_in_time(chip);
+    run_loop_end_in_time(chip);
     return;
   }
   chip->due_ps = at_ps < chip->due_ps ? at_ps : chip->due_ps;
   if (!deferred && at_ps < chip->next_ps) {
     chip->next_ps = at_ps;
-    machine_end_in_time(chip);
+    run_loop_end_in_time(chip);
   }
 }
 
@@ -333,12 +334,12 @@ static void fire_earliest(Chip *chip) {
     }
   }
   int64_t before = chip->work;
-  waiting_outdate(&chip->waiting);
-  Cost *cost = &chip->costs.events[chip->event_block[earliest]->index];
+  poll_skip_outdate(&chip->poll_skip);
+  Cost *cost = &chip->costs.events[chip->event_peripheral[earliest]->index];
   chip->now_ps = chip->due_ps;
   chip->event_ps[earliest] = NEVER_PS;
   look_at_events(chip);
-  chip->event_fire[earliest](chip->event_block[earliest]);
+  chip->event_fire[earliest](chip->event_peripheral[earliest]);
   chip->work += WORK_EVENT;
   cost->times++;
   cost->work += chip->work - before;
@@ -348,7 +349,7 @@ static void fire_earliest(Chip *chip) {
 static void advance_python(Chip *chip) {
   int64_t before = chip->work;
   chip->now_ps = chip->host_next_ps;
-  remembered_outdate(chip);
+  python_registers_outdate(chip);
   chip->host.advance(chip->now_ps);
   chip->costs.python_events.times++;
   chip->costs.python_events.work += chip->work - before;
@@ -378,12 +379,12 @@ void chip_settle(Chip *chip) {
 }
 
 void fcu_advance(Chip *chip, int64_t to_ps) {
-  remembered_outdate(chip);
+  python_registers_outdate(chip);
   chip_advance(chip, to_ps);
 }
 
 void fcu_settle(Chip *chip) {
-  remembered_outdate(chip);
+  python_registers_outdate(chip);
   chip_settle(chip);
 }
 
@@ -402,10 +403,10 @@ int64_t common_divisor(int64_t a, int64_t b) {
 
 void fcu_set_clocks(Chip *chip, const Clocks *clocks) {
   chip->clocks = *clocks;
-  machine_set_rate(chip);
-  for (int n = 0; n < chip->block_count; n++) {
-    if (chip->blocks[n]->type->clocks_changed) {
-      chip->blocks[n]->type->clocks_changed(chip->blocks[n]);
+  run_loop_set_rate(chip);
+  for (int n = 0; n < chip->peripheral_count; n++) {
+    if (chip->peripherals[n]->type->clocks_changed) {
+      chip->peripherals[n]->type->clocks_changed(chip->peripherals[n]);
     }
   }
 }
@@ -418,13 +419,15 @@ static void set_irq(Chip *chip, int source, int number, bool level) {
     return;
   }
   nvic_set_line(&chip->nvic, FIRST_INTERRUPT + number, after != 0);
-  machine_end_in_time(chip);
+  run_loop_end_in_time(chip);
   if (chip->irq_changed) {
     chip->irq_changed(chip->now_ps, number, after != 0);
   }
 }
 
-void block_change_irq(Block *block, int number, bool level) { set_irq(block->chip, block->index, number, level); }
+void peripheral_change_irq(Peripheral *peripheral, int number, bool level) {
+  set_irq(peripheral->chip, peripheral->index, number, level);
+}
 
 void fcu_set_irq(Chip *chip, int32_t number, int32_t level) { set_irq(chip, PYTHON, number, level != 0); }
 

@@ -1,38 +1,34 @@
-/* The chip: all of its blocks in one struct, and the wiring between them.
+/* The chip: all of its peripherals in one struct, and the wiring between them.
  *
- * What Python keeps: rare blocks (RCC, PWR, FLASH, ADC, RTC, CRC, watchdogs, DBGMCU), everything outside of the
+ * What Python keeps: rare peripherals (RCC, PWR, FLASH, ADC, RTC, CRC, watchdogs, DBGMCU), everything outside of the
  * chip, and its own clock with its own events. C calls it through struct Host.
  */
 #ifndef FCU_CHIP_H
 #define FCU_CHIP_H
 
-#include "block.h"
+#include "peripherals/peripheral.h"
 #include "bus.h"
-#include "core.h"
-#include "dma.h"
-#include "dwt.h"
-#include "exceptions.h"
-#include "exti.h"
-#include "gpio.h"
-#include "i2c.h"
-#include "machine.h"
-#include "nvic.h"
-#include "scb.h"
-#include "spi.h"
-#include "systick.h"
-#include "target.h"
-#include "tim.h"
-#include "timeline.h"
-#include "usart.h"
-#include "work.h"
+#include "cpu/core.h"
+#include "peripherals/dma.h"
+#include "peripherals/dwt.h"
+#include "cpu/exceptions.h"
+#include "peripherals/exti.h"
+#include "peripherals/gpio.h"
+#include "peripherals/i2c.h"
+#include "cpu/run_loop.h"
+#include "peripherals/nvic.h"
+#include "peripherals/scb.h"
+#include "peripherals/spi.h"
+#include "peripherals/systick.h"
+#include "peripherals/read_cache.h"
+#include "peripherals/tim.h"
+#include "cpu/cycle_clock.h"
+#include "peripherals/usart.h"
+#include "cpu/work.h"
 
 #define EVENTS 64
-#define BLOCKS COST_BLOCKS
+#define MAX_PERIPHERALS COST_PERIPHERALS
 #define INTERRUPTS 85 /* RM0368 table 38 */
-#define PERIPHERALS 0x40000000u
-#define PERIPHERALS_SIZE 0x80000u
-#define SYSTEM_CONTROL_SPACE 0xE000E000u
-#define DATA_WATCHPOINT 0xE0001000u
 
 /* What firmware did to a register that cannot take it. */
 enum Touched { READ_UNCLOCKED, WRITE_UNCLOCKED, READ_UNKNOWN, WRITE_UNKNOWN };
@@ -42,12 +38,12 @@ typedef struct {
   void (*advance)(int64_t now_ps); /* its clock has something due by now */
   uint32_t (*read)(int64_t now_ps, uint32_t address, uint32_t size);
   void (*write)(int64_t now_ps, uint32_t address, uint32_t size, uint32_t value);
-  void (*note)(int64_t now_ps, int32_t block, int32_t kind, const char *text);
-  void (*touched)(int64_t now_ps, int32_t block, uint32_t offset, int32_t what);
+  void (*note)(int64_t now_ps, int32_t peripheral, int32_t kind, const char *text);
+  void (*touched)(int64_t now_ps, int32_t peripheral, uint32_t offset, int32_t what);
   /* A fault; registers and stack are still those of the instruction. */
   void (*fault)(int64_t now_ps, int32_t exception, uint32_t status, uint32_t hard, uint32_t address);
   void (*locked_up)(int64_t now_ps, uint32_t pc);
-  /* The chip is being reset: put all blocks, those in C too, into their state after reset, RCC last. */
+  /* The chip is being reset: put all peripherals, those in C too, into their state after reset, RCC last. */
   void (*reset)(int64_t now_ps, int32_t reason);
   void (*accessed)(int64_t now_ps, uint32_t address, uint32_t size, int32_t written); /* what is watched */
 } Host;
@@ -73,20 +69,20 @@ struct Chip {
   Clocks clocks;
 
   /* The processor. */
-  Timeline timeline;
-  Machine machine;
+  CycleClock cycle_clock;
+  RunLoop run_loop;
   Nvic nvic;
   Exceptions exceptions;
   Scb scb;
   SysTick systick;
   Dwt dwt;
-  Waiting waiting;
-  Idle idle;
+  PollSkip poll_skip;
+  IdleSkip idle_skip;
 
-  Block *blocks[BLOCKS];
-  int32_t block_count;
-  Block *pages[PERIPHERALS_SIZE >> 10]; /* the block at each kilobyte; NULL: Python's */
-  Remembered remembered;
+  Peripheral *peripherals[MAX_PERIPHERALS];
+  int32_t peripheral_count;
+  Peripheral *pages[PERIPHERALS_SIZE >> 10]; /* the peripheral at each kilobyte; NULL: Python's */
+  PythonRegisters python_registers;
   Costs costs;
 
   /* Events. next_ps: the earliest scheduled one; due_ps: the earliest of all. */
@@ -94,10 +90,10 @@ struct Chip {
   int64_t event_ps[EVENTS];
   uint64_t event_order[EVENTS], order, deferred; /* deferred: bit = event */
   Fire event_fire[EVENTS];
-  Block *event_block[EVENTS];
+  Peripheral *event_peripheral[EVENTS];
   int32_t event_count;
 
-  uint64_t irq_sources[INTERRUPTS]; /* which blocks hold it active: bit = index; bit 63 is Python's */
+  uint64_t irq_sources[INTERRUPTS]; /* which peripherals hold it active: bit = index; bit 63 is Python's */
   void (*irq_changed)(int64_t now_ps, int32_t number, int32_t level); /* NULL: nobody watches */
   int8_t alternate[PORTS][16];      /* the alternate function each pin is switched to; -1: none */
 
@@ -107,12 +103,12 @@ struct Chip {
   Exti exti;
   Timers timers;
   Usarts usarts;
-  I2c i2c[I2C_BLOCKS];
-  Targets targets;
+  I2c i2c[I2C_COUNT];
+  ReadCache read_cache;
   Spi spi[SPIS];
 
   Core core;
-  uint8_t ram[RAM_SIZE], flash[FLASH_SIZE], system_memory[SYSTEM_SIZE];
+  uint8_t ram[RAM_SIZE], flash[FLASH_SIZE], system_memory[SYSTEM_MEMORY_SIZE];
 };
 
 /* Carry out everything due up to to_ps in order of time, Python's events included; then it is to_ps. At the same
@@ -122,9 +118,9 @@ void chip_advance(Chip *chip, int64_t to_ps);
 void chip_settle(Chip *chip);
 /* The index of a port's letter. */
 int port_index(char port);
-/* The block at an address; NULL if it is Python's or there is none. */
-static inline Block *chip_block_at(const Chip *chip, uint32_t address) {
-  uint32_t offset = address - PERIPHERALS;
+/* The peripheral at an address; NULL if it is Python's or there is none. */
+static inline Peripheral *chip_peripheral_at(const Chip *chip, uint32_t address) {
+  uint32_t offset = address - PERIPHERALS_BASE;
   if (UNLIKELY(chip->bare)) {
     return NULL;
   }
@@ -132,23 +128,23 @@ static inline Block *chip_block_at(const Chip *chip, uint32_t address) {
     return chip->pages[offset >> 10];
   }
   switch (address >> 12) {
-  case SYSTEM_CONTROL_SPACE >> 12: return (Block *)&chip->scb.block;
-  case DATA_WATCHPOINT >> 12: return (Block *)&chip->dwt.block;
+  case SCS_BASE >> 12: return (Peripheral *)&chip->scb.peripheral;
+  case DWT_BASE >> 12: return (Peripheral *)&chip->dwt.peripheral;
   default: return NULL;
   }
 }
 
-/* The block holds NVIC input `number` (RM0368 table 38) active or not; shared inputs are ORed. block_change_irq() is
- * for another level than before; most calls have the same one. */
-void block_change_irq(Block *block, int number, bool level);
-static inline void block_set_irq(Block *block, int number, bool level) {
-  if ((block->chip->irq_sources[number] >> block->index & 1) != level) {
-    block_change_irq(block, number, level);
+/* The peripheral holds NVIC input `number` (RM0368 table 38) active or not; shared inputs are ORed.
+ * peripheral_change_irq() is for another level than before; most calls have the same one. */
+void peripheral_change_irq(Peripheral *peripheral, int number, bool level);
+static inline void peripheral_set_irq(Peripheral *peripheral, int number, bool level) {
+  if ((peripheral->chip->irq_sources[number] >> peripheral->index & 1) != level) {
+    peripheral_change_irq(peripheral, number, level);
   }
 }
 
-/* An access to a register at chip->now_ps by whoever it is; the block is there. *until_ps as in BlockType. */
-uint32_t block_read(Block *block, uint32_t offset, unsigned size, int64_t *until_ps);
-void block_write(Block *block, uint32_t offset, unsigned size, uint32_t value);
+/* An access to a register at chip->now_ps by whoever it is; the peripheral is there. *until_ps as in PeripheralType. */
+uint32_t peripheral_read(Peripheral *peripheral, uint32_t offset, unsigned size, int64_t *until_ps);
+void peripheral_write(Peripheral *peripheral, uint32_t offset, unsigned size, uint32_t value);
 
 #endif

@@ -21,7 +21,8 @@ Chip *fcu_create(const Host *host);
 void fcu_destroy(Chip *chip);
 /* Before power-on: cycles that an instruction takes, as a fraction; whether waiting loops are skipped. */
 void fcu_configure(Chip *chip, int64_t cycles_num, int64_t cycles_den, int32_t skip);
-/* FLASH_SIZE, RAM_SIZE and SYSTEM_SIZE bytes; whoever changes what may have been executed calls fcu_forget_code(). */
+/* FLASH_SIZE, RAM_SIZE and SYSTEM_MEMORY_SIZE bytes; whoever changes what may have been executed calls
+ * fcu_forget_code(). */
 uint8_t *fcu_flash(Chip *chip);
 uint8_t *fcu_ram(Chip *chip);
 uint8_t *fcu_system_memory(Chip *chip);
@@ -35,15 +36,15 @@ void fcu_write_registers(Chip *chip, const int32_t *numbers, const uint32_t *val
 int32_t fcu_thumb(const Chip *chip);
 void fcu_set_thumb(Chip *chip, int32_t thumb);
 
-/* -- running: machine.c ----------------------------------------------------------------------------------- */
+/* -- running: run_loop.c ----------------------------------------------------------------------------------- */
 
-/* Power-on, and the state after reset (ARMv7-M ARM B1.5.5): registers, blocks, SP and PC from the vector table. RAM
- * stays. */
+/* Power-on, and the state after reset (ARMv7-M ARM B1.5.5): registers, peripherals, SP and PC from the vector table.
+ * RAM stays. */
 void fcu_start(Chip *chip);
 /* Run up to and including at_ps: enum Ended. */
 int32_t fcu_run_until(Chip *chip, int64_t at_ps);
-/* Execute so many instructions without time, exceptions and blocks, every register being Python's: enum Stop. past:
- * also if there is a breakpoint on the first one. */
+/* Execute so many instructions without time, exceptions and peripherals, every register being Python's: enum Stop.
+ * past: also if there is a breakpoint on the first one. */
 int32_t fcu_execute(Chip *chip, int64_t instructions, int32_t past);
 /* In an access: end that after the instruction in flight. */
 void fcu_cut(Chip *chip);
@@ -58,7 +59,7 @@ void fcu_reset_now(Chip *chip, int32_t reason);
  * table at an address; 0 if the stack or the table is no memory. For fcu_execute(). In exceptions.c. */
 int32_t fcu_enter_exception(Chip *chip, int32_t number, uint32_t vectors);
 
-/* -- debugging: machine.c --------------------------------------------------------------------------------- */
+/* -- debugging: run_loop.c --------------------------------------------------------------------------------- */
 
 /* Stand still before the next instruction; an exception being entered is entered first. */
 void fcu_halt(Chip *chip);
@@ -72,11 +73,11 @@ void fcu_wake(Chip *chip);
 void fcu_debug(Chip *chip, int32_t on);
 int32_t fcu_met_breakpoint_instruction(Chip *chip);
 
-/* -- code: blocks.c --------------------------------------------------------------------------------------- */
+/* -- code: decode_cache.c --------------------------------------------------------------------------------------- */
 
 /* Everything is decoded anew. */
 void fcu_forget_code(Chip *chip);
-/* Halt before the instruction at an address (STOP_PLACE), or no more. */
+/* Halt before the instruction at an address (STOP_BREAKPOINT), or no more. */
 void fcu_set_breakpoint(Chip *chip, uint32_t address, int32_t on);
 
 /* -- what it is doing: chip.c, nvic.c --------------------------------------------------------------------- */
@@ -130,29 +131,30 @@ void fcu_settle(Chip *chip);
 int64_t fcu_next_event(const Chip *chip);
 void fcu_set_clocks(Chip *chip, const Clocks *clocks);
 
-/* -- blocks, by index: chip.c ---------------------------------------------------------------------------- */
+/* -- peripherals, by index: chip.c ---------------------------------------------------------------------------- */
 
-int32_t fcu_block_count(const Chip *chip);
-uint32_t fcu_block_base(const Chip *chip, int32_t index);
-/* The index of the block in C at an address; -1 if it is Python's or nobody's. */
-int32_t fcu_block_at(const Chip *chip, uint32_t address);
-/* RCC switches the clock of the block in Python at an address on or off. */
+int32_t fcu_peripheral_count(const Chip *chip);
+uint32_t fcu_peripheral_base(const Chip *chip, int32_t index);
+/* The index of the peripheral in C at an address; -1 if it is Python's or nobody's. */
+int32_t fcu_peripheral_at(const Chip *chip, uint32_t address);
+/* RCC switches the clock of the peripheral in Python at an address on or off. */
 void fcu_gate_python(Chip *chip, uint32_t address, int32_t clocked);
-/* RCC switches the clocks of some blocks (bit = index) on or off; whether a block has one; resets some blocks. */
-void fcu_gate(Chip *chip, uint64_t blocks, uint64_t clocked);
+/* RCC switches the clocks of some peripherals (bit = index) on or off; whether a peripheral has one; resets some
+ * peripherals. */
+void fcu_gate(Chip *chip, uint64_t peripherals, uint64_t clocked);
 int32_t fcu_is_clocked(const Chip *chip, int32_t index);
-void fcu_reset_blocks(Chip *chip, uint64_t blocks);
+void fcu_reset_peripherals(Chip *chip, uint64_t peripherals);
 /* The word at an offset, clock or not: with side effects, chip->until_ps then says until when it is valid; and
  * without. */
-uint32_t fcu_read_block(Chip *chip, int32_t index, uint32_t offset);
-uint32_t fcu_peek_block(Chip *chip, int32_t index, uint32_t offset);
+uint32_t fcu_read_peripheral(Chip *chip, int32_t index, uint32_t offset);
+uint32_t fcu_peek_peripheral(Chip *chip, int32_t index, uint32_t offset);
 /* Whether a read there has no side effect, and its value does not run with time. */
 int32_t fcu_is_pure(Chip *chip, int32_t index, uint32_t offset);
-void fcu_write_block(Chip *chip, int32_t index, uint32_t offset, uint32_t value, uint32_t mask);
+void fcu_write_peripheral(Chip *chip, int32_t index, uint32_t offset, uint32_t value, uint32_t mask);
 
 /* -- lines: chip.c --------------------------------------------------------------------------------------- */
 
-/* Python's blocks hold NVIC input `number` active or not; whether any block does. */
+/* Python's peripherals hold NVIC input `number` active or not; whether any peripheral does. */
 void fcu_set_irq(Chip *chip, int32_t number, int32_t level);
 int32_t fcu_irq_level(const Chip *chip, int32_t number);
 /* From now on changed(now_ps, number, level) is called when an NVIC input becomes active or not; NULL: no more. */
@@ -181,7 +183,7 @@ int32_t fcu_pin_alternate(const Chip *chip, int32_t port, int32_t pin);
 /* An inner signal of EXTI, line 16 or up. */
 void fcu_set_exti_line(Chip *chip, int32_t line, int32_t level);
 
-/* -- timers, by index of their block: tim.c -------------------------------------------------------------- */
+/* -- timers, by index of their peripheral: tim.c -------------------------------------------------------------- */
 
 /* A timer's handler came late, or after lost ticks; either may be NULL. */
 void fcu_connect_timers(Chip *chip, const TimCalls *calls);
@@ -194,7 +196,7 @@ int64_t fcu_timer_next_change(const Chip *chip, int32_t index);
 /* What channel 1 to 4 puts out: 1; 0 while it puts out no PWM or the timer stands; -1 if the timer lacks it. */
 int32_t fcu_timer_pwm(const Chip *chip, int32_t index, int32_t channel, double *frequency_hz, double *duty);
 
-/* -- USARTs, by index of their block: usart.c ------------------------------------------------------------- */
+/* -- USARTs, by index of their peripheral: usart.c ------------------------------------------------------------- */
 
 void fcu_connect_usarts(Chip *chip, const UsartCalls *calls);
 /* A terminal at this rate is connected to the transmitter at this pin. */
@@ -210,15 +212,15 @@ int32_t fcu_usart_receive(Chip *chip, int32_t index, int32_t value);
 /* The line was idle for a frame's time after a byte. */
 void fcu_usart_line_idle(Chip *chip, int32_t index);
 
-/* -- DMA request lines (enum Request of block.h): dma.c -------------------------------------------------- */
+/* -- DMA request lines (enum Request of peripheral.h): dma.c -------------------------------------------------- */
 
-/* The caller's block asks for a transfer: whether a stream serves the line, then it is done; transfers left. */
+/* The caller's peripheral asks for a transfer: whether a stream serves the line, then it is done; transfers left. */
 int32_t fcu_dma_request(Chip *chip, int32_t line);
 uint32_t fcu_dma_remaining(const Chip *chip, int32_t line);
 
-/* -- sensors' bytes in C: target.c; I2C: i2c.c ----------------------------------------------------------- */
+/* -- sensors' bytes in C: read_cache.c; I2C: i2c.c ----------------------------------------------------------- */
 
-Targets *fcu_connect_targets(Chip *chip, const TargetCalls *calls);
+ReadCache *fcu_connect_targets(Chip *chip, const TargetCalls *calls);
 /* Another part at a bus; version is the part's own counter, at an address that does not change. Its index, or -1
  * if there are too many: nothing is kept of it then. */
 int32_t fcu_add_target(Chip *chip, const uint64_t *version);

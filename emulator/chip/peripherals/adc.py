@@ -15,8 +15,8 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, InterruptInput, Peripheral, Soc
-from fcu_emulator.emulator.chip.registers import BLOCKS, adc
-from fcu_emulator.emulator.chip.registers.block import masks, offsets
+from fcu_emulator.emulator.chip.registers import DECLARED, adc
+from fcu_emulator.emulator.chip.registers.declaration import masks, offsets
 from fcu_emulator.emulator.time.clock import PS_PER_S, Event
 
 # -- battery, inner temperature sensor, reference (RM0368 11.9, 11.10) --------------------------------------
@@ -80,7 +80,7 @@ _SAMPLING_CYCLES = (3, 15, 28, 56, 84, 112, 144, 480)
 _RESOLUTION_BITS = (12, 10, 8, 6)
 
 
-class Adc(Peripheral, declared=BLOCKS["ADC1"]):
+class Adc(Peripheral, declared=DECLARED["ADC1"]):
     """ADC1 and the common registers. ``inputs`` are the voltages."""
 
     def __init__(self, soc: Soc, name: str, base: int, irq: InterruptInput, inputs: AdcInputs) -> None:
@@ -211,7 +211,7 @@ class Adc(Peripheral, declared=BLOCKS["ADC1"]):
         self._begin()
 
     def _transfer(self, last: bool) -> None:
-        """DMA reads DR, which clears EOC; after the last of a block it asks no more unless DDS is set."""
+        """DMA reads DR, which clears EOC; after the last of a series it asks no more unless DDS is set."""
         served = self.soc.dma.request(self.name)
         if last and served and not self.registers[CR2] & _DDS and not self.soc.dma.remaining(self.name):
             self._wants_dma = False

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, Peripheral
-from fcu_emulator.emulator.chip.registers import BLOCKS, crc
-from fcu_emulator.emulator.chip.registers.block import offsets
+from fcu_emulator.emulator.chip.registers import DECLARED, crc
+from fcu_emulator.emulator.chip.registers.declaration import offsets
 
 DR, IDR, CR = offsets(crc.DR, crc.IDR, crc.CR)
 
@@ -12,7 +12,7 @@ _POLYNOMIAL = 0x04C1_1DB7
 _TOP = 1 << 31
 
 
-class Crc(Peripheral, declared=BLOCKS["CRC"]):
+class Crc(Peripheral, declared=DECLARED["CRC"]):
     """CRC-32 without reflection or final inversion, one word (most significant bit first) a write."""
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import struct
 
 from fcu_emulator.emulator.chip.peripherals.peripheral import Peripheral
-from fcu_emulator.emulator.chip.registers import BLOCKS
+from fcu_emulator.emulator.chip.registers import DECLARED
 
 SYSTEM_MEMORY = 0x1FFF_7A00
 """Where :func:`system_memory` belongs in the address space."""
@@ -24,7 +24,7 @@ _FIRST_COORDINATES = 0x0025_0031  # of board 0; as on a wafer, no firmware may b
 _FULL_SCALE, _VDDA = 4095, 3.3
 
 
-class Dbgmcu(Peripheral, declared=BLOCKS["DBGMCU"]):
+class Dbgmcu(Peripheral, declared=DECLARED["DBGMCU"]):
     """Identity code and freeze bits; only the code matters."""
 
 

@@ -1,10 +1,11 @@
-"""DMA1 and DMA2 of a chip in C (native/dma.c), and its request lines for blocks written in Python."""
+"""DMA1 and DMA2 of a chip in C (native/peripherals/dma.c), and its request lines for peripherals written in Python."""
 
 from __future__ import annotations
 
 from typing import Final
 
 from fcu_emulator.emulator.chip.library import FcuChip
+from fcu_emulator.emulator.chip.registers.dma import REQUESTS
 
 _STREAMS: Final = 8
 _EN: Final = 1
@@ -14,15 +15,8 @@ def _stream_base(stream: int) -> int:
     return 0x10 + 0x18 * stream
 
 
-REQUESTS: Final = (
-    "",
-    "ADC1",
-    *(f"{block}_{direction}" for block in ("I2C1", "I2C2", "I2C3") for direction in ("RX", "TX")),
-    *(f"{block}_{direction}" for block in ("SPI1", "SPI2", "SPI3") for direction in ("RX", "TX")),
-    *(f"{block}_{direction}" for block in ("USART1", "USART2", "USART6") for direction in ("RX", "TX")),
-    *(f"TIM{number}_UP" for number in range(1, 6)),
-)
-"""Names of enum Request of native/block.h, in its order."""
+def _number(line: str) -> int:
+    return 1 + REQUESTS.index(line)
 
 
 class DmaLines:
@@ -35,19 +29,19 @@ class DmaLines:
         """One transfer for ``line``, at once; False: no stream serves it now."""
         chip = self._chip
         chip.enter()
-        served = bool(chip.library.fcu_dma_request(chip.handle, REQUESTS.index(line)))
+        served = bool(chip.library.fcu_dma_request(chip.handle, _number(line)))
         chip.raise_error()
         return served
 
     def remaining(self, line: str) -> int:
         """Transfers left of the stream that serves ``line``; 0 if none does."""
-        count: int = self._chip.library.fcu_dma_remaining(self._chip.handle, REQUESTS.index(line))
+        count: int = self._chip.library.fcu_dma_remaining(self._chip.handle, _number(line))
         return count
 
 
 def is_any_stream_on(chip: FcuChip) -> bool:
     """Whether a transfer by DMA is under way or waits for its requests."""
-    controllers = (chip.blocks["DMA1"], chip.blocks["DMA2"])
+    controllers = (chip.peripherals["DMA1"], chip.peripherals["DMA2"])
     return any(
         dma.clocked and dma.peek(_stream_base(stream)) & _EN
         for dma in controllers

@@ -11,8 +11,8 @@ noted (RM0368 table 5, 2.7 to 3.6 V).
 from __future__ import annotations
 
 from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, InterruptInput, Peripheral, Soc
-from fcu_emulator.emulator.chip.registers import BLOCKS, flash
-from fcu_emulator.emulator.chip.registers.block import masks, offsets
+from fcu_emulator.emulator.chip.registers import DECLARED, flash
+from fcu_emulator.emulator.chip.registers.declaration import masks, offsets
 from fcu_emulator.emulator.time.clock import PS_PER_MS, Event
 
 ACR, KEYR, OPTKEYR, SR, CR, OPTCR = offsets(
@@ -28,7 +28,7 @@ _CHECK_AFTER_PS = PS_PER_MS
 """A setting is judged when it has lasted, whichever of latency and clock came first."""
 
 
-class Flash(Peripheral, declared=BLOCKS["FLASH"]):
+class Flash(Peripheral, declared=DECLARED["FLASH"]):
     """Flash interface registers; the memory itself is the core's."""
 
     def __init__(self, soc: Soc, name: str, base: int, irq: InterruptInput) -> None:

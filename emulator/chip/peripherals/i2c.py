@@ -1,4 +1,4 @@
-"""What a bus is to an I2C block in C (emulator/chip/native/i2c.c): a byte on the wire, at its time.
+"""What a bus is to an I2C peripheral in C (emulator/chip/native/peripherals/i2c.c): a byte on the wire, at its time.
 
 Messages that C has alone, because it keeps the sensor's bytes, are not heard of here until something asks for
 them: a message that goes on otherwise, one that is recorded, a diagnosis.
@@ -76,7 +76,7 @@ class _Wire(ctypes.Structure):
     )
 
 
-I2C_BLOCKS = ("I2C1", "I2C2", "I2C3")
+I2C_NAMES = ("I2C1", "I2C2", "I2C3")
 
 
 class ConnectedI2c:

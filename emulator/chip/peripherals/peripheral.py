@@ -1,13 +1,13 @@
-"""What every block of the chip has in common: its place in the memory map, registers, clock and reset, and
-the inner wiring that the blocks share: time, trace, interrupt lines, clock tree, pins.
+"""What every peripheral of the chip has in common: its place in the memory map, registers, clock and reset, and
+the inner wiring that the peripherals share: time, trace, interrupt lines, clock tree, pins.
 
 The core sets ``soc.clock.now_ps`` to the exact time of an access before it calls ``read`` or ``write``, and
-fires every event that is due by then. So a block either computes its state from the time when it is looked
+fires every event that is due by then. So a peripheral either computes its state from the time when it is looked
 at, or schedules an event; an event costs the end of a run of instructions and is for what may raise an
 interrupt, move a pin or start a transfer by DMA.
 
 Registers are words. Byte and half-word accesses reach ``write`` with a mask that says which bits are meant;
-a block with a side effect for each byte (a data register) looks at the mask, all others merge.
+a peripheral with a side effect for each byte (a data register) looks at the mask, all others merge.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from types import MappingProxyType
 from typing import ClassVar, Protocol
 
 from fcu_emulator.emulator.buses.gpio import Gpio
-from fcu_emulator.emulator.chip.registers.block import DeclaredBlock
+from fcu_emulator.emulator.chip.registers.declaration import DeclaredPeripheral
 from fcu_emulator.emulator.time.clock import NEVER_PS, Clock
 from fcu_emulator.emulator.trace import DeviceNote, Trace
 
@@ -26,7 +26,7 @@ from fcu_emulator.emulator.trace import DeviceNote, Trace
 
 
 class ClockTree(Protocol):
-    """Frequencies as the firmware has set RCC up (RM0368 section 6.2); implemented by the RCC block."""
+    """Frequencies as the firmware has set RCC up (RM0368 section 6.2); implemented by the RCC peripheral."""
 
     sysclk_hz: int
     hclk_hz: int
@@ -56,7 +56,7 @@ class InterruptLines(Protocol):
 
 
 class DmaRequests(Protocol):
-    """The request lines of DMA1 and DMA2; implemented by the DMA blocks."""
+    """The request lines of DMA1 and DMA2; implemented by the DMA peripherals."""
 
     def request(self, line: str) -> bool:
         """``line`` ("I2C2_RX", "USART1_TX" as in RM0368 tables 28, 29) asks for one transfer.
@@ -73,7 +73,7 @@ class DmaRequests(Protocol):
 class Memory(Protocol):
     """The bus matrix as DMA sees it (RM0368 section 2.1); implemented by the core.
 
-    Accesses to a peripheral reach its block, with side effects. ``size`` and ``len(data)`` are 1, 2 or 4.
+    Accesses to a peripheral reach its peripheral, with side effects. ``size`` and ``len(data)`` are 1, 2 or 4.
     """
 
     def read(self, address: int, size: int) -> bytes | None:
@@ -87,7 +87,7 @@ class Memory(Protocol):
 
 @dataclass
 class Soc:
-    """The chip's inner wiring. The fields that are blocks themselves are set while it is put together."""
+    """The chip's inner wiring. The fields that are peripherals themselves are set while it is put together."""
 
     clock: Clock
     trace: Trace
@@ -100,13 +100,13 @@ class Soc:
     memory: Memory = field(init=False)
 
 
-# -- interrupt inputs that several blocks share (RM0368 table 38: TIM1_BRK and TIM9 are both number 24) -----
+# -- interrupt inputs that several peripherals share (RM0368 table 38: TIM1_BRK and TIM9 are both number 24) -----
 
 
 class InterruptInput:
     """One NVIC input, active while any of its sources is: the OR gate before the NVIC.
 
-    Blocks that share a number share the object; each gives itself a ``source`` name.
+    Peripherals that share a number share the object; each gives itself a ``source`` name.
     """
 
     def __init__(self, soc: Soc, number: int) -> None:
@@ -127,7 +127,7 @@ class InterruptInput:
             self._soc.irq.set_line(self.number, not before)
 
 
-# -- one block ----------------------------------------------------------------------------------------------
+# -- one peripheral ----------------------------------------------------------------------------------------------
 
 WORD = 0xFFFF_FFFF
 ALREADY_PS = -1
@@ -137,7 +137,7 @@ RegisterWritten = Callable[[int, int], None]
 
 
 class Peripheral:
-    """One block at ``base``; ``size`` bytes of the address space belong to it.
+    """One peripheral at ``base``; ``size`` bytes of the address space belong to it.
 
     ``declared``: its registers (:mod:`fcu_emulator.emulator.chip.registers`). Of them are made ``REGISTERS``, the reset
     value by offset, and ``WRITABLE``, the bits that keep what is written. What is not listed reads as 0 and
@@ -145,13 +145,13 @@ class Peripheral:
     """
 
     index: int | None = None
-    """Among the blocks in C; None for one in Python."""
+    """Among the peripherals in C; None for one in Python."""
     REGISTERS: ClassVar[dict[int, int]] = {}
     NAMES: Mapping[int, str] = MappingProxyType({})
     """The reference manual's name of each register, by offset: for the trace and for diagnoses."""
     WRITABLE: ClassVar[dict[int, int]] = {}
 
-    def __init_subclass__(cls, declared: DeclaredBlock | None = None) -> None:
+    def __init_subclass__(cls, declared: DeclaredPeripheral | None = None) -> None:
         if declared is not None:
             cls.REGISTERS, cls.NAMES, cls.WRITABLE = declared.resets, declared.names, declared.stored
 
@@ -161,7 +161,7 @@ class Peripheral:
         self.base = base
         self.size = size
         self.clocked = True
-        """Set by RCC: a block without clock reads as 0 and forgets writes; the core names such accesses."""
+        """Set by RCC: a peripheral without clock reads as 0 and forgets writes; the core names such accesses."""
         self.registers = dict(self.REGISTERS)
         self._noted: set[tuple[str, str]] = set()
 
@@ -175,11 +175,11 @@ class Peripheral:
             self.soc.trace.add(DeviceNote(self.soc.clock.now_ps, self.name, what, text))
 
     def gate(self, *, clocked: bool) -> None:
-        """RCC switches the clock of the block on or off."""
+        """RCC switches the clock of the peripheral on or off."""
         self.clocked = clocked
 
     def reset(self) -> None:
-        """Back to the state after reset (system reset, or the block's bit in RCC_xxxRSTR)."""
+        """Back to the state after reset (system reset, or the peripheral's bit in RCC_xxxRSTR)."""
         self.registers = dict(self.REGISTERS)
 
     def read(self, offset: int) -> int:
@@ -213,7 +213,7 @@ class Peripheral:
     def read_with_validity(self, offset: int) -> tuple[int, int]:
         """``read``, and until when the value stays so without any access and any event of the clock.
 
-        That is ``ALREADY_PS`` where the read has a side effect. Blocks that are polled much do it in one go.
+        That is ``ALREADY_PS`` where the read has a side effect. Peripherals that are polled much do it in one go.
         """
         pure = self.pure_read(offset)
         value = self.read(offset)

@@ -7,8 +7,8 @@ standby are selected here (PDDS, LPDS) and entered by the core; they are noted a
 from __future__ import annotations
 
 from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, Peripheral
-from fcu_emulator.emulator.chip.registers import BLOCKS, pwr
-from fcu_emulator.emulator.chip.registers.block import masks, offsets
+from fcu_emulator.emulator.chip.registers import DECLARED, pwr
+from fcu_emulator.emulator.chip.registers.declaration import masks, offsets
 
 CR, CSR = offsets(pwr.CR, pwr.CSR)
 
@@ -16,7 +16,7 @@ _LPDS, _PDDS, _CWUF, _CSBF, _DBP = masks(pwr.CR.LPDS, pwr.CR.PDDS, pwr.CR.CWUF, 
 _WUF, _SBF, _BRR, _BRE = masks(pwr.CSR.WUF, pwr.CSR.SBF, pwr.CSR.BRR, pwr.CSR.BRE)
 
 
-class Pwr(Peripheral, declared=BLOCKS["PWR"]):
+class Pwr(Peripheral, declared=DECLARED["PWR"]):
     """Power control."""
 
     @property

@@ -1,4 +1,4 @@
-"""RCC: oscillators, PLL, clock selection, gates and resets of the other blocks, reset flags (RM0368 section
+"""RCC: oscillators, PLL, clock selection, gates and resets of the other peripherals, reset flags (RM0368 section
 6).
 
 An oscillator is ready its typical start-up time after it was switched on (STM32F401xB/C datasheet, tables
@@ -21,8 +21,8 @@ from typing import Protocol
 from fcu_emulator.emulator.boards.description import BoardErrors
 from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, InterruptInput, Peripheral, Soc
 from fcu_emulator.emulator.chip.peripherals.pwr import Pwr
-from fcu_emulator.emulator.chip.registers import BLOCKS, rcc
-from fcu_emulator.emulator.chip.registers.block import Word, masks, offsets
+from fcu_emulator.emulator.chip.registers import DECLARED, rcc
+from fcu_emulator.emulator.chip.registers.declaration import Word, masks, offsets
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US, Event
 
 # -- the clock tree's arithmetic: from registers to frequencies (section 6.2, figure 12) --------------------
@@ -127,20 +127,20 @@ def _timer_hz(hclk_hz: int, shift: int, timpre: bool) -> int:
     return hclk_hz >> max(shift - multiple, 0)
 
 
-# -- which bit gates and resets which block (sections 6.3.5 to 6.3.12) --------------------------------------
+# -- which bit gates and resets which peripheral (sections 6.3.5 to 6.3.12) --------------------------------------
 
-_BLOCKS_BY_FIELD = {"OTGFS": "OTG_FS", "ADC": "ADC1"}
-"""Where a field does not begin with its block's name; the ADCs have one reset for all."""
+_PERIPHERALS_BY_FIELD = {"OTGFS": "OTG_FS", "ADC": "ADC1"}
+"""Where a field does not begin with its peripheral's name; the ADCs have one reset for all."""
 
 
 def _gates(suffix: str, *registers: type[Word]) -> dict[int, dict[int, str]]:
-    """By offset: the block's name by bit number."""
+    """By offset: the peripheral's name by bit number."""
     names = {
         register.addr: {bits.lsb: bits.name.removesuffix(suffix) for bits in register.fields}
         for register in registers
     }
     return {
-        offset: {bit: _BLOCKS_BY_FIELD.get(name, name) for bit, name in by_bit.items()}
+        offset: {bit: _PERIPHERALS_BY_FIELD.get(name, name) for bit, name in by_bit.items()}
         for offset, by_bit in names.items()
     }
 
@@ -148,7 +148,7 @@ def _gates(suffix: str, *registers: type[Word]) -> dict[int, dict[int, str]]:
 ENABLE = _gates("EN", rcc.AHB1ENR, rcc.AHB2ENR, rcc.APB1ENR, rcc.APB2ENR)
 RESET = _gates("RST", rcc.AHB1RSTR, rcc.AHB2RSTR, rcc.APB1RSTR, rcc.APB2RSTR)
 
-# -- the block ----------------------------------------------------------------------------------------------
+# -- the peripheral ----------------------------------------------------------------------------------------------
 
 CR, PLLCFGR, CFGR, CIR = offsets(rcc.CR, rcc.PLLCFGR, rcc.CFGR, rcc.CIR)
 BDCR, CSR, DCKCFGR = offsets(rcc.BDCR, rcc.CSR, rcc.DCKCFGR)
@@ -203,32 +203,34 @@ _OSCILLATORS = frozenset((CR, PLLCFGR, BDCR, CSR))
 
 
 class ChipInC(Protocol):
-    """What is needed of the chip in C: :class:`fcu_emulator.emulator.chip.library.FcuChip`. Blocks: bit = index."""
+    """What is needed of the chip in C: :class:`fcu_emulator.emulator.chip.library.FcuChip`. Peripherals: bit = index."""
 
-    def gate(self, blocks: int, clocked: int) -> None:
-        """Switch the clocks of blocks in C."""
+    def gate(self, peripherals: int, clocked: int) -> None:
+        """Switch the clocks of peripherals in C."""
         ...
 
-    def gate_python(self, block: Peripheral, clocked: bool) -> None:
-        """Tell C of the clock of a block in Python."""
+    def gate_python(self, peripheral: Peripheral, clocked: bool) -> None:
+        """Tell C of the clock of a peripheral in Python."""
         ...
 
-    def reset_blocks(self, blocks: int) -> None:
-        """Reset blocks in C."""
+    def reset_peripherals(self, peripherals: int) -> None:
+        """Reset peripherals in C."""
         ...
 
 
 class _Controlled:
-    """What the bits of one register gate or reset: blocks in C by their index, and blocks in Python."""
+    """What the bits of one register gate or reset: peripherals in C by their index, and peripherals in Python."""
 
-    def __init__(self, names: Mapping[int, str], blocks: Mapping[str, Peripheral]) -> None:
-        known = [(bit, blocks[name]) for bit, name in names.items() if name in blocks]
-        self._in_c = {1 << bit: 1 << block.index for bit, block in known if block.index is not None}
-        self._in_python = tuple((bit, block) for bit, block in known if block.index is None)
+    def __init__(self, names: Mapping[int, str], peripherals: Mapping[str, Peripheral]) -> None:
+        known = [(bit, peripherals[name]) for bit, name in names.items() if name in peripherals]
+        self._in_c = {
+            1 << bit: 1 << peripheral.index for bit, peripheral in known if peripheral.index is not None
+        }
+        self._in_python = tuple((bit, peripheral) for bit, peripheral in known if peripheral.index is None)
         self._latest: dict[int, tuple[int, tuple[tuple[int, Peripheral], ...]]] = {}
 
     def of(self, bits: int) -> tuple[int, tuple[tuple[int, Peripheral], ...]]:
-        """Blocks of these bits: those in C (bit = index), and those in Python with their bits."""
+        """Peripherals of these bits: those in C (bit = index), and those in Python with their bits."""
         found = self._latest.get(bits)
         if found is None:
             if len(self._latest) >= _SETTINGS:
@@ -239,8 +241,8 @@ class _Controlled:
         return found
 
 
-class Rcc(Peripheral, declared=BLOCKS["RCC"]):
-    """Implements :class:`ClockTree`; :meth:`control` gives it the blocks that it feeds."""
+class Rcc(Peripheral, declared=DECLARED["RCC"]):
+    """Implements :class:`ClockTree`; :meth:`control` gives it the peripherals that it feeds."""
 
     def __init__(
         self,
@@ -266,14 +268,14 @@ class Rcc(Peripheral, declared=BLOCKS["RCC"]):
         self._adopted: tuple[Frequencies, int] | None = None  # and the RTC's
         self._adopt(frequencies(oscillators.hsi_hz, 0), frequencies(HSI_HZ, 0))
 
-    # -- for the other blocks ---------------------------------------------------------------------------
+    # -- for the other peripherals ---------------------------------------------------------------------------
 
-    def control(self, blocks: Iterable[Peripheral], chip: ChipInC | None = None) -> None:
-        """The blocks whose clock gates and resets are here, found by their names; all start without clock.
+    def control(self, peripherals: Iterable[Peripheral], chip: ChipInC | None = None) -> None:
+        """The peripherals whose clock gates and resets are here, found by their names; all start without clock.
 
         ``chip`` has those of them that are in C: their gates and resets are one call.
         """
-        by_name = {block.name: block for block in blocks}
+        by_name = {peripheral.name: peripheral for peripheral in peripherals}
         self._chip = chip
         self._gated = {offset: _Controlled(names, by_name) for offset, names in ENABLE.items()}
         self._reset = {offset: _Controlled(names, by_name) for offset, names in RESET.items()}
@@ -370,11 +372,11 @@ class Rcc(Peripheral, declared=BLOCKS["RCC"]):
         in_c, in_python = controlled.of(changed)
         if self._chip is not None and in_c:
             self._chip.gate(in_c, controlled.of(enabled)[0])
-        for bit, block in in_python:
+        for bit, peripheral in in_python:
             clocked = bool(enabled >> bit & 1)
-            block.gate(clocked=clocked)
+            peripheral.gate(clocked=clocked)
             if self._chip is not None:
-                self._chip.gate_python(block, clocked)
+                self._chip.gate_python(peripheral, clocked)
 
     def _apply_resets(self, offset: int, rising: int) -> None:
         controlled = self._reset.get(offset)
@@ -382,9 +384,9 @@ class Rcc(Peripheral, declared=BLOCKS["RCC"]):
             return
         in_c, in_python = controlled.of(rising)
         if self._chip is not None and in_c:
-            self._chip.reset_blocks(in_c)
-        for _, block in in_python:
-            block.reset()
+            self._chip.reset_peripherals(in_c)
+        for _, peripheral in in_python:
+            peripheral.reset()
 
     # -- oscillators ------------------------------------------------------------------------------------
 

@@ -14,8 +14,8 @@ from datetime import UTC, datetime, timedelta
 from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, Peripheral, Soc
 from fcu_emulator.emulator.chip.peripherals.pwr import Pwr
 from fcu_emulator.emulator.chip.peripherals.rcc import Rcc
-from fcu_emulator.emulator.chip.registers import BLOCKS, rtc
-from fcu_emulator.emulator.chip.registers.block import masks, offsets
+from fcu_emulator.emulator.chip.registers import DECLARED, rtc
+from fcu_emulator.emulator.chip.registers.declaration import masks, offsets
 from fcu_emulator.emulator.time.clock import PS_PER_S
 
 # -- the calendar: BCD registers to a point in time and back (17.6.1, 17.6.2) -------------------------------
@@ -61,7 +61,7 @@ def date_register(seconds: int, weekday: int) -> int:
     return bcd(day.year % 100) << 16 | weekday << 13 | bcd(day.month) << 8 | bcd(day.day)
 
 
-# -- the block ----------------------------------------------------------------------------------------------
+# -- the peripheral ----------------------------------------------------------------------------------------------
 
 TR, DR, CR, ISR, PRER, WPR, SSR = offsets(rtc.TR, rtc.DR, rtc.CR, rtc.ISR, rtc.PRER, rtc.WPR, rtc.SSR)
 
@@ -71,7 +71,7 @@ _KEYS = (0xCA, 0x53)
 _BACKUP = range(rtc.BKPxR.addr, rtc.BKPxR.addr + rtc.BKPxR.count * rtc.BKPxR.step, rtc.BKPxR.step)
 
 
-class Rtc(Peripheral, declared=BLOCKS["RTC"]):
+class Rtc(Peripheral, declared=DECLARED["RTC"]):
     """Real-time clock; a system reset does not touch it, a reset of the backup domain does."""
 
     def __init__(self, soc: Soc, name: str, base: int, pwr: Pwr, rcc: Rcc) -> None:

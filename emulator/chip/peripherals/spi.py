@@ -1,7 +1,7 @@
-"""What the chip's SPI blocks lead to: buses with parts, each at a chip select; and parts that are absent.
+"""What the chip's SPI peripherals lead to: buses with parts, each at a chip select; and parts that are absent.
 
 The chip knows its chip selects and answers a message that reads from what it keeps of a part's bytes
-(:mod:`fcu_emulator.emulator.chip.targets`). It hands a message over, with what has passed so far, where these are not
+(:mod:`fcu_emulator.emulator.chip.read_cache`). It hands a message over, with what has passed so far, where these are not
 known, where registers are written, and where firmware does what no driver does; from there on it calls at
 the end of each byte.
 
@@ -112,7 +112,7 @@ class _Part:
 
 
 class SpiWire:
-    """A bus at the pins of one of the chip's SPI blocks, "SPI1" to "SPI3"; ``gpio`` has the chip selects."""
+    """A bus at the pins of one of the chip's SPI peripherals, "SPI1" to "SPI3"; ``gpio`` has the chip selects."""
 
     def __init__(self, chip: FcuChip, name: str, bus: SpiBus, gpio: Gpio) -> None:
         self._number = number = _number(name)
@@ -216,5 +216,5 @@ def connect_absent_part(chip: FcuChip, part: AbsentPart, gpio: Gpio) -> None:
 
 
 def _number(name: str) -> int:
-    """The block's number as C counts."""
+    """The peripheral's number as C counts."""
     return int(name[-1]) - 1

@@ -1,4 +1,4 @@
-"""TIM1 to TIM5 and TIM9 to TIM11 as Python sees them; the timers themselves are native/tim.c."""
+"""TIM1 to TIM5 and TIM9 to TIM11 as Python sees them; the timers themselves are native/peripherals/tim.c."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import ctypes
 from dataclasses import dataclass
 from typing import Any
 
-from fcu_emulator.emulator.chip.library import BLOCK_CLASSES, ChipBlock, FcuChip
+from fcu_emulator.emulator.chip.library import PERIPHERAL_CLASSES, FcuChip, NativePeripheral
 from fcu_emulator.emulator.time.clock import PS_PER_S
 from fcu_emulator.emulator.trace import TickLate, TickLost
 
@@ -34,7 +34,7 @@ class TimerCalls(ctypes.Structure):
     _fields_ = (("late", _COUNTED), ("lost", _COUNTED))
 
 
-class Timer(ChipBlock):
+class Timer(NativePeripheral):
     """One timer. It counts update interrupts as :class:`fcu_emulator.emulator.python_cpu.timer.IntervalTimer` does."""
 
     def __init__(self, chip: FcuChip, index: int, name: str, base: int) -> None:
@@ -95,15 +95,17 @@ def connect_timers(chip: FcuChip) -> dict[str, Timer]:
     """The chip's timers by name; their late and lost ticks go into its trace."""
     clock, trace = chip.clock, chip.trace
 
-    def late(block: int, wait_ps: int) -> None:
-        trace.add(TickLate(clock.now_ps, chip.block_by_index(block).name, wait_ps))
+    def late(peripheral: int, wait_ps: int) -> None:
+        trace.add(TickLate(clock.now_ps, chip.peripheral_by_index(peripheral).name, wait_ps))
 
-    def lost(block: int, count: int) -> None:
-        trace.add(TickLost(clock.now_ps, chip.block_by_index(block).name, count))
+    def lost(peripheral: int, count: int) -> None:
+        trace.add(TickLost(clock.now_ps, chip.peripheral_by_index(peripheral).name, count))
 
     calls = TimerCalls(chip.callback(_COUNTED, late), chip.callback(_COUNTED, lost))
     chip.library.fcu_connect_timers(chip.handle, ctypes.addressof(calls))
-    return {name: block for name, block in chip.blocks.items() if isinstance(block, Timer)}
+    return {
+        name: peripheral for name, peripheral in chip.peripherals.items() if isinstance(peripheral, Timer)
+    }
 
 
-BLOCK_CLASSES["TIM"] = Timer
+PERIPHERAL_CLASSES["TIM"] = Timer

@@ -1,4 +1,4 @@
-"""The USARTs of a chip in C (native/usart.c), connected to the board's serial lines."""
+"""The USARTs of a chip in C (native/peripherals/usart.c), connected to the board's serial lines."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import Any
 
 from fcu_emulator.emulator.buses.uart import BAUD, Uart
-from fcu_emulator.emulator.chip.library import BLOCK_CLASSES, ChipBlock, FcuChip
+from fcu_emulator.emulator.chip.library import PERIPHERAL_CLASSES, FcuChip, NativePeripheral
 from fcu_emulator.emulator.chip.peripherals.gpio import PORTS, PinFunction
 from fcu_emulator.emulator.chip.registers.usart import CR1, CR2
 
@@ -29,7 +29,7 @@ class UsartTable(ctypes.Structure):
     _fields_ = (("sent", _SENT), ("replaced", _REPLACED))
 
 
-class Usart(ChipBlock):
+class Usart(NativePeripheral):
     """One USART."""
 
     def next_change_ps(self) -> int:
@@ -38,23 +38,23 @@ class Usart(ChipBlock):
         return at_ps
 
 
-BLOCK_CLASSES["USART"] = Usart
+PERIPHERAL_CLASSES["USART"] = Usart
 
 
 class ConnectedUsarts:
     """``lines`` by the name of their USART; what the others send is heard by nobody."""
 
     def __init__(self, chip: FcuChip, lines: Mapping[str, Uart]) -> None:
-        self._lines = {chip.blocks[name].index: line for name, line in lines.items()}
+        self._lines = {chip.peripherals[name].index: line for name, line in lines.items()}
         calls = UsartTable(chip.callback(_SENT, self._sent), chip.callback(_REPLACED, self._replaced))
         chip.library.fcu_connect_usarts(chip.handle, ctypes.addressof(calls))
         for name, line in lines.items():
-            line.connect(_Transceiver(chip, chip.blocks[name]))
+            line.connect(_Transceiver(chip, chip.peripherals[name]))
 
     def _sent(  # as C calls it
-        self, block: int, start_ps: int, num: int, den: int, connected: int, first: int, *piece: Any
+        self, peripheral: int, start_ps: int, num: int, den: int, connected: int, first: int, *piece: Any
     ) -> None:
-        line = self._lines.get(block)
+        line = self._lines.get(peripheral)
         if line is None:
             return
         data, length, detailed = piece
@@ -62,9 +62,9 @@ class ConnectedUsarts:
             line.open_run(start_ps, Fraction(num, den), connected=bool(connected))
         line.carry(bytes(data[:length]), detailed=bool(detailed))
 
-    def _replaced(self, block: int, value: int) -> None:
-        if block in self._lines:
-            self._lines[block].replace_last(value)
+    def _replaced(self, peripheral: int, value: int) -> None:
+        if peripheral in self._lines:
+            self._lines[peripheral].replace_last(value)
 
 
 def wire_terminal(chip: FcuChip, name: str, pin: PinFunction, baud: int = BAUD) -> None:
@@ -74,17 +74,17 @@ def wire_terminal(chip: FcuChip, name: str, pin: PinFunction, baud: int = BAUD) 
     trace.
     """
     port, number, function = pin
-    index = chip.blocks[name].index
+    index = chip.peripherals[name].index
     chip.library.fcu_usart_wire(chip.handle, index, PORTS.index(port), number, function, baud)
 
 
 class _Transceiver:
     """A USART as its line sees it; implements :class:`fcu_emulator.emulator.buses.uart.Transceiver`."""
 
-    def __init__(self, chip: FcuChip, block: ChipBlock) -> None:
+    def __init__(self, chip: FcuChip, peripheral: NativePeripheral) -> None:
         self._chip = chip
-        self._block = block
-        self._place = chip.handle, block.index
+        self._peripheral = peripheral
+        self._place = chip.handle, peripheral.index
 
     def hand_over(self) -> None:
         clock = self._chip.clock
@@ -100,8 +100,8 @@ class _Transceiver:
         return Fraction(num.value, den.value) if has_clock else None
 
     def frame_bits(self) -> Fraction:
-        data_bits = 9 if CR1.M.get(self._block.peek(CR1.addr)) else 8
-        return 1 + data_bits + _STOP_BITS[CR2.STOP.get(self._block.peek(CR2.addr))]
+        data_bits = 9 if CR1.M.get(self._peripheral.peek(CR1.addr)) else 8
+        return 1 + data_bits + _STOP_BITS[CR2.STOP.get(self._peripheral.peek(CR2.addr))]
 
     def receive(self, value: int) -> bool:
         self._chip.enter()

@@ -13,8 +13,8 @@ from __future__ import annotations
 
 from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, InterruptInput, Peripheral, Soc
 from fcu_emulator.emulator.chip.peripherals.rcc import LSI_HZ
-from fcu_emulator.emulator.chip.registers import BLOCKS, iwdg, wwdg
-from fcu_emulator.emulator.chip.registers.block import masks, offsets
+from fcu_emulator.emulator.chip.registers import DECLARED, iwdg, wwdg
+from fcu_emulator.emulator.chip.registers.declaration import masks, offsets
 from fcu_emulator.emulator.time.clock import PS_PER_S, Event
 
 # -- IWDG ---------------------------------------------------------------------------------------------------
@@ -24,7 +24,7 @@ IWDG_KR, IWDG_PR, IWDG_RLR = offsets(iwdg.KR, iwdg.PR, iwdg.RLR)
 _UNLOCK, _RELOAD, _START = 0x5555, 0xAAAA, 0xCCCC
 
 
-class Iwdg(Peripheral, declared=BLOCKS["IWDG"]):
+class Iwdg(Peripheral, declared=DECLARED["IWDG"]):
     """Once started, resets the chip unless it is reloaded in time; only that reset stops it."""
 
     def __init__(self, soc: Soc, name: str, base: int) -> None:
@@ -90,7 +90,7 @@ _WDGA, _EWI, _EWIF = masks(wwdg.CR.WDGA, wwdg.CFR.EWI, wwdg.SR.EWIF)
 _T6 = 1 << 6  # of CR.T: below, the chip is reset
 
 
-class Wwdg(Peripheral, declared=BLOCKS["WWDG"]):
+class Wwdg(Peripheral, declared=DECLARED["WWDG"]):
     """Resets the chip when the counter passes 0x40, or is written while it is above the window."""
 
     def __init__(self, soc: Soc, name: str, base: int, irq: InterruptInput) -> None:

@@ -1,8 +1,7 @@
-"""The registers of the chip's blocks, declared once, one chapter of a manual a module.
+"""The registers of the chip's peripherals, declared once, one chapter of a manual a module.
 
-From here come the names in traces, diagnoses and debuggers, ``fcu registers TIM9``, the reset values and
-masks of the blocks in Python, the C headers of the blocks in C (``python -m fcu_emulator.emulator.chip.registers`` writes
-them) and the chip's rows of the fidelity table.
+They give the names in traces, diagnoses and debuggers, ``fcu registers TIM9``, the reset values and masks of the
+peripherals in Python, the C headers of the peripherals in C (``c_headers``) and the chip's rows of the fidelity table.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ from fcu_emulator.emulator.chip.registers import (
     usart,
     wwdg,
 )
-from fcu_emulator.emulator.chip.registers.block import DeclaredBlock, Word, block
+from fcu_emulator.emulator.chip.registers.declaration import DeclaredPeripheral, Word, peripheral
 
 KINDS: Final[tuple[ModuleType, ...]] = (
     *(crc, pwr, rcc, syscfg, gpio, dma, exti, adc, tim, iwdg, wwdg, rtc, i2c, usart, spi, flash, dbgmcu),
@@ -46,24 +45,26 @@ IN_C: Final[tuple[ModuleType, ...]] = (
     *(syscfg, gpio, dma, exti, tim, i2c, usart, spi),
     *(systick, nvic, scb, dwt),
 )
-"""Of these the blocks in C have headers."""
+"""Of these the peripherals in C have headers."""
 
-BLOCKS: Final[dict[str, DeclaredBlock]] = {
-    name: block(module, name) for module in KINDS for name in module.INSTANCES
+DECLARED: Final[dict[str, DeclaredPeripheral]] = {
+    name: peripheral(module, name) for module in KINDS for name in module.INSTANCES
 }
-"""Every declared block by the manual's name."""
+"""Every declared peripheral by the manual's name."""
 
 SYSTEM_CONTROL_SPACE: Final = ("SysTick", "NVIC", "SCB")
-"""Blocks that share one place in the memory map; their offsets are those in it."""
+"""Peripherals that share one place in the memory map; their offsets are those in it."""
 
 
-def address_of(block_name: str, register: type[Word]) -> int:
-    """Where a register of a block is, the first one of several."""
-    place = "SCS" if block_name in SYSTEM_CONTROL_SPACE else block_name
-    return memory_map.BLOCKS[place][0] + register.addr
+def address_of(peripheral_name: str, register: type[Word]) -> int:
+    """Where a register of a peripheral is, the first one of several."""
+    place = "SCS" if peripheral_name in SYSTEM_CONTROL_SPACE else peripheral_name
+    return memory_map.ADDRESSES[place][0] + register.addr
 
 
-def names_of(block_name: str) -> dict[int, str]:
-    """The registers' names by offset of a block in the memory map; none if it is not declared."""
-    parts = SYSTEM_CONTROL_SPACE if block_name == "SCS" else (block_name,)
-    return {offset: name for part in parts if part in BLOCKS for offset, name in BLOCKS[part].names.items()}
+def names_of(peripheral_name: str) -> dict[int, str]:
+    """The registers' names by offset of a peripheral in the memory map; none if it is not declared."""
+    parts = SYSTEM_CONTROL_SPACE if peripheral_name == "SCS" else (peripheral_name,)
+    return {
+        offset: name for part in parts if part in DECLARED for offset, name in DECLARED[part].names.items()
+    }

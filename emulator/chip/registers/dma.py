@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
-from fcu_emulator.emulator.chip.registers.block import Word
+from fcu_emulator.emulator.chip.registers.declaration import Word
 from fcu_emulator.sensors.register import Bits
 
 SOURCE = "RM0368 9.5"
 INSTANCES = ("DMA1", "DMA2")
+REQUESTS = (
+    "ADC1",
+    *(f"{name}_{direction}" for name in ("I2C1", "I2C2", "I2C3") for direction in ("RX", "TX")),
+    *(f"{name}_{direction}" for name in ("SPI1", "SPI2", "SPI3") for direction in ("RX", "TX")),
+    *(f"{name}_{direction}" for name in ("USART1", "USART2", "USART6") for direction in ("RX", "TX")),
+    *(f"TIM{number}_UP" for number in range(1, 6)),
+)
+"""The modelled request lines (tables 28 and 29). In C a line's number is its place here, from 1."""
 
 
 class LISR(Word, addr=0x00, access="r"):

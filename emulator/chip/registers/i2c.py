@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fcu_emulator.emulator.chip.registers.block import Word
+from fcu_emulator.emulator.chip.registers.declaration import Word
 from fcu_emulator.sensors.register import Bits
 
 SOURCE = "RM0368 18.6"
@@ -25,7 +25,7 @@ class CR1(Word, addr=0x00):
     ENARP = Bits(4, modelled=False, doc="address resolution protocol")
     SMBTYPE = Bits(3, modelled=False, doc="SMBus host")
     SMBUS = Bits(1, modelled=False, doc="SMBus mode")
-    PE = Bits(0, doc="enables the block")
+    PE = Bits(0, doc="enables the peripheral")
 
 
 class CR2(Word, addr=0x04):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fcu_emulator.emulator.chip.registers.block import Word
+from fcu_emulator.emulator.chip.registers.declaration import Word
 from fcu_emulator.sensors.register import Bits
 
 SOURCE = "RM0368 6.3"
@@ -79,7 +79,7 @@ class CIR(Word, addr=0x0C):
 
 
 class AHB1RSTR(Word, addr=0x10):
-    """Resets of blocks on AHB1."""
+    """Resets of peripherals on AHB1."""
 
     DMA2RST = Bits(22, doc="DMA2")
     DMA1RST = Bits(21, doc="DMA1")
@@ -93,13 +93,13 @@ class AHB1RSTR(Word, addr=0x10):
 
 
 class AHB2RSTR(Word, addr=0x14):
-    """Resets of blocks on AHB2."""
+    """Resets of peripherals on AHB2."""
 
     OTGFSRST = Bits(7, modelled=False, doc="OTG_FS")
 
 
 class APB1RSTR(Word, addr=0x20):
-    """Resets of blocks on APB1."""
+    """Resets of peripherals on APB1."""
 
     PWRRST = Bits(28, doc="PWR")
     I2C3RST = Bits(23, doc="I2C3")
@@ -116,7 +116,7 @@ class APB1RSTR(Word, addr=0x20):
 
 
 class APB2RSTR(Word, addr=0x24):
-    """Resets of blocks on APB2."""
+    """Resets of peripherals on APB2."""
 
     TIM11RST = Bits(18, doc="TIM11")
     TIM10RST = Bits(17, doc="TIM10")
@@ -132,7 +132,7 @@ class APB2RSTR(Word, addr=0x24):
 
 
 class AHB1ENR(Word, addr=0x30):
-    """Clocks of blocks on AHB1."""
+    """Clocks of peripherals on AHB1."""
 
     DMA2EN = Bits(22, doc="DMA2")
     DMA1EN = Bits(21, doc="DMA1")
@@ -146,13 +146,13 @@ class AHB1ENR(Word, addr=0x30):
 
 
 class AHB2ENR(Word, addr=0x34):
-    """Clocks of blocks on AHB2."""
+    """Clocks of peripherals on AHB2."""
 
     OTGFSEN = Bits(7, modelled=False, doc="OTG_FS")
 
 
 class APB1ENR(Word, addr=0x40):
-    """Clocks of blocks on APB1."""
+    """Clocks of peripherals on APB1."""
 
     PWREN = Bits(28, doc="PWR")
     I2C3EN = Bits(23, doc="I2C3")
@@ -169,7 +169,7 @@ class APB1ENR(Word, addr=0x40):
 
 
 class APB2ENR(Word, addr=0x44):
-    """Clocks of blocks on APB2."""
+    """Clocks of peripherals on APB2."""
 
     TIM11EN = Bits(18, doc="TIM11")
     TIM10EN = Bits(17, doc="TIM10")
@@ -185,7 +185,7 @@ class APB2ENR(Word, addr=0x44):
 
 
 class AHB1LPENR(Word, addr=0x50, reset=0x0061_900F, modelled=False):
-    """Clocks of blocks on AHB1 in sleep mode."""
+    """Clocks of peripherals on AHB1 in sleep mode."""
 
     SRAM1LPEN = Bits(16, doc="SRAM")
     FLITFLPEN = Bits(15, doc="flash interface")
@@ -201,13 +201,13 @@ class AHB1LPENR(Word, addr=0x50, reset=0x0061_900F, modelled=False):
 
 
 class AHB2LPENR(Word, addr=0x54, reset=0x80, modelled=False):
-    """Clocks of blocks on AHB2 in sleep mode."""
+    """Clocks of peripherals on AHB2 in sleep mode."""
 
     OTGFSLPEN = Bits(7, doc="OTG_FS")
 
 
 class APB1LPENR(Word, addr=0x60, reset=0x10E2_C80F, modelled=False):
-    """Clocks of blocks on APB1 in sleep mode."""
+    """Clocks of peripherals on APB1 in sleep mode."""
 
     PWRLPEN = Bits(28, doc="PWR")
     I2C3LPEN = Bits(23, doc="I2C3")
@@ -224,7 +224,7 @@ class APB1LPENR(Word, addr=0x60, reset=0x10E2_C80F, modelled=False):
 
 
 class APB2LPENR(Word, addr=0x64, reset=0x0007_7930, modelled=False):
-    """Clocks of blocks on APB2 in sleep mode."""
+    """Clocks of peripherals on APB2 in sleep mode."""
 
     TIM11LPEN = Bits(18, doc="TIM11")
     TIM10LPEN = Bits(17, doc="TIM10")

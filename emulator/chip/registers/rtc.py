@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fcu_emulator.emulator.chip.registers.block import Word
+from fcu_emulator.emulator.chip.registers.declaration import Word
 from fcu_emulator.sensors.register import Bits
 
 SOURCE = "RM0368 17.6"

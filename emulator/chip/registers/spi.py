@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fcu_emulator.emulator.chip.registers.block import Word
+from fcu_emulator.emulator.chip.registers.declaration import Word
 from fcu_emulator.sensors.register import Bits
 
 SOURCE = "RM0368 20.5"
@@ -21,7 +21,7 @@ class CR1(Word, addr=0x00):
     SSM = Bits(9, doc="NSS by software: SSI")
     SSI = Bits(8, doc="level of NSS")
     LSBFIRST = Bits(7, doc="least significant bit first")
-    SPE = Bits(6, doc="enables the block")
+    SPE = Bits(6, doc="enables the peripheral")
     BR = Bits(5, 3, doc="PCLK divided by 2 to 256")
     MSTR = Bits(2, doc="master")
     CPOL = Bits(1, doc="the clock is high when idle")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fcu_emulator.emulator.chip.registers.block import WORD, Variant, Word
+from fcu_emulator.emulator.chip.registers.declaration import WORD, Variant, Word
 from fcu_emulator.sensors.register import Bits
 
 SOURCE = "RM0368 12.4, 13.4, 14.4, 14.5"

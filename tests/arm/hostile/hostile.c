@@ -96,7 +96,7 @@ static void prepare(Chip *chip) {
   chip->must_stop = 0;
   chip->detailed = any(4) == 0;
   chip->observed = chip->detailed || any(2);
-  memset(&chip->remembered, 0, sizeof chip->remembered); /* a stream depends on its number alone */
+  memset(&chip->python_registers, 0, sizeof chip->python_registers); /* a stream depends on its number alone */
   set_some_clocks(chip);
   fcu_reset_now(chip, 1);
   int32_t numbers[13];

@@ -16,14 +16,14 @@ static const uint32_t EDGES[] = {
     FLASH_SIZE,
     RAM_BASE,
     RAM_BASE + RAM_SIZE,
-    SYSTEM_BASE,
-    SYSTEM_BASE + SYSTEM_SIZE,
+    SYSTEM_MEMORY_BASE,
+    SYSTEM_MEMORY_BASE + SYSTEM_MEMORY_SIZE,
     0x22000000, /* bit-band aliases */
     0x22000000 + 32 * RAM_SIZE,
     0x42000000,
     0x42000000 + 32 * PERIPHERALS_SIZE,
-    PERIPHERALS,
-    PERIPHERALS + PERIPHERALS_SIZE,
+    PERIPHERALS_BASE,
+    PERIPHERALS_BASE + PERIPHERALS_SIZE,
     0x50000000,
     0xE0000000,
     0xE0100000,
@@ -57,7 +57,7 @@ static uint32_t any_edge(void) {
 }
 
 static uint32_t any_register(const Chip *chip) {
-  uint32_t base = fcu_block_base(chip, (int32_t)any((uint32_t)fcu_block_count(chip)));
+  uint32_t base = fcu_peripheral_base(chip, (int32_t)any((uint32_t)fcu_peripheral_count(chip)));
   switch (any(8)) {
   case 0: return RCC + any(0x90);
   case 1: return base + any(0x400);
@@ -193,7 +193,7 @@ static void put_recipe(const Chip *chip) {
 
 /* A block as it might be set up by mistake. */
 static void put_block(const Chip *chip) {
-  put_constant(0, fcu_block_base(chip, (int32_t)any((uint32_t)fcu_block_count(chip))));
+  put_constant(0, fcu_peripheral_base(chip, (int32_t)any((uint32_t)fcu_peripheral_count(chip))));
   for (uint32_t count = 2 + any(8); count; count--) {
     put_constant(1, any_value(chip));
     put_wide(any(6) ? 0xF8C0 : 0xF8D0, 1 << 12 | 4 * any(20));

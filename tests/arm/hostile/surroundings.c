@@ -15,7 +15,7 @@ static int32_t usarts[USARTS];
 
 /* As Python does at the beginning of each callback. */
 static void settle(void) {
-  Targets *targets = &hostile.chip->targets;
+  ReadCache *targets = &hostile.chip->read_cache;
   targets->unreported = 0;
   if (any(8) == 0) {
     versions[any(TARGETS)]++;
@@ -45,14 +45,14 @@ static void happen(Chip *chip) {
 
 /* What a write to RCC or another rare block may mean. */
 static void obey(Chip *chip) {
-  int32_t block = (int32_t)any((uint32_t)fcu_block_count(chip));
+  int32_t block = (int32_t)any((uint32_t)fcu_peripheral_count(chip));
   switch (any(13)) {
   case 0:
   case 1: set_some_clocks(chip); break;
   case 2: fcu_gate(chip, UINT64_C(1) << block, 0); break;
   case 3: fcu_gate(chip, UINT64_C(1) << block, UINT64_MAX); break;
-  case 4: fcu_reset_blocks(chip, UINT64_C(1) << block); break;
-  case 8: fcu_gate_python(chip, PERIPHERALS + any(PERIPHERALS_SIZE), any(2)); break;
+  case 4: fcu_reset_peripherals(chip, UINT64_C(1) << block); break;
+  case 8: fcu_gate_python(chip, PERIPHERALS_BASE + any(PERIPHERALS_SIZE), any(2)); break;
   case 5: fcu_request_reset(chip, 1 + (int32_t)any(5)); break;
   case 6: fcu_set_irq(chip, (int32_t)any(INTERRUPTS), (int32_t)any(2)); break;
   case 7: chip->must_stop = any(16) == 0; break;
@@ -115,8 +115,8 @@ static void reset(int64_t now_ps, int32_t reason) {
   (void)now_ps, (void)reason;
   settle();
   hostile.resets++;
-  for (int32_t index = 0; index < fcu_block_count(chip); index++) {
-    fcu_reset_blocks(chip, UINT64_C(1) << index);
+  for (int32_t index = 0; index < fcu_peripheral_count(chip); index++) {
+    fcu_reset_peripherals(chip, UINT64_C(1) << index);
     fcu_gate(chip, UINT64_C(1) << index, any(16) != 0 ? UINT64_MAX : 0);
   }
   set_some_clocks(chip);
@@ -136,14 +136,14 @@ const Host host_calls = {.advance = advance, .read = read_register, .write = wri
 /* -- parts at the buses ---------------------------------------------------------------------------------------- */
 
 static int32_t prefetch_some(Chip *chip, int32_t address) {
-  Prefetched *prefetched = &chip->targets.prefetched;
+  Prefetched *prefetched = &chip->read_cache.prefetched;
   prefetched->valid_until_ps = chip->now_ps + any(8000000);
-  prefetched->quiet = (((uint64_t)any(0) << 32) | any(0)) & ((UINT64_C(1) << (KEPT_BYTES + 1)) - 1);
+  prefetched->quiet = (((uint64_t)any(0) << 32) | any(0)) & ((UINT64_C(1) << (LINE_BYTES + 1)) - 1);
   prefetched->address = address & 0xFF;
-  for (int n = 0; n < KEPT_BYTES; n++) {
+  for (int n = 0; n < LINE_BYTES; n++) {
     prefetched->bytes[n] = (uint8_t)any(256);
   }
-  return any(4) ? 1 + (int32_t)any(KEPT_BYTES) : 0;
+  return any(4) ? 1 + (int32_t)any(LINE_BYTES) : 0;
 }
 
 static int32_t prefetch(int64_t now_ps, int32_t target, int32_t address, int32_t skip, int32_t count) {
@@ -162,7 +162,7 @@ static I2cMessage *catch_up(void) {
   Chip *chip = hostile.chip;
   settle();
   I2cMessage *found = NULL;
-  for (int32_t number = 0; number < I2C_BLOCKS; number++) {
+  for (int32_t number = 0; number < I2C_COUNT; number++) {
     I2cMessage *message = &fcu_i2c_wire(chip, number)->message;
     if (message->open && number == 1) {
       message->live = 1;
@@ -296,7 +296,7 @@ static void connect_buses(Chip *chip) {
                                .receive = spi_receive, .close = spi_close, .ended = ended};
   static const TargetCalls targets = {.prefetch = prefetch, .settle = settle_call};
   fcu_connect_targets(chip, &targets);
-  for (int32_t number = 0; number < I2C_BLOCKS; number++) {
+  for (int32_t number = 0; number < I2C_COUNT; number++) {
     fcu_connect_i2c(chip, number, &i2c, 400000, 2500000);
     memset(fcu_i2c_wire(chip, number)->target_at, -1, 128);
   }
@@ -315,7 +315,7 @@ void connect_surroundings(Chip *chip) {
   static const PinCalls pins = {.edge = pin_changed, .changed = pin_changed};
   static const uint32_t bases[USARTS] = {0x40011000, 0x40004400, 0x40011400};
   for (int n = 0; n < USARTS; n++) {
-    usarts[n] = fcu_block_at(chip, bases[n]);
+    usarts[n] = fcu_peripheral_at(chip, bases[n]);
   }
   fcu_connect_usarts(chip, &usart);
   fcu_usart_wire(chip, usarts[0], 0, 9, 7, 115200);

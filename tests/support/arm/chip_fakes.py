@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from fcu_emulator.emulator.buses.gpio import Gpio
-from fcu_emulator.emulator.chip.library import ChipBlock, FcuChip
+from fcu_emulator.emulator.chip.library import FcuChip, NativePeripheral
 from fcu_emulator.emulator.chip.peripherals.gpio import ConnectedPins
 from fcu_emulator.emulator.chip.peripherals.peripheral import Soc
 from fcu_emulator.emulator.chip.peripherals.tim import Timer, connect_timers
@@ -134,12 +134,12 @@ class NativeChip:
         self.fcu.watch_irqs(self.irq.set_line)
         connect_timers(self.fcu)
 
-    def __getitem__(self, name: str) -> ChipBlock:
-        return self.fcu.blocks[name]
+    def __getitem__(self, name: str) -> NativePeripheral:
+        return self.fcu.peripherals[name]
 
     def timer(self, name: str) -> Timer:
         """A timer, with its account of ticks."""
-        block = self.fcu.blocks[name]
+        block = self.fcu.peripherals[name]
         assert isinstance(block, Timer)
         return block
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from random import Random
 
-from fcu_emulator.emulator.chip.memory_map import BLOCKS
+from fcu_emulator.emulator.chip.memory_map import ADDRESSES
 from tests.support.arm.hostile_programs import EVERY_CLOCK_AND_INTERRUPT, LOOK_AWAY, program
 
 RCC = 0x4002_3800
@@ -49,7 +49,7 @@ def reads(address: int, access: str = "ldr r1, [r0]") -> bytes:
 
 
 def _base(name: str) -> int:
-    return BLOCKS[name][0]
+    return ADDRESSES[name][0]
 
 
 def _output(port: str = "GPIOC") -> str:
@@ -440,7 +440,7 @@ def mixtures(count: int) -> dict[str, bytes]:
     programs = {}
     for seed in range(count):
         random = Random(seed)
-        places = list(BLOCKS.values())
+        places = list(ADDRESSES.values())
         loop = ""
         for _ in range(30):
             base, size = random.choice(places)

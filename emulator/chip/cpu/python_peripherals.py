@@ -1,0 +1,192 @@
+"""The peripherals of the chip that are written in Python, and addresses without a peripheral, as C reaches them.
+
+C has the peripherals that firmware touches all the time; the rare ones (RCC, PWR, FLASH, ADC, RTC, CRC, watchdogs,
+DBGMCU) are here, behind one callback for reads and one for writes. The same goes for what nobody has built:
+the memory map is complete even though the model is not, so firmware that touches such a peripheral goes on as if
+the peripheral never answered, and the run's summary names it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from fcu_emulator.emulator.chip import memory_map
+from fcu_emulator.emulator.chip.memory_map import CHIP_NAME, PAGE_SHIFT
+from fcu_emulator.emulator.chip.peripherals.peripheral import ALREADY_PS, WORD, Peripheral, Soc
+from fcu_emulator.emulator.chip.peripherals.rcc import ENABLE
+from fcu_emulator.emulator.chip.registers import DECLARED
+from fcu_emulator.emulator.trace import DeviceNote
+
+# -- what stands where the model has no peripheral ---------------------------------------------------------------
+
+_MOST_REPORTED = 100
+NOTHING_PS, SILENT_PAGE_PS = -2, -3
+"""As in bus.h: C remembers that there is nothing, and asks no more."""
+
+
+class Absent(Peripheral):
+    """A peripheral of the chip that is not built, or (named "reserved") an address where the chip has none."""
+
+    def __init__(self, soc: Soc, name: str, base: int, size: int) -> None:
+        super().__init__(soc, name, base, size)
+        self._reported: set[int] = set()
+
+    def read(self, offset: int) -> int:
+        """0, and reported."""
+        self._report(offset, "read, gives 0")
+        return 0
+
+    def write(self, offset: int, value: int, mask: int = WORD) -> None:
+        """Forgotten, and reported."""
+        self._report(offset, f"0x{value & mask:X} written, forgotten")
+
+    def is_silent(self) -> bool:
+        """Return whether no access is reported any more."""
+        return len(self._reported) > _MOST_REPORTED
+
+    def _report(self, offset: int, what: str) -> None:
+        if offset in self._reported or len(self._reported) > _MOST_REPORTED:
+            return
+        self._reported.add(offset)
+        text = f"{self.name}, 0x{self.base + offset:08X}: {what}"
+        if len(self._reported) > _MOST_REPORTED:
+            text = f"{self.name}: more than {_MOST_REPORTED} of its addresses are used; no more are reported"
+        self.soc.trace.add(DeviceNote(self.soc.clock.now_ps, CHIP_NAME, "not modelled", text))
+
+
+# -- peripherals that exist on the chip and are not modelled (RM0368 table 1) ------------------------------------
+
+NOT_MODELLED = ("I2S2ext", "I2S3ext", "SDIO", "SPI4", "OTG_FS")
+
+
+class UnmodelledPeripheral(Peripheral):
+    """A peripheral that only has a name."""
+
+    def read(self, offset: int) -> int:
+        """0, and reported."""
+        del offset
+        self.note("not modelled", "read; every register gives 0")
+        return 0
+
+    def write(self, offset: int, value: int, mask: int = WORD) -> None:
+        """Forgotten, and reported."""
+        del offset, value, mask
+        self.note("not modelled", "written; nothing happens")
+
+
+def unmodelled_peripherals(soc: Soc) -> list[UnmodelledPeripheral]:
+    """One object for each."""
+    return [UnmodelledPeripheral(soc, name, *memory_map.ADDRESSES[name]) for name in NOT_MODELLED]
+
+
+# -- all peripherals by address ----------------------------------------------------------------------------------
+
+_MASK = {1: 0xFF, 2: 0xFFFF, 4: WORD}
+GATES = {
+    name: f"{name.replace('_', '')}EN in RCC_{DECLARED['RCC'].names[register]}"
+    for register, names in ENABLE.items()
+    for name in names.values()
+}
+"""Where each peripheral's clock is switched on, by its name."""
+
+_RANGES = (
+    (memory_map.PERIPHERALS, memory_map.PERIPHERALS_SIZE),
+    (memory_map.OTG, memory_map.OTG_SIZE),
+    (memory_map.PRIVATE, memory_map.PRIVATE_SIZE),
+)
+
+
+class PythonPeripherals:
+    """``peripherals``: all that are built here. What is noted about an access is noted once for each register."""
+
+    def __init__(self, soc: Soc, peripherals: Iterable[Peripheral]) -> None:
+        self._soc = soc
+        self._reported: set[tuple[str, int]] = set()
+        self._pages: dict[int, Peripheral] = {}
+        by_address = {
+            first: Absent(soc, name, first, size) for name, (first, size) in memory_map.ADDRESSES.items()
+        }
+        for peripheral in [*by_address.values(), *peripherals]:
+            for at in range(peripheral.base, peripheral.base + max(peripheral.size, 1), 1 << PAGE_SHIFT):
+                self._pages[at >> PAGE_SHIFT] = peripheral
+        self._reserved = [Absent(soc, "reserved", base, size) for base, size in _RANGES]
+
+    def find(self, address: int) -> Peripheral | None:
+        """The peripheral there; None where no peripheral can be."""
+        peripheral = self._pages.get(address >> PAGE_SHIFT)
+        if peripheral is not None:
+            return peripheral
+        return next((one for one in self._reserved if one.base <= address < one.base + one.size), None)
+
+    def read(self, address: int, size: int) -> tuple[int, int]:
+        """As :meth:`Peripheral.read_with_validity`: the value, and until when it stays so.
+
+        Where nothing is, ``NOTHING_PS`` or ``SILENT_PAGE_PS``.
+        """
+        peripheral = self.find(address)
+        assert peripheral is not None, f"0x{address:08X} is not on the bus"
+        register = address - peripheral.base & 0xFFFF_FFFC
+        if not peripheral.clocked:
+            self.report_clock(peripheral, register, "read")
+            return 0, NOTHING_PS
+        if not _has(peripheral, register):
+            self.report_unknown(peripheral, register, "read")
+            return 0, NOTHING_PS
+        value, until_ps = peripheral.read_with_validity(register)
+        return value >> 8 * (address & 3) & _MASK[size], _validity(peripheral, until_ps)
+
+    def write(self, address: int, size: int, value: int) -> int:
+        """Write ``size`` bytes there; as the validity of :meth:`read`."""
+        peripheral = self.find(address)
+        assert peripheral is not None, f"0x{address:08X} is not on the bus"
+        register = address - peripheral.base & 0xFFFF_FFFC
+        shift = 8 * (address & 3)
+        if not peripheral.clocked:
+            self.report_clock(peripheral, register, "written")
+            return NOTHING_PS
+        if not _has(peripheral, register):
+            self.report_unknown(peripheral, register, "written")
+            return NOTHING_PS
+        peripheral.write(register, value << shift, _MASK[size] << shift)
+        return _validity(peripheral, ALREADY_PS)
+
+    def peek(self, address: int) -> int | None:
+        """The word there without side effects, whether its clock runs or not; None where no peripheral can be."""
+        peripheral = self.find(address)
+        if peripheral is None:
+            return None
+        register = address - peripheral.base & 0xFFFF_FFFC
+        return peripheral.peek(register) if _has(peripheral, register) else 0
+
+    # -- what firmware should know ----------------------------------------------------------------------
+
+    def report_clock(self, peripheral: Peripheral, register: int, what: str) -> None:
+        """Firmware used a peripheral without clock."""
+        name = peripheral.NAMES.get(register, f"offset 0x{register:02X}")
+        text = f"{name} {what} while the peripheral has no clock; set {GATES.get(peripheral.name, 'its bit in RCC')}"
+        self._report(peripheral, register, "forbidden", text)
+
+    def report_unknown(self, peripheral: Peripheral, register: int, what: str) -> None:
+        """Firmware used an offset at which the peripheral has nothing."""
+        text = f"offset 0x{register:02X} {what}; there is no such register"
+        self._report(peripheral, register, "not modelled", text)
+
+    def _report(self, peripheral: Peripheral, register: int, kind: str, text: str) -> None:
+        key = f"{peripheral.name} {kind}", register
+        if key not in self._reported:
+            self._reported.add(key)
+            self._soc.trace.add(DeviceNote(self._soc.clock.now_ps, peripheral.name, kind, text))
+
+
+def _validity(peripheral: Peripheral, until_ps: int) -> int:
+    """``until_ps``, or that nothing is there and such an access will not be reported again."""
+    if isinstance(peripheral, UnmodelledPeripheral):
+        return SILENT_PAGE_PS
+    if isinstance(peripheral, Absent):
+        return SILENT_PAGE_PS if peripheral.is_silent() else NOTHING_PS
+    return until_ps
+
+
+def _has(peripheral: Peripheral, register: int) -> bool:
+    known = peripheral.REGISTERS or peripheral.NAMES
+    return not known or register in peripheral.REGISTERS or register in peripheral.NAMES

@@ -1,0 +1,188 @@
+/* AND to CMP with each kind of second operand (ARMv7-M ARM A5.3.1, A5.3.11).
+ *
+ * One function for each combination, so that none has to find out what it is while it runs; macros make them.
+ * Each reads what it needs before it writes: d may be n or m.
+ */
+#include "cpu/operations.h"
+
+/* -- the second operand, and the carry out of its shifter (Shift_C, A7.4.2) ----------------------------- */
+
+INLINE uint32_t by_lsl(const Core *core, const Insn *insn, uint32_t *carry) {
+  uint32_t m = core->r[insn->m];
+  *carry = m >> (32 - insn->by) & 1;
+  return m << insn->by;
+}
+
+INLINE uint32_t by_lsr(const Core *core, const Insn *insn, uint32_t *carry) {
+  uint32_t m = core->r[insn->m] >> (insn->by - 1);
+  *carry = m & 1;
+  return m >> 1;
+}
+
+INLINE uint32_t by_asr(const Core *core, const Insn *insn, uint32_t *carry) {
+  int32_t m = (int32_t)core->r[insn->m] >> (insn->by - 1);
+  *carry = m & 1;
+  return (uint32_t)(m >> 1);
+}
+
+INLINE uint32_t by_ror(const Core *core, const Insn *insn, uint32_t *carry) {
+  uint32_t m = core->r[insn->m];
+  uint32_t result = m >> insn->by | m << (32 - insn->by);
+  *carry = result >> 31;
+  return result;
+}
+
+INLINE uint32_t by_rrx(const Core *core, const Insn *insn, uint32_t *carry) {
+  uint32_t m = core->r[insn->m];
+  *carry = m & 1;
+  return core->c << 31 | m >> 1;
+}
+
+INLINE uint32_t plain(const Core *core, const Insn *insn, uint32_t *carry) {
+  *carry = core->c;
+  return core->r[insn->m];
+}
+
+INLINE uint32_t constant(const Core *core, const Insn *insn, uint32_t *carry) {
+  *carry = core->c;
+  return insn->imm;
+}
+
+INLINE uint32_t rotated_constant(const Core *core, const Insn *insn, uint32_t *carry) {
+  (void)core;
+  *carry = insn->imm >> 31;
+  return insn->imm;
+}
+
+#define EACH_OPERAND(DEFINE, ...)     \
+  DEFINE(by_lsl, __VA_ARGS__)         \
+  DEFINE(by_lsr, __VA_ARGS__)         \
+  DEFINE(by_asr, __VA_ARGS__)         \
+  DEFINE(by_ror, __VA_ARGS__)         \
+  DEFINE(by_rrx, __VA_ARGS__)         \
+  DEFINE(plain, __VA_ARGS__)          \
+  DEFINE(constant, __VA_ARGS__)       \
+  DEFINE(rotated_constant, __VA_ARGS__)
+
+/* -- the operations ------------------------------------------------------------------------------------- */
+
+/* AddWithCarry (A2.2.1), with the flags. */
+INLINE uint32_t add_with_carry(Core *core, uint32_t x, uint32_t y, uint32_t carry_in) {
+  uint64_t sum = (uint64_t)x + y + carry_in;
+  uint32_t result = (uint32_t)sum;
+  core->zc = sum;
+  core->n = result;
+  core->v = (x ^ result) & (y ^ result);
+  return result;
+}
+
+#define FETCH(operand)                         \
+  uint32_t carry;                              \
+  uint32_t m = operand(core, insn, &carry);    \
+  uint32_t n = core->r[insn->n];               \
+  (void)carry, (void)n
+
+/* In ITblocks, without flags. There is no branch in it: conditions are often hard to predict. */
+#define DEFINE_MASKED(operand, name, result)                            \
+  OPERATION(name##_masked_##operand) {                                  \
+    FETCH(operand);                                                     \
+    uint32_t mask = core->mask ^ -(uint32_t)insn->a;                    \
+    uint32_t before = core->r[insn->d], written = (result);             \
+    core->r[insn->d] = before ^ ((before ^ written) & mask);            \
+    NEXT;                                                               \
+  }
+
+#define DEFINE_LOGICAL(operand, name, result)                           \
+  DEFINE_MASKED(operand, name, result)                             \
+  OPERATION(name##_##operand) {                                         \
+    FETCH(operand);                                                     \
+    core->r[insn->d] = (result);                                        \
+    NEXT;                                                               \
+  }                                                                     \
+  OPERATION(name##s_##operand) {                                        \
+    FETCH(operand);                                                     \
+    uint32_t written = (result);                                        \
+    core->r[insn->d] = written;                                         \
+    core->c = carry;                                                    \
+    set_nz(core, written);                                              \
+    NEXT;                                                               \
+  }
+EACH_OPERAND(DEFINE_LOGICAL, and, n & m)
+EACH_OPERAND(DEFINE_LOGICAL, bic, n & ~m)
+EACH_OPERAND(DEFINE_LOGICAL, orr, n | m)
+EACH_OPERAND(DEFINE_LOGICAL, orn, n | ~m)
+EACH_OPERAND(DEFINE_LOGICAL, eor, n ^ m)
+EACH_OPERAND(DEFINE_LOGICAL, mov, m)
+EACH_OPERAND(DEFINE_LOGICAL, mvn, ~m)
+
+#define DEFINE_ARITHMETIC(operand, name, x, y, carry_in)                \
+  DEFINE_MASKED(operand, name, (x) + (y) + (carry_in))             \
+  OPERATION(name##_##operand) {                                         \
+    FETCH(operand);                                                     \
+    core->r[insn->d] = (x) + (y) + (carry_in);                          \
+    NEXT;                                                               \
+  }                                                                     \
+  OPERATION(name##s_##operand) {                                        \
+    FETCH(operand);                                                     \
+    unsigned d = insn->d;                                               \
+    core->r[d] = add_with_carry(core, x, y, carry_in);                  \
+    NEXT;                                                               \
+  }
+EACH_OPERAND(DEFINE_ARITHMETIC, add, n, m, 0)
+EACH_OPERAND(DEFINE_ARITHMETIC, adc, n, m, core->c)
+EACH_OPERAND(DEFINE_ARITHMETIC, sbc, n, ~m, core->c)
+EACH_OPERAND(DEFINE_ARITHMETIC, sub, n, ~m, 1)
+EACH_OPERAND(DEFINE_ARITHMETIC, rsb, m, ~n, 1)
+
+#define DEFINE_TEST(operand, name, result)                              \
+  OPERATION(name##_##operand) {                                         \
+    FETCH(operand);                                                     \
+    core->c = carry;                                                    \
+    set_nz(core, result);                                               \
+    NEXT;                                                               \
+  }
+EACH_OPERAND(DEFINE_TEST, tst, n & m)
+EACH_OPERAND(DEFINE_TEST, teq, n ^ m)
+
+#define DEFINE_COMPARISON(operand, name, y, carry_in)                   \
+  OPERATION(name##_##operand) {                                         \
+    FETCH(operand);                                                     \
+    add_with_carry(core, n, y, carry_in);                               \
+    NEXT;                                                               \
+  }
+EACH_OPERAND(DEFINE_COMPARISON, cmn, m, 0)
+EACH_OPERAND(DEFINE_COMPARISON, cmp, ~m, 1)
+
+/* -- the choice ----------------------------------------------------------------------------------------- */
+
+#define ENTRY(operand, name) name##_##operand,
+#define ROW(name) {EACH_OPERAND(ENTRY, name)}
+#define ALL(name) {ROW(name), ROW(name##s), ROW(name##_masked)}
+
+enum Variant { PLAINLY, WITH_FLAGS, MASKED_BY_IT };
+
+/* By enum Alu, enum Variant, and enum Operand. */
+static const Operation operations[ALUS][3][OPERANDS] = {
+    [AND] = ALL(and), [BIC] = ALL(bic), [ORR] = ALL(orr), [ORN] = ALL(orn),
+    [EOR] = ALL(eor), [ADD] = ALL(add), [ADC] = ALL(adc), [SBC] = ALL(sbc),
+    [SUB] = ALL(sub), [RSB] = ALL(rsb), [MOV] = ALL(mov), [MVN] = ALL(mvn),
+    [TST] = {ROW(tst), ROW(tst)}, [TEQ] = {ROW(teq), ROW(teq)},
+    [CMN] = {ROW(cmn), ROW(cmn)}, [CMP] = {ROW(cmp), ROW(cmp)},
+};
+
+void choose_alu(Insn *insn, enum Alu alu, enum Operand operand, bool set_flags) {
+  insn->n = alu == MOV || alu == MVN ? 0 : insn->n;
+  insn->d = alu >= TST ? 0 : insn->d;
+  bool simple = alu < TST && !set_flags && insn->d != 13 && insn->d != 15 && insn->n != 15 && insn->m != 15;
+  bool masked = simple && insn->it;
+  insn->run = operations[alu][masked ? MASKED_BY_IT : set_flags][operand];
+  if (masked) {
+    insn->kind |= MASKED;
+    insn->a = insn->it < 0xE0 ? insn->it >> 4 & 1 : 0; /* 15 counts as always, too */
+  }
+  writes_d(insn);
+}
+
+void choose_alu16(Insn *insn, enum Alu alu, enum Operand operand) {
+  choose_alu(insn, alu, operand, !insn->it);
+}

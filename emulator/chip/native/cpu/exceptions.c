@@ -1,0 +1,337 @@
+/* Exceptions entered and left (ARMv7-M ARM B1.5).
+ *
+ * An entry has two steps. The frame is saved; then, the cycles of that later, the most urgent pending exception is
+ * taken, which may be one that has arrived meanwhile (late arrival, B1.5.11). A return looks for a pending
+ * exception first and goes straight into it, the frame still on the stack (tail-chaining, B1.5.12).
+ *
+ * Faults and SVC are pending from the instruction that caused them. One that may not preempt what is running, or
+ * has no handler enabled, becomes a HardFault (B1.5.14); a HardFault inside a HardFault or NMI locks the core up
+ * (B1.5.15): it executes nothing any more until something resets the chip.
+ *
+ * Frames: eight words are saved, or 26 when floating point is in use (CONTROL.FPCA). The frame is aligned to eight
+ * bytes if CCR.STKALIGN says so, and always with floating point; bit 9 of the saved xPSR tells the return that a
+ * word was left out for it (B1.5.6 to B1.5.8). Decision: S0 to S15 and FPSCR are saved at once. With
+ * FPCCR.LSPEN the hardware only leaves room for them until the handler uses floating point; a handler that
+ * restores what it has changed cannot tell the difference.
+ *
+ * NOT MODELLED: an entry does not clear the exclusive monitor (A3.4), so that STREX may succeed after an interrupt
+ * that has left the value alone; stores are never buffered, so no bus fault is imprecise.
+ */
+#include "cpu/exceptions.h"
+
+#include <string.h>
+
+#include "fcu.h"
+#include "generated/registers_scb.h"
+
+enum { ENTRY_CYCLES = 12, RETURN_CYCLES = 10, CHAIN_CYCLES = 6 }; /* Cortex-M4 technical reference manual, 3.9 */
+enum { NPRIV = 1, SPSEL = 2, FPCA = 4, FLOATING_CONTEXT = 12 };   /* CONTROL */
+enum { THREAD = 8, PROCESS_STACK = 4, BASIC_FRAME = 16 };         /* EXC_RETURN (table B1-8) */
+enum { TO_HANDLER = 1, TO_THREAD = 9, TO_PROCESS = 13 };          /* its last four bits */
+enum { FRAME = 0x20, FLOATING_FRAME = 0x68, FLOATING_AREA = 0x20 };
+
+#define EXC_RETURN 0xFFFFFFE1u
+#define PADDED (1u << 9)
+#define THUMB (1u << 24)
+#define IPSR 0x1FFu
+#define STORED_XPSR 0xFF0FFDFFu /* all but the padding bit */
+
+static const Fault STACKING = {BUS_FAULT, CFSR_STKERR, 0, 0}, UNSTACKING = {BUS_FAULT, CFSR_UNSTKERR, 0, 0},
+                   INVALID_RETURN = {USAGE_FAULT, CFSR_INVPC, 0, 0}, NO_VECTOR = {HARD_FAULT, 0, HFSR_VECTTBL, 0};
+
+static bool pend_fault(Chip *chip, Fault fault);
+
+void exceptions_reset(Chip *chip) {
+  chip->exceptions = (Exceptions){.lowest = HIGHEST_ADDRESS};
+  chip->exceptions.thread_ps = cycle_clock_ps(&chip->cycle_clock, 0);
+}
+
+/* -- priorities ------------------------------------------------------------------------------------------ */
+
+static int level(const Chip *chip) {
+  const Core *core = &chip->core;
+  return nvic_level(&chip->nvic, core->primask, core->basepri, core->faultmask);
+}
+
+static int group_of(const Chip *chip, int number) { return nvic_group(&chip->nvic, chip->nvic.priority[number]); }
+
+bool exceptions_may_preempt(const Chip *chip) {
+  int number = nvic_most_urgent(&chip->nvic);
+  return number && group_of(chip, number) < level(chip);
+}
+
+bool exceptions_wake(const Chip *chip) {
+  int number = nvic_most_urgent(&chip->nvic);
+  const Core *core = &chip->core;
+  return number && group_of(chip, number) < nvic_level(&chip->nvic, false, core->basepri, core->faultmask);
+}
+
+/* -- frames ---------------------------------------------------------------------------------------------- */
+
+/* Save the context; whether the stack could be written. exc_return becomes its EXC_RETURN value. */
+static bool push(Chip *chip) {
+  Core *core = &chip->core;
+  Exceptions *exceptions = &chip->exceptions;
+  bool floating = core->control & FPCA, align = chip->scb.ccr & CCR_STKALIGN || floating;
+  uint32_t sp = core->r[13], xpsr = read_xpsr(core), size = floating ? FLOATING_FRAME : FRAME;
+  uint32_t frame = align ? (sp - size) & ~4u : sp - size;
+  uint32_t words[8] = {core->r[0],  core->r[1],  core->r[2],  core->r[3],
+                       core->r[12], core->r[14], core->r[15], (xpsr & STORED_XPSR) | (align && sp & 4 ? PADDED : 0)};
+  exceptions->exc_return = EXC_RETURN | (floating ? 0 : BASIC_FRAME);
+  if (!in_handler(core)) {
+    exceptions->exc_return |= THREAD | (core->control & SPSEL ? PROCESS_STACK : 0);
+  }
+  if (frame < exceptions->lowest && !(exceptions->exc_return & PROCESS_STACK)) {
+    exceptions->lowest = frame;
+  }
+  core->r[13] = frame;
+  if (frame - RAM_BASE > RAM_SIZE - size) {
+    return false;
+  }
+  memcpy(core->ram + (frame - RAM_BASE), words, sizeof words);
+  if (floating) {
+    uint32_t last[2] = {core->fpscr, 0};
+    memcpy(core->ram + (frame - RAM_BASE) + FLOATING_AREA, core->s, 64);
+    memcpy(core->ram + (frame - RAM_BASE) + FLOATING_AREA + 64, last, sizeof last);
+    chip->scb.fpcar = frame + FLOATING_AREA;
+  }
+  core_note_stores(core, frame, size);
+  return true;
+}
+
+/* Handler mode, main stack, no floating-point context (ExceptionTaken). */
+static void enter_handler(Chip *chip, int number, uint32_t vector) {
+  Core *core = &chip->core;
+  core->thumb = vector & 1;
+  write_xpsr(core, (uint32_t)number | (core->thumb ? THUMB : 0));
+  write_control(core, core->control & NPRIV);
+  core->r[14] = chip->exceptions.exc_return;
+  core->r[15] = vector & ~1u;
+}
+
+/* Take a context back: the return address and xPSR; false if the stack could not be read. */
+static bool pop(Chip *chip, uint32_t exc_return, uint32_t *address, uint32_t *xpsr) {
+  Core *core = &chip->core;
+  bool process = (exc_return & 0xF) == TO_PROCESS, floating = !(exc_return & BASIC_FRAME);
+  uint32_t frame = read_stack_pointer(core, process), size = floating ? FLOATING_FRAME : FRAME, words[8];
+  const uint8_t *bytes = core_bytes_at(core, frame, size);
+  if (!bytes) {
+    return false;
+  }
+  memcpy(words, bytes, sizeof words);
+  if (floating) {
+    memcpy(core->s, bytes + FLOATING_AREA, 64);
+    memcpy(&core->fpscr, bytes + FLOATING_AREA + 64, 4);
+  }
+  memcpy(core->r, words, 16);
+  core->r[12] = words[4];
+  core->r[14] = words[5];
+  *address = words[6];
+  *xpsr = words[7] & STORED_XPSR;
+  uint32_t sp = (frame + size) | (words[7] & PADDED ? 4 : 0);
+  write_control(core, (core->control & NPRIV) | (process ? SPSEL : 0) | (floating ? FLOATING_CONTEXT : 0));
+  write_xpsr(core, *xpsr);
+  write_stack_pointer(core, process, sp);
+  return true;
+}
+
+/* -- entry ----------------------------------------------------------------------------------------------- */
+
+static void enter_after(Chip *chip, int cycles) {
+  cycle_clock_spend(&chip->cycle_clock, cycles);
+  chip->exceptions.entering = 1;
+}
+
+static void save(Chip *chip) {
+  bool saved = push(chip);
+  enter_after(chip, ENTRY_CYCLES);
+  if (!saved) {
+    pend_fault(chip, STACKING);
+  }
+}
+
+bool exceptions_take_pending(Chip *chip) {
+  if (!exceptions_may_preempt(chip)) {
+    return false;
+  }
+  save(chip);
+  return true;
+}
+
+void exceptions_finish_entry(Chip *chip) {
+  int number = nvic_most_urgent(&chip->nvic);
+  uint32_t vector = 0;
+  const uint8_t *bytes = core_bytes_at(&chip->core, chip->scb.vtor + 4 * (uint32_t)number, 4);
+  chip->exceptions.entering = 0;
+  chip->work += WORK_EXCEPTION;
+  chip->costs.exceptions[number].times += number > USAGE_FAULT; /* faults are counted below */
+  chip->costs.exceptions[number].work += WORK_EXCEPTION;
+  nvic_activate(&chip->nvic, number);
+  chip->nvic.event = 1;
+  if (!bytes) {
+    enter_handler(chip, number, 1);
+    exceptions_fault(chip, NO_VECTOR);
+    return;
+  }
+  memcpy(&vector, bytes, 4);
+  enter_handler(chip, number, vector);
+}
+
+int32_t fcu_enter_exception(Chip *chip, int32_t number, uint32_t vectors) {
+  uint32_t vector;
+  const uint8_t *bytes = core_bytes_at(&chip->core, vectors + 4 * (uint32_t)number, 4);
+  chip->scb.ccr |= CCR_STKALIGN;
+  chip->scb.vtor = vectors;
+  if (!bytes || !push(chip)) {
+    return false;
+  }
+  memcpy(&vector, bytes, 4);
+  enter_handler(chip, number, vector | 1);
+  return true;
+}
+
+/* -- faults and SVC -------------------------------------------------------------------------------------- */
+
+void exceptions_supervisor_call(Chip *chip) {
+  if (group_of(chip, SV_CALL) < level(chip)) {
+    nvic_pend(&chip->nvic, SV_CALL);
+    save(chip);
+  } else {
+    exceptions_fault(chip, (Fault){HARD_FAULT, 0, HFSR_FORCED, 0});
+  }
+}
+
+/* Make the fault, or the HardFault that it becomes, pending; false if the core locks up instead. */
+static bool escalate(Chip *chip, Fault fault) {
+  Scb *scb = &chip->scb;
+  int now = level(chip), number = fault.exception;
+  scb->cfsr |= fault.status;
+  scb->hfsr |= fault.hard;
+  if (fault.status & CFSR_BFARVALID) {
+    scb->bfar = fault.address;
+  }
+  if (fault.hard & HFSR_DEBUGEVT) {
+    scb->dfsr |= DFSR_BKPT;
+  }
+  if (number != HARD_FAULT && !(scb_fault_enabled(scb, number) && group_of(chip, number) < now)) {
+    number = HARD_FAULT;
+    scb->hfsr |= HFSR_FORCED;
+  }
+  if (number == HARD_FAULT && now <= chip->nvic.priority[HARD_FAULT]) {
+    chip->exceptions.entering = 0;
+    chip->exceptions.locked_up = 1;
+    chip->exceptions.locked_up_pc = chip->core.r[15];
+    return false;
+  }
+  nvic_pend(&chip->nvic, number);
+  return true;
+}
+
+static bool pend_fault(Chip *chip, Fault fault) {
+  bool pending = escalate(chip, fault);
+  int64_t before = chip->work;
+  chip->host.fault(cycle_clock_ps(&chip->cycle_clock, 0), fault.exception, fault.status, fault.hard, fault.address);
+  chip->costs.exceptions[fault.exception].times++;
+  chip->costs.exceptions[fault.exception].work += chip->work - before;
+  return pending;
+}
+
+void exceptions_fault(Chip *chip, Fault fault) {
+  if (pend_fault(chip, fault)) {
+    save(chip);
+  }
+}
+
+/* By 512 MB: what ARMv7-M ARM table B3-1 marks execute-never. */
+static bool is_execute_never(uint32_t address) { return 0xE4u >> (address >> 29) & 1; }
+
+Fault exceptions_fault_of(const Chip *chip, enum Stop stop) {
+  switch (stop) {
+  case STOP_UNDEFINED: return (Fault){USAGE_FAULT, CFSR_UNDEFINSTR, 0, 0};
+  case STOP_INVALID_STATE: return (Fault){USAGE_FAULT, CFSR_INVSTATE, 0, 0};
+  case STOP_NO_COPROCESSOR: return (Fault){USAGE_FAULT, CFSR_NOCP, 0, 0};
+  case STOP_UNALIGNED: return (Fault){USAGE_FAULT, CFSR_UNALIGNED, 0, 0};
+  case STOP_DIVIDE_BY_ZERO: return (Fault){USAGE_FAULT, CFSR_DIVBYZERO, 0, 0};
+  case STOP_READ:
+  case STOP_WRITE: return (Fault){BUS_FAULT, CFSR_PRECISERR | CFSR_BFARVALID, 0, chip->core.fault_address};
+  case STOP_BKPT: return (Fault){HARD_FAULT, 0, HFSR_DEBUGEVT, 0};
+  case STOP_FETCH:
+    return is_execute_never(chip->core.r[15]) ? (Fault){MEM_MANAGE, CFSR_IACCVIOL, 0, 0}
+                                              : (Fault){BUS_FAULT, CFSR_IBUSERR, 0, 0};
+  default: return (Fault){0, 0, 0, 0};
+  }
+}
+
+/* -- return ---------------------------------------------------------------------------------------------- */
+
+/* The checks of ExceptionReturn (B1.5.8). */
+static bool is_valid(const Chip *chip, uint32_t exc_return, int number) {
+  bool outermost = nvic_depth(&chip->nvic) == 1;
+  uint32_t kind = exc_return & 0xF;
+  if (exc_return >> 5 != 0xFFFFFFFFu >> 5 || number >= EXCEPTIONS || !nvic_is_active(&chip->nvic, number)) {
+    return false;
+  }
+  if (kind == TO_HANDLER) {
+    return !outermost;
+  }
+  return (kind == TO_THREAD || kind == TO_PROCESS) && (outermost || chip->scb.ccr & CCR_NONBASETHRDENA);
+}
+
+static void chain(Chip *chip, uint32_t exc_return) {
+  chip->exceptions.exc_return = exc_return;
+  enter_after(chip, CHAIN_CYCLES);
+}
+
+static void chain_fault(Chip *chip, Fault fault, uint32_t exc_return) {
+  if (pend_fault(chip, fault)) {
+    chain(chip, exc_return);
+  }
+}
+
+static bool restore(Chip *chip, uint32_t exc_return) {
+  uint32_t address, xpsr;
+  bool to_thread = (exc_return & 0xF) != TO_HANDLER;
+  if (!pop(chip, exc_return, &address, &xpsr)) {
+    chain_fault(chip, UNSTACKING, exc_return);
+    return false;
+  }
+  cycle_clock_spend(&chip->cycle_clock, RETURN_CYCLES);
+  chip->core.r[15] = address & ~1u;
+  chip->core.thumb = (xpsr & THUMB) != 0;
+  if (to_thread == ((xpsr & IPSR) != 0)) {
+    exceptions_fault(chip, INVALID_RETURN);
+    return false;
+  }
+  if (to_thread) {
+    chip->exceptions.thread_ps = cycle_clock_ps(&chip->cycle_clock, 0);
+  }
+  return to_thread && chip->scb.scr & SCR_SLEEPONEXIT;
+}
+
+bool exceptions_leave(Chip *chip) {
+  Core *core = &chip->core;
+  uint32_t exc_return = core->r[15] | 1;
+  int number = (int)core->ipsr;
+  if (!number) {
+    exceptions_fault(chip, (Fault){MEM_MANAGE, CFSR_IACCVIOL, 0, 0}); /* nothing special about it in Thread mode */
+    return false;
+  }
+  bool valid = is_valid(chip, exc_return, number);
+  if (number < EXCEPTIONS) {
+    nvic_deactivate(&chip->nvic, number);
+  }
+  chip->nvic.event = 1;
+  if (number != NMI) {
+    core->faultmask = 0;
+  }
+  if (!valid) {
+    core->r[14] = 0xF0000000u | (exc_return & 0x0FFFFFFF);
+    chain_fault(chip, INVALID_RETURN, exc_return);
+    return false;
+  }
+  if (exceptions_may_preempt(chip)) {
+    chain(chip, exc_return);
+    return false;
+  }
+  return restore(chip, exc_return);
+}

@@ -1,0 +1,154 @@
+/* Multiplication and division (ARMv7-M ARM A5.3.16, A5.3.17).
+ *
+ * Fields: d, n, m, a as in the encoding; of 64-bit results d is RdHi and a is RdLo. by tells which half-words are
+ * taken: bit 1 the high one of n, bit 0 the high one of m; of the dual ones bit 0 tells whether m is swapped.
+ */
+#include "cpu/dsp.h"
+
+#define N core->r[insn->n]
+#define M core->r[insn->m]
+#define A core->r[insn->a]
+#define D core->r[insn->d]
+
+static int32_t half(uint32_t word, bool high) { return (int16_t)(high ? word >> 16 : word); }
+static int32_t half_of_n(const Core *core, const Insn *insn) { return half(N, insn->by & 2); }
+static int32_t half_of_m(const Core *core, const Insn *insn) { return half(M, insn->by & 1); }
+
+/* The low word of a sum; Q remembers that it was not all of it. */
+static void set_sum(Core *core, const Insn *insn, int64_t sum) {
+  D = (uint32_t)sum;
+  core->q |= sum != (int32_t)sum;
+}
+
+static uint64_t long_accumulator(const Core *core, const Insn *insn) { return (uint64_t)D << 32 | A; }
+static void set_long(Core *core, const Insn *insn, uint64_t result) {
+  A = (uint32_t)result;
+  D = (uint32_t)(result >> 32);
+}
+
+/* -- 32 bits -------------------------------------------------------------------------------------------- */
+
+COMPUTATION(mul, D = N * M)
+COMPUTATION(mla, D = A + N * M)
+COMPUTATION(mls, D = A - N * M)
+
+COMPUTATION(smul_halves, D = (uint32_t)(half_of_n(core, insn) * half_of_m(core, insn)))
+OPERATION(smla_halves) {
+  set_sum(core, insn, (int64_t)(int32_t)A + half_of_n(core, insn) * half_of_m(core, insn));
+  NEXT;
+}
+
+static int64_t word_by_half(const Core *core, const Insn *insn) {
+  return (int64_t)(int32_t)N * half_of_m(core, insn) >> 16;
+}
+COMPUTATION(smulw, D = (uint32_t)word_by_half(core, insn))
+COMPUTATION(smlaw, set_sum(core, insn, (int32_t)A + word_by_half(core, insn)))
+
+/* The products of the low and of the high half-words, added or subtracted. */
+static int64_t dual(const Core *core, const Insn *insn, bool subtract) {
+  uint32_t m = insn->by & 1 ? rotate_right(M, 16) : M;
+  int64_t low = half(N, false) * half(m, false), high = half(N, true) * half(m, true);
+  return subtract ? low - high : low + high;
+}
+COMPUTATION(smuad, set_sum(core, insn, dual(core, insn, false)))
+COMPUTATION(smlad, set_sum(core, insn, (int32_t)A + dual(core, insn, false)))
+COMPUTATION(smusd, set_sum(core, insn, dual(core, insn, true)))
+COMPUTATION(smlsd, set_sum(core, insn, (int32_t)A + dual(core, insn, true)))
+
+/* The high word of a product, or of an accumulator with it; rounded to nearest if by is 1. */
+static uint64_t product(const Core *core, const Insn *insn) {
+  return (uint64_t)((int64_t)(int32_t)N * (int32_t)M);
+}
+static uint64_t rounding(const Insn *insn) { return (uint64_t)(insn->by & 1) << 31; }
+COMPUTATION(smmul, D = (uint32_t)((product(core, insn) + rounding(insn)) >> 32))
+COMPUTATION(smmla, D = (uint32_t)((((uint64_t)A << 32) + product(core, insn) + rounding(insn)) >> 32))
+COMPUTATION(smmls, D = (uint32_t)((((uint64_t)A << 32) - product(core, insn) + rounding(insn)) >> 32))
+
+static uint32_t differences(const Core *core, const Insn *insn) {
+  uint32_t sum = 0;
+  for (unsigned at = 0; at < 32; at += 8) {
+    uint32_t n = N >> at & 0xFF, m = M >> at & 0xFF;
+    sum += n > m ? n - m : m - n;
+  }
+  return sum;
+}
+COMPUTATION(usad8, D = differences(core, insn))
+COMPUTATION(usada8, D = A + differences(core, insn))
+
+/* -- 64 bits -------------------------------------------------------------------------------------------- */
+
+COMPUTATION(smull, set_long(core, insn, product(core, insn)))
+COMPUTATION(umull, set_long(core, insn, (uint64_t)N * M))
+COMPUTATION(smlal, set_long(core, insn, long_accumulator(core, insn) + product(core, insn)))
+COMPUTATION(umlal, set_long(core, insn, long_accumulator(core, insn) + (uint64_t)N * M))
+COMPUTATION(umaal, set_long(core, insn, (uint64_t)N * M + D + A))
+OPERATION(smlal_halves) {
+  int64_t product = half_of_n(core, insn) * half_of_m(core, insn);
+  set_long(core, insn, long_accumulator(core, insn) + (uint64_t)product);
+  NEXT;
+}
+COMPUTATION(smlald, set_long(core, insn, long_accumulator(core, insn) + (uint64_t)dual(core, insn, false)))
+COMPUTATION(smlsld, set_long(core, insn, long_accumulator(core, insn) + (uint64_t)dual(core, insn, true)))
+
+/* Division by zero gives 0; CCR.DIV_0_TRP is looked after by whoever calls core_run(). */
+/* By 0 the quotient is 0, unless CCR.DIV_0_TRP makes it a fault. */
+#define DEFINE_DIVISION(name, quotient)                                                                  \
+  OPERATION(name) {                                                                                      \
+    if (UNLIKELY(M == 0 && core->div_0_trp)) {                                                           \
+      stop_on(core, insn, budget, STOP_DIVIDE_BY_ZERO);                                                  \
+      return;                                                                                            \
+    }                                                                                                    \
+    D = M ? quotient : 0;                                                                                \
+    NEXT;                                                                                                \
+  }
+DEFINE_DIVISION(udiv, N / M)
+DEFINE_DIVISION(sdiv, (uint32_t)((int64_t)(int32_t)N / (int32_t)M))
+
+/* -- decoding ------------------------------------------------------------------------------------------- */
+
+/* A5.3.16. With a = 15 there is no accumulator. */
+static Operation multiply(unsigned op1, unsigned op2, unsigned a) {
+  bool alone = a == 15;
+  switch (op1) {
+  case 0: return op2 == 0 ? (alone ? mul : mla) : op2 == 1 ? mls : NULL;
+  case 1: return alone ? smul_halves : smla_halves;
+  case 2: return op2 > 1 ? NULL : alone ? smuad : smlad;
+  case 3: return op2 > 1 ? NULL : alone ? smulw : smlaw;
+  case 4: return op2 > 1 ? NULL : alone ? smusd : smlsd;
+  case 5: return op2 > 1 ? NULL : alone ? smmul : smmla;
+  case 6: return op2 > 1 ? NULL : alone ? smmul : smmls; /* the former UNPREDICTABLE */
+  default: return op2 ? NULL : alone ? usad8 : usada8;
+  }
+}
+
+/* A5.3.17. */
+static Operation multiply_long_or_divide(unsigned op1, unsigned op2) {
+  switch (op1 << 4 | op2) {
+  case 0x00: return smull;
+  case 0x1F: return sdiv;
+  case 0x20: return umull;
+  case 0x3F: return udiv;
+  case 0x40: return smlal;
+  case 0x48: case 0x49: case 0x4A: case 0x4B: return smlal_halves;
+  case 0x4C: case 0x4D: return smlald;
+  case 0x5C: case 0x5D: return smlsld;
+  case 0x60: return umlal;
+  case 0x66: return umaal;
+  default: return NULL;
+  }
+}
+
+bool decode_multiply(uint16_t first, uint16_t second, Insn *insn) {
+  unsigned op1 = bits(first, 6, 4), op2 = bits(second, 7, 4);
+  insn->by = op2 & 3;
+  if (first & 0x80) {
+    insn->run = multiply_long_or_divide(op1, op2);
+    if (op2 == 0xF) { /* divisions have no a */
+      insn->a = 0;
+    }
+    return insn->run && can_be_written(insn->a);
+  }
+  insn->run = op2 < 4 ? multiply(op1, op2, insn->a) : NULL;
+  insn->a = insn->a == 15 ? 0 : insn->a;
+  return insn->run != NULL;
+}

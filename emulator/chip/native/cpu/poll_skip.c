@@ -1,0 +1,153 @@
+/* PollSkip loops are skipped: a loop that polls registers and changes nothing repeats itself until one of them does.
+ *
+ * When a register is read again with the core's registers and RAM as they were at an earlier read of the same run
+ * (a passage), and nothing in between had an effect, everything that follows is a repetition, for as long as
+ * none of the registers read in it changes: until the earliest of their times, or the end of the run, whole
+ * iterations are counted instead of being executed. This is exact; only the speed depends on it. Instead of a copy of
+ * all of RAM for each passage there is a log of the words that have changed since the first one.
+ *
+ * Reads that lead nowhere cost comparisons. A register whose reads were compared in vain for a while is left alone
+ * for a while. What is known of a register is kept in a table by a hash of its address; two registers that
+ * share a place forget each other's, which costs speed alone.
+ */
+#include <string.h>
+
+#include "bus.h"
+#include "chip.h"
+
+void poll_skip_forget(Chip *chip) {
+  PollSkip *poll_skip = &chip->poll_skip;
+  poll_skip->comparing = 0;
+  poll_skip->valid_ps = NEVER_PS;
+  poll_skip->logged = 0;
+  core_log_stores(&chip->core, false);
+}
+
+void poll_skip_disturb(Chip *chip) {
+  chip->poll_skip.accesses++;
+  poll_skip_outdate(&chip->poll_skip);
+  if (chip->poll_skip.comparing) {
+    poll_skip_forget(chip);
+  }
+}
+
+void poll_skip_log(Chip *chip, uint32_t address, uint32_t old) {
+  PollSkip *poll_skip = &chip->poll_skip;
+  if (poll_skip->logged < POLL_SKIP_LOGGED) {
+    poll_skip->log[poll_skip->logged].address = address;
+    poll_skip->log[poll_skip->logged].old = old;
+  }
+  poll_skip->logged++; /* beyond the log: nothing is known any more */
+}
+
+/* Whether RAM is what it was when so much had been logged: the first change of each word tells. */
+static bool same_ram(const Chip *chip, uint32_t since) {
+  const PollSkip *poll_skip = &chip->poll_skip;
+  if (poll_skip->logged > POLL_SKIP_LOGGED) {
+    return false;
+  }
+  for (uint32_t n = since; n < poll_skip->logged; n++) {
+    uint32_t address = poll_skip->log[n].address, before = since, now;
+    while (poll_skip->log[before].address != address) {
+      before++;
+    }
+    memcpy(&now, chip->ram + (address - RAM_BASE), 4);
+    if (before == n && now != poll_skip->log[n].old) {
+      return false;
+    }
+  }
+  return true;
+}
+
+void poll_skip_watch(Chip *chip) {
+  poll_skip_forget(chip);
+  core_log_stores(&chip->core, true);
+}
+
+bool poll_skip_nothing_changed(const Chip *chip) { return same_ram(chip, 0); }
+
+static int32_t *interest_in(PollSkip *poll_skip, uint32_t address) {
+  Polled *polled = poll_skip_slot(poll_skip, address);
+  if (polled->address != address) {
+    *polled = (Polled){.address = address, .version = -1};
+  }
+  return &polled->interest;
+}
+
+static Passage *find_passage(Chip *chip) {
+  PollSkip *poll_skip = &chip->poll_skip;
+  for (int64_t n = poll_skip->comparing - 1; n >= 0; n--) {
+    if (!memcmp(poll_skip->passages[n].state, chip->core.r, CORE_STATE_SIZE)) {
+      return &poll_skip->passages[n];
+    }
+  }
+  return NULL;
+}
+
+/* Go to the last passage before anything happens; where the read is alone in its loop, to the first one at which
+ * the register has changed. Gives the instructions skipped, and whether it has. */
+static int64_t skip(Chip *chip, int64_t position, int64_t period, bool alone, bool *changed) {
+  CycleClock *cycle_clock = &chip->cycle_clock;
+  int64_t limit = (int64_t)chip->core.limit, valid_ps = chip->poll_skip.valid_ps, end = chip->run_loop.end;
+  *changed = false;
+  if (cycle_clock->count + limit <= position) {
+    return 0; /* the run is to end after this instruction */
+  }
+  int64_t iterations = (end - position) / period;
+  if (valid_ps < NEVER_PS) {
+    int64_t needed = (cycle_clock_position(cycle_clock, valid_ps) - position) / period + 1;
+    *changed = alone && needed <= iterations;
+    iterations = *changed ? needed : needed - 1 < iterations ? needed - 1 : iterations;
+  }
+  if (iterations <= 0) {
+    *changed = false;
+    return 0;
+  }
+  int64_t skipped = iterations * period;
+  chip->poll_skip.skipped += skipped;
+  cycle_clock->count += skipped;
+  if (cycle_clock->count + limit > end) {
+    core_limit(&chip->core, (uint64_t)(end - cycle_clock->count));
+  }
+  return skipped;
+}
+
+bool poll_skip_polled(Chip *chip, uint32_t address, int64_t until_ps) {
+  PollSkip *poll_skip = &chip->poll_skip;
+  int64_t accesses = ++poll_skip->accesses, position = chip->cycle_clock.count + (int64_t)chip->core.counter;
+  int32_t *interest = interest_in(poll_skip, address);
+  if (*interest < POLL_SKIP_INTERESTING || !poll_skip->enabled) {
+    ++*interest;
+    if (poll_skip->comparing) {
+      poll_skip_forget(chip);
+    }
+    return false;
+  }
+  if (chip->now_ps >= poll_skip->valid_ps || poll_skip->logged > POLL_SKIP_LOGGED) {
+    poll_skip_forget(chip);
+  }
+  poll_skip->valid_ps = poll_skip->valid_ps < until_ps ? poll_skip->valid_ps : until_ps;
+  Passage *passage = find_passage(chip);
+  bool repeats = passage && passage->position != position && same_ram(chip, passage->logged);
+  int64_t period = passage ? position - passage->position : 0;
+  bool alone = passage && accesses - passage->accesses == 1;
+  if (!passage) {
+    passage = &poll_skip->passages[poll_skip->comparing++];
+    memcpy(passage->state, chip->core.r, CORE_STATE_SIZE);
+    core_log_stores(&chip->core, true);
+  }
+  passage->position = position;
+  passage->accesses = accesses;
+  passage->logged = poll_skip->logged;
+  bool changed = false;
+  if (repeats) {
+    *interest = POLL_SKIP_INTERESTING;
+    passage->position += skip(chip, position, period, alone, &changed);
+    return changed;
+  }
+  *interest = *interest <= POLL_SKIP_INTERESTING + POLL_SKIP_VAIN ? *interest + 1 : -POLL_SKIP_PAUSE;
+  if (poll_skip->comparing == POLL_SKIP_PASSAGES) {
+    poll_skip_forget(chip);
+  }
+  return false;
+}

@@ -1,0 +1,170 @@
+/* Special registers, hints and barriers (ARMv7-M ARM B5.2, A5.3.4). */
+#include "cpu/system.h"
+
+/* SYSm (table B5-1); 0 to 7 are views of xPSR. */
+enum SpecialRegister {
+  MSP = 8,
+  PSP = 9,
+  PRIMASK = 16,
+  BASEPRI = 17,
+  BASEPRI_MAX = 18,
+  FAULTMASK = 19,
+  CONTROL = 20,
+};
+
+#define NPRIV 1u
+#define SPSEL 2u
+#define FPCA 4u
+#define NMI 2
+#define HARD_FAULT 3
+
+static bool privileged(const Core *core) { return in_handler(core) || !(core->control & NPRIV); }
+
+/* r[13], or where the one that is not in use is kept (B1.4.7). */
+static uint32_t *stack_pointer(Core *core, bool process) {
+  bool process_in_use = !in_handler(core) && core->control & SPSEL;
+  return process == process_in_use ? &core->r[13] : &core->sp[process];
+}
+
+/* Not where the execution priority is that of HardFault already (B5.2.1, B5.2.3). */
+static void set_faultmask(Core *core, uint32_t value) {
+  core->faultmask = value && core->ipsr != NMI && core->ipsr != HARD_FAULT;
+}
+
+/* -- MRS ------------------------------------------------------------------------------------------------ */
+
+/* SYSm<0>: with IPSR, SYSm<2>: without APSR. EPSR reads as zero. */
+static uint32_t program_status(const Core *core, unsigned which) {
+  uint32_t apsr = read_xpsr(core) & 0xF80F0000;
+  return (which & 4 ? 0 : apsr) | ((which & 1) && privileged(core) ? core->ipsr : 0);
+}
+
+static uint32_t special_register(Core *core, unsigned number) {
+  if (number < 8) {
+    return program_status(core, number);
+  }
+  if (number == CONTROL) {
+    return core->control & (NPRIV | SPSEL | FPCA);
+  }
+  if (!privileged(core)) {
+    return 0;
+  }
+  switch (number) {
+  case MSP: return *stack_pointer(core, false);
+  case PSP: return *stack_pointer(core, true);
+  case PRIMASK: return core->primask;
+  case BASEPRI:
+  case BASEPRI_MAX: return core->basepri;
+  case FAULTMASK: return core->faultmask;
+  default: return 0;
+  }
+}
+
+/* imm: SYSm. */
+COMPUTATION(mrs, core->r[insn->d] = special_register(core, insn->imm))
+
+/* -- MSR, CPS ------------------------------------------------------------------------------------------- */
+
+static void set_control(Core *core, uint32_t value) {
+  uint32_t settable = NPRIV | FPCA | (in_handler(core) ? 0 : SPSEL);
+  write_control(core, (core->control & ~settable) | (value & settable));
+}
+
+static void write_special_register(Core *core, unsigned number, uint32_t value) {
+  uint32_t priority = value & 0xFF;
+  if (!privileged(core)) {
+    return;
+  }
+  switch (number) {
+  case MSP: *stack_pointer(core, false) = value & ~3u; break;
+  case PSP: *stack_pointer(core, true) = value & ~3u; break;
+  case PRIMASK: core->primask = value & 1; break;
+  case BASEPRI: core->basepri = priority; break;
+  case BASEPRI_MAX:
+    if (priority && (priority < core->basepri || !core->basepri)) {
+      core->basepri = priority;
+    }
+    break;
+  case FAULTMASK: set_faultmask(core, value & 1); break;
+  case CONTROL: set_control(core, value); break;
+  }
+}
+
+/* The last thing of an operation that has written a mask: an exception that has waited may be to be taken. */
+INLINE void go_on_unmasked(Core *core, const Insn *insn, int32_t budget) {
+  if (LIKELY(!core_exception_waits(core))) {
+    NEXT;
+  }
+  look_outside(core, insn, budget);
+  core_masks_changed(core);
+  go_on(core, insn);
+}
+
+/* imm: SYSm. */
+OPERATION(msr) {
+  write_special_register(core, insn->imm, core->r[insn->n]);
+  go_on_unmasked(core, insn, budget);
+}
+
+/* by: the mask, bit 1 for N, Z, C, V and Q, bit 0 for GE. */
+COMPUTATION(msr_apsr, write_apsr(core, core->r[insn->n], insn->by & 2, insn->by & 1))
+
+/* by: bit 1 for PRIMASK, bit 0 for FAULTMASK; imm: what they become. */
+OPERATION(cps) {
+  if (privileged(core)) {
+    if (insn->by & 2) {
+      core->primask = insn->imm;
+    }
+    if (insn->by & 1) {
+      set_faultmask(core, insn->imm);
+    }
+  }
+  go_on_unmasked(core, insn, budget);
+}
+
+bool decode_cps(uint16_t first, Insn *insn) {
+  insn->run = cps;
+  insn->imm = bits(first, 4, 4);
+  insn->by = bits(first, 1, 0);
+  return bits(first, 3, 2) == 0;
+}
+
+/* -- hints, barriers ------------------------------------------------------------------------------------ */
+
+/* Barriers, too: each access is complete before the next instruction. */
+void no_operation(Core *core, const Insn *insn, int32_t budget) { NEXT; }
+
+OPERATION(wfe) { stop_after(core, insn, budget, STOP_WFE); }
+OPERATION(wfi) { stop_after(core, insn, budget, STOP_WFI); }
+
+COMPUTATION(sev, core_send_event(core))
+COMPUTATION(clrex, core->exclusive = 0)
+
+bool decode_hint(unsigned number, Insn *insn) {
+  insn->run = number == 2 ? wfe : number == 3 ? wfi : number == 4 ? sev : no_operation;
+  insn->kind |= number == 2 || number == 3 ? ENDS : 0;
+  return true;
+}
+
+static bool decode_barrier(unsigned number, Insn *insn) {
+  insn->run = number == 2 ? clrex : no_operation;
+  return number == 2 || (number >= 4 && number <= 6); /* DSB, DMB, ISB */
+}
+
+bool decode_system32(uint16_t first, uint16_t second, Insn *insn) {
+  insn->imm = bits(second, 7, 0);
+  switch (bits(first, 10, 4)) {
+  case 0x38: /* the mask selects parts of APSR only; the other parts of xPSR cannot be written */
+    insn->n = bits(first, 3, 0);
+    insn->by = bits(second, 11, 10);
+    insn->run = insn->imm < 4 ? msr_apsr : msr;
+    return true;
+  case 0x3A: return bits(second, 10, 8) == 0 && decode_hint(insn->imm, insn);
+  case 0x3B: return decode_barrier(bits(second, 7, 4), insn);
+  case 0x3E:
+    insn->d = bits(second, 11, 8);
+    insn->run = mrs;
+    return insn->d != 13 && insn->d != 15; /* UNPREDICTABLE */
+  default: return false;
+  }
+}

@@ -1,0 +1,15 @@
+/* Instructions that concern the core itself; control.c decides which they are. */
+#ifndef FCU_SYSTEM_H
+#define FCU_SYSTEM_H
+
+#include "cpu/dispatch.h"
+
+void no_operation(Core *core, const Insn *insn, int32_t budget);
+
+/* number: of NOP, YIELD, WFE, WFI, SEV and those not allocated (A5.2.5, A5.3.4). */
+bool decode_hint(unsigned number, Insn *insn);
+bool decode_cps(uint16_t first, Insn *insn);
+/* MRS, MSR, hints, barriers, CLREX. */
+bool decode_system32(uint16_t first, uint16_t second, Insn *insn);
+
+#endif

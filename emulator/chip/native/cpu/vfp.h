@@ -1,0 +1,104 @@
+/* What the vfp files need of each other. FPv4-SP: single precision only (ARMv7-M ARM A2.5).
+ *
+ * Floating-point values are the bits of core->s[]. The host's arithmetic is used where its result is bound to
+ * be the right one (vfp_data.c); everything else, NaNs, flags and rounding modes included, is done on
+ * integers (vfp_exact.c), so that nothing depends on the host's floating-point environment but that it rounds
+ * to nearest. The compiler must not fuse operations: -ffp-contract=off.
+ */
+#ifndef FCU_VFP_H
+#define FCU_VFP_H
+
+#include <string.h>
+
+#include "cpu/access.h"
+
+/* FPSCR (A2.5.3). */
+#define FPSCR_IOC (1u << 0)
+#define FPSCR_DZC (1u << 1)
+#define FPSCR_OFC (1u << 2)
+#define FPSCR_UFC (1u << 3)
+#define FPSCR_IXC (1u << 4)
+#define FPSCR_IDC (1u << 7)
+#define FPSCR_RMODE (3u << 22)
+#define FPSCR_FZ (1u << 24)
+#define FPSCR_DN (1u << 25)
+#define FPSCR_AHP (1u << 26)
+#define FPSCR_NZCV (15u << 28)
+
+enum Rounding { TO_NEAREST, UPWARD, DOWNWARD, TOWARD_ZERO }; /* as FPSCR.RMODE */
+
+static inline enum Rounding rounding_mode(const Core *core) { return core->fpscr >> 22 & 3; }
+
+#define SIGN 0x80000000u
+#define INFINITE 0x7F800000u
+#define DEFAULT_NAN 0x7FC00000u
+#define QUIET 0x00400000u
+
+static inline uint32_t negated(uint32_t value) { return value ^ SIGN; }
+static inline bool is_nan(uint32_t value) { return (value & ~SIGN) > INFINITE; }
+static inline bool is_signalling(uint32_t value) { return is_nan(value) && !(value & QUIET); }
+static inline bool is_infinite(uint32_t value) { return (value & ~SIGN) == INFINITE; }
+
+static inline float to_float(uint32_t value) {
+  float result;
+  memcpy(&result, &value, sizeof result);
+  return result;
+}
+static inline uint32_t from_float(float value) {
+  uint32_t result;
+  memcpy(&result, &value, sizeof result);
+  return result;
+}
+
+/* -- vfp.c ---------------------------------------------------------------------------------------------- */
+
+#define FLOATING_CONTEXT 0xCu /* CONTROL.FPCA, and bit 3, which the reference engine sets with it */
+
+/* ExecuteFPCheck: the first floating-point instruction of a context begins with FPDSCR, which is 0. */
+static inline void use_floating_point(Core *core) {
+  if (UNLIKELY((core->control & FLOATING_CONTEXT) != FLOATING_CONTEXT)) {
+    core->control |= FLOATING_CONTEXT;
+    core->fpscr = 0;
+  }
+}
+
+/* -- vfp_exact.c: the operations of A2.5.4 as the pseudocode has them, for all operands and modes ------- */
+
+uint32_t exact_add(Core *core, uint32_t left, uint32_t right);
+uint32_t exact_multiply(Core *core, uint32_t left, uint32_t right);
+uint32_t exact_divide(Core *core, uint32_t left, uint32_t right);
+uint32_t exact_square_root(Core *core, uint32_t value);
+/* addend + left * right, rounded once. */
+uint32_t exact_multiply_add(Core *core, uint32_t addend, uint32_t left, uint32_t right);
+
+/* (-1)^sign * significand * 2^exponent. In a significand of more than 32 bits the lowest bit also stands for
+ * all that is below it. */
+typedef struct {
+  bool sign;
+  int exponent;
+  uint64_t significand;
+} Number;
+
+typedef struct {
+  int fraction_bits, highest_exponent; /* the highest biased exponent of numbers */
+} Format;
+extern const Format SINGLE, HALF, ALTERNATIVE_HALF;
+
+/* A finite value; FPSCR.FZ flushes what is denormal. */
+Number unpacked(Core *core, uint32_t value);
+/* FPRound, with the exception flags. */
+uint32_t rounded(Core *core, Number number, Format format, enum Rounding mode);
+/* FPProcessNaN. */
+uint32_t quieted(Core *core, uint32_t nan);
+
+/* -- decoding: vfp_data.c, vfp_convert.c, vfp_move.c ---------------------------------------------------- */
+
+bool decode_vfp_data(uint16_t first, uint16_t second, Insn *insn);
+bool decode_vfp_conversion(uint16_t first, uint16_t second, Insn *insn);
+bool decode_vfp_memory(uint32_t address, uint16_t first, uint16_t second, Insn *insn);
+bool decode_vfp_move(uint16_t first, uint16_t second, Insn *insn);
+
+/* The number of an S register, four bits and one (A6.4.1). */
+static inline uint8_t single(unsigned four, unsigned one) { return (uint8_t)((four & 15) << 1 | (one & 1)); }
+
+#endif

@@ -1,0 +1,56 @@
+/* Work: what a run costs, in a measure that depends on the firmware alone and not on the machine.
+ *
+ * One unit is an executed instruction, some 2 to 3 ns on a computer of 2020; skipped waiting costs nothing. The
+ * other weights are what things take beside that, measured by tests/campaigns/heavy_bench.py: its last column shows
+ * that none takes much longer than its units say. Calls of Python add their own (library.py).
+ *
+ * Decision: counters where it is slow already. Nothing is counted per instruction: a run knows how many it has
+ * executed. The road not taken, a limit on processor time, is another one on every machine, and then a verdict is.
+ */
+#ifndef FCU_WORK_H
+#define FCU_WORK_H
+
+#include <stdint.h>
+
+#include "generated/memory_map.h"
+
+enum {
+  WORK_RUN = 20,       /* a run of instructions between events */
+  WORK_ACCESS = 8,     /* an access to a register */
+  WORK_EVENT = 60,     /* something that a peripheral has planned */
+  WORK_EXCEPTION = 30, /* an exception entered, and left again */
+  WORK_DECODE = 15,    /* an instruction decoded, and forgotten again */
+  WORK_TIMER = 8,      /* a register of a timer that is written: its next event changes */
+  WORK_PIN = 8,        /* a pin that a register sets up again */
+  WORK_EDGE = 10,      /* an edge of an output */
+  WORK_EDGE_KEPT = 500, /* one that Python builds when the trace is read: of many, only the latest */
+  WORK_RESET = 20000,
+};
+
+enum { PAGES = 514, PAGE_OTG = 512, PAGE_PRIVATE = 513 }; /* kilobytes of the peripherals; OTG; the core's own */
+
+/* The page of a register's address. */
+static inline int page_of(uint32_t address) {
+  uint32_t offset = address - PERIPHERALS_BASE;
+  if (offset < (uint32_t)PAGE_OTG << 10) {
+    return (int)(offset >> 10);
+  }
+  return address < PRIVATE_BASE ? PAGE_OTG : PAGE_PRIVATE;
+}
+
+/* What a kind of thing has cost: how often it was, and its work, that of what it has caused included. */
+typedef struct {
+  int64_t times, work;
+} Cost;
+
+/* Kinds; with an index: page, peripheral in C, exception. */
+enum CostKind { COST_INSTRUCTIONS, COST_ACCESSES, COST_EVENTS, COST_PYTHON_EVENTS, COST_EXCEPTIONS, COST_RESETS };
+
+#define COST_PERIPHERALS 48
+#define COST_EXCEPTIONS_MOST 101 /* EXCEPTIONS of nvic.h */
+
+typedef struct {
+  Cost instructions, accesses[PAGES], events[COST_PERIPHERALS], python_events, exceptions[COST_EXCEPTIONS_MOST], resets;
+} Costs;
+
+#endif

@@ -1,0 +1,370 @@
+/* DMA1 and DMA2: eight streams each (RM0368 section 9; interrupt numbers of table 38), and which request line
+ * reaches which stream on which channel (section 9.3.3, tables 28 and 29).
+ *
+ * A transfer happens at once when its request is made, which a peripheral does in an access or an event, so no flag
+ * here changes by itself. In FIFO mode data would wait in the FIFO until its threshold is reached; here it goes
+ * through, which a program can see only by reading memory before the end. Packing (PSIZE and MSIZE different,
+ * section 9.3.10) then is what little-endian byte order makes of it: items follow one another in memory in the size
+ * they have at the peripheral.
+ *
+ * Memory to memory is done at its end, when 4 cycles of HCLK an item have passed (an estimate, the manual gives no
+ * figure); NDTR shows the whole length until then.
+ *
+ * The tables were compared with those of RM0090 (STM32F405), of which they are a part but for I2C3_RX on stream 1
+ * and I2C3_TX on stream 5: these two are not certain.
+ *
+ * NOT MODELLED, with a note where firmware asks for it: the peripheral as flow controller (PFCTRL, for SDIO only).
+ * NOT MODELLED, silent: priorities, bursts, PINCOS and FIFO errors; requests of I2S, SPI4, SDIO, and of timers but
+ * for updates.
+ */
+#include "fcu.h"
+
+#include "generated/registers_dma.h"
+
+#define FIRST_STREAM SxCR(0)
+#define STREAM_SIZE (SxCR(1) - SxCR(0))
+enum { CR, NDTR, PAR, M0AR, M1AR, FCR }; /* of a stream, by word */
+_Static_assert(SxFCR(0) == FIRST_STREAM + 4 * FCR, "the words of a stream");
+
+enum { PERIPHERAL_TO_MEMORY, MEMORY_TO_PERIPHERAL, MEMORY_TO_MEMORY };
+#define CHANGEABLE_WHILE_ON (SxCR_EN | SxCR_DMEIE | SxCR_TEIE | SxCR_HTIE | SxCR_TCIE)
+/* A stream's flags, in the places of stream 0. */
+#define FLAGS (LISR_FEIF0 | LISR_DMEIF0 | LISR_TEIF0 | LISR_HTIF0 | LISR_TCIF0)
+static const uint8_t FLAG_SHIFT[4] = {0, 6, 16, 22}; /* of streams 0 to 3 in LISR, 4 to 7 in HISR */
+
+#define CYCLES_PER_ITEM 4
+
+static const uint32_t BASES[DMA_CONTROLLERS] = {DMA1_BASE, DMA2_BASE};
+static const uint8_t INTERRUPTS_OF[DMA_CONTROLLERS][DMA_STREAMS] = {
+  {11, 12, 13, 14, 15, 16, 17, 47},
+  {56, 57, 58, 59, 60, 68, 69, 70},
+};
+
+/* -- request lines --------------------------------------------------------------------------------------- */
+
+#define R(name) REQUEST_##name
+#define OTHER REQUESTS /* a line on which nobody here asks */
+#define NONE REQUEST_NONE
+
+/* One row a channel, one column a stream. */
+static const uint8_t LINES[DMA_CONTROLLERS][8][DMA_STREAMS] = {
+  {
+    {R(SPI3_RX), NONE, R(SPI3_RX), R(SPI2_RX), R(SPI2_TX), R(SPI3_TX), NONE, R(SPI3_TX)},
+    {R(I2C1_RX), R(I2C3_RX), NONE, NONE, NONE, R(I2C1_RX), R(I2C1_TX), R(I2C1_TX)},
+    {OTHER, NONE, OTHER, OTHER, OTHER, OTHER, R(TIM4_UP), OTHER},
+    {OTHER, R(TIM2_UP), R(I2C3_RX), OTHER, R(I2C3_TX), OTHER, OTHER, R(TIM2_UP)},
+    {NONE, NONE, NONE, NONE, NONE, R(USART2_RX), R(USART2_TX), NONE},
+    {NONE, NONE, R(TIM3_UP), NONE, OTHER, OTHER, NONE, OTHER},
+    {R(TIM5_UP), OTHER, OTHER, OTHER, OTHER, R(I2C3_TX), R(TIM5_UP), NONE},
+    {NONE, NONE, R(I2C2_RX), R(I2C2_RX), NONE, NONE, NONE, R(I2C2_TX)},
+  },
+  {
+    {R(ADC1), NONE, NONE, NONE, R(ADC1), NONE, OTHER, NONE},
+    {NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE},
+    {NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE},
+    {R(SPI1_RX), NONE, R(SPI1_RX), R(SPI1_TX), NONE, R(SPI1_TX), NONE, NONE},
+    {OTHER, OTHER, R(USART1_RX), OTHER, NONE, R(USART1_RX), OTHER, R(USART1_TX)},
+    {NONE, R(USART6_RX), R(USART6_RX), OTHER, OTHER, NONE, R(USART6_TX), R(USART6_TX)},
+    {OTHER, OTHER, OTHER, OTHER, OTHER, R(TIM1_UP), OTHER, NONE},
+    {NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE},
+  },
+};
+
+static int controller_of(const DmaController *dma) { return dma == &dma->peripheral.chip->dma.controllers[1]; }
+
+/* 1 to 16. */
+static uint8_t number_of(const DmaController *dma, int stream) {
+  return (uint8_t)(DMA_STREAMS * controller_of(dma) + stream + 1);
+}
+
+/* The stream has been enabled: it does the transfers of its line from now on. */
+static void serve(DmaController *dma, int stream, enum Request line) {
+  Dma *both = &dma->peripheral.chip->dma;
+  dma->streams[stream].line = line;
+  if (line == NONE || line == OTHER) {
+    return;
+  }
+  both->server[line] = number_of(dma, stream);
+  if (both->asker[line]) {
+    both->asker[line]->type->dma_ready(both->asker[line]);
+  }
+}
+
+static void leave(DmaController *dma, int stream) {
+  Dma *both = &dma->peripheral.chip->dma;
+  enum Request line = dma->streams[stream].line;
+  if (line != NONE && line != OTHER && both->server[line] == number_of(dma, stream)) {
+    both->server[line] = 0;
+  }
+}
+
+void dma_connect(Peripheral *peripheral, enum Request line) { peripheral->chip->dma.asker[line] = peripheral; }
+
+/* -- the bus --------------------------------------------------------------------------------------------- */
+
+/* Both controllers reach memory and the peripherals, not what is private to the core (RM0368 section 2.1). */
+static bool is_reached(uint32_t address) { return address < PERIPHERALS_BASE + PERIPHERALS_SIZE; }
+
+static bool load_item(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
+  return is_reached(address) && bus_load(chip, address, size, value);
+}
+
+static bool store_item(Chip *chip, uint32_t address, unsigned size, uint32_t value) {
+  return is_reached(address) && bus_store(chip, address, size, value);
+}
+
+/* -- transfers ------------------------------------------------------------------------------------------- */
+
+static void update_interrupt(DmaController *dma, int stream) {
+  const DmaStream *one = &dma->streams[stream];
+  uint32_t enabled = (one->control & SxCR_TCIE ? LISR_TCIF0 : 0) | (one->control & SxCR_HTIE ? LISR_HTIF0 : 0) |
+                     (one->control & SxCR_TEIE ? LISR_TEIF0 : 0);
+  peripheral_set_irq(&dma->peripheral, INTERRUPTS_OF[controller_of(dma)][stream], (one->flags & enabled) != 0);
+}
+
+static void raise_flags(DmaController *dma, int stream, uint32_t flags) {
+  dma->streams[stream].flags |= flags;
+  update_interrupt(dma, stream);
+}
+
+/* When the next transfer from memory to memory is done. */
+static void plan(DmaController *dma) {
+  int64_t at_ps = NEVER_PS;
+  for (int n = 0; n < DMA_STREAMS; n++) {
+    at_ps = dma->streams[n].copy_ps < at_ps ? dma->streams[n].copy_ps : at_ps;
+  }
+  if (at_ps < NEVER_PS) {
+    event_schedule(dma->peripheral.chip, dma->event, at_ps);
+  } else {
+    event_cancel(dma->peripheral.chip, dma->event);
+  }
+}
+
+static void stop(DmaController *dma, int stream) {
+  DmaStream *one = &dma->streams[stream];
+  one->control &= ~SxCR_EN;
+  leave(dma, stream);
+  if (one->copy_ps < NEVER_PS) {
+    one->copy_ps = NEVER_PS;
+    plan(dma);
+  }
+}
+
+static void begin(DmaStream *one) {
+  static const uint8_t SIZES[] = {1, 2, 4, 4}; /* PSIZE: byte, half-word, word, reserved */
+  one->length = one->items;
+  one->moved = 0;
+  one->size = SIZES[FIELD(one->control, SxCR_PSIZE)];
+  one->peripheral_step = one->control & SxCR_PINC ? one->size : 0;
+  one->memory_step = one->control & SxCR_MINC ? one->size : 0;
+}
+
+static void start(DmaController *dma, int stream, enum Request line) {
+  DmaStream *one = &dma->streams[stream];
+  Chip *chip = dma->peripheral.chip;
+  if (one->items == 0) { /* section 9.3.14: nothing to transfer, the stream does not start */
+    one->control &= ~SxCR_EN;
+    return;
+  }
+  begin(one);
+  if (FIELD(one->control, SxCR_DIR) != MEMORY_TO_MEMORY) {
+    serve(dma, stream, line);
+  } else if (chip->clocks.hclk_hz) {
+    one->copy_ps = chip->now_ps + (int64_t)one->items * CYCLES_PER_ITEM * PS_PER_S / chip->clocks.hclk_hz;
+    plan(dma);
+  }
+}
+
+/* One item; false is a bus error. */
+static bool move(Chip *chip, DmaStream *one) {
+  uint32_t outside = one->peripheral + one->moved * one->peripheral_step, value;
+  uint32_t inside = one->memory[one->control & SxCR_CT ? 1 : 0] + one->moved * one->memory_step;
+  bool out = FIELD(one->control, SxCR_DIR) == MEMORY_TO_PERIPHERAL;
+  one->moved++;
+  return load_item(chip, out ? inside : outside, one->size, &value) &&
+         store_item(chip, out ? outside : inside, one->size, value);
+}
+
+/* All items are done. */
+static void complete(DmaController *dma, int stream) {
+  DmaStream *one = &dma->streams[stream];
+  if (one->control & (SxCR_CIRC | SxCR_DBM)) {
+    one->items = one->length;
+    one->moved = 0;
+    one->control ^= one->control & SxCR_DBM ? SxCR_CT : 0;
+  } else {
+    stop(dma, stream);
+  }
+  raise_flags(dma, stream, LISR_TCIF0);
+}
+
+/* One item between peripheral and memory. */
+static void transfer(DmaController *dma, int stream) {
+  DmaStream *one = &dma->streams[stream];
+  if (!move(dma->peripheral.chip, one)) {
+    stop(dma, stream);
+    raise_flags(dma, stream, LISR_TEIF0);
+    return;
+  }
+  one->items--;
+  if (one->items == 0) {
+    complete(dma, stream);
+  } else if (one->items == one->length / 2) {
+    raise_flags(dma, stream, LISR_HTIF0);
+  }
+}
+
+/* All of a transfer from memory to memory. */
+static void copy(DmaController *dma, int stream) {
+  DmaStream *one = &dma->streams[stream];
+  bool good = true;
+  while (good && one->items) {
+    good = move(dma->peripheral.chip, one);
+    one->items -= good;
+  }
+  stop(dma, stream);
+  raise_flags(dma, stream, good ? LISR_HTIF0 | LISR_TCIF0 : LISR_TEIF0);
+}
+
+static void on_event(Peripheral *peripheral) {
+  DmaController *dma = (DmaController *)peripheral;
+  for (int n = 0; n < DMA_STREAMS; n++) {
+    if (dma->streams[n].copy_ps <= peripheral->chip->now_ps) {
+      copy(dma, n);
+    }
+  }
+}
+
+bool dma_request(Chip *chip, enum Request line) {
+  int server = chip->dma.server[line] - 1;
+  if (server >= 0) {
+    transfer(&chip->dma.controllers[server / DMA_STREAMS], server % DMA_STREAMS);
+  }
+  return server >= 0;
+}
+
+uint32_t dma_remaining(const Chip *chip, enum Request line) {
+  int server = chip->dma.server[line] - 1;
+  return server >= 0 ? chip->dma.controllers[server / DMA_STREAMS].streams[server % DMA_STREAMS].items : 0;
+}
+
+/* -- registers ------------------------------------------------------------------------------------------- */
+
+static uint32_t dma_peek(const Peripheral *peripheral, uint32_t offset) {
+  const DmaController *dma = (const DmaController *)peripheral;
+  uint32_t value = 0;
+  if (offset >= FIRST_STREAM) {
+    const DmaStream *one = &dma->streams[(offset - FIRST_STREAM) / STREAM_SIZE];
+    const uint32_t words[] = {one->control,   one->items,     one->peripheral,
+                              one->memory[0], one->memory[1], one->fifo_control};
+    return words[(offset - FIRST_STREAM) % STREAM_SIZE / 4];
+  }
+  for (int n = 0; offset <= HISR && n < 4; n++) {
+    value |= dma->streams[offset + (uint32_t)n].flags << FLAG_SHIFT[n]; /* HISR is 4: streams 4 to 7 */
+  }
+  return value;
+}
+
+/* No read has a side effect, and what changes a flag is an event or an access. */
+static uint32_t dma_read(Peripheral *peripheral, uint32_t offset, int64_t *until_ps) {
+  (void)until_ps;
+  return dma_peek(peripheral, offset);
+}
+
+static void clear_flags(DmaController *dma, int first, uint32_t bits) {
+  for (int n = 0; n < 4; n++) {
+    dma->streams[first + n].flags &= ~(bits >> FLAG_SHIFT[n] & FLAGS);
+    update_interrupt(dma, first + n);
+  }
+}
+
+/* What firmware gets wrong when it enables a stream. */
+static void check(DmaController *dma, int stream, uint32_t value, enum Request line) {
+  bool to_memory = FIELD(value, SxCR_DIR) == MEMORY_TO_MEMORY;
+  if (to_memory && controller_of(dma) == 0) {
+    peripheral_note(&dma->peripheral, -1, NOTE_FORBIDDEN, "memory to memory is for DMA2 only (RM0368 9.3.2)");
+  }
+  if (!to_memory && line == NONE) {
+    peripheral_note(&dma->peripheral, -1, NOTE_FORBIDDEN,
+               "stream %d channel %u is enabled, but no request line is there", stream, FIELD(value, SxCR_CHSEL));
+  }
+}
+
+static void control_written(DmaController *dma, int stream, uint32_t value) {
+  DmaStream *one = &dma->streams[stream];
+  enum Request line = LINES[controller_of(dma)][FIELD(value, SxCR_CHSEL)][stream];
+  bool was_on = one->control & SxCR_EN;
+  uint32_t kept = was_on ? one->control & ~CHANGEABLE_WHILE_ON : value & ~CHANGEABLE_WHILE_ON;
+  if (value & SxCR_PFCTRL) {
+    peripheral_note(&dma->peripheral, -1, NOTE_NOT_MODELLED, "S%dCR.PFCTRL", stream);
+  }
+  if (was_on && (value ^ one->control) & ~CHANGEABLE_WHILE_ON) {
+    peripheral_note(&dma->peripheral, -1, NOTE_FORBIDDEN, "S%dCR reconfigured while the stream is enabled: no effect",
+               stream);
+  }
+  one->control = kept | (value & CHANGEABLE_WHILE_ON);
+  if (value & SxCR_EN && !was_on) {
+    check(dma, stream, value, line);
+    start(dma, stream, line);
+  } else if (was_on && !(value & SxCR_EN)) { /* section 9.3.15: the transfer ends, and TCIF says so */
+    stop(dma, stream);
+    raise_flags(dma, stream, LISR_TCIF0);
+  }
+  update_interrupt(dma, stream);
+}
+
+static void write_stream(DmaController *dma, int stream, uint32_t word, uint32_t value) {
+  DmaStream *one = &dma->streams[stream];
+  if (word == CR) {
+    control_written(dma, stream, value & SxCR_STORED);
+  } else if (one->control & SxCR_EN && (word == NDTR || word == PAR)) {
+    peripheral_note(&dma->peripheral, -1, NOTE_FORBIDDEN, "S%d%s written while the stream is enabled: no effect",
+        stream,
+               word == NDTR ? "NDTR" : "PAR");
+  } else if (word == NDTR) {
+    one->items = value & 0xFFFF;
+  } else if (word == PAR) {
+    one->peripheral = value;
+  } else if (word == M0AR || word == M1AR) {
+    one->memory[word - M0AR] = value;
+  } else {
+    one->fifo_control = (one->fifo_control & SxFCR_FS) | (value & SxFCR_STORED);
+  }
+}
+
+static void dma_write(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
+  DmaController *dma = (DmaController *)peripheral;
+  if (offset >= FIRST_STREAM) {
+    uint32_t merged = (dma_peek(peripheral, offset) & ~mask) | (value & mask), place = offset - FIRST_STREAM;
+    write_stream(dma, (int)(place / STREAM_SIZE), place % STREAM_SIZE / 4, merged);
+  } else if (offset >= LIFCR) {
+    clear_flags(dma, offset == HIFCR ? 4 : 0, value & mask);
+  }
+}
+
+/* All streams off, all flags clear. */
+static void dma_reset(Peripheral *peripheral) {
+  DmaController *dma = (DmaController *)peripheral;
+  for (int n = 0; n < DMA_STREAMS; n++) {
+    stop(dma, n);
+    dma->streams[n] = (DmaStream){.fifo_control = SxFCR_RESET, .copy_ps = NEVER_PS};
+    update_interrupt(dma, n);
+  }
+}
+
+static const PeripheralType DMA = {.read = dma_read, .peek = dma_peek, .write = dma_write, .reset = dma_reset};
+
+void dma_create(Chip *chip) {
+  for (int n = 0; n < DMA_CONTROLLERS; n++) {
+    DmaController *dma = &chip->dma.controllers[n];
+    peripheral_create(chip, &dma->peripheral, &DMA, BASES[n], DMA1_SIZE, DMA_OFFSETS);
+    dma->event = event_create(&dma->peripheral, on_event);
+    dma_reset(&dma->peripheral);
+  }
+}
+
+/* -- for Python ------------------------------------------------------------------------------------------ */
+
+int32_t fcu_dma_request(Chip *chip, int32_t line) { return dma_request(chip, (enum Request)line); }
+
+uint32_t fcu_dma_remaining(const Chip *chip, int32_t line) { return dma_remaining(chip, (enum Request)line); }

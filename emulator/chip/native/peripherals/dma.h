@@ -1,0 +1,33 @@
+/* The DMA controllers and the request lines to them; dma.c explains them. */
+#ifndef FCU_DMA_H
+#define FCU_DMA_H
+
+#include "peripherals/peripheral.h"
+
+#define DMA_CONTROLLERS 2
+#define DMA_STREAMS 8
+
+typedef struct {
+  uint32_t control, items, peripheral, memory[2], fifo_control; /* CR, NDTR, PAR, M0AR, M1AR, FCR */
+  uint32_t flags; /* its bits of LISR or HISR */
+  /* What a run started from, and a circular one starts from again. */
+  uint32_t length, moved, size, peripheral_step, memory_step;
+  int64_t copy_ps;     /* when a transfer from memory to memory is done; NEVER_PS: none is under way */
+  enum Request line;   /* that it serves */
+} DmaStream;
+
+typedef struct {
+  Peripheral peripheral;
+  DmaStream streams[DMA_STREAMS];
+  int32_t event;
+} DmaController;
+
+typedef struct {
+  DmaController controllers[DMA_CONTROLLERS];
+  Peripheral *asker[REQUESTS];
+  uint8_t server[REQUESTS]; /* which stream serves a line: 1 to 8 of DMA1, 9 to 16 of DMA2; 0: none */
+} Dma;
+
+void dma_create(Chip *chip);
+
+#endif

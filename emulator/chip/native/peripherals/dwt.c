@@ -1,0 +1,82 @@
+/* DWT (ARMv7-M ARM C1.8). CYCCNT counts while DEMCR.TRCENA and DWT_CTRL.CYCCNTENA are set. It goes on in sleep
+ * here, where HCLK runs on; the manual leaves that to the implementation.
+ *
+ * NOT MODELLED: comparators and profiling counters are stored only.
+ */
+#include "peripherals/dwt.h"
+
+#include "chip.h"
+#include "generated/registers_dwt.h"
+
+
+typedef __int128 Wide;
+
+static uint32_t counted(const Dwt *dwt) {
+  if (!dwt->trace_enabled || !(dwt->registers[0] & DWT_CTRL_CYCCNTENA)) {
+    return 0;
+  }
+  /* Times are rounded down by less than 1 ps, which is given back here. */
+  return (uint32_t)((Wide)(dwt->peripheral.chip->now_ps - dwt->since_ps + 1) * dwt->hz / PS_PER_S);
+}
+
+/* The count so far becomes the value counted on from. */
+static void settle(Dwt *dwt) {
+  dwt->registers[DWT_CYCCNT / 4] += counted(dwt);
+  dwt->since_ps = dwt->peripheral.chip->now_ps;
+  dwt->hz = dwt->peripheral.chip->clocks.hclk_hz;
+}
+
+static uint32_t peek(const Peripheral *peripheral, uint32_t offset) {
+  const Dwt *dwt = (const Dwt *)peripheral;
+  if (offset / 4 >= DWT_STORED) {
+    return 0;
+  }
+  return dwt->registers[offset / 4] + (offset == DWT_CYCCNT ? counted(dwt) : 0);
+}
+
+static uint32_t read(Peripheral *peripheral, uint32_t offset, int64_t *until_ps) {
+  if (offset == DWT_CYCCNT) {
+    *until_ps = ALREADY_PS;
+  }
+  return peek(peripheral, offset);
+}
+
+static void write(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
+  Dwt *dwt = (Dwt *)peripheral;
+  settle(dwt);
+  if (offset / 4 < DWT_STORED) {
+    uint32_t *word = &dwt->registers[offset / 4];
+    mask &= offset == DWT_CTRL ? DWT_CTRL_STORED : WORD;
+    *word = (*word & ~mask) | (value & mask);
+  }
+}
+
+void dwt_enable(Dwt *dwt, bool on) {
+  settle(dwt);
+  dwt->trace_enabled = on;
+}
+
+void dwt_reset(Dwt *dwt) {
+  dwt->registers[0] = DWT_CTRL_RESET;
+  for (int n = 1; n < DWT_STORED; n++) {
+    dwt->registers[n] = 0;
+  }
+  dwt->trace_enabled = 0;
+  settle(dwt);
+}
+
+static bool is_pure(const Peripheral *peripheral, uint32_t offset) {
+  (void)peripheral;
+  return offset != DWT_CYCCNT;
+}
+
+static void reset(Peripheral *peripheral) { dwt_reset((Dwt *)peripheral); }
+
+static void clocks_changed(Peripheral *peripheral) { settle((Dwt *)peripheral); }
+
+void dwt_create(Chip *chip) {
+  static const PeripheralType type = {.read = read, .peek = peek, .write = write, .reset = reset, .is_pure = is_pure,
+                                 .clocks_changed = clocks_changed};
+  peripheral_create(chip, &chip->dwt.peripheral, &type, DWT_BASE, DWT_SIZE, DWT_OFFSETS);
+  dwt_reset(&chip->dwt);
+}

@@ -1,0 +1,192 @@
+/* EXTI: 23 edge detectors on pins and inner signals (RM0368 section 10.2; interrupt numbers of table 38); and
+ * SYSCFG, which selects the pins (section 7).
+ *
+ * Lines 0 to 15 are pins; 16 the voltage detector, 17 the RTC's alarm, 18 USB wake-up, 21 the RTC's tamper and
+ * time stamp, 22 its wake-up timer; 19 and 20 do not exist on this chip.
+ *
+ * The pending bit is set by an edge whether or not IMR lets it through, as figure 29 draws it; the text about
+ * SWIER asks for IMR, and is followed for SWIER.
+ *
+ * NOT MODELLED
+ * - Event mode (EMR, a wake-up for WFE without an interrupt): stored, and a note.
+ * - Memory remapping (SYSCFG_MEMRMP): stored, and a note; address 0 is always the flash, as the board's boot
+ *   pins select.
+ * - SYSCFG_PMC: stored, without effect.
+ */
+#include "peripherals/exti.h"
+
+#include <string.h>
+
+#include "chip.h"
+#include "fcu.h"
+#include "generated/registers_exti.h"
+#include "generated/registers_syscfg.h"
+
+#define LINES IMR_STORED
+
+/* Interrupt numbers and the lines that raise them (table 38). */
+static const struct {
+  int number;
+  uint32_t lines;
+} GROUPS[] = {
+  {6, 1u << 0}, {7, 1u << 1}, {8, 1u << 2}, {9, 1u << 3}, {10, 1u << 4}, {23, 0x03E0}, {40, 0xFC00},
+  {1, 1u << 16}, {41, 1u << 17}, {42, 1u << 18}, {2, 1u << 21}, {3, 1u << 22},
+};
+
+/* -- EXTI ----------------------------------------------------------------------------------------------- */
+
+static void signal(Exti *exti) {
+  uint32_t active = exti->pr & exti->imr;
+  for (size_t n = 0; n < sizeof GROUPS / sizeof *GROUPS; n++) {
+    peripheral_set_irq(&exti->peripheral, GROUPS[n].number, active & GROUPS[n].lines);
+  }
+}
+
+/* A line's input: a pin, or an inner signal for lines 16 and up. */
+static void set_line(Exti *exti, int line, bool level) {
+  uint32_t bit = 1u << line;
+  if (!(exti->levels & bit) == !level) {
+    return;
+  }
+  exti->levels ^= bit;
+  if ((level ? exti->rtsr : exti->ftsr) & bit) {
+    exti->pr |= bit;
+    signal(exti);
+  }
+}
+
+void exti_pin_changed(Exti *exti, int port, int pin, bool level) {
+  if (exti->port[pin] == port) {
+    set_line(exti, pin, level);
+  }
+}
+
+static uint32_t exti_peek(const Peripheral *peripheral, uint32_t offset) {
+  const Exti *exti = (const Exti *)peripheral;
+  switch (offset) {
+    case IMR: return exti->imr;
+    case EMR: return exti->emr;
+    case RTSR: return exti->rtsr;
+    case FTSR: return exti->ftsr;
+    case SWIER: return exti->swier;
+    case PR: return exti->pr;
+    default: return 0;
+  }
+}
+
+static uint32_t exti_read(Peripheral *peripheral, uint32_t offset, int64_t *until_ps) {
+  (void)until_ps; /* nothing changes but by events and writes */
+  return exti_peek(peripheral, offset);
+}
+
+static void merge(uint32_t *word, uint32_t value, uint32_t mask) {
+  *word = (*word & ~mask) | (value & mask & LINES);
+}
+
+/* PR clears where 1 is written, and SWIER with it (10.3.5, 10.3.6). */
+static void exti_write(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
+  Exti *exti = (Exti *)peripheral;
+  uint32_t rising;
+  switch (offset) {
+    case IMR: merge(&exti->imr, value, mask); break;
+    case EMR:
+      merge(&exti->emr, value, mask);
+      if (exti->emr) {
+        peripheral_note(peripheral, 0, NOTE_NOT_MODELLED, "EMR: events that wake WFE without an interrupt");
+      }
+      break;
+    case RTSR: merge(&exti->rtsr, value, mask); break;
+    case FTSR: merge(&exti->ftsr, value, mask); break;
+    case SWIER:
+      rising = value & ~exti->swier & LINES;
+      exti->swier |= rising;
+      exti->pr |= rising & exti->imr;
+      break;
+    case PR:
+      exti->pr &= ~value;
+      exti->swier &= ~value;
+      break;
+    default: break;
+  }
+  signal(exti);
+}
+
+/* No line enabled, nothing pending. */
+static void exti_reset(Peripheral *peripheral) {
+  Exti *exti = (Exti *)peripheral;
+  exti->imr = exti->emr = exti->rtsr = exti->ftsr = exti->swier = exti->pr = 0;
+  signal(exti);
+}
+
+static const PeripheralType EXTI_TYPE = {
+  .read = exti_read, .peek = exti_peek, .write = exti_write, .reset = exti_reset
+};
+
+/* -- SYSCFG --------------------------------------------------------------------------------------------- */
+
+/* The index of the port that EXTI line 0 to 15 listens to (7.2.3 to 7.2.6); -1 for a code without a port. */
+static int selected_port(const Syscfg *syscfg, int line) {
+  static const int8_t PORT_OF[16] = {0, 1, 2, 3, 4, -1, -1, 5, -1, -1, -1, -1, -1, -1, -1, -1};
+  return PORT_OF[syscfg->registers[(EXTICR1 >> 2) + line / 4] >> line % 4 * 4 & 15];
+}
+
+/* Another pin on a line is an edge if it has another level. */
+static void select_pins(Chip *chip) {
+  chip->work += WORK_PIN * (PIN_LINES / 4); /* four lines have changed at most */
+  for (int line = 0; line < PIN_LINES; line++) {
+    chip->exti.port[line] = selected_port(&chip->syscfg, line);
+  }
+  for (int line = 0; line < PIN_LINES; line++) {
+    int port = chip->exti.port[line];
+    set_line(&chip->exti, line, port >= 0 && chip->gpio.ports[port].reads >> line & 1);
+  }
+}
+
+static uint32_t syscfg_peek(const Peripheral *peripheral, uint32_t offset) {
+  return ((const Syscfg *)peripheral)->registers[offset >> 2];
+}
+
+static uint32_t syscfg_read(Peripheral *peripheral, uint32_t offset, int64_t *until_ps) {
+  (void)until_ps;
+  return syscfg_peek(peripheral, offset);
+}
+
+static uint32_t writable(uint32_t offset) {
+  switch (offset) {
+    case MEMRMP: return 0x3;
+    case PMC: return 0x10000;
+    case CMPCR: return CMPCR_CMP_PD;
+    default: return 0xFFFF;
+  }
+}
+
+static void syscfg_write(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
+  uint32_t *word = &((Syscfg *)peripheral)->registers[offset >> 2];
+  mask &= writable(offset);
+  *word = (*word & ~mask) | (value & mask);
+  if (offset == MEMRMP && *word) {
+    peripheral_note(peripheral, 0, NOTE_NOT_MODELLED, "MEMRMP: address 0 stays the flash");
+  } else if (offset == CMPCR) {
+    *word = *word & CMPCR_CMP_PD ? CMPCR_CMP_PD | CMPCR_READY : 0; /* the compensation cell is ready at once (7.2.7) */
+  } else if (EXTICR1 <= offset && offset <= EXTICR4) {
+    select_pins(peripheral->chip);
+  }
+}
+
+/* All lines back to port A. */
+static void syscfg_reset(Peripheral *peripheral) {
+  memset(((Syscfg *)peripheral)->registers, 0, sizeof((Syscfg *)peripheral)->registers);
+  select_pins(peripheral->chip);
+}
+
+static const PeripheralType SYSCFG_TYPE = {
+  .read = syscfg_read, .peek = syscfg_peek, .write = syscfg_write, .reset = syscfg_reset
+};
+
+void exti_create(Chip *chip) {
+  peripheral_create(chip, &chip->syscfg.peripheral, &SYSCFG_TYPE, SYSCFG_BASE, SYSCFG_SIZE, SYSCFG_OFFSETS);
+  peripheral_create(chip, &chip->exti.peripheral, &EXTI_TYPE, EXTI_BASE, EXTI_SIZE, EXTI_OFFSETS);
+  select_pins(chip);
+}
+
+void fcu_set_exti_line(Chip *chip, int32_t line, int32_t level) { set_line(&chip->exti, line, level != 0); }

@@ -1,0 +1,332 @@
+/* GPIO ports A to E and H (RM0368 section 8): modes, latches, inputs, the lock; and what level each pin has.
+ *
+ * A pin has three kinds of drivers: the chip's output stage, parties outside (a sensor's interrupt pin, a
+ * button), and the chip's weak pull resistor. The lowest strong driver wins, as on an open-drain wire; the pull
+ * decides when nobody drives; a pin that floats reads as 0 here, on the board as noise. Who drives from outside
+ * is emulator/buses/gpio.py's to know; here is what results of them.
+ *
+ * Reset values: PA13 to PA15, PB3 and PB4 are the debug port's (AF0), so MODER is 0xA800 0000 for port A.
+ * RM0368 prints 0x0C00 0000 there in some revisions, which would make PA13 analog and contradicts its section
+ * 8.3.1. An analog pin's input stage is off: IDR reads 0 (8.3.12).
+ *
+ * The trace shows what the chip does: an edge when its output stage changes, also to open drain high (1); a pin
+ * that stops being an output shows 1, because it does not pull low any more.
+ *
+ * NOT MODELLED
+ * - Levels of a pin in alternate-function mode: it is let go of. What USART, SPI, I2C and the timers do is
+ *   modelled as whole bytes, transfers and duty cycles.
+ * - Output speed (OSPEEDR): stored, without effect.
+ * - EXTI is not cut off from an analog pin.
+ */
+#include "peripherals/gpio.h"
+
+#include <stdlib.h>
+
+#include "chip.h"
+#include "peripherals/exti.h"
+#include "fcu.h"
+#include "generated/registers_gpio.h"
+
+enum { INPUT, OUTPUT, ALTERNATE, ANALOG };   /* MODER, 8.4.1 */
+enum { NO_PULL, PULL_UP, PULL_DOWN };        /* PUPDR, 8.4.4 */
+
+#define ALL_PINS 0xFFFFu
+
+static const uint32_t BASES[PORTS] = {GPIOA_BASE, GPIOB_BASE, GPIOC_BASE, GPIOD_BASE, GPIOE_BASE, GPIOH_BASE};
+
+static uint32_t *at(GpioPort *port, uint32_t offset) { return &port->registers[offset >> 2]; }
+
+static int index_of(const GpioPort *port) { return (int)(port - port->peripheral.chip->gpio.ports); }
+
+static void put(uint16_t *set, uint32_t bit, bool in) { *set = (uint16_t)(in ? *set | bit : *set & ~bit); }
+
+/* -- levels --------------------------------------------------------------------------------------------- */
+
+/* What all pins of the port read. */
+static uint32_t levels(const GpioPort *port) {
+  uint32_t strong = port->drives | port->outside;
+  uint32_t low = (port->drives & ~port->drives_high) | (port->outside & ~port->outside_high);
+  return (strong & ~low) | (port->pulled_up & ~strong);
+}
+
+/* Call whoever listens to the pin when its level has become another one. */
+static void settle(GpioPort *port, int pin) {
+  Chip *chip = port->peripheral.chip;
+  uint32_t bit = 1u << pin, now = levels(port);
+  if (!((now ^ port->reads) & bit)) {
+    return;
+  }
+  int level = now >> pin & 1;
+  put(&port->reads, bit, level);
+  exti_pin_changed(&chip->exti, index_of(port), pin, level);
+  timers_pin_changed(chip, index_of(port), pin, level);
+  if (port->heard & bit) {
+    for (int n = 0; n < chip->gpio.listener_count; n++) {
+      if (chip->gpio.listeners[n].port == index_of(port) && chip->gpio.listeners[n].pin == pin) {
+        chip->gpio.listeners[n].changed(chip->gpio.listeners[n].peripheral, pin, level);
+      }
+    }
+  }
+  if (port->watched & bit) {
+    chip->gpio.calls.changed(chip->now_ps, index_of(port), pin, level);
+  }
+}
+
+/* An edge for the trace, if it is one. */
+static void show(GpioPort *port, int pin, int level) {
+  Chip *chip = port->peripheral.chip;
+  uint32_t bit = 1u << pin;
+  if (port->shown & bit && (port->shown_high >> pin & 1) == level) {
+    return;
+  }
+  put(&port->shown, bit, true);
+  put(&port->shown_high, bit, level);
+  if (port->frequent & bit && !chip->detailed) {
+    return;
+  }
+  if (!chip->observed) {
+    Gpio *gpio = &chip->gpio;
+    gpio->edges[gpio->edge_count++ % EDGES_KEPT] = (Edge){
+        .at_ps = chip->now_ps, .port = (uint8_t)index_of(port), .pin = (uint8_t)pin, .level = (uint8_t)level};
+    chip->work += gpio->edge_count - gpio->edges_taken <= EDGES_KEPT ? WORK_EDGE_KEPT : WORK_EDGE;
+  } else if (chip->gpio.calls.edge) {
+    chip->gpio.calls.edge(chip->now_ps, index_of(port), pin, level);
+  }
+}
+
+int64_t fcu_edges_waiting(const Chip *chip) { return chip->gpio.edge_count - chip->gpio.edges_taken; }
+
+int64_t fcu_take_edges(Chip *chip, Edge *edges, int64_t size, int64_t *lost) {
+  Gpio *gpio = &chip->gpio;
+  int64_t first = gpio->edge_count - (size < EDGES_KEPT ? size : EDGES_KEPT);
+  first = first > gpio->edges_taken ? first : gpio->edges_taken;
+  *lost = first - gpio->edges_taken;
+  int64_t count = gpio->edge_count - first;
+  for (int64_t n = 0; n < count; n++) {
+    edges[n] = gpio->edges[(first + n) % EDGES_KEPT];
+  }
+  gpio->edges_taken = gpio->edge_count;
+  return count;
+}
+
+/* -- outputs -------------------------------------------------------------------------------------------- */
+
+/* The output stage as ODR and OTYPER say; an open drain at 1 lets go of the pin. */
+static void output(GpioPort *port, int pin) {
+  uint32_t bit = 1u << pin;
+  bool level = *at(port, ODR) & bit;
+  put(&port->drives, bit, !level || !(*at(port, OTYPER) & bit));
+  put(&port->drives_high, bit, level);
+  show(port, pin, level);
+  settle(port, pin);
+}
+
+static void let_go(GpioPort *port, int pin) {
+  put(&port->drives, 1u << pin, false);
+  if ((port->shown & ~port->shown_high) >> pin & 1) {
+    show(port, pin, 1);
+  }
+  settle(port, pin);
+}
+
+/* ODR after a write to ODR or BSRR; set wins when both bits of a pin are written (8.4.7). */
+static uint32_t latched(const GpioPort *port, uint32_t offset, uint32_t value, uint32_t mask) {
+  uint32_t odr = port->registers[ODR >> 2];
+  if (offset == BSRR) {
+    return (odr & ~(value >> 16)) | (value & ALL_PINS);
+  }
+  return (odr & ~mask) | (value & ALL_PINS);
+}
+
+static void latch(GpioPort *port, uint32_t odr) {
+  uint32_t changed = *at(port, ODR) ^ odr, moder = *at(port, MODER);
+  *at(port, ODR) = odr;
+  for (int pin = 0; changed; pin++, changed >>= 1) {
+    if (changed & 1 && (moder >> 2 * pin & 3) == OUTPUT) {
+      output(port, pin);
+    }
+  }
+}
+
+/* -- set-up --------------------------------------------------------------------------------------------- */
+
+static void set_up(GpioPort *port, int pin) {
+  port->peripheral.chip->work += WORK_PIN;
+  uint32_t bit = 1u << pin, mode = *at(port, MODER) >> 2 * pin & 3;
+  uint32_t pull = mode == ANALOG ? NO_PULL : *at(port, PUPDR) >> 2 * pin & 3;
+  put(&port->pulled_up, bit, pull == PULL_UP);
+  put(&port->pulled_down, bit, pull == PULL_DOWN);
+  settle(port, pin);
+  uint32_t function = *at(port, pin >= 8 ? AFRH : AFRL) >> 4 * (pin & 7) & 15;
+  port->peripheral.chip->alternate[index_of(port)][pin] = (int8_t)(mode == ALTERNATE ? (int)function : -1);
+  if (mode == OUTPUT) {
+    output(port, pin);
+  } else {
+    let_go(port, pin);
+  }
+  put(&port->analog, bit, mode == ANALOG);
+}
+
+/* Bits a pin has in the register; 0: it sets up nothing. */
+static unsigned bits_per_pin(uint32_t offset) {
+  switch (offset) {
+    case MODER: case OSPEEDR: case PUPDR: return 2;
+    case OTYPER: return 1;
+    case AFRL: case AFRH: return 4;
+    default: return 0;
+  }
+}
+
+static void configure(GpioPort *port, uint32_t offset, uint32_t value, uint32_t mask) {
+  unsigned width = bits_per_pin(offset), first = offset == AFRH ? 8 : 0;
+  unsigned count = width == 4 ? 8 : 16;
+  uint32_t field = (1u << width) - 1, old = *at(port, offset);
+  mask &= width == 1 ? ALL_PINS : WORD;
+  for (unsigned n = 0; n < count; n++) {
+    if (port->locked >> (first + n) & 1) {
+      mask &= ~(field << width * n);
+    }
+  }
+  uint32_t new = (old & ~mask) | (value & mask);
+  *at(port, offset) = new;
+  for (unsigned n = 0; n < count; n++) {
+    if ((old ^ new) >> width * n & field) {
+      set_up(port, (int)(first + n));
+    }
+  }
+}
+
+/* The sequence 1, 0, 1 of LCKK with the same pins, as whole words, locks them until reset (8.4.8). */
+static void write_lock(GpioPort *port, uint32_t value, uint32_t mask) {
+  if (port->locked || mask != WORD) {
+    return;
+  }
+  bool key = value & LCKR_LCKK, wanted = port->lock_step != 1;
+  uint32_t pins = value & ALL_PINS;
+  if (key != wanted || (port->lock_step && pins != port->lock_pins)) {
+    port->lock_step = 0;
+    wanted = true;
+  }
+  if (key == wanted) {
+    port->lock_pins = pins;
+    port->lock_step++;
+  }
+  *at(port, LCKR) = port->lock_pins;
+  if (port->lock_step == 3) {
+    port->locked = pins;
+    *at(port, LCKR) = pins | LCKR_LCKK;
+    port->lock_step = 0;
+  }
+}
+
+/* -- access --------------------------------------------------------------------------------------------- */
+
+static uint32_t gpio_peek(const Peripheral *peripheral, uint32_t offset) {
+  const GpioPort *port = (const GpioPort *)peripheral;
+  return offset == IDR ? port->reads & (uint32_t)~port->analog : port->registers[offset >> 2];
+}
+
+static uint32_t gpio_read(Peripheral *peripheral, uint32_t offset, int64_t *until_ps) {
+  (void)until_ps; /* nothing changes but by events and writes */
+  return gpio_peek(peripheral, offset);
+}
+
+static void gpio_write(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
+  GpioPort *port = (GpioPort *)peripheral;
+  if (offset == BSRR || offset == ODR) {
+    latch(port, latched(port, offset, value, mask));
+  } else if (offset == LCKR) {
+    write_lock(port, value, mask);
+  } else if (bits_per_pin(offset)) {
+    configure(port, offset, value, mask);
+  }
+}
+
+/* Loops that show a state write the same to BSRR all the time. */
+static bool gpio_changes_nothing(const Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
+  const GpioPort *port = (const GpioPort *)peripheral;
+  return (offset == BSRR || offset == ODR) && latched(port, offset, value, mask) == port->registers[ODR >> 2];
+}
+
+/* All pins inputs, but for the debug port's. */
+static void gpio_reset(Peripheral *peripheral) {
+  GpioPort *port = (GpioPort *)peripheral;
+  for (uint32_t offset = MODER; offset <= AFRH; offset += 4) {
+    *at(port, offset) = GPIO_RESETS[index_of(port)][offset >> 2];
+  }
+  port->locked = port->lock_step = port->lock_pins = 0;
+  for (int pin = 0; pin < 16; pin++) {
+    set_up(port, pin);
+  }
+}
+
+static const PeripheralType TYPE = {
+  .read = gpio_read,
+  .peek = gpio_peek,
+  .write = gpio_write,
+  .reset = gpio_reset,
+  .changes_nothing = gpio_changes_nothing,
+};
+
+bool gpio_create(Chip *chip) {
+  chip->gpio.edges = calloc(EDGES_KEPT, sizeof(Edge));
+  if (!chip->gpio.edges) {
+    return false;
+  }
+  for (int n = 0; n < PORTS; n++) {
+    peripheral_create(chip, &chip->gpio.ports[n].peripheral, &TYPE, BASES[n], GPIOA_SIZE, GPIO_OFFSETS);
+    chip->gpio.ports[n].peripheral.steady = 1;
+    gpio_reset(&chip->gpio.ports[n].peripheral);
+  }
+  return true;
+}
+
+void gpio_destroy(Chip *chip) { free(chip->gpio.edges); }
+
+/* -- pins for other peripherals ------------------------------------------------------------------------------ */
+
+void pin_listen(Peripheral *peripheral, char port, int pin, PinChanged changed) {
+  Gpio *gpio = &peripheral->chip->gpio;
+  int n = gpio->listener_count++, index = port_index(port);
+  gpio->listeners[n].peripheral = peripheral;
+  gpio->listeners[n].changed = changed;
+  gpio->listeners[n].port = index;
+  gpio->listeners[n].pin = pin;
+  put(&gpio->ports[index].heard, 1u << pin, true);
+}
+
+int pin_level(const Chip *chip, int port, int pin) {
+  const GpioPort *of = &chip->gpio.ports[port];
+  uint32_t held = of->drives | of->outside | of->pulled_up | of->pulled_down;
+  return held >> pin & 1 ? of->reads >> pin & 1 : -1;
+}
+
+/* -- pins for Python ------------------------------------------------------------------------------------ */
+
+void fcu_connect_pins(Chip *chip, const PinCalls *calls) { chip->gpio.calls = *calls; }
+
+void fcu_watch_pin(Chip *chip, int32_t port, int32_t pin) {
+  put(&chip->gpio.ports[port].watched, 1u << pin, true);
+}
+
+void fcu_frequent_pin(Chip *chip, int32_t port, int32_t pin) {
+  put(&chip->gpio.ports[port].frequent, 1u << pin, true);
+}
+
+void fcu_drive_pin(Chip *chip, int32_t port, int32_t pin, int32_t level) {
+  put(&chip->gpio.ports[port].outside, 1u << pin, level >= 0);
+  put(&chip->gpio.ports[port].outside_high, 1u << pin, level > 0);
+  settle(&chip->gpio.ports[port], pin);
+}
+
+int32_t fcu_pin_output(const Chip *chip, int32_t port, int32_t pin) {
+  const GpioPort *of = &chip->gpio.ports[port];
+  return of->drives >> pin & 1 ? of->drives_high >> pin & 1 : -1;
+}
+
+int32_t fcu_pin_pull(const Chip *chip, int32_t port, int32_t pin) {
+  const GpioPort *of = &chip->gpio.ports[port];
+  return (of->pulled_up | of->pulled_down) >> pin & 1 ? of->pulled_up >> pin & 1 : -1;
+}
+
+int32_t fcu_pin_alternate(const Chip *chip, int32_t port, int32_t pin) { return chip->alternate[port][pin]; }

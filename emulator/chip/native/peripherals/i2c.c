@@ -1,0 +1,801 @@
+/* I2C1 to I2C3 as bus master (RM0368 section 18): registers, the sequence on the wire, interrupts, DMA.
+ *
+ * A sequence of operations: start, address, data bytes, stop (18.3.3, figures 163, 164). Between two of them the
+ * peripheral looks at what software asks for (STOP, START, DR) and either goes on or holds SCL low. Each operation
+ * ends at a known time, in an event that is deferred, so that polled flags need no end of a run; while an
+ * interrupt or DMA waits for it, it is scheduled.
+ *
+ * The receiver has two stages, DR and shift register: with both full (BTF) SCL is held until DR is read. ACK
+ * decides at the end of a byte; with POS it decides one byte ahead, and the first byte's answer is what ACK was
+ * when the address had been sent, which is how HAL reads two bytes. After a byte that was not acknowledged SCL
+ * is held until STOP or START, so a late STOP costs no byte. On the chip that is sure only while DR is still
+ * full.
+ *
+ * A START clears what is left of TXE and BTF. STOP and START wait for the end of the byte in the shift register;
+ * a byte still in DR then is lost, which is reported: the manual wants STOP written while TXE or BTF is set.
+ *
+ * The bus itself is Python's (emulator/buses/i2c_wire.py), which is called at the end of each byte. But "write a
+ * sub-address, repeated start, read" of bytes that C keeps (read_cache.h) needs no call at all: Python hears of such
+ * a message when it asks, when it records messages, or when the message goes on otherwise.
+ *
+ * NOT MODELLED, and reported when used:
+ *   CR1: SMBUS, ENARP, ENPEC, PEC   SMBus and packet error checking
+ *   OAR1, OAR2                      slave mode: the board has no other master
+ * NOT MODELLED:
+ *   FLTR                            the filters: stored
+ *   SR2.DUALF, SMBHOST, SMBDEFAULT, GENCALL, PEC; clock stretching by devices: the sensors never do it
+ */
+#include "fcu.h"
+
+#include "generated/registers_i2c.h"
+
+/* Flags that software clears by writing 0. */
+#define SR1_ERRORS \
+  (SR1_BERR | SR1_ARLO | SR1_AF | SR1_OVR | SR1_PECERR | SR1_TIMEOUT | SR1_SMBALERT)
+
+enum { FAST_MODE_HZ = 400000 }; /* the sensors' limit */
+enum { NO_FUNCTION = 255 };
+
+/* What an address is answered with, in the order of peripherals/i2c.py. */
+enum Answer { ANSWER_ACK, ANSWER_NACK, ANSWER_BUS_ERROR, ANSWER_ARBITRATION };
+
+/* What happens when the operation under way ends. */
+enum Then {
+  THEN_GO_ON,
+  THEN_STARTED,
+  THEN_STOPPED,
+  THEN_RELEASED,
+  THEN_ADDRESS_SENT,
+  THEN_SENT,
+  THEN_RECEIVED,
+};
+
+/* What happens on the wire, or what the peripheral waits for while it holds SCL low. */
+enum Phase {
+  PHASE_IDLE,
+  PHASE_BUSY,      /* an operation is under way */
+  PHASE_ADDRESS,   /* after a start: for the address in DR */
+  PHASE_ADDRESSED, /* for ADDR to be cleared */
+  PHASE_SEND,      /* for a byte in DR, STOP or START */
+  PHASE_FULL,      /* for DR to be read */
+  PHASE_ENDED,     /* after a missing acknowledge, for STOP or START */
+};
+
+/* Notes that are reported once. */
+enum Noted {
+  NOTED_DATA_LOST,
+  NOTED_STOP_EARLY,
+  NOTED_CCR,
+  NOTED_TRISE,
+  NOTED_SMBUS,
+  NOTED_ENARP,
+  NOTED_ENPEC,
+  NOTED_PEC,
+  NOTED_OAR1,
+  NOTED_OAR2,
+};
+
+static I2c *i2c_of(Peripheral *peripheral) { return (I2c *)peripheral; }
+
+static int64_t now_ps(const I2c *i2c) { return i2c->peripheral.chip->now_ps; }
+
+static int number_of(const I2c *i2c) { return (int)(i2c - i2c->peripheral.chip->i2c); }
+
+/* -- the message on the wire ------------------------------------------------------------------------------ */
+
+static Target *target_of(I2c *i2c) {
+  int64_t target = i2c->wire.message.target;
+  return target < 0 ? NULL : &i2c->peripheral.chip->read_cache.target[target];
+}
+
+static bool keeps(I2c *i2c) { return !i2c->wire.injected && i2c->wire.message.target >= 0; }
+
+/* The bytes from where the sub-address is come from what C keeps, if it does. */
+static bool begin_reading(I2c *i2c, int64_t position) {
+  Chip *chip = i2c->peripheral.chip;
+  i2c->kept = keeps(i2c) && target_begin(chip, target_of(i2c), (uint8_t)(position >> 8), (uint8_t)position);
+  return i2c->kept;
+}
+
+static void end_reading(I2c *i2c) {
+  if (i2c->kept) {
+    i2c->kept = 0;
+    target_end(i2c->peripheral.chip, target_of(i2c));
+  }
+}
+
+/* The message has ended at end_ps. */
+static void finish(I2c *i2c, int64_t end_ps) {
+  I2cWire *wire = &i2c->wire;
+  if (!wire->message.open) {
+    return;
+  }
+  end_reading(i2c);
+  if (wire->message.live) {
+    i2c->calls.stop(now_ps(i2c), end_ps);
+    wire->message.open = 0;
+    return;
+  }
+  wire->message.open = 0;
+  wire->message.end_ps = end_ps;
+  wire->recent[wire->ended++ % I2C_RECENT] = wire->message;
+  if (i2c->peripheral.chip->detailed) {
+    i2c->calls.ended(now_ps(i2c));
+  }
+}
+
+static void let_go(I2c *i2c) {
+  if (i2c->wire.message.open) {
+    end_reading(i2c);
+    i2c->calls.abort(now_ps(i2c));
+    i2c->wire.message.open = 0;
+  }
+}
+
+/* A start and an address byte that are no repeated start of the message under way. */
+static enum Answer address_anew(I2c *i2c) {
+  I2cMessage *message = &i2c->wire.message;
+  Chip *chip = i2c->peripheral.chip;
+  bool reading = i2c->shift & 1;
+  int32_t target = i2c->wire.target_at[i2c->shift >> 1];
+  bool answers = !i2c->wire.injected && target >= 0 && target_answers(chip, &chip->read_cache.target[target]);
+  finish(i2c, i2c->start_ps);
+  message->target = target;
+  message->start_ps = i2c->start_ps;
+  message->address = i2c->shift >> 1;
+  message->reading = message->written = message->count = 0;
+  int64_t position = answers ? chip->read_cache.positions[target] : POSITION_KNOWN;
+  if (answers && (!reading || (position != POSITION_KNOWN && begin_reading(i2c, position)))) {
+    message->live = 0;
+    message->open = 1;
+    message->reading = reading;
+    return ANSWER_ACK;
+  }
+  message->live = 1;
+  int32_t answer = i2c->calls.start(now_ps(i2c), i2c->shift, i2c->start_ps);
+  message->open = 1;
+  message->reading = reading;
+  if (answer == ANSWER_ACK && target >= 0) {
+    target_has_answered(chip, &chip->read_cache.target[target]);
+  }
+  return (enum Answer)answer;
+}
+
+static enum Answer address(I2c *i2c) {
+  I2cMessage *message = &i2c->wire.message;
+  bool is_same = message->open && message->address == i2c->shift >> 1;
+  end_reading(i2c);
+  if (!is_same || !(i2c->shift & 1) || message->reading) {
+    return address_anew(i2c);
+  }
+  if (!message->live && message->written && begin_reading(i2c, message->subaddress << 8)) {
+    message->reading = 1;
+    return ANSWER_ACK;
+  }
+  int32_t answer = i2c->calls.start(now_ps(i2c), i2c->shift, i2c->start_ps);
+  message->reading = 1;
+  if (answer == ANSWER_ACK && message->written == 1) {
+    begin_reading(i2c, message->subaddress << 8);
+  }
+  return (enum Answer)answer;
+}
+
+/* The byte in the shift register has been sent; whether it was acknowledged. */
+static bool write_byte(I2c *i2c) {
+  I2cMessage *message = &i2c->wire.message;
+  bool is_first = message->written == 0;
+  message->written += message->written < 2;
+  if (is_first) {
+    message->subaddress = i2c->shift;
+    if (!message->live) {
+      i2c->peripheral.chip->read_cache.positions[message->target] = (int64_t)i2c->shift << 8;
+      return true;
+    }
+  }
+  return i2c->calls.write(now_ps(i2c), i2c->shift);
+}
+
+static uint8_t read_byte(I2c *i2c) {
+  I2cMessage *message = &i2c->wire.message;
+  if (i2c->kept && message->count == I2C_BYTES) {
+    end_reading(i2c);
+  }
+  uint8_t byte;
+  if (i2c->kept) {
+    i2c->kept = target_read(i2c->peripheral.chip, target_of(i2c), &byte);
+  }
+  if (i2c->kept) {
+    message->bytes[message->count++] = byte;
+    return byte;
+  }
+  int32_t answer = i2c->calls.read(now_ps(i2c));
+  if (answer >> 8) {
+    target_prefetched(i2c->peripheral.chip, target_of(i2c), (uint32_t)answer >> 8);
+    i2c->kept = 1;
+  }
+  return (uint8_t)answer;
+}
+
+/* When a line that is held low is let go; 0 if none is. */
+static int64_t released_ps(const I2c *i2c) {
+  return i2c->wire.injected ? i2c->calls.released_ps(now_ps(i2c)) : 0;
+}
+
+/* Whether the pins lead to the bus: before they are switched nobody answers. */
+static bool is_connected(I2c *i2c) {
+  char missing[64];
+  bool connected = pins_connected(i2c->peripheral.chip, i2c->pins, missing, sizeof missing);
+  if (!connected) {
+    peripheral_note(&i2c->peripheral, -1, NOTE_FORBIDDEN, "no device can answer before the pins are switched: %s",
+               missing);
+  }
+  return connected && i2c->calls.start;
+}
+
+/* -- interrupts and DMA ----------------------------------------------------------------------------------- */
+
+static void set_lines(I2c *i2c) {
+  static const uint8_t inputs[I2C_COUNT][2] = {{31, 32}, {33, 34}, {72, 73}}; /* RM0368 table 38 */
+  const uint8_t *input = inputs[number_of(i2c)];
+  uint32_t events = SR1_SB | SR1_ADDR | SR1_BTF | (i2c->cr2 & CR2_ITBUFEN ? SR1_TXE | SR1_RXNE : 0);
+  peripheral_set_irq(&i2c->peripheral, input[0], i2c->cr2 & CR2_ITEVTEN && i2c->sr1 & events);
+  peripheral_set_irq(&i2c->peripheral, input[1], i2c->cr2 & CR2_ITERREN && i2c->sr1 & SR1_ERRORS);
+}
+
+static void serve_dma(I2c *i2c) {
+  Chip *chip = i2c->peripheral.chip;
+  enum Request rx = (enum Request)(REQUEST_I2C1_RX + 2 * number_of(i2c)), tx = (enum Request)(rx + 1);
+  for (int stage = 0; stage < 2; stage++) { /* DR and the shift register */
+    if (i2c->sr1 & SR1_RXNE && dma_request(chip, rx)) {
+      i2c->nack_next = i2c->cr2 & CR2_LAST && dma_remaining(chip, rx) == 1;
+    }
+    if (i2c->sr1 & SR1_TXE) {
+      dma_request(chip, tx);
+    }
+  }
+}
+
+/* Make the DMA requests that stand and set the interrupt lines. */
+static void update(I2c *i2c) {
+  if (i2c->serving || !i2c->watched) {
+    return;
+  }
+  if (i2c->cr2 & CR2_DMAEN) {
+    i2c->serving = 1;
+    serve_dma(i2c);
+    i2c->serving = 0;
+  }
+  set_lines(i2c);
+}
+
+static void i2c_dma_ready(Peripheral *peripheral) { update(i2c_of(peripheral)); }
+
+/* -- operations ------------------------------------------------------------------------------------------- */
+
+static int64_t due_ps(const I2c *i2c) { return event_at(i2c->peripheral.chip, i2c->event); }
+
+static void plan(I2c *i2c, int64_t at_ps, enum Then then) {
+  i2c->then = (uint8_t)then;
+  (i2c->watched ? event_schedule : event_defer)(i2c->peripheral.chip, i2c->event, at_ps);
+}
+
+static void begin(I2c *i2c, int64_t duration_ps, enum Then then) {
+  i2c->phase = PHASE_BUSY;
+  if (duration_ps < NEVER_PS) {
+    plan(i2c, now_ps(i2c) + duration_ps, then);
+  }
+}
+
+static void start(I2c *i2c) {
+  i2c->start_ps = now_ps(i2c);
+  i2c->sr2 |= SR2_BUSY;
+  begin(i2c, i2c->bit_ps, THEN_STARTED);
+}
+
+static void start_when_free(I2c *i2c) {
+  int64_t free_ps = released_ps(i2c);
+  if (free_ps) {
+    i2c->phase = PHASE_BUSY;
+    plan(i2c, free_ps, THEN_RELEASED);
+  } else {
+    start(i2c);
+  }
+}
+
+/* Obey STOP or START between two bytes; false if neither is asked for. */
+static bool stop_or_start(I2c *i2c) {
+  if (!(i2c->cr1 & (CR1_START | CR1_STOP))) {
+    return false;
+  }
+  if (i2c->waiting && !(i2c->sr1 & SR1_AF)) {
+    peripheral_note(&i2c->peripheral, NOTED_STOP_EARLY, NOTE_FORBIDDEN,
+               "STOP or START while a byte waits in DR (TXE = 0): that byte is not sent");
+  }
+  if (i2c->cr1 & CR1_STOP) {
+    begin(i2c, i2c->bit_ps, THEN_STOPPED);
+  } else {
+    start(i2c);
+  }
+  return true;
+}
+
+static void go_on(I2c *i2c) {
+  if (i2c->phase == PHASE_IDLE) {
+    i2c->cr1 &= ~(uint32_t)CR1_STOP;
+    if (i2c->cr1 & CR1_START) {
+      start_when_free(i2c);
+    }
+  } else if (i2c->phase != PHASE_BUSY && i2c->phase != PHASE_ADDRESSED) {
+    stop_or_start(i2c);
+  }
+}
+
+/* A start or stop condition leaves nothing of a transmission; received bytes stay. */
+static void end_of_sending(I2c *i2c) {
+  if (i2c->sr2 & SR2_TRA) {
+    i2c->sr1 &= ~(uint32_t)(SR1_TXE | SR1_BTF);
+  }
+  i2c->waiting = 0;
+}
+
+static void started(I2c *i2c) {
+  i2c->cr1 &= ~(uint32_t)CR1_START;
+  end_of_sending(i2c);
+  i2c->sr1 |= SR1_SB;
+  i2c->sr2 = SR2_MSL | SR2_BUSY;
+  i2c->phase = PHASE_ADDRESS;
+  go_on(i2c); /* 18.6.1: STOP "after the current Start condition is sent" */
+}
+
+static void stopped(I2c *i2c) {
+  finish(i2c, now_ps(i2c));
+  i2c->cr1 &= ~(uint32_t)CR1_STOP;
+  end_of_sending(i2c);
+  i2c->sr1 &= ~(uint32_t)SR1_SB;
+  i2c->sr2 = 0;
+  i2c->phase = PHASE_IDLE;
+  go_on(i2c);
+}
+
+static void failed(I2c *i2c, uint32_t flag) {
+  i2c->sr1 |= flag;
+  i2c->phase = PHASE_ENDED;
+  stop_or_start(i2c);
+}
+
+static void address_sent(I2c *i2c) {
+  switch (is_connected(i2c) ? address(i2c) : ANSWER_NACK) {
+  case ANSWER_ACK:
+    i2c->sr1 |= SR1_ADDR;
+    i2c->sr2 |= i2c->shift & 1 ? 0 : SR2_TRA;
+    i2c->acknowledge = (i2c->cr1 & CR1_ACK) != 0;
+    i2c->phase = PHASE_ADDRESSED;
+    break;
+  case ANSWER_ARBITRATION:
+    let_go(i2c);
+    i2c->sr1 |= SR1_ARLO;
+    i2c->sr2 = 0;
+    i2c->phase = PHASE_IDLE;
+    break;
+  case ANSWER_BUS_ERROR:
+    failed(i2c, SR1_BERR);
+    break;
+  default:
+    failed(i2c, SR1_AF);
+  }
+}
+
+static void send(I2c *i2c) {
+  i2c->shift = (uint8_t)i2c->dr;
+  i2c->waiting = 0;
+  i2c->sr1 |= SR1_TXE;
+  begin(i2c, i2c->byte_ps, THEN_SENT);
+}
+
+static void sent(I2c *i2c) {
+  if (!write_byte(i2c)) {
+    failed(i2c, SR1_AF);
+  } else if (stop_or_start(i2c)) {
+    return;
+  } else if (i2c->waiting) {
+    send(i2c);
+  } else {
+    i2c->sr1 |= SR1_BTF;
+    i2c->phase = PHASE_SEND;
+  }
+}
+
+/* Whether the byte just received is acknowledged (ACK, POS, and LAST with DMA). */
+static bool answer(I2c *i2c) {
+  bool now = i2c->cr1 & CR1_ACK;
+  bool acknowledged = i2c->cr1 & CR1_POS ? i2c->acknowledge : now;
+  i2c->acknowledge = now;
+  if (i2c->nack_next) {
+    i2c->nack_next = 0;
+    return false;
+  }
+  return acknowledged;
+}
+
+static void received(I2c *i2c) {
+  uint8_t value = read_byte(i2c);
+  bool acknowledged = answer(i2c);
+  if (i2c->sr1 & SR1_RXNE) {
+    i2c->shift = value;
+    i2c->shift_full = 1;
+    i2c->sr1 |= SR1_BTF;
+  } else {
+    i2c->dr = value;
+    i2c->sr1 |= SR1_RXNE;
+  }
+  if (stop_or_start(i2c)) {
+    return;
+  }
+  if (!acknowledged) {
+    i2c->phase = PHASE_ENDED;
+  } else if (i2c->shift_full) {
+    i2c->phase = PHASE_FULL;
+  } else {
+    begin(i2c, i2c->byte_ps, THEN_RECEIVED);
+  }
+}
+
+static void released(I2c *i2c) {
+  i2c->phase = PHASE_IDLE;
+  go_on(i2c);
+}
+
+/* The operation under way ends. */
+static void i2c_fire(Peripheral *peripheral) {
+  static void (*const ends[])(I2c *) = {
+      [THEN_GO_ON] = go_on,       [THEN_STARTED] = started,           [THEN_STOPPED] = stopped,
+      [THEN_RELEASED] = released, [THEN_ADDRESS_SENT] = address_sent, [THEN_SENT] = sent,
+      [THEN_RECEIVED] = received,
+  };
+  I2c *i2c = i2c_of(peripheral);
+  ends[i2c->then](i2c);
+  if (i2c->watched) {
+    update(i2c);
+  }
+}
+
+/* No operation, no flag, the bus let go in the middle of whatever was under way. */
+static void clear(I2c *i2c) {
+  event_cancel(i2c->peripheral.chip, i2c->event);
+  let_go(i2c);
+  i2c->cr1 = i2c->sr1 = i2c->sr2 = i2c->dr = i2c->seen = 0;
+  i2c->phase = PHASE_IDLE;
+  i2c->shift = i2c->waiting = i2c->shift_full = i2c->acknowledge = i2c->nack_next = 0;
+}
+
+/* -- settings (18.6.2, 18.6.8, 18.6.9) -------------------------------------------------------------------- */
+
+/* The period of SCL is counts / PCLK1 s; 0: CCR counts nothing. */
+static int64_t counts_of(uint32_t ccr) {
+  int64_t per_period = ccr & CCR_FS ? (ccr & CCR_DUTY ? 25 : 3) : 2; /* 9+16, 1+2, 1+1 */
+  return per_period * (ccr & CCR_CCR);
+}
+
+static int64_t rounded(__int128 dividend, __int128 divisor) { /* to the nearest, a half to the even number */
+  __int128 quotient = dividend / divisor, twice = dividend % divisor * 2;
+  return (int64_t)(quotient + (twice > divisor || (twice == divisor && quotient & 1)));
+}
+
+static void set_rate(I2c *i2c) {
+  i2c->checked = 0;
+  int64_t dividend = counts_of(i2c->ccr) * PS_PER_S, divisor = i2c->peripheral.chip->clocks.pclk1_hz;
+  if (dividend == 0 || divisor <= 0) {
+    i2c->bit_ps = i2c->byte_ps = NEVER_PS; /* no operation ever ends */
+    return;
+  }
+  if (dividend < (__int128)i2c->shortest_ps * divisor) {
+    dividend = i2c->shortest_ps;
+    divisor = 1;
+  }
+  i2c->bit_ps = dividend / divisor;
+  i2c->byte_ps = 9 * dividend / divisor;
+  if (i2c->cr1 & CR1_PE && i2c->calls.set_speed) {
+    int64_t speed_hz = rounded((__int128)PS_PER_S * divisor, dividend);
+    if (speed_hz != i2c->speed_hz) {
+      i2c->speed_hz = speed_hz;
+      i2c->calls.set_speed(now_ps(i2c), speed_hz);
+    }
+  }
+}
+
+/* What the manual forbids of the settings; the peripheral clocks all the same. */
+static void check_settings(I2c *i2c) {
+  Peripheral *peripheral = &i2c->peripheral;
+  int64_t pclk_hz = peripheral->chip->clocks.pclk1_hz, counts = counts_of(i2c->ccr);
+  uint32_t freq = i2c->cr2 & CR2_FREQ, fast = i2c->ccr & CCR_FS, count = i2c->ccr & CCR_CCR;
+  uint32_t slowest = fast ? 4 : 2, longest = freq * (fast ? 300 : 1000) / 1000 + 1; /* rise times in ns */
+  const char *mode = fast ? "fast" : "standard";
+  i2c->checked = 1;
+  if (freq * INT64_C(1000000) != pclk_hz) {
+    peripheral_note(peripheral, -1, NOTE_FORBIDDEN,
+               "CR2.FREQ is %u, PCLK1 is %g MHz: set-up and hold times are wrong", freq, (double)pclk_hz / 1e6);
+  }
+  if (freq < slowest) {
+    peripheral_note(peripheral, -1, NOTE_FORBIDDEN, "%s mode needs PCLK1 of at least %u MHz, CR2.FREQ says %u", mode,
+               slowest, freq);
+  }
+  if (count < (fast && i2c->ccr & CCR_DUTY ? 1 : 4)) {
+    peripheral_note(peripheral, -1, NOTE_FORBIDDEN, "CCR counts %u; at least 4, or 1 with DUTY", count);
+  }
+  if (i2c->trise != longest) {
+    peripheral_note(peripheral, -1, NOTE_FORBIDDEN, "TRISE is %u; %u fits %s mode at %u MHz", i2c->trise, longest, mode,
+               freq);
+  }
+  if (counts && pclk_hz * 100 > counts * FAST_MODE_HZ * 101) {
+    peripheral_note(peripheral, -1, NOTE_FORBIDDEN, "SCL runs at %.0f kHz; the sensors' limit is 400 kHz",
+               (double)pclk_hz / (double)counts / 1000);
+  }
+}
+
+static void not_modelled(I2c *i2c, uint32_t bits, enum Noted id, const char *text) {
+  if (bits) {
+    peripheral_note(&i2c->peripheral, (int)id, NOTE_NOT_MODELLED, "%s", text);
+  }
+}
+
+static void i2c_reset(Peripheral *peripheral) {
+  I2c *i2c = i2c_of(peripheral);
+  clear(i2c);
+  i2c->cr2 = i2c->oar1 = i2c->oar2 = i2c->ccr = i2c->fltr = 0;
+  i2c->trise = 2;
+  i2c->watched = 0;
+  set_rate(i2c);
+  set_lines(i2c);
+}
+
+static void i2c_clocks_changed(Peripheral *peripheral) { set_rate(i2c_of(peripheral)); }
+
+/* -- access (18.6) ---------------------------------------------------------------------------------------- */
+
+/* ADDR is cleared: the data phase begins. */
+static void clear_addr(I2c *i2c) {
+  i2c->sr1 &= ~(uint32_t)SR1_ADDR;
+  if (!(i2c->sr2 & SR2_TRA)) {
+    begin(i2c, i2c->byte_ps, THEN_RECEIVED);
+    return;
+  }
+  i2c->phase = PHASE_SEND;
+  if (i2c->waiting) {
+    send(i2c);
+  } else {
+    i2c->sr1 |= SR1_TXE;
+    stop_or_start(i2c);
+  }
+}
+
+/* DR is read: the shift register moves up, and SCL goes on if it was held. */
+static uint32_t read_data(I2c *i2c) {
+  uint32_t value = i2c->dr;
+  if (i2c->shift_full) {
+    i2c->dr = i2c->shift;
+    i2c->shift_full = 0;
+    i2c->sr1 &= ~(uint32_t)SR1_BTF;
+    if (i2c->phase == PHASE_FULL) {
+      begin(i2c, i2c->byte_ps, THEN_RECEIVED);
+    }
+  } else {
+    i2c->sr1 &= ~(uint32_t)SR1_RXNE;
+  }
+  update(i2c);
+  return value;
+}
+
+static uint32_t i2c_peek(const Peripheral *peripheral, uint32_t offset) {
+  const I2c *i2c = (const I2c *)peripheral;
+  switch (offset) {
+  case CR1: return i2c->cr1;
+  case CR2: return i2c->cr2;
+  case OAR1: return i2c->oar1;
+  case OAR2: return i2c->oar2;
+  case DR: return i2c->dr;
+  case SR1: return i2c->sr1;
+  case SR2: return released_ps(i2c) ? i2c->sr2 | SR2_BUSY : i2c->sr2;
+  case CCR: return i2c->ccr;
+  case TRISE: return i2c->trise;
+  case FLTR: return i2c->fltr;
+  default: return 0;
+  }
+}
+
+/* SR1, then SR2 clears ADDR (18.6.6). */
+static uint32_t read_sr2(I2c *i2c, int64_t *until_ps) {
+  int64_t free_ps = released_ps(i2c);
+  uint32_t status = free_ps ? i2c->sr2 | SR2_BUSY : i2c->sr2;
+  *until_ps = free_ps && free_ps < *until_ps ? free_ps : *until_ps;
+  if (i2c->sr1 & SR1_ADDR) {
+    *until_ps = ALREADY_PS;
+    if (i2c->seen & SR1_ADDR) {
+      i2c->seen = 0;
+      clear_addr(i2c);
+      update(i2c);
+    }
+  }
+  return status;
+}
+
+static uint32_t i2c_read(Peripheral *peripheral, uint32_t offset, int64_t *until_ps) {
+  I2c *i2c = i2c_of(peripheral);
+  *until_ps = due_ps(i2c);
+  switch (offset) {
+  case SR1:
+    i2c->seen = i2c->sr1;
+    return i2c->sr1;
+  case SR2:
+    return read_sr2(i2c, until_ps);
+  case DR:
+    *until_ps = ALREADY_PS;
+    return read_data(i2c);
+  default:
+    return i2c_peek(peripheral, offset);
+  }
+}
+
+/* DR is written: an address after SB, or a byte to be sent. */
+static void write_data(I2c *i2c, uint8_t value) {
+  if (i2c->phase == PHASE_ADDRESS) {
+    i2c->sr1 &= ~(uint32_t)SR1_SB;
+    i2c->shift = value;
+    begin(i2c, i2c->byte_ps, THEN_ADDRESS_SENT);
+  } else if (i2c->sr2 & SR2_TRA) {
+    if (i2c->waiting) {
+      peripheral_note(&i2c->peripheral, NOTED_DATA_LOST, NOTE_FORBIDDEN,
+                 "DR written while TXE was 0: the byte that waited there is lost");
+    }
+    i2c->sr1 &= ~(uint32_t)SR1_BTF;
+    i2c->dr = value;
+    if (i2c->phase == PHASE_SEND) {
+      send(i2c);
+    } else {
+      i2c->waiting = 1;
+      i2c->sr1 &= ~(uint32_t)SR1_TXE;
+    }
+  }
+}
+
+static void write_cr1(I2c *i2c, uint32_t cr1) {
+  uint32_t before = i2c->cr1;
+  not_modelled(i2c, cr1 & CR1_SMBUS, NOTED_SMBUS, "SMBUS");
+  not_modelled(i2c, cr1 & CR1_ENARP, NOTED_ENARP, "ENARP");
+  not_modelled(i2c, cr1 & CR1_ENPEC, NOTED_ENPEC, "ENPEC (packet error check)");
+  not_modelled(i2c, cr1 & CR1_PEC, NOTED_PEC, "PEC");
+  if (cr1 & CR1_SWRST) {
+    i2c_reset(&i2c->peripheral);
+    i2c->cr1 = CR1_SWRST;
+  } else if (!(cr1 & CR1_PE)) {
+    if (before & CR1_PE) {
+      clear(i2c);
+    }
+    i2c->cr1 = cr1 & ~(uint32_t)(CR1_START | CR1_STOP);
+  } else {
+    if (!(before & CR1_PE)) {
+      i2c->cr1 = CR1_PE;
+      set_rate(i2c);
+    }
+    if (cr1 & CR1_START && !i2c->checked) {
+      check_settings(i2c);
+    }
+    i2c->cr1 = cr1; /* START and STOP are obeyed when no byte is under way */
+    go_on(i2c);
+  }
+}
+
+static void write_cr2(I2c *i2c) {
+  i2c->watched = (i2c->cr2 & (CR2_ITERREN | CR2_ITEVTEN | CR2_DMAEN)) != 0;
+  if (due_ps(i2c) < NEVER_PS) {
+    plan(i2c, due_ps(i2c), (enum Then)i2c->then); /* the operation under way ends in the other way */
+  }
+  set_lines(i2c);
+}
+
+static uint32_t merged(uint32_t before, uint32_t value, uint32_t mask, uint32_t writable) {
+  mask &= writable;
+  return (before & ~mask) | (value & mask);
+}
+
+static void while_enabled(I2c *i2c, enum Noted id, const char *name) {
+  if (i2c->cr1 & CR1_PE) {
+    peripheral_note(&i2c->peripheral, (int)id, NOTE_FORBIDDEN, "%s written while PE in CR1 is 1", name);
+  }
+}
+
+static void configure(I2c *i2c, uint32_t offset, uint32_t value, uint32_t mask) {
+  switch (offset) {
+  case CR2:
+    i2c->cr2 = merged(i2c->cr2, value, mask, CR2_STORED);
+    write_cr2(i2c);
+    break;
+  case OAR1:
+    i2c->oar1 = merged(i2c->oar1, value, mask, OAR1_STORED);
+    not_modelled(i2c, i2c->oar1 & OAR1_ADD, NOTED_OAR1,
+                 "slave mode: an own address is set, but nobody on this board will address it");
+    break;
+  case OAR2:
+    i2c->oar2 = merged(i2c->oar2, value, mask, OAR2_STORED);
+    not_modelled(i2c, i2c->oar2 & 1, NOTED_OAR2,
+                 "slave mode: a second own address is set, but nobody on this board will address it");
+    break;
+  case CCR:
+    i2c->ccr = merged(i2c->ccr, value, mask, CCR_STORED);
+    while_enabled(i2c, NOTED_CCR, "CCR");
+    set_rate(i2c);
+    break;
+  case TRISE:
+    i2c->trise = merged(i2c->trise, value, mask, TRISE_STORED);
+    while_enabled(i2c, NOTED_TRISE, "TRISE");
+    break;
+  case FLTR:
+    i2c->fltr = merged(i2c->fltr, value, mask, FLTR_STORED);
+    break;
+  }
+  i2c->checked = 0;
+}
+
+static void i2c_write(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
+  I2c *i2c = i2c_of(peripheral);
+  switch (offset) {
+  case DR:
+    write_data(i2c, (uint8_t)value);
+    break;
+  case SR1:
+    i2c->sr1 &= value | ~(mask & SR1_ERRORS);
+    break;
+  case CR1:
+    write_cr1(i2c, merged(i2c->cr1, value, mask, CR1_STORED));
+    break;
+  default:
+    configure(i2c, offset, value, mask);
+  }
+  update(i2c);
+}
+
+/* -- creation --------------------------------------------------------------------------------------------- */
+
+static const PeripheralType i2c_type = {
+    .read = i2c_read,
+    .peek = i2c_peek,
+    .write = i2c_write,
+    .reset = i2c_reset,
+    .clocks_changed = i2c_clocks_changed,
+    .dma_ready = i2c_dma_ready,
+};
+
+static void create(Chip *chip, I2c *i2c, uint32_t base) {
+  peripheral_create(chip, &i2c->peripheral, &i2c_type, base, I2C1_SIZE, I2C_OFFSETS);
+  i2c->event = event_create(&i2c->peripheral, i2c_fire);
+  i2c->pins[0].function = NO_FUNCTION;
+  for (int address = 0; address < 128; address++) {
+    i2c->wire.target_at[address] = -1;
+  }
+  enum Request rx = (enum Request)(REQUEST_I2C1_RX + 2 * number_of(i2c));
+  dma_connect(&i2c->peripheral, rx);
+  dma_connect(&i2c->peripheral, (enum Request)(rx + 1));
+  i2c_reset(&i2c->peripheral);
+}
+
+void i2c_create(Chip *chip) {
+  static const uint32_t bases[I2C_COUNT] = {I2C1_BASE, I2C2_BASE, I2C3_BASE};
+  for (int n = 0; n < I2C_COUNT; n++) {
+    create(chip, &chip->i2c[n], bases[n]);
+  }
+}
+
+void fcu_connect_i2c(Chip *chip, int32_t number, const I2cCalls *calls, int64_t speed_hz, int64_t shortest_ps) {
+  I2c *i2c = &chip->i2c[number];
+  i2c->calls = *calls;
+  i2c->speed_hz = speed_hz;
+  i2c->shortest_ps = shortest_ps;
+  set_rate(i2c);
+}
+
+void fcu_i2c_pin(Chip *chip, int32_t number, int32_t which, int32_t port, int32_t pin, int32_t function) {
+  PinFunction *pins = chip->i2c[number].pins;
+  pins[which] = (PinFunction){"ABCDEH"[port], (uint8_t)pin, (uint8_t)function};
+  pins[which + 1].function = NO_FUNCTION;
+}
+
+I2cWire *fcu_i2c_wire(Chip *chip, int32_t number) { return &chip->i2c[number].wire; }

@@ -1,0 +1,387 @@
+/* SPI1 to SPI3 as master (RM0368 sections 20.3, 20.5). What the pins lead to is spi_line.c.
+ *
+ * A byte takes eight periods of SCK from its start; its end is a deferred event, at which the line exchanges it.
+ * With an interrupt or DMA enabled the end is a scheduled event.
+ *
+ * Directions: full duplex; one line out (BIDIMODE, BIDIOE); one line in (BIDIMODE), and receive-only (RXONLY).
+ * In the last two the clock is started by SPE, not by DR, and BSY stays low in the third (20.3.7).
+ *
+ * Decision: in the receive directions a byte starts when SPE is set, and each further one when DR is read while
+ * SPE is still set. A byte in flight when SPE is cleared is completed. So a pulse of SPE gives exactly one byte,
+ * as ST's sensor driver wants it (67 DSB instructions between bit 1 and bit 8), however many cycles an
+ * instruction is charged. The chip clocks on without waiting for DR, and a pulse that is too long overruns: that
+ * trap is not shown here, where instruction timing is an estimate.
+ *
+ * A master whose internal NSS is low (SSM = 1, SSI = 0) gets MODF.
+ *
+ * NOT MODELLED
+ * - Slave mode: a note.
+ * - CRC calculation (CRCEN): a note; RXCRCR and TXCRCR read 0.
+ * - TI mode (FRF): a note.
+ * - I2S (I2SMOD): a note.
+ * - The NSS pin as input or output; as input it is taken as high, and a note tells.
+ */
+#include "peripherals/spi.h"
+
+#include "chip.h"
+#include "generated/registers_spi.h"
+
+#define CLOCKING (CR1_BR | CR1_CPOL | CR1_CPHA)
+#define WATCHED (CR2_RXDMAEN | CR2_TXDMAEN | CR2_ERRIE | CR2_RXNEIE | CR2_TXEIE)
+#define ON (CR1_SPE | CR1_MSTR)
+
+enum Note { NOTE_CRC, NOTE_TI, NOTE_I2S, NOTE_MODF, NOTE_SLAVE, NOTE_NSS, NOTE_LOST, NOTE_PINS };
+
+/* Base address, interrupt (table 38), request lines; the pins without which nobody hears it: SPI2's are the
+ * board's (its SCK and data line), alternate functions the STM32F401xB/C datasheet's (table 9). */
+static const struct {
+  uint32_t base;
+  int number;
+  enum Request rx, tx;
+  PinFunction pins[3];
+} SPI[SPIS] = {
+  {SPI1_BASE, 35, REQUEST_SPI1_RX, REQUEST_SPI1_TX, {{0, 0, 255}}},
+  {SPI2_BASE, 36, REQUEST_SPI2_RX, REQUEST_SPI2_TX, {{'B', 13, 5}, {'B', 15, 5}, {0, 0, 255}}},
+  {SPI3_BASE, 51, REQUEST_SPI3_RX, REQUEST_SPI3_TX, {{0, 0, 255}}},
+};
+
+/* -- interrupts and DMA --------------------------------------------------------------------------------- */
+
+static void serve_dma(Spi *spi) {
+  Chip *chip = spi->peripheral.chip;
+  if (spi->cr2 & CR2_RXDMAEN && spi->sr & SR_RXNE) {
+    dma_request(chip, SPI[spi->number].rx);
+  }
+  for (int n = 0; n < 2; n++) { /* the shift register and DR */
+    if (spi->cr2 & CR2_TXDMAEN && spi->sr & SR_TXE) {
+      dma_request(chip, SPI[spi->number].tx);
+    }
+  }
+}
+
+/* Make the DMA requests that stand and set the interrupt line. */
+static void update(Spi *spi) {
+  if (spi->is_serving) {
+    return;
+  }
+  spi->is_serving = true;
+  serve_dma(spi);
+  spi->is_serving = false;
+  uint32_t causes = (spi->cr2 & CR2_TXEIE ? SR_TXE : 0) | (spi->cr2 & CR2_RXNEIE ? SR_RXNE : 0);
+  causes |= spi->cr2 & CR2_ERRIE ? SR_OVR | SR_MODF : 0;
+  peripheral_set_irq(&spi->peripheral, SPI[spi->number].number, spi->sr & causes);
+}
+
+static void update_if_watched(Spi *spi) {
+  if (spi->is_watched) {
+    update(spi);
+  }
+}
+
+/* -- frames --------------------------------------------------------------------------------------------- */
+
+/* Whether the clock is started by SPE instead of DR. */
+static bool is_receiving(uint32_t cr1) { return cr1 & CR1_BIDIMODE ? !(cr1 & CR1_BIDIOE) : cr1 & CR1_RXONLY; }
+
+static void plan_end(Spi *spi, int64_t at_ps) {
+  (spi->is_watched ? event_schedule : event_defer)(spi->peripheral.chip, spi->event, at_ps);
+}
+
+static void start(Spi *spi, int32_t value) {
+  spi->shift = value;
+  spi->is_busy = true;
+  if (value != SPI_NOTHING || !(spi->cr1 & CR1_BIDIMODE)) {
+    spi->sr |= SR_BSY;
+  }
+  if (spi->byte_ps < NEVER_PS) {
+    plan_end(spi, spi->peripheral.chip->now_ps + spi->byte_ps * (spi->cr1 & CR1_DFF ? 2 : 1));
+  }
+}
+
+/* Between two frames: start another one if there is a reason to. */
+static void start_next(Spi *spi, bool began) {
+  if ((spi->cr1 & ON) != ON) {
+    return;
+  }
+  if (is_receiving(spi->cr1)) {
+    if (began) {
+      start(spi, SPI_NOTHING);
+    }
+  } else if (!(spi->sr & SR_TXE)) {
+    spi->sr |= SR_TXE;
+    start(spi, (int32_t)spi->to_send);
+  }
+}
+
+static uint8_t reversed(uint8_t byte) {
+  uint8_t result = 0;
+  for (int bit = 0; bit < 8; bit++) {
+    result = (uint8_t)(result << 1 | (byte >> bit & 1));
+  }
+  return result;
+}
+
+/* One byte on the line; out may be SPI_NOTHING. */
+static uint8_t transfer_byte(Spi *spi, int32_t out) {
+  if (!spi->is_connected) {
+    return SPI_UNDRIVEN;
+  }
+  uint8_t sent = out == SPI_NOTHING ? SPI_UNDRIVEN : (uint8_t)out, answer;
+  if (out != SPI_NOTHING && spi->cr1 & CR1_LSBFIRST) {
+    sent = reversed(sent);
+  }
+  if (!(spi->cr1 & CR1_BIDIMODE)) {
+    answer = spi_line_exchange(spi, sent);
+  } else if (out == SPI_NOTHING) {
+    answer = spi_line_receive(spi);
+  } else {
+    spi_line_send(spi, sent);
+    return SPI_UNDRIVEN;
+  }
+  return spi->cr1 & CR1_LSBFIRST ? reversed(answer) : answer;
+}
+
+/* The frame on the line, most significant byte first. */
+static uint32_t transfer_frame(Spi *spi) {
+  uint32_t frame = 0;
+  for (int shift = spi->cr1 & CR1_DFF ? 8 : 0; shift >= 0; shift -= 8) {
+    int32_t out = spi->shift == SPI_NOTHING ? SPI_NOTHING : spi->shift >> shift & 0xFF;
+    frame = frame << 8 | transfer_byte(spi, out);
+  }
+  return frame;
+}
+
+static void store(Spi *spi, uint32_t frame) {
+  if (spi->sr & SR_RXNE) {
+    spi->sr |= SR_OVR;
+    spi->data_read = false;
+  } else {
+    spi->received = frame;
+    spi->sr |= SR_RXNE;
+  }
+}
+
+static void end_frame(Peripheral *peripheral) {
+  Spi *spi = (Spi *)peripheral;
+  spi->is_busy = false;
+  bool listens = spi->shift == SPI_NOTHING || !(spi->cr1 & CR1_BIDIMODE);
+  uint32_t frame = transfer_frame(spi);
+  spi->sr &= ~(uint32_t)SR_BSY;
+  if (listens) {
+    store(spi, frame);
+  }
+  start_next(spi, false);
+  update_if_watched(spi);
+}
+
+static void write_data(Spi *spi, uint32_t value) {
+  if (!(spi->sr & SR_TXE)) {
+    peripheral_note(&spi->peripheral, NOTE_LOST, NOTE_FORBIDDEN,
+               "DR written while TXE was 0: the frame that waited there is lost");
+  }
+  spi->to_send = value;
+  spi->sr &= ~(uint32_t)SR_TXE;
+  if (!spi->is_busy) {
+    start_next(spi, false);
+  }
+}
+
+static uint32_t read_data(Spi *spi) {
+  uint32_t frame = spi->received; /* what comes next arrives later */
+  spi->sr &= ~(uint32_t)SR_RXNE;
+  spi->data_read = true;
+  if (!spi->is_busy && is_receiving(spi->cr1)) {
+    start_next(spi, true);
+  }
+  update_if_watched(spi);
+  return frame;
+}
+
+/* -- settings ------------------------------------------------------------------------------------------- */
+
+/* SCK from BR, mode from CPOL and CPHA (20.5.1). */
+static void set_clock(Spi *spi) {
+  const Clocks *clocks = &spi->peripheral.chip->clocks;
+  int64_t kernel_hz = spi->number == 0 ? clocks->pclk2_hz : clocks->pclk1_hz;
+  int64_t divider = INT64_C(2) << (spi->cr1 >> 3 & 7);
+  spi->clocked_as = spi->cr1 & CR1_SPE ? (int32_t)(spi->cr1 & CLOCKING) : SPI_NOTHING;
+  spi->byte_ps = kernel_hz > 0 ? 8 * divider * PS_PER_S / kernel_hz : NEVER_PS;
+  if (spi->cr1 & CR1_SPE) {
+    spi_line_configure(spi, (int32_t)(kernel_hz / divider), spi->cr1 & (CR1_CPOL | CR1_CPHA));
+  }
+}
+
+static void check_pins(Spi *spi) {
+  char missing[80];
+  const PinFunction *pins = SPI[spi->number].pins;
+  spi->is_connected = pins_connected(spi->peripheral.chip, pins, missing, sizeof missing);
+  if (!spi->is_connected) {
+    peripheral_note(&spi->peripheral, -1, NOTE_FORBIDDEN, "no part can answer before the pins are switched: %s",
+        missing);
+  }
+}
+
+static void switch_on(Spi *spi) {
+  if (!(spi->cr1 & CR1_MSTR)) {
+    peripheral_note(&spi->peripheral, NOTE_SLAVE, NOTE_NOT_MODELLED,
+               "slave mode: SPE set with MSTR = 0, and no other master on this board");
+  } else if (!(spi->cr1 & CR1_SSM) && !(spi->cr2 & CR2_SSOE)) {
+    peripheral_note(&spi->peripheral, NOTE_NSS, NOTE_NOT_MODELLED,
+               "NSS as input (SSM = 0, SSOE = 0); it is taken as high");
+  }
+  check_pins(spi);
+}
+
+static void control(Spi *spi, uint32_t old) {
+  if (spi->cr1 & CR1_CRCEN) {
+    peripheral_note(&spi->peripheral, NOTE_CRC, NOTE_NOT_MODELLED, "CRCEN (CRC calculation)");
+  }
+  if (spi->modf_seen) {
+    spi->sr &= ~(uint32_t)SR_MODF;
+    spi->modf_seen = false;
+  }
+  if (spi->cr1 & CR1_MSTR && spi->cr1 & CR1_SSM && !(spi->cr1 & CR1_SSI)) {
+    spi->sr |= SR_MODF;
+    spi->cr1 &= ~(uint32_t)ON;
+    peripheral_note(&spi->peripheral, NOTE_MODF, NOTE_FORBIDDEN,
+               "master with SSM = 1 and SSI = 0: mode fault (MODF), SPE and MSTR cleared");
+  }
+  if (!(spi->cr1 & CR1_SPE)) {
+    return;
+  }
+  if ((int32_t)(spi->cr1 & CLOCKING) != spi->clocked_as) {
+    set_clock(spi);
+  }
+  if (!(old & CR1_SPE)) {
+    switch_on(spi);
+  }
+  if (!spi->is_busy) {
+    start_next(spi, !(old & CR1_SPE) || !is_receiving(old));
+  }
+}
+
+static void control_requests(Spi *spi) {
+  if (spi->cr2 & CR2_FRF) {
+    peripheral_note(&spi->peripheral, NOTE_TI, NOTE_NOT_MODELLED, "FRF (TI mode)");
+  }
+  spi->is_watched = (spi->cr2 & WATCHED) != 0;
+  int64_t end_ps = event_at(spi->peripheral.chip, spi->event);
+  if (end_ps < NEVER_PS) {
+    plan_end(spi, end_ps);
+  }
+  update(spi);
+}
+
+/* -- access --------------------------------------------------------------------------------------------- */
+
+static uint32_t spi_peek(const Peripheral *peripheral, uint32_t offset) {
+  const Spi *spi = (const Spi *)peripheral;
+  switch (offset) {
+    case CR1: return spi->cr1;
+    case CR2: return spi->cr2;
+    case SR: return spi->sr;
+    case DR: return spi->received;
+    case CRCPR: return spi->crcpr;
+    case I2SCFGR: return spi->i2scfgr;
+    case I2SPR: return spi->i2spr;
+    default: return 0;
+  }
+}
+
+/* SR after DR clears OVR; SR, then a write of CR1 clears MODF (20.3.10). */
+static uint32_t read_status(Spi *spi, int64_t *until_ps) {
+  uint32_t status = spi->sr;
+  *until_ps = event_at(spi->peripheral.chip, spi->event);
+  if (status & (SR_OVR | SR_MODF)) {
+    *until_ps = ALREADY_PS;
+    if (spi->data_read) {
+      spi->sr &= ~(uint32_t)SR_OVR;
+    }
+    spi->modf_seen = (status & SR_MODF) != 0;
+    update_if_watched(spi);
+  }
+  return status;
+}
+
+static uint32_t spi_read(Peripheral *peripheral, uint32_t offset, int64_t *until_ps) {
+  if (offset == SR) {
+    return read_status((Spi *)peripheral, until_ps);
+  }
+  if (offset == DR) {
+    *until_ps = ALREADY_PS;
+    return read_data((Spi *)peripheral);
+  }
+  return spi_peek(peripheral, offset);
+}
+
+static void merge(uint32_t *word, uint32_t value, uint32_t mask, uint32_t writable) {
+  *word = (*word & ~(mask & writable)) | (value & writable);
+}
+
+static void spi_write(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
+  Spi *spi = (Spi *)peripheral;
+  uint32_t old = spi->cr1;
+  switch (offset) {
+    case CR1:
+      merge(&spi->cr1, value, mask, CR1_STORED);
+      control(spi, old);
+      break;
+    case CR2:
+      merge(&spi->cr2, value, mask, CR2_STORED);
+      control_requests(spi);
+      break;
+    case DR: write_data(spi, value & (spi->cr1 & CR1_DFF ? 0xFFFF : 0xFF)); break;
+    case CRCPR: merge(&spi->crcpr, value, mask, CRCPR_STORED); break;
+    case I2SCFGR:
+      merge(&spi->i2scfgr, value, mask, I2SCFGR_STORED);
+      if (spi->i2scfgr & I2SCFGR_I2SMOD) {
+        peripheral_note(peripheral, NOTE_I2S, NOTE_NOT_MODELLED, "I2SMOD (I2S mode)");
+      }
+      break;
+    case I2SPR: merge(&spi->i2spr, value, mask, I2SPR_STORED); break;
+    default: break;
+  }
+  update_if_watched(spi);
+}
+
+/* Back to the state after reset; a frame under way is lost. */
+static void spi_reset(Peripheral *peripheral) {
+  Spi *spi = (Spi *)peripheral;
+  event_cancel(peripheral->chip, spi->event);
+  spi->cr1 = spi->cr2 = spi->i2scfgr = spi->to_send = spi->received = 0;
+  spi->sr = SR_RESET;
+  spi->crcpr = CRCPR_RESET;
+  spi->i2spr = I2SPR_RESET;
+  spi->shift = 0;
+  spi->is_busy = spi->data_read = spi->modf_seen = spi->is_serving = spi->is_watched = false;
+  spi->is_connected = true;
+  spi->clocked_as = SPI_NOTHING;
+  spi->byte_ps = NEVER_PS;
+  update(spi);
+}
+
+static void spi_clocks_changed(Peripheral *peripheral) { set_clock((Spi *)peripheral); }
+
+static void spi_dma_ready(Peripheral *peripheral) { update((Spi *)peripheral); }
+
+static const PeripheralType TYPE = {
+  .read = spi_read,
+  .peek = spi_peek,
+  .write = spi_write,
+  .reset = spi_reset,
+  .clocks_changed = spi_clocks_changed,
+  .dma_ready = spi_dma_ready,
+};
+
+void spi_create(Chip *chip) {
+  for (uint32_t n = 0; n < SPIS; n++) {
+    Spi *spi = &chip->spi[n];
+    peripheral_create(chip, &spi->peripheral, &TYPE, SPI[n].base, SPI1_SIZE, SPI_OFFSETS);
+    spi->number = n;
+    spi->event = event_create(&spi->peripheral, end_frame);
+    dma_connect(&spi->peripheral, SPI[n].rx);
+    dma_connect(&spi->peripheral, SPI[n].tx);
+    spi_line_create(&spi->line);
+    spi_reset(&spi->peripheral);
+  }
+}

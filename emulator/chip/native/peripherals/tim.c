@@ -1,0 +1,845 @@
+/* The timers TIM1 to TIM5 and TIM9 to TIM11 (RM0368 sections 12 to 14, tables 1 and 38; pins from the
+ * STM32F401xB/C datasheet's table of alternate functions).
+ *
+ * Everything is computed from the time when it is looked at. An event exists only while an enabled interrupt or
+ * DMA request waits for its flag: a timer that merely runs (PWM, time base of a capture) costs nothing, and one
+ * whose handler is too slow costs no more than its handler, because the updates it misses are counted when the
+ * flag is cleared.
+ *
+ * Time is counted in whole ticks of the timer's clock since origin_ps, never added up, so nothing drifts: 800 Hz
+ * is 800 updates a second after an hour too. The origin follows the counter, fractions included, so that 64 bits
+ * suffice. Bringing the counter up to date needs a few steps however long
+ * nobody looked: up to the first update, which loads the preloaded registers, and from there, as nothing changes
+ * any more, whole cycles at once.
+ *
+ * NOT MODELLED, with a note where firmware asks for it: slave modes, external clocks and encoders (SMCR), DMA
+ * requests on capture and compare, DMA bursts. NOT MODELLED, silent: break input and dead time; outputs as levels
+ * on pins (their duty is what fcu_timer_pwm() gives); input filters (ICxF: the pins here have no glitches);
+ * channels fed by the trigger (CCxS = 3); the one or two ticks of synchronisation between CEN and the first
+ * count. A compare flag is raised when the counter arrives at the value, not when CNT or CCR is written to be
+ * equal. A timer whose clock is gated off while it counts goes on counting.
+ */
+#include "fcu.h"
+
+#include <string.h>
+
+#include "generated/registers_tim.h"
+
+#define REGISTER(tim, offset) ((tim)->registers[(offset) >> 2])
+
+_Static_assert(sizeof TIM_RESETS[0] == sizeof((Tim *)0)->registers, "the registers of a timer");
+
+/* Flags of SR; the enable bits of DIER and the events of EGR have the same places. */
+#define CC_FLAGS (SR_CC1IF | SR_CC2IF | SR_CC3IF | SR_CC4IF)
+#define COM_TRIGGER (SR_COMIF | SR_TIF)
+#define ALL_FLAGS 0xFFu
+#define CC_DMA (DIER_CC1DE | DIER_CC2DE | DIER_CC3DE | DIER_CC4DE)
+#define ECE_SMS (SMCR_ECE | SMCR_SMS)
+/* CCMRx: of one channel, in the place of channel 1. */
+#define OCM(settings) FIELD(settings, CCMR1_OC1M)
+#define ICPSC(settings) FIELD(settings, CCMR1_IC1PSC)
+#define CCS(settings) FIELD(settings, CCMR1_CC1S)
+enum { FORCED_LOW = 4, FORCED_HIGH = 5, PWM1 = 6, PWM2 = 7 };
+/* A handler that clears its flag later than this after the tick is late. On ARM it never comes at once: entering
+ * it and finding out which flag it was takes ST's HAL about a hundred instructions. */
+#define PROMPT_PS INT64_C(10000000)
+
+enum { NOTE_SMCR, NOTE_DIER, NOTE_DCR, NOTE_DMAR };
+
+/* -- which timer can do what ----------------------------------------------------------------------------- */
+
+typedef struct {
+  uint8_t flags, number; /* bits of SR, and the NVIC input they activate */
+} TimIrq;
+
+typedef struct TimVariant {
+  uint32_t base;
+  uint8_t apb, bits, channels, alternate;
+  bool advanced;
+  enum Request request; /* of an update */
+  TimIrq irqs[4];       /* flags 0 end them */
+  const char *pins[TIM_CHANNELS]; /* "A8 E9" */
+} TimVariant;
+
+static const TimVariant VARIANTS[TIMERS] = {
+  {TIM1_BASE, 2, 16, 4, 1, true, REQUEST_TIM1_UP,
+   {{SR_UIF, 25}, {CC_FLAGS, 27}, {COM_TRIGGER, 26}, {SR_BIF, 24}}, {"A8 E9", "A9 E11", "A10 E13", "A11 E14"}},
+  {TIM2_BASE, 1, 32, 4, 1, false, REQUEST_TIM2_UP,
+   {{ALL_FLAGS, 28}}, {"A0 A5 A15", "A1 B3", "A2 B10", "A3 B11"}},
+  {TIM3_BASE, 1, 16, 4, 2, false, REQUEST_TIM3_UP,
+   {{ALL_FLAGS, 29}}, {"A6 B4 C6", "A7 B5 C7", "B0 C8", "B1 C9"}},
+  {TIM4_BASE, 1, 16, 4, 2, false, REQUEST_TIM4_UP,
+   {{ALL_FLAGS, 30}}, {"B6 D12", "B7 D13", "B8 D14", "B9 D15"}},
+  {TIM5_BASE, 1, 32, 4, 2, false, REQUEST_TIM5_UP, {{ALL_FLAGS, 50}}, {"A0", "A1", "A2", "A3"}},
+  {TIM9_BASE, 2, 16, 2, 3, false, REQUEST_NONE, {{ALL_FLAGS, 24}}, {"A2 E5", "A3 E6"}},
+  {TIM10_BASE, 2, 16, 1, 3, false, REQUEST_NONE, {{ALL_FLAGS, 25}}, {"B8"}},
+  {TIM11_BASE, 2, 16, 1, 3, false, REQUEST_NONE, {{ALL_FLAGS, 26}}, {"B9"}},
+};
+
+static uint32_t ones(unsigned count) { return count >= 32 ? WORD : (1u << count) - 1; }
+
+/* CC1IF to CC4IF, as far as the timer has channels. */
+static uint32_t compare_flags(const TimVariant *variant) { return ones(variant->channels) << 1; }
+
+/* The bits of a register that exist; one that a timer does not have is written in vain and reads 0. */
+static uint32_t bits_of(const TimVariant *variant, uint32_t offset) {
+  return TIM_EXISTING[variant - VARIANTS][offset >> 2];
+}
+
+/* Which channel of a timer a pin leads to: 0 to 3; -1 if to none. */
+static int channel_of_pin(const TimVariant *variant, char port, int pin) {
+  for (int channel = 0; channel < variant->channels; channel++) {
+    for (const char *name = variant->pins[channel]; *name;) {
+      char letter = *name++;
+      int number = 0;
+      for (; *name && *name != ' '; name++) {
+        number = 10 * number + *name - '0';
+      }
+      name += *name == ' ';
+      if (letter == port && number == pin) {
+        return channel;
+      }
+    }
+  }
+  return -1;
+}
+
+/* -- the counter ----------------------------------------------------------------------------------------- */
+
+/* The counter walks round a cycle of positions; index is the position (sections 12.3.2, 13.3.2). Counting up, it
+ * is the value; counting down, the distance from ARR; centre-aligned, it runs from 0 up to ARR and back in 2 * ARR
+ * counts. An overflow or underflow is the arrival at index 0, centre-aligned also the one at ARR.
+ *
+ * A negative index is a counter outside of its cycle, because ARR was set below it: counting up (or
+ * centre-aligned) it goes on to its largest value and wraps to 0 without an event, counting down it walks back
+ * into the cycle. What the centre-aligned counter does there is not documented; this is the plausible reading. */
+
+static int64_t top_of(const Tim *tim) { return INT64_C(1) << tim->variant->bits; }
+
+/* With ARR = 0 the counter does not count (section 12.3.2). */
+static bool is_blocked(const Tim *tim) { return tim->arr == 0; }
+
+static void set_active_arr(Tim *tim, int64_t arr) {
+  tim->arr = arr;
+  tim->spacing = tim->mode == TIM_CENTRE ? arr : arr + 1;
+  tim->length = tim->mode == TIM_CENTRE ? 2 * arr : arr + 1;
+}
+
+static int64_t cnt_of(const Tim *tim) {
+  if (tim->mode == TIM_DOWN) {
+    return tim->arr - tim->index;
+  }
+  if (tim->index < 0) {
+    return tim->index + top_of(tim);
+  }
+  return tim->index > tim->arr ? 2 * tim->arr - tim->index : tim->index;
+}
+
+/* Whether the next count goes down. */
+static bool is_falling(const Tim *tim) {
+  return tim->mode == TIM_DOWN || (tim->mode == TIM_CENTRE && tim->index >= tim->arr);
+}
+
+/* Set CNT; falling matters to the centre-aligned mode only. */
+static void place(Tim *tim, int64_t value, bool falling) {
+  if (tim->mode == TIM_DOWN) {
+    tim->index = tim->arr - value;
+  } else if (value > tim->arr) {
+    tim->index = value - top_of(tim);
+  } else if (tim->mode == TIM_CENTRE && falling && value) {
+    tim->index = 2 * tim->arr - value;
+  } else {
+    tim->index = value;
+  }
+}
+
+/* Counts until the next overflow or underflow; the counter must not be blocked. */
+static int64_t steps_to_overflow(const Tim *tim) {
+  bool within = tim->index < tim->spacing; /* usual; a remainder takes a division */
+  return tim->spacing - (within ? tim->index : tim->index % tim->spacing);
+}
+
+/* How many overflows and underflows happen in the next counts. */
+static int64_t overflows_in(const Tim *tim, int64_t steps) {
+  int64_t first = steps_to_overflow(tim);
+  return steps < first ? 0 : 1 + (steps - first) / tim->spacing;
+}
+
+/* Counts until the counter arrives at a position of the cycle. */
+static int64_t steps_to(const Tim *tim, int64_t position) {
+  int64_t steps = position - tim->index;
+  return steps > 0 || tim->index < 0 ? steps : steps + tim->length;
+}
+
+/* -- the channels ---------------------------------------------------------------------------------------- */
+
+static uint32_t flag_of(int channel) { return 2u << channel; } /* CCxIF in SR, CCxG in EGR */
+
+static bool is_input(const TimChannel *channel) { return CCS(channel->settings) != 0; }
+
+/* Where in the counter's cycle the channel's flag is raised: a value beyond ARR matches at the overflow (section
+ * 12.4.5); CMS = 1 raises flags while counting down, 2 while counting up, 3 in both halves (section 12.4.1). */
+static void find_matches(const Tim *tim, TimChannel *channel) {
+  int64_t compare = channel->compare, arr = tim->arr, *matches = channel->matches;
+  uint32_t cms = FIELD(REGISTER(tim, CR1), CR1_CMS);
+  int count = 0;
+  if (is_input(channel)) {
+    count = 0;
+  } else if (tim->mode != TIM_CENTRE) {
+    int64_t within = tim->mode == TIM_UP ? compare : arr - compare;
+    matches[count++] = compare <= arr ? within : 0;
+  } else {
+    if (cms != 1 && compare) {
+      matches[count++] = compare <= arr ? compare : arr;
+    }
+    if (cms != 2 && compare != arr) {
+      matches[count++] = compare < arr && compare ? 2 * arr - compare : 0;
+    }
+  }
+  channel->match_count = (uint8_t)count;
+}
+
+static void find_all_matches(Tim *tim) {
+  for (int n = 0; n < tim->variant->channels; n++) {
+    find_matches(tim, &tim->channels[n]);
+  }
+}
+
+/* Counts until the next compare flag of a set rises; INT64_MAX if none does. */
+static int64_t steps_to_flags(const Tim *tim, uint32_t flags) {
+  int64_t least = INT64_MAX;
+  for (int n = 0; n < tim->variant->channels; n++) {
+    const TimChannel *channel = &tim->channels[n];
+    for (int match = 0; flags & flag_of(n) && match < channel->match_count; match++) {
+      int64_t steps = steps_to(tim, channel->matches[match]);
+      least = steps < least ? steps : least;
+    }
+  }
+  return least;
+}
+
+/* Flags of the values that the counter passes in its next counts. */
+static void raise_compare_flags(Tim *tim, int64_t steps) {
+  uint32_t missing = ~REGISTER(tim, SR) & compare_flags(tim->variant);
+  for (int n = 0; missing; n++, missing &= ~(flag_of(n) - 1)) {
+    if (missing & flag_of(n) && steps_to_flags(tim, flag_of(n)) <= steps) {
+      REGISTER(tim, SR) |= flag_of(n);
+    }
+  }
+}
+
+/* Section 12.3.6. */
+static void capture(Tim *tim, int channel) {
+  if (REGISTER(tim, SR) & flag_of(channel)) {
+    REGISTER(tim, SR) |= flag_of(channel) << 8; /* CCxOF */
+  }
+  REGISTER(tim, SR) |= flag_of(channel);
+  REGISTER(tim, CCRx(channel + 1)) = (uint32_t)cnt_of(tim);
+}
+
+/* Whether a channel captures from the pin of channel `source`: its own (CCxS = 1) or its neighbour's (2). */
+static bool listens_to(const TimChannel *channel, int number, int source) {
+  uint32_t selected = CCS(channel->settings);
+  return (selected == 1 && source == number) || (selected == 2 && source == (number ^ 1));
+}
+
+/* Whether to capture at an edge to a level: polarity (CCxP, CCxNP) and prescaler (ICxPSC). */
+static bool captures(TimChannel *channel, bool level) {
+  const uint32_t both_edges = CCER_CC1P | CCER_CC1NP;
+  bool both = (channel->enable & both_edges) == both_edges, rising = !(channel->enable & CCER_CC1P);
+  if (!(channel->enable & CCER_CC1E) || (!both && level != rising)) {
+    return false;
+  }
+  if (++channel->edges < 1u << ICPSC(channel->settings)) {
+    return false;
+  }
+  channel->edges = 0;
+  return true;
+}
+
+/* -- the account of ticks -------------------------------------------------------------------------------- */
+
+/* A tick is an update while its interrupt is enabled. It is lost when the flag of the one before had not been
+ * cleared yet, and late when its handler cleared the flag more than PROMPT_PS after it. */
+
+static void tick_due(Tim *tim) {
+  tim->counts.ticks++;
+  tim->waiting = true;
+  tim->due_ps = tim->peripheral.chip->now_ps;
+}
+
+/* The handler has cleared the flag. */
+static void tick_handled(Tim *tim) {
+  const TimCalls *calls = &tim->peripheral.chip->timers.calls;
+  int64_t now_ps = tim->peripheral.chip->now_ps, wait_ps = now_ps - tim->due_ps, count = tim->missed;
+  tim->waiting = false;
+  tim->missed = 0;
+  if (wait_ps > PROMPT_PS) {
+    tim->counts.late++;
+    tim->counts.longest_wait_ps = wait_ps > tim->counts.longest_wait_ps ? wait_ps : tim->counts.longest_wait_ps;
+    if (calls->late) {
+      calls->late(now_ps, tim->peripheral.index, wait_ps);
+    }
+  }
+  if (count) {
+    tim->counts.ticks += count;
+    tim->counts.lost += count;
+    if (calls->lost) {
+      calls->lost(now_ps, tim->peripheral.index, count);
+    }
+  }
+}
+
+/* The interrupt was switched off, or the peripheral reset: what waited is no tick any more. */
+static void forget_tick(Tim *tim) {
+  tim->waiting = false;
+  tim->missed = 0;
+}
+
+/* -- updates --------------------------------------------------------------------------------------------- */
+
+/* The preloaded registers become the active ones. */
+static void load(Tim *tim) {
+  if (tim->loaded) {
+    return;
+  }
+  tim->loaded = true;
+  tim->prescale = REGISTER(tim, PSC) + 1;
+  tim->repetition = REGISTER(tim, RCR);
+  if (tim->mode == TIM_CENTRE && tim->index) {
+    tim->index = REGISTER(tim, ARR); /* at the top: the falling half begins */
+  }
+  set_active_arr(tim, REGISTER(tim, ARR));
+  for (int n = 0; n < tim->variant->channels; n++) {
+    if (!is_input(&tim->channels[n])) {
+      tim->channels[n].compare = REGISTER(tim, CCRx(n + 1));
+    }
+  }
+  find_all_matches(tim);
+}
+
+static void raise_update_flag(Tim *tim, int64_t count) {
+  if (!(REGISTER(tim, SR) & SR_UIF)) {
+    REGISTER(tim, SR) |= SR_UIF;
+    count--;
+    if (REGISTER(tim, DIER) & DIER_UIE) {
+      tick_due(tim);
+    }
+  }
+  if (tim->waiting) {
+    tim->missed += count;
+  }
+}
+
+/* So many updates have happened, the first of them with what was preloaded. */
+static void update(Tim *tim, int64_t count) {
+  load(tim);
+  tim->left = tim->repetition;
+  if (tim->one_pulse) {
+    REGISTER(tim, CR1) &= ~CR1_CEN;
+    tim->running = false;
+    tim->base = 0;
+  }
+  raise_update_flag(tim, count);
+  if (REGISTER(tim, DIER) & DIER_UDE) {
+    dma_request(tim->peripheral.chip, tim->variant->request); /* it may write to this timer */
+  }
+}
+
+/* -- the time base --------------------------------------------------------------------------------------- */
+
+static void set_tick(Tim *tim, int64_t hz) {
+  int64_t divisor = common_divisor(PS_PER_S, hz);
+  tim->hz = hz;
+  tim->num = PS_PER_S / divisor;
+  tim->den = hz / divisor;
+  tim->extra = 0;
+  tim->by_num = divisor_of(tim->num);
+  tim->most_ps = hz ? INT64_MAX / tim->den : 0;
+  tim->most_ticks = (INT64_MAX - tim->den) / tim->num;
+}
+
+static void set_origin(Tim *tim, int64_t at_ps) {
+  tim->origin_ps = at_ps;
+  tim->extra = 0;
+}
+
+/* Move the origin to where the counter arrived, before times since it exceed 64 bits; no time changes. */
+static void move_origin(Tim *tim, int64_t now_ps) {
+  if (tim->base > 0 && tim->hz && now_ps - tim->origin_ps > tim->most_ps / 2) {
+    __int128 passed = (__int128)tim->base * tim->num + tim->extra;
+    tim->origin_ps += (int64_t)(passed / tim->den);
+    tim->extra = (int64_t)(passed % tim->den);
+    tim->base = 0;
+  }
+}
+
+/* The largest k whose time is not after now. */
+static int64_t ticks_at(const Tim *tim, int64_t now_ps) {
+  int64_t after_ps = now_ps - tim->origin_ps + 1;
+  if (after_ps > 0 && after_ps <= tim->most_ps) {
+    return divided(after_ps * tim->den - 1 - tim->extra, &tim->by_num);
+  }
+  return tim->hz ? (int64_t)(((__int128)after_ps * tim->den - 1 - tim->extra) / tim->num) : 0;
+}
+
+/* Whole counts in so many ticks; the usual numbers of them take no division. */
+static int64_t counts_in(const Tim *tim, int64_t ticks) {
+  return tim->prescale == 1 ? ticks : ticks < tim->prescale ? 0 : ticks / tim->prescale;
+}
+
+/* When the counter will have counted so much more, while it runs. */
+static int64_t time_after(const Tim *tim, int64_t steps) {
+  int64_t ticks = tim->base + steps * tim->prescale;
+  if (!tim->hz) {
+    return NEVER_PS;
+  }
+  if (ticks <= tim->most_ticks) {
+    return tim->origin_ps + (ticks * tim->num + tim->extra) / tim->den;
+  }
+  __int128 at_ps = tim->origin_ps + ((__int128)ticks * tim->num + tim->extra) / tim->den;
+  return at_ps < NEVER_PS ? (int64_t)at_ps : NEVER_PS;
+}
+
+/* Another clock from now on; the counter is up to date. */
+static void change_clock(Tim *tim, int64_t now_ps, int64_t hz) {
+  if (tim->running) {
+    tim->base -= ticks_at(tim, now_ps);
+    set_origin(tim, now_ps);
+  }
+  set_tick(tim, hz);
+}
+
+/* CEN = 1: go on from where it stopped. */
+static void start(Tim *tim, int64_t now_ps) {
+  if (!tim->running) {
+    tim->running = true;
+    set_origin(tim, now_ps);
+  }
+}
+
+/* CEN = 0: the prescaler keeps its phase; the counter is up to date. */
+static void stop(Tim *tim, int64_t now_ps) {
+  if (tim->running) {
+    tim->running = false;
+    tim->base -= ticks_at(tim, now_ps);
+  }
+}
+
+/* Counts until the next update; INT64_MAX while there will be none. */
+static int64_t steps_to_update(const Tim *tim) {
+  if (!tim->updates || is_blocked(tim)) {
+    return INT64_MAX;
+  }
+  return steps_to_overflow(tim) + tim->left * tim->spacing;
+}
+
+/* Up to the next update at most. */
+static inline void count(Tim *tim, int64_t steps) {
+  if (steps <= 0) {
+    return;
+  }
+  raise_compare_flags(tim, steps);
+  if (tim->updates) {
+    tim->left -= (uint32_t)overflows_in(tim, steps);
+  }
+  tim->base += steps * tim->prescale;
+  tim->index += steps;
+  if (tim->index >= tim->length) {
+    tim->index %= tim->length;
+  }
+}
+
+/* Right after an update: whole cycles up to a tick repeat it, as nothing is left to be loaded. */
+static void skip_cycles(Tim *tim, int64_t ticks) {
+  if (!tim->running || !tim->loaded || is_blocked(tim)) {
+    return;
+  }
+  int64_t cycle = (tim->repetition + INT64_C(1)) * tim->spacing;
+  int64_t whole = (ticks - tim->base) / tim->prescale / cycle;
+  if (whole > 0) {
+    count(tim, whole * cycle);
+    update(tim, whole);
+  }
+}
+
+/* Bring the counter to now. */
+static inline void catch_up(Tim *tim) {
+  int64_t now_ps = tim->peripheral.chip->now_ps;
+  move_origin(tim, now_ps);
+  while (tim->running) {
+    int64_t ticks = ticks_at(tim, now_ps);
+    if (is_blocked(tim)) {
+      tim->base = ticks;
+      return;
+    }
+    int64_t steps = counts_in(tim, ticks - tim->base), first = steps_to_update(tim);
+    if (steps < first) {
+      count(tim, steps);
+      return;
+    }
+    count(tim, first);
+    update(tim, 1);
+    skip_cycles(tim, ticks);
+  }
+}
+
+/* -- flags to come, and interrupts ----------------------------------------------------------------------- */
+
+/* When the next flag rises that is not set yet. Compare values may change at an update, so none is predicted
+ * beyond it. */
+static int64_t find_next_ps(const Tim *tim) {
+  if (!tim->running || is_blocked(tim)) {
+    return NEVER_PS;
+  }
+  uint32_t missing = ~REGISTER(tim, SR);
+  int64_t steps = steps_to_flags(tim, missing & CC_FLAGS);
+  if (steps < INT64_MAX || missing & SR_UIF || tim->one_pulse || REGISTER(tim, DIER) & DIER_UDE) {
+    int64_t first = steps_to_update(tim);
+    steps = first < steps ? first : steps;
+  }
+  return steps < INT64_MAX ? time_after(tim, steps) : NEVER_PS;
+}
+
+static int64_t next_ps(Tim *tim) {
+  if (!tim->next_known) {
+    tim->next_known = true;
+    tim->next_ps = find_next_ps(tim);
+  }
+  return tim->next_ps;
+}
+
+/* After any change: whether the next flag needs an event, and who interrupts now. */
+static inline void settle(Tim *tim) {
+  Chip *chip = tim->peripheral.chip;
+  uint32_t status = REGISTER(tim, SR), enabled = REGISTER(tim, DIER), active = status & enabled;
+  bool wanted = enabled & ~status & (SR_UIF | CC_FLAGS) || enabled & DIER_UDE;
+  tim->next_known = false;
+  int64_t at_ps = wanted ? next_ps(tim) : NEVER_PS;
+  if (at_ps >= NEVER_PS) {
+    event_cancel(chip, tim->event);
+  } else if (at_ps != event_at(chip, tim->event)) {
+    event_schedule(chip, tim->event, at_ps);
+  }
+  for (const TimIrq *irq = tim->variant->irqs; irq < tim->variant->irqs + 4 && irq->flags; irq++) {
+    peripheral_set_irq(&tim->peripheral, irq->number, (active & irq->flags) != 0);
+  }
+}
+
+static void sync(Tim *tim) {
+  catch_up(tim);
+  settle(tim);
+}
+
+static void on_event(Peripheral *peripheral) { sync((Tim *)peripheral); }
+
+/* -- registers ------------------------------------------------------------------------------------------- */
+
+static bool is_ccr(uint32_t offset) { return offset >= CCRx(1) && offset <= CCRx(4); }
+
+/* A register of a timer that is up to date. */
+static uint32_t value_of(const Tim *tim, uint32_t offset) {
+  if (offset == CNT) {
+    return (uint32_t)cnt_of(tim);
+  }
+  if (offset == CR1 && tim->mode == TIM_CENTRE) {
+    return (REGISTER(tim, CR1) & ~CR1_DIR) | (is_falling(tim) ? CR1_DIR : 0);
+  }
+  return REGISTER(tim, offset);
+}
+
+/* The timer as it is now, without any effect on the chip. */
+static Tim look_at(const Tim *tim) {
+  Tim now = *tim;
+  REGISTER(&now, DIER) = 0; /* what interrupts or asks for DMA has an event, so that nothing of it is due */
+  catch_up(&now);
+  REGISTER(&now, DIER) = REGISTER(tim, DIER);
+  return now;
+}
+
+static uint32_t tim_peek(const Peripheral *peripheral, uint32_t offset) {
+  Tim now = look_at((const Tim *)peripheral);
+  return value_of(&now, offset);
+}
+
+/* Reading CCRx takes a capture and clears its flag (section 12.4.5). */
+static void take_capture(Tim *tim, int channel) {
+  if (is_input(&tim->channels[channel]) && REGISTER(tim, SR) & flag_of(channel)) {
+    REGISTER(tim, SR) &= ~flag_of(channel);
+    settle(tim);
+  }
+}
+
+/* Not the running counter, its direction, and captures, which reading takes. */
+static bool tim_is_pure(const Peripheral *peripheral, uint32_t offset) {
+  const Tim *tim = (const Tim *)peripheral;
+  return offset != CNT && !is_ccr(offset) && !(offset == CR1 && tim->mode == TIM_CENTRE);
+}
+
+/* Polling SR or CR1 can be skipped up to the next flag (CEN falls with one), the running counter cannot. */
+static uint32_t tim_read(Peripheral *peripheral, uint32_t offset, int64_t *until_ps) {
+  Tim *tim = (Tim *)peripheral;
+  bool runs = !tim_is_pure(peripheral, offset);
+  bool flags = offset == SR || offset == CR1;
+  if (runs || (flags && peripheral->chip->now_ps >= next_ps(tim))) {
+    sync(tim);
+  }
+  *until_ps = runs ? ALREADY_PS : flags ? next_ps(tim) : NEVER_PS;
+  uint32_t value = value_of(tim, offset);
+  if (is_ccr(offset)) {
+    take_capture(tim, (int)(offset - CCRx(1)) / 4);
+  }
+  return value;
+}
+
+/* CR1 or ARR: another direction or ARR; CNT keeps its value. */
+static void cr1_changed(Tim *tim) {
+  uint32_t cr1 = REGISTER(tim, CR1);
+  int64_t now_ps = tim->peripheral.chip->now_ps, value = cnt_of(tim);
+  bool falling = is_falling(tim);
+  tim->mode = FIELD(cr1, CR1_CMS) ? TIM_CENTRE : cr1 & CR1_DIR ? TIM_DOWN : TIM_UP;
+  set_active_arr(tim, cr1 & CR1_ARPE ? tim->arr : REGISTER(tim, ARR));
+  place(tim, value, falling);
+  find_all_matches(tim);
+  tim->updates = !(cr1 & CR1_UDIS);
+  tim->one_pulse = (cr1 & CR1_OPM) != 0;
+  if (cr1 & CR1_CEN) {
+    start(tim, now_ps);
+  } else {
+    stop(tim, now_ps);
+  }
+}
+
+static void dier_changed(Tim *tim) {
+  uint32_t dier = REGISTER(tim, DIER);
+  if (dier & CC_DMA) {
+    peripheral_note(&tim->peripheral, NOTE_DIER, NOTE_NOT_MODELLED, "DIER: DMA requests on capture and compare");
+  }
+  if (!(dier & DIER_UIE)) {
+    forget_tick(tim);
+  } else if (REGISTER(tim, SR) & SR_UIF && !tim->waiting) {
+    tick_due(tim);
+  }
+}
+
+/* CCRx of a channel without preload is the active value at once (OCxPE, section 12.4.7). */
+static void compare_changed(Tim *tim, int number) {
+  TimChannel *channel = &tim->channels[number];
+  if (is_input(channel) || !(channel->settings & CCMR1_OC1PE)) {
+    channel->compare = REGISTER(tim, CCRx(number + 1));
+    find_matches(tim, channel);
+  }
+}
+
+static void channels_changed(Tim *tim) {
+  for (int n = 0; n < tim->variant->channels; n++) {
+    tim->channels[n].settings = (uint8_t)(REGISTER(tim, n < 2 ? CCMR1 : CCMR2) >> 8 * (n & 1));
+    tim->channels[n].enable = REGISTER(tim, CCER) >> 4 * n & 0xF;
+    compare_changed(tim, n);
+  }
+  find_all_matches(tim);
+}
+
+/* EGR: events by software (section 12.4.6). */
+static void generate(Tim *tim, uint32_t events) {
+  if (events & EGR_UG) {
+    if (!(REGISTER(tim, CR1) & CR1_UDIS)) {
+      load(tim);
+      if (!(REGISTER(tim, CR1) & CR1_URS)) {
+        raise_update_flag(tim, 1);
+      }
+    }
+    tim->index = 0;
+    tim->base = tim->running ? ticks_at(tim, tim->peripheral.chip->now_ps) : 0;
+    tim->left = tim->repetition;
+  }
+  for (int n = 0; n < tim->variant->channels; n++) {
+    if (events & flag_of(n) && is_input(&tim->channels[n])) {
+      capture(tim, n);
+    } else if (events & flag_of(n)) {
+      REGISTER(tim, SR) |= flag_of(n);
+    }
+  }
+  REGISTER(tim, SR) |= events & (COM_TRIGGER | SR_BIF);
+}
+
+static void register_changed(Tim *tim, uint32_t offset) {
+  Peripheral *peripheral = &tim->peripheral;
+  if (offset == CR1 || offset == ARR) {
+    cr1_changed(tim);
+  } else if (offset == DIER) {
+    dier_changed(tim);
+  } else if (is_ccr(offset)) {
+    compare_changed(tim, (int)(offset - CCRx(1)) / 4);
+  } else if (offset == CCMR1 || offset == CCMR2 || offset == CCER) {
+    channels_changed(tim);
+  } else if (offset == SMCR && REGISTER(tim, SMCR) & ECE_SMS) {
+    peripheral_note(peripheral, NOTE_SMCR, NOTE_NOT_MODELLED,
+               "SMCR: slave mode or external clock; the counter runs freely");
+  } else if (offset == DCR) {
+    peripheral_note(peripheral, NOTE_DCR, NOTE_NOT_MODELLED, "DCR: DMA bursts");
+  } else if (offset == DMAR) {
+    peripheral_note(peripheral, NOTE_DMAR, NOTE_NOT_MODELLED, "DMAR: DMA bursts");
+  }
+}
+
+static void clear_flags(Tim *tim, uint32_t kept) {
+  REGISTER(tim, SR) &= kept;
+  if (tim->waiting && !(REGISTER(tim, SR) & SR_UIF)) {
+    tick_handled(tim);
+  }
+}
+
+static void tim_write(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
+  Tim *tim = (Tim *)peripheral;
+  mask &= bits_of(tim->variant, offset);
+  if (!mask) {
+    return;
+  }
+  peripheral->chip->work += WORK_TIMER;
+  catch_up(tim);
+  value &= mask;
+  tim->loaded = tim->loaded && offset == SR;
+  if (offset == SR) {
+    clear_flags(tim, ~mask | value);
+  } else if (offset == EGR) {
+    generate(tim, value);
+  } else if (offset == CNT) {
+    place(tim, ((uint32_t)cnt_of(tim) & ~mask) | value, is_falling(tim));
+  } else {
+    REGISTER(tim, offset) = (REGISTER(tim, offset) & ~mask) | value;
+    register_changed(tim, offset);
+  }
+  settle(tim);
+}
+
+/* -- clock, reset, creation ------------------------------------------------------------------------------ */
+
+static int64_t input_hz(const Tim *tim) {
+  const Clocks *clocks = &tim->peripheral.chip->clocks;
+  return tim->variant->apb == 1 ? clocks->timer1_hz : clocks->timer2_hz;
+}
+
+static void tim_clocks_changed(Peripheral *peripheral) {
+  Tim *tim = (Tim *)peripheral;
+  int64_t hz = input_hz(tim);
+  if (hz != tim->hz) {
+    catch_up(tim);
+    change_clock(tim, peripheral->chip->now_ps, hz);
+    settle(tim);
+  }
+}
+
+/* Stopped, nothing enabled. The account of ticks goes on. */
+static void tim_reset(Peripheral *peripheral) {
+  Tim *tim = (Tim *)peripheral;
+  memcpy(tim->registers, TIM_RESETS[tim->variant - VARIANTS], sizeof tim->registers);
+  memset(tim->channels, 0, sizeof tim->channels);
+  tim->mode = TIM_UP;
+  tim->index = 0;
+  set_active_arr(tim, REGISTER(tim, ARR));
+  set_tick(tim, input_hz(tim));
+  set_origin(tim, 0);
+  tim->base = 0;
+  tim->prescale = 1;
+  tim->repetition = tim->left = 0;
+  tim->running = tim->one_pulse = tim->loaded = false;
+  tim->updates = true;
+  channels_changed(tim);
+  forget_tick(tim);
+  settle(tim);
+}
+
+static const PeripheralType TIM = {
+  .read = tim_read,
+  .peek = tim_peek,
+  .write = tim_write,
+  .reset = tim_reset,
+  .clocks_changed = tim_clocks_changed,
+  .is_pure = tim_is_pure,
+};
+
+/* All timers have all addresses: ST's HAL writes to registers that the smaller ones do not have. */
+void timers_create(Chip *chip) {
+  for (int n = 0; n < TIMERS; n++) {
+    Tim *tim = &chip->timers.timers[n];
+    peripheral_create(chip, &tim->peripheral, &TIM, VARIANTS[n].base, TIM1_SIZE, TIM_OFFSETS);
+    tim->variant = &VARIANTS[n];
+    tim->event = event_create(&tim->peripheral, on_event);
+    tim_reset(&tim->peripheral);
+  }
+}
+
+void timers_pin_changed(Chip *chip, int port, int pin, bool level) {
+  int function = chip->alternate[port][pin];
+  for (int timer = 0; function > 0 && timer < TIMERS; timer++) {
+    Tim *tim = &chip->timers.timers[timer];
+    int source = tim->variant->alternate == function ? channel_of_pin(tim->variant, "ABCDEH"[port], pin) : -1;
+    if (source < 0) {
+      continue;
+    }
+    catch_up(tim);
+    for (int n = 0; n < tim->variant->channels; n++) {
+      if (listens_to(&tim->channels[n], n, source) && captures(&tim->channels[n], level)) {
+        capture(tim, n);
+      }
+    }
+    settle(tim);
+  }
+}
+
+/* -- for Python ------------------------------------------------------------------------------------------ */
+
+static const Tim *timer_of(const Chip *chip, int32_t index) { return (const Tim *)chip->peripherals[index]; }
+
+void fcu_connect_timers(Chip *chip, const TimCalls *calls) { chip->timers.calls = *calls; }
+
+const TickCounts *fcu_timer_counts(const Chip *chip, int32_t index) { return &timer_of(chip, index)->counts; }
+
+double fcu_timer_rate(const Chip *chip, int32_t index) {
+  Tim now = look_at(timer_of(chip, index));
+  int64_t ticks = now.prescale * now.spacing * (now.repetition + INT64_C(1));
+  return is_blocked(&now) ? 0.0 : (double)now.hz / (double)ticks;
+}
+
+int64_t fcu_timer_next_change(const Chip *chip, int32_t index) {
+  Tim now = look_at(timer_of(chip, index));
+  return find_next_ps(&now);
+}
+
+/* Share of a cycle in which PWM mode 1 is active: CNT < CCR, counting down CNT <= CCR (section 12.3.9). */
+static double share_below(const Tim *tim, uint32_t compare) {
+  double cycle = tim->mode == TIM_CENTRE ? (double)tim->arr : (double)tim->arr + 1;
+  double share = (tim->mode == TIM_DOWN ? compare + 1.0 : compare) / cycle;
+  return share < 1 ? share : 1;
+}
+
+/* Share of time that the output is high; negative where the channel puts out neither PWM nor a constant level. */
+static double duty_of(const Tim *tim, const TimChannel *channel) {
+  uint32_t mode = OCM(channel->settings);
+  double active;
+  if (is_input(channel) || !(channel->enable & CCER_CC1E)) {
+    return -1;
+  }
+  if (mode == FORCED_LOW || mode == FORCED_HIGH) {
+    active = mode == FORCED_HIGH;
+  } else if ((mode == PWM1 || mode == PWM2) && tim->arr) {
+    active = share_below(tim, channel->compare);
+    active = mode == PWM2 ? 1 - active : active;
+  } else {
+    return -1;
+  }
+  return channel->enable & CCER_CC1P ? 1 - active : active;
+}
+
+int32_t fcu_timer_pwm(const Chip *chip, int32_t index, int32_t channel, double *frequency_hz, double *duty) {
+  Tim now = look_at(timer_of(chip, index));
+  if (channel < 1 || channel > now.variant->channels) {
+    return -1;
+  }
+  bool off = now.variant->advanced && !(REGISTER(&now, BDTR) & BDTR_MOE);
+  int halves = now.mode == TIM_CENTRE ? 2 : 1;
+  *duty = duty_of(&now, &now.channels[channel - 1]);
+  *frequency_hz = is_blocked(&now) ? 0 : (double)now.hz / (double)(now.prescale * now.spacing * halves);
+  return *duty >= 0 && !off && now.running && !is_blocked(&now);
+}

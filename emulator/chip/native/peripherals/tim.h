@@ -1,0 +1,76 @@
+/* One timer; tim.c explains it. */
+#ifndef FCU_TIM_H
+#define FCU_TIM_H
+
+#include "peripherals/peripheral.h"
+#include "cpu/division.h"
+
+#define TIMERS 8
+#define TIM_CHANNELS 4
+
+/* How the update interrupts did: what the run's summary shows. */
+typedef struct {
+  int64_t ticks;           /* updates while the update interrupt was enabled */
+  int64_t late;            /* ticks whose handler came late */
+  int64_t lost;            /* ticks that found the flag of the one before still set */
+  int64_t longest_wait_ps; /* the longest time a tick waited for its handler, of those that were late */
+} TickCounts;
+
+typedef struct {
+  uint8_t settings;     /* this channel's byte of CCMR */
+  uint8_t enable;       /* its four bits of CCER: E, P, NE, NP */
+  uint8_t edges;        /* since the last capture */
+  uint8_t match_count;
+  uint32_t compare;     /* the active compare value */
+  int64_t matches[2];   /* positions of the counter's cycle where the compare flag is raised */
+} TimChannel;
+
+enum TimMode { TIM_UP, TIM_DOWN, TIM_CENTRE };
+
+typedef struct {
+  Peripheral peripheral;
+  const struct TimVariant *variant;
+  int32_t event;
+  uint32_t registers[21]; /* by offset / 4, CNT not among them */
+
+  /* The counter: see "the counter" in tim.c. */
+  enum TimMode mode;
+  int64_t index, arr; /* arr: the active one */
+  int64_t spacing;    /* counts from one overflow or underflow to the next */
+  int64_t length;     /* of the cycle */
+
+  /* The time base: tick k of the timer's clock is at origin_ps + (k * num + extra) / den, rounded down once. */
+  int64_t hz, num, den, extra; /* extra is smaller than den */
+  Divisor by_num;
+  int64_t most_ps, most_ticks; /* up to which 64 bits suffice for products */
+  int64_t origin_ps;
+  int64_t base; /* the tick at which the counter arrived where it is; while stopped, minus the phase */
+  uint32_t prescale, repetition, left; /* active PSC + 1, active RCR; overflows to come before an update */
+  uint8_t running, updates, one_pulse;
+  uint8_t loaded; /* whether the active registers are what is preloaded */
+
+  TimChannel channels[TIM_CHANNELS];
+  int64_t next_ps;  /* when a flag may next rise, if next_known */
+  uint8_t next_known;
+  uint8_t waiting;  /* a tick's handler has not come yet */
+  int64_t due_ps, missed;
+  TickCounts counts;
+} Tim;
+
+/* Callbacks into Python: a handler came wait_ps after its tick; count ticks were lost. */
+typedef struct {
+  void (*late)(int64_t now_ps, int32_t peripheral, int64_t wait_ps);
+  void (*lost)(int64_t now_ps, int32_t peripheral, int64_t count);
+} TimCalls;
+
+/* TIM1 to TIM5 and TIM9 to TIM11. */
+typedef struct {
+  Tim timers[TIMERS];
+  TimCalls calls;
+} Timers;
+
+void timers_create(Chip *chip);
+/* A pin has another level: a channel may capture. */
+void timers_pin_changed(Chip *chip, int port, int pin, bool level);
+
+#endif

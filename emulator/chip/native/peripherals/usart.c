@@ -1,0 +1,457 @@
+/* USART1, USART2 and USART6 in asynchronous mode (RM0368 section 19; interrupt numbers of table 38).
+ *
+ * Sending has two stages, the data register and the shift register: a byte may be written as soon as the one
+ * before has moved on (TXE), so a sender that is not interrupted keeps the line busy without gaps. TXE and TC are
+ * computed from the time when SR is read; an event is scheduled only while an interrupt or a DMA request waits for
+ * one of them. What is sent goes to Python in pieces.
+ *
+ * As on the chip (sections 19.3, 19.6.1): TC is cleared by a read of SR followed by a write of DR, or by writing 0 to
+ * it; ORE and IDLE by a read of SR that shows them followed by a read of DR. A byte written before the transmitter is
+ * enabled waits in DR.
+ *
+ * NOT MODELLED, with a note when switched on: synchronous, smartcard, IrDA, LIN and half-duplex mode, hardware flow
+ * control, mute mode and break. NOT MODELLED, silent: parity and 9-bit frames have their length on the wire, but bits
+ * 0 to 7 are what is carried; the idle frame that setting TE sends first: it would delay the first byte only if that
+ * is written within one frame after TE. What RM0368 leaves open: clearing TE lets the frames in flight finish.
+ */
+#include "fcu.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "generated/registers_usart.h"
+
+static const uint32_t STORED[] = {[BRR >> 2] = BRR_STORED, [CR1 >> 2] = CR1_STORED, [CR2 >> 2] = CR2_STORED,
+                                  [CR3 >> 2] = CR3_STORED, [GTPR >> 2] = GTPR_STORED};
+#define REGISTER(usart, offset) ((usart)->registers[(offset) >> 2])
+
+#define SENDING (CR1_UE | CR1_TE)
+#define RECEIVING (CR1_UE | CR1_RE)
+#define FURTHEST_OFF 0.03 /* a receiver that samples the middle of ten bits bears this much (section 19.3.5) */
+
+static const struct {
+  uint32_t base;
+  uint8_t apb, interrupt; /* the kernel clock is the bus clock (RM0368 figure 12) */
+  enum Request tx, rx;
+} VARIANTS[USARTS] = {
+  {USART1_BASE, 2, 37, REQUEST_USART1_TX, REQUEST_USART1_RX},
+  {USART2_BASE, 1, 38, REQUEST_USART2_TX, REQUEST_USART2_RX},
+  {USART6_BASE, 2, 71, REQUEST_USART6_TX, REQUEST_USART6_RX},
+};
+
+static const struct {
+  uint32_t offset, bit;
+  const char *name;
+} FOREIGN[] = {
+  {CR1, CR1_SBK, "SBK (break)"},
+  {CR1, CR1_RWU, "RWU (mute mode)"},
+  {CR2, CR2_CLKEN, "CLKEN (synchronous mode)"},
+  {CR2, CR2_LINEN, "LINEN (LIN mode)"},
+  {CR3, CR3_IREN, "IREN (IrDA mode)"},
+  {CR3, CR3_HDSEL, "HDSEL (half duplex)"},
+  {CR3, CR3_SCEN, "SCEN (smartcard mode)"},
+  {CR3, CR3_RTSE, "RTSE (flow control)"},
+  {CR3, CR3_CTSE, "CTSE (flow control)"},
+};
+
+static void update(Usart *usart);
+
+static int64_t now_of(const Usart *usart) { return usart->peripheral.chip->now_ps; }
+
+static bool is_sending(const Usart *usart) { return (REGISTER(usart, CR1) & SENDING) == SENDING; }
+
+/* -- the line --------------------------------------------------------------------------------------------- */
+
+/* The end of so many frames of the run; NEVER_PS if they never end. */
+static int64_t end_of(const UsartRun *run, int64_t frames) {
+  __int128 at_ps = run->start_ps + (__int128)frames * run->frame.num / run->frame.den;
+  return at_ps < NEVER_PS ? (int64_t)at_ps : NEVER_PS;
+}
+
+/* Python gets what was sent since it last did. */
+static void hand_over(Usart *usart, bool detailed) {
+  const UsartCalls *calls = &usart->peripheral.chip->usarts.calls;
+  const UsartRun *run = &usart->run;
+  int32_t length = usart->piece_length;
+  usart->piece_length = 0;
+  if (length && calls->sent) {
+    calls->sent(now_of(usart), usart->peripheral.index, run->start_ps, run->frame.num, run->frame.den, run->connected,
+                run->count - length, usart->piece, length, detailed);
+  }
+}
+
+/* The run that the next frame belongs to: another one after a gap or when frames become others. */
+static void open_run(Usart *usart, bool connected) {
+  UsartRun *run = &usart->run;
+  int64_t now_ps = now_of(usart);
+  bool same = run->frame.num == usart->frame.num && run->frame.den == usart->frame.den;
+  if (now_ps > usart->idle_ps || !same || run->connected != connected) {
+    hand_over(usart, false);
+    run->start_ps = now_ps > usart->idle_ps ? now_ps : usart->idle_ps;
+    run->count = 0;
+    run->frame = usart->frame;
+    run->connected = connected;
+  }
+}
+
+/* A byte for the data register, which is empty. */
+static void put_on_wire(Usart *usart, uint8_t value, bool connected) {
+  bool detailed = usart->peripheral.chip->detailed;
+  UsartRun *run = &usart->run;
+  open_run(usart, connected);
+  if (detailed || usart->piece_length == USART_PIECE) {
+    hand_over(usart, false);
+  }
+  usart->piece[usart->piece_length++] = value;
+  run->count++;
+  usart->txe_ps = end_of(run, run->count - 1);
+  usart->idle_ps = end_of(run, run->count);
+  if (detailed) {
+    hand_over(usart, true);
+  }
+}
+
+/* A byte takes the place of the one that still waits in the data register. */
+static void replace(Usart *usart, uint8_t value) {
+  const UsartCalls *calls = &usart->peripheral.chip->usarts.calls;
+  if (usart->piece_length) {
+    usart->piece[usart->piece_length - 1] = value;
+  } else if (calls->replaced) {
+    calls->replaced(now_of(usart), usart->peripheral.index, value);
+  }
+}
+
+/* -- flags ------------------------------------------------------------------------------------------------ */
+
+static uint32_t status_of(const Usart *usart) {
+  int64_t now_ps = now_of(usart);
+  uint32_t status = now_ps >= usart->tc_ps ? SR_TC : 0;
+  status |= now_ps >= usart->txe_ps && usart->waiting < 0 ? SR_TXE : 0;
+  status |= usart->arrived >= 0 ? SR_RXNE : 0;
+  status |= usart->overrun ? SR_ORE : 0;
+  return status | (usart->idle ? SR_IDLE : 0);
+}
+
+/* When TXE or TC comes next; the receiver's flags come with events. */
+static int64_t next_flag_ps(const Usart *usart) {
+  int64_t now_ps = now_of(usart), at_ps = NEVER_PS;
+  if (usart->txe_ps > now_ps) {
+    at_ps = usart->txe_ps;
+  }
+  return usart->tc_ps > now_ps && usart->tc_ps < at_ps ? usart->tc_ps : at_ps;
+}
+
+/* -- data ------------------------------------------------------------------------------------------------- */
+
+static void send(Usart *usart, uint8_t value) {
+  char missing[40];
+  int64_t now_ps = now_of(usart);
+  bool stays_set = now_ps >= usart->tc_ps && !usart->armed;
+  bool connected = pins_connected(usart->peripheral.chip, usart->pins, missing, sizeof missing);
+  if (!connected) {
+    peripheral_note(&usart->peripheral, -1, NOTE_FORBIDDEN, "a byte is sent, but nothing leaves the chip: switch %s",
+        missing);
+  }
+  if (now_ps >= usart->txe_ps) {
+    put_on_wire(usart, value, connected);
+  } else {
+    replace(usart, value);
+    peripheral_note(&usart->peripheral, -1, NOTE_FORBIDDEN,
+        "DR written while TXE was 0: the byte that waited there is lost");
+  }
+  if (!stays_set) {
+    usart->tc_ps = usart->idle_ps;
+  }
+  usart->armed = false;
+}
+
+static void write_data(Usart *usart, uint8_t value) {
+  if (is_sending(usart)) {
+    send(usart, value);
+    return;
+  }
+  usart->waiting = value;
+  usart->tc_ps = NEVER_PS;
+  peripheral_note(&usart->peripheral, -1, NOTE_FORBIDDEN,
+             "DR written while UE or TE in CR1 is 0: the byte waits until both are set");
+}
+
+static void take_data(Usart *usart) {
+  if (usart->arrived >= 0) {
+    usart->received = (uint8_t)usart->arrived;
+    usart->arrived = -1;
+  }
+}
+
+static uint32_t read_data(Usart *usart) {
+  take_data(usart);
+  usart->overrun = usart->overrun && !(usart->seen & SR_ORE);
+  usart->idle = usart->idle && !(usart->seen & SR_IDLE);
+  usart->seen = 0;
+  if (usart->watched) {
+    update(usart);
+  }
+  return usart->received;
+}
+
+/* TC and RXNE are cleared by writing 0 (rc_w0). */
+static void clear_flags(Usart *usart, uint32_t kept) {
+  if (!(kept & SR_TC) && now_of(usart) >= usart->tc_ps) {
+    usart->tc_ps = now_of(usart) < usart->idle_ps ? usart->idle_ps : NEVER_PS;
+  }
+  if (!(kept & SR_RXNE)) {
+    usart->arrived = -1;
+  }
+}
+
+/* -- settings --------------------------------------------------------------------------------------------- */
+
+/* A terminal at another rate or with another frame shows garbage. */
+static void check_against_terminal(Usart *usart, double baud, bool plain) {
+  int expected = usart->terminal_baud;
+  if (!expected) {
+    return;
+  }
+  if (fabs(baud / expected - 1) > FURTHEST_OFF) {
+    peripheral_note(&usart->peripheral, -1, NOTE_FORBIDDEN, "%.0f baud; a terminal at %d baud would show garbage", baud,
+               expected);
+  }
+  if (!plain) {
+    peripheral_note(&usart->peripheral, -1, NOTE_FORBIDDEN,
+        "frames are not 8N1; a terminal set to 8N1 would show garbage");
+  }
+}
+
+/* Ticks of the kernel clock in a bit (section 19.3.4). */
+static int64_t ticks_per_bit(const Usart *usart) {
+  uint32_t brr = REGISTER(usart, BRR);
+  return REGISTER(usart, CR1) & CR1_OVER8 ? (brr >> 4) * 8 + (brr & 7) : brr;
+}
+
+/* The length of a frame from BRR, OVER8, M and STOP (section 19.3.4). */
+static void set_frame(Usart *usart) {
+  static const uint8_t STOP_HALF_BITS[] = {2, 1, 4, 3};
+  const Clocks *clocks = &usart->peripheral.chip->clocks;
+  uint32_t cr1 = REGISTER(usart, CR1);
+  int64_t ticks = ticks_per_bit(usart);
+  int64_t kernel_hz = VARIANTS[usart->number].apb == 1 ? clocks->pclk1_hz : clocks->pclk2_hz;
+  int half_bits = 2 * (cr1 & CR1_M ? 10 : 9) + STOP_HALF_BITS[FIELD(REGISTER(usart, CR2), CR2_STOP)];
+  if (ticks == 0 || kernel_hz == 0) {
+    usart->frame = (UsartFrame){NEVER_PS, 1}; /* no bit clock: nothing ever leaves */
+    return;
+  }
+  int64_t num = half_bits * ticks * PS_PER_S, den = 2 * kernel_hz, divisor = common_divisor(num, den);
+  usart->frame = (UsartFrame){num / divisor, den / divisor};
+  if (is_sending(usart)) {
+    check_against_terminal(usart, (double)kernel_hz / (double)ticks, half_bits == 20 && !(cr1 & CR1_PCE));
+  }
+}
+
+static void configured(Usart *usart, uint32_t offset) {
+  for (size_t n = 0; n < sizeof FOREIGN / sizeof *FOREIGN; n++) {
+    if (FOREIGN[n].offset == offset && REGISTER(usart, offset) & FOREIGN[n].bit) {
+      peripheral_note(&usart->peripheral, -1, NOTE_NOT_MODELLED, "%s", FOREIGN[n].name);
+    }
+  }
+  usart->watched = REGISTER(usart, CR1) & (CR1_IDLEIE | CR1_RXNEIE | CR1_TCIE | CR1_TXEIE) ||
+                   REGISTER(usart, CR3) & (CR3_EIE | CR3_DMAR | CR3_DMAT);
+  set_frame(usart);
+  if (usart->waiting >= 0 && is_sending(usart)) {
+    uint8_t value = (uint8_t)usart->waiting;
+    usart->waiting = -1;
+    usart->tc_ps = NEVER_PS;
+    send(usart, value);
+  }
+  update(usart);
+}
+
+/* -- interrupts and DMA ----------------------------------------------------------------------------------- */
+
+static void serve_dma(Usart *usart) {
+  Chip *chip = usart->peripheral.chip;
+  uint32_t cr3 = REGISTER(usart, CR3);
+  if (cr3 & CR3_DMAR && usart->arrived >= 0) {
+    dma_request(chip, VARIANTS[usart->number].rx);
+  }
+  if (cr3 & CR3_DMAT && is_sending(usart)) {
+    for (int stage = 0; stage < 2; stage++) { /* the shift register and DR */
+      if (status_of(usart) & SR_TXE) {
+        dma_request(chip, VARIANTS[usart->number].tx);
+      }
+    }
+  }
+}
+
+/* Section 19.4: flags and their enable bits have the same places, except the receiver's errors. */
+static bool interrupts(const Usart *usart) {
+  uint32_t cr1 = REGISTER(usart, CR1), status = status_of(usart);
+  bool errors = cr1 & CR1_RXNEIE || (REGISTER(usart, CR3) & (CR3_EIE | CR3_DMAR)) == (CR3_EIE | CR3_DMAR);
+  return status & cr1 & (SR_TXE | SR_TC | SR_RXNE | SR_IDLE) || (status & SR_ORE && errors);
+}
+
+/* When to look again: when a flag rises that somebody waits for. */
+static void plan(Usart *usart) {
+  Chip *chip = usart->peripheral.chip;
+  int64_t at_ps = NEVER_PS;
+  if ((REGISTER(usart, CR1) & CR1_TXEIE || REGISTER(usart, CR3) & CR3_DMAT) && usart->txe_ps > chip->now_ps) {
+    at_ps = usart->txe_ps;
+  }
+  if (REGISTER(usart, CR1) & CR1_TCIE && usart->tc_ps > chip->now_ps && usart->tc_ps < at_ps) {
+    at_ps = usart->tc_ps;
+  }
+  if (at_ps >= NEVER_PS) {
+    event_cancel(chip, usart->event);
+  } else if (at_ps != event_at(chip, usart->event)) {
+    event_schedule(chip, usart->event, at_ps);
+  }
+}
+
+/* Make the requests that stand, set the interrupt line, and plan when to look again. */
+static void update(Usart *usart) {
+  if (usart->serving) {
+    return;
+  }
+  usart->serving = true;
+  serve_dma(usart);
+  usart->serving = false;
+  peripheral_set_irq(&usart->peripheral, VARIANTS[usart->number].interrupt, interrupts(usart));
+  plan(usart);
+}
+
+static void on_event(Peripheral *peripheral) { update((Usart *)peripheral); }
+
+static void usart_dma_ready(Peripheral *peripheral) { update((Usart *)peripheral); }
+
+/* -- registers -------------------------------------------------------------------------------------------- */
+
+static uint32_t usart_peek(const Peripheral *peripheral, uint32_t offset) {
+  const Usart *usart = (const Usart *)peripheral;
+  switch (offset) {
+  case SR: return status_of(usart);
+  case DR: return usart->arrived >= 0 ? (uint32_t)usart->arrived : usart->received;
+  default: return REGISTER(usart, offset);
+  }
+}
+
+static uint32_t usart_read(Peripheral *peripheral, uint32_t offset, int64_t *until_ps) {
+  Usart *usart = (Usart *)peripheral;
+  if (offset == DR) {
+    *until_ps = ALREADY_PS;
+    return read_data(usart);
+  }
+  if (offset == SR) { /* it begins the sequences that clear flags; reading it again changes nothing more */
+    *until_ps = next_flag_ps(usart);
+    usart->armed = true;
+    usart->seen = status_of(usart);
+    return usart->seen;
+  }
+  return REGISTER(usart, offset);
+}
+
+static bool usart_is_pure(const Peripheral *peripheral, uint32_t offset) {
+  (void)peripheral;
+  return offset != DR;
+}
+
+static void usart_write(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
+  Usart *usart = (Usart *)peripheral;
+  if (offset == DR) {
+    write_data(usart, (uint8_t)value);
+  } else if (offset == SR) {
+    clear_flags(usart, value | ~mask);
+  } else {
+    mask &= STORED[offset >> 2];
+    REGISTER(usart, offset) = (REGISTER(usart, offset) & ~mask) | (value & mask);
+    configured(usart, offset);
+  }
+  if (usart->watched) {
+    update(usart);
+  }
+}
+
+/* -- clock, reset, creation ------------------------------------------------------------------------------- */
+
+static void usart_clocks_changed(Peripheral *peripheral) { set_frame((Usart *)peripheral); }
+
+/* Registers, flags and a byte received; frames on the wire are finished. */
+static void usart_reset(Peripheral *peripheral) {
+  Usart *usart = (Usart *)peripheral;
+  memset(usart->registers, 0, sizeof usart->registers);
+  usart->tc_ps = 0;
+  usart->waiting = usart->arrived = -1;
+  usart->armed = usart->overrun = usart->idle = usart->watched = usart->received = 0;
+  usart->seen = 0;
+  update(usart);
+}
+
+static const PeripheralType USART = {
+  .read = usart_read,
+  .peek = usart_peek,
+  .write = usart_write,
+  .reset = usart_reset,
+  .clocks_changed = usart_clocks_changed,
+  .dma_ready = usart_dma_ready,
+  .is_pure = usart_is_pure,
+};
+
+void usarts_create(Chip *chip) {
+  for (int n = 0; n < USARTS; n++) {
+    Usart *usart = &chip->usarts.usarts[n];
+    peripheral_create(chip, &usart->peripheral, &USART, VARIANTS[n].base, USART1_SIZE, USART_OFFSETS);
+    usart->number = n;
+    usart->event = event_create(&usart->peripheral, on_event);
+    usart->pins[0].function = 255;
+    usart->run.frame.den = 1;
+    dma_connect(&usart->peripheral, VARIANTS[n].tx);
+    dma_connect(&usart->peripheral, VARIANTS[n].rx);
+    set_frame(usart);
+    usart_reset(&usart->peripheral);
+  }
+}
+
+/* -- for Python ------------------------------------------------------------------------------------------- */
+
+static Usart *usart_of(Chip *chip, int32_t index) { return (Usart *)chip->peripherals[index]; }
+
+void fcu_connect_usarts(Chip *chip, const UsartCalls *calls) { chip->usarts.calls = *calls; }
+
+void fcu_usart_wire(Chip *chip, int32_t index, int32_t port, int32_t pin, int32_t function, int32_t baud) {
+  Usart *usart = usart_of(chip, index);
+  usart->pins[0] = (PinFunction){"ABCDEH"[port], (uint8_t)pin, (uint8_t)function};
+  usart->pins[1].function = 255;
+  usart->terminal_baud = baud;
+}
+
+void fcu_usart_hand_over(Chip *chip, int32_t index) { hand_over(usart_of(chip, index), false); }
+
+int32_t fcu_usart_frame(const Chip *chip, int32_t index, int64_t *num, int64_t *den) {
+  const Usart *usart = (const Usart *)chip->peripherals[index];
+  *num = usart->frame.num;
+  *den = usart->frame.den;
+  return usart->frame.num < NEVER_PS;
+}
+
+int64_t fcu_usart_next_change(Chip *chip, int32_t index) { return next_flag_ps(usart_of(chip, index)); }
+
+int32_t fcu_usart_receive(Chip *chip, int32_t index, int32_t value) {
+  Usart *usart = usart_of(chip, index);
+  bool lost = usart->arrived >= 0;
+  if ((REGISTER(usart, CR1) & RECEIVING) != RECEIVING) {
+    return 1;
+  }
+  if (lost) { /* section 19.3.3: DR keeps the byte before */
+    usart->overrun = true;
+  } else {
+    usart->arrived = (int16_t)(value & 0xFF);
+  }
+  update(usart);
+  return !lost;
+}
+
+void fcu_usart_line_idle(Chip *chip, int32_t index) {
+  Usart *usart = usart_of(chip, index);
+  if ((REGISTER(usart, CR1) & RECEIVING) == RECEIVING) {
+    usart->idle = true;
+    update(usart);
+  }
+}

@@ -1,0 +1,153 @@
+"""Sensors' bytes that the chip in C keeps (emulator/chip/native/peripherals/read_cache.h), as Python sees them.
+
+C asks which bytes come from a sub-address on, and keeps them as long as they are sure. Reads that change
+something in the part (data-ready is cleared) are reported to it before any Python code runs that could see a
+difference: at the beginning of every callback, and when C returns (:meth:`Targets.settle`).
+"""
+
+from __future__ import annotations
+
+import ctypes
+import struct
+from array import array
+from collections.abc import Callable
+from typing import Any, Final, Protocol
+
+from fcu_emulator.emulator.time.clock import Clock
+
+_i32, _i64 = ctypes.c_int32, ctypes.c_int64
+_TARGETS, _BYTES = 8, 32  # TARGETS, KEPT_BYTES
+_UNREPORTED, _READS, _POSITIONS, _ANSWERED = 0, 1, 1 + _TARGETS, 1 + 2 * _TARGETS
+_PREFETCHED = 8 * (1 + 3 * _TARGETS)
+_PUT: Final = struct.Struct(f"=qQq{_BYTES}s")  # struct Prefetched
+_LENGTHS: Final = (1 << _BYTES + 1) - 1
+_KNOWN: Final = -1  # POSITION_KNOWN
+_WORK: Final = 5_000
+"""Of asking a part for its bytes, in units of work.h."""
+
+
+class TargetTable(ctypes.Structure):
+    """struct TargetCalls of read_cache.h."""
+
+    _fields_ = (
+        ("prefetch", ctypes.CFUNCTYPE(_i32, _i64, _i32, _i32, _i32, _i32)),
+        ("settle", ctypes.CFUNCTYPE(None, _i64)),
+    )
+
+
+class KeepingTarget(Protocol):
+    """A part at a bus that says which bytes come next, as :meth:`RegisterFile.prefetch` does."""
+
+    @property
+    def version(self) -> array[int]:
+        """One number that changes with everything that makes prefetched bytes wrong."""
+        ...
+
+    def prefetch(self, address: int, count: int, now_ps: int, /) -> tuple[bytes, int, int]:
+        """The bytes, until when (ps) they are these, and how many of them can be read without any effect."""
+        ...
+
+    def consumed(self, address: int, count: int, /) -> None:
+        """So many of these bytes have been read."""
+        ...
+
+    def advance_past(self, address: int, count: int, /) -> None:
+        """They have been read without any effect but for the sub-address left behind."""
+        ...
+
+    @property
+    def position(self) -> int:
+        """The sub-address left behind."""
+        ...
+
+
+class ChipInC(Protocol):
+    """What is needed of the chip: :class:`fcu_emulator.emulator.chip.library.FcuChip`."""
+
+    clock: Clock
+    library: Any
+    handle: Any
+    shared: Any
+
+    def callback(self, kind: Any, function: Callable[..., Any], /) -> Any:
+        """A Python function as C calls it."""
+        ...
+
+    def keep_error(self, error: BaseException, /) -> None:
+        """To be raised when C has returned."""
+        ...
+
+
+class Targets:
+    """All of a chip's. ``unreported[0]`` is 0 unless a part has to hear of reads (:meth:`settle`)."""
+
+    def __init__(self, chip: ChipInC) -> None:
+        self._chip = chip
+        self._targets: list[KeepingTarget] = []
+        (_, prefetch), (_, settle) = TargetTable._fields_
+        self._prefetch = prefetch(self._prefetch_at)
+        table = TargetTable(self._prefetch, chip.callback(settle, lambda: None))
+        address = chip.library.fcu_connect_targets(chip.handle, table)
+        shared = (ctypes.c_uint8 * (_PREFETCHED + _PUT.size)).from_address(address)
+        self._prefetched = memoryview(shared).cast("B")[_PREFETCHED:]
+        self._words = memoryview(shared).cast("B")[:_PREFETCHED].cast("q")
+        self.unreported = self._words[:1]
+
+    def add(self, target: KeepingTarget) -> int:
+        """C keeps bytes of this one, too; its index, or -1 if there are too many."""
+        if target in self._targets:
+            return self._targets.index(target)
+        version, _ = target.version.buffer_info()
+        index: int = self._chip.library.fcu_add_target(self._chip.handle, version)
+        if index >= 0:
+            self._targets.append(target)
+        return index
+
+    def settle(self) -> None:
+        """Report to the parts the reads that they have not heard of yet."""
+        words = self._words
+        unreported, words[_UNREPORTED] = words[_UNREPORTED], 0
+        for index in range(unreported.bit_length()):
+            if unreported >> index & 1:
+                target, read = self._targets[index], words[_READS + index]
+                before = target.version[0]
+                target.consumed(read >> 8, read & 0xFF)
+                if words[_ANSWERED + index] == before:
+                    words[_ANSWERED + index] = target.version[0]  # reading does not switch a part off
+
+    def tell_position(self, index: int) -> None:
+        """The part learns where reads in C have left its sub-address."""
+        position = self._words[_POSITIONS + index]
+        if position != _KNOWN:
+            self._words[_POSITIONS + index] = _KNOWN
+            self._targets[index].advance_past(position >> 8, position & 0xFF)
+
+    def prefetch(self, index: int, address: int, count: int, now_ps: int) -> int:
+        """Put what comes from ``address`` on where C finds it; the number of bytes, 0 if none is sure."""
+        data, until_ps, quiet = self._targets[index].prefetch(address, count, now_ps)
+        _PUT.pack_into(self._prefetched, 0, until_ps, quiet & _LENGTHS, address, data)
+        return min(len(data), _BYTES)
+
+    def prefetch_from_here(self, index: int) -> int:
+        """Likewise from the sub-address left behind."""
+        return self.prefetch(index, self._targets[index].position, 1, self._chip.clock.now_ps)
+
+    def _prefetch_at(self, now_ps: int, index: int, address: int, skip: int, count: int) -> int:
+        """What C asks, thousands of times a second: what :meth:`FcuChip.callback` makes, in one piece."""
+        chip = self._chip
+        clock = chip.clock
+        try:
+            clock.now_ps = now_ps
+            chip.shared[5] += _WORK
+            if self.unreported[0]:
+                self.settle()
+            if skip:
+                target = self._targets[index]
+                target.advance_past(address, skip)
+                address = target.position
+            return self.prefetch(index, address, count, now_ps)
+        except BaseException as error:
+            chip.keep_error(error)
+            return 0
+        finally:
+            chip.shared[1] = clock.next_ps
