@@ -1,7 +1,7 @@
 """A process of its own for firmware of strangers: what it may take of the machine, and how it ended.
 
 ``run_isolated("fcu_emulator", arguments)`` runs a module as a program in a worker process, under the limits of
-:class:`Limits`, with the streams of this process. It tells apart a worker that has ended by itself, with its
+:class:`WorkerLimits`, with the streams of this process. It tells apart a worker that has ended by itself, with its
 exit code, and one that died: killed, crashed, out of memory or of processor time. That says nothing about the
 firmware.
 
@@ -47,7 +47,7 @@ _ON_MACOS = ("memory_bytes",)
 
 
 @dataclass(frozen=True)
-class Limits:
+class WorkerLimits:
     """What a process may take of its machine. Raises InputError for a limit that nothing can run with."""
 
     memory_bytes: int = 1 << 30
@@ -92,16 +92,16 @@ class Limits:
 def not_limited() -> tuple[str, ...]:
     """The names of the limits that this system does not keep."""
     if platform.system() == "Windows":
-        return tuple(field.name for field in fields(Limits))
+        return tuple(field.name for field in fields(WorkerLimits))
     return _ON_MACOS if platform.system() == "Darwin" else ()
 
 
-def parse_limits(settings: Sequence[str]) -> tuple[Limits | None, tuple[str, ...]]:
+def parse_limits(settings: Sequence[str]) -> tuple[WorkerLimits | None, tuple[str, ...]]:
     """The usual limits with some replaced, and the settings that name none of these.
 
     Each is ``name=number``. None if none of them was named. Raises InputError.
     """
-    known = {field.name for field in fields(Limits)}
+    known = {field.name for field in fields(WorkerLimits)}
     chosen: dict[str, int] = {}
     others = []
     for setting in settings:
@@ -112,9 +112,9 @@ def parse_limits(settings: Sequence[str]) -> tuple[Limits | None, tuple[str, ...
         try:
             chosen[name] = int(number)
         except ValueError:
-            problem = f"give a whole number, such as {name}={getattr(Limits, name)}"
+            problem = f"give a whole number, such as {name}={getattr(WorkerLimits, name)}"
             raise InputError(f"limit {setting}: {problem}") from None
-    return Limits(**chosen) if chosen else None, tuple(others)
+    return WorkerLimits(**chosen) if chosen else None, tuple(others)
 
 
 if sys.platform != "win32":
@@ -140,7 +140,7 @@ _CAUSES = {
 
 
 @dataclass(frozen=True)
-class Ending:
+class WorkerExit:
     """How a worker ended. ``code``: its exit code, None if it died; ``cause``: of what it died, else ""."""
 
     code: int | None
@@ -149,7 +149,7 @@ class Ending:
     """Whether somebody has asked for the end."""
 
 
-def run_isolated(module: str, arguments: Sequence[str], limits: Limits) -> Ending:
+def run_isolated(module: str, arguments: Sequence[str], limits: WorkerLimits) -> WorkerExit:
     """Run ``module`` as ``python -m`` would, in a worker process under ``limits``; return when it has ended.
 
     The worker has this process's streams. To be called in the main thread. Raises OSError if no process can
@@ -176,14 +176,14 @@ def run_isolated(module: str, arguments: Sequence[str], limits: Limits) -> Endin
     return _ending(process.returncode, limits, bool(asked))
 
 
-def _ending(status: int, limits: Limits, interrupted: bool) -> Ending:
+def _ending(status: int, limits: WorkerLimits, interrupted: bool) -> WorkerExit:
     code = status - _ENDED
     if 0 <= code <= 155 and status != 120:  # Python's own, when it cannot write its output at its end
-        return Ending(code, "", interrupted)
-    return Ending(None, _cause(status, limits), interrupted)
+        return WorkerExit(code, "", interrupted)
+    return WorkerExit(None, _cause(status, limits), interrupted)
 
 
-def _cause(status: int, limits: Limits) -> str:
+def _cause(status: int, limits: WorkerLimits) -> str:
     if status >= 0:
         return f"it ended with {status} and no verdict, as happens where memory or open files are too few"
     name = signal.Signals(-status).name if -status in set(signal.Signals) else f"signal {-status}"
@@ -233,10 +233,10 @@ def _passed_on(asked: list[int]) -> Iterator[list[subprocess.Popen[bytes]]]:
 
 # -- The worker ---------------------------------------------------------------------------------------------
 
-_working_under: list[Limits] = []
+_working_under: list[WorkerLimits] = []
 
 
-def limits_of_worker() -> Limits | None:
+def limits_of_worker() -> WorkerLimits | None:
     """What this process is limited to if it is a worker of :func:`run_isolated`, else None."""
     return _working_under[0] if _working_under else None
 
@@ -244,7 +244,7 @@ def limits_of_worker() -> Limits | None:
 def work() -> None:
     """What a worker does, from its start to its end; its arguments are those of :func:`run_isolated`."""
     own = json.loads(sys.argv[1])
-    limits = Limits(**own["limits"])
+    limits = WorkerLimits(**own["limits"])
     threading.Thread(target=_end_with_parent, args=(own["lifeline"], own["parent"]), daemon=True).start()
     limits.apply()
     _working_under.append(limits)

@@ -68,7 +68,7 @@ class Pose:
 
 
 @dataclass(frozen=True)
-class Sample:
+class MotionSample:
     """What ideal sensors show at a pose: ``acc`` in mg, ``mag`` in mgauss, integers as the lab has them."""
 
     pose: Pose
@@ -122,14 +122,14 @@ def samples(
     *,
     noise_mg: int = 0,
     noise_mgauss: int = 0,
-) -> st.SearchStrategy[Sample]:
+) -> st.SearchStrategy[MotionSample]:
     """What the sensors show at these poses (any, if none are given) in this field (north, east, down).
 
     With noise each component is off by up to so much.
     """
     acc_noise, mag_noise = (st.tuples(*[st.integers(-most, most)] * 3) for most in (noise_mg, noise_mgauss))
     return st.builds(
-        lambda pose, acc, mag: Sample(pose, *_shown(pose, field_ut, acc, mag)),
+        lambda pose, acc, mag: MotionSample(pose, *_shown(pose, field_ut, acc, mag)),
         attitudes() if poses is None else poses,
         acc_noise,
         mag_noise,
@@ -154,7 +154,7 @@ def zero_vectors() -> st.SearchStrategy[tuple[Vector, Vector]]:
     return st.tuples(zero, zero) | st.tuples(zero, anything) | st.tuples(anything, zero)
 
 
-class Motion:
+class GeneratedMotion:
     """What happens to the board: ``scenario`` is for ``Board(firmware, scenario=...)``, ``text`` its file."""
 
     def __init__(self, scenario: Scenario, text: str) -> None:
@@ -175,7 +175,7 @@ def motions(
     poses: st.SearchStrategy[Pose] | None = None,
     most_moves: int = 4,
     expect: Sequence[Mapping[str, Any]] = (),
-) -> Motion:
+) -> GeneratedMotion:
     """What may happen to a board in some seconds, which a hand can do.
 
     Without ``scenario``: up to ``most_moves`` turns to ``poses`` (any, if none are given) and lifts, each
@@ -198,7 +198,7 @@ def motions(
     beside = "" if scenario is None or not is_path(scenario) else f", beside {path.name}"
     run = command_line(["fcu", "run", firmware, "--scenario", "motion.toml", "--speed", "max"])
     note(f"On the board: save as motion.toml{beside}, then\n\n    {run}\n\n{text}# end of motion.toml")
-    return Motion(scenario_of(table, path), text)
+    return GeneratedMotion(scenario_of(table, path), text)
 
 
 def _moves(poses: st.SearchStrategy[Pose]) -> st.SearchStrategy[list[dict[str, Any]]]:

@@ -83,7 +83,7 @@ LED1_PIN = 5
 LED2_PIN = 4
 
 
-class Led:
+class LabLed:
     """One LED. Creating it is ``BSP_LED_Init`` and ``BSP_LED_Off``: a push-pull output, dark."""
 
     def __init__(self, hal: Hal, pin: int) -> None:
@@ -167,8 +167,8 @@ class LabFirmware(ABC):
     def _boot(self) -> None:
         hal, settings = self.hal, self.settings
         PRINTF(hal, "STEVAL-FCU001V1 %s rev.1.0 - Sep 2017\n\n", settings.banner)
-        self.led1 = Led(hal, LED1_PIN)
-        self.led2 = Led(hal, LED2_PIN)
+        self.led1 = LabLed(hal, LED1_PIN)
+        self.led2 = LabLed(hal, LED2_PIN)
         initializeAllSensors(hal)
         enableAllSensors(hal)
         setUpForFlight(hal)

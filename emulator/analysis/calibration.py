@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fcu_emulator.emulator.analysis.field import changes
 from fcu_emulator.emulator.analysis.numbers import AXES, Hint
-from fcu_emulator.emulator.analysis.witness import Seen
+from fcu_emulator.emulator.analysis.witness import LabLine
 
 _FAR = 60.0  # mgauss of the constant that no right calibration leaves, and of a hard iron that matters
 _NEAR, _NEAR_SHARE = 40.0, 0.15
@@ -21,7 +21,7 @@ _NEAR, _NEAR_SHARE = 40.0, 0.15
 Numbers = NDArray[np.float64]
 
 
-def calibration_hint(lines: Sequence[Seen], iron_mgauss: Numbers) -> Hint | None:
+def calibration_hint(lines: Sequence[LabLine], iron_mgauss: Numbers) -> Hint | None:
     """What the calibration has left of the hard iron, of a program that prints a yaw."""
     found = changes(lines)
     if found is None or not any(line.label == "Pitch:" and line.values for line in lines):

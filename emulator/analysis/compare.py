@@ -29,8 +29,8 @@ from fcu_emulator.emulator.analysis.observation import (
     REGISTERS,
     TERMINAL,
     TIMER,
-    Entry,
     Observation,
+    ObservedItem,
     is_led,
 )
 from fcu_emulator.emulator.errors import InputError
@@ -75,9 +75,9 @@ class Difference:
 
     sequence: str
     index: int
-    first: Entry | None
-    second: Entry | None
-    before: Sequence[tuple[Entry, Entry]] = ()
+    first: ObservedItem | None
+    second: ObservedItem | None
+    before: Sequence[tuple[ObservedItem, ObservedItem]] = ()
     inserted: bool = False
     """What follows is the same again in both: only one run has this entry, or these."""
 
@@ -99,7 +99,7 @@ class Difference:
         return self.first.at_ps - one.at_ps, self.second.at_ps - other.at_ps
 
 
-_POWER_ON = Entry(0, "")
+_POWER_ON = ObservedItem(0, "")
 
 
 def compare(first: Observation, second: Observation, rules: Rules | None = None) -> list[Difference]:
@@ -163,10 +163,10 @@ SINGLE_PRECISION = {"Pitch": 1e-4, "Roll": 1e-4, "Yaw": 0.01, "Altitude": 0.02}
 
 
 def _first_difference(
-    name: str, first: Sequence[Entry], second: Sequence[Entry], rules: Rules, end_ps: int
+    name: str, first: Sequence[ObservedItem], second: Sequence[ObservedItem], rules: Rules, end_ps: int
 ) -> Difference | None:
     grace_ps = 0 if name == END else _grace_ps(rules, end_ps)
-    before: list[tuple[Entry, Entry]] = []
+    before: list[tuple[ObservedItem, ObservedItem]] = []
     for index, (one, other) in enumerate(zip_longest(first, second)):
         difference = Difference(name, index, one, other, tuple(before[-_CONTEXT:]))
         if one is None or other is None:
@@ -180,7 +180,7 @@ def _first_difference(
 
 
 def _inserted(
-    difference: Difference, first: Sequence[Entry], second: Sequence[Entry], rules: Rules
+    difference: Difference, first: Sequence[ObservedItem], second: Sequence[ObservedItem], rules: Rules
 ) -> Difference | None:
     """The difference as one entry that only one run has, where what follows says so."""
     if _runs_on(first[1:], second, rules):
@@ -190,14 +190,14 @@ def _inserted(
     return None
 
 
-def _runs_on(first: Sequence[Entry], second: Sequence[Entry], rules: Rules) -> bool:
+def _runs_on(first: Sequence[ObservedItem], second: Sequence[ObservedItem], rules: Rules) -> bool:
     """Whether both go on alike, for long enough that it is no chance."""
     pairs = list(zip(first[:_SAME_AFTER], second[:_SAME_AFTER], strict=False))
     texts = {one.text.strip() for one, _ in pairs}
     return len(pairs) >= 2 and len(texts) >= 2 and all(_same_text(one, other, rules) for one, other in pairs)
 
 
-def _same_entry(name: str, one: Entry, other: Entry, rules: Rules, end_ps: int) -> bool:
+def _same_entry(name: str, one: ObservedItem, other: ObservedItem, rules: Rules, end_ps: int) -> bool:
     counts = _COUNTS.fullmatch(one.text), _COUNTS.fullmatch(other.text)
     if name != TIMER or counts[0] is None or counts[1] is None:
         return _same_text(one, other, rules)
@@ -217,7 +217,7 @@ def _same_pace(pair: Difference, rules: Rules) -> bool:
     return "time" in rules.ignore or abs(one_ps - other_ps) <= rules.timing_ps
 
 
-def _same_text(one: Entry, other: Entry, rules: Rules) -> bool:
+def _same_text(one: ObservedItem, other: ObservedItem, rules: Rules) -> bool:
     text, wanted = (_NEGATIVE_ZERO.sub("", same_banner(entry.text)) for entry in (one, other))
     if one.cut or other.cut:
         return _same_beginning(text, wanted, rules)

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcu_emulator.emulator.analysis.numbers import AXES, Group, Hint, axes_in_words, signed_axes
-from fcu_emulator.emulator.analysis.witness import Seen
+from fcu_emulator.emulator.analysis.witness import LabLine
 
 MAG = Group("MAG[x,y,z]", tuple(f"MAG.{axis}" for axis in AXES), 50.0, "mgauss", 1.5)
 _FEWEST = 5  # lines, and
@@ -35,7 +35,7 @@ Numbers = NDArray[np.float64]
 class _Rows(NamedTuple):
     """``values``: (N, 3) as printed; ``low`` and ``high``: (N, 3), between which the truth has been."""
 
-    seen: Sequence[Seen]
+    seen: Sequence[LabLine]
     values: Numbers
     low: Numbers
     high: Numbers
@@ -53,7 +53,7 @@ class _Rows(NamedTuple):
         return float(np.quantile(off, _SHARE))
 
 
-def field_hint(lines: Sequence[Seen]) -> Hint | None:
+def field_hint(lines: Sequence[LabLine]) -> Hint | None:
     """What has become of the magnetic field; None if it is right, nothing simple fits, or nobody can tell."""
     rows = _judgeable([line for line in lines if line.label == MAG.label and line.values is not None])
     if rows is None or rows.residual(rows.low, rows.high) <= MAG.far:
@@ -61,7 +61,7 @@ def field_hint(lines: Sequence[Seen]) -> Hint | None:
     return _of_axes(rows) or _of_factor(rows) or _of_bytes(rows)
 
 
-def changes(lines: Sequence[Seen]) -> tuple[Numbers, float, Seen] | None:
+def changes(lines: Sequence[LabLine]) -> tuple[Numbers, float, LabLine] | None:
     """The constant by which MAG is off where its changes are right, the field's length, and a line.
 
     None while the board has not been turned far enough, or if the changes are wrong, too.
@@ -73,7 +73,7 @@ def changes(lines: Sequence[Seen]) -> tuple[Numbers, float, Seen] | None:
     return constant, float(np.median(np.linalg.norm(rows.middle, axis=1))), rows.seen[-1]
 
 
-def _judgeable(seen: Sequence[Seen]) -> _Rows | None:
+def _judgeable(seen: Sequence[LabLine]) -> _Rows | None:
     if len(seen) < 2 * _FEWEST:
         return None
     values = np.array([[line.values[name] for name in MAG.fields] for line in seen if line.values])

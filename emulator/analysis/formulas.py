@@ -17,7 +17,7 @@ from statistics import median
 from typing import NamedTuple, TypeAlias
 
 from fcu_emulator.emulator.analysis.numbers import YAW, Hint, always_0
-from fcu_emulator.emulator.analysis.witness import Seen
+from fcu_emulator.emulator.analysis.witness import LabLine
 
 _FEWEST = 5  # blocks
 _SHARE = 0.85  # of the blocks that a formula must explain
@@ -37,7 +37,7 @@ Near: TypeAlias = Callable[[float, float], float]
 class Block(NamedTuple):
     """The numbers of a block, and the line that is to be explained."""
 
-    line: Seen
+    line: LabLine
     acc: tuple[float, ...]
     mag: tuple[float, ...]
     pre: float
@@ -60,9 +60,9 @@ class Formula(NamedTuple):
 _NOTHING = (math.nan,) * 3
 
 
-def blocks(lines: Sequence[Seen], label: str, iron_mgauss: Sequence[float] = (0, 0, 0)) -> list[Block]:
+def blocks(lines: Sequence[LabLine], label: str, iron_mgauss: Sequence[float] = (0, 0, 0)) -> list[Block]:
     """Each line of ``label`` with the latest ACC, MAG and Pre before it."""
-    found, latest = [], dict[str, Seen]()
+    found, latest = [], dict[str, LabLine]()
     for line in lines:
         if line.values is None:
             continue
@@ -80,7 +80,7 @@ def blocks(lines: Sequence[Seen], label: str, iron_mgauss: Sequence[float] = (0,
     return found
 
 
-def _raw(mag: Seen, iron_mgauss: Sequence[float]) -> tuple[float, ...]:
+def _raw(mag: LabLine, iron_mgauss: Sequence[float]) -> tuple[float, ...]:
     return tuple(one.middle + iron for one, iron in zip(mag.truth.values(), iron_mgauss, strict=True))
 
 
@@ -212,7 +212,7 @@ def _deg(radians: float) -> float:
 _NOT_CALLED = "Is eCompass() called in the callback, and does it write the variables that are printed?"
 
 
-def tilt_hint(lines: Sequence[Seen]) -> Hint | None:
+def tilt_hint(lines: Sequence[LabLine]) -> Hint | None:
     """Which mistake in the formula of pitch or roll gives what is printed."""
     rows = blocks(lines, "Pitch:")
     if len(rows) >= _FEWEST and not any(value for row in rows for value in (row.line.values or {}).values()):
@@ -325,7 +325,7 @@ _UNCALIBRATED = Formula(
 )
 
 
-def yaw_hint(lines: Sequence[Seen], iron_mgauss: Sequence[float]) -> Hint | None:
+def yaw_hint(lines: Sequence[LabLine], iron_mgauss: Sequence[float]) -> Hint | None:
     """Which mistake in the formulas of the yaw gives what is printed, from ACC and MAG as printed."""
     rows = [row for row in blocks(lines, "Pitch:", iron_mgauss) if any(row.mag)]
     if any(abs(one) > _STRONG_MGAUSS for one in iron_mgauss):
@@ -350,7 +350,7 @@ def _height(ratio: float, kelvin: float, exponent: float = _EXPONENT) -> float:
     return (math.pow(ratio, exponent) - 1) * kelvin / _LAPSE
 
 
-def altitude_hint(lines: Sequence[Seen], temperature_degc: float) -> Hint | None:
+def altitude_hint(lines: Sequence[LabLine], temperature_degc: float) -> Hint | None:
     """Which mistake in the formula of the altitude gives what is printed, from Pre as printed."""
     kelvin = temperature_degc + _KELVIN
     pressures = [line for line in lines if line.values and line.label == "Pre:"]
@@ -376,7 +376,7 @@ def altitude_hint(lines: Sequence[Seen], temperature_degc: float) -> Hint | None
     return named or explained("Altitude", rows, right, list(_times(rows, right)), _metres)
 
 
-def _first(pressures: Sequence[Seen]) -> float:
+def _first(pressures: Sequence[LabLine]) -> float:
     return pressures[0].truth["Pre"].middle
 
 

@@ -25,7 +25,7 @@ _STEEP, _FLAT = 85.0, 75.0
 _STEADY = 4  # looks at the LEDs in a row: 0.2 s
 
 
-class _Look(NamedTuple):
+class _LedCondition(NamedTuple):
     """A LED at a moment, and the angle that it is to show."""
 
     at_s: float
@@ -52,7 +52,9 @@ def led_hints(board: Board, witness: Witness) -> Iterator[Diagnosis]:
         since_s = next((line.at_s for line in witness.lines if line.label == "Pitch:"), math.inf)
         lights = [one for one in witness.lights if one.at_s > since_s]
         for name, angle in (("LED1", "pitch"), ("LED2", "roll")):
-            looks = [_Look(one.at_s, getattr(one, angle), one.lit[name], one.force_g) for one in lights]
+            looks = [
+                _LedCondition(one.at_s, getattr(one, angle), one.lit[name], one.force_g) for one in lights
+            ]
             yield from _sides(name, angle, looks)
             yield from _toggled(board, name, angle, looks)
 
@@ -72,7 +74,7 @@ def _side(angle: float) -> int | None:
 # -- lit beyond 80 degrees to one side only, or the other way round -----------------------------------------
 
 
-def _sides(name: str, angle: str, looks: Sequence[_Look]) -> Iterator[Diagnosis]:
+def _sides(name: str, angle: str, looks: Sequence[_LedCondition]) -> Iterator[Diagnosis]:
     on = {-1: 0, 0: 0, 1: 0}
     off = dict(on)
     for index in range(_STEADY, len(looks)):
@@ -111,7 +113,7 @@ _TOGGLE = "BSP_LED_Toggle"
 _CALLBACK = "HAL_TIM_PeriodElapsedCallback"
 
 
-def _toggled(board: Board, name: str, angle: str, looks: Sequence[_Look]) -> Iterator[Diagnosis]:
+def _toggled(board: Board, name: str, angle: str, looks: Sequence[_LedCondition]) -> Iterator[Diagnosis]:
     """A LED that changes at regular intervals while the board is still.
 
     Chatter of a right program, near 80 degrees or on a board that is shaken, is not regular.
@@ -142,7 +144,7 @@ def _toggled(board: Board, name: str, angle: str, looks: Sequence[_Look]) -> Ite
         return
 
 
-def _is_still(look: _Look) -> bool:
+def _is_still(look: _LedCondition) -> bool:
     return abs(look.force_g - 1) < _STILL_G
 
 

@@ -38,7 +38,7 @@ from fcu_emulator.emulator.analysis.numbers import (
     is_far_off,
     shows_another,
 )
-from fcu_emulator.emulator.analysis.witness import LABELS, Seen, Witness
+from fcu_emulator.emulator.analysis.witness import LABELS, LabLine, Witness
 from fcu_emulator.emulator.board.board import Board
 from fcu_emulator.emulator.chip.diagnosis.backtrace import Places
 from fcu_emulator.emulator.chip.diagnosis.exclusive_or import exclusive_or
@@ -82,7 +82,7 @@ class _Where:
     def __init__(self, arm: ArmFirmware | None) -> None:
         self._arm = arm
 
-    def printed(self, line: Seen) -> str:
+    def printed(self, line: LabLine) -> str:
         """``main(), main.c:93: `` or nothing."""
         if self._arm is None:
             return ""
@@ -92,14 +92,14 @@ class _Where:
         return f"{place}: " if place else ""
 
 
-def _shown(line: Seen) -> str:
+def _shown(line: LabLine) -> str:
     return f'At {line.at_s:.2f} s the terminal shows "{line.text[:_SHOWN]}".'
 
 
 # -- the program's instructions -----------------------------------------------------------------------------
 
 
-def _exclusive_or(board: Board, lines: Sequence[Seen]) -> Iterator[Diagnosis]:
+def _exclusive_or(board: Board, lines: Sequence[LabLine]) -> Iterator[Diagnosis]:
     """A ^ in functions whose numbers are wrong."""
     if board.arm is None or not any(is_far_off(lines, group) for group in (TILT, ALTITUDE)):
         return
@@ -116,7 +116,7 @@ def _exclusive_or(board: Board, lines: Sequence[Seen]) -> Iterator[Diagnosis]:
 # -- numbers ------------------------------------------------------------------------------------------------
 
 
-def _numbers(board: Board, lines: Sequence[Seen], where: _Where) -> Iterator[Diagnosis]:
+def _numbers(board: Board, lines: Sequence[LabLine], where: _Where) -> Iterator[Diagnosis]:
     """What has become of the truth. Angles follow from ACC: they are looked at only where that is right."""
     wrong: set[str] = set()
     for group in _GROUPS:
@@ -140,7 +140,7 @@ def _numbers(board: Board, lines: Sequence[Seen], where: _Where) -> Iterator[Dia
         yield Diagnosis("numbers", summary, details, fatal=False)
 
 
-def _hint(board: Board, lines: Sequence[Seen], group: Group) -> Hint | None:
+def _hint(board: Board, lines: Sequence[LabLine], group: Group) -> Hint | None:
     """What has become of the truth of a group: a simple change of it, or a formula with a mistake."""
     iron = board.world.hard_iron_mgauss(board.now_s)[0]
     if group in (ACC, GYR):
@@ -156,14 +156,14 @@ def _hint(board: Board, lines: Sequence[Seen], group: Group) -> Hint | None:
     return _altitude_hint(board, lines) if found is None and group is ALTITUDE else found
 
 
-def _altitude_hint(board: Board, lines: Sequence[Seen]) -> Hint | None:
+def _altitude_hint(board: Board, lines: Sequence[LabLine]) -> Hint | None:
     return altitude_hint(lines, float(board.world.temperature_degc(board.now_s)[0]))
 
 
 _HALF_TURN = 180.5
 
 
-def _beyond_a_half_turn(lines: Sequence[Seen], where: _Where) -> Iterator[Diagnosis]:
+def _beyond_a_half_turn(lines: Sequence[LabLine], where: _Where) -> Iterator[Diagnosis]:
     """A yaw that the slides' atan2 cannot give; held against the truth only to say which wrap it is."""
     bad = [line for line in lines if line.values and abs(line.values.get("Yaw", 0.0)) > _HALF_TURN]
     if len(bad) < 2:
@@ -218,7 +218,7 @@ def _rests_on(group: Group) -> set[str]:
 _INVERSE = ("asin", "asinf", "acos", "acosf", "sqrt", "sqrtf", "pow", "powf", "log", "logf")
 
 
-def _not_a_number(board: Board, lines: Sequence[Seen], where: _Where) -> Iterator[Diagnosis]:
+def _not_a_number(board: Board, lines: Sequence[LabLine], where: _Where) -> Iterator[Diagnosis]:
     for label in LABELS:
         bad = [line for line in lines if line.label == label and re.search(r"\b(nan|inf)\b", line.text)]
         if len(bad) < 2:
@@ -239,7 +239,7 @@ def _not_a_number(board: Board, lines: Sequence[Seen], where: _Where) -> Iterato
         yield Diagnosis("numbers", summary, tuple(sentences), fatal=False)
 
 
-def _misprinted_ints(lines: Sequence[Seen], where: _Where) -> Iterator[Diagnosis]:
+def _misprinted_ints(lines: Sequence[LabLine], where: _Where) -> Iterator[Diagnosis]:
     """Vectors printed with a point that are not the truth: an int that is taken for a double."""
     for group in (ACC, GYR):
         printed = [line for line in lines if line.label == group.label and line.values is None]
@@ -309,7 +309,7 @@ def _others(reads: Sequence[BusTransfer]) -> int:
     return sum(1 for one in reads if one.device != LSM6DSL.NAME)
 
 
-def _switched_off(board: Board, lines: Sequence[Seen]) -> Iterator[Diagnosis]:
+def _switched_off(board: Board, lines: Sequence[LabLine]) -> Iterator[Diagnosis]:
     """Sensors that measure nothing, in a program that prints them."""
     labels = {line.label for line in lines}
     lsm6dsl, lis2mdl = board.sensors.lsm6dsl.registers.mem, board.sensors.lis2mdl.registers.mem
@@ -332,7 +332,7 @@ def _switched_off(board: Board, lines: Sequence[Seen]) -> Iterator[Diagnosis]:
             )
 
 
-def _blocks(board: Board, lines: Sequence[Seen]) -> Iterator[Diagnosis]:
+def _blocks(board: Board, lines: Sequence[LabLine]) -> Iterator[Diagnosis]:
     """Values of two bytes that may be of two samples."""
     labels = {line.label for line in lines}
     lsm6dsl, lis2mdl = board.sensors.lsm6dsl.registers.mem, board.sensors.lis2mdl.registers.mem

@@ -15,7 +15,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple, TypeAlias
 
-from fcu_emulator.emulator.analysis.witness import Range, Seen
+from fcu_emulator.emulator.analysis.witness import LabLine, ValueRange
 
 _FEWEST = 2  # lines that must be wrong
 _SHARE = 0.9  # of the lines that a change must fit
@@ -28,12 +28,12 @@ class Hint(NamedTuple):
 
     summary: str
     sentences: tuple[str, ...]
-    line: Seen
+    line: LabLine
     factor: float = 0.0
     """Print over truth, where that is all."""
 
 
-Distance: TypeAlias = Callable[[Sequence[float], Sequence[Range]], float]
+Distance: TypeAlias = Callable[[Sequence[float], Sequence[ValueRange]], float]
 """How far printed values are from what has become of the truth."""
 
 
@@ -64,7 +64,7 @@ PRESSURE = Group("Pre:", ("Pre",), 20.0, "hPa")
 ALTITUDE = Group("Altitude:", ("Altitude",), 1.5, "m")
 
 
-def hint(lines: Sequence[Seen], group: Group) -> Hint | None:
+def hint(lines: Sequence[LabLine], group: Group) -> Hint | None:
     """What has become of the truth of one group of fields; None if it is right, or nothing simple fits."""
     rows = [_Row(seen, group) for seen in lines if seen.label == group.label and seen.values is not None]
     rows = [row for row in rows if all(map(math.isfinite, row.values))]
@@ -81,13 +81,13 @@ def hint(lines: Sequence[Seen], group: Group) -> Hint | None:
     return None
 
 
-def is_far_off(lines: Sequence[Seen], group: Group) -> bool:
+def is_far_off(lines: Sequence[LabLine], group: Group) -> bool:
     """Whether several lines of a group are far from the truth, or no numbers."""
     rows = [_Row(seen, group) for seen in lines if seen.label == group.label and seen.values is not None]
     return sum(not _plain(row.values, row.truth) <= group.far for row in rows) >= _FEWEST
 
 
-def always_0(lines: Sequence[Seen], group: Group) -> bool:
+def always_0(lines: Sequence[LabLine], group: Group) -> bool:
     """Whether all numbers of a group are 0."""
     rows = [_Row(seen, group) for seen in lines if seen.label == group.label and seen.values is not None]
     return bool(rows) and all(value == 0 for row in rows for value in row.values)
@@ -98,7 +98,7 @@ def _shows_factor(row: _Row, group: Group) -> bool:
     return any(min(abs(one.low), abs(one.high)) > group.far and one.low * one.high > 0 for one in row.truth)
 
 
-def shows_another(lines: Sequence[Seen], group: Group, others: Sequence[Group]) -> Hint | None:
+def shows_another(lines: Sequence[LabLine], group: Group, others: Sequence[Group]) -> Hint | None:
     """Whether a vector is another sensor's: near the other's truth in each block."""
     for other in others:
         pairs = list(_pairs(lines, group, other))
@@ -117,7 +117,7 @@ def shows_another(lines: Sequence[Seen], group: Group, others: Sequence[Group]) 
 _FEW_PAIRS = 4
 
 
-def _pairs(lines: Sequence[Seen], group: Group, other: Group) -> Iterator[tuple[_Row, _Row]]:
+def _pairs(lines: Sequence[LabLine], group: Group, other: Group) -> Iterator[tuple[_Row, _Row]]:
     """Rows of both groups that were printed within half a second."""
     rows = {
         one: [_Row(line, one) for line in lines if line.label == one.label and line.values is not None]
@@ -132,7 +132,7 @@ def _pairs(lines: Sequence[Seen], group: Group, other: Group) -> Iterator[tuple[
 class _Row:
     """A line's values and truth of one group."""
 
-    def __init__(self, seen: Seen, group: Group) -> None:
+    def __init__(self, seen: LabLine, group: Group) -> None:
         self.seen = seen
         values = seen.values or {}
         self.values = [values[name] for name in group.fields]
@@ -145,7 +145,7 @@ def _turns(rows: Sequence[_Row]) -> bool:
     return max(angles) - min(angles) > 90
 
 
-def _plain(values: Sequence[float], truth: Sequence[Range]) -> float:
+def _plain(values: Sequence[float], truth: Sequence[ValueRange]) -> float:
     return max(one.distance(value) for value, one in zip(values, truth, strict=True))
 
 
@@ -239,7 +239,7 @@ def _of_vector(group: Group, rows: Sequence[_Row]) -> Iterator[Change]:
 _FEW_G = 5
 
 
-def _from_whole_g(value: float, truth: Range) -> float:
+def _from_whole_g(value: float, truth: ValueRange) -> float:
     """How far the truth is outside of what is cut to ``value``."""
     low, high = 1000 * value - 1000 * (value <= 0), 1000 * value + 1000 * (value >= 0)
     return max(low - truth.high, truth.low - high, 0.0)
@@ -317,7 +317,7 @@ def _around(value: float, group: Group) -> range:
     return range(raw - slack, raw + slack + 1)
 
 
-def _of_swapped(value: float, truth: Range, group: Group) -> float:
+def _of_swapped(value: float, truth: ValueRange, group: Group) -> float:
     return min(truth.distance(_swapped(raw) * group.per_lsb) for raw in _around(value, group))
 
 

@@ -27,7 +27,7 @@ _COMPARED = (GpioEdge, RegisterWrite, TerminalBytes)
 
 
 @dataclass(frozen=True)
-class Entry:
+class ObservedItem:
     """Something that happened at ``at_ps``; ``cut``: the end of the run cut its text short."""
 
     at_ps: int
@@ -40,7 +40,7 @@ class Observation:
     """One run until ``end_ps``: what happened in each sequence, in order."""
 
     end_ps: int
-    sequences: Mapping[str, Sequence[Entry]]
+    sequences: Mapping[str, Sequence[ObservedItem]]
 
 
 def observe(
@@ -55,7 +55,7 @@ def observe(
     ``exceeded`` as of :class:`Runner`. A firmware that fails, or goes beyond a limit on what it does, ends
     its run with that. Raises NotJudgedError when the run does more than can be kept, or takes too long.
     """
-    kept = _Kept(board.trace, transfers)
+    kept = _ComparedEvents(board.trace, transfers)
     runner = Runner(board, [], end_ps, None, lambda wall_s: kept.exceeded() or exceeded(wall_s))
     ending = []
     try:
@@ -63,7 +63,7 @@ def observe(
     except FirmwareError as error:
         if isinstance(error, LimitError) and error.limit == "wall_s":
             raise
-        ending.append(Entry(board.clock.now_ps, str(error)))
+        ending.append(ObservedItem(board.clock.now_ps, str(error)))
     finally:
         kept.close()
     if kept.exceeded():
@@ -73,7 +73,7 @@ def observe(
     if runner.limit.endswith("limits.wall"):
         raise NotJudgedError(f"the run was stopped, it exceeded {runner.limit}")
     if runner.limit:
-        ending.append(Entry(board.clock.now_ps, f"stopped by the limit of {runner.limit}"))
+        ending.append(ObservedItem(board.clock.now_ps, f"stopped by the limit of {runner.limit}"))
     return Observation(
         board.clock.now_ps if runner.limit else end_ps,
         {
@@ -89,12 +89,12 @@ def observe(
     )
 
 
-def _timer(timer: TickCounts, now_ps: int) -> list[Entry]:
+def _timer(timer: TickCounts, now_ps: int) -> list[ObservedItem]:
     """Its rate, and how many ticks there were; nothing of one that never ticked."""
     if not timer.ticks:
         return []
-    ticks = Entry(now_ps, f"{timer.ticks} ticks, {timer.lost} lost")
-    return [Entry(0, f"{timer.name} at {timer.rate_hz:.3f} Hz"), ticks]
+    ticks = ObservedItem(now_ps, f"{timer.ticks} ticks, {timer.lost} lost")
+    return [ObservedItem(0, f"{timer.name} at {timer.rate_hz:.3f} Hz"), ticks]
 
 
 def is_led(name: str) -> bool:
@@ -107,7 +107,7 @@ def led_pins(board: Board) -> dict[str, str]:
     return {name: led.pin for name, led in board.leds.items()}
 
 
-class _Kept:
+class _ComparedEvents:
     """The events that are compared, out of all; the trace itself keeps the rare ones only.
 
     Bus transfers are nine of ten events, and wanted by a replay alone.
@@ -147,33 +147,33 @@ def bytes_sent(events: Iterable[TerminalBytes], uart: Uart) -> Iterator[tuple[in
                 yield event.t_ps + uart.frames_ps(number), byte
 
 
-def lines_of(text: Iterable[tuple[int, int]]) -> list[Entry]:
+def lines_of(text: Iterable[tuple[int, int]]) -> list[ObservedItem]:
     """Bytes with their times -> lines with their LF, each at its first byte that is not the last one's CR.
 
     What was printed after the last LF is the last entry.
     """
-    lines: list[Entry] = []
+    lines: list[ObservedItem] = []
     line, began_ps = bytearray(), NEVER_PS
     for at_ps, byte in text:
         line.append(byte)
         if began_ps == NEVER_PS and byte != ord("\r"):
             began_ps = at_ps
         if byte == ord("\n"):
-            lines.append(Entry(began_ps, line.decode("latin-1")))
+            lines.append(ObservedItem(began_ps, line.decode("latin-1")))
             line, began_ps = bytearray(), NEVER_PS
     if began_ps < NEVER_PS:
-        lines.append(Entry(began_ps, line.decode("latin-1"), cut=True))
+        lines.append(ObservedItem(began_ps, line.decode("latin-1"), cut=True))
     return lines
 
 
-def edges_of(events: Iterable[GpioEdge], pin: str) -> list[Entry]:
+def edges_of(events: Iterable[GpioEdge], pin: str) -> list[ObservedItem]:
     """Edges of a LED's pin; the board's LEDs are lit while it is low."""
-    return [Entry(event.t_ps, "off" if event.level else "on") for event in events if event.pin == pin]
+    return [ObservedItem(event.t_ps, "off" if event.level else "on") for event in events if event.pin == pin]
 
 
-def _writes(events: Iterable[RegisterWrite], device: str) -> list[Entry]:
+def _writes(events: Iterable[RegisterWrite], device: str) -> list[ObservedItem]:
     return [
-        Entry(event.t_ps, f"{event.register} = 0x{event.new:02X}")
+        ObservedItem(event.t_ps, f"{event.register} = 0x{event.new:02X}")
         for event in events
         if event.device == device
     ]

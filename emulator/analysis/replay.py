@@ -41,7 +41,7 @@ from fcu_emulator.emulator.analysis.observation import (
 from fcu_emulator.emulator.board.board import Board
 from fcu_emulator.emulator.buses.gpio import Gpio
 from fcu_emulator.emulator.errors import InputError
-from fcu_emulator.emulator.python_cpu.hal import HAL_OK, HAL_TIMEOUT, Application, HalGpio
+from fcu_emulator.emulator.python_cpu.hal import HAL_OK, HAL_TIMEOUT, HalGpio, HostedApplication
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US, Clock
 from fcu_emulator.emulator.trace import BusTransfer, GpioEdge, TerminalBytes, Trace
 
@@ -53,7 +53,7 @@ within it has preempted the loop before it read them.
 """
 
 
-def replay(board: Board, firmware: Callable[[Any], Application]) -> Observation:
+def replay(board: Board, firmware: Callable[[Any], HostedApplication]) -> Observation:
     """What ``firmware`` prints and lights when it gets the samples that the firmware on ``board`` has read.
 
     ``board`` has run with ``trace.record_all()``; ``firmware`` takes a HAL. Times are those of the board; the

@@ -32,7 +32,7 @@ LABELS = tuple(line_format.label for line_format in FORMATS)
 
 
 @dataclass(frozen=True)
-class Range:
+class ValueRange:
     """What a value may be: from ``low`` to ``high``."""
 
     low: float
@@ -47,21 +47,21 @@ class Range:
         """How far ``value`` is outside; 0 inside."""
         return max(self.low - value, value - self.high, 0.0)
 
-    def scaled(self, factor: float) -> Range:
+    def scaled(self, factor: float) -> ValueRange:
         """Everything times ``factor``."""
         ends = self.low * factor, self.high * factor
-        return Range(min(ends), max(ends))
+        return ValueRange(min(ends), max(ends))
 
 
 @dataclass(frozen=True)
-class Seen:
+class LabLine:
     """A line of the lab: its numbers, None where the format is another, and the truth of its fields."""
 
     label: str
     text: str
     at_s: float
     values: Mapping[str, float] | None
-    truth: Mapping[str, Range]
+    truth: Mapping[str, ValueRange]
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ class Witness:
 
     def __init__(self, board: Board) -> None:
         self.board = board
-        self.lines: deque[Seen] = deque(maxlen=_LINES_KEPT)
+        self.lines: deque[LabLine] = deque(maxlen=_LINES_KEPT)
         self.lights: deque[Lights] = deque(maxlen=_LIGHTS_KEPT)
         self._position = board.terminal.uart.received_count()
         self._rest = b""
@@ -135,9 +135,9 @@ class Witness:
         for line_format in FORMATS:
             if text.startswith(line_format.label):
                 truth = self._truth(line_format.fields, at_s)
-                self.lines.append(Seen(line_format.label, text, at_s, line_format.parse(text), truth))
+                self.lines.append(LabLine(line_format.label, text, at_s, line_format.parse(text), truth))
 
-    def _truth(self, fields: tuple[str, ...], at_s: float) -> dict[str, Range]:
+    def _truth(self, fields: tuple[str, ...], at_s: float) -> dict[str, ValueRange]:
         t_s = np.linspace(max(at_s - SETTLE_S, 0.0), at_s, _INSTANTS)
         if fields[0] == "Pitch":
             force = self.board.world.specific_force_g(t_s)
@@ -150,4 +150,4 @@ class Witness:
             }
         else:
             values = {name: TRUTH[name](self.board.world, t_s) for name in fields}
-        return {name: Range(float(one.min()), float(one.max())) for name, one in values.items()}
+        return {name: ValueRange(float(one.min()), float(one.max())) for name, one in values.items()}

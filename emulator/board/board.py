@@ -54,7 +54,7 @@ from fcu_emulator.emulator.buses.spi import SpiBus, SpiMaster
 from fcu_emulator.emulator.buses.uart import Uart
 from fcu_emulator.emulator.errors import FcuError, InputError
 from fcu_emulator.emulator.python_cpu.cpu import PythonCpu
-from fcu_emulator.emulator.python_cpu.hal import Hal
+from fcu_emulator.emulator.python_cpu.hal import VirtualHal
 from fcu_emulator.emulator.python_cpu.timer import IntervalTimer
 from fcu_emulator.emulator.time.clock import PS_PER_S, Clock, to_ps
 from fcu_emulator.emulator.time.ticks import TickCounts
@@ -145,7 +145,7 @@ class Board:
         self._caller: Caller | None = None
         self.arm: ArmFirmware | None = None
         """The chip that executes built firmware; None for firmware in Python."""
-        self._run = run = _Run(self._boot(choice))
+        self._run = run = _RunState(self._boot(choice))
         self.timer = run.backend.timer
         """The timer of the firmware's callback."""
         self._i2c = {name: I2CMaster(bus, run.until_ps) for name, bus in i2c.items()}
@@ -355,7 +355,7 @@ class Board:
             return _NoFirmware(self.clock, idle)
         cpu = PythonCpu(self.clock)
         i2c = signals.i2c[choice.profile.bus]
-        hal = Hal(self.clock, self.trace, cpu, i2c, signals.uart, self.gpio, timer)
+        hal = VirtualHal(self.clock, self.trace, cpu, i2c, signals.uart, self.gpio, timer)
         self._end_firmware = weakref.finalize(self, cpu.close)
         return PythonFirmware(choice.factory(hal), cpu, hal)
 
@@ -381,7 +381,7 @@ class _NoFirmware:
         return False
 
 
-class _Run:
+class _RunState:
     """The one way to let time pass on a board, until it is closed."""
 
     def __init__(self, backend: Backend) -> None:

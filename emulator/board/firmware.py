@@ -25,13 +25,13 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 from fcu_emulator.emulator.boards.description import BoardDescription, Profile
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.python_cpu.cpu import PythonCpu
-from fcu_emulator.emulator.python_cpu.hal import Application, Hal
+from fcu_emulator.emulator.python_cpu.hal import HostedApplication, VirtualHal
 from fcu_emulator.emulator.time.ticks import TickCounts
 
 if TYPE_CHECKING:
     from fcu_emulator.emulator.chip.image import FirmwareImage, Symbols
 
-FirmwareFactory: TypeAlias = Callable[[Hal], Application]
+FirmwareFactory: TypeAlias = Callable[[VirtualHal], HostedApplication]
 Settings: TypeAlias = Mapping[str, Any]
 
 _SETTINGS_IGNORED = "the scenario's [firmware_settings] are for firmware in Python and not used here"
@@ -193,7 +193,7 @@ class Backend(Protocol):
 class PythonFirmware:
     """Firmware written in Python, on the HAL."""
 
-    def __init__(self, application: Application, cpu: PythonCpu, hal: Hal) -> None:
+    def __init__(self, application: HostedApplication, cpu: PythonCpu, hal: VirtualHal) -> None:
         self._application = application
         self._cpu = cpu
         self.timer: TickCounts = hal.timer

@@ -114,7 +114,7 @@ class I2CFault:
         return self.from_ps <= now_ps < self.until_ps and self.address in (None, address)
 
 
-class _Kept:
+class _CachedRead:
     """What a master has read from a part, for as long as it lasts.
 
     ``last_burst``: sub-address and length of the read; ``seen``: the part's version it belongs to;
@@ -161,7 +161,7 @@ class I2CBus:
         self._clock = clock
         self._trace = trace
         self._targets: dict[int, I2CTarget] = {}
-        self._kept: dict[tuple[int, int, int], _Kept] = {}
+        self._kept: dict[tuple[int, int, int], _CachedRead] = {}
         self._faults: list[I2CFault] = []
         self.has_faults = False
         self.when_changed: list[Callable[[], None]] = []
@@ -260,13 +260,13 @@ class I2CBus:
             )
         return kept.data
 
-    def _keep(self, address: int, subaddress: int, count: int) -> _Kept | None:
+    def _keep(self, address: int, subaddress: int, count: int) -> _CachedRead | None:
         """A place for what such a read gives; None while faults are in force, or for other targets."""
         target = self._targets.get(address)
         if self.has_faults or not isinstance(target, SubaddressTarget) or count > _SHORT:
             return None
         # start, address, sub-address, repeated start, address, data, stop: 30 periods and 9 a byte
-        kept = _Kept(target, subaddress, count, self.duration_ps(30 + _BYTE_BITS * count))
+        kept = _CachedRead(target, subaddress, count, self.duration_ps(30 + _BYTE_BITS * count))
         self._kept[address, subaddress, count] = kept
         return kept
 

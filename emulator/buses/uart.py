@@ -34,7 +34,7 @@ def divider(kernel_clock_hz: int, baud: int) -> int:
     return (kernel_clock_hz + baud // 2) // baud
 
 
-class _Run:
+class _ByteRun:
     """Frames on the wire without a gap. Each one's time is computed from the first one's, so none drifts."""
 
     __slots__ = ("connected", "done", "frame_ps", "start_ps", "waiting")
@@ -118,7 +118,7 @@ class Uart:
         self._frame_ps = Fraction(_FRAME_BITS * self.brr * PS_PER_S, kernel_clock_hz)
         self.txe_ps = 0  # when the data register is next empty
         self.idle_ps = 0  # when the line is next idle (TC)
-        self._run = _Run(0, self._frame_ps)
+        self._run = _ByteRun(0, self._frame_ps)
         self._on_wire = deque((self._run,))  # runs with frames not yet complete; the latest one stays
         self._text = bytearray()
         self.dropped = 0
@@ -187,10 +187,10 @@ class Uart:
         kept = len(self.received())  # which may drop some
         return self.dropped + kept
 
-    def _open_run(self) -> _Run:
+    def _open_run(self) -> _ByteRun:
         """The run that the next frame belongs to: another one after a gap."""
         if self._clock.now_ps > self.idle_ps:
-            self._run = _Run(self._clock.now_ps, self._frame_ps)
+            self._run = _ByteRun(self._clock.now_ps, self._frame_ps)
             self._on_wire.append(self._run)
         return self._run
 
@@ -207,7 +207,7 @@ class Uart:
 
     def open_run(self, start_ps: int, frame_ps: Fraction, *, connected: bool) -> None:
         """The chip's next frames follow one another from ``start_ps`` on."""
-        self._run = _Run(start_ps, frame_ps, connected)
+        self._run = _ByteRun(start_ps, frame_ps, connected)
         self._on_wire.append(self._run)
 
     def carry(self, data: bytes, *, detailed: bool) -> None:

@@ -27,7 +27,7 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Final
 
 from fcu_emulator.emulator.chip.cpu.bare_core import BareCore, Stop
-from fcu_emulator.emulator.chip.cpu.core_registers import EVERYTHING, Registers
+from fcu_emulator.emulator.chip.cpu.core_registers import EVERYTHING, CoreRegisters
 from fcu_emulator.emulator.chip.image.c_types import Array, Boolean, CType, CValue, Integer, Structure
 from fcu_emulator.emulator.chip.image.c_values import alignment, floats_of, load_into, store
 from fcu_emulator.emulator.chip.memory_map import RAM, RAM_SIZE
@@ -197,9 +197,9 @@ class Scratch:
         self._core = core
         self._image = image
         self._copy = copy = BareCore()
-        self._everything = Registers(copy, EVERYTHING)
-        self._of_core = Registers(core, EVERYTHING)
-        self._set = Registers(copy, _SET)
+        self._everything = CoreRegisters(copy, EVERYTHING)
+        self._of_core = CoreRegisters(core, EVERYTHING)
+        self._set = CoreRegisters(copy, _SET)
         self._flash_version = -1
         copy.read_python, copy.write_python = self._register_read, self._register_written
 
@@ -336,7 +336,7 @@ class Caller:
             raise InputError(
                 f"{name}() reaches a peripheral, and a debugger holds the chip; let it go on first"
             )
-        everything, pc, chosen = Registers(core, EVERYTHING), core.pc, Registers(core, _SET)
+        everything, pc, chosen = CoreRegisters(core, EVERYTHING), core.pc, CoreRegisters(core, _SET)
         saved = tuple(everything.read())
         sp, xpsr = core.register(13), core.register(16)
         frame = Frame(signature, arguments, sp, self._image.hard_float)

@@ -16,8 +16,8 @@ from fcu_emulator.emulator.chip.cpu.core_registers import (
     CORE,
     FLOATING_POINT,
     MASKS,
+    CoreRegisters,
     RegisterCalls,
-    Registers,
 )
 from fcu_emulator.emulator.chip.memory_map import (
     ADDRESSES,
@@ -83,7 +83,7 @@ class ClocksTable(ctypes.Structure):
     )
 
 
-class Status(ctypes.Structure):
+class ChipStatus(ctypes.Structure):
     """struct Status of fcu.h."""
 
     now_ps: int
@@ -147,7 +147,7 @@ _FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {
     "fcu_met_breakpoint_instruction": (_i32, _pointer),
     "fcu_set_breakpoint": (None, _pointer, _u32, _i32),
     "fcu_watch_memory": (None, _pointer, _i32, _u32, _u32),
-    "fcu_status": (None, _pointer, ctypes.POINTER(Status)),
+    "fcu_status": (None, _pointer, ctypes.POINTER(ChipStatus)),
     "fcu_costliest": (None, _pointer, ctypes.POINTER(Costliest)),
     "fcu_priority": (_i32, _pointer, _i32),
     "fcu_priority_group": (_i32, _pointer, _i32),
@@ -276,8 +276,8 @@ class FcuChip:
             *((RAM, self.ram), (FLASH, self.flash)),
             *((0, self.flash), (SYSTEM_MEMORY, self.system_memory)),
         )
-        self._core_registers = Registers(self, CORE)
-        self._pc = Registers(self, ("pc",))
+        self._core_registers = CoreRegisters(self, CORE)
+        self._pc = CoreRegisters(self, ("pc",))
         self.targets = Targets(self)
         """Sensors' bytes that C keeps."""
         self._unreported = self.targets.unreported
@@ -329,7 +329,7 @@ class FcuChip:
         self.library.fcu_forget_code(self.handle)
 
     def register_calls(self, names: tuple[str, ...]) -> RegisterCalls:
-        """For :class:`Registers`."""
+        """For :class:`CoreRegisters`."""
         count = len(names)
         numbers = (_i32 * count)(*(_REGISTER_NUMBERS[name] for name in names))
         values = (_u32 * count)()

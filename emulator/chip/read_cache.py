@@ -61,7 +61,7 @@ class KeepingTarget(Protocol):
         ...
 
 
-class ChipInC(Protocol):
+class CachingChip(Protocol):
     """What is needed of the chip: :class:`fcu_emulator.emulator.chip.library.FcuChip`."""
 
     clock: Clock
@@ -81,7 +81,7 @@ class ChipInC(Protocol):
 class Targets:
     """All of a chip's. ``unreported[0]`` is 0 unless a part has to hear of reads (:meth:`settle`)."""
 
-    def __init__(self, chip: ChipInC) -> None:
+    def __init__(self, chip: CachingChip) -> None:
         self._chip = chip
         self._targets: list[KeepingTarget] = []
         (_, prefetch), (_, settle) = TargetTable._fields_

@@ -9,15 +9,15 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-from fcu_emulator.emulator.grading.verdict import Cause, CheckResult
+from fcu_emulator.emulator.grading.verdict import CheckResult, DiagnosedCause
 
 _LED = re.compile(r"\bLED\d*\b")
 
 
-def relevant_causes(causes: Iterable[Cause], failed: Iterable[CheckResult]) -> list[Cause]:
+def relevant_causes(causes: Iterable[DiagnosedCause], failed: Iterable[CheckResult]) -> list[DiagnosedCause]:
     """Return the causes that can explain the failed checks, each once, the fatal ones first."""
     about = {led for check in failed for led in _leds(f"{check.title} {check.expected} {check.actual}")}
-    found: dict[str, Cause] = {}
+    found: dict[str, DiagnosedCause] = {}
     for cause in causes:
         named = _leds(cause.summary)
         if cause.fatal or not named or named & about:

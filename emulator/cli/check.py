@@ -35,7 +35,7 @@ from fcu_emulator.emulator.files import write_atomically
 from fcu_emulator.emulator.grading.checks import Property
 from fcu_emulator.emulator.grading.judge import JudgeProgress, judge
 from fcu_emulator.emulator.grading.rubric import CheckTable, Rubric, load_rubric
-from fcu_emulator.emulator.grading.verdict import Cause, CheckResult, RunEvidence, Verdict
+from fcu_emulator.emulator.grading.verdict import CheckResult, DiagnosedCause, RunEvidence, Verdict
 from fcu_emulator.emulator.scenario.expectations import Expectation
 from fcu_emulator.emulator.system_words import command_line
 from fcu_emulator.emulator.text import visible
@@ -315,7 +315,7 @@ class _Screen:
             for cause in besides:
                 yield from _cause(cause)
 
-    def _causes(self, name: str) -> list[Cause]:
+    def _causes(self, name: str) -> list[DiagnosedCause]:
         """The diagnoses of the runs that an exercise has not passed, the fatal ones first."""
         causes = (cause for run in self._failed_runs(name) for cause in (*_stop(run), *run.causes))
         return relevant_causes(causes, self._not_passed(name))
@@ -458,15 +458,15 @@ def _check(check: CheckResult, hints: Sequence[str]) -> Iterator[str]:
             yield from _wrapped(f"{word}: {text}", "      ")
 
 
-def _cause(cause: Cause) -> Iterator[str]:
+def _cause(cause: DiagnosedCause) -> Iterator[str]:
     yield from _wrapped(visible(cause.summary), "  ")
     for sentence in cause.details[:_SENTENCES_SHOWN]:
         yield from _wrapped(visible(sentence.strip()), "      ")
 
 
-def _stop(run: RunEvidence) -> Iterator[Cause]:
+def _stop(run: RunEvidence) -> Iterator[DiagnosedCause]:
     if run.stopped:
-        yield Cause(kind="reset", summary=f"the program was stopped: it {run.stopped}", fatal=True)
+        yield DiagnosedCause(kind="reset", summary=f"the program was stopped: it {run.stopped}", fatal=True)
 
 
 def _wrapped(text: str, indent: str) -> list[str]:

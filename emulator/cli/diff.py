@@ -16,7 +16,7 @@ from fcu_emulator.emulator.analysis.compare import (
     largest_deviations,
     tolerances,
 )
-from fcu_emulator.emulator.analysis.observation import END, TERMINAL, Entry, Observation, observe
+from fcu_emulator.emulator.analysis.observation import END, TERMINAL, Observation, ObservedItem, observe
 from fcu_emulator.emulator.analysis.replay import replay
 from fcu_emulator.emulator.board.board import Board
 from fcu_emulator.emulator.board.firmware import python_firmware
@@ -151,10 +151,10 @@ def _numbers(observed: tuple[Observation, Observation]) -> Iterator[str]:
         )
 
 
-def _time(entry: Entry) -> str:
+def _time(entry: ObservedItem) -> str:
     return f"{entry.at_ps / PS_PER_S:>10.6f} s"
 
 
-def _shown(entry: Entry) -> str:
+def _shown(entry: ObservedItem) -> str:
     text = escaped(entry.text)
     return text if len(text) <= _LONGEST else text[:_LONGEST] + "..."

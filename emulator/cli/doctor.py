@@ -42,7 +42,7 @@ _SPEED_TEST_S = 2.0
 
 
 @dataclass(frozen=True)
-class Finding:
+class MachineCheck:
     """One line of the report; ``needed`` findings decide whether the board can run at all."""
 
     ok: bool
@@ -69,39 +69,39 @@ def examine() -> bool:
     return healthy
 
 
-def _python() -> Finding:
+def _python() -> MachineCheck:
     where = f"Python {platform.python_version()} on {platform.system()} {platform.machine()}"
-    return Finding(True, where, needed=True)
+    return MachineCheck(True, where, needed=True)
 
 
-def _package(name: str) -> Finding:
+def _package(name: str) -> MachineCheck:
     try:
         version = importlib.metadata.version(name)
         importlib.import_module("serial" if name == "pyserial" else name)
     except ImportError as error:
-        return Finding(False, f"{name}: {error}; pip install {name}", needed=True)
-    return Finding(True, f"{name} {version}", needed=True)
+        return MachineCheck(False, f"{name}: {error}; pip install {name}", needed=True)
+    return MachineCheck(True, f"{name} {version}", needed=True)
 
 
-def _optional_package(name: str, of: tuple[str, str]) -> Finding:
+def _optional_package(name: str, of: tuple[str, str]) -> MachineCheck:
     module, purpose = of
     try:
         importlib.import_module(module)
     except ImportError:
-        return Finding(False, f"{name}: optional, {purpose}: pip install {name}")
-    return Finding(True, f"{name} {importlib.metadata.version(name)}: {purpose}")
+        return MachineCheck(False, f"{name}: optional, {purpose}: pip install {name}")
+    return MachineCheck(True, f"{name} {importlib.metadata.version(name)}: {purpose}")
 
 
-def _library() -> Finding:
+def _library() -> MachineCheck:
     from fcu_emulator.emulator.chip.native import FOLDER, built_from, library_name, loader
 
     if wrong := loader.problem():
-        return Finding(False, wrong, needed=True)
+        return MachineCheck(False, wrong, needed=True)
     _, compiler, version = built_from(FOLDER / library_name())
-    return Finding(True, f"the chip's C library, built with {compiler} ({version})", needed=True)
+    return MachineCheck(True, f"the chip's C library, built with {compiler} ({version})", needed=True)
 
 
-def _boots(firmware: str) -> Finding:
+def _boots(firmware: str) -> MachineCheck:
     from fcu_emulator.emulator.board.board import Board
 
     started = time.perf_counter()
@@ -110,46 +110,50 @@ def _boots(firmware: str) -> Finding:
         board.terminal.expect(r"LAB3 Init\.\.\.\n", timeout_s=_SPEED_TEST_S)
         board.run_for(_SPEED_TEST_S)
     except (FcuError, ImportError) as error:
-        return Finding(False, f"the firmware {firmware} does not boot: {error}", needed=True)
+        return MachineCheck(False, f"the firmware {firmware} does not boot: {error}", needed=True)
     factor = board.now_s / (time.perf_counter() - started)
-    return Finding(True, f"the firmware {firmware} boots and runs at {factor:.1f} x real time", needed=True)
+    return MachineCheck(
+        True, f"the firmware {firmware} boots and runs at {factor:.1f} x real time", needed=True
+    )
 
 
-def _port() -> Finding:
+def _port() -> MachineCheck:
     from fcu_emulator.emulator.links import open_link
 
     try:
         link = open_link("port")
     except FcuError as error:
-        return Finding(False, f"serial port for terminal programs: {error}")
+        return MachineCheck(False, f"serial port for terminal programs: {error}")
     where = link.announce()[0].removeprefix("serial: ").partition(";")[0]
     link.close()
-    return Finding(True, f"serial port for terminal programs: fcu run --serial port: {where}")
+    return MachineCheck(True, f"serial port for terminal programs: fcu run --serial port: {where}")
 
 
-def _terminals() -> list[Finding]:
+def _terminals() -> list[MachineCheck]:
     here = str(Path(sys.executable).parent)
     path = os.pathsep.join((here, os.environ.get("PATH", "")))
     findings = []
     for command, name in _TERMINALS.items():
         if shutil.which(command, path=path):
-            findings.append(Finding(True, f"terminal program {name}"))
+            findings.append(MachineCheck(True, f"terminal program {name}"))
         else:
-            findings.append(Finding(False, f"terminal program {name}: optional; fcu terminal does as well"))
+            findings.append(
+                MachineCheck(False, f"terminal program {name}: optional; fcu terminal does as well")
+            )
     return findings
 
 
-def _build_tools() -> list[Finding]:
+def _build_tools() -> list[MachineCheck]:
     compiler = find_compiler()
     return [
-        Finding(True, f"the chip's compiler: {compiler}")
+        MachineCheck(True, f"the chip's compiler: {compiler}")
         if compiler
-        else Finding(
+        else MachineCheck(
             False, f"{COMPILER}: optional, the chip's compiler, for fcu build: {how_to_install(COMPILER)}"
         )
     ] + [
-        Finding(True, tool)
+        MachineCheck(True, tool)
         if shutil.which(tool)
-        else Finding(False, f"{tool}: optional, {purpose}: {how_to_install(tool)}")
+        else MachineCheck(False, f"{tool}: optional, {purpose}: {how_to_install(tool)}")
         for tool, purpose in _BUILD_TOOLS.items()
     ]

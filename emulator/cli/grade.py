@@ -39,13 +39,13 @@ from fcu_emulator.emulator.grading.submissions import Submission, find_submissio
 from fcu_emulator.emulator.grading.tasks import code_digest, use_temporary_folder
 from fcu_emulator.emulator.grading.verdict import ExerciseTitle
 from fcu_emulator.emulator.grading.workers import DaskWorkers, LocalWorkers
-from fcu_emulator.emulator.isolation import Limits
+from fcu_emulator.emulator.isolation import WorkerLimits
 from fcu_emulator.emulator.text import csv_text, one_line, visible
 
 if TYPE_CHECKING:
     from click._termui_impl import ProgressBar
 
-_OF_A_WORKER = Limits(memory_bytes=1 << 30, cpu_s=1800, file_bytes=256 << 20)
+_OF_A_WORKER = WorkerLimits(memory_bytes=1 << 30, cpu_s=1800, file_bytes=256 << 20)
 """LAB3's rubric takes some ten seconds of processor time and 150 MB."""
 _MOST_LISTED = 20
 _TENTHS = 10

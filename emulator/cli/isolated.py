@@ -9,10 +9,16 @@ import click
 
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
 from fcu_emulator.emulator.errors import InputError, NotJudgedError
-from fcu_emulator.emulator.isolation import Limits, limits_of_worker, not_limited, parse_limits, run_isolated
+from fcu_emulator.emulator.isolation import (
+    WorkerLimits,
+    limits_of_worker,
+    not_limited,
+    parse_limits,
+    run_isolated,
+)
 
 
-def limits_of_run(settings: Sequence[str], isolate: bool) -> tuple[Limits | None, tuple[str, ...]]:
+def limits_of_run(settings: Sequence[str], isolate: bool) -> tuple[WorkerLimits | None, tuple[str, ...]]:
     """What a worker is to be limited to, None if this process is to run the board; and the board's settings.
 
     Raises InputError for limits of a process without ``--isolate``.
@@ -22,22 +28,22 @@ def limits_of_run(settings: Sequence[str], isolate: bool) -> tuple[Limits | None
         named = next(setting for setting in settings if setting not in others)
         raise InputError(f"limit {named}: limits a process; give --isolate as well")
     start_worker = isolate and limits_of_worker() is None
-    return (limits or Limits()) if start_worker else None, others
+    return (limits or WorkerLimits()) if start_worker else None, others
 
 
-def limits_of_process(settings: Sequence[str], isolate: bool) -> Limits | None:
+def limits_of_process(settings: Sequence[str], isolate: bool) -> WorkerLimits | None:
     """The same for a command that leaves the board's own limits to others, such as a rubric.
 
     Raises InputError for one of these, too.
     """
     limits, others = limits_of_run(settings, isolate)
     if others:
-        known = ", ".join(field.name for field in fields(Limits))
+        known = ", ".join(field.name for field in fields(WorkerLimits))
         raise InputError(f"limit {others[0]}: here only a process has limits: {known}")
     return limits
 
 
-def in_worker(limits: Limits) -> ExitCode:
+def in_worker(limits: WorkerLimits) -> ExitCode:
     """Run this command again in a worker. Raises NotJudgedError if the worker dies."""
     arguments: Sequence[str] = click.get_current_context().obj
     ending = run_isolated("fcu_emulator", arguments, limits)

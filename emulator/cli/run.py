@@ -19,7 +19,7 @@ from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.cli.exit_codes import ExitCode, code_of, with_losses
 from fcu_emulator.emulator.cli.isolated import announcement as isolation_announcement
 from fcu_emulator.emulator.cli.options import RunOptions
-from fcu_emulator.emulator.cli.run_record import Record
+from fcu_emulator.emulator.cli.run_record import RunRecord
 from fcu_emulator.emulator.cli.run_report import Explainer, ProgressDisplay, summary
 from fcu_emulator.emulator.errors import FcuError, InputError, LinkError, OutputError
 from fcu_emulator.emulator.isolation import limits_of_worker
@@ -33,7 +33,7 @@ from fcu_emulator.emulator.trace import LARGEST_FILE
 if TYPE_CHECKING:
     from fcu_emulator.emulator.chip.firmware import Limits
     from fcu_emulator.emulator.chip.gdb.server import GdbServer
-    from fcu_emulator.emulator.links.running import Door
+    from fcu_emulator.emulator.links.running import ControlServer
     from fcu_emulator.emulator.scenario import Result
 
 
@@ -61,7 +61,7 @@ def run_board(options: RunOptions) -> ExitCode:
             board.trace.write_to(options.trace, limits.trace_bytes if limits else LARGEST_FILE)
             stack.callback(board.trace.close)
         views = _views(options, board, limits, stack)
-        record = Record(board, links, options.json, stack)
+        record = RunRecord(board, links, options.json, stack)
         say = record.hear if options.quiet else record.hear_and(to_stderr)
         for line in _announcement(options, board, speed, links, debugger):
             say(line)
@@ -167,14 +167,14 @@ def _open(spec: str, board: Board, say: Callable[[str], None], stack: ExitStack)
     return link
 
 
-def _door(board: Board, links: list[ByteLink], stack: ExitStack) -> Door | None:
+def _door(board: Board, links: list[ByteLink], stack: ExitStack) -> ControlServer | None:
     """How another fcu finds this board, which somebody watches; a run does without where it cannot be had."""
-    from fcu_emulator.emulator.links.running import Door
+    from fcu_emulator.emulator.links.running import ControlServer
     from fcu_emulator.emulator.live.moved import Moved
 
     serial = [link.address for link in links if isinstance(link, Addressed)]
     try:
-        door = Door(board.booted.name, serial, Moved(board).answer)
+        door = ControlServer(board.booted.name, serial, Moved(board).answer)
     except LinkError as error:
         to_stderr(f"no other fcu will find this board: {error}")
         return None
@@ -295,7 +295,7 @@ def judge_run(board: Board, runner: Runner) -> Judgement:
     return Judgement(ExitCode.PASSED if result.passed else ExitCode.FAILED, result)
 
 
-def _judge_and_say(board: Board, runner: Runner, record: Record) -> ExitCode:
+def _judge_and_say(board: Board, runner: Runner, record: RunRecord) -> ExitCode:
     """Judge a run and print its findings."""
     judgement = judge_run(board, runner)
     record.result, record.unchecked = judgement.result, judgement.unchecked

@@ -46,7 +46,7 @@ if TYPE_CHECKING:  # pydantic, which a plain run does without
 SCHEMA = 1
 
 
-class Record:
+class RunRecord:
     """What is said about one run of ``board``; goes to the file ``path`` if there is one.
 
     Raises LinkError if it cannot be opened.

@@ -14,11 +14,11 @@ from fcu_emulator.emulator.cli.run import interruptible, to_stderr
 from fcu_emulator.emulator.errors import InputError, LinkError
 from fcu_emulator.emulator.isolation import limits_of_worker
 from fcu_emulator.emulator.links import Addressed, ByteLink, open_link
-from fcu_emulator.emulator.links.running import Door
+from fcu_emulator.emulator.links.running import ControlServer
 from fcu_emulator.emulator.live.exercises import Exercises
 from fcu_emulator.emulator.live.listening import warning
 from fcu_emulator.emulator.live.server import PageServer
-from fcu_emulator.emulator.live.session import Session
+from fcu_emulator.emulator.live.session import LiveSession
 from fcu_emulator.emulator.live.setup import Setup
 from fcu_emulator.emulator.time.clock import PS_PER_S, parse_duration
 
@@ -48,7 +48,7 @@ def serve_board(options: WebOptions) -> ExitCode:
             links.append(open_link(spec, say=to_stderr))
             stack.callback(links[-1].close)
         exercises = _exercises(options.firmware)
-        session = Session(setup, server.publish, options.record, links=links, exercises=exercises)
+        session = LiveSession(setup, server.publish, options.record, links=links, exercises=exercises)
         session.end_s = _end_s(options.duration)
         server.controls = session
         booted = session.board.booted
@@ -90,11 +90,11 @@ def _exercises(firmware: str | None) -> Exercises | None:
         return None
 
 
-def _door(session: Session, links: list[ByteLink], stack: ExitStack) -> Door | None:
+def _door(session: LiveSession, links: list[ByteLink], stack: ExitStack) -> ControlServer | None:
     """How another fcu finds this board; a session does without where it cannot be had."""
     serial = [link.address for link in links if isinstance(link, Addressed)]
     try:
-        door = Door(session.board.booted.name, serial, session.answer)
+        door = ControlServer(session.board.booted.name, serial, session.answer)
     except LinkError as error:
         to_stderr(f"no other fcu will find this board: {error}")
         return None

@@ -40,7 +40,7 @@ from typing import Any, Final, NamedTuple
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.errors import InputError, NotJudgedError
 from fcu_emulator.emulator.files import write_atomically
-from fcu_emulator.emulator.grading.submissions import Firmware, RejectedError, Source
+from fcu_emulator.emulator.grading.submissions import RejectedError, SubmittedFirmware, SubmittedSource
 from fcu_emulator.emulator.system_words import how_to_install_all
 from fcu_emulator.emulator.text import one_line, visible
 from fcu_emulator.firmware_model import arm
@@ -136,7 +136,7 @@ def _link_error(log: str) -> str:
 class Built:
     """A program from source. ``log``: warnings; empty for none."""
 
-    firmware: Firmware
+    firmware: SubmittedFirmware
     log: str
 
 
@@ -194,7 +194,7 @@ class Builder:
         """Remove what was only needed for building."""
         self._folder.cleanup()
 
-    def build(self, source: Source) -> Built:
+    def build(self, source: SubmittedSource) -> Built:
         """Return the program; a known source is not built again. Safe to call in several threads.
 
         Raises CompileError if the source is at fault, NotJudgedError or InputError if this machine is.
@@ -230,7 +230,7 @@ class Builder:
             data = (self._kept / f"{key}.elf").read_bytes()
         except (OSError, ValueError, KeyError, TypeError):
             return None
-        return Built(Firmware("lab3.elf", data), str(log))
+        return Built(SubmittedFirmware("lab3.elf", data), str(log))
 
     def _keep(self, key: str, built: Built) -> None:
         if self._kept is not None:
@@ -270,11 +270,11 @@ class Builder:
         with self._attempt(files) as made:
             elf = made.folder / "lab3.elf"
             if made.code == 0 and elf.is_file():
-                return Built(Firmware("lab3.elf", elf.read_bytes()), made.log)
+                return Built(SubmittedFirmware("lab3.elf", elf.read_bytes()), made.log)
             if not (final or made.stop):
                 return None
             log = "\n".join(filter(None, (made.log, made.stop))) or "error: the compiler gave no reason"
-            return Built(Firmware("lab3.elf", b""), log)
+            return Built(SubmittedFirmware("lab3.elf", b""), log)
 
     def _check_machine(self) -> None:
         """Compile the control program where there is room for the largest file. Raises NotJudgedError."""

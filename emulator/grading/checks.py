@@ -23,7 +23,7 @@ from fcu_emulator.emulator.chip.diagnosis.backtrace import Places
 from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis, Kind
 from fcu_emulator.emulator.chip.firmware import ArmFirmware
 from fcu_emulator.emulator.errors import FirmwareError, NotJudgedError
-from fcu_emulator.emulator.scenario.expectations import Miss, Seen
+from fcu_emulator.emulator.scenario.expectations import Miss, RunView
 from fcu_emulator.emulator.scenario.observed import escaped
 from fcu_emulator.emulator.scenario.schema import Kinds
 from fcu_emulator.emulator.scenario.tables import Duration, Length, Table
@@ -42,7 +42,7 @@ class Judged:
 
     firmware: str | Path | FirmwareFactory
     board: Board
-    seen: Seen
+    seen: RunView
     witness: Witness
     diagnoses: tuple[Diagnosis, ...]
     build_log: str | None

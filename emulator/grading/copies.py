@@ -19,7 +19,7 @@ from typing import Final
 from fcu_emulator.emulator.chip.image.image import parse_firmware
 from fcu_emulator.emulator.errors import FcuError
 from fcu_emulator.emulator.grading.results import Graded
-from fcu_emulator.emulator.grading.submissions import Firmware, Source
+from fcu_emulator.emulator.grading.submissions import SubmittedFirmware, SubmittedSource
 from fcu_emulator.firmware_model import arm
 
 _CONTINUED = re.compile(rb"\\\r?\n")
@@ -36,7 +36,7 @@ _OF_SOLUTION: Final = arm.sources() / "prebuilt" / "solution-source.sha256"
 """A digest of the solution's source, which a wheel does not contain; a test keeps it current."""
 
 
-def program_digest(firmware: Firmware) -> str:
+def program_digest(firmware: SubmittedFirmware) -> str:
     """Return a digest of the bytes that are loaded; "" for a file that is no firmware."""
     try:
         image = parse_firmware(firmware.data, firmware.name)
@@ -48,7 +48,7 @@ def program_digest(firmware: Firmware) -> str:
     return digest.hexdigest()
 
 
-def source_digest(source: Source) -> str:
+def source_digest(source: SubmittedSource) -> str:
     """Return a digest of the C tokens of all files, without comments and layout."""
     forms = sorted(filter(None, map(_normal_form, source.files.values())))
     return hashlib.sha256(b"\0".join(forms)).hexdigest()
@@ -66,9 +66,9 @@ def shipped_digests() -> Mapping[str, str]:
     for program in arm.PROGRAMS:
         for bus in arm.BUSES:
             file = arm.prebuilt(program, bus)
-            found[program_digest(Firmware(file.name, file.read_bytes()))] = program
+            found[program_digest(SubmittedFirmware(file.name, file.read_bytes()))] = program
     template = arm.sources() / "template" / "main.c"
-    found[source_digest(Source({"main.c": template.read_bytes()}))] = "template"
+    found[source_digest(SubmittedSource({"main.c": template.read_bytes()}))] = "template"
     found[_OF_SOLUTION.read_text(encoding="ascii").strip()] = "solution"
     return found
 

@@ -22,10 +22,10 @@ from fcu_emulator.emulator.grading.results import Graded, Status, report_name
 from fcu_emulator.emulator.grading.roster import Student
 from fcu_emulator.emulator.grading.rubric import Rubric
 from fcu_emulator.emulator.grading.store import Store
-from fcu_emulator.emulator.grading.submissions import Firmware, RejectedError, Submission, Take
+from fcu_emulator.emulator.grading.submissions import RejectedError, Submission, SubmittedFirmware, Take
 from fcu_emulator.emulator.grading.tasks import Task, code_digest, judge_task
 from fcu_emulator.emulator.grading.verdict import Verdict
-from fcu_emulator.emulator.isolation import Limits
+from fcu_emulator.emulator.isolation import WorkerLimits
 from fcu_emulator.emulator.text import one_line
 
 _MORE_THREADS = 2  # than tasks at a time: what is taken and built while the workers judge
@@ -51,7 +51,7 @@ class Grader:
     salt: bytes
     store: Store | None = None
     take: Take | None = None
-    limits: Limits | None = None
+    limits: WorkerLimits | None = None
     shown: Callable[[Student], Student] = lambda student: student
     _building: threading.Lock = field(default_factory=threading.Lock)
     _made: list[Builder] = field(default_factory=list)
@@ -114,7 +114,7 @@ class Grader:
         with TemporaryDirectory(prefix="fcu-", ignore_cleanup_errors=True) as scratch:
             content = submission.content(Path(scratch), self.take)
         log = None
-        if not isinstance(content, Firmware):
+        if not isinstance(content, SubmittedFirmware):
             digests["source_digest"] = source_digest(content)
             built = self._builder().build(content)
             content, log = built.firmware, built.log

@@ -26,8 +26,8 @@ from fcu_emulator.emulator.grading.rubric import CheckTable, ExerciseTable, Rubr
 from fcu_emulator.emulator.grading.verdict import (
     MOST_PRINTS,
     MOST_TERMINAL,
-    Cause,
     CheckResult,
+    DiagnosedCause,
     ExerciseTitle,
     Following,
     Outcome,
@@ -40,7 +40,7 @@ from fcu_emulator.emulator.scenario.expectations import (
     ExpectField,
     ExpectText,
     Miss,
-    Seen,
+    RunView,
     Windowed,
 )
 from fcu_emulator.emulator.scenario.following import ExpectLineFollows
@@ -98,7 +98,9 @@ def judge(
     results: dict[str, CheckResult] = {}
     evidence = []
     for name, looking in checks.items():
-        one = _Run(firmware, rubric, name, seed, [tables[check_id][1] for check_id in looking], build_log)
+        one = _JudgedRun(
+            firmware, rubric, name, seed, [tables[check_id][1] for check_id in looking], build_log
+        )
         before_s = done_s
 
         def told(now_s: float, name: str = name, before_s: float = before_s) -> None:
@@ -165,7 +167,7 @@ def firmware_digest(firmware: Program) -> str:
 
 
 @dataclass
-class _Run:
+class _JudgedRun:
     """One run of the board, for all checks that look at it."""
 
     firmware: Program
@@ -222,7 +224,7 @@ class _Run:
         except NotJudgedError as error:
             self.unjudged = str(error).splitlines()[0]
         self.diagnoses = explain(board, self.witness, after_failure=True)
-        self.seen: Seen = self.scenario.seen(board)
+        self.seen: RunView = self.scenario.seen(board)
         self.died_ps = self._died_ps()
         board.close()
 
@@ -343,7 +345,7 @@ class _Run:
             series=tuple(map(self._series, self.numbers.values())),
             following=self._following(),
             causes=tuple(
-                Cause(kind=one.kind, summary=one.summary, details=one.details, fatal=one.fatal)
+                DiagnosedCause(kind=one.kind, summary=one.summary, details=one.details, fatal=one.fatal)
                 for one in self._shown_diagnoses()
             ),
             ticks=timer.ticks,

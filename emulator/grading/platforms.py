@@ -58,7 +58,7 @@ _GRADESCOPE = re.compile(r"submission_(?P<id>\d+)", re.ASCII)
 
 
 @dataclass(frozen=True)
-class Entry:
+class HandedIn:
     """One file or folder that was handed in, or one that a platform lists and that is not there.
 
     ``ids`` and ``names``: what a roster may know the student by; the platform gives ids, a student may have
@@ -98,7 +98,7 @@ class Entry:
         return _LATE_MARK.sub("", name) if self.is_renamed else name
 
 
-def entries(folder: Path) -> list[Entry]:
+def entries(folder: Path) -> list[HandedIn]:
     """Return the entries of a class folder in alphabetical order. Raises InputError."""
     folder = _ilias_folder(folder)
     paths = _handed_in(folder)
@@ -107,7 +107,7 @@ def entries(folder: Path) -> list[Entry]:
     canvas = _canvas([path for path in paths if path not in blackboard])
     if ilias.entries:
         paths = [path for path in paths if not _is_table(path)]
-    found: list[Entry] = []
+    found: list[HandedIn] = []
     for path in paths:
         if path in ilias.teams:
             found += (ilias.entries[member] for member in ilias.teams[path])
@@ -152,24 +152,24 @@ def _is_of_a_system(path: Path) -> bool:
     return name in _OF_SYSTEMS or name.startswith(("._", "__macosx")) or (name[0] == "." and path.is_dir())
 
 
-def _by_name(path: Path) -> Entry:
+def _by_name(path: Path) -> HandedIn:
     """An entry of a folder that was collected by hand, or a folder of Gradescope without its table."""
     name = stem(path)
     if match := _GRADESCOPE.fullmatch(name):
-        return Entry(path, Student(match["id"]), ids=(match["id"],))
-    return Entry(path, Student(name))
+        return HandedIn(path, Student(match["id"]), ids=(match["id"],))
+    return HandedIn(path, Student(name))
 
 
-def _moodle(path: Path) -> Entry | None:
+def _moodle(path: Path) -> HandedIn | None:
     name = stem(path)
     heads = _MOODLE.findall(path.name)
     if len(heads) + (bool(heads) and _CANVAS.fullmatch(path.name) is not None) > 1:
         problem = f"the name {one_line(path.name)!r} has two ids in it; download the submissions again"
-        return Entry(path, Student(name), problem=problem)
+        return HandedIn(path, Student(name), problem=problem)
     if not (match := _MOODLE.match(name)):
         return None
     own = _MOODLES_FILE.fullmatch(path.name) if not path.is_dir() else None
-    return Entry(
+    return HandedIn(
         path,
         Student(match["id"], match["name"]),
         ids=(match["id"],),
@@ -179,7 +179,7 @@ def _moodle(path: Path) -> Entry | None:
     )
 
 
-def _canvas(paths: Sequence[Path]) -> dict[Path, Entry]:
+def _canvas(paths: Sequence[Path]) -> dict[Path, HandedIn]:
     """Entries of Canvas: each id has one name, and each file a number that no other file has."""
     matches = {path: match for path in paths if (match := _CANVAS.fullmatch(path.name)) and not path.is_dir()}
     names: dict[str, set[str]] = {}
@@ -187,7 +187,7 @@ def _canvas(paths: Sequence[Path]) -> dict[Path, Entry]:
         names.setdefault(match["id"], set()).add(match["name"].casefold())
     files = Counter(match["file_id"] for match in matches.values() if match["file_id"] != "_")
     return {
-        path: Entry(
+        path: HandedIn(
             path,
             Student(match["id"], match["name"]),
             ids=(match["id"],),
@@ -201,7 +201,7 @@ def _canvas(paths: Sequence[Path]) -> dict[Path, Entry]:
     }
 
 
-def _blackboard(paths: Sequence[Path]) -> dict[Path, Entry]:
+def _blackboard(paths: Sequence[Path]) -> dict[Path, HandedIn]:
     """Entries of Blackboard. The login begins after the assignment's name, which all names begin with."""
     found = {path: list(_ATTEMPT.finditer(path.name)) for path in paths if not path.is_dir()}
     found = {path: matches for path, matches in found.items() if matches}
@@ -213,11 +213,11 @@ def _blackboard(paths: Sequence[Path]) -> dict[Path, Entry]:
             problem = (
                 f"the name {one_line(path.name)!r} has two attempts in it; download the submissions again"
             )
-            entries[path] = Entry(path, Student(path.stem), problem=problem)
+            entries[path] = HandedIn(path, Student(path.stem), problem=problem)
             continue
         match, rest = sure[path], path.name[sure[path].end() :]
         who = logins[path.name[: match.start()]]
-        entries[path] = Entry(
+        entries[path] = HandedIn(
             path,
             Student(who.logins[0], who.name),
             ids=who.logins,
@@ -279,7 +279,7 @@ def _beginning(path: Path) -> str:
 
 
 class _Ilias(NamedTuple):
-    entries: dict[Path, Entry]
+    entries: dict[Path, HandedIn]
     teams: dict[Path, list[Path]]
     """The members' folders in the folder of each team."""
 
@@ -301,12 +301,12 @@ def _ilias(paths: Sequence[Path]) -> _Ilias:
     return _Ilias({path: _iliass_entry(path, match) for path, match in matches.items()}, teams)
 
 
-def _iliass_entry(path: Path, match: re.Match[str]) -> Entry:
+def _iliass_entry(path: Path, match: re.Match[str]) -> HandedIn:
     """``Last_First_login_id``. Names and logins may have underscores: each way to read them is tried."""
     words = match["rest"].split("_")
     first = " ".join(words[: max(1, len(words) - 1)])
     logins = tuple("_".join(words[number:]) for number in range(1, len(words)))
-    return Entry(
+    return HandedIn(
         path,
         Student(match["id"], f"{first} {match['last']}"),
         ids=(match["id"], *logins),
@@ -346,13 +346,13 @@ def _is_table(path: Path) -> bool:
 # -- Gradescope's table -------------------------------------------------------------------------------------
 
 
-def _gradescope_submitters(folder: Path) -> dict[str, list[Entry]]:
+def _gradescope_submitters(folder: Path) -> dict[str, list[HandedIn]]:
     """Return the students by the names of their folders, all of a team; nothing if there is no table."""
     file = folder / _METADATA
     if not file.is_file():
         return {}
     table = _yaml(file)
-    found: dict[str, list[Entry]] = {}
+    found: dict[str, list[HandedIn]] = {}
     for name, entry in table.items() if isinstance(table, dict) else ():
         submitters = entry.get(":submitters") if isinstance(entry, dict) else None
         listed = [one for one in submitters if isinstance(one, dict)] if isinstance(submitters, list) else []
@@ -360,7 +360,7 @@ def _gradescope_submitters(folder: Path) -> dict[str, list[Entry]]:
         board = min((student.id for student in students), default="")
         at = _time(str(entry.get(":created_at")) if isinstance(entry, dict) else "")
         found[str(name)] = [
-            Entry(
+            HandedIn(
                 folder / str(name),
                 student,
                 ids=tuple(filter(None, (student.id, student.email))),

@@ -26,7 +26,7 @@ Status: TypeAlias = Literal["judged", "partly", "unjudged", "rejected", "missing
 handed in is nothing that can be judged; nothing was handed in. Only the first has points that count."""
 
 
-class _Part(BaseModel):
+class _ResultModel(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
 
 
@@ -36,7 +36,7 @@ LATE_PENALTY = "late penalty"
 """What an override of the points that are lost for handing in late is of."""
 
 
-class Override(_Part):
+class Override(_ResultModel):
     """Points that the teacher gives: of a check, an exercise or everything (:data:`TOTAL`).
 
     Of :data:`LATE_PENALTY`, points that the teacher takes off.
@@ -47,7 +47,7 @@ class Override(_Part):
     comment: str = ""
 
 
-class Graded(_Part):
+class Graded(_ResultModel):
     """One student. ``verdict`` is None unless something was judged, and is kept here without evidence.
 
     ``reason``: why it is not judged, or not wholly. ``report``: the name of the student's files, without
@@ -157,7 +157,7 @@ class Graded(_Part):
         return visible(f"{self.name} ({self.id})" if self.name and self.name != self.id else self.id)
 
 
-class GradedClass(_Part):
+class GradedClass(_ResultModel):
     """``grade.json``."""
 
     schema_: Literal[1] = Field(default=1, alias="schema")

@@ -30,7 +30,7 @@ from fcu_emulator.emulator.errors import InputError, NotJudgedError
 from fcu_emulator.emulator.files import is_about_the_name
 from fcu_emulator.emulator.grading import platforms
 from fcu_emulator.emulator.grading.archives import CLASS, ArchiveError, unpack
-from fcu_emulator.emulator.grading.platforms import Entry
+from fcu_emulator.emulator.grading.platforms import HandedIn
 from fcu_emulator.emulator.grading.roster import Roster, Student
 from fcu_emulator.emulator.text import one_line
 
@@ -53,7 +53,7 @@ class RejectedError(InputError):
 
 
 @dataclass(frozen=True)
-class Firmware:
+class SubmittedFirmware:
     """A built program: the file's bytes, and what it is called."""
 
     name: str
@@ -61,7 +61,7 @@ class Firmware:
 
 
 @dataclass(frozen=True)
-class Source:
+class SubmittedSource:
     """A program to build: its C files and headers by name."""
 
     files: Mapping[str, bytes] = field(repr=False)
@@ -86,7 +86,7 @@ class Submission:
     """Whether the student is on the roster, or there is no roster."""
     problem: str = ""
     """Why it cannot be taken, known already from where it lies."""
-    entries: tuple[Entry, ...] = ()
+    entries: tuple[HandedIn, ...] = ()
     """All files and folders of the student, if there is more to know of them than ``path``."""
 
     @property
@@ -108,7 +108,7 @@ class Submission:
         return f"the last of {len(attempts)} attempts is judged" if len(attempts) > 1 else ""
 
     @property
-    def counted(self) -> list[Entry]:
+    def counted(self) -> list[HandedIn]:
         """The entries that are judged: of several attempts the last."""
         last = max((entry.attempt for entry in self.entries), default="")
         return [entry for entry in self.entries if entry.attempt == last and entry.is_there]
@@ -130,7 +130,7 @@ class Submission:
                     times.append(entry.handed_in or _newest(entry.path))
         return max(times, default=None)
 
-    def content(self, scratch: Path, take: Take | None = None) -> Firmware | Source:
+    def content(self, scratch: Path, take: Take | None = None) -> SubmittedFirmware | SubmittedSource:
         """Return the program in it; archives are unpacked into ``scratch``, an empty folder.
 
         ``take``: only source, or only firmware; None: what there is, source first. Raises RejectedError if
@@ -166,7 +166,7 @@ def _newest(path: Path) -> datetime:
 class _Resolved(NamedTuple):
     """An entry and its student. ``sure``: not found by a name alone, which a student may have chosen."""
 
-    entry: Entry
+    entry: HandedIn
     student: Student
     known: bool
     problem: str
@@ -228,7 +228,7 @@ def _class_folder(where: Path, scratch: Path) -> Path:
     return inside[0] if len(inside) == 1 and inside[0].is_dir() else scratch
 
 
-def _resolved(entry: Entry, roster: Roster | None) -> _Resolved:
+def _resolved(entry: HandedIn, roster: Roster | None) -> _Resolved:
     """Find the student of an entry: the teacher's word counts, then the platform's ids, then names."""
     unknown = Student(platforms.stem(entry.path))
     if entry.problem and entry.is_there:  # its name can be read in two ways
@@ -253,7 +253,7 @@ def _shown(student: Student) -> str:
     return one_line(f"{student.name} ({student.id})" if student.name else student.id, 60)
 
 
-def _gathered(handed_in: Sequence[Entry], folder: Path) -> Path:
+def _gathered(handed_in: Sequence[HandedIn], folder: Path) -> Path:
     """Copy the entries of one student into a folder, under the student's own names."""
     folder.mkdir(parents=True)
     left = _LARGEST
@@ -268,7 +268,7 @@ def _gathered(handed_in: Sequence[Entry], folder: Path) -> Path:
     return folder
 
 
-def _own_files(handed_in: Sequence[Entry]) -> Iterator[tuple[Path, str]]:
+def _own_files(handed_in: Sequence[HandedIn]) -> Iterator[tuple[Path, str]]:
     """Yield each ordinary file with the student's own name. Raises RejectedError for a link or a device."""
     for entry in handed_in:
         kind = entry.path.lstat().st_mode
@@ -284,7 +284,7 @@ def _own_files(handed_in: Sequence[Entry]) -> Iterator[tuple[Path, str]]:
 # -- what ---------------------------------------------------------------------------------------------------
 
 
-def _content(path: Path, scratch: Path, take: Take | None) -> Firmware | Source:
+def _content(path: Path, scratch: Path, take: Take | None) -> SubmittedFirmware | SubmittedSource:
     if path.is_symlink():
         raise RejectedError("is a link; hand in the file itself")
     if path.is_dir():
@@ -296,13 +296,13 @@ def _content(path: Path, scratch: Path, take: Take | None) -> Firmware | Source:
         unpack(path, scratch / "outer")
         return _choose(scratch / "outer", scratch / "inner", take)
     if suffix == ".c" and take != "firmware":
-        return Source({"main.c": _read(path, _LARGEST_SOURCE)})
+        return SubmittedSource({"main.c": _read(path, _LARGEST_SOURCE)})
     if suffix in _FIRMWARE and take != "source":
-        return Firmware(one_line(path.name), _read(path, _LARGEST))
+        return SubmittedFirmware(one_line(path.name), _read(path, _LARGEST))
     raise RejectedError(_nothing(take, [path]))
 
 
-def _choose(folder: Path, scratch: Path | None, take: Take | None) -> Firmware | Source:
+def _choose(folder: Path, scratch: Path | None, take: Take | None) -> SubmittedFirmware | SubmittedSource:
     """The one program in a folder. ``scratch``: where an archive in it may be unpacked; None: it may not."""
     files = list(_walk(folder))
     own = [path for path in files if not _MADE & set(path.relative_to(folder).parts[:-1])]
@@ -348,7 +348,7 @@ def _raise(error: OSError) -> None:
     raise error
 
 
-def _source(main: Path) -> Source:
+def _source(main: Path) -> SubmittedSource:
     """``main`` with the C files and headers beside it; ``main.c`` if make cannot take its name."""
     left = _LARGEST_SOURCE
     files = {}
@@ -366,10 +366,10 @@ def _source(main: Path) -> Source:
                 raise RejectedError(f"{one_line(path.name, 60)} is saved as UTF-16; save it as UTF-8")
             left -= len(data)
             files[path.name if path != main or path.suffix == ".c" else "main.c"] = data
-    return Source(files)
+    return SubmittedSource(files)
 
 
-def _firmware(images: list[Path], folder: Path) -> Firmware:
+def _firmware(images: list[Path], folder: Path) -> SubmittedFirmware:
     """The one program that ``images`` are: a build may have made several forms and copies of it."""
     kinds = {path.suffix.casefold() for path in images}
     preferred = next(suffix for suffix in _FIRMWARE if suffix in kinds)
@@ -378,7 +378,7 @@ def _firmware(images: list[Path], folder: Path) -> Firmware:
     if len(contents) > 1:
         raise RejectedError(_several("programs", of_kind, folder))
     ((data, path),) = contents.items()
-    return Firmware(one_line(path.name), data)
+    return SubmittedFirmware(one_line(path.name), data)
 
 
 def _read(path: Path, most: int) -> bytes:

@@ -14,7 +14,7 @@ from tempfile import TemporaryDirectory
 from fcu_emulator.emulator.errors import FirmwareFileError, InputError, NotJudgedError
 from fcu_emulator.emulator.grading.rubric import Rubric, load_rubric
 from fcu_emulator.emulator.grading.submissions import RejectedError
-from fcu_emulator.emulator.isolation import Limits
+from fcu_emulator.emulator.isolation import WorkerLimits
 
 _ROOT = Path(__file__).parents[2]
 _DECIDING = ("emulator", "sensors", "firmware_model", "scenarios")
@@ -38,7 +38,7 @@ class Task:
     seed: int
     code: str
     build_log: str | None = None
-    limits: Limits | None = None
+    limits: WorkerLimits | None = None
 
 
 def judge_task(task: Task) -> str:

@@ -19,7 +19,7 @@ from fcu_emulator.emulator.board.firmware import FirmwareFactory
 from fcu_emulator.emulator.grading.judge import judge
 from fcu_emulator.emulator.grading.rubric import Rubric
 from fcu_emulator.emulator.grading.verdict import Verdict
-from fcu_emulator.emulator.python_cpu.hal import Hal
+from fcu_emulator.emulator.python_cpu.hal import VirtualHal
 from fcu_emulator.emulator.scenario.expectations import (
     ExpectField,
     ExpectLine,
@@ -29,7 +29,7 @@ from fcu_emulator.emulator.scenario.expectations import (
 )
 from fcu_emulator.emulator.scenario.following import ExpectLineFollows
 from fcu_emulator.emulator.scenario.formats import printed_with_zeros
-from fcu_emulator.emulator.scenario.tables import Pattern, SearchPatience
+from fcu_emulator.emulator.scenario.tables import SearchPatience, TextPattern
 
 _EVERY_MS = 300
 _TRANSMIT_MS = 1_000
@@ -52,7 +52,7 @@ class Trial:
 class _Constant:
     """Firmware that switches the LEDs once and prints the same lines all the time."""
 
-    def __init__(self, hal: Hal, lines: Sequence[str], lit: bool) -> None:
+    def __init__(self, hal: VirtualHal, lines: Sequence[str], lit: bool) -> None:
         self._hal = hal
         self._lines = lines
         self._lit = lit
@@ -111,7 +111,7 @@ def _line(expectation: object) -> str:
     return ""
 
 
-def _matching(pattern: Pattern) -> str:
+def _matching(pattern: TextPattern) -> str:
     """A line in which a simple pattern is found, such as one of plain words and one number."""
     plain = re.sub(r"\(\?P<\w+>", "(", _ANCHORS.sub("", pattern.text))
     plain = re.sub(r"\((?:[^()]*\\d[^()]*|[^()]*\[0-9\][^()]*)\)", "0", plain)

@@ -21,13 +21,13 @@ Visibility: TypeAlias = Literal["always", "after_due_date", "never"]
 Detail: TypeAlias = Literal["full", "actual", "name", "none"]
 
 
-class _Part(BaseModel):
+class _VerdictModel(BaseModel):
     """Frozen, strict, and without unknown keys."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class CheckResult(_Part):
+class CheckResult(_VerdictModel):
     """One check of a rubric.
 
     ``check`` is unique in the rubric ("3.pitch"). ``expected`` and ``actual`` are sentences for people, empty
@@ -63,7 +63,7 @@ def requires_text(unmet: Iterable[str]) -> str:
     return f"no points without {', '.join(unmet)}, which this check requires"
 
 
-class Series(_Part):
+class Series(_VerdictModel):
     """A printed number against the truth. All lists have one entry for each print; None: no number.
 
     ``unit``: of ``printed`` and ``truth``. At most :data:`MOST_PRINTS`, evenly taken from all.
@@ -76,7 +76,7 @@ class Series(_Part):
     truth: tuple[float, ...]
 
 
-class Following(_Part):
+class Following(_VerdictModel):
     """A LED or a line that has to follow a condition: when that holds, and when it is lit or printed.
 
     Times in s, from and until; of a printed line both are its begin. At most :data:`MOST_PRINTS` of each.
@@ -88,7 +88,7 @@ class Following(_Part):
     shown: tuple[tuple[float, float], ...]
 
 
-class Cause(_Part):
+class DiagnosedCause(_VerdictModel):
     """What the diagnosis says: one line with function and source line where they are known, and sentences."""
 
     kind: str
@@ -97,7 +97,7 @@ class Cause(_Part):
     fatal: bool = False
 
 
-class RunEvidence(_Part):
+class RunEvidence(_VerdictModel):
     """What one run of the board showed; several exercises may be judged by it.
 
     ``terminal``: begin and end of what was printed, Latin-1 decoded, control characters as they came: whoever
@@ -114,7 +114,7 @@ class RunEvidence(_Part):
     terminal: str
     series: tuple[Series, ...] = ()
     following: tuple[Following, ...] = ()
-    causes: tuple[Cause, ...] = ()
+    causes: tuple[DiagnosedCause, ...] = ()
     ticks: int = 0
     ticks_late: int = 0
     ticks_lost: int = 0
@@ -123,7 +123,7 @@ class RunEvidence(_Part):
     replay: str = ""
 
 
-class ExerciseTitle(_Part):
+class ExerciseTitle(_VerdictModel):
     """An exercise of the rubric that was judged, in its order."""
 
     exercise: str
@@ -134,7 +134,7 @@ MOST_PRINTS = 200  # of a series
 MOST_TERMINAL = 8_000  # characters of a run's text: the first and the last ones
 
 
-class Verdict(_Part):
+class Verdict(_VerdictModel):
     """A program judged by a rubric."""
 
     schema_: Literal[1] = 1

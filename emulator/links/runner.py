@@ -75,7 +75,7 @@ class Progress:
     wall_s: float
 
 
-class Terminal(Protocol):
+class SerialEnd(Protocol):
     """The end of the serial line that links are tied to."""
 
     def since(self, position: int) -> tuple[bytes, int]:
@@ -98,7 +98,7 @@ class RunnableBoard(Protocol):
     clock: Clock
 
     @property
-    def terminal(self) -> Terminal:
+    def terminal(self) -> SerialEnd:
         """What its firmware prints, and a keyboard."""
         ...
 

@@ -93,7 +93,7 @@ class Conversation:
 # -- The board's side ---------------------------------------------------------------------------------------
 
 
-class Door:
+class ControlServer:
     """Lets other programs of this user speak to a board that runs; ``answer(message)`` answers each message.
 
     What is an error in a message is its answer, never an exception here. ``serial``: the board's ports.
@@ -103,7 +103,7 @@ class Door:
     def __init__(self, name: str, serial: Sequence[str], answer: Callable[[Message], dict[str, Any]]) -> None:
         folder = _folder()
         self._answer = answer
-        self._callers: list[_Caller] = []
+        self._callers: list[_Client] = []
         self._listener = listen(0, "fcu move")
         self._listener.setblocking(False)
         port: int = self._listener.getsockname()[1]
@@ -120,7 +120,7 @@ class Door:
         with suppress(OSError):
             while True:
                 connection, _ = self._listener.accept()
-                self._callers.append(_Caller(connection))
+                self._callers.append(_Client(connection))
                 if len(self._callers) > MOST_CALLERS:
                     self._make_room()
         for caller in list(self._callers):
@@ -149,7 +149,7 @@ class Door:
         self._listener.close()
 
 
-class _Caller:
+class _Client:
     """A connection to a door; before the token nothing is answered."""
 
     def __init__(self, connection: socket.socket) -> None:

@@ -11,11 +11,11 @@ from typing import Any
 from fcu_emulator.emulator.analysis.witness import Witness
 from fcu_emulator.emulator.board.board import Board
 from fcu_emulator.emulator.live import messages, pins, registers, transfers, view
-from fcu_emulator.emulator.live.messages import Event
+from fcu_emulator.emulator.live.messages import SessionEvent
 from fcu_emulator.emulator.live.past import Past
 from fcu_emulator.emulator.scenario.observed import FORMATS, TRUTH
 
-Publish = Callable[[Event, object | None], None]
+Publish = Callable[[SessionEvent, object | None], None]
 """``publish(event, client)``: to one client, or to all when ``client`` is None."""
 
 # Wall time, s:
@@ -65,7 +65,7 @@ class Broadcast:
         self._truth_s = 0.0
         self._findings: list[dict[str, Any]] = []
         self._verdicts = messages.Verdicts([], False)
-        self._registers: dict[str, messages.Registers] = {}
+        self._registers: dict[str, messages.RegistersEvent] = {}
         self._past = Past(run_number)
         self._faults_seen = 0
         self._next_failure_s = 0.0
@@ -81,7 +81,7 @@ class Broadcast:
 
     # -- what the session says of it ------------------------------------------------------------------------
 
-    def greet(self, client: object, hello: messages.Hello, status: messages.Status) -> None:
+    def greet(self, client: object, hello: messages.Hello, status: messages.StatusEvent) -> None:
         """Send a client everything that has been sent already."""
         self._publish(hello, client)
         self._publish(status, client)
@@ -210,12 +210,12 @@ class Broadcast:
                     self._past.add_printed(printed)
                     self._publish(printed, None)
 
-    def _printed(self, values: dict[str, float]) -> messages.Printed:
+    def _printed(self, values: dict[str, float]) -> messages.PrintedEvent:
         board = self._board
         finite = {name: value for name, value in values.items() if math.isfinite(value)}
         now = view.instant(board)
         truth = {name: round(float(TRUTH[name](board.world, now)[0]), 4) for name in finite}
-        return messages.Printed(board.now_s, finite, truth)
+        return messages.PrintedEvent(board.now_s, finite, truth)
 
     def _show_slowly(self) -> None:
         board, watches = self._board, self._clients.values()
@@ -224,12 +224,12 @@ class Broadcast:
                 if not registers.known(board, name):
                     continue
                 self._publish(messages.Declared(registers.declaration(board, name)), None)
-            shown = messages.Registers(name, registers.values(board, name), registers.note(board, name))
+            shown = messages.RegistersEvent(name, registers.values(board, name), registers.note(board, name))
             if shown != self._registers.get(name):
                 self._registers[name] = shown
                 self._publish(shown, None)
         if any(watch.bus for watch in watches):
-            self._publish(messages.Bus(transfers.transfers(board, self._transfers.latest())), None)
+            self._publish(messages.BusMessage(transfers.transfers(board, self._transfers.latest())), None)
         if any(watch.pins for watch in watches):
             self._publish(messages.Pins(pins.pins(board)), None)
 

@@ -46,12 +46,12 @@ class MessageError(InputError):
 
 
 @dataclass(frozen=True)
-class Command:
+class PageCommand:
     """What a page asks for. Raises MessageError for values that no session could use."""
 
 
 @dataclass(frozen=True)
-class Do(Command):
+class Do(PageCommand):
     """Do something to the board: a timeline entry without ``at``. ``id`` comes back in ``State.done``."""
 
     entry: dict[str, Any]
@@ -59,24 +59,24 @@ class Do(Command):
 
 
 @dataclass(frozen=True)
-class Run(Command):
+class Run(PageCommand):
     """Go on, at the speed set."""
 
 
 @dataclass(frozen=True)
-class Pause(Command):
+class Pause(PageCommand):
     """Stand still."""
 
 
 @dataclass(frozen=True)
-class Step(Command):
+class StepCommand(PageCommand):
     """Run to the next tick of the callback's timer, line of text, or for a second; then stand still."""
 
     of: Literal["tick", "line", "second"]
 
 
 @dataclass(frozen=True)
-class Speed(Command):
+class Speed(PageCommand):
     """Virtual over wall time, 0.01 to 10; null: as fast as possible."""
 
     factor: float | None
@@ -87,19 +87,19 @@ class Speed(Command):
 
 
 @dataclass(frozen=True)
-class Reset(Command):
+class Reset(PageCommand):
     """Begin again at power-on. The board stays where the hand holds it, unless it plays a scenario."""
 
 
 @dataclass(frozen=True)
-class Firmware(Command):
+class FirmwareCommand(PageCommand):
     """Begin again with a shipped firmware, by its name."""
 
     name: str
 
 
 @dataclass(frozen=True)
-class Upload(Command):
+class Upload(PageCommand):
     """Begin again with a firmware file: its name (which says the kind) and its bytes in base64."""
 
     name: str
@@ -121,14 +121,14 @@ class Upload(Command):
 
 
 @dataclass(frozen=True)
-class Play(Command):
+class Play(PageCommand):
     """Begin again with a shipped scenario, by its name; null: without one."""
 
     scenario: str | None
 
 
 @dataclass(frozen=True)
-class Watch(Command):
+class Watch(PageCommand):
     """Show these: global variables by name (``pitch``, ``acc.AXIS_X``), the registers of a sensor or of a
     block of the chip by its name, the bus, the pins.
     """
@@ -144,12 +144,12 @@ class Watch(Command):
 
 
 @dataclass(frozen=True)
-class Record(Command):
+class RecordCommand(PageCommand):
     """Give the session since power-on as a scenario."""
 
 
 @dataclass(frozen=True)
-class Check(Command):
+class CheckCommand(PageCommand):
     """Judge the loaded firmware by an exercise of the lab, beside the session; :class:`Checked` answers."""
 
     exercise: str
@@ -159,12 +159,12 @@ class Check(Command):
 
 
 @dataclass(frozen=True)
-class Event:
+class SessionEvent:
     """What a session says."""
 
 
 @dataclass(frozen=True)
-class Hello(Event):
+class Hello(SessionEvent):
     """The first message: what does not change. ``parts``: the sensors' names; ``outputs``: what they measure,
     see :func:`fcu_emulator.emulator.live.transfers.outputs`.
     """
@@ -181,11 +181,11 @@ class Hello(Event):
     gestures: list[dict[str, Any]]
     """Motions for buttons, see :func:`fcu_emulator.emulator.live.gestures.buttons`."""
     exercises: list[dict[str, Any]]
-    """Exercises that :class:`Check` takes, see :class:`fcu_emulator.emulator.live.exercises.Exercises`."""
+    """Exercises that :class:`CheckCommand` takes, see :class:`fcu_emulator.emulator.live.exercises.Exercises`."""
 
 
 @dataclass(frozen=True)
-class Status(Event):
+class StatusEvent(SessionEvent):
     """What the board is: comes at the beginning, and whenever something of it changes.
 
     ``run``: counts power-ons. ``state`` is ``running``, ``paused``, ``failed``, where ``problem``
@@ -211,7 +211,7 @@ class Status(Event):
 
 
 @dataclass(frozen=True)
-class State(Event):
+class State(SessionEvent):
     """Where the board is now, 50 times a second: of several that wait, the latest will do.
 
     ``truth``: see :func:`fcu_emulator.emulator.live.view.truth`. ``samples``: what the firmware has read last, by the ids
@@ -231,7 +231,7 @@ class State(Event):
 
 
 @dataclass(frozen=True)
-class Text(Event):
+class Text(SessionEvent):
     """Bytes of the terminal, those before ``position`` having come already or been lost."""
 
     run: int
@@ -240,7 +240,7 @@ class Text(Event):
 
 
 @dataclass(frozen=True)
-class Printed(Event):
+class PrintedEvent(SessionEvent):
     """Numbers of a line in the lab's format, by field, with the truth of that moment."""
 
     t_s: float
@@ -249,9 +249,9 @@ class Printed(Event):
 
 
 @dataclass(frozen=True)
-class Past(Event):
+class PastEvent(SessionEvent):
     """States and printed numbers of the run until now, for a client that comes later: fields of
-    :class:`State` and :class:`Printed` that are plotted, see :mod:`fcu_emulator.emulator.live.past`.
+    :class:`State` and :class:`PrintedEvent` that are plotted, see :mod:`fcu_emulator.emulator.live.past`.
     """
 
     run: int
@@ -260,14 +260,14 @@ class Past(Event):
 
 
 @dataclass(frozen=True)
-class Unknown(Event):
+class Unknown(SessionEvent):
     """Names of a :class:`Watch` that are not watched: no such variable, or one without numbers."""
 
     variables: list[str]
 
 
 @dataclass(frozen=True)
-class Checked(Event):
+class Checked(SessionEvent):
     """An exercise's judgement: ``state`` is ``checking``, ``done``, ``begun``, ``not yet``, ``unjudged`` (a
     check that gives points could not be judged) or ``error``, where ``problem`` says why.
 
@@ -287,14 +287,14 @@ class Checked(Event):
 
 
 @dataclass(frozen=True)
-class Declared(Event):
+class Declared(SessionEvent):
     """The registers of a sensor (its main bank) or of a block, see ``registers.declaration``."""
 
     part: dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Registers(Event):
+class RegistersEvent(SessionEvent):
     """The registers of a sensor or of a block by name, in hexadecimal; ``note``: what is to be known."""
 
     part: str
@@ -303,21 +303,21 @@ class Registers(Event):
 
 
 @dataclass(frozen=True)
-class Pins(Event):
+class Pins(SessionEvent):
     """The pins and their levels, see :func:`fcu_emulator.emulator.live.pins.pins`."""
 
     pins: list[dict[str, Any]]
 
 
 @dataclass(frozen=True)
-class Bus(Event):
+class BusMessage(SessionEvent):
     """The latest transfers, decoded: time, device, register, direction, bytes, meaning, result."""
 
     transfers: list[dict[str, Any]]
 
 
 @dataclass(frozen=True)
-class Verdicts(Event):
+class Verdicts(SessionEvent):
     """A scenario's expectations as they stand."""
 
     verdicts: list[dict[str, str]]
@@ -325,21 +325,21 @@ class Verdicts(Event):
 
 
 @dataclass(frozen=True)
-class Findings(Event):
+class Findings(SessionEvent):
     """What is seen to be wrong with the firmware, the worst first: summary and details."""
 
     findings: list[dict[str, Any]]
 
 
 @dataclass(frozen=True)
-class Recorded(Event):
+class Recorded(SessionEvent):
     """The session as a scenario."""
 
     text: str
 
 
 @dataclass(frozen=True)
-class Notice(Event):
+class Notice(SessionEvent):
     """A line for the user; ``kind`` is ``error`` or ``info``. Control characters become escapes."""
 
     kind: str
@@ -352,13 +352,13 @@ class Notice(Event):
 # -- As JSON ------------------------------------------------------------------------------------------------
 
 
-def encode(event: Event) -> str:
+def encode(event: SessionEvent) -> str:
     """An event as JSON."""
     fields = {one.name: getattr(event, one.name) for one in dataclasses.fields(event)}
     return json.dumps({"type": _snake(type(event)), **fields}, separators=(",", ":"))
 
 
-def decode(text: str) -> Command:
+def decode(text: str) -> PageCommand:
     """A command from JSON. Raises MessageError, of one line, for everything that is none."""
     is_long = len(text) > LONGEST_COMMAND
     if len(text) > LONGEST_UPLOAD or (is_long and _pieces(text) > _MOST_PIECES):
@@ -402,17 +402,17 @@ def _pieces(text: str) -> int:
 
 
 @cache
-def commands() -> dict[str, type[Command]]:
+def commands() -> dict[str, type[PageCommand]]:
     """All commands by the name of their type."""
-    return {_snake(kind): kind for kind in Command.__subclasses__()}
+    return {_snake(kind): kind for kind in PageCommand.__subclasses__()}
 
 
-def _own(kind: type[Command]) -> list[str]:
+def _own(kind: type[PageCommand]) -> list[str]:
     return [one.name for one in dataclasses.fields(kind)]
 
 
 def _snake(kind: type[object]) -> str:
-    return re.sub(r"(?<!^)(?=[A-Z])", "_", kind.__name__).lower()
+    return re.sub(r"(?<!^)(?=[A-Z])", "_", kind.__name__.removesuffix("Command")).lower()
 
 
 def _fits(value: Any, hint: Any) -> bool:

@@ -37,10 +37,10 @@ class Past:
         plotted = {"t_s": state.t_s, "truth": truth, "samples": state.samples, "variables": state.variables}
         self._states.append(plotted)
 
-    def add_printed(self, printed: messages.Printed) -> None:
+    def add_printed(self, printed: messages.PrintedEvent) -> None:
         """Keep the numbers of a printed line."""
         self._prints.append({"t_s": printed.t_s, "values": printed.values})
 
-    def message(self) -> messages.Past:
+    def message(self) -> messages.PastEvent:
         """Return everything that is kept, the oldest first."""
-        return messages.Past(self._run_number, list(self._states), list(self._prints))
+        return messages.PastEvent(self._run_number, list(self._states), list(self._prints))

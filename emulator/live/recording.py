@@ -13,7 +13,7 @@ from fcu_emulator.emulator.board.board import Board
 from fcu_emulator.emulator.errors import InputError, OutputError
 from fcu_emulator.emulator.files import write_atomically
 from fcu_emulator.emulator.scenario.schema import MOST_ENTRIES
-from fcu_emulator.emulator.scenario.timeline import Entry
+from fcu_emulator.emulator.scenario.timeline import TimelineAction
 from fcu_emulator.emulator.scenario.written import key_text, names_files, table_text, timeline
 from fcu_emulator.emulator.time.clock import PS_PER_MS, format_duration
 
@@ -33,7 +33,7 @@ class SessionRecording:
         self._ideal = ideal
         self._source = source
         self._cold = cold
-        self._entries: list[tuple[int, Entry]] = []
+        self._entries: list[tuple[int, TimelineAction]] = []
         self.world: dict[str, object] = {}
         """Keys of the scenario's [world] that were set at power-on."""
 
@@ -43,7 +43,7 @@ class SessionRecording:
         plan = self._board.scenario
         return MOST_ENTRIES - len(self._entries) - (len(plan.contents.timeline) if plan else 0)
 
-    def add(self, at_ps: int, entry: Entry) -> bool:
+    def add(self, at_ps: int, entry: TimelineAction) -> bool:
         """Keep an entry; False if there is no room."""
         if self.room <= 0:
             return False

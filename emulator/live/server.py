@@ -32,7 +32,7 @@ from fcu_emulator.emulator.errors import InputError, LinkError
 from fcu_emulator.emulator.links.limited_lines import LimitedLines
 from fcu_emulator.emulator.live import address as addresses
 from fcu_emulator.emulator.live import listening, messages
-from fcu_emulator.emulator.live.messages import Command, Event
+from fcu_emulator.emulator.live.messages import PageCommand, SessionEvent
 from fcu_emulator.emulator.live.outbox import Outbox
 from fcu_emulator.emulator.live.requests import Answer, Requests
 
@@ -48,18 +48,18 @@ _BURST = 50
 _MOST_PAGES = 32
 _LATEST = {
     messages.State: "state",
-    messages.Bus: "bus",
+    messages.BusMessage: "bus",
     messages.Pins: "pins",
     messages.Verdicts: "verdicts",
     messages.Findings: "findings",
-    messages.Status: "status",
+    messages.StatusEvent: "status",
 }
 
 
 class Controls(Protocol):
-    """Who carries out what pages ask for: :class:`fcu_emulator.emulator.live.session.Session` is one."""
+    """Who carries out what pages ask for: :class:`fcu_emulator.emulator.live.session.LiveSession` is one."""
 
-    def post(self, client: object, command: Command) -> bool:
+    def post(self, client: object, command: PageCommand) -> bool:
         """Hand over a command; False if too many wait already."""
         ...
 
@@ -123,12 +123,12 @@ class PageServer:
         """The first URL, with the token."""
         return self.address.page
 
-    def publish(self, event: Event, client: object | None = None) -> None:
+    def publish(self, event: SessionEvent, client: object | None = None) -> None:
         """Send an event to one page, or to all; from any thread, without waiting."""
         if not self._outboxes:
             return
         key = _LATEST.get(type(event), "")
-        if isinstance(event, messages.Registers):
+        if isinstance(event, messages.RegistersEvent):
             key = f"registers {event.part}"
         elif isinstance(event, messages.Text):
             key = "text"

@@ -32,19 +32,19 @@ from fcu_emulator.emulator.live import messages, registers, view
 from fcu_emulator.emulator.live.broadcast import Broadcast, Publish
 from fcu_emulator.emulator.live.exercises import Exercises
 from fcu_emulator.emulator.live.files import FileWatch, UploadedFile
-from fcu_emulator.emulator.live.messages import Command
+from fcu_emulator.emulator.live.messages import PageCommand
 from fcu_emulator.emulator.live.moved import answered
 from fcu_emulator.emulator.live.recording import SessionRecording
 from fcu_emulator.emulator.live.setup import Careful, Setup, as_it_is
 from fcu_emulator.emulator.scenario import scenario_names
 from fcu_emulator.emulator.scenario.scenario import perform_at
-from fcu_emulator.emulator.scenario.timeline import Entry
+from fcu_emulator.emulator.scenario.timeline import TimelineAction
 from fcu_emulator.emulator.scenario.written import parse_entry
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
 
 if TYPE_CHECKING:
     from fcu_emulator.emulator.chip.gdb.server import GdbServer
-    from fcu_emulator.emulator.links.running import Door
+    from fcu_emulator.emulator.links.running import ControlServer
 
 # Wall time, s:
 _SLICE_S = 0.02  # of a slice of the run; a command cuts it short
@@ -61,7 +61,7 @@ _MOST_WAITING = 1000  # commands
 _MOST_UPLOADS = 2  # of these, each with up to 11 MiB
 
 
-class Session:
+class LiveSession:
     """A board, its pace, and what is done with it. Raises FcuError when the first board cannot be built.
 
     ``record``: the file that gets the session as a scenario, at its end and at each power-on. ``links``:
@@ -87,7 +87,7 @@ class Session:
         exercises: Exercises | None = None,
     ) -> None:
         self._publish = publish
-        self.door: Door | None = None
+        self.door: ControlServer | None = None
         """Where other programs speak to the board; served here, closed by whoever has opened it."""
         self._debugger: GdbServer | None = None
         self._halted = False
@@ -97,7 +97,7 @@ class Session:
         self._links = links
         self._exercises = exercises
         self._checked: dict[str, messages.Checked] = {}
-        self._commands: deque[tuple[object, Command]] = deque()
+        self._commands: deque[tuple[object, PageCommand]] = deque()
         self._wake = threading.Event()
         self._clients: dict[object, messages.Watch] = {}
         self._uploaded: UploadedFile | None = None
@@ -113,7 +113,7 @@ class Session:
 
     # -- from other threads -----------------------------------------------------------------------------
 
-    def post(self, client: object, command: Command) -> bool:
+    def post(self, client: object, command: PageCommand) -> bool:
         """Hand over a command; False if too many wait already."""
         if len(self._commands) >= _MOST_WAITING:
             return False
@@ -352,7 +352,7 @@ class Session:
             client, command = self._commands.popleft()
             self._guard(partial(self._obey, client, command), client)
 
-    def _obey(self, client: object, command: Command) -> None:  # noqa: PLR0912 one case for each command
+    def _obey(self, client: object, command: PageCommand) -> None:  # noqa: PLR0912 one case for each command
         self._broadcast.changed = True
         match command:
             case messages.Do(entry=entry, id=number):
@@ -364,14 +364,14 @@ class Session:
             case messages.Pause():
                 if self.state == "running":
                     self._set_state("paused")
-            case messages.Step(of=of):
+            case messages.StepCommand(of=of):
                 self._step(of)
             case messages.Speed(factor=factor):
                 self.speed = factor
                 self._set_state(self.state)
             case messages.Reset():
                 self._again(self.setup, "reset")
-            case messages.Firmware(name=name):
+            case messages.FirmwareCommand(name=name):
                 if name not in self.board.description.firmware:
                     known = ", ".join(self.board.description.firmware)
                     raise InputError(f"unknown firmware {name[:40]!r}; known: {known}")
@@ -387,9 +387,9 @@ class Session:
                 self._again(replace(self.setup, scenario=scenario, firmware=firmware), "from the start")
             case messages.Watch():
                 self._watch(client, command)
-            case messages.Record():
+            case messages.RecordCommand():
                 self._publish(messages.Recorded(self.recording.text()), client)
-            case messages.Check(exercise=exercise):
+            case messages.CheckCommand(exercise=exercise):
                 self._check(exercise)
             case _Attach():
                 self._clients[client] = messages.Watch()
@@ -428,7 +428,7 @@ class Session:
         """What :attr:`door` answers, as :class:`fcu_emulator.emulator.live.moved.Moved` does. Raises InputError."""
         return answered(self.board, message, lambda table: self._perform(self._entry(table)))
 
-    def _entry(self, table: Mapping[str, Any]) -> Entry:
+    def _entry(self, table: Mapping[str, Any]) -> TimelineAction:
         return parse_entry(table, self.board.description)
 
     def _refuse_if_it_stands(self) -> None:
@@ -437,7 +437,7 @@ class Session:
         if self._halted:
             raise InputError("gdb holds the board; let it go on there (continue), or end gdb")
 
-    def _perform(self, entry: Entry) -> None:
+    def _perform(self, entry: TimelineAction) -> None:
         """Do something to the board, one picosecond from now. Raises InputError."""
         board = self.board
         self._refuse_if_it_stands()
@@ -516,9 +516,9 @@ class Session:
         plan = self.board.scenario
         return plan.standing(self.board) if plan else []
 
-    def _status(self) -> messages.Status:
+    def _status(self) -> messages.StatusEvent:
         board, plan = self.board, self.board.scenario
-        return messages.Status(
+        return messages.StatusEvent(
             run=self.run_number,
             firmware=Path(board.booted.name).name if self._uploaded is None else self._uploaded.shown(board),
             file=str(self._file.path) if self._file and self._file.exists else "",
@@ -545,9 +545,9 @@ class Session:
             self._publish(checked, client)
 
 
-class _Attach(Command):
+class _Attach(PageCommand):
     """A client has come."""
 
 
-class _Detach(Command):
+class _Detach(PageCommand):
     """A client has gone."""

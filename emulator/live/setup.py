@@ -15,7 +15,7 @@ from fcu_emulator.emulator.live import view
 from fcu_emulator.emulator.live.files import FileWatch
 from fcu_emulator.emulator.scenario import load_scenario
 from fcu_emulator.emulator.scenario.observed import BoardView
-from fcu_emulator.emulator.scenario.timeline import Entry
+from fcu_emulator.emulator.scenario.timeline import TimelineAction
 from fcu_emulator.emulator.world import World
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ class Setup:
 class Careful:
     """An entry that keeps what the world refuses, for who commanded it, instead of ending the run."""
 
-    def __init__(self, entry: Entry, refused: list[FcuError]) -> None:
+    def __init__(self, entry: TimelineAction, refused: list[FcuError]) -> None:
         self._entry = entry
         self._refused = refused
 

@@ -23,7 +23,7 @@ from fcu_emulator.emulator.trace import Trace
 HAL_OK, HAL_ERROR, HAL_BUSY, HAL_TIMEOUT = range(4)
 
 
-class Application(Protocol):
+class HostedApplication(Protocol):
     """What the HAL calls in the firmware."""
 
     def main(self) -> None:
@@ -54,7 +54,7 @@ class HalGpio:
         self._gpio.write(port, pin, 0 if self._gpio.level(port, pin) else 1)
 
 
-class Hal(HalGpio):
+class VirtualHal(HalGpio):
     """The HAL of one board."""
 
     def __init__(
@@ -78,7 +78,7 @@ class Hal(HalGpio):
         interrupt = Interrupt(cpu, timer.priority, self._timer_irq_handler)
         self.timer = IntervalTimer(timer.peripheral, clock, trace, timer.input_hz, interrupt.set_pending)
 
-    def link(self, application: Application) -> None:
+    def link(self, application: HostedApplication) -> None:
         """Connect the firmware whose callback the timer's interrupt calls (a weak symbol in C)."""
         self._callback = application.HAL_TIM_PeriodElapsedCallback
 

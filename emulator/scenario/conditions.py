@@ -17,7 +17,7 @@ from typing import Annotated, NamedTuple
 
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
-from fcu_emulator.emulator.scenario.expectations import QuantityName, Seen
+from fcu_emulator.emulator.scenario.expectations import QuantityName, RunView
 from fcu_emulator.emulator.scenario.observed import SAMPLE_STEP_PS, deviation
 from fcu_emulator.emulator.scenario.tables import LED_NAMES, Table, board_of
 from fcu_emulator.emulator.text import shown
@@ -37,7 +37,7 @@ def _known_led(name: str, info: ValidationInfo) -> str:
 LedName = Annotated[str, AfterValidator(_known_led), Field(json_schema_extra={"enum": LED_NAMES})]
 
 
-def led_states(seen: Seen, led: str) -> Iterator[tuple[int, int, bool]]:
+def led_states(seen: RunView, led: str) -> Iterator[tuple[int, int, bool]]:
     """Yield (from, until, lit) one after the other, by the edges of the pin; first the LED is dark."""
     pin = seen.board.led(led.upper()).pin
     begin_ps, lit = 0, False
@@ -112,7 +112,7 @@ class Condition(Table):
             return None
         return over < 0 if self.below is not None else over > 0
 
-    def stretches(self, seen: Seen) -> Iterator[Stretch]:
+    def stretches(self, seen: RunView) -> Iterator[Stretch]:
         """Yield the parts of a run, one after the other, to its end."""
         if self.led is not None:
             for begin_ps, until_ps, lit in led_states(seen, self.led):
@@ -126,11 +126,11 @@ class Condition(Table):
                 yield Stretch(at_ps, min(end_ps, seen.end_ps), holds)
             at_ps = end_ps
 
-    def held(self, seen: Seen) -> tuple[tuple[int, int], ...]:
+    def held(self, seen: RunView) -> tuple[tuple[int, int], ...]:
         """When it holds."""
         return tuple((one.begin_ps, one.end_ps) for one in self.stretches(seen) if one.holds)
 
-    def value_text(self, seen: Seen, at_ps: int) -> str:
+    def value_text(self, seen: RunView, at_ps: int) -> str:
         """The state at a moment, for findings: " with roll 44.2"."""
         if self.led is not None:
             return ""

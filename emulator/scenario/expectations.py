@@ -32,7 +32,7 @@ from fcu_emulator.emulator.scenario.observed import (
     QUANTITIES,
     BoardView,
     PrintedLine,
-    Tilt,
+    TiltSample,
     deviation,
     escaped,
     nearest_truth,
@@ -42,11 +42,11 @@ from fcu_emulator.emulator.scenario.observed import (
 from fcu_emulator.emulator.scenario.tables import (
     Duration,
     Length,
-    Pattern,
     PatternText,
     SearchPatience,
     Table,
     TextFile,
+    TextPattern,
     Window,
 )
 from fcu_emulator.emulator.scenario.text_diff import (
@@ -88,14 +88,14 @@ class Miss:
 
 
 @dataclass(frozen=True)
-class Seen:
+class RunView:
     """A run as expectations see it: its lines, and the board after ``end_ps``."""
 
     board: BoardView
     lines: list[PrintedLine]
     end_ps: int
     patience: SearchPatience = field(default_factory=SearchPatience)
-    tilts: Sequence[Tilt] = ()
+    tilts: Sequence[TiltSample] = ()
     """The board's inclination in steps of 10 ms, if an expectation asks for it."""
     samples: Mapping[str, Sequence[float]] = field(default_factory=dict)
     """The quantities that conditions ask for, likewise."""
@@ -121,7 +121,7 @@ class Expectation(Table, ABC):
         """What is expected, as verdicts and the page say it."""
 
     @abstractmethod
-    def judge(self, seen: Seen) -> Miss | None:
+    def judge(self, seen: RunView) -> Miss | None:
         """How it is not met; None when it is."""
 
 
@@ -130,7 +130,7 @@ class Windowed(Window, Expectation):
 
     ON_TERMINAL = True
 
-    def lines_in_window(self, seen: Seen) -> list[PrintedLine]:
+    def lines_in_window(self, seen: RunView) -> list[PrintedLine]:
         """The lines that count."""
         return [line for line in seen.lines if self.covers(line.at_ps)]
 
@@ -150,7 +150,7 @@ class ExpectLine(Windowed):
         times = "" if self.count is None else " once" if self.count == 1 else f" {self.count} times"
         return f"the line {shown_line(same_banner(self.text.strip()))}{times}{self.window_text()}"
 
-    def judge(self, seen: Seen) -> Miss | None:
+    def judge(self, seen: RunView) -> Miss | None:
         """Compares whole lines, blanks around them aside."""
         wanted = same_banner(self.text.strip())
         lines = [same_banner(line.text) for line in self.lines_in_window(seen)]
@@ -179,7 +179,7 @@ def nearly_printed(wanted: str, lines: Sequence[str], expected: str, patience: S
 class _Matching(Windowed):
     pattern: PatternText
 
-    def matches(self, seen: Seen) -> list[PrintedLine]:
+    def matches(self, seen: RunView) -> list[PrintedLine]:
         """The lines in the window in which the pattern is found."""
         lines = self.lines_in_window(seen)
         return [line for line in lines if self._found_in(line.text, seen.patience)]
@@ -201,7 +201,7 @@ class ExpectRegex(_Matching):
         times = "" if self.count is None else f" in {self.count} line{'s' * (self.count > 1)}"
         return f'a match of "{visible(self.pattern.text)}"{times}{self.window_text()}'
 
-    def judge(self, seen: Seen) -> Miss | None:
+    def judge(self, seen: RunView) -> Miss | None:
         """Searches line by line."""
         found = len(self.matches(seen))
         if found == self.count or (found and self.count is None):
@@ -220,7 +220,7 @@ class ExpectNever(_Matching):
         """The pattern."""
         return f'no match of "{visible(self.pattern.text)}"{self.window_text()}'
 
-    def judge(self, seen: Seen) -> Miss | None:
+    def judge(self, seen: RunView) -> Miss | None:
         """Searches line by line."""
         found = self.matches(seen)
         if not found:
@@ -244,7 +244,7 @@ class ExpectText(Expectation):
         lines = len(expected.split("\n"))
         return f"{self.file.path} ({lines} lines, {len(expected)} bytes)"
 
-    def judge(self, seen: Seen) -> Miss | None:
+    def judge(self, seen: RunView) -> Miss | None:
         """Only the banner may differ."""
         expected = same_banner(self.file.content.decode("latin-1"))
         printed = same_banner(seen.board.terminal.text)
@@ -326,7 +326,7 @@ class _Number(Windowed):
         which = f" (number {self.number})" if self.number > 1 else ""
         return shown_format(self.format or self._pattern().text) + which
 
-    def _pattern(self) -> Pattern:
+    def _pattern(self) -> TextPattern:
         assert self.pattern is not None  # which the validator has made sure of
         return self.pattern
 
@@ -377,7 +377,7 @@ class ExpectField(_Number):
         scaled = f" times {self.scale:g}" if self.scale != 1 else ""
         return f"the true {self.quantity}{scaled}" + (f" ({recent})" if recent else "")
 
-    def judge(self, seen: Seen) -> Miss | None:
+    def judge(self, seen: RunView) -> Miss | None:
         """Missing when it is never printed; a line that begins like it in another format fails too."""
         line_format = self.number_format(seen.patience)
         lines = [line for line in self.lines_in_window(seen) if line_format.is_begun_by(line.text)]
@@ -442,7 +442,7 @@ class ExpectPrinted(_Number):
         every = f"at least every {seconds(self.max_gap)}"
         return f'a line "{self.number_format().text}" {every}{self.window_text()}'
 
-    def judge(self, seen: Seen) -> Miss | None:
+    def judge(self, seen: RunView) -> Miss | None:
         """From the window's begin to its end, or the run's."""
         line_format, expected = self.number_format(seen.patience), self.wording()
         lines = [line for line in self.lines_in_window(seen) if line_format.is_begun_by(line.text)]
@@ -478,7 +478,7 @@ class ExpectWithin(_Number):
         apart = f", two of them {self.min_difference:g} apart" if self.min_difference else ""
         return f"{self.title} from {self.min:g} to {self.max:g}{apart}{self.window_text()}"
 
-    def judge(self, seen: Seen) -> Miss | None:
+    def judge(self, seen: RunView) -> Miss | None:
         """Missing when it is never printed."""
         line_format, expected = self.number_format(seen.patience), self.wording()
         parsed = [(line, line_format.number(line.text)) for line in self.lines_in_window(seen)]
@@ -496,7 +496,9 @@ class ExpectWithin(_Number):
         return None
 
 
-def _not_printed(line_format: NumberFormat, expected: str, lines: Sequence[PrintedLine], seen: Seen) -> Miss:
+def _not_printed(
+    line_format: NumberFormat, expected: str, lines: Sequence[PrintedLine], seen: RunView
+) -> Miss:
     """Nothing in the window begins like the format: there is another form of it, or none."""
     near = [line for line in lines if line_format.is_meant_by(line.text)]
     if not near:

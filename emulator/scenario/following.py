@@ -10,7 +10,7 @@ from typing import ClassVar, Literal
 from pydantic import Field, model_validator
 
 from fcu_emulator.emulator.scenario.conditions import Condition, Followed, Stretch
-from fcu_emulator.emulator.scenario.expectations import Miss, Seen, Windowed, nearly_printed, shown_line
+from fcu_emulator.emulator.scenario.expectations import Miss, RunView, Windowed, nearly_printed, shown_line
 from fcu_emulator.emulator.scenario.observed import SAMPLE_STEP_PS, PrintedLine, escaped, same_banner
 from fcu_emulator.emulator.scenario.rests import Rest, is_printed, mistake, resting
 from fcu_emulator.emulator.scenario.tables import Duration, Length, PatternText
@@ -48,7 +48,7 @@ class ExpectLineFollows(Windowed):
         every = f"at least every {seconds(self.max_gap)} while {self.when.text()}, and not otherwise"
         return f"{self._line()} {every}{self.window_text()}"
 
-    def judge(self, seen: Seen) -> Miss | None:
+    def judge(self, seen: RunView) -> Miss | None:
         """The first line that is missing, or else the first that is printed at another time."""
         lines = [line for line in self.lines_in_window(seen) if self._is_it(line, seen)]
         stretches = list(self._settled(seen))
@@ -74,13 +74,13 @@ class ExpectLineFollows(Windowed):
         diff = tuple(f"+{escaped(line.text)}  at {seconds(line.at_ps)}" for line in wrong[:_DIFF_LINES])
         return Miss("wrong value", self.wording(), text, diff, for_good=True, finding=finding)
 
-    def followed(self, seen: Seen) -> Followed:
+    def followed(self, seen: RunView) -> Followed:
         """When the line is printed, and when it has to be, margin and settling aside."""
         at_ps = (line.at_ps for line in seen.lines if self._is_it(line, seen))
         shown = tuple((one, one) for one in at_ps)
         return Followed(self._line(), self.when.text(), self.when.held(seen), shown)
 
-    def _settled(self, seen: Seen) -> list[Stretch]:
+    def _settled(self, seen: RunView) -> list[Stretch]:
         """The parts of the window in which the line has to be printed, or not to be."""
         last_ps = seen.end_ps if self.to is None else min(self.to, seen.end_ps)
         cut = (
@@ -103,14 +103,14 @@ class ExpectLineFollows(Windowed):
         longest = max(silences, default=(0, 0))
         return longest if longest[0] > self.max_gap else None
 
-    def _missing(self, seen: Seen, silence: tuple[int, int], lines: list[PrintedLine]) -> str:
+    def _missing(self, seen: RunView, silence: tuple[int, int], lines: list[PrintedLine]) -> str:
         length_ps, since_ps = silence
         where = f"none for {seconds(length_ps)} from {seconds(since_ps)} on"
         value = self.when.value_text(seen, since_ps + length_ps // 2)
         count = f"; {len(lines)} in all" if lines else "; never printed"
         return f"{where}{value}{count}"
 
-    def _nearly(self, seen: Seen) -> Miss | None:
+    def _nearly(self, seen: RunView) -> Miss | None:
         """A line that is almost the wanted one, and is printed in its place."""
         if self.text is None:
             return None
@@ -118,7 +118,7 @@ class ExpectLineFollows(Windowed):
         miss = nearly_printed(same_banner(self.text.strip()), lines, self.wording(), seen.patience)
         return None if miss is None else replace(miss, for_good=True)
 
-    def _mistake(self, seen: Seen, stretches: list[Stretch], lines: list[PrintedLine]) -> tuple[str, str]:
+    def _mistake(self, seen: RunView, stretches: list[Stretch], lines: list[PrintedLine]) -> tuple[str, str]:
         """Which mistake the rests of the board show, by its kind and as the message says it; "" if none."""
         if self.when.quantity is None:
             return "", ""
@@ -136,12 +136,12 @@ class ExpectLineFollows(Windowed):
         ]
         return mistake(rests, self.when)
 
-    def _other(self, seen: Seen, at_ps: int) -> float:
+    def _other(self, seen: RunView, at_ps: int) -> float:
         """The other inclination at a moment; 0 for a quantity that has none."""
         other = {"pitch": "roll", "roll": "pitch"}.get(self.when.quantity or "")
         return seen.samples[other][at_ps // SAMPLE_STEP_PS] if other is not None else 0.0
 
-    def _is_it(self, line: PrintedLine, seen: Seen) -> bool:
+    def _is_it(self, line: PrintedLine, seen: RunView) -> bool:
         if self.text is not None:
             return same_banner(line.text) == same_banner(self.text.strip())
         return self.pattern is not None and self.pattern.found_in(line.text, seen.patience)

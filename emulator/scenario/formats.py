@@ -15,7 +15,7 @@ from typing import Annotated, Protocol
 from pydantic import AfterValidator, Field
 
 from fcu_emulator.emulator.scenario.observed import FORMAT_OF_FIELD
-from fcu_emulator.emulator.scenario.tables import Pattern, PatternText, SearchPatience
+from fcu_emulator.emulator.scenario.tables import PatternText, SearchPatience, TextPattern
 from fcu_emulator.emulator.text import shown, visible
 
 # -- What a format is asked ---------------------------------------------------------------------------------
@@ -97,7 +97,7 @@ class PrintfFormat:
         if not 1 <= number <= self._numbers:
             count = f"{self._numbers} number{'s' * (self._numbers != 1)}"
             raise ValueError(f"is {shown(text)}, which prints {count}; number {number} is not among them")
-        self._line = Pattern(rf"\A{pattern}{re.escape(bare[place:])}\Z")
+        self._line = TextPattern(rf"\A{pattern}{re.escape(bare[place:])}\Z")
         word = re.search(r"[^\W\d_]{3}", self._label)  # three letters by which another form is recognised
         meant = rf"\b{word[0]}\w*[^\w\n][^\n]*?\d" if word else ""
         self._meant = re.compile(meant, re.IGNORECASE) if meant else None
@@ -173,7 +173,7 @@ def printed_with_zeros(text: str) -> str:
 class PatternFormat:
     """A regular expression whose group ``number`` is the number."""
 
-    def __init__(self, pattern: Pattern, patience: SearchPatience | None = None) -> None:
+    def __init__(self, pattern: TextPattern, patience: SearchPatience | None = None) -> None:
         self.text = visible(pattern.text)
         self._pattern = pattern
         self._patience = SearchPatience() if patience is None else patience
@@ -204,7 +204,7 @@ def _prints_a_number(text: str) -> str:
     return text
 
 
-def _has_a_number(pattern: Pattern) -> Pattern:
+def _has_a_number(pattern: TextPattern) -> TextPattern:
     if "number" not in pattern.groups:
         raise ValueError(f"is {shown(pattern.text)}; give a group (?P<number>...) around the number")
     return pattern

@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from fcu_emulator.emulator.scenario.conditions import Condition, Followed, LedName, led_states
-from fcu_emulator.emulator.scenario.expectations import Expectation, Miss, Seen, Windowed
+from fcu_emulator.emulator.scenario.expectations import Expectation, Miss, RunView, Windowed
 from fcu_emulator.emulator.scenario.observed import SAMPLE_STEP_PS, BoardView
 from fcu_emulator.emulator.scenario.tables import Duration, Length
 from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, seconds
@@ -36,7 +36,7 @@ class ExpectLed(Windowed):
         """The LED and its state."""
         return f"{self.led} {self.state}{self.window_text()}"
 
-    def judge(self, seen: Seen) -> Miss | None:
+    def judge(self, seen: RunView) -> Miss | None:
         """From the edges of its pin in the trace; before the pin is set up the LED is dark."""
         wanted = self.state == "on"
         end_ps = seen.end_ps if self.to is None else min(self.to, seen.end_ps)
@@ -48,7 +48,7 @@ class ExpectLed(Windowed):
         return None
 
 
-class _Look(NamedTuple):
+class _LedLook(NamedTuple):
     """A moment at which a LED has to be in one of its states: ``steep`` is what it has to show.
 
     ``angle``: the inclination, or another quantity that the LED follows.
@@ -65,7 +65,7 @@ class _Look(NamedTuple):
     changed: tuple[int, float]
     """When the LED has changed to this state, and the angle then; this moment if not since the look before."""
 
-    def at_change(self) -> _Look:
+    def at_change(self) -> _LedLook:
         """Return the look with time and angle of the LED's change."""
         return self._replace(at_ps=self.changed[0], angle=self.changed[1])
 
@@ -117,13 +117,13 @@ class ExpectLedFollows(Windowed):
             f"and dark otherwise, at most {seconds(self.settle)} late{self.window_text()}"
         )
 
-    def followed(self, seen: Seen) -> Followed:
+    def followed(self, seen: RunView) -> Followed:
         """When the LED is lit for 1 ms or more, and when it has to be, margin and settling aside."""
         states = ((begin, min(until, seen.end_ps)) for begin, until, lit in led_states(seen, self.led) if lit)
         lit = tuple((begin, until) for begin, until in states if until - begin >= PS_PER_MS)
         return Followed(self.led.upper(), self.condition.text(), self.condition.held(seen), lit)
 
-    def judge(self, seen: Seen) -> Miss | None:
+    def judge(self, seen: RunView) -> Miss | None:
         """Every 10 ms, by the true inclination."""
         looks = list(self._looks(seen))
         wrong = _wrong(looks, self.settle)
@@ -137,7 +137,7 @@ class ExpectLedFollows(Windowed):
             text = self._seen(finding, wrong[0], _latest_ps(wrong), looks)
         return Miss("wrong value", self.wording(), text, for_good=True, finding=finding)
 
-    def _looks(self, seen: Seen) -> Iterator[_Look]:
+    def _looks(self, seen: RunView) -> Iterator[_LedLook]:
         """Those away from the threshold, in the window."""
         condition = self.condition
         changes = list(led_states(seen, self.led))
@@ -156,10 +156,10 @@ class ExpectLedFollows(Windowed):
                 if begin_ps > before_ps:
                     share = (begin_ps - before_ps) / (at_ps - before_ps)
                     changed = round(begin_ps / PS_PER_MS) * PS_PER_MS, before + share * (value - before)
-                yield _Look(at_ps, value, steep, lit, other_steep, since_ps, changed)
+                yield _LedLook(at_ps, value, steep, lit, other_steep, since_ps, changed)
             before_ps, before = at_ps, value
 
-    def _values(self, seen: Seen) -> Iterator[tuple[int, float, float]]:
+    def _values(self, seen: RunView) -> Iterator[tuple[int, float, float]]:
         """(time, value, the other inclination or 0) every 10 ms."""
         name = self.condition.quantity or ""
         if name in ("pitch", "roll"):
@@ -170,7 +170,7 @@ class ExpectLedFollows(Windowed):
         for number, value in enumerate(seen.samples[name]):
             yield number * SAMPLE_STEP_PS, value, 0.0
 
-    def _seen(self, finding: str, first: _Look, late_ps: int, looks: Sequence[_Look]) -> str:
+    def _seen(self, finding: str, first: _LedLook, late_ps: int, looks: Sequence[_LedLook]) -> str:
         first = first.at_change()
         state = "lit" if first.lit else "dark"
         quantity = self.condition.quantity or ""
@@ -203,13 +203,13 @@ _FEWEST_CHANGES = 3
 class _OneSided(NamedTuple):
     """A LED that is right beyond one end of the scale, at once or late, and dark beyond the other."""
 
-    first: _Look
+    first: _LedLook
     """The first of the looks beyond the other end."""
     late_ps: int
     """How late it is where it is right; 0 if it is in time."""
 
 
-def _finding(looks: Sequence[_Look], wrong: Sequence[_Look], one_sided: _OneSided | None) -> str:
+def _finding(looks: Sequence[_LedLook], wrong: Sequence[_LedLook], one_sided: _OneSided | None) -> str:
     """Which kind of mistake it is; "" if none of these."""
     settled = _settled(looks)
     inverted = sum(look.lit is not look.steep for look in settled)
@@ -226,33 +226,33 @@ def _finding(looks: Sequence[_Look], wrong: Sequence[_Look], one_sided: _OneSide
     return next((kind for kind, holds in kinds if holds), "")
 
 
-def _wrong(looks: Sequence[_Look], settle_ps: int) -> list[_Look]:
+def _wrong(looks: Sequence[_LedLook], settle_ps: int) -> list[_LedLook]:
     """The looks with the wrong state of the LED, once it has had time to settle."""
     return [look for look in looks if look.at_ps - look.since_ps >= settle_ps and look.lit is not look.steep]
 
 
-def _settled(looks: Sequence[_Look]) -> list[_Look]:
+def _settled(looks: Sequence[_LedLook]) -> list[_LedLook]:
     """The looks by which a LED that is switched once a second is right."""
     return [look for look in looks if look.at_ps - look.since_ps >= _SLOW_PS]
 
 
-def _latest_ps(wrong: Sequence[_Look]) -> int:
+def _latest_ps(wrong: Sequence[_LedLook]) -> int:
     return max((look.at_ps - look.since_ps for look in wrong), default=0)
 
 
-def _is_late(looks: Sequence[_Look], wrong: Sequence[_Look]) -> bool:
+def _is_late(looks: Sequence[_LedLook], wrong: Sequence[_LedLook]) -> bool:
     """Whether the LED follows, as late as one that is switched in main's loop."""
     catches_up = all(look.lit is look.steep for look in _settled(looks)) and _catches_up(looks, wrong)
     return catches_up or _shows_the_past(looks)
 
 
-def _catches_up(looks: Sequence[_Look], wrong: Sequence[_Look]) -> bool:
+def _catches_up(looks: Sequence[_LedLook], wrong: Sequence[_LedLook]) -> bool:
     """Whether the LED became right before the board left the side on which it was wrong."""
     last = {look.since_ps: look for look in looks}
     return all(last[look.since_ps].lit is look.steep for look in wrong)
 
 
-def _shows_the_past(looks: Sequence[_Look]) -> bool:
+def _shows_the_past(looks: Sequence[_LedLook]) -> bool:
     """Whether the LED always shows a side on which the board has been shortly before."""
     last_ps: dict[bool, int] = {}
     for look in looks:
@@ -262,7 +262,7 @@ def _shows_the_past(looks: Sequence[_Look]) -> bool:
     return True
 
 
-def _threshold(looks: Sequence[_Look]) -> tuple[float, float] | None:
+def _threshold(looks: Sequence[_LedLook]) -> tuple[float, float] | None:
     """Between which angles the LED changes, if it is lit above and dark below, to both sides.
 
     None if the right threshold may be among them. A LED that is switched on while the angle grows, or off
@@ -276,7 +276,7 @@ def _threshold(looks: Sequence[_Look]) -> tuple[float, float] | None:
     return (abs(dark.angle), abs(lit.angle)) if abs(dark.angle) < abs(lit.angle) else None
 
 
-def _is_sure(before: _Look, look: _Look) -> bool:
+def _is_sure(before: _LedLook, look: _LedLook) -> bool:
     """Whether a look limits the LED's threshold: it rests, or has just switched as it moves."""
     grows = abs(look.angle) - abs(before.angle)
     if abs(grows) < _RESTING_DEG:
@@ -284,34 +284,34 @@ def _is_sure(before: _Look, look: _Look) -> bool:
     return look.lit is not before.lit and look.lit is (grows > 0)
 
 
-def _threshold_text(looks: Sequence[_Look], beyond: float, degrees: str) -> str:
+def _threshold_text(looks: Sequence[_LedLook], beyond: float, degrees: str) -> str:
     dark, lit = _threshold(looks) or (0.0, 90.0)
     integers = ", as with abs() of an int for fabsf()" if degrees and beyond < dark < beyond + 1 else ""
     return f"between {dark:.1f} and {lit:.1f}{degrees}, not {beyond:g}{integers}"
 
 
-def _follows_other(looks: Sequence[_Look]) -> bool:
+def _follows_other(looks: Sequence[_LedLook]) -> bool:
     """Whether the LED is lit while the other angle is beyond the threshold, and hardly else."""
     lit = [look for look in looks if look.lit]
     other = sum(look.other_steep for look in looks)
     return bool(other) and sum(look.other_steep for look in lit) >= _MOSTLY * max(len(lit), other)
 
 
-def _stays_lit(looks: Sequence[_Look]) -> bool:
+def _stays_lit(looks: Sequence[_LedLook]) -> bool:
     """Whether the LED, once lit, is lit to the end, although the board leaves the steep side."""
     since = next((number for number, look in enumerate(looks) if look.lit), len(looks))
     rest = looks[since:]
     return all(look.lit for look in rest) and any(a.steep and not b.steep for a, b in pairwise(rest))
 
 
-def _blinks(looks: Sequence[_Look]) -> bool:
+def _blinks(looks: Sequence[_LedLook]) -> bool:
     """Whether the LED changes again and again while the board stays on one side."""
     stretches = groupby(looks, key=lambda look: look.since_ps)
     changes = (sum(one.lit is not other.lit for one, other in pairwise(stretch)) for _, stretch in stretches)
     return any(count >= _FEWEST_CHANGES for count in changes)
 
 
-def _one_sided(looks: Sequence[_Look], settle_ps: int) -> _OneSided | None:
+def _one_sided(looks: Sequence[_LedLook], settle_ps: int) -> _OneSided | None:
     """How the LED follows one end of the scale only; None if it follows both or neither."""
     for positive in (True, False):
         of_side = _with_one_side(looks, positive)
@@ -325,9 +325,9 @@ def _one_sided(looks: Sequence[_Look], settle_ps: int) -> _OneSided | None:
     return None
 
 
-def _with_one_side(looks: Sequence[_Look], positive: bool) -> list[_Look]:
+def _with_one_side(looks: Sequence[_LedLook], positive: bool) -> list[_LedLook]:
     """The looks as if the LED had to be lit beyond one end of the scale only."""
-    found: list[_Look] = []
+    found: list[_LedLook] = []
     for look in looks:
         steep = look.steep and (look.angle > 0) is positive
         same = bool(found) and found[-1].steep is steep
@@ -370,7 +370,7 @@ class ExpectTicks(Expectation):
         counts = [f"{which} {count} ticks {what}" for which, count, what in bounds if count is not None]
         return ", ".join(rate + share + counts)
 
-    def judge(self, seen: Seen) -> Miss | None:
+    def judge(self, seen: RunView) -> Miss | None:
         """Of the callback's timer at the end of the run."""
         timer = seen.board.timer
         if timer.ticks == 0:
@@ -406,7 +406,7 @@ class ExpectHardIron(Expectation):
         """How near the centre has to be."""
         return f"hard iron found within {self.within_mgauss:g} mgauss on each axis"
 
-    def judge(self, seen: Seen) -> Miss | None:
+    def judge(self, seen: RunView) -> Miss | None:
         """(mag_min + mag_max) / 2 of the firmware's variables against the world."""
         expected = self.wording()
         try:
@@ -484,7 +484,7 @@ class ExpectReads(Expectation):
         board.clock.schedule(self.from_, begin)
         return counted
 
-    def judge(self, seen: Seen) -> Miss | None:
+    def judge(self, seen: RunView) -> Miss | None:
         """The count over the time, once that is over."""
         part, address, register = _outputs()[self.sensor]
         watched: list[int] = seen.watched.get(id(self), [0])

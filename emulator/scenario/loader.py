@@ -42,7 +42,7 @@ from fcu_emulator.emulator.scenario.rules import with_rules
 from fcu_emulator.emulator.scenario.scenario import Scenario
 from fcu_emulator.emulator.scenario.schema import scenario_file
 from fcu_emulator.emulator.scenario.tables import Resources, read_bounded
-from fcu_emulator.emulator.scenario.thresholds import Part, parse_thresholds, put_in_place
+from fcu_emulator.emulator.scenario.thresholds import ThresholdSection, parse_thresholds, put_in_place
 from fcu_emulator.emulator.text import shown
 from fcu_emulator.emulator.time.clock import PS_PER_MS, format_duration, parse_duration, seconds
 
@@ -107,7 +107,7 @@ def _drawn_scenario(
     return scenario
 
 
-def _refuse_disturbed(part: Part, scenario: Scenario) -> None:
+def _refuse_disturbed(part: ThresholdSection, scenario: Scenario) -> None:
     """Refuse another motion of the board while it rests at a threshold. Raises ScenarioError."""
     for step in scenario.steps:
         if step.number in part.entries or not step.entry.moves & {"attitude", "altitude"}:

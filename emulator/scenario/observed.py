@@ -44,7 +44,7 @@ import numpy as np
 from fcu_emulator.emulator.buses.gpio import Led
 from fcu_emulator.emulator.buses.i2c import I2CMaster
 from fcu_emulator.emulator.buses.uart import Uart
-from fcu_emulator.emulator.links.runner import RunnableBoard, Terminal
+from fcu_emulator.emulator.links.runner import RunnableBoard, SerialEnd
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, Periodic
 from fcu_emulator.emulator.time.ticks import TickCounts
 from fcu_emulator.emulator.trace import Trace
@@ -54,7 +54,7 @@ from fcu_emulator.emulator.world.track import Array
 # -- A board ------------------------------------------------------------------------------------------------
 
 
-class TerminalView(Terminal, Protocol):
+class TerminalView(SerialEnd, Protocol):
     """The end of the serial line, with all that has been printed."""
 
     uart: Uart
@@ -203,7 +203,7 @@ QUANTITIES: dict[str, _Law] = {
 the inclination of the X axis (``pitch``) and of the Y axis (``roll``), as LEDs are judged by."""
 
 
-class Tilt(NamedTuple):
+class TiltSample(NamedTuple):
     """Pitch and roll in degrees at a moment, as the slides' formulas have them of the true force."""
 
     at_ps: int
@@ -214,12 +214,12 @@ class Tilt(NamedTuple):
 TILT_STEP_PS = SAMPLE_STEP_PS = 10 * PS_PER_MS
 
 
-def tilts_of(world: World, at_ps: Sequence[int]) -> list[Tilt]:
+def tilts_of(world: World, at_ps: Sequence[int]) -> list[TiltSample]:
     """The inclination at these moments, which the world has to remember."""
     if not at_ps:
         return []
     pitch, roll = lab_angles(world.specific_force_g(np.array(at_ps) / PS_PER_S))
-    return [Tilt(*one) for one in zip(at_ps, pitch.tolist(), roll.tolist(), strict=True)]
+    return [TiltSample(*one) for one in zip(at_ps, pitch.tolist(), roll.tolist(), strict=True)]
 
 
 def lab_angles(force: Array, mu: float = 1.0) -> tuple[Array, Array]:
@@ -303,7 +303,7 @@ class Recorder:
         self._last_look_ps = 0
         self._collected = 0  # bytes, counted from power-on
         self._stopped = False
-        self._tilts: list[Tilt] | None = [] if tilts else None
+        self._tilts: list[TiltSample] | None = [] if tilts else None
         self._samples: dict[str, list[float]] = {name: [] for name in sampled}
         self._watching = [
             Periodic(self._clock, 0, _LOOK_PS, self._look),
@@ -317,7 +317,7 @@ class Recorder:
             self._collect()
         return self._lines
 
-    def tilts(self) -> Sequence[Tilt]:
+    def tilts(self) -> Sequence[TiltSample]:
         """The inclination by now; empty if it is not recorded."""
         if not self._stopped:
             self._collect()

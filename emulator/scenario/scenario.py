@@ -27,14 +27,14 @@ from weakref import WeakKeyDictionary
 from fcu_emulator.emulator.boards.description import BoardErrors, SensorSettings
 from fcu_emulator.emulator.errors import InputError, ScenarioError
 from fcu_emulator.emulator.links.runner import Runner
-from fcu_emulator.emulator.scenario.expectations import SETTLE_PS, Expectation, ExpectField, Miss, Seen
+from fcu_emulator.emulator.scenario.expectations import SETTLE_PS, Expectation, ExpectField, Miss, RunView
 from fcu_emulator.emulator.scenario.following import ExpectLineFollows
 from fcu_emulator.emulator.scenario.formats import NamedFormat, NumberFormat
 from fcu_emulator.emulator.scenario.hardware import ExpectLedFollows
 from fcu_emulator.emulator.scenario.observed import BoardView, Recorder, TerminalView, Wanted, against_truth
 from fcu_emulator.emulator.scenario.schema import AnyExpectation, LimitsTable, ReportTable, ScenarioFile
 from fcu_emulator.emulator.scenario.tables import Window
-from fcu_emulator.emulator.scenario.timeline import Entry
+from fcu_emulator.emulator.scenario.timeline import TimelineAction
 from fcu_emulator.emulator.time.clock import PS_PER_S, Clock, format_duration, seconds
 from fcu_emulator.emulator.world import World, earth_field
 from fcu_emulator.sensors.errors import Grade
@@ -46,11 +46,11 @@ CreateWorld = Callable[[Clock], World]
 
 
 @dataclass(frozen=True)
-class Step:
+class TimelineStep:
     """Entry ``number`` (its index in the file) from ``at_ps`` to ``end_ps``."""
 
     number: int
-    entry: Entry
+    entry: TimelineAction
     at_ps: int
     end_ps: int
 
@@ -66,7 +66,7 @@ class Step:
         return f"{self.key} ({kind})"
 
 
-def steps_of(entries: Sequence[Entry], duration_ps: int, file: str) -> list[Step]:
+def steps_of(entries: Sequence[TimelineAction], duration_ps: int, file: str) -> list[TimelineStep]:
     """Steps in order of time; raises ScenarioError for a step after the end, or two motions at once."""
     steps = []
     end_ps = 0
@@ -79,14 +79,14 @@ def steps_of(entries: Sequence[Entry], duration_ps: int, file: str) -> list[Step
                 "let it begin earlier or give a longer duration"
             )
             raise ScenarioError(file, f"timeline[{number}].at", problem)
-        steps.append(Step(number, entry, at_ps, end_ps))
+        steps.append(TimelineStep(number, entry, at_ps, end_ps))
     steps.sort(key=lambda step: step.at_ps)
     _refuse_overlaps(steps, file)
     return steps
 
 
-def _refuse_overlaps(steps: Sequence[Step], file: str) -> None:
-    moving: dict[str, Step] = {}
+def _refuse_overlaps(steps: Sequence[TimelineStep], file: str) -> None:
+    moving: dict[str, TimelineStep] = {}
     for step in steps:
         for quantity in sorted(step.entry.moves):
             before = moving.get(quantity)
@@ -99,7 +99,7 @@ def _refuse_overlaps(steps: Sequence[Step], file: str) -> None:
             moving[quantity] = step
 
 
-def rehearse(steps: Sequence[Step], create_world: CreateWorld, file: str) -> None:
+def rehearse(steps: Sequence[TimelineStep], create_world: CreateWorld, file: str) -> None:
     """Let a world of its own follow all steps; what it refuses becomes a ScenarioError."""
     clock = Clock()
     world = create_world(clock)
@@ -155,7 +155,7 @@ class Scenario:
             raise ScenarioError(self.file, "duration", problem)
         self._refuse_windows_after_the_end()
         self._field_ut = self._magnetic_field()
-        self.steps: Sequence[Step] = steps_of(contents.timeline, self.duration_ps, self.file)
+        self.steps: Sequence[TimelineStep] = steps_of(contents.timeline, self.duration_ps, self.file)
         rehearse(self.steps, self.create_world, self.file)
 
     @property
@@ -253,14 +253,14 @@ class Scenario:
             reports += against_truth(report.field, lines, settle_ps[report.field], report.window_text())
         return Result(len(self.expectations), tuple(findings), tuple(reports))
 
-    def seen(self, board: BoardView) -> Seen:
+    def seen(self, board: BoardView) -> RunView:
         """What a board that plays this scenario has done. Raises InputError if it plays another one."""
         recorder = self._recorders.get(board.terminal)
         if recorder is None:
             raise InputError(f"this board does not play the scenario {self.name}")
         end_ps = min(self.duration_ps, board.clock.now_ps)
         watched = self._watched[board.terminal]
-        return Seen(
+        return RunView(
             board,
             recorder.lines(),
             end_ps,
@@ -274,7 +274,7 @@ class Scenario:
         changed = {"expect": list(expectations), "report": list(reports)}
         return Scenario(self.contents.model_copy(update=changed), self.path, self.name, self.table)
 
-    def verdicts(self, board: BoardView) -> list[Verdict]:
+    def verdicts(self, board: BoardView) -> list[ExpectationResult]:
         """Every expectation as it stands now, on a board that plays this scenario. Raises InputError."""
         seen, over = self.seen(board), self.is_over(board)
         return [
@@ -403,7 +403,7 @@ Standing = Literal["open", "met", "failed"]
 
 
 @dataclass(frozen=True)
-class Verdict:
+class ExpectationResult:
     """An expectation while the run is on: place, kind, what it says, how it stands, how it has failed."""
 
     key: str
@@ -453,7 +453,7 @@ class Result:
         return [*self.reports, *found, f"{self.passed_count} of {self.checks} expectations met"]
 
 
-def judged(expectation: Expectation, seen: Seen) -> Miss | None:
+def judged(expectation: Expectation, seen: RunView) -> Miss | None:
     """How an expectation is not met, None when it is; a search that takes too long is "stopped"."""
     try:
         return expectation.judge(seen)
@@ -463,13 +463,13 @@ def judged(expectation: Expectation, seen: Seen) -> Miss | None:
         )
 
 
-def _verdict(key: str, expectation: AnyExpectation, seen: Seen, over: bool) -> Verdict:
+def _verdict(key: str, expectation: AnyExpectation, seen: RunView, over: bool) -> ExpectationResult:
     miss, says = judged(expectation, seen), expectation.wording()
     end_ps = getattr(expectation, "to", None)
     over = over or (end_ps is not None and seen.end_ps >= end_ps)
     if miss and (over or miss.for_good):
-        return Verdict(key, expectation.kind, says, "failed", miss)
-    return Verdict(key, expectation.kind, says, "met" if over else "open")
+        return ExpectationResult(key, expectation.kind, says, "failed", miss)
+    return ExpectationResult(key, expectation.kind, says, "met" if over else "open")
 
 
 # -- Running a board through its scenario -------------------------------------------------------------------

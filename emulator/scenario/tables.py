@@ -392,7 +392,7 @@ class SearchPatience:
             self._left_s -= self._clock_s() - began_s
 
 
-class Pattern:
+class TextPattern:
     """A regular expression and the text it was made of."""
 
     def __init__(self, text: str) -> None:
@@ -417,19 +417,19 @@ class Pattern:
         return None if match is None else match[name]
 
 
-def _parse_pattern(value: object, info: ValidationInfo) -> Pattern:
+def _parse_pattern(value: object, info: ValidationInfo) -> TextPattern:
     if not isinstance(value, str) or len(value) > _LONGEST_PATTERN:
         longest = f"of at most {_LONGEST_PATTERN} characters"
         raise ValueError(f"is {shown(value)}; give a regular expression {longest}")
     resources_of(info).allow_pattern(value)
     try:
-        return Pattern(value)
+        return TextPattern(value)
     except (regex.error, OverflowError, RecursionError) as error:
         raise ValueError(f"is {shown(value)}: {error}; give a regular expression") from error
 
 
 PatternText = Annotated[
-    Pattern,
+    TextPattern,
     PlainValidator(_parse_pattern),
     PlainSerializer(lambda pattern: pattern.text),
     WithJsonSchema({"type": "string", "format": "regex", "maxLength": _LONGEST_PATTERN}),

@@ -89,7 +89,7 @@ def parse_thresholds(value: Any) -> list[ThresholdTable]:
     return _TABLES.validate_python(value)
 
 
-class Part(NamedTuple):
+class ThresholdSection(NamedTuple):
     """The part of a run that threshold ``number`` takes, and its entries of the timeline, by their index."""
 
     number: int
@@ -103,7 +103,7 @@ def put_in_place(
     thresholds: Sequence[ThresholdTable],
     pick: Callable[[str, int], float],
     file: str,
-) -> tuple[dict[str, Any], list[Part]]:
+) -> tuple[dict[str, Any], list[ThresholdSection]]:
     """Return a scenario's table with motions for its thresholds, and the part of each.
 
     ``pick`` draws the order of the rests. Without a ``duration`` the run ends after the last rest. Raises
@@ -112,7 +112,7 @@ def put_in_place(
     timeline = table.get("timeline", [])
     others = [entry for entry in timeline if isinstance(entry, dict)] if isinstance(timeline, list) else []
     added: list[dict[str, Any]] = []
-    parts: list[Part] = []
+    parts: list[ThresholdSection] = []
     at_ps, height_m = 2 * PS_PER_S, 0.0
     for number, one in enumerate(thresholds):
         if not one.is_angle and any(entry.get("do") in _LIFTING for entry in others):
@@ -127,7 +127,7 @@ def put_in_place(
             height_m = value if name == "Altitude" else height_m
             added.append({**entry, "at": format_duration(at_ps), "for": format_duration(one.turn)})
             at_ps += one.turn + one.rest
-        parts.append(Part(number, begin_ps, at_ps, range(first, len(timeline) + len(added))))
+        parts.append(ThresholdSection(number, begin_ps, at_ps, range(first, len(timeline) + len(added))))
     return {**_lasting(table, at_ps, len(thresholds) - 1, file), "timeline": [*timeline, *added]}, parts
 
 

@@ -42,7 +42,7 @@ from fcu_emulator.emulator.world.magnetism import MOMENT_AM2, Magnet
 # -- What every entry has: when it is, how long it takes, what it moves, what it does -----------------------
 
 
-class Entry(Table):
+class TimelineAction(Table):
     """One ``[[timeline]]`` table."""
 
     LIVE: ClassVar[bool] = False
@@ -85,7 +85,7 @@ TAP_PS = 10 * PS_PER_S // 1000
 HAND_PS = 100 * PS_PER_S // 1000
 
 
-class Motion(Entry):
+class MotionAction(TimelineAction):
     """Something that takes a given time."""
 
     for_: Length = Field(alias="for")
@@ -101,13 +101,13 @@ class Motion(Entry):
         return self.for_ / PS_PER_S
 
 
-class Hold(Motion):
+class Hold(MotionAction):
     """Let time pass."""
 
     do: Literal["hold"]
 
 
-class RotateTo(Motion):
+class RotateTo(MotionAction):
     """Turn by the shortest arc, as a hand does."""
 
     MOVES: ClassVar[frozenset[str]] = ATTITUDE
@@ -121,7 +121,7 @@ class RotateTo(Motion):
         world.rotate_to(self.roll_deg, self.pitch_deg, self.yaw_deg, self.for_s, start_s)
 
 
-class Sweep(Motion):
+class SweepAction(MotionAction):
     """Change one Euler angle."""
 
     MOVES: ClassVar[frozenset[str]] = ATTITUDE
@@ -135,7 +135,7 @@ class Sweep(Motion):
         world.sweep(self.axis, self.to_deg, self.for_s, start_s, self.profile)
 
 
-class TurnOver(Motion):
+class TurnOver(MotionAction):
     """Turn half round about the board's own X axis."""
 
     MOVES: ClassVar[frozenset[str]] = ATTITUDE
@@ -146,7 +146,7 @@ class TurnOver(Motion):
         world.turn_over(self.for_s, start_s)
 
 
-class FigureEight(Motion):
+class FigureEight(MotionAction):
     """The calibration's figure-of-eight, ``turns`` times."""
 
     MOVES: ClassVar[frozenset[str]] = ATTITUDE
@@ -159,7 +159,7 @@ class FigureEight(Motion):
         world.figure_eight(self.for_s, self.turns, start_s, self.by)
 
 
-class Lift(Motion):
+class LiftAction(MotionAction):
     """Raise the board, or lower it by negative metres."""
 
     MOVES: ClassVar[frozenset[str]] = ALTITUDE
@@ -171,7 +171,7 @@ class Lift(Motion):
         world.lift(self.metres, self.for_s, start_s)
 
 
-class FreeFall(Motion):
+class FreeFallAction(MotionAction):
     """Let go for a time, then be caught in the time ``catch``."""
 
     MOVES: ClassVar[frozenset[str]] = ALTITUDE
@@ -188,7 +188,7 @@ class FreeFall(Motion):
         world.free_fall(self.for_s, self.catch / PS_PER_S, start_s)
 
 
-class Shake(Motion):
+class ShakeAction(MotionAction):
     """Accelerate to and fro along a world axis, on top of every other motion."""
 
     do: Literal["shake"]
@@ -201,7 +201,7 @@ class Shake(Motion):
         world.shake(self.axis, self.amplitude_g, self.frequency_hz, self.for_s, start_s)
 
 
-class Tap(Motion):
+class TapAction(MotionAction):
     """A fingertip's blow along a world axis, on top of every other motion."""
 
     do: Literal["tap"]
@@ -214,7 +214,7 @@ class Tap(Motion):
         world.tap(self.axis, self.amplitude_g, self.for_s, start_s)
 
 
-class DisturbField(Motion):
+class DisturbField(MotionAction):
     """Add a constant field to the Earth's for a time."""
 
     do: Literal["disturb_field"]
@@ -226,7 +226,7 @@ class DisturbField(Motion):
         world.disturb_field(field.north_ut, field.east_ut, field.down_ut, self.for_s, start_s)
 
 
-class PassMagnet(Entry):
+class PassMagnet(TimelineAction):
     """Move a magnet past the board; distance and speed say how long it takes."""
 
     do: Literal["pass_magnet"]
@@ -245,7 +245,7 @@ class PassMagnet(Entry):
         world.pass_magnet(self.moment_am2, self.distance_m, self.speed_m_s, start_s)
 
 
-class Weather(Motion):
+class Weather(MotionAction):
     """Let the air's pressure rise or fall, smoothly."""
 
     MOVES: ClassVar[frozenset[str]] = frozenset({"weather"})
@@ -257,7 +257,7 @@ class Weather(Motion):
         world.change_weather(self.change_hpa, self.for_s, start_s)
 
 
-class Blow(Motion):
+class Blow(MotionAction):
     """A gusty wind."""
 
     do: Literal["blow_wind"]
@@ -268,7 +268,7 @@ class Blow(Motion):
         world.blow(self.speed_m_s, self.for_s, start_s)
 
 
-class ShutDoor(Entry):
+class ShutDoor(TimelineAction):
     """A door is shut, or with a negative push torn open."""
 
     do: Literal["slam_door"]
@@ -279,7 +279,7 @@ class ShutDoor(Entry):
         world.shut_door(self.push_hpa, start_s)
 
 
-class Replay(Entry):
+class Replay(TimelineAction):
     """Give a recording's signals, or follow its attitude; the path counts from the scenario's folder."""
 
     do: Literal["replay"]
@@ -300,7 +300,7 @@ class Replay(Entry):
         world.replay(self.csv.content, start_s)
 
 
-class TakeInHand(Entry):
+class TakeInHand(TimelineAction):
     """A hand holds the board from now on: it turns about the wrist, and trembles."""
 
     MOVES: ClassVar[frozenset[str]] = ALTITUDE
@@ -314,7 +314,7 @@ class TakeInHand(Entry):
         world.take_in_hand(self.wrist_m, self.tremor_mg, self.tremor_hz, start_s)
 
 
-class PutDown(Entry):
+class PutDown(TimelineAction):
     """No hand holds the board any more."""
 
     MOVES: ClassVar[frozenset[str]] = ALTITUDE
@@ -329,7 +329,7 @@ Share = Annotated[float, within(limits.THROTTLE)]
 FOLLOWED_EVERY_PS = 10 * PS_PER_S // 1000
 
 
-class RunMotors(Entry):
+class RunMotors(TimelineAction):
     """The four motors run from now on: one throttle for all, four, or as the firmware's own PWM says."""
 
     LIVE: ClassVar[bool] = True
@@ -364,7 +364,7 @@ def follow_motors(board: BoardView, at_ps: int, before: tuple[float, ...]) -> No
 LONGEST_INPUT = 4096  # characters of one send
 
 
-class Jump(Entry):
+class Jump(TimelineAction):
     """A change of the world at one moment."""
 
     LIVE: ClassVar[bool] = True
@@ -499,7 +499,7 @@ class SetField(Jump):
         world.set_magnetic_field(self.field.north_ut, self.field.east_ut, self.field.down_ut)
 
 
-class Fault(Entry):
+class FaultAction(TimelineAction):
     """Break the sensor bus, for a time or for good; see I2CFault for the kinds."""
 
     do: Literal["inject_fault"]
@@ -528,7 +528,7 @@ def _parse_hex(value: object) -> bytes:
     raise ValueError(f'is {shown(value)}; give bytes in hexadecimal, such as "0d 0a"')
 
 
-class Send(Entry):
+class Send(TimelineAction):
     """Type on the terminal: a text (Latin-1) or bytes."""
 
     do: Literal["send"]
@@ -560,13 +560,13 @@ class Send(Entry):
 AnyEntry = Annotated[
     Hold
     | RotateTo
-    | Sweep
+    | SweepAction
     | TurnOver
     | FigureEight
-    | Lift
-    | FreeFall
-    | Shake
-    | Tap
+    | LiftAction
+    | FreeFallAction
+    | ShakeAction
+    | TapAction
     | DisturbField
     | PassMagnet
     | Weather
@@ -585,7 +585,7 @@ AnyEntry = Annotated[
     | SetTemperature
     | SetHumidity
     | SetField
-    | Fault
+    | FaultAction
     | Send,
     Field(discriminator="do"),
     BeforeValidator(with_current_action),

@@ -20,13 +20,13 @@ from fcu_emulator.emulator.boards.description import BoardDescription
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.scenario.loader import scenario_error
-from fcu_emulator.emulator.scenario.timeline import AnyEntry, Entry, Replay
+from fcu_emulator.emulator.scenario.timeline import AnyEntry, Replay, TimelineAction
 from fcu_emulator.emulator.time.clock import format_duration
 
-_ENTRY: TypeAdapter[Entry] = TypeAdapter(AnyEntry)
+_ENTRY: TypeAdapter[TimelineAction] = TypeAdapter(AnyEntry)
 
 
-def parse_entry(table: Mapping[str, Any], board: BoardDescription = FCU001V1) -> Entry:
+def parse_entry(table: Mapping[str, Any], board: BoardDescription = FCU001V1) -> TimelineAction:
     """A timeline entry such as ``{"do": "lift", "metres": 2, "for": "1s"}``, checked as one of a file is.
 
     ``at`` is left out: it happens when somebody performs it. Raises ScenarioError of one line, and InputError
@@ -50,7 +50,7 @@ def _of_entry(error: ValidationError) -> InputError:
     return InputError(f"{problem.key.partition('.')[2] or problem.key}: {problem.problem}")
 
 
-def entry_line(entry: Entry, at_ps: int, interrupts: bool = False) -> str:
+def entry_line(entry: TimelineAction, at_ps: int, interrupts: bool = False) -> str:
     """The entry as an inline table of one line, to happen at ``at_ps``."""
     table = entry.model_dump(mode="json", by_alias=True, exclude_unset=True, exclude_none=True)
     table = {"do": table.pop("do"), "at": format_duration(at_ps), **table}
@@ -59,7 +59,7 @@ def entry_line(entry: Entry, at_ps: int, interrupts: bool = False) -> str:
     return _value(table)
 
 
-def timeline(entries: Iterable[tuple[int, Entry]]) -> str:
+def timeline(entries: Iterable[tuple[int, TimelineAction]]) -> str:
     """``timeline = [...]``, a line for each (time in ps, entry); those that cut others short say so."""
     busy_until: dict[str, int] = {}
     lines = []
@@ -85,7 +85,7 @@ def _top_level(key: str, value: Any) -> str:
     return f"{_key(key)} = [\n{lines}]\n"
 
 
-def names_files(entries: Iterable[Entry]) -> bool:
+def names_files(entries: Iterable[TimelineAction]) -> bool:
     """Whether one of them reads a file beside its scenario."""
     return any(isinstance(entry, Replay) for entry in entries)
 

@@ -34,7 +34,7 @@ from hypothesis import strategies as st
 
 from fcu_emulator import Board
 from fcu_emulator.emulator.errors import InputError
-from fcu_emulator.emulator.strategies import Pose, Sample, Vector, attitudes, hard_irons, samples
+from fcu_emulator.emulator.strategies import MotionSample, Pose, Vector, attitudes, hard_irons, samples
 from fcu_emulator.emulator.testing.law_scenarios import (
     FILE,
     LEAST_DEG,
@@ -281,25 +281,25 @@ class _Properties:
         return ""
 
     @_of(samples())
-    def test_pitch_is_the_inclination_of_the_x_axis(self, sample: Sample) -> None:
+    def test_pitch_is_the_inclination_of_the_x_axis(self, sample: MotionSample) -> None:
         """Of the slides: pitch = atan2(-Gx, sqrt(Gy^2 + Gz^2))."""
         self._compare("pitch", sample, _inclination(sample.acc, 0))
 
     @_of(samples())
-    def test_roll_is_the_inclination_of_the_y_axis(self, sample: Sample) -> None:
+    def test_roll_is_the_inclination_of_the_y_axis(self, sample: MotionSample) -> None:
         """Of the slides with mu = 1; a firmware with another mu is compared where pitch is 0."""
         level = sample.acc[0] == 0
         self._compare("roll", sample, _inclination(sample.acc, 1) if level else None)
 
     @_of(samples(attitudes(max_roll_deg=89.0, max_pitch_deg=89.0, one_axis=True)))
-    def test_yaw_is_the_direction_of_the_x_axis_against_magnetic_north(self, sample: Sample) -> None:
+    def test_yaw_is_the_direction_of_the_x_axis_against_magnetic_north(self, sample: MotionSample) -> None:
         """With pitch or roll 0; it grows counter-clockwise, seen from above."""
         expected = _heading(sample)
         assume(expected is not None)
         self._compare("yaw", sample, expected)
 
     @_of(samples(noise_mg=30, noise_mgauss=30))
-    def test_angles_stay_within_their_ranges(self, sample: Sample) -> None:
+    def test_angles_stay_within_their_ranges(self, sample: MotionSample) -> None:
         """Pitch and roll within 90 degrees either way, yaw within 180; never a NaN."""
         found = self._angles(sample)
         self.counterexample = pose_scenario(sample.pose, {})
@@ -309,9 +309,11 @@ class _Properties:
             assert right, f"{name} is {found_deg:.3f}, outside of -{limit_deg:g} to {limit_deg:g} degrees"
 
     @_of(samples(attitudes(max_roll_deg=89.0, max_pitch_deg=89.0)), st.integers(2, 30), st.integers(2, 30))
-    def test_angles_do_not_depend_on_the_vectors_lengths(self, sample: Sample, acc: int, mag: int) -> None:
+    def test_angles_do_not_depend_on_the_vectors_lengths(
+        self, sample: MotionSample, acc: int, mag: int
+    ) -> None:
         """Neither a stronger field nor a scale factor of the accelerometer turns the board."""
-        longer = Sample(sample.pose, _times(sample.acc, acc), _times(sample.mag, mag))
+        longer = MotionSample(sample.pose, _times(sample.acc, acc), _times(sample.mag, mag))
         found, scaled = self._angles(sample), self._angles(longer)
         apart = {
             "Pitch": _apart(found.pitch, scaled.pitch),
@@ -392,14 +394,14 @@ class _Properties:
         if missing:
             raise SkipTest(missing)  # which pytest reports as skipped, and a grader can catch without pytest
 
-    def _angles(self, sample: Sample) -> Angles:
+    def _angles(self, sample: MotionSample) -> Angles:
         self._require("angles")
         return self.subject.angles(sample.acc, sample.mag)
 
     def _angle_limit_deg(self, field: str) -> float:
         return 2 * LEAST_DEG[field] if self.coarse else ANGLE_TOLERANCE_DEG
 
-    def _compare(self, name: str, sample: Sample, expected_deg: float | None) -> None:
+    def _compare(self, name: str, sample: MotionSample, expected_deg: float | None) -> None:
         found_deg = getattr(self._angles(sample), name)
         if expected_deg is None:
             return
@@ -437,7 +439,7 @@ def _inclination(acc: Vector, axis: int) -> float | None:
     return math.degrees(math.asin(sign * acc[axis] / length))
 
 
-def _heading(sample: Sample) -> float | None:
+def _heading(sample: MotionSample) -> float | None:
     """Of the X axis, in degrees; None where the field or the axis has hardly a horizontal part."""
     up = np.array(sample.acc, dtype=float)
     field = np.array(sample.mag, dtype=float)

@@ -85,7 +85,7 @@ class Wind:
 
 
 @dataclass(frozen=True)
-class Door:
+class SlammedDoor:
     """A door that is shut at ``start_s``: a push that is strongest soon and is gone within a second."""
 
     start_s: float

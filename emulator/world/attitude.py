@@ -29,7 +29,7 @@ from typing import Protocol
 
 import numpy as np
 
-from fcu_emulator.emulator.world.track import Array, MinimumJerk, Profile
+from fcu_emulator.emulator.world.track import Array, MinimumJerk, MotionProfile
 
 # -- Rotations ----------------------------------------------------------------------------------------------
 
@@ -199,7 +199,7 @@ class Turn:
     start: Array
     axis: Array
     angle_rad: float
-    profile: Profile
+    profile: MotionProfile
 
     @property
     def pace_s(self) -> float:
@@ -207,7 +207,7 @@ class Turn:
         return self.profile.duration_s
 
     @classmethod
-    def between(cls, start: Array, end: Array, profile: Profile) -> Turn:
+    def between(cls, start: Array, end: Array, profile: MotionProfile) -> Turn:
         """The shortest arc between two rotations (3, 3)."""
         axis, angle = axis_and_angle((start.T @ end)[np.newaxis])
         return cls(start, axis[0], float(angle[0]), profile)
@@ -236,7 +236,7 @@ class Twist:
     start: Array
     first: Array
     second: Array
-    profile: Profile
+    profile: MotionProfile
 
     @property
     def pace_s(self) -> float:
@@ -279,7 +279,7 @@ class Sweep:
 
     start_deg: Array
     change_deg: Array
-    profile: Profile
+    profile: MotionProfile
 
     @property
     def pace_s(self) -> float:

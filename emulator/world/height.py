@@ -38,7 +38,7 @@ class Height(Protocol):
         ...
 
 
-class Rest:
+class RestSegment:
     """At rest at ``position_m``."""
 
     pace_s = math.inf

@@ -177,7 +177,7 @@ class Agitation:
 # -- The pace of a motion: progress from 0 to 1, and its exact derivatives in time --------------------------
 
 
-class Profile(Protocol):
+class MotionProfile(Protocol):
     """Progress from 0 to 1; ``t_s`` (N,) -> (N,)."""
 
     @property

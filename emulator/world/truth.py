@@ -26,7 +26,7 @@ from fcu_emulator.emulator.world import limits
 from fcu_emulator.emulator.world.air import Drift, Puff
 from fcu_emulator.emulator.world.attitude import Attitude, Held, matrix_to_euler, to_board
 from fcu_emulator.emulator.world.hand import Grip
-from fcu_emulator.emulator.world.height import Height, Rest, Shake
+from fcu_emulator.emulator.world.height import Height, RestSegment, Shake
 from fcu_emulator.emulator.world.magnetism import HeldMagnet, Magnet, ned_to_nwu_mgauss
 from fcu_emulator.emulator.world.motors import Motors
 from fcu_emulator.emulator.world.track import Agitation, Array, Constant, Overlays, Track
@@ -85,7 +85,7 @@ class Truth:
     def __init__(self, floor_altitude_m: float) -> None:
         floor_hpa = isa_pressure_hpa(limits.ALTITUDE.check("floor_altitude_m", floor_altitude_m))
         self._attitude: Track[Attitude] = Track(Held(np.zeros(3)))
-        self._height: Track[Height] = Track(Rest(0.0))
+        self._height: Track[Height] = Track(RestSegment(0.0))
         self._grip: Track[Grip | None] = Track(None)
         self._motors: Track[Motors | None] = Track(None)
         self._shakes: Overlays[Shake] = Overlays()

@@ -19,7 +19,7 @@ import numpy.typing as npt
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.time.clock import Clock
 from fcu_emulator.emulator.world import limits
-from fcu_emulator.emulator.world.air import DOOR_HPA, DOOR_LASTS_S, Door, Drift, Puff, Wind
+from fcu_emulator.emulator.world.air import DOOR_HPA, DOOR_LASTS_S, Drift, Puff, SlammedDoor, Wind
 from fcu_emulator.emulator.world.attitude import (
     Attitude,
     Held,
@@ -34,7 +34,7 @@ from fcu_emulator.emulator.world.attitude import (
 )
 from fcu_emulator.emulator.world.follow import SETTLED, Approach, FollowedAttitude, FollowedHeight
 from fcu_emulator.emulator.world.hand import TREMOR_HZ, TREMOR_MG, WRIST_M, Grip, Tremor
-from fcu_emulator.emulator.world.height import Height, Lift, Parabola, RecordedHeight, Rest, Shake
+from fcu_emulator.emulator.world.height import Height, Lift, Parabola, RecordedHeight, RestSegment, Shake
 from fcu_emulator.emulator.world.magnetism import MOMENT_AM2, HeldMagnet, Magnet, ned_to_nwu_mgauss
 from fcu_emulator.emulator.world.motors import MOTORS, Motors
 from fcu_emulator.emulator.world.recording import MEASURED, Interpolation, Recording
@@ -78,7 +78,7 @@ class World(Truth):
         """Put the board ``metres`` above the floor, without acceleration; a shake goes on around it."""
         now = self._clock.now_s
         rest_m = limits.ALTITUDE.check("metres", metres) - self._rise_at(now)
-        self._plan_height((now, Rest(rest_m)))
+        self._plan_height((now, RestSegment(rest_m)))
 
     def set_pressure(self, hpa: float) -> None:
         """Let the weather make it ``hpa`` at the board's present altitude: another pressure at the floor."""
@@ -174,7 +174,7 @@ class World(Truth):
         laws = before.position_m, before.speed_m_s, before.acceleration_m_s2
         position, speed, acceleration = (float(law(now)[0]) for law in laws)
         hand = FollowedHeight.begin(start, time_constant, target_m, (position, speed, acceleration))
-        return self._plan_height((start, hand), (start + SETTLED * time_constant, Rest(target_m)))
+        return self._plan_height((start, hand), (start + SETTLED * time_constant, RestSegment(target_m)))
 
     def follow_magnet(
         self,
@@ -263,7 +263,7 @@ class World(Truth):
         """The height of the board becomes the height track's own, and no grip is planned any more."""
         rise_m, grip = self._rise_at(start_s), self._grip.at(start_s)
         if grip is not None:
-            self._plan_height((start_s, Rest(self._height_at(start_s) + rise_m)))
+            self._plan_height((start_s, RestSegment(self._height_at(start_s) + rise_m)))
         self._grip.plan(start_s, None)
         for signal in TURNED_SIGNALS:
             if grip is not None and grip.tremor is not None:
@@ -379,7 +379,7 @@ class World(Truth):
         way_m = limits.ALTITUDE.check("metres", metres)
         to_m = limits.ALTITUDE.check("altitude after the lift", from_m + way_m)
         lift = Lift(from_m, way_m, MinimumJerk(start, end - start))
-        return self._plan_height((start, lift), (end, Rest(to_m)))
+        return self._plan_height((start, lift), (end, RestSegment(to_m)))
 
     def free_fall(self, duration_s: float, catch_s: float = 0.05, start_s: float | None = None) -> float:
         """Let go from rest for ``duration_s``, then stop with constant deceleration in ``catch_s``.
@@ -394,7 +394,7 @@ class World(Truth):
         rest_m = limits.ALTITUDE.check("altitude after the fall", caught_m + 0.5 * speed * catch)
         fall = Parabola(start, from_m, 0.0, -gravity)
         stop = Parabola(caught, caught_m, speed, -speed / catch)
-        return self._plan_height((start, fall), (caught, stop), (caught + catch, Rest(rest_m)))
+        return self._plan_height((start, fall), (caught, stop), (caught + catch, RestSegment(rest_m)))
 
     def shake(
         self,
@@ -477,7 +477,7 @@ class World(Truth):
                     self._agitation[signal].add(start, end)
             elif group == "altitude":
                 moving = RecordedHeight(row_s, values, recording.climb_m_s2, start)
-                self._plan_height((start, moving), (end, Rest(float(values[-1]))))
+                self._plan_height((start, moving), (end, RestSegment(float(values[-1]))))
             else:
                 turning = RecordedAttitude(row_s, values, start) if len(row_s) > 1 else Held(values[0])
                 self._plan_attitude((start, turning), (end, Held(values[-1])))
@@ -509,7 +509,7 @@ class World(Truth):
         """Push air into the room for about a second; negative: a door is torn open."""
         push = limits.PUSH.check("push_hpa", push_hpa)
         start = self._start(start_s)
-        return self._puff(start, start + DOOR_LASTS_S, Door(start, push))
+        return self._puff(start, start + DOOR_LASTS_S, SlammedDoor(start, push))
 
     def _puff(self, start_s: float, end_s: float, puff: Puff) -> float:
         self._puffs.add(start_s, end_s, puff)

@@ -213,7 +213,7 @@ ZERO_DEGC = 25.0  # the temperature that reads 0
 TEMPERATURE_COUNTS = 2048  # either way
 
 
-class Thermometer:
+class MagnetometerTemperature:
     """Produces blocks of samples; ``offset_degc`` is its error."""
 
     def __init__(self, temperature_degc: Signal, offset_degc: float) -> None:

@@ -22,7 +22,7 @@ from fcu_emulator.sensors.lis2mdl.magnetometer import (
     TEMPERATURE_COUNTS,
     ZERO_DEGC,
     Magnetometer,
-    Thermometer,
+    MagnetometerTemperature,
 )
 from fcu_emulator.sensors.lis2mdl.modes import BOOT_PS, IDLE, Modes, Outputs, Streams
 from fcu_emulator.sensors.lis2mdl.registers import (
@@ -78,7 +78,7 @@ class LIS2MDL(Part):
         errors = errors or LIS2MDLErrors()
         main, mem = self.registers, self.registers.mem
         self._magnetometer = Magnetometer(magnetic_field_mgauss, temperature_degc, errors, seed, mem)
-        thermometer = Thermometer(temperature_degc, errors.temperature_offset_degc)
+        thermometer = MagnetometerTemperature(temperature_degc, errors.temperature_offset_degc)
         self._streams = streams = Streams(
             SampleStream(6, self._magnetometer.produce),
             SampleStream(2, thermometer.produce),

@@ -47,7 +47,7 @@ _MODES = {  # FIFO_CTRL.F_MODE: without the interrupt, with it
 _OFF = (Behaviour.BYPASS, Behaviour.BYPASS)
 
 
-class Fifo:
+class PressureFifo:
     """``on``: not in bypass now; ``active``: may be, so that it has to see each sample."""
 
     def __init__(self) -> None:

@@ -30,7 +30,7 @@ from fcu_emulator.sensors.lps22hb.barometer import (
 )
 from fcu_emulator.sensors.lps22hb.declaration import BUS, FUNCTIONS, SIGNALS, LPS22HBErrors
 from fcu_emulator.sensors.lps22hb.interrupt import COUNTS_PER_SIXTEENTH
-from fcu_emulator.sensors.lps22hb.output import P_READ, Output, OutputPrefetch, Pipeline
+from fcu_emulator.sensors.lps22hb.output import P_READ, OutputPrefetch, Pipeline, PressureOutput
 from fcu_emulator.sensors.lps22hb.registers import (
     CTRL_REG1,
     CTRL_REG2,
@@ -178,7 +178,7 @@ class LPS22HB(Part):
         self.streams = (self._stream,)
         self._pipeline = Pipeline(main.mem, rpds_counts_per_lsb)
         at_power_on = power_on_counts.to_bytes(PRESS_OUT.size, "little", signed=True) + bytes(TEMP_OUT.size)
-        self._output = Output(main.mem, main.version, at_power_on)
+        self._output = PressureOutput(main.mem, main.version, at_power_on)
         self._trimmed_ps = 0 if powered_on_ps is None else powered_on_ps + trimming_ps
         self._commands = Commands(main, self._barometer, self._pipeline, self._configure)
         self._wire(main)

@@ -11,7 +11,7 @@ from __future__ import annotations
 from array import array
 from collections.abc import Callable
 
-from fcu_emulator.sensors.lps22hb.fifo import Fifo
+from fcu_emulator.sensors.lps22hb.fifo import PressureFifo
 from fcu_emulator.sensors.lps22hb.interrupt import IntDrdy, PressureInterrupt, Reference
 from fcu_emulator.sensors.lps22hb.registers import PRESS_OUT, STATUS, TEMP_OUT
 from fcu_emulator.sensors.register_file import (
@@ -34,7 +34,7 @@ class Pipeline:
         self._mem = mem
         self.reference = Reference(mem, rpds_counts_per_lsb)
         self.interrupt = PressureInterrupt()
-        self.fifo = Fifo()
+        self.fifo = PressureFifo()
         self.int_drdy = IntDrdy()
         self.every_sample = False
 
@@ -96,7 +96,7 @@ _PRESS_OUT_H, _TEMP_OUT_H = PRESS_OUT.addr + 2, TEMP_OUT.addr + 1
 _P_UNREAD, _T_UNREAD = 0xFF & ~P_READ, 0xFF & ~_T_READ
 
 
-class Output:
+class PressureOutput:
     """Works on ``mem``, the part's registers; ``version`` is theirs.
 
     ``latest``: the latest sample, five bytes; ``stale``: the registers may not show what they should, so the
@@ -156,7 +156,7 @@ class OutputPrefetch:
     def __init__(
         self,
         registers: RegisterFile,
-        output: Output,
+        output: PressureOutput,
         stream: SampleStream,
         pipeline: Pipeline,
         refresh: Callable[[int], None],

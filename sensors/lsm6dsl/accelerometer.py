@@ -95,7 +95,7 @@ _XL_FROM_FAST_TO_FAST = 5  # Table 12: high performance above 833 Hz before and 
 _XL_CHANGE = 1  # Table 12: beyond those of a turn-on
 
 
-class Mode(NamedTuple):
+class PowerMode(NamedTuple):
     """A sensor's mode as AN5040 3.9 tells them apart; ``odr_hz`` is 0 in power-down and sleep.
 
     ``column``: of Table 13 or 16, whether the second one holds.
@@ -111,7 +111,7 @@ class Mode(NamedTuple):
         return self.high_performance and self.odr_hz > _XL_MIDDLE_TO_HZ
 
 
-def accelerometer_discards(old: Mode, new: Mode) -> int:
+def accelerometer_discards(old: PowerMode, new: PowerMode) -> int:
     """Samples to discard from ``old`` to ``new``, none if they are the same."""
     if new == old or not new.odr_hz:
         return 0
@@ -281,7 +281,7 @@ def add_low_pass(sections: list[Section], cutoff_hz: float, odr_hz: float) -> No
 
 # -- the sensor ---------------------------------------------------------------------------------------------
 
-_OFF = Mode(0.0, high_performance=True, column=False)
+_OFF = PowerMode(0.0, high_performance=True, column=False)
 
 
 @dataclass(frozen=True)
@@ -293,7 +293,7 @@ class AccelerometerSettings:
     chain: Chain | None
     event_filters: EventFilters
     analog_hz: float | None
-    mode: Mode
+    mode: PowerMode
     noise_rms_factor: float  # before the chain: mg RMS for each ug/sqrt(Hz) of the part's noise density
     self_test: int
     user_offset_mg: tuple[float, float, float]
@@ -330,7 +330,7 @@ class AccelerometerSettings:
             chain=filters,
             event_filters=event_filters(mem, odr),
             analog_hz=analog_hz(mem, odr, high_performance=not low_power),
-            mode=Mode(odr, not low_power, slow_to_settle(mem)),
+            mode=PowerMode(odr, not low_power, slow_to_settle(mem)),
             noise_rms_factor=factor,
             self_test=_SELF_TEST_SIGN[CTRL5_C.ST_XL.get(mem[CTRL5_C.addr])],
             user_offset_mg=_user_offset(mem),

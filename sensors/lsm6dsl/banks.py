@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 
 from fcu_emulator.sensors.lsm6dsl import registers
-from fcu_emulator.sensors.lsm6dsl.feature import Chip
+from fcu_emulator.sensors.lsm6dsl.feature import FeatureContext
 from fcu_emulator.sensors.lsm6dsl.registers import CTRL1_XL, CTRL2_G, CTRL5_C, CTRL7_G, FUNC_CFG_ACCESS
 from fcu_emulator.sensors.register import Bits, Register, RegisterMap
 from fcu_emulator.sensors.register_file import NEVER_PS, RegisterFile
@@ -280,7 +280,7 @@ class Banks:
 
 
 def on_bank_write(
-    chip: Chip, bank: int, registers: Iterable[type[Register]], changed: Callable[[int], None]
+    chip: FeatureContext, bank: int, registers: Iterable[type[Register]], changed: Callable[[int], None]
 ) -> None:
     """Call ``changed(now_ps)`` after any of ``registers`` is written; what came before is done by then.
 
@@ -325,7 +325,7 @@ class Rounding:
 
     CONFIGURATION: tuple[type[Register], ...] = (CTRL5_C, CTRL7_G)
 
-    def __init__(self, chip: Chip) -> None:
+    def __init__(self, chip: FeatureContext) -> None:
         self.active = False
         self._registers = chip.registers
         self._jumps: dict[int, int] = {}

@@ -26,7 +26,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from fcu_emulator.sensors.lsm6dsl.feature import Chip, Violations
+from fcu_emulator.sensors.lsm6dsl.feature import FeatureContext, Violations
 from fcu_emulator.sensors.lsm6dsl.registers import (
     CTRL1_XL,
     CTRL2_G,
@@ -47,7 +47,7 @@ from fcu_emulator.sensors.sampling import SampleStream, Times
 _MODE_LSB = CTRL6_C.LVL2_EN.lsb
 
 
-class Mode(IntEnum):
+class DenMode(IntEnum):
     """CTRL6_C: TRIG_EN, LVL1_EN, LVL2_EN."""
 
     OFF = 0b000
@@ -61,7 +61,7 @@ class Mode(IntEnum):
 class DenSettings:
     """``stamp_xl``: the accelerometer carries the stamp, not the gyroscope; ``axes``: which of X, Y, Z do."""
 
-    mode: Mode
+    mode: DenMode
     active_high: bool
     gates_xl: bool
     stamp_xl: bool
@@ -72,7 +72,7 @@ class DenSettings:
         """Read the settings out of the main register bank; a mode that is none is off."""
         mode, control = _mode(mem), mem[CTRL9_XL.addr]
         return cls(
-            mode=Mode(mode) if mode in set(Mode) else Mode.OFF,
+            mode=DenMode(mode) if mode in set(DenMode) else DenMode.OFF,
             active_high=bool(mem[CTRL5_C.addr] & CTRL5_C.DEN_LH.mask),
             gates_xl=bool(mem[CTRL4_C.addr] & CTRL4_C.DEN_XL_EN.mask),
             stamp_xl=bool(control & CTRL9_XL.DEN_XL_G.mask),
@@ -91,9 +91,9 @@ class DenSettings:
 def violations(mem: bytearray) -> dict[str, bool]:
     """Every setting that cannot work, and whether it is present."""
     mode = _mode(mem)
-    gates_xl = mode == Mode.EDGE and bool(mem[CTRL4_C.addr] & CTRL4_C.DEN_XL_EN.mask)
+    gates_xl = mode == DenMode.EDGE and bool(mem[CTRL4_C.addr] & CTRL4_C.DEN_XL_EN.mask)
     return {
-        f"CTRL6_C: TRIG_EN, LVL1_EN, LVL2_EN = {mode:03b}b is no data-enable mode": mode not in set(Mode),
+        f"CTRL6_C: TRIG_EN, LVL1_EN, LVL2_EN = {mode:03b}b is no data-enable mode": mode not in set(DenMode),
         "CTRL4_C.DEN_XL_EN by edge needs CTRL8_XL.LPF2_XL_EN = 0": gates_xl
         and bool(mem[CTRL8_XL.addr] & CTRL8_XL.LPF2_XL_EN.mask),
     }
@@ -170,7 +170,7 @@ class DataEnable:
         CTRL9_XL,
     )
 
-    def __init__(self, chip: Chip, stream_changed: Callable[[], None]) -> None:
+    def __init__(self, chip: FeatureContext, stream_changed: Callable[[], None]) -> None:
         self.active = False
         self._chip = chip
         self._mem = chip.registers.mem
@@ -192,7 +192,7 @@ class DataEnable:
         if was or not self._den_active:
             return
         self._windows += 1
-        if self._settings.mode is Mode.LATCHED:
+        if self._settings.mode is DenMode.LATCHED:
             self._latched = self._stamped().next_number(at_ps)
         for gate in self._gates.values():
             gate.open(at_ps)
@@ -207,9 +207,9 @@ class DataEnable:
             self._den_active = bool(self._chip.int2.applied) == settings.active_high
             self._windows = int(self._den_active)
             self._latched = _NONE
-        self.active = settings.mode is not Mode.OFF
-        self._chip.gates.fifo_open = settings.mode is not Mode.FIFO or self._den_active
-        edge = settings.mode is Mode.EDGE
+        self.active = settings.mode is not DenMode.OFF
+        self._chip.gates.fifo_open = settings.mode is not DenMode.FIFO or self._den_active
+        edge = settings.mode is DenMode.EDGE
         self._close("g", edge, now_ps)
         self._close("xl", edge and settings.gates_xl, now_ps)
         self._next = self._shown().latest(now_ps) + 1
@@ -228,7 +228,7 @@ class DataEnable:
         if not stream.running or latest < self._next:
             return
         signals = self._chip.signals
-        if self._settings.mode is Mode.LATCHED:
+        if self._settings.mode is DenMode.LATCHED:
             marked = self._latched - stream.number(0)
             if self._next <= marked <= latest:
                 signals.set("DEN_DRDY", True, stream.time_ps(marked))
@@ -236,7 +236,7 @@ class DataEnable:
             if after <= latest:
                 signals.set("DEN_DRDY", False, stream.time_ps(after))
         else:
-            passed = self._settings.mode is Mode.EDGE and stream is not self._stamped()
+            passed = self._settings.mode is DenMode.EDGE and stream is not self._stamped()
             enabled = passed or self._den_active
             signals.set("DEN_DRDY", enabled, stream.time_ps(self._next))
         self._next = latest + 1
@@ -279,7 +279,7 @@ class DataEnable:
 
     def _stamper(self, stream: SampleStream) -> Callable[[int, bytes], bytes]:
         def stamp(number: int, data: bytes) -> bytes:
-            if stream is not self._stamped() or self._settings.mode in {Mode.OFF, Mode.EDGE}:
+            if stream is not self._stamped() or self._settings.mode in {DenMode.OFF, DenMode.EDGE}:
                 return data
             return self._stamp(number, data)
 
@@ -289,9 +289,9 @@ class DataEnable:
         """Samples ``number`` and following, all under the present level, with their stamps."""
         words = np.frombuffer(data, dtype="<i2").reshape(-1, 3).copy()
         bits = np.zeros(len(words), dtype=np.int16)
-        if self._settings.mode is Mode.LATCHED:
+        if self._settings.mode is DenMode.LATCHED:
             bits[np.arange(number, number + len(words)) == self._latched] = 1
-        elif self._settings.mode is Mode.LEVEL:
+        elif self._settings.mode is DenMode.LEVEL:
             bits[:] = self._den_active
         else:
             bits[:] = self._windows > 0 and self._windows % 2 == 0  # between two windows that of the last one

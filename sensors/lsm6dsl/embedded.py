@@ -43,7 +43,7 @@ import numpy as np
 from fcu_emulator.sensors.errors import ZERO, Vec3
 from fcu_emulator.sensors.lsm6dsl.accelerometer import MG_PER_LSB
 from fcu_emulator.sensors.lsm6dsl.banks import BANK_A, BANK_B, BankA, BankB, on_bank_write
-from fcu_emulator.sensors.lsm6dsl.feature import Chip, Violations
+from fcu_emulator.sensors.lsm6dsl.feature import FeatureContext, Violations
 from fcu_emulator.sensors.lsm6dsl.function_sources import (
     SIGNIFICANT_MOTION,
     STEP,
@@ -51,8 +51,8 @@ from fcu_emulator.sensors.lsm6dsl.function_sources import (
     STEP_OVERFLOW,
     TILT,
     WRIST_TILT,
+    FunctionSource,
     FunctionSources,
-    Source,
 )
 from fcu_emulator.sensors.lsm6dsl.registers import (
     CTRL1_XL,
@@ -293,7 +293,7 @@ _RATE_HZ = 26
 _TICKS_AT_ONCE = 256
 _PEDO, _SIGN_MOTION = CTRL10_C.PEDO_EN.mask, CTRL10_C.SIGN_MOTION_EN.mask
 _TILT, _WRIST_TILT = CTRL10_C.TILT_EN.mask, CTRL10_C.WRIST_TILT_EN.mask
-_EVENTS: dict[int, tuple[Source, ...]] = {
+_EVENTS: dict[int, tuple[FunctionSource, ...]] = {
     _PEDO: (STEP, STEP_OVERFLOW, STEP_DELTA),
     _SIGN_MOTION: (SIGNIFICANT_MOTION,),
     _TILT: (TILT,),
@@ -308,7 +308,7 @@ class EmbeddedFunctions:
 
     CONFIGURATION: tuple[type[Register], ...] = (CTRL1_XL, CTRL10_C, WAKE_UP_DUR)
 
-    def __init__(self, chip: Chip, sources: FunctionSources) -> None:
+    def __init__(self, chip: FeatureContext, sources: FunctionSources) -> None:
         self.active = False
         self._chip = chip
         self._sources = sources
@@ -448,7 +448,7 @@ class EmbeddedFunctions:
                 self._raise(WRIST_TILT, at_ps)
                 self._mem[WRIST_TILT_IA.addr] |= directions
 
-    def _raise(self, source: Source, at_ps: int) -> None:
+    def _raise(self, source: FunctionSource, at_ps: int) -> None:
         """An event; first everybody else does what comes before it, so that the FIFO sees things in order."""
         self._chip.catch_up(at_ps - 1)
         self._sources.happened(source, at_ps)

@@ -26,7 +26,7 @@ from fcu_emulator.sensors.lsm6dsl.event_detectors import (
     Tap,
     WakeUp,
 )
-from fcu_emulator.sensors.lsm6dsl.feature import Chip, SignalName, Signals, Violations
+from fcu_emulator.sensors.lsm6dsl.feature import FeatureContext, SignalName, Signals, Violations
 from fcu_emulator.sensors.lsm6dsl.pins import routes
 from fcu_emulator.sensors.lsm6dsl.registers import (
     CTRL1_XL,
@@ -99,7 +99,9 @@ class Events:
         MD2_CFG,
     )
 
-    def __init__(self, chip: Chip, samples: EventSamples, rate_changed: Callable[[int], None]) -> None:
+    def __init__(
+        self, chip: FeatureContext, samples: EventSamples, rate_changed: Callable[[int], None]
+    ) -> None:
         self.active = False
         self.activity = Activity()
         self._chip = chip

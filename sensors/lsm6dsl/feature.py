@@ -95,7 +95,7 @@ class Gates:
 
 
 @dataclass(frozen=True)
-class Chip:
+class FeatureContext:
     """What a feature works with.
 
     ``registers``: the main bank; ``banks``: the embedded ones by their FUNC_CFG_ACCESS value; ``xl``, ``g``,
@@ -154,7 +154,7 @@ class Feature(Protocol):
 class Violations:
     """Remembers which are present, so that the next write to another register does not repeat the note."""
 
-    def __init__(self, chip: Chip) -> None:
+    def __init__(self, chip: FeatureContext) -> None:
         self._chip = chip
         self._present: set[str] = set()
 

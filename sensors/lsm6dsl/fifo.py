@@ -23,15 +23,15 @@ from collections.abc import Iterable
 from functools import partial
 from typing import NamedTuple
 
-from fcu_emulator.sensors.lsm6dsl.feature import Chip, SignalName, Signals, Violations
+from fcu_emulator.sensors.lsm6dsl.feature import FeatureContext, SignalName, Signals, Violations
 from fcu_emulator.sensors.lsm6dsl.fifo_sets import (
     CONFIGURATION,
     TRIGGERS,
     WORDS,
     DataSets,
+    FifoMode,
+    FifoPattern,
     FifoSettings,
-    Mode,
-    Pattern,
     SampleTriggers,
     Writer,
     violations,
@@ -174,7 +174,7 @@ _TRIGGERS_AT_ONCE = 512
 _HEARD: tuple[SignalName, ...] = (*TRIGGERS, "SENSORHUB")
 
 
-class Event(NamedTuple):
+class FifoEvent(NamedTuple):
     """Something the FIFO has heard of and not dealt with yet."""
 
     at_ps: int
@@ -186,7 +186,7 @@ class Fifo:
 
     CONFIGURATION = CONFIGURATION
 
-    def __init__(self, chip: Chip, timestamp: Timestamp) -> None:
+    def __init__(self, chip: FeatureContext, timestamp: Timestamp) -> None:
         self.active = False
         self._chip = chip
         self._mem = chip.registers.mem
@@ -195,7 +195,7 @@ class Fifo:
         self._violations = Violations(chip)
         self._settings = FifoSettings.decode(self._mem)
         self._contents = self._sets.contents(self._settings.layout)
-        self._pattern = Pattern(self._settings.layout.decimations)
+        self._pattern = FifoPattern(self._settings.layout.decimations)
         self._pattern_first = 0  # number of the word at which the pattern began
         self._trigger = 0  # number of the next trigger in the pattern
         self._samples = SampleTriggers(chip)
@@ -203,7 +203,7 @@ class Fifo:
         self._flags = FifoFlags(self._buffer, chip.signals)
         self._open = True  # as far as data enable is concerned
         self._done_ps = -1  # everything until then has been dealt with
-        self._events: list[Event] = []
+        self._events: list[FifoEvent] = []
         self._wire()
 
     def _wire(self) -> None:
@@ -223,8 +223,8 @@ class Fifo:
         self._settings = new
         self._buffer.depth, self._flags.watermark = new.depth, new.watermark
         self._sets.mark()
-        self.active = new.mode is not Mode.BYPASS
-        if not self.active or old.mode is Mode.BYPASS:
+        self.active = new.mode is not FifoMode.BYPASS
+        if not self.active or old.mode is FifoMode.BYPASS:
             self._clear()
         elif changed:
             self._chip.note(now_ps, "forbidden", "FIFO configuration changed without going through bypass")
@@ -275,7 +275,7 @@ class Fifo:
 
     def _take_layout(self) -> None:
         layout = self._settings.layout
-        self._pattern = Pattern(layout.decimations)
+        self._pattern = FifoPattern(layout.decimations)
         self._contents = self._sets.contents(layout)
         self._begin_pattern()
 
@@ -283,13 +283,13 @@ class Fifo:
 
     def _hear(self, name: SignalName, on: bool, at_ps: int) -> None:
         if on and self.active:
-            self._events.append(Event(at_ps, name))
+            self._events.append(FifoEvent(at_ps, name))
 
-    def _deal_with(self, event: Event) -> None:
+    def _deal_with(self, event: FifoEvent) -> None:
         settings = self._settings
         if event.name in settings.triggers and not self._switched:
             self._switched = True
-            if settings.mode is Mode.BYPASS_TO_CONTINUOUS:
+            if settings.mode is FifoMode.BYPASS_TO_CONTINUOUS:
                 self._samples.begin(event.at_ps)
             self._update_flags(event.at_ps)
         if event.name == settings.layout.writer.value and settings.layout.odr_fifo and self._collects():
@@ -298,14 +298,14 @@ class Fifo:
     # -- writing ----------------------------------------------------------------------------------------
 
     def _waits(self) -> bool:
-        return self._settings.mode is Mode.BYPASS_TO_CONTINUOUS and not self._switched
+        return self._settings.mode is FifoMode.BYPASS_TO_CONTINUOUS and not self._switched
 
     def _collects(self) -> bool:
         return self._open and not (self._stopped or self._waits())
 
     def _stops_when_full(self) -> bool:
         mode = self._settings.mode
-        return mode is Mode.FIFO or (mode is Mode.CONTINUOUS_TO_FIFO and self._switched)
+        return mode is FifoMode.FIFO or (mode is FifoMode.CONTINUOUS_TO_FIFO and self._switched)
 
     def _collect(self, until_ps: int) -> None:
         """Store the data sets of every sample that triggers, until ``until_ps`` and with it."""

@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcu_emulator.sensors.lsm6dsl.accelerometer import ODR_HZ
-from fcu_emulator.sensors.lsm6dsl.feature import Chip, Gates, SignalName
+from fcu_emulator.sensors.lsm6dsl.feature import FeatureContext, Gates, SignalName
 from fcu_emulator.sensors.lsm6dsl.registers import (
     CTRL1_XL,
     CTRL2_G,
@@ -89,7 +89,7 @@ _TRIGGERS: tuple[tuple[SignalName, int, int], ...] = (
 TRIGGERS: tuple[SignalName, ...] = tuple(name for name, _, _ in _TRIGGERS)
 
 
-class Mode(IntEnum):
+class FifoMode(IntEnum):
     """FIFO_CTRL5.FIFO_MODE."""
 
     BYPASS = 0
@@ -115,7 +115,7 @@ class Fourth(Enum):
     TEMPERATURE = 2
 
 
-class Pattern:
+class FifoPattern:
     """Which sets are written at each trigger: set ``s`` at every ``decimations[s]``-th; the first writes all.
 
     ``period``: triggers until it repeats; ``length``: words of a period; ``widest``: words of the first one.
@@ -159,7 +159,7 @@ class Layout:
 class FifoSettings:
     """The FIFO's configuration; ``triggers``: the signals that switch a triggered mode over."""
 
-    mode: Mode
+    mode: FifoMode
     layout: Layout
     watermark: int
     depth: int
@@ -173,7 +173,7 @@ class FifoSettings:
         watermark = mem[FIFO_CTRL1.addr] | FIFO_CTRL2.FTH_10_8.get(mem[FIFO_CTRL2.addr]) << 8
         limited = bool(mem[FIFO_CTRL4.addr] & FIFO_CTRL4.STOP_ON_FTH.mask) and watermark > 0
         return cls(
-            mode=Mode(mode) if mode in set(Mode) else Mode.BYPASS,
+            mode=FifoMode(mode) if mode in set(FifoMode) else FifoMode.BYPASS,
             layout=_layout(mem),
             watermark=watermark,
             depth=watermark if limited else WORDS,
@@ -186,14 +186,14 @@ def violations(mem: bytearray) -> dict[str, bool]:
     """Every setting that cannot work, and whether it is present."""
     ctrl2, ctrl4, ctrl5 = mem[FIFO_CTRL2.addr], mem[FIFO_CTRL4.addr], mem[FIFO_CTRL5.addr]
     mode = FIFO_CTRL5.FIFO_MODE.get(ctrl5)
-    on = mode != Mode.BYPASS
+    on = mode != FifoMode.BYPASS
     decimations = _decimations(mem)
     both = FIFO_CTRL2.TIMER_PEDO_FIFO_EN.mask | FIFO_CTRL2.FIFO_TEMP_EN.mask
     bus = CTRL3_C.BDU.mask | CTRL3_C.IF_INC.mask
     unlimited = not mem[FIFO_CTRL1.addr] and not ctrl2 & FIFO_CTRL2.FTH_10_8.mask
     mixed = not decimations[0] or bool(decimations[1])
     return {
-        f"FIFO_CTRL5.FIFO_MODE = {mode} is reserved": mode not in set(Mode),
+        f"FIFO_CTRL5.FIFO_MODE = {mode} is reserved": mode not in set(FifoMode),
         "FIFO_CTRL5.ODR_FIFO above 10": FIFO_CTRL5.ODR_FIFO.get(ctrl5) >= len(ODR_HZ),
         "FIFO_CTRL2.FIFO_TEMP_EN needs TIMER_PEDO_FIFO_EN = 0": on and ctrl2 & both == both,
         "FIFO_CTRL4.ONLY_HIGH_DATA needs the gyroscope's set and no accelerometer's": on
@@ -287,7 +287,7 @@ class LatestSample:
 class DataSets:
     """Reads the sets out of streams, registers and timestamp."""
 
-    def __init__(self, chip: Chip, timestamp: Timestamp) -> None:
+    def __init__(self, chip: FeatureContext, timestamp: Timestamp) -> None:
         self._mem = chip.registers.mem
         self._timestamp = timestamp
         self._xl, self._g = LatestSample(chip.xl, chip.gates), LatestSample(chip.g, chip.gates)
@@ -354,7 +354,7 @@ def _words(rows: NDArray[np.uint8]) -> Rows:
 class SampleTriggers:
     """Counts the leading sensor's samples; ``rate_code``: ODR_FIFO, 0 for off."""
 
-    def __init__(self, chip: Chip) -> None:
+    def __init__(self, chip: FeatureContext) -> None:
         self._chip = chip
         self._leader = chip.xl  # as it is shown
         self._every = 0  # samples from trigger to trigger; 0: none triggers

@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from fcu_emulator.sensors.lsm6dsl.feature import Chip, SignalName
+from fcu_emulator.sensors.lsm6dsl.feature import FeatureContext, SignalName
 from fcu_emulator.sensors.lsm6dsl.registers import (
     DRDY_PULSE_CFG_G,
     FUNC_SRC1,
@@ -39,7 +39,7 @@ _IRON_PERIOD_PS = PS_PER_S // 100
 
 
 @dataclass(frozen=True, eq=False)
-class Source:
+class FunctionSource:
     """An event: its bit, its signal, and the routing bits of which one must be set for it to latch.
 
     ``bit_ps``: how long the bit stays when it is not latched; None: until it is taken back.
@@ -52,43 +52,45 @@ class Source:
     bit_ps: int | None = _FUNCTION_PERIOD_PS
 
 
-STEP = Source(
+STEP = FunctionSource(
     FUNC_SRC1,
     FUNC_SRC1.STEP_DETECTED.mask,
     "STEP_DETECTOR",
     ((INT1_CTRL, INT1_CTRL.INT1_STEP_DETECTOR.mask),),
 )
-STEP_OVERFLOW = Source(
+STEP_OVERFLOW = FunctionSource(
     FUNC_SRC1,
     FUNC_SRC1.STEP_OVERFLOW.mask,
     "STEP_COUNT_OV",
     ((INT2_CTRL, INT2_CTRL.INT2_STEP_COUNT_OV.mask),),
 )
-STEP_DELTA = Source(
+STEP_DELTA = FunctionSource(
     FUNC_SRC1,
     FUNC_SRC1.STEP_COUNT_DELTA_IA.mask,
     "STEP_DELTA",
     ((INT2_CTRL, INT2_CTRL.INT2_STEP_DELTA.mask),),
 )
-SIGNIFICANT_MOTION = Source(
+SIGNIFICANT_MOTION = FunctionSource(
     FUNC_SRC1, FUNC_SRC1.SIGN_MOTION_IA.mask, "SIGN_MOT", ((INT1_CTRL, INT1_CTRL.INT1_SIGN_MOT.mask),)
 )
-TILT = Source(
+TILT = FunctionSource(
     FUNC_SRC1,
     FUNC_SRC1.TILT_IA.mask,
     "TILT",
     ((MD1_CFG, MD1_CFG.INT1_TILT.mask), (MD2_CFG, MD2_CFG.INT2_TILT.mask)),
 )
-WRIST_TILT = Source(
+WRIST_TILT = FunctionSource(
     FUNC_SRC2,
     FUNC_SRC2.WRIST_TILT_IA.mask,
     "WRIST_TILT",
     ((DRDY_PULSE_CFG_G, DRDY_PULSE_CFG_G.INT2_WRIST_TILT.mask),),
 )
 _HUB_ROUTES = ((MASTER_CONFIG, MASTER_CONFIG.DRDY_ON_INT1.mask),)
-HUB_IDLE = Source(FUNC_SRC1, FUNC_SRC1.SENSORHUB_END_OP.mask, "SENSORHUB", _HUB_ROUTES, None)
-HUB_CORRECTED = Source(FUNC_SRC1, FUNC_SRC1.SENSORHUB_END_OP.mask, "SENSORHUB", _HUB_ROUTES, _IRON_PERIOD_PS)
-IRON = Source(
+HUB_IDLE = FunctionSource(FUNC_SRC1, FUNC_SRC1.SENSORHUB_END_OP.mask, "SENSORHUB", _HUB_ROUTES, None)
+HUB_CORRECTED = FunctionSource(
+    FUNC_SRC1, FUNC_SRC1.SENSORHUB_END_OP.mask, "SENSORHUB", _HUB_ROUTES, _IRON_PERIOD_PS
+)
+IRON = FunctionSource(
     FUNC_SRC1,
     FUNC_SRC1.SI_END_OP.mask,
     "IRON",
@@ -124,14 +126,14 @@ class FunctionSources:
         TAP_CFG,
     )
 
-    def __init__(self, chip: Chip) -> None:
+    def __init__(self, chip: FeatureContext) -> None:
         self.active = False
         self._chip = chip
         self._mem = chip.registers.mem
-        self._latching: set[Source] = set()
-        self._held: set[Source] = set()
-        self._pin_ends: dict[Source, int] = {}
-        self._bit_ends: dict[Source, int] = {}
+        self._latching: set[FunctionSource] = set()
+        self._held: set[FunctionSource] = set()
+        self._pin_ends: dict[FunctionSource, int] = {}
+        self._bit_ends: dict[FunctionSource, int] = {}
         for register in (FUNC_SRC1, FUNC_SRC2, WRIST_TILT_IA):
             chip.registers.before_read(register, self._before_read)
         chip.registers.after_read(FUNC_SRC1, self._release_func_src1)
@@ -139,7 +141,7 @@ class FunctionSources:
 
     # -- for the functions ------------------------------------------------------------------------------
 
-    def happened(self, source: Source, at_ps: int) -> None:
+    def happened(self, source: FunctionSource, at_ps: int) -> None:
         """An event: set bit and signal, and settle how they will end."""
         self.catch_up(at_ps)
         self._mem[source.register.addr] |= source.mask
@@ -152,12 +154,12 @@ class FunctionSources:
             self.active = True
         self._chip.signals.set(source.signal, on=True, at_ps=at_ps)
 
-    def show(self, source: Source, *, on: bool) -> None:
+    def show(self, source: FunctionSource, *, on: bool) -> None:
         """Set or take back the bit of a source that is a level; one that latches is left alone."""
         if source not in self._latching:
             self._set_bit(source, on=on)
 
-    def fall(self, sources: Iterable[Source], at_ps: int) -> None:
+    def fall(self, sources: Iterable[FunctionSource], at_ps: int) -> None:
         """The function behind ``sources`` is off: its bits and signals fall."""
         self.catch_up(at_ps)
         for source in sources:
@@ -221,11 +223,11 @@ class FunctionSources:
         del first, end
         self.fall([source for source in self._held_in_order() if source.register is FUNC_SRC2], now_ps)
 
-    def _held_in_order(self) -> list[Source]:
+    def _held_in_order(self) -> list[FunctionSource]:
         """A set has no order of its own, and edges at the same time must come in the same one every run."""
         return [source for source in _SOURCES if source in self._held]
 
-    def _set_bit(self, source: Source, *, on: bool) -> None:
+    def _set_bit(self, source: FunctionSource, *, on: bool) -> None:
         address = source.register.addr
         if on:
             self._mem[address] |= source.mask

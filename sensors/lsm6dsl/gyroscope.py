@@ -42,7 +42,7 @@ from fcu_emulator.sensors.filters import (
     response,
 )
 from fcu_emulator.sensors.front_end import Deviation, Flicker, FrontEnd, NoiseSource, kernel, noise_key
-from fcu_emulator.sensors.lsm6dsl.accelerometer import ODR_HZ, Mode, add_low_pass
+from fcu_emulator.sensors.lsm6dsl.accelerometer import ODR_HZ, PowerMode, add_low_pass
 from fcu_emulator.sensors.lsm6dsl.declaration import LSM6DSLErrors
 from fcu_emulator.sensors.lsm6dsl.registers import CTRL2_G, CTRL4_C, CTRL5_C, CTRL6_C, CTRL7_G
 from fcu_emulator.sensors.part import Signal
@@ -66,7 +66,7 @@ _G_TURN_ON = {
 _G_LOW_POWER, _G_CHANGE = 1, 2  # Table 14: beyond the drive's start; change in high performance
 
 
-def gyroscope_discards(old: Mode, new: Mode) -> int:
+def gyroscope_discards(old: PowerMode, new: PowerMode) -> int:
     """Samples to discard from ``old`` to ``new`` once the drive runs, none if they are the same."""
     if new == old or not new.odr_hz:
         return 0
@@ -164,7 +164,7 @@ _PS_PER_MS = PS_PER_S // 1000
 
 SELF_TEST_DPS = (50.0, 400.0, 400.0, 400.0, 50.0)  # Table 3 allows 20 to 80 at 250 dps, 150 to 700 at 2000
 _SELF_TEST_SIGN = (0, 1, 0, -1)  # CTRL5_C.ST_G; 2 is not allowed
-_OFF = Mode(0.0, high_performance=True, column=False)
+_OFF = PowerMode(0.0, high_performance=True, column=False)
 
 
 @dataclass(frozen=True)
@@ -177,7 +177,7 @@ class GyroscopeSettings:
     noise_rms_factor: float  # before the chain: mdps RMS for each mdps/sqrt(Hz) of the part's noise density
     self_test: int
     driven: bool  # also in sleep
-    mode: Mode
+    mode: PowerMode
 
     @classmethod
     def decode(cls, mem: bytearray) -> GyroscopeSettings:
@@ -201,7 +201,7 @@ class GyroscopeSettings:
             noise_rms_factor=factor,
             self_test=_SELF_TEST_SIGN[CTRL5_C.ST_G.get(mem[CTRL5_C.addr])],
             driven=code > 0,
-            mode=Mode(odr, not low_power, bool(mem[CTRL4_C.addr] & CTRL4_C.LPF1_SEL_G.mask)),
+            mode=PowerMode(odr, not low_power, bool(mem[CTRL4_C.addr] & CTRL4_C.LPF1_SEL_G.mask)),
         )
 
 

@@ -33,7 +33,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcu_emulator.sensors.lsm6dsl.banks import BANK_A, BankA, on_bank_write
-from fcu_emulator.sensors.lsm6dsl.feature import Chip, Violations
+from fcu_emulator.sensors.lsm6dsl.feature import FeatureContext, Violations
 from fcu_emulator.sensors.lsm6dsl.function_sources import HUB_CORRECTED, HUB_IDLE, IRON, FunctionSources
 from fcu_emulator.sensors.lsm6dsl.registers import (
     CTRL1_XL,
@@ -241,7 +241,7 @@ _FASTEST_HZ = 104
 class Trigger:
     """``by_pin``: INT2 triggers, not the samples."""
 
-    def __init__(self, chip: Chip) -> None:
+    def __init__(self, chip: FeatureContext) -> None:
         self.by_pin = False
         self._chip = chip
         self._stream, self._every, self._next = chip.xl, 1, 0  # the samples, and the next one that triggers
@@ -323,7 +323,7 @@ class SensorHub:
         MASTER_CONFIG,
     )
 
-    def __init__(self, chip: Chip, sources: FunctionSources) -> None:
+    def __init__(self, chip: FeatureContext, sources: FunctionSources) -> None:
         self.active = False
         self.pass_through = False
         self.bus = AuxiliaryBus()

@@ -19,7 +19,7 @@ from fcu_emulator.sensors.lsm6dsl.declaration import BUS, FUNCTIONS, SIGNALS, LS
 from fcu_emulator.sensors.lsm6dsl.den import DataEnable
 from fcu_emulator.sensors.lsm6dsl.embedded import EmbeddedFunctions
 from fcu_emulator.sensors.lsm6dsl.events import Events
-from fcu_emulator.sensors.lsm6dsl.feature import Chip, Feature, Signals, Violations
+from fcu_emulator.sensors.lsm6dsl.feature import Feature, FeatureContext, Signals, Violations
 from fcu_emulator.sensors.lsm6dsl.fifo import Fifo
 from fcu_emulator.sensors.lsm6dsl.function_sources import FunctionSources
 from fcu_emulator.sensors.lsm6dsl.gyroscope import Gyroscope
@@ -63,7 +63,7 @@ class Features:
 
     def __init__(
         self,
-        chip: Chip,
+        chip: FeatureContext,
         samples: EventSamples,
         rate_changed: Callable[[int], None],
         stream_changed: Callable[[], None],
@@ -167,7 +167,7 @@ class LSM6DSL(Part):
         self._clearing = SelfClearingBits(self.registers, CTRL3_C)
         self.int1, self.int2 = Pin("INT1"), Pin("INT2")
         self.int2.on_input = self._int2_applied
-        self._chip = Chip(
+        self._chip = FeatureContext(
             self.registers,
             self._banks.embedded,
             *self._measuring.streams,

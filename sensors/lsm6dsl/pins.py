@@ -19,7 +19,7 @@ from __future__ import annotations
 from functools import partial
 from typing import TypeAlias
 
-from fcu_emulator.sensors.lsm6dsl.feature import SIGNAL_NAMES, Chip, SignalName, Signals
+from fcu_emulator.sensors.lsm6dsl.feature import SIGNAL_NAMES, FeatureContext, SignalName, Signals
 from fcu_emulator.sensors.lsm6dsl.registers import (
     CTRL1_XL,
     CTRL2_G,
@@ -122,7 +122,7 @@ class Routing:
         MD2_CFG,
     )
 
-    def __init__(self, chip: Chip) -> None:
+    def __init__(self, chip: FeatureContext) -> None:
         self.active = False
         self._chip = chip
         self._on: set[SignalName] = set()  # of the routed signals, as far as applied
@@ -222,7 +222,7 @@ class DataReadySignals:
         INT2_CTRL,
     )
 
-    def __init__(self, chip: Chip) -> None:
+    def __init__(self, chip: FeatureContext) -> None:
         self.active = False
         self._chip = chip
         self._pulsed = self._masked = self._wired = False

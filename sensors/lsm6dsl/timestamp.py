@@ -13,7 +13,7 @@ milliseconds of the embedded functions are nominal in every part.
 
 from __future__ import annotations
 
-from fcu_emulator.sensors.lsm6dsl.feature import Chip
+from fcu_emulator.sensors.lsm6dsl.feature import FeatureContext
 from fcu_emulator.sensors.lsm6dsl.registers import (
     CTRL1_XL,
     CTRL2_G,
@@ -38,7 +38,7 @@ class Timestamp:
 
     CONFIGURATION: tuple[type[Register], ...] = (CTRL1_XL, CTRL2_G, CTRL10_C, WAKE_UP_DUR)
 
-    def __init__(self, chip: Chip) -> None:
+    def __init__(self, chip: FeatureContext) -> None:
         self.active = False
         self._chip = chip
         self._mem = chip.registers.mem

@@ -19,7 +19,7 @@ import pytest
 from numpy.typing import NDArray
 
 from fcu_emulator.emulator.analysis.compare import Rules, compare
-from fcu_emulator.emulator.analysis.observation import TERMINAL, TIMER, Entry, Observation
+from fcu_emulator.emulator.analysis.observation import TERMINAL, TIMER, Observation, ObservedItem
 from fcu_emulator.emulator.scenario import scenario_names
 from tests.support.arm.agreement import Track, numbers_of, ran, replayed, text_of
 
@@ -61,7 +61,7 @@ RESOLUTION = {
 WITHIN_MS = 100  # some samples of the barometer, and longer than the C firmware takes to format a line
 
 
-def _without_counts(observation: Observation) -> dict[str, Sequence[Entry]]:
+def _without_counts(observation: Observation) -> dict[str, Sequence[ObservedItem]]:
     """What was seen, but of the timer its rate only."""
     return {**observation.sequences, TIMER: observation.sequences[TIMER][:1]}
 

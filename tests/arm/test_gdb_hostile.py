@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from fcu_emulator.emulator.chip.gdb.core_target import CoreTarget
 from fcu_emulator.emulator.chip.gdb.description import REGISTERS
-from fcu_emulator.emulator.chip.gdb.session import Session
+from fcu_emulator.emulator.chip.gdb.session import GdbSession
 from fcu_emulator.emulator.chip.memory_map import RAM
 from fcu_emulator.emulator.time.clock import PS_PER_US
 from tests.support.arm.core_bench import CODE, PROBE, CoreBench, interrupts, store
@@ -69,7 +69,7 @@ def test_no_packet_breaks_the_core(packets: list[bytes]) -> None:
     bench = CoreBench(PROGRAM)
     target = CoreTarget(bench.core, bench.clock, bench.core.run_until_ps)
     sent: list[bytes] = []
-    session = Session(target, lambda command: command, sent.append)
+    session = GdbSession(target, lambda command: command, sent.append)
     for packet in packets:
         sent.clear()
         session.handle(packet)

@@ -19,8 +19,8 @@ from fcu_emulator.emulator.chip.gdb.packets import (
     frame,
     unescape,
 )
-from fcu_emulator.emulator.chip.gdb.session import Ending
-from fcu_emulator.emulator.chip.gdb.target import Point, PointKind, Stop
+from fcu_emulator.emulator.chip.gdb.session import DebuggerExit
+from fcu_emulator.emulator.chip.gdb.target import HaltReason, Point, PointKind
 from fcu_emulator.emulator.chip.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE
 from tests.support.arm.gdb_fakes import INSTRUCTION_PS, LOOP_END, START, Debugger, FakeTarget
 
@@ -294,7 +294,7 @@ def test_control_c_stops_and_nothing_is_answered_while_running(gdb: Debugger) ->
 
 def test_a_failure_is_told_on_the_console_and_halts(gdb: Debugger) -> None:
     gdb.session.handle(b"c")
-    gdb.session.stopped(Stop(failure="HardFault in main"))
+    gdb.session.stopped(HaltReason(failure="HardFault in main"))
 
     assert gdb.sent == [b"O" + b"HardFault in main\n".hex().encode(), b"T0bthread:1;"]
     assert gdb.session.halted
@@ -322,10 +322,14 @@ def test_points_are_bounded(gdb: Debugger) -> None:
 
 @pytest.mark.parametrize(
     ("packet", "ending", "sent"),
-    [(b"D", Ending.DETACHED, [OK]), (b"k", Ending.KILLED, []), (b"vKill;1", Ending.KILLED, [OK])],
+    [
+        (b"D", DebuggerExit.DETACHED, [OK]),
+        (b"k", DebuggerExit.KILLED, []),
+        (b"vKill;1", DebuggerExit.KILLED, [OK]),
+    ],
 )
 def test_a_debugger_leaves_and_takes_its_points_along(
-    gdb: Debugger, packet: bytes, ending: Ending, sent: list[bytes]
+    gdb: Debugger, packet: bytes, ending: DebuggerExit, sent: list[bytes]
 ) -> None:
     gdb.ask(b"Z0,%x,2" % START)
     assert gdb.target.points == {Point(PointKind.SOFTWARE_BREAK, START, 2)}

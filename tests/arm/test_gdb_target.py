@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fcu_emulator.emulator.chip.gdb.core_target import CoreTarget
-from fcu_emulator.emulator.chip.gdb.target import Point, PointKind, Stop
+from fcu_emulator.emulator.chip.gdb.target import HaltReason, Point, PointKind
 from fcu_emulator.emulator.chip.memory_map import FLASH, RAM
 from fcu_emulator.emulator.time.clock import PS_PER_US
 from tests.support.arm.core_bench import CODE, PROBE, CoreBench, interrupts, store
@@ -30,15 +30,15 @@ class Debugged:
         self.target.add(point)
         return point
 
-    def go(self, until_us: float = 1000) -> Stop | None:
+    def go(self, until_us: float = 1000) -> HaltReason | None:
         self.target.resume()
         return self.run(until_us)
 
-    def step(self, until_us: float = 1000) -> Stop | None:
+    def step(self, until_us: float = 1000) -> HaltReason | None:
         self.target.step()
         return self.run(until_us)
 
-    def run(self, until_us: float) -> Stop | None:
+    def run(self, until_us: float) -> HaltReason | None:
         return self.target.run_until_ps(round(until_us * PS_PER_US))
 
     @property
@@ -66,7 +66,7 @@ def test_a_breakpoint_stops_in_front_of_its_instruction_each_time_it_is_reached(
 
     stops = [(gdb.go(), gdb.now_us, gdb.target.read_registers()["r0"]) for _ in range(3)]
 
-    assert stops == [(Stop(point, point.address), 1 + 3 * n, n) for n in range(3)]
+    assert stops == [(HaltReason(point, point.address), 1 + 3 * n, n) for n in range(3)]
 
 
 def test_a_breakpoint_taken_away_stops_no_more_and_one_that_comes_back_does() -> None:
@@ -78,7 +78,7 @@ def test_a_breakpoint_taken_away_stops_no_more_and_one_that_comes_back_does() ->
     gdb.target.halt()
     gdb.target.add(point)
 
-    assert gdb.go() == Stop(point, point.address)
+    assert gdb.go() == HaltReason(point, point.address)
     assert 50 < gdb.now_us <= 54
 
 
@@ -134,7 +134,7 @@ def test_a_breakpoint_in_the_handler_of_an_interrupt_stops() -> None:
     gdb.bench.pulse_at_us(500, 3)
     point = gdb.break_at("irq3")
 
-    assert gdb.go() == Stop(point, point.address)
+    assert gdb.go() == HaltReason(point, point.address)
     assert gdb.now_us == 500 + 12  # the cycles of the entry
     assert gdb.target.read_registers()["xpsr"] & 0x1FF == 16 + 3
 
@@ -159,7 +159,7 @@ def test_a_breakpoint_inside_an_it_block_stops_if_the_condition_holds(
     gdb = Debugged(IT_BLOCK.format(value=value))
     point = gdb.break_at(label)
 
-    assert gdb.go() == Stop(point, point.address)
+    assert gdb.go() == HaltReason(point, point.address)
     assert gdb.target.read_registers()["r1"] == r1
     assert gdb.go(until_us=50) is None
     assert gdb.target.read_registers()["r1"] == (11 if value else 12)
@@ -180,7 +180,7 @@ def test_a_step_is_one_instruction_at_a_time_also_inside_an_it_block() -> None:
     gdb = Debugged(IT_BLOCK.format(value=1))
     labels = []
     for _ in range(8):
-        assert gdb.step() == Stop()
+        assert gdb.step() == HaltReason()
         labels.append(next((name for name, at in gdb.bench.labels.items() if at == gdb.pc), ""))
 
     assert labels == ["", "", "block", "first", "second", "third", "after", ""]
@@ -217,7 +217,7 @@ def test_a_block_in_single_steps_does_what_it_does_as_a_whole(
     """
     stepped, free = Debugged(program), CoreBench(program)
     while stepped.pc != stepped.at("done"):
-        assert stepped.step() == Stop()
+        assert stepped.step() == HaltReason()
     stepped.go(until_us=40)
     free.run_us(40)
 
@@ -231,10 +231,10 @@ def test_a_step_over_wfi_ends_behind_it_and_the_next_one_in_the_handler_that_wak
     gdb.break_at("sleep")
     assert gdb.go() is not None
 
-    assert gdb.step() == Stop()
+    assert gdb.step() == HaltReason()
     assert gdb.pc == gdb.at("behind")
     assert gdb.step(until_us=400) is None  # asleep
-    assert gdb.run(until_us=1000) == Stop()
+    assert gdb.run(until_us=1000) == HaltReason()
     assert (gdb.pc, gdb.now_us) == (gdb.at("irq3"), 512)
 
 
@@ -245,10 +245,10 @@ def test_a_step_goes_into_the_interrupt_that_is_due_and_into_svc() -> None:
     gdb.break_at("call")
     assert gdb.go() is not None
 
-    assert gdb.step() == Stop()
+    assert gdb.step() == HaltReason()
     assert gdb.pc == gdb.at("svc")
     gdb.bench.pulse(3)
-    assert gdb.step() == Stop()
+    assert gdb.step() == HaltReason()
     assert gdb.pc != gdb.at("irq3")  # equal priority does not preempt (ARMv7-M ARM B1.5.4)
     gdb.target.write_register("basepri", 0)
     places = []
@@ -308,7 +308,7 @@ def test_a_watchpoint_stops_behind_each_access_that_touches_it(
     while (stop := gdb.go(until_us=50)) is not None:
         seen.append((gdb.pc, stop))
 
-    assert seen == [(gdb.at(label), Stop(point, RAM + at)) for label, at in stops]
+    assert seen == [(gdb.at(label), HaltReason(point, RAM + at)) for label, at in stops]
 
 
 def test_the_value_is_there_when_a_watchpoint_has_stopped() -> None:
@@ -324,8 +324,11 @@ def test_registers_of_peripherals_can_be_watched_and_nothing_happens_twice() -> 
     for kind, offset in ((PointKind.READ, 8), (PointKind.WRITE, 0)):
         gdb.target.add(Point(kind, PROBE + offset, 4))
 
-    assert (gdb.go(), gdb.pc) == (Stop(Point(PointKind.READ, PROBE + 8, 4), PROBE + 8), gdb.at("behind"))
-    assert (gdb.go(), gdb.pc) == (Stop(Point(PointKind.WRITE, PROBE, 4), PROBE), gdb.at("end"))
+    assert (gdb.go(), gdb.pc) == (
+        HaltReason(Point(PointKind.READ, PROBE + 8, 4), PROBE + 8),
+        gdb.at("behind"),
+    )
+    assert (gdb.go(), gdb.pc) == (HaltReason(Point(PointKind.WRITE, PROBE, 4), PROBE), gdb.at("end"))
     assert gdb.go(until_us=50) is None
     assert gdb.bench.values == [1]
 
@@ -340,7 +343,7 @@ def test_a_write_through_the_bit_band_alias_is_seen(place: int, alias: int) -> N
     point = Point(PointKind.WRITE, place, 1)
     gdb.target.add(point)
 
-    assert gdb.go() == Stop(point, place)
+    assert gdb.go() == HaltReason(point, place)
     assert gdb.pc == gdb.at("behind")
 
 
@@ -353,7 +356,7 @@ def test_bkpt_halts_and_going_on_goes_on_behind_it() -> None:
     """ARMv7-M ARM C1.4.1."""
     gdb = Debugged(BKPT)
 
-    assert gdb.go() == Stop()
+    assert gdb.go() == HaltReason()
     assert gdb.pc == gdb.at("stop")
     assert gdb.go(until_us=50) is None
     assert gdb.target.read_registers()["r0"] == 2
@@ -386,7 +389,7 @@ def test_reset_goes_to_the_first_instruction() -> None:
     registers = gdb.target.read_registers()
     assert (registers["pc"], registers["sp"], registers["r0"]) == (gdb.at("reset"), RAM + 0x1_0000, 0)
     assert gdb.now_us == before_us
-    assert gdb.step() == Stop()
+    assert gdb.step() == HaltReason()
     assert gdb.pc == gdb.at("loop")
 
 

@@ -16,7 +16,7 @@ from hypothesis import Phase, given, settings
 from fcu_emulator import Board, InputError
 from fcu_emulator.emulator.scenario import load_scenario, run
 from fcu_emulator.emulator.strategies import (
-    Motion,
+    GeneratedMotion,
     Pose,
     attitudes,
     fields,
@@ -263,7 +263,7 @@ def _sample_at(pose: Pose) -> Any:
 
 @settings(max_examples=40)
 @given(motions(expect=[{"kind": "printed", "name": "Pitch", "max_gap": "1.5s"}]))
-def test_a_motion_is_one_that_hands_can_do_and_its_file_is_the_same_motion(motion: Motion) -> None:
+def test_a_motion_is_one_that_hands_can_do_and_its_file_is_the_same_motion(motion: GeneratedMotion) -> None:
     world = Board("template", scenario=motion.scenario).world
     t_s = np.linspace(0.0, motion.scenario.duration_s, 200)
     with TemporaryDirectory() as folder:
@@ -304,7 +304,7 @@ def test_a_motion_finds_a_wrong_wrap_and_prints_the_file_that_shows_it_again(tmp
 
     @settings(max_examples=12, phases=[Phase.generate], deadline=None, database=None, derandomize=True)
     @given(motions(tmp_path / "turn.toml", firmware=str(WRONG_YAW)))
-    def law(motion: Motion) -> None:
+    def law(motion: GeneratedMotion) -> None:
         assert run(Board(WRONG_YAW, scenario=motion.scenario)).passed
 
     with pytest.raises(AssertionError) as caught:

@@ -16,7 +16,7 @@ from random import Random
 import pytest
 
 from fcu_emulator.emulator.chip.cpu.bare_core import BareCore, Stop
-from fcu_emulator.emulator.chip.cpu.core_registers import CORE, EVERYTHING, IT_BITS, Registers
+from fcu_emulator.emulator.chip.cpu.core_registers import CORE, EVERYTHING, IT_BITS, CoreRegisters
 from fcu_emulator.emulator.chip.memory_map import FLASH, RAM, RAM_SIZE
 from tests.support.arm.random_code import random_code
 
@@ -50,9 +50,9 @@ class Program:
     def __init__(self, seed: int) -> None:
         random = Random(seed)
         self.engine = engine = BareCore()
-        self._everything = Registers(engine, (*EVERYTHING, "pc"))
-        self._before = Registers(engine, EVERYTHING)
-        self._visible = Registers(engine, CORE)
+        self._everything = CoreRegisters(engine, (*EVERYTHING, "pc"))
+        self._before = CoreRegisters(engine, EVERYTHING)
+        self._visible = CoreRegisters(engine, CORE)
         engine.ram[:] = random.randbytes(RAM_SIZE)
         engine.ram[RAM_CODE - RAM : RAM_CODE - RAM + CODE_SIZE] = random_code(random, CODE_SIZE)
         engine.flash[0x200 : 0x200 + CODE_SIZE] = random_code(random, CODE_SIZE)

@@ -6,7 +6,7 @@ from random import Random
 
 import pytest
 
-from fcu_emulator.emulator.chip.cpu.core_registers import Registers
+from fcu_emulator.emulator.chip.cpu.core_registers import CoreRegisters
 from fcu_emulator.emulator.chip.memory_map import RAM
 from tests.support.arm.engine_pair import CODE, GENERAL, EnginePair, Fields, Form, Values, any_values
 
@@ -169,7 +169,7 @@ def test_from_fixed_point(pair: EnginePair, form: Form) -> None:
 def test_from_fixed_point_is_rounded_to_nearest(pair: EnginePair) -> None:
     """VCVT (between floating point and fixed point, A7.7), whatever FPSCR says; Unicorn rounds up."""
     pair.place(CODE, (0xEEBA, 0x0AEF))  # VCVT.F32.S32 S0, S0, #1
-    registers = Registers(pair.native, ("control", "fpscr", "s0"))
+    registers = CoreRegisters(pair.native, ("control", "fpscr", "s0"))
     registers.write(ACTIVE, 1 << 22, 0x0100_0001)
     pair.native.pc = CODE
     pair.native.run(1)

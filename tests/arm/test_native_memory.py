@@ -11,7 +11,7 @@ from random import Random
 import pytest
 
 from fcu_emulator.emulator.chip.cpu.bare_core import BareCore, Stop
-from fcu_emulator.emulator.chip.cpu.core_registers import IT_BITS, Registers
+from fcu_emulator.emulator.chip.cpu.core_registers import IT_BITS, CoreRegisters
 from fcu_emulator.emulator.chip.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE, SYSTEM_MEMORY
 from tests.support.arm.engine_pair import (
     CODE,
@@ -314,7 +314,7 @@ def test_a_store_that_faults_in_an_it_block_can_be_returned_to(pair: EnginePair)
     engine = engine_at(pair, "itt eq\n streq r0, [r1]\n addseq r0, #1", {"xpsr": THUMB | 1 << 30})
 
     assert (engine.run(3), engine.pc, engine.executed) == (Stop.WRITE, CODE + 2, 2)
-    assert Registers(engine, ("xpsr",)).read()[0] & IT_BITS == 0x400
+    assert CoreRegisters(engine, ("xpsr",)).read()[0] & IT_BITS == 0x400
 
 
 def test_a_load_of_several_that_faults_leaves_the_base(pair: EnginePair) -> None:

@@ -60,13 +60,13 @@ def main() -> None:
     from websockets.sync.client import ClientConnection
 
     from fcu_emulator.emulator.live.server import PageServer
-    from fcu_emulator.emulator.live.session import Session
+    from fcu_emulator.emulator.live.session import LiveSession
     from fcu_emulator.emulator.live.setup import Setup
     from tests.support.live_fakes import connected
 
     count = int(sys.argv[1]) if len(sys.argv) > 1 else 10_000
     pages = PageServer()
-    session = Session(Setup("solution"), pages.publish)
+    session = LiveSession(Setup("solution"), pages.publish)
     pages.controls = session
 
     def attack() -> None:

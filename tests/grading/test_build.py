@@ -14,7 +14,7 @@ import pytest
 
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.grading.build import SANDBOX, Builder, CompileError
-from fcu_emulator.emulator.grading.submissions import Source
+from fcu_emulator.emulator.grading.submissions import SubmittedSource
 from fcu_emulator.firmware_model import arm
 from tests.support.arm import student_programs
 
@@ -53,14 +53,14 @@ def walled(builder: Builder) -> Builder:
 
 def said(builder: Builder, source: bytes) -> str:
     with pytest.raises(CompileError) as refused:
-        builder.build(Source({"main.c": source}))
+        builder.build(SubmittedSource({"main.c": source}))
     assert all(line.isprintable() for line in refused.value.log.splitlines())
     assert str(refused.value).startswith("does not ")
     return refused.value.log
 
 
 def test_the_same_source_gives_the_same_program(builder: Builder) -> None:
-    programs = {builder.build(Source({"main.c": TEMPLATE})).firmware.data for _ in range(2)}
+    programs = {builder.build(SubmittedSource({"main.c": TEMPLATE})).firmware.data for _ in range(2)}
 
     (program,) = programs
     assert program.startswith(b"\x7fELF")
@@ -70,7 +70,9 @@ def test_the_same_source_gives_the_same_program(builder: Builder) -> None:
 
 def test_own_files_and_headers_belong_to_the_program(builder: Builder) -> None:
     files = {"main.c": b'#include "one.h"\nint main(void) { return one(); }\n', "one.h": b"int one(void);\n"}
-    built = builder.build(Source({**files, "one.c": b'#include "one.h"\nint one(void) { return 1; }\n'}))
+    built = builder.build(
+        SubmittedSource({**files, "one.c": b'#include "one.h"\nint one(void) { return 1; }\n'})
+    )
 
     assert built.log == ""
     assert "undefined reference to `one'" in said_of(builder, files)
@@ -78,12 +80,12 @@ def test_own_files_and_headers_belong_to_the_program(builder: Builder) -> None:
 
 def said_of(builder: Builder, files: dict[str, bytes]) -> str:
     with pytest.raises(CompileError) as refused:
-        builder.build(Source(files))
+        builder.build(SubmittedSource(files))
     return refused.value.log
 
 
 def test_warnings_are_kept(builder: Builder) -> None:
-    built = builder.build(Source({"main.c": b"int main(void) { int unused; return 0; }\n"}))
+    built = builder.build(SubmittedSource({"main.c": b"int main(void) { int unused; return 0; }\n"}))
 
     assert built.firmware.data
     assert "main.c:1:22: warning: unused variable 'unused'" in built.log
@@ -111,7 +113,7 @@ def test_errors_show_the_line_and_the_place_in_the_students_file(builder: Builde
 def test_quoted_source_is_no_reason(builder: Builder) -> None:
     source = b"int f(void) { int a; return 1; } // error: none\nint main(void) { return x; }\n"
     with pytest.raises(CompileError) as refused:
-        builder.build(Source({"main.c": source}))
+        builder.build(SubmittedSource({"main.c": source}))
 
     assert "main.c:2:25: error: 'x' undeclared" in str(refused.value)
 
@@ -152,7 +154,7 @@ def test_linkers_message_is_one_sentence_that_names_the_files(
     builder: Builder, files: dict[str, bytes], kind: str, names: tuple[str, ...]
 ) -> None:
     with pytest.raises(CompileError) as refused:
-        builder.build(Source(files))
+        builder.build(SubmittedSource(files))
     reason = str(refused.value)
 
     assert reason.startswith(kind)
@@ -210,21 +212,21 @@ def test_root_compiles_as_nobody_where_there_are_no_walls(builder: Builder, tmp_
 def test_what_was_built_is_kept_by_content(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     good, bad = {"main.c": TEMPLATE}, {"main.c": b"error"}
     with closing(Builder(sandbox=False, kept=tmp_path)) as first:
-        built, log = first.build(Source(good)), said_of(first, bad)
+        built, log = first.build(SubmittedSource(good)), said_of(first, bad)
     monkeypatch.setattr(Builder, "_make", None)  # nothing is compiled any more
     with closing(Builder(sandbox=False, kept=tmp_path)) as second:
-        assert second.build(Source(good)) == built
+        assert second.build(SubmittedSource(good)) == built
         assert said_of(second, bad) == log
         for path in tmp_path.glob("*.elf"):
             path.unlink()
         with pytest.raises(TypeError):
-            second.build(Source(good))
+            second.build(SubmittedSource(good))
 
 
 def test_the_bus_decides_what_is_built(builder: Builder) -> None:
     if builder.sandbox:
         pytest.skip("the same with a sandbox")
-    source = Source({"main.c": TEMPLATE})
+    source = SubmittedSource({"main.c": TEMPLATE})
     with closing(Builder("SPI2", sandbox=False)) as other:
         assert other.build(source).firmware.data != builder.build(source).firmware.data
 

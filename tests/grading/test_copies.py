@@ -12,7 +12,7 @@ from fcu_emulator.emulator.cli import execute
 from fcu_emulator.emulator.grading.copies import program_digest, shipped_digests, source_digest, with_copies
 from fcu_emulator.emulator.grading.reports.class_page import class_page
 from fcu_emulator.emulator.grading.results import Graded
-from fcu_emulator.emulator.grading.submissions import Firmware, Source
+from fcu_emulator.emulator.grading.submissions import SubmittedFirmware, SubmittedSource
 from fcu_emulator.firmware_model import arm
 from tests.grading.test_nothing_lost import no_machine
 from tests.grading.test_reports import assert_harmless, graded, whole
@@ -23,7 +23,7 @@ SOURCE = b'int main(void)\n{\n  char *a = "x // y /* z"; /* why */\n  return a[0
 
 
 def digest(**files: bytes) -> str:
-    return source_digest(Source({f"{name}.c": data for name, data in files.items()}))
+    return source_digest(SubmittedSource({f"{name}.c": data for name, data in files.items()}))
 
 
 @pytest.mark.parametrize(
@@ -64,18 +64,20 @@ def test_programs_are_compared_as_they_are_loaded(tmp_path: Path) -> None:
     changed = elf.replace(b"main.c", b"MAIN.c")  # in the debug information alone
     assert changed != elf
 
-    assert program_digest(Firmware("a.elf", elf)) == program_digest(Firmware("b.elf", changed))
-    assert program_digest(Firmware("a.elf", arm.prebuilt("solution").read_bytes())) != program_digest(
-        Firmware("a.elf", elf)
+    assert program_digest(SubmittedFirmware("a.elf", elf)) == program_digest(
+        SubmittedFirmware("b.elf", changed)
     )
-    assert program_digest(Firmware("a.elf", b"a text")) == ""
+    assert program_digest(
+        SubmittedFirmware("a.elf", arm.prebuilt("solution").read_bytes())
+    ) != program_digest(SubmittedFirmware("a.elf", elf))
+    assert program_digest(SubmittedFirmware("a.elf", b"a text")) == ""
 
 
 def test_solutions_source_is_the_one_that_is_shipped_as_a_digest() -> None:
     folder = arm.sources() / "solution"
     files = {path.name: path.read_bytes() for path in folder.glob("*.[ch]")}
 
-    assert shipped_digests()[source_digest(Source(files))] == "solution"
+    assert shipped_digests()[source_digest(SubmittedSource(files))] == "solution"
 
 
 def copies(*submissions: tuple[str, str, str]) -> list[Graded]:

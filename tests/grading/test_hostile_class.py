@@ -24,7 +24,7 @@ from fcu_emulator.emulator.grading.build import Builder, CompileError
 from fcu_emulator.emulator.grading.judge import judge
 from fcu_emulator.emulator.grading.results import GradedClass
 from fcu_emulator.emulator.grading.rubric import load_rubric
-from fcu_emulator.emulator.grading.submissions import Source
+from fcu_emulator.emulator.grading.submissions import SubmittedSource
 from fcu_emulator.firmware_model import arm
 from fcu_emulator.firmware_model.arm import prebuilt
 from tests.campaigns.attacks import classes
@@ -227,8 +227,8 @@ def test_killed_compiler_is_never_does_not_compile(
         shim(Path(folder), monkeypatch, f"{STRANGE} && kill -{sign} $$; done")
         with closing(Builder(sandbox=False, kept=tmp_path / "kept")) as builder:
             with pytest.raises(NotJudgedError, match=f"SIG{sign}"):
-                builder.build(Source({"main.c": b"/* strange */\n" + SOURCE}))
-            assert builder.build(Source({"main.c": SOURCE})).firmware.data
+                builder.build(SubmittedSource({"main.c": b"/* strange */\n" + SOURCE}))
+            assert builder.build(SubmittedSource({"main.c": SOURCE})).firmware.data
     assert len(list((tmp_path / "kept").glob("*.elf"))) == 1
 
 
@@ -243,7 +243,7 @@ def test_compiler_that_fails_once_is_asked_again(tmp_path: Path, monkeypatch: py
             f"{STRANGE} && mkdir {folder}/failed 2>/dev/null && exit 1; done",
         )
         with closing(Builder(sandbox=False)) as builder:
-            assert builder.build(Source({"main.c": b"/* strange */\n" + SOURCE})).firmware.data
+            assert builder.build(SubmittedSource({"main.c": b"/* strange */\n" + SOURCE})).firmware.data
         assert (Path(folder) / "failed").is_dir()
 
 
@@ -260,13 +260,13 @@ def test_machine_that_compiles_nothing_more_is_at_fault(
             f'[ -d {folder}/full ] && echo "cc1: error: No space left on device" >&2 && exit 1',
         )
         with closing(Builder(sandbox=False, kept=tmp_path / "kept")) as builder:
-            builder.build(Source({"main.c": SOURCE}))
+            builder.build(SubmittedSource({"main.c": SOURCE}))
             (Path(folder) / "full").mkdir()
             with pytest.raises(NotJudgedError):
-                builder.build(Source({"main.c": b"int main(void) { return x; }\n"}))
+                builder.build(SubmittedSource({"main.c": b"int main(void) { return x; }\n"}))
             (Path(folder) / "full").rmdir()
             with pytest.raises(CompileError):
-                builder.build(Source({"main.c": b"int main(void) { return x; }\n"}))
+                builder.build(SubmittedSource({"main.c": b"int main(void) { return x; }\n"}))
 
 
 @posix
@@ -276,13 +276,13 @@ def test_source_cannot_forge_a_fault_of_the_machine(builder: Builder) -> None:
     words = "cc1: fatal error: Killed signal terminated program cc1: No space left on device"
     for source in (f'#error "{words}"\n', f'asm(".print \\"{words}\\"\\n.error \\"x\\"");\n'):
         with pytest.raises(CompileError):
-            builder.build(Source({"main.c": source.encode()}))
+            builder.build(SubmittedSource({"main.c": source.encode()}))
 
 
 @pytest.mark.parametrize("file", ["/dev/ptmx", "/dev/tty", "/dev/stdin", "/proc/kmsg", "/dev/zero"])
 def test_sandbox_has_no_file_that_blocks(file: str, walled: Builder) -> None:
     with pytest.raises(CompileError) as refused:
-        walled.build(Source({"main.c": f'#include "{file}"\n'.encode() + SOURCE}))
+        walled.build(SubmittedSource({"main.c": f'#include "{file}"\n'.encode() + SOURCE}))
     assert "No such file" in refused.value.log
 
 
@@ -332,9 +332,9 @@ def test_compiler_in_a_home_folder_does_not_open_the_folder(
     monkeypatch.setenv("PATH", f"{compiler.parent}{os.pathsep}{os.environ['PATH']}")
     building._toolchain_of_path.cache_clear()
     with closing(Builder()) as builder:
-        assert builder.build(Source({"main.c": SOURCE})).firmware.data
+        assert builder.build(SubmittedSource({"main.c": SOURCE})).firmware.data
         with pytest.raises(CompileError) as refused:
-            builder.build(Source({"main.c": f'#include "{tmp_path}/secret.h"\n'.encode() + SOURCE}))
+            builder.build(SubmittedSource({"main.c": f'#include "{tmp_path}/secret.h"\n'.encode() + SOURCE}))
     assert "the answer" not in refused.value.log
     assert "No such file" in refused.value.log
 
@@ -381,7 +381,7 @@ def test_recorded_text_passes_only_the_run_that_was_recorded(tmp_path: Path) -> 
     (folder / "eve" / "main.c").write_text(cheat, encoding="utf-8")
     with closing(Builder(sandbox=False)) as builder:
         built = tmp_path / "cheat.elf"
-        built.write_bytes(builder.build(Source({"main.c": cheat.encode()})).firmware.data)
+        built.write_bytes(builder.build(SubmittedSource({"main.c": cheat.encode()})).firmware.data)
 
     assert judge(built, load_rubric(rubric), seed=first.seed).points == 3
     options = ["--salt", salt, "--build-without-sandbox"]

@@ -21,7 +21,7 @@ from fcu_emulator.emulator.cli import execute
 from fcu_emulator.emulator.grading.build import Built, CompileError
 from fcu_emulator.emulator.grading.platforms import shown_name
 from fcu_emulator.emulator.grading.results import GradedClass
-from fcu_emulator.emulator.grading.submissions import Firmware, RejectedError, Source
+from fcu_emulator.emulator.grading.submissions import RejectedError, SubmittedFirmware, SubmittedSource
 from tests.grading.test_grade import RUBRIC
 from tests.grading.test_reports import assert_harmless, check, verdict
 from tests.support.layouts import LAYOUTS, Handed
@@ -37,10 +37,10 @@ class FakeBuilder:
     def __init__(self, *arguments: Any, **options: Any) -> None:
         del arguments, options
 
-    def build(self, source: Source) -> Built:
+    def build(self, source: SubmittedSource) -> Built:
         if BAD in source.files.values():
             raise CompileError("main.c:1:1: error: this is no C")
-        return Built(Firmware("lab3.elf", b"\x7fELF" + source.digest.encode()), "")
+        return Built(SubmittedFirmware("lab3.elf", b"\x7fELF" + source.digest.encode()), "")
 
     def close(self) -> None:
         """Nothing to remove."""

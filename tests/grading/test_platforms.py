@@ -9,7 +9,12 @@ from tempfile import mkdtemp
 import pytest
 
 from fcu_emulator.emulator.grading.roster import Roster, Student
-from fcu_emulator.emulator.grading.submissions import RejectedError, Source, Submission, find_submissions
+from fcu_emulator.emulator.grading.submissions import (
+    RejectedError,
+    Submission,
+    SubmittedSource,
+    find_submissions,
+)
 from tests.grading.test_submissions import tree
 from tests.support.layouts import LAYOUTS, Handed, write_gradescope, write_ilias_teams
 
@@ -29,7 +34,7 @@ def found(where: Path, roster: Roster | None = None) -> dict[str, Submission]:
 
 def source(one: Submission, where: Path) -> dict[str, bytes]:
     program = one.content(Path(mkdtemp(dir=where.parent)))
-    assert isinstance(program, Source)
+    assert isinstance(program, SubmittedSource)
     return dict(program.files)
 
 

@@ -26,8 +26,8 @@ from fcu_emulator.emulator.grading.results import Graded, GradedClass, pseudonym
 from fcu_emulator.emulator.grading.roster import Student
 from fcu_emulator.emulator.grading.rubric import load_rubric
 from fcu_emulator.emulator.grading.verdict import (
-    Cause,
     CheckResult,
+    DiagnosedCause,
     ExerciseTitle,
     RunEvidence,
     Series,
@@ -137,7 +137,7 @@ def assert_harmless(text: str) -> Page:
 
 
 def evil() -> Graded:
-    causes = (Cause(kind="x", summary=EVIL, details=(EVIL,)),)
+    causes = (DiagnosedCause(kind="x", summary=EVIL, details=(EVIL,)),)
     series = (Series(name=EVIL, unit=EVIL, t_s=(1.0,), printed=(2.0,), truth=(2.0,)),)
     evidence = run(question=EVIL, terminal=EVIL, causes=causes, series=series, stopped=EVIL, replay=EVIL)
     bad = check("1.a", title=EVIL, expected=EVIL, actual=EVIL, hint=EVIL)

@@ -13,10 +13,10 @@ import pytest
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.grading.roster import Roster, Student, load_roster
 from fcu_emulator.emulator.grading.submissions import (
-    Firmware,
     RejectedError,
-    Source,
     Submission,
+    SubmittedFirmware,
+    SubmittedSource,
     find_submissions,
 )
 
@@ -44,7 +44,7 @@ def only(where: Path, scratch: Path) -> Submission:
     return found
 
 
-def content(where: Path, take: str | None = None) -> Firmware | Source:
+def content(where: Path, take: str | None = None) -> SubmittedFirmware | SubmittedSource:
     scratch = Path(mkdtemp(dir=where.parent))
     return only(where, scratch / "class").content(scratch / "one", take)  # type: ignore[arg-type]
 
@@ -75,15 +75,15 @@ def test_source_is_main_and_what_lies_beside_it(tmp_path: Path) -> None:
     )
     found = content(where)
 
-    assert isinstance(found, Source)
+    assert isinstance(found, SubmittedSource)
     assert found.files == {"main.c": b"1", "angles.c": b"2", "angles.h": b"3"}
 
 
 def test_source_goes_before_firmware_unless_firmware_is_wanted(tmp_path: Path) -> None:
     where = tree(tmp_path / "class", **{"ada/main.c": b"1", "ada/lab3.elf": ELF})
 
-    assert isinstance(content(where), Source)
-    assert content(where, "firmware") == Firmware("lab3.elf", ELF)
+    assert isinstance(content(where), SubmittedSource)
+    assert content(where, "firmware") == SubmittedFirmware("lab3.elf", ELF)
 
 
 @pytest.mark.parametrize(
@@ -92,7 +92,7 @@ def test_source_goes_before_firmware_unless_firmware_is_wanted(tmp_path: Path) -
 def test_the_one_c_file_is_the_program_whatever_it_is_called(name: str, built: str, tmp_path: Path) -> None:
     found = content(tree(tmp_path / "class", **{f"ada/{name}": b"1", "ada/notes.txt": b""}))
 
-    assert isinstance(found, Source)
+    assert isinstance(found, SubmittedSource)
     assert found.files == {built: b"1"}
 
 
@@ -102,7 +102,7 @@ def test_one_build_in_several_forms_is_one_program(tmp_path: Path) -> None:
     )
     found = content(where)
 
-    assert isinstance(found, Firmware)
+    assert isinstance(found, SubmittedFirmware)
     assert found.data == ELF
 
 
@@ -111,20 +111,20 @@ def test_a_submission_may_be_a_file(name: str, tmp_path: Path) -> None:
     where = tree(tmp_path / "class", **{name: b"data"})
 
     assert only(where, tmp_path / "s").student.id == "ada"
-    assert content(where) in (Source({"main.c": b"data"}), Firmware(name, b"data"))
+    assert content(where) in (SubmittedSource({"main.c": b"data"}), SubmittedFirmware(name, b"data"))
 
 
 def test_an_archive_is_looked_into_also_where_it_lies_in_a_folder(tmp_path: Path) -> None:
     where = tmp_path / "class"
     zipped(where / "ada.zip", **{"lab/main.c": b"1"})
-    assert content(where) == Source({"main.c": b"1"})
+    assert content(where) == SubmittedSource({"main.c": b"1"})
 
     zipped(tmp_path / "zips" / "ada.zip", **{"lab/lab.zip": (where / "ada.zip").read_bytes()})
-    assert content(tmp_path / "zips") == Source({"main.c": b"1"})
+    assert content(tmp_path / "zips") == SubmittedSource({"main.c": b"1"})
 
     other = tmp_path / "other"
     zipped(other / "ada" / "lab.zip", **{"lab/main.c": b"1"})
-    assert content(other) == Source({"main.c": b"1"})
+    assert content(other) == SubmittedSource({"main.c": b"1"})
 
 
 @pytest.mark.parametrize(
@@ -154,7 +154,7 @@ def test_a_hostile_archive_costs_only_itself(tmp_path: Path) -> None:
     zipped(where / "eve.zip", **{"../../main.c": b"2"})
     ada, eve = find_submissions(where, None, tmp_path / "s")
 
-    assert isinstance(ada.content(tmp_path / "s1"), Source)
+    assert isinstance(ada.content(tmp_path / "s1"), SubmittedSource)
     with pytest.raises(RejectedError, match=r"the archive has .* which leads out of it"):
         eve.content(tmp_path / "s2")
 
@@ -180,7 +180,7 @@ def test_links_and_pipes_are_not_followed(tmp_path: Path) -> None:
 def test_a_digest_depends_on_names_and_contents() -> None:
     sources = [{"main.c": b"ab"}, {"main.c": b"a", "b.c": b""}, {"main.cb": b"a"}, {"main.c": b"a"}]
 
-    assert len({Source(one).digest for one in sources}) == len(sources)
+    assert len({SubmittedSource(one).digest for one in sources}) == len(sources)
 
 
 # -- who ----------------------------------------------------------------------------------------------------
@@ -345,8 +345,8 @@ def test_files_of_one_student_in_a_flat_folder_are_one_submission(tmp_path: Path
     assert set(found) == {"1815", "1816"}
     scratch = Path(mkdtemp(dir=tmp_path))
     source = found["1815"].content(scratch)
-    assert isinstance(source, Source)
+    assert isinstance(source, SubmittedSource)
     assert source.files == {"main.c": b"1", "motion.c": b"2", "motion.h": b"3"}
     program = found["1816"].content(Path(mkdtemp(dir=tmp_path)))
-    assert isinstance(program, Firmware)
+    assert isinstance(program, SubmittedFirmware)
     assert program.data == ELF

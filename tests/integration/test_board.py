@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from fcu_emulator import Board, ExpectationError, FirmwareError, InputError
 from fcu_emulator.emulator.buses.i2c import FaultKind, I2CFault
-from fcu_emulator.emulator.python_cpu.hal import HAL_BUSY, HAL_ERROR, HAL_OK, HAL_TIMEOUT, Hal
+from fcu_emulator.emulator.python_cpu.hal import HAL_BUSY, HAL_ERROR, HAL_OK, HAL_TIMEOUT, VirtualHal
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
 from fcu_emulator.emulator.trace import BusTransfer, Fault, GpioEdge, TickLate, TickLost
 from tests.support.board_fakes import script, start_timer
@@ -90,7 +90,7 @@ def test_stock_timer_setting_gives_807_692_hz() -> None:
 def test_the_callback_preempts_a_delay_and_a_transmit() -> None:
     running: list[str] = []
 
-    def main(hal: Hal) -> None:
+    def main(hal: VirtualHal) -> None:
         start_timer(hal)
         running.append("transmit")
         hal.HAL_UART_Transmit(bytes(100), 1000)
@@ -100,7 +100,7 @@ def test_the_callback_preempts_a_delay_and_a_transmit() -> None:
 
     seen: dict[str, int] = {}
 
-    def tick(_hal: Hal) -> None:
+    def tick(_hal: VirtualHal) -> None:
         if running:
             seen[running[-1]] = seen.get(running[-1], 0) + 1
 
@@ -114,11 +114,11 @@ def test_a_callback_that_prints_during_a_print_is_busy() -> None:
     """ST's HAL: a second HAL_UART_Transmit returns HAL_BUSY and its text is lost."""
     results: set[int] = set()
 
-    def main(hal: Hal) -> None:
+    def main(hal: VirtualHal) -> None:
         start_timer(hal)
         hal.HAL_UART_Transmit(b"x" * 60, 1000)
 
-    def tick(hal: Hal) -> None:
+    def tick(hal: VirtualHal) -> None:
         if hal.HAL_GetTick() < 5:
             results.add(hal.HAL_UART_Transmit(b"?", 10))
 
@@ -132,7 +132,7 @@ def test_hal_delay_waits_for_ticks_of_1_ms() -> None:
     """HAL V1.6.0: the first, partial millisecond counts."""
     ends: list[int] = []
 
-    def main(hal: Hal) -> None:
+    def main(hal: VirtualHal) -> None:
         hal.HAL_UART_Transmit(b"1234", 10)  # 0.35 ms
         hal.HAL_Delay(5)
         ends.append(hal.HAL_GetTick())
@@ -185,7 +185,7 @@ def test_the_terminal_reads_expects_and_keeps() -> None:
 
 
 def test_all_256_byte_values_go_through_both_ways() -> None:
-    def echo(hal: Hal) -> None:
+    def echo(hal: VirtualHal) -> None:
         while True:
             status, data = hal.HAL_UART_Receive(1, 100)
             if status == HAL_OK:
@@ -246,7 +246,7 @@ def test_a_sensor_that_does_not_answer_stops_the_boot_after_the_banner() -> None
 
 
 def test_firmware_that_fails_is_named_and_time_goes_on() -> None:
-    def main(hal: Hal) -> None:
+    def main(hal: VirtualHal) -> None:
         hal.HAL_Delay(100)
         raise ZeroDivisionError("no such gain")
 
@@ -308,7 +308,7 @@ def test_a_board_may_go_away_while_another_one_runs() -> None:
     for board in dropped:
         board.run_for(0.3)
 
-    def main(hal: Hal) -> None:
+    def main(hal: VirtualHal) -> None:
         hal.HAL_Delay(10)
         dropped.clear()
         gc.collect()
@@ -341,7 +341,7 @@ def test_a_callback_that_finds_the_bus_taken_is_busy() -> None:
     """The HAL locks its handle; main loop and interrupt share the bus without a lock."""
     results: set[int] = set()
 
-    def main(hal: Hal) -> None:
+    def main(hal: VirtualHal) -> None:
         start_timer(hal)
         for _ in range(100):
             assert hal.HAL_I2C_Mem_Read(0xD6, 0x28, 30)[0] == HAL_OK

@@ -22,7 +22,7 @@ from fcu_emulator.emulator.cli.commands import cli
 from fcu_emulator.emulator.cli.move import MoveOptions, entries, move
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.links.runner import Runner
-from fcu_emulator.emulator.links.running import Door, running_boards
+from fcu_emulator.emulator.links.running import ControlServer, running_boards
 from fcu_emulator.emulator.live.gestures import GESTURES, OLD_WORDS, buttons
 from fcu_emulator.emulator.live.moved import Moved
 
@@ -40,7 +40,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 @contextlib.contextmanager
 def running(board: Board) -> Iterator[Board]:
     """The board in real time, with its door, as ``fcu run`` has it."""
-    with contextlib.closing(Door("lab3", [], Moved(board).answer)) as door:
+    with contextlib.closing(ControlServer("lab3", [], Moved(board).answer)) as door:
         runner = Runner(board, [], None, 1.0)
         thread = threading.Thread(target=lambda: runner.run(lambda _: door.serve()))
         thread.start()

@@ -18,7 +18,7 @@ import pytest
 
 from fcu_emulator.emulator.cli.terminal import key, open_port
 from fcu_emulator.emulator.errors import InputError, LinkError
-from fcu_emulator.emulator.links.running import Door, Message, running_boards, the_running_board
+from fcu_emulator.emulator.links.running import ControlServer, Message, running_boards, the_running_board
 from fcu_emulator.emulator.links.tcp import TcpLink
 
 ALL_BYTES = bytes(range(256))
@@ -35,7 +35,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @contextlib.contextmanager
-def served(link: TcpLink, door: Door | None = None) -> Iterator[bytearray]:
+def served(link: TcpLink, door: ControlServer | None = None) -> Iterator[bytearray]:
     """A board's side of things, in a thread; what is typed to it."""
     typed, over = bytearray(), threading.Event()
 
@@ -56,13 +56,13 @@ def served(link: TcpLink, door: Door | None = None) -> Iterator[bytearray]:
 
 
 @contextlib.contextmanager
-def opened_door(*serial: str, name: str = "lab3") -> Iterator[Door]:
+def opened_door(*serial: str, name: str = "lab3") -> Iterator[ControlServer]:
     def answer(message: Message) -> dict[str, object]:
         if message.get("wrong"):
             raise InputError("that is wrong")
         return {"heard": dict(message)}
 
-    with contextlib.closing(Door(name, serial, answer)) as door:
+    with contextlib.closing(ControlServer(name, serial, answer)) as door:
         over = threading.Event()
 
         def run() -> None:

@@ -14,9 +14,9 @@ from fcu_emulator.emulator.analysis.compare import (
     largest_deviations,
     tolerances,
 )
-from fcu_emulator.emulator.analysis.observation import END, TERMINAL, Entry, Observation, observe
+from fcu_emulator.emulator.analysis.observation import END, TERMINAL, Observation, ObservedItem, observe
 from fcu_emulator.emulator.board.firmware import FirmwareFactory, Settings, python_firmware
-from fcu_emulator.emulator.python_cpu.hal import Hal
+from fcu_emulator.emulator.python_cpu.hal import VirtualHal
 from fcu_emulator.emulator.scenario import load_scenario, scenario_names
 from fcu_emulator.emulator.scenario.observed import FIELDS
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
@@ -31,7 +31,8 @@ SHORT_PS = 3 * PS_PER_S  # boot takes 1 s: two blocks are printed
 def run(*texts: str, sequence: str = TERMINAL, every_ps: int = PS_PER_S, end_ps: int = END_PS) -> Observation:
     """A run that did one thing each second from 1 s on."""
     return Observation(
-        end_ps, {sequence: [Entry(number * every_ps, text) for number, text in enumerate(texts, start=1)]}
+        end_ps,
+        {sequence: [ObservedItem(number * every_ps, text) for number, text in enumerate(texts, start=1)]},
     )
 
 
@@ -96,7 +97,7 @@ def test_a_timer_at_another_rate_is_a_difference() -> None:
 
 def test_ticks_that_are_lost_are_a_difference() -> None:
     def timed(ticks: int, lost: int) -> Observation:
-        entries = [Entry(0, "TIM9 at 800.000 Hz"), Entry(END_PS, f"{ticks} ticks, {lost} lost")]
+        entries = [ObservedItem(0, "TIM9 at 800.000 Hz"), ObservedItem(END_PS, f"{ticks} ticks, {lost} lost")]
         return Observation(END_PS, {"timer": entries})
 
     assert compare(timed(7_200, 0), timed(7_150, 3)) == []
@@ -106,10 +107,20 @@ def test_ticks_that_are_lost_are_a_difference() -> None:
 
 def test_the_first_difference_is_the_earliest_of_all_sequences() -> None:
     first = Observation(
-        END_PS, {TERMINAL: [Entry(3 * PS_PER_S, "a\n")], "LED1": [Entry(2 * PS_PER_S, "on")], "LED2": []}
+        END_PS,
+        {
+            TERMINAL: [ObservedItem(3 * PS_PER_S, "a\n")],
+            "LED1": [ObservedItem(2 * PS_PER_S, "on")],
+            "LED2": [],
+        },
     )
     second = Observation(
-        END_PS, {TERMINAL: [Entry(3 * PS_PER_S, "b\n")], "LED1": [Entry(2 * PS_PER_S, "off")], "LED2": []}
+        END_PS,
+        {
+            TERMINAL: [ObservedItem(3 * PS_PER_S, "b\n")],
+            "LED1": [ObservedItem(2 * PS_PER_S, "off")],
+            "LED2": [],
+        },
     )
 
     assert [difference.sequence for difference in compare(first, second)] == ["LED1", TERMINAL]
@@ -119,8 +130,8 @@ def test_a_difference_tells_its_place_both_sides_and_what_was_the_same_before() 
     (difference,) = compare(run("a\n", "b\n", "c\n"), run("a\n", "b\n", "d\n"))
 
     assert (difference.sequence, difference.index, difference.at_ps) == (TERMINAL, 2, 3 * PS_PER_S)
-    assert difference.first == Entry(3 * PS_PER_S, "c\n")
-    assert difference.second == Entry(3 * PS_PER_S, "d\n")
+    assert difference.first == ObservedItem(3 * PS_PER_S, "c\n")
+    assert difference.second == ObservedItem(3 * PS_PER_S, "d\n")
     assert [one.text for one, _ in difference.before] == ["a\n", "b\n"]
     assert not difference.only_time
 
@@ -147,12 +158,14 @@ def test_a_run_may_fall_behind_at_its_own_pace() -> None:
 def test_what_one_run_has_not_done_is_a_difference() -> None:
     (difference,) = compare(run("a\n", "b\n"), run("a\n"))
 
-    assert (difference.first, difference.second) == (Entry(2 * PS_PER_S, "b\n"), None)
+    assert (difference.first, difference.second) == (ObservedItem(2 * PS_PER_S, "b\n"), None)
 
 
 def test_what_the_end_cut_off_is_none() -> None:
     end_ps = 2 * PS_PER_S + 10 * PS_PER_MS  # the other run may come to it 20 ms later
-    begun = Observation(end_ps, {TERMINAL: [Entry(PS_PER_S, "a\n"), Entry(2 * PS_PER_S, "Pit", cut=True)]})
+    begun = Observation(
+        end_ps, {TERMINAL: [ObservedItem(PS_PER_S, "a\n"), ObservedItem(2 * PS_PER_S, "Pit", cut=True)]}
+    )
     complete = run("a\n", "Pitch: 1\n", end_ps=end_ps)
 
     assert not compare(run("a\n", end_ps=end_ps), complete)
@@ -162,7 +175,7 @@ def test_what_the_end_cut_off_is_none() -> None:
 
 def test_a_line_that_is_cut_in_a_number_is_compared_without_it() -> None:
     end_ps = 2 * PS_PER_S
-    begun = Observation(end_ps, {TERMINAL: [Entry(PS_PER_S, "Pre: 977.4", cut=True)]})
+    begun = Observation(end_ps, {TERMINAL: [ObservedItem(PS_PER_S, "Pre: 977.4", cut=True)]})
     other = run("Pre: 978.120000 hPa \n", end_ps=end_ps)
 
     assert compare(begun, other)
@@ -254,7 +267,7 @@ def test_the_largest_deviations_tell_what_a_tolerance_would_have_to_be() -> None
 def test_lines_begin_at_their_first_byte() -> None:
     """A frame has ten bits of 729 / 84 MHz (RM0368 section 19.3.4); the CR belongs to the line before."""
 
-    def main(hal: Hal) -> None:
+    def main(hal: VirtualHal) -> None:
         hal.HAL_UART_Transmit(b"one\n\r", 100)
         hal.HAL_Delay(10)
         hal.HAL_UART_Transmit(b"two\nthree", 100)
@@ -272,7 +285,7 @@ def test_lines_begin_at_their_first_byte() -> None:
 
 
 def test_register_writes_are_kept_by_part() -> None:
-    def main(hal: Hal) -> None:
+    def main(hal: VirtualHal) -> None:
         assert hal.HAL_I2C_Mem_Write(0xD6, 0x10, b"\xa8") == HAL_OK
 
     sequences = observed("flat", script(main)).sequences
@@ -282,7 +295,7 @@ def test_register_writes_are_kept_by_part() -> None:
 
 
 def test_a_firmware_that_fails_differs_from_one_that_goes_on() -> None:
-    def main(hal: Hal) -> None:
+    def main(hal: VirtualHal) -> None:
         hal.HAL_Delay(500)
         raise ZeroDivisionError
 

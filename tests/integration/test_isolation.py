@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from fcu_emulator.emulator.errors import InputError
-from fcu_emulator.emulator.isolation import Limits, limits_of_worker, not_limited, run_isolated
+from fcu_emulator.emulator.isolation import WorkerLimits, limits_of_worker, not_limited, run_isolated
 from fcu_emulator.firmware_model.arm import prebuilt
 from tests.integration.test_exit_codes import (
     BAD,
@@ -129,7 +129,7 @@ def test_files_that_grow_too_large_blame_nobody(tmp_path: Path) -> None:
 
 @linux
 def test_memory_that_runs_out_blames_nobody(program: str) -> None:
-    ending = run_isolated(program, ["list(range(10**9))"], Limits(memory_bytes=256 << 20))
+    ending = run_isolated(program, ["list(range(10**9))"], WorkerLimits(memory_bytes=256 << 20))
     assert ending.code is None
     assert ending.cause.startswith("it ended with 1 and no verdict")
 
@@ -149,7 +149,7 @@ def test_this_process_is_no_worker() -> None:
 @pytest.mark.parametrize("name", ["memory_bytes", "cpu_s", "file_bytes", "open_files"])
 def test_limit_out_of_range_is_refused(name: str, number: int) -> None:
     with pytest.raises(InputError, match=name):
-        Limits(**{name: number})
+        WorkerLimits(**{name: number})
 
 
 # -- How a worker ends --------------------------------------------------------------------------------------
@@ -165,7 +165,7 @@ def program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 
 @pytest.mark.parametrize(("code", "number"), [("pass", 0), ("sys.exit(3)", 3), ("sys.exit('no')", 1)])
 def test_an_end_of_its_own(program: str, code: str, number: int) -> None:
-    ending = run_isolated(program, [code], Limits())
+    ending = run_isolated(program, [code], WorkerLimits())
     assert (ending.code, ending.cause, ending.interrupted) == (number, "", False)
 
 
@@ -183,7 +183,7 @@ def test_an_end_of_its_own(program: str, code: str, number: int) -> None:
     ],
 )
 def test_a_death(program: str, code: str, cause: str) -> None:
-    ending = run_isolated(program, [code], Limits())
+    ending = run_isolated(program, [code], WorkerLimits())
     assert ending.code is None
     assert ending.cause.startswith(cause)
 

@@ -32,7 +32,7 @@ class Nothing:
         self.pages = 0
         self.came = threading.Event()
 
-    def post(self, client: object, command: messages.Command) -> bool:
+    def post(self, client: object, command: messages.PageCommand) -> bool:
         """Take everything."""
         return True
 

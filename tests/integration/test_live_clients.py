@@ -9,7 +9,7 @@ import pytest
 
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.live import messages
-from fcu_emulator.emulator.live.messages import Checked, Event
+from fcu_emulator.emulator.live.messages import Checked, SessionEvent
 from fcu_emulator.emulator.live.past import MOST_PRINTS, MOST_STATES, Past
 from fcu_emulator.emulator.live.setup import Setup
 from fcu_emulator.firmware_model.arm import prebuilt
@@ -29,13 +29,13 @@ def test_a_later_client_gets_the_past_of_the_run() -> None:
     later = object()
     script = [(0.5, do(do="set_attitude", roll_deg=40))]
 
-    def follow(event: Event) -> None:
+    def follow(event: SessionEvent) -> None:
         if isinstance(event, messages.State) and event.t_s >= 3 and later not in page.session._clients:
             page.session.attach(later)
 
     page = Page(Setup("solution", ideal=True), script, end_s=3.5, on_event=follow)
     page.run()
-    past = page.of(messages.Past)[-1]
+    past = page.of(messages.PastEvent)[-1]
     times = [one["t_s"] for one in past.states]
     assert times == sorted(times)
     assert times[0] < 0.2
@@ -44,7 +44,7 @@ def test_a_later_client_gets_the_past_of_the_run() -> None:
     rolls = {round(one["truth"]["roll_deg"]) for one in past.states}
     assert {0, 40} <= rolls
     assert [one["t_s"] for one in past.prints] == [
-        one.t_s for one in page.of(messages.Printed)[: len(past.prints)]
+        one.t_s for one in page.of(messages.PrintedEvent)[: len(past.prints)]
     ]
     assert past.prints
 
@@ -52,7 +52,7 @@ def test_a_later_client_gets_the_past_of_the_run() -> None:
 def test_the_past_is_kept_while_there_is_no_client() -> None:
     page = Page(Setup("solution", ideal=True), end_s=3.0)
 
-    def follow(event: Event) -> None:
+    def follow(event: SessionEvent) -> None:
         if isinstance(event, messages.State) and page.session._clients and event.t_s < 2:
             page.session.detach(page)
         if isinstance(event, messages.State) and not page.session._clients and event.t_s > 2:
@@ -60,14 +60,14 @@ def test_the_past_is_kept_while_there_is_no_client() -> None:
 
     page._on_event = follow
     page.run()
-    times = [one["t_s"] for one in page.of(messages.Past)[-1].states]
+    times = [one["t_s"] for one in page.of(messages.PastEvent)[-1].states]
     assert max(after - before for before, after in itertools.pairwise(times)) < 0.2
 
 
 def test_a_reset_forgets_the_past() -> None:
     page = Page(Setup("solution", ideal=True), [(1.5, messages.Reset())], end_s=2.0)
     page.run()
-    last = page.of(messages.Past)[-1]
+    last = page.of(messages.PastEvent)[-1]
     assert (last.run, last.states) == (2, [])
 
 
@@ -75,7 +75,7 @@ def test_the_past_is_bounded() -> None:
     past = Past(1)
     for number in range(3 * MOST_STATES):
         past.add_state(state(0.1 * number), wall_s=0.1 * number)
-        past.add_printed(messages.Printed(0.1 * number, {"Roll": 1.0}, {}))
+        past.add_printed(messages.PrintedEvent(0.1 * number, {"Roll": 1.0}, {}))
     message = past.message()
     assert len(message.states) == MOST_STATES
     assert len(message.prints) == MOST_PRINTS
@@ -129,7 +129,7 @@ def test_known_variables_are_not_refused() -> None:
 def test_a_crash_or_hang_is_told_within_a_moment(program: str, at_s: float) -> None:
     told: list[tuple[float, dict[str, Any]]] = []
 
-    def follow(event: Event) -> None:
+    def follow(event: SessionEvent) -> None:
         if isinstance(event, messages.Findings) and event.findings:
             told.append((page.session.board.now_s, event.findings[0]))
 
@@ -167,10 +167,12 @@ class FakeExercises:
         self.closed = True
 
 
-def checked_page(script: list[tuple[float, messages.Command]], end_s: float) -> tuple[Page, FakeExercises]:
+def checked_page(
+    script: list[tuple[float, messages.PageCommand]], end_s: float
+) -> tuple[Page, FakeExercises]:
     exercises = FakeExercises()
 
-    def follow(event: Event) -> None:
+    def follow(event: SessionEvent) -> None:
         if isinstance(event, messages.State) and event.t_s > 1 and exercises.started and not page.of(Done):
             page.events.append(Done())
             exercises.wanted.append(Checked("1", "done", 3.0, 3.0))
@@ -180,12 +182,12 @@ def checked_page(script: list[tuple[float, messages.Command]], end_s: float) -> 
     return page, exercises
 
 
-class Done(Event):
+class Done(SessionEvent):
     """Marks that the fake judge has given its result."""
 
 
 def test_an_exercise_is_checked_while_the_session_runs_on() -> None:
-    page, exercises = checked_page([(0.2, messages.Check("1"))], 1.5)
+    page, exercises = checked_page([(0.2, messages.CheckCommand("1"))], 1.5)
     assert page.of(messages.Hello)[0].exercises == exercises.offered()
     assert exercises.started == [("1", "solution", 4)]
     assert [one.state for one in page.of(Checked)] == ["checking", "done"]
@@ -194,15 +196,15 @@ def test_an_exercise_is_checked_while_the_session_runs_on() -> None:
 
 
 def test_a_result_is_outdated_when_another_firmware_is_loaded() -> None:
-    script = [(0.2, messages.Check("1")), (1.3, messages.Firmware("lab3"))]
+    script = [(0.2, messages.CheckCommand("1")), (1.3, messages.FirmwareCommand("lab3"))]
     page, _ = checked_page(script, 1.5)
     assert [(one.state, one.outdated) for one in page.of(Checked)][-1] == ("done", True)
 
 
 def test_a_check_that_cannot_be_made_is_a_notice() -> None:
-    page, exercises = checked_page([(0.2, messages.Check("7"))], 0.5)
+    page, exercises = checked_page([(0.2, messages.CheckCommand("7"))], 0.5)
     assert exercises.started == []
     assert [one.kind for one in page.of(messages.Notice)] == ["error"]
-    without = Page(Setup("solution"), [(0.2, messages.Check("1"))], 0.5)
+    without = Page(Setup("solution"), [(0.2, messages.CheckCommand("1"))], 0.5)
     without.run()
     assert [one.kind for one in without.of(messages.Notice)] == ["error"]

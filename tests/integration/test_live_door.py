@@ -15,10 +15,10 @@ from fcu_emulator.emulator.chip.gdb.packets import frame
 from fcu_emulator.emulator.cli.move import MoveOptions, move
 from fcu_emulator.emulator.cli.terminal import open_port
 from fcu_emulator.emulator.errors import InputError
-from fcu_emulator.emulator.links.running import Door, the_running_board
+from fcu_emulator.emulator.links.running import ControlServer, the_running_board
 from fcu_emulator.emulator.live import messages
-from fcu_emulator.emulator.live.messages import Event
-from fcu_emulator.emulator.live.session import Session
+from fcu_emulator.emulator.live.messages import SessionEvent
+from fcu_emulator.emulator.live.session import LiveSession
 from fcu_emulator.emulator.live.setup import Setup
 from fcu_emulator.emulator.loopback import HOST
 from fcu_emulator.emulator.time.clock import PS_PER_MS
@@ -31,20 +31,20 @@ class Live:
     """A session at real time in a thread of its own, with a door, and what it has said."""
 
     def __init__(self, setup: Setup) -> None:
-        self.said: list[Event] = []
+        self.said: list[SessionEvent] = []
         self.heard = threading.Condition()
-        self.session = Session(setup, self._publish)
+        self.session = LiveSession(setup, self._publish)
         self.session.attach(self)
-        self._door = Door("mine.elf", [], self.session.answer)
+        self._door = ControlServer("mine.elf", [], self.session.answer)
         self.session.door = self._door
         self._thread = threading.Thread(target=self.session.run)
         self._thread.start()
 
-    def until_state(self, state: str) -> messages.Status:
+    def until_state(self, state: str) -> messages.StatusEvent:
         """Wait for the next status with this state."""
 
-        def found() -> messages.Status | None:
-            statuses = [one for one in self.said if isinstance(one, messages.Status)]
+        def found() -> messages.StatusEvent | None:
+            statuses = [one for one in self.said if isinstance(one, messages.StatusEvent)]
             return statuses[-1] if statuses and statuses[-1].state == state else None
 
         with self.heard:
@@ -58,7 +58,7 @@ class Live:
         self._thread.join(DEADLINE_S)
         self._door.close()
 
-    def _publish(self, event: Event, client: object | None) -> None:
+    def _publish(self, event: SessionEvent, client: object | None) -> None:
         del client
         with self.heard:
             self.said.append(event)
@@ -91,7 +91,7 @@ def debugged() -> Iterator[Live]:
 class Debugger:
     """Speaks GDB's protocol, without acknowledgements."""
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: LiveSession) -> None:
         (way,) = (line for line in session.ways() if line.startswith("gdb:"))
         self._socket = socket.create_connection((HOST, int(way.split(":")[-1])), DEADLINE_S)
         self._answers = self._socket.makefile("rb")
@@ -199,7 +199,7 @@ def test_a_paused_page_answers_a_debugger_too(debugged: Live) -> None:
 
 def test_python_firmware_cannot_be_debugged() -> None:
     with pytest.raises(InputError, match="a debugger needs firmware built for the chip"):
-        Session(Setup("lab3", gdb=0), lambda _event, _client: None)
+        LiveSession(Setup("lab3", gdb=0), lambda _event, _client: None)
 
 
 def test_with_halt_the_firmware_waits_for_the_debugger() -> None:

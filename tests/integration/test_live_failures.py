@@ -15,17 +15,17 @@ import pytest
 from fcu_emulator import Board
 from fcu_emulator.emulator.errors import FirmwareFileError, InputError, OutputError
 from fcu_emulator.emulator.links import MemoryLink
-from fcu_emulator.emulator.links.running import Door
+from fcu_emulator.emulator.links.running import ControlServer
 from fcu_emulator.emulator.live import messages
 from fcu_emulator.emulator.live.files import UploadedFile
 from fcu_emulator.emulator.live.messages import (
     LARGEST_FIRMWARE,
     LONGEST_COMMAND,
     LONGEST_UPLOAD,
-    Command,
     MessageError,
+    PageCommand,
 )
-from fcu_emulator.emulator.live.session import Session
+from fcu_emulator.emulator.live.session import LiveSession
 from fcu_emulator.emulator.live.setup import Setup
 from fcu_emulator.firmware_model.arm import prebuilt
 from tests.support.live_fakes import Page, do
@@ -63,14 +63,14 @@ def errors(page: Page) -> list[str]:
         (Path, "write_bytes", UPLOAD),
         (messages.Upload, "content", UPLOAD),
         (Setup, "power_on", messages.Reset()),
-        (Setup, "power_on", messages.Firmware("lab3")),
+        (Setup, "power_on", messages.FirmwareCommand("lab3")),
         (Setup, "power_on", messages.Play("flat")),
-        (Session, "_perform", do(do="tap")),
-        (Session, "_step", messages.Step("tick")),
+        (LiveSession, "_perform", do(do="tap")),
+        (LiveSession, "_step", messages.StepCommand("tick")),
     ],
 )
 def test_command_that_fails_is_a_notice(
-    monkeypatch: pytest.MonkeyPatch, error: Exception, where: Any, name: str, command: Command
+    monkeypatch: pytest.MonkeyPatch, error: Exception, where: Any, name: str, command: PageCommand
 ) -> None:
     page = Page(Setup("lab3"), [(0.02, command)], end_s=0.1)
     monkeypatch.setattr(where, name, failing(error))
@@ -96,7 +96,7 @@ def test_upload_after_one_that_failed_is_run(monkeypatch: pytest.MonkeyPatch) ->
     page = Page(Setup("lab3"), [(0.02, broken), (0.04, UPLOAD), (0.06, do(do="tap"))], end_s=0.1)
     session = page.run()
     assert session.run_number == 2
-    assert page.of(messages.Status)[-1].firmware == "lab3.elf"
+    assert page.of(messages.StatusEvent)[-1].firmware == "lab3.elf"
     assert len(errors(page)) == 1
 
 
@@ -131,7 +131,7 @@ def test_board_that_cannot_run_on_has_failed_and_can_be_reset(
     page = Page(Setup("lab3"), [(0.0, messages.Reset())], end_s=0.1)
     monkeypatch.setattr(Board, "run_until_ps", fail_once)
     session = page.run()
-    states = [status.state for status in page.of(messages.Status)]
+    states = [status.state for status in page.of(messages.StatusEvent)]
     assert "failed" in states
     assert states[-1] == "running"
     assert session.run_number == 2
@@ -168,7 +168,7 @@ def test_hand_that_makes_a_scenario_impossible_fails_the_board(tmp_path: Path) -
     script = [(0.01, do(do="follow_altitude", metres=9000, time_constant="1ms"))]
     page = Page(Setup("lab3", str(scenario)), script, end_s=0.2)
     page.run()
-    status = page.of(messages.Status)[-1]
+    status = page.of(messages.StatusEvent)[-1]
     assert status.state == "failed"
     assert "10000 m" in status.problem
 
@@ -176,7 +176,7 @@ def test_hand_that_makes_a_scenario_impossible_fails_the_board(tmp_path: Path) -
 def test_doors_failure_does_not_end_the_session() -> None:
     page = Page(Setup("lab3"), end_s=0.1)
 
-    class Broken(Door):
+    class Broken(ControlServer):
         def __init__(self) -> None:
             """No port."""
 
@@ -238,7 +238,7 @@ def test_names_of_uploads_send_nothing_to_the_page() -> None:
     page.run()
     (notice,) = page.of(messages.Notice)
     assert notice.text.isprintable()
-    assert page.of(messages.Status)[-1].firmware.isprintable()
+    assert page.of(messages.StatusEvent)[-1].firmware.isprintable()
     assert messages.Notice("error", str(FirmwareFileError(name, "no"))).text.isprintable()
 
 

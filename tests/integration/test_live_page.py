@@ -16,9 +16,9 @@ import pytest
 
 from fcu_emulator.emulator.live.exercises import Exercises
 from fcu_emulator.emulator.live.server import PageServer
-from fcu_emulator.emulator.live.session import Session
+from fcu_emulator.emulator.live.session import LiveSession
 from fcu_emulator.emulator.live.setup import Setup
-from fcu_emulator.emulator.python_cpu.hal import HAL_OK, Hal
+from fcu_emulator.emulator.python_cpu.hal import HAL_OK, VirtualHal
 from fcu_emulator.firmware_model.arm import prebuilt
 from tests.support.live_fakes import Reader
 from tests.support.recipe import GreenhouseBoard
@@ -42,7 +42,7 @@ class Served:
         self.pages = PageServer(port)
         self._exercises = exercises
         self.ready = threading.Event()
-        self.session: Session
+        self.session: LiveSession
         self._thread = threading.Thread(target=self._live, args=(setup,))
         self._thread.start()
         assert self.ready.wait(30)
@@ -53,7 +53,7 @@ class Served:
         self.pages.close()
 
     def _live(self, setup: Setup) -> None:
-        self.session = Session(setup, self.pages.publish, exercises=self._exercises)
+        self.session = LiveSession(setup, self.pages.publish, exercises=self._exercises)
         self.pages.controls = self.session
         self.ready.set()
         self.session.run()
@@ -184,7 +184,7 @@ def test_what_is_typed_goes_to_the_board_and_is_recorded(browser: Browser, serve
 class Echo:
     """Firmware that sends back what it gets, each byte in hexadecimal."""
 
-    def __init__(self, hal: Hal) -> None:
+    def __init__(self, hal: VirtualHal) -> None:
         self._hal = hal
 
     def main(self) -> None:

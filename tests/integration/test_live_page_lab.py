@@ -11,7 +11,7 @@ import pytest
 from fcu_emulator.emulator.cli.exercises import LabExercises
 from fcu_emulator.emulator.live import gestures
 from fcu_emulator.emulator.live.setup import Setup
-from fcu_emulator.emulator.python_cpu.hal import Hal
+from fcu_emulator.emulator.python_cpu.hal import VirtualHal
 from fcu_emulator.firmware_model.arm import prebuilt
 from tests.integration import test_live_page as live
 from tests.integration.test_live_page import until
@@ -124,7 +124,7 @@ def test_crash_or_hang_is_seen_at_once(program: str, place: str, browser: live.B
 class Dies:
     """Firmware in Python that raises."""
 
-    def __init__(self, hal: Hal) -> None:
+    def __init__(self, hal: VirtualHal) -> None:
         self._hal = hal
 
     def main(self) -> None:
@@ -252,7 +252,7 @@ PIXELS = """line => {
 class Compass:
     """Firmware that prints a yaw which wraps each second line, and a roll of some degrees."""
 
-    def __init__(self, hal: Hal) -> None:
+    def __init__(self, hal: VirtualHal) -> None:
         self._hal = hal
 
     def main(self) -> None:

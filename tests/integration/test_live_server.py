@@ -18,21 +18,21 @@ from fcu_emulator.emulator.errors import InputError, LinkError
 from fcu_emulator.emulator.live import address, messages, outbox
 from fcu_emulator.emulator.live.outbox import Outbox
 from fcu_emulator.emulator.live.server import PageServer
-from fcu_emulator.emulator.live.session import Session
+from fcu_emulator.emulator.live.session import LiveSession
 from fcu_emulator.emulator.live.setup import Setup
 from tests.campaigns.live_fuzz import fuzzed
 from tests.support.live_fakes import connected
 
 
 @contextmanager
-def running(setup: Setup, port: int = 0) -> Iterator[tuple[PageServer, Session]]:
+def running(setup: Setup, port: int = 0) -> Iterator[tuple[PageServer, LiveSession]]:
     """A served session, in a thread of its own: the board is built where it runs."""
     pages = PageServer(port)
-    made: list[Session] = []
+    made: list[LiveSession] = []
     ready = threading.Event()
 
     def live() -> None:
-        session = Session(setup, pages.publish)
+        session = LiveSession(setup, pages.publish)
         pages.controls = session
         made.append(session)
         ready.set()
@@ -50,7 +50,7 @@ def running(setup: Setup, port: int = 0) -> Iterator[tuple[PageServer, Session]]
 
 
 @pytest.fixture(scope="module")
-def live() -> Iterator[tuple[PageServer, Session]]:
+def live() -> Iterator[tuple[PageServer, LiveSession]]:
     with running(Setup("solution", ideal=True)) as served:
         yield served
 
@@ -76,7 +76,7 @@ def say(client: ClientConnection, **command: Any) -> None:
     client.send(json.dumps(command))
 
 
-def test_page_files_need_no_secret_and_set_no_cookie(live: tuple[PageServer, Session]) -> None:
+def test_page_files_need_no_secret_and_set_no_cookie(live: tuple[PageServer, LiveSession]) -> None:
     pages, _ = live
     for path in ("/", "/?2d", "/app.js", "/app.css", "/icon.svg"):
         response = get(pages, path)
@@ -92,7 +92,7 @@ def test_page_files_need_no_secret_and_set_no_cookie(live: tuple[PageServer, Ses
     assert get(pages, "/../server.py").status == 404
 
 
-def test_printed_address_keeps_its_token_from_servers(live: tuple[PageServer, Session]) -> None:
+def test_printed_address_keeps_its_token_from_servers(live: tuple[PageServer, LiveSession]) -> None:
     pages, _ = live
     parts = urlsplit(pages.url)
     assert (parts.path, parts.query, parts.fragment) == ("/", "", f"token={pages.address.token}")
@@ -100,7 +100,7 @@ def test_printed_address_keeps_its_token_from_servers(live: tuple[PageServer, Se
 
 @pytest.mark.parametrize("host", ["evil.example", "evil.example:{port}", "127.0.0.1", "127.0.0.1:1", ""])
 @pytest.mark.parametrize("path", ["/", "/session"])
-def test_foreign_host_is_refused(live: tuple[PageServer, Session], host: str, path: str) -> None:
+def test_foreign_host_is_refused(live: tuple[PageServer, LiveSession], host: str, path: str) -> None:
     pages, _ = live
     assert get(pages, path, Host=host.format(port=pages.address.port)).status == 403
 
@@ -119,7 +119,7 @@ def test_foreign_host_is_refused(live: tuple[PageServer, Session], host: str, pa
 )
 @pytest.mark.parametrize("by_page", [True, False])
 def test_socket_without_token_is_never_opened(
-    live: tuple[PageServer, Session], protocols: list[str], by_page: bool
+    live: tuple[PageServer, LiveSession], protocols: list[str], by_page: bool
 ) -> None:
     pages, session = live
     before = len(session._clients)
@@ -141,7 +141,7 @@ def test_socket_without_token_is_never_opened(
     assert len(session._clients) == before
 
 
-def test_page_that_offers_the_token_gets_the_board(live: tuple[PageServer, Session]) -> None:
+def test_page_that_offers_the_token_gets_the_board(live: tuple[PageServer, LiveSession]) -> None:
     pages, _ = live
     with connected(pages.address, origin=f"http://127.0.0.1:{pages.address.port}") as client:
         assert client.subprotocol == "fcu"
@@ -149,14 +149,14 @@ def test_page_that_offers_the_token_gets_the_board(live: tuple[PageServer, Sessi
 
 
 @pytest.mark.parametrize("origin", ["http://evil.example", "null", "https://127.0.0.1", "http://127.0.0.1:1"])
-def test_a_page_of_another_origin_gets_no_socket(live: tuple[PageServer, Session], origin: str) -> None:
+def test_a_page_of_another_origin_gets_no_socket(live: tuple[PageServer, LiveSession], origin: str) -> None:
     pages, _ = live
     with pytest.raises(InvalidStatus) as refused, connected(pages.address, origin=origin):
         pass
     assert refused.value.response.status_code == 403
 
 
-def test_a_client_moves_the_board_and_sees_it(live: tuple[PageServer, Session]) -> None:
+def test_a_client_moves_the_board_and_sees_it(live: tuple[PageServer, LiveSession]) -> None:
     pages, _ = live
     with connected(pages.address) as client:
         hello = until(client, "hello")
@@ -169,7 +169,7 @@ def test_a_client_moves_the_board_and_sees_it(live: tuple[PageServer, Session]) 
         assert until(client, "state", leds={"LED1": False, "LED2": False})
 
 
-def test_two_clients_see_the_same_board_and_one_may_leave(live: tuple[PageServer, Session]) -> None:
+def test_two_clients_see_the_same_board_and_one_may_leave(live: tuple[PageServer, LiveSession]) -> None:
     pages, _ = live
     with connected(pages.address) as one:
         with connected(pages.address) as other:
@@ -180,7 +180,7 @@ def test_two_clients_see_the_same_board_and_one_may_leave(live: tuple[PageServer
         assert until(one, "status", state="running")
 
 
-def test_fuzzed_messages_never_stop_the_board(live: tuple[PageServer, Session]) -> None:
+def test_fuzzed_messages_never_stop_the_board(live: tuple[PageServer, LiveSession]) -> None:
     pages, session = live
     with connected(pages.address) as client:
         for message in fuzzed(seed=5, count=150):
@@ -197,7 +197,7 @@ def test_fuzzed_messages_never_stop_the_board(live: tuple[PageServer, Session]) 
     assert not session.stopped
 
 
-def test_a_huge_message_ends_its_connection_only(live: tuple[PageServer, Session]) -> None:
+def test_a_huge_message_ends_its_connection_only(live: tuple[PageServer, LiveSession]) -> None:
     pages, _ = live
     with connected(pages.address) as client, suppress(ConnectionClosed):
         client.send("x" * (messages.LONGEST_UPLOAD + 1))

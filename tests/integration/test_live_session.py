@@ -12,10 +12,10 @@ from fcu_emulator import Board
 from fcu_emulator.emulator.errors import FcuError
 from fcu_emulator.emulator.links import MemoryLink
 from fcu_emulator.emulator.live import messages
-from fcu_emulator.emulator.live.messages import Event
-from fcu_emulator.emulator.live.session import Session
+from fcu_emulator.emulator.live.messages import SessionEvent
+from fcu_emulator.emulator.live.session import LiveSession
 from fcu_emulator.emulator.live.setup import Setup
-from fcu_emulator.emulator.python_cpu.hal import Hal
+from fcu_emulator.emulator.python_cpu.hal import VirtualHal
 from fcu_emulator.emulator.scenario import load_scenario
 from fcu_emulator.firmware_model.arm import prebuilt
 from tests.support.live_fakes import Page, Reader, Wall, do
@@ -41,7 +41,7 @@ SCRIPT = [
 ]
 
 
-def again(session: Session, tmp_path: Path, firmware: str | None) -> Board:
+def again(session: LiveSession, tmp_path: Path, firmware: str | None) -> Board:
     """The recording played without a pace, to the same moment."""
     path = tmp_path / "recorded.toml"
     path.write_text(session.recording.text(), encoding="utf-8")
@@ -90,13 +90,13 @@ def test_after_a_reset_the_recording_begins_anew_and_the_board_stays_where_the_h
 def test_it_pauses_steps_and_goes_on() -> None:
     steps: list[tuple[str, float, int]] = []
 
-    def follow(event: Event) -> None:
+    def follow(event: SessionEvent) -> None:
         board = page.session.board
-        if isinstance(event, messages.Status) and event.state == "paused":
+        if isinstance(event, messages.StatusEvent) and event.state == "paused":
             steps.append((event.state, board.now_s, board.timer.ticks))
             wanted = ["tick", "line", "second"]
             if len(steps) <= len(wanted):
-                page.session.post(page, messages.Step(wanted[len(steps) - 1]))
+                page.session.post(page, messages.StepCommand(wanted[len(steps) - 1]))
             else:
                 page.session.post(page, messages.Run())
 
@@ -112,7 +112,7 @@ def test_it_pauses_steps_and_goes_on() -> None:
 class Silent:
     """Firmware in Python that prints nothing and has no timer."""
 
-    def __init__(self, hal: Hal) -> None:
+    def __init__(self, hal: VirtualHal) -> None:
         self._hal = hal
 
     def main(self) -> None:
@@ -127,10 +127,10 @@ def test_a_step_that_finds_nothing_ends_after_its_longest_time(of: str, most_s: 
     page = Page(Setup(Silent, ideal=True), [(0.1, messages.Pause())], end_s=100)
     stood_s: list[float] = []
 
-    def follow(event: Event) -> None:
-        if isinstance(event, messages.Status) and event.state == "paused":
+    def follow(event: SessionEvent) -> None:
+        if isinstance(event, messages.StatusEvent) and event.state == "paused":
             stood_s.append(page.session.board.now_s)
-            page.session.post(page, messages.Step(of))
+            page.session.post(page, messages.StepCommand(of))
             if len(stood_s) == 2:
                 page.session.stop()
 
@@ -143,10 +143,10 @@ def test_a_step_takes_no_more_than_5_s_of_a_slow_machine() -> None:
     page = Page(Setup(Silent, ideal=True), [(0.1, messages.Pause())], end_s=100)
     wall, stood_s = Wall(), []
 
-    def follow(event: Event) -> None:
-        if isinstance(event, messages.Status) and event.state == "paused":
+    def follow(event: SessionEvent) -> None:
+        if isinstance(event, messages.StatusEvent) and event.state == "paused":
             stood_s.append(wall.now_s)
-            page.session.post(page, messages.Step("line"))
+            page.session.post(page, messages.StepCommand("line"))
             if len(stood_s) == 2:
                 page.session.stop()
 
@@ -199,7 +199,7 @@ def test_a_command_that_comes_just_after_a_state_is_shown_within_5_ms() -> None:
     commands = [messages.Do({"do": "set_attitude", "roll_deg": number}, number) for number in range(1, 20)]
     page = Page(Setup("lab3", ideal=True), end_s=1.0)
 
-    def ask(event: messages.Event) -> None:
+    def ask(event: messages.SessionEvent) -> None:
         if isinstance(event, messages.State) and event.t_s >= 0.5 and commands:
             page.session.post(page, commands.pop(0))
 
@@ -223,14 +223,14 @@ def test_states_come_in_order_with_truth_samples_and_variables() -> None:
     assert last.variables["acc.AXIS_X"] == pytest.approx(-500, abs=3)
     assert last.samples["LSM6DSL.acceleration_g"] == pytest.approx([0, 500, 866], abs=3)
     assert last.load["rate_hz"] == 800
-    printed = page.of(messages.Printed)[-1]
+    printed = page.of(messages.PrintedEvent)[-1]
     assert printed.values["Altitude"] == pytest.approx(0, abs=0.2)
     declared = page.of(messages.Declared)[0].part
     assert [one["name"] for one in declared["registers"]].count("WHO_AM_I") == 1
-    registers = page.of(messages.Registers)[-1]
+    registers = page.of(messages.RegistersEvent)[-1]
     assert registers.values["WHO_AM_I"] == "6A"
     assert len(registers.values["OUT_XL"]) == 12
-    assert any(one["meaning"].endswith(" mg") for one in page.of(messages.Bus)[-1].transfers)
+    assert any(one["meaning"].endswith(" mg") for one in page.of(messages.BusMessage)[-1].transfers)
     text = "".join(one.text for one in page.of(messages.Text))
     assert text == page.session.board.terminal.text[: len(text)]
     assert "Pitch:" in text
@@ -249,19 +249,19 @@ def test_a_block_of_the_chip_is_declared_and_shown_as_a_debugger_sees_it() -> No
         for one in page.of(messages.Declared)[0].part["registers"]
     }
     assert "CEN" in fields["CR1"]
-    shown = [event for event in page.of(messages.Registers) if event.part == "TIM9"]
+    shown = [event for event in page.of(messages.RegistersEvent) if event.part == "TIM9"]
     assert shown[0].note == "TIM9 has no clock: its enable bit in RCC is not set"  # it has not booted yet
     assert int(shown[-1].values["CR1"], 16) & 1
     assert shown[-1].note == ""
-    status = page.of(messages.Status)[-1]
+    status = page.of(messages.StatusEvent)[-1]
     assert {"TIM9", "NVIC", "GPIOB", "RCC"} <= set(status.blocks)
 
 
 def test_firmware_in_python_has_no_chip_to_look_into() -> None:
     page = Page(Setup("lab3"), [(0.0, messages.Watch([], "TIM9"))], 0.5)
     page.run()
-    assert page.of(messages.Status)[-1].blocks == []
-    assert page.of(messages.Registers) == []
+    assert page.of(messages.StatusEvent)[-1].blocks == []
+    assert page.of(messages.RegistersEvent) == []
 
 
 @pytest.mark.parametrize("profile", ["lab3", "fcu001v1"])
@@ -310,9 +310,9 @@ def test_a_sensor_that_is_new_is_shown_by_what_it_declares() -> None:
     last = page.of(messages.State)[-1]
     assert last.samples == {"HTX221.relative_humidity_percent": [62.5], "HTX221.temperature_degc": [21.25]}
     assert last.truth["humidity_percent"] == 62.5
-    reads = [one for one in page.of(messages.Bus)[-1].transfers if one["way"] == "read"]
+    reads = [one for one in page.of(messages.BusMessage)[-1].transfers if one["way"] == "read"]
     assert reads[-1]["meaning"] == "62.5 %, 21.25 °C"
-    assert page.of(messages.Registers)[-1].values["WHO_AM_I"] == "BD"
+    assert page.of(messages.RegistersEvent)[-1].values["WHO_AM_I"] == "BD"
     assert [one["name"] for one in page.of(messages.Pins)[-1].pins][:2] == ["PA2", "PA5"]
 
 
@@ -354,7 +354,7 @@ def test_wrong_commands_are_answered_in_a_line_and_change_nothing() -> None:
         do(do="fly"),
         do(do="replay", csv="/etc/passwd"),
         do(do="lift", metres=1, for_="1s", at="1s"),
-        messages.Firmware("/etc/passwd"),
+        messages.FirmwareCommand("/etc/passwd"),
         messages.Play("../../secret.toml"),
         messages.Upload("evil.elf", "AAAA"),
         messages.Upload("evil.bin", "!!"),
@@ -372,7 +372,7 @@ def test_a_file_that_changes_is_loaded_again(tmp_path: Path) -> None:
     program = tmp_path / "lab3.elf"
     shutil.copy(prebuilt("template", "I2C2"), program)
 
-    def build(event: Event) -> None:
+    def build(event: SessionEvent) -> None:
         if isinstance(event, messages.State) and event.run == 1 and event.t_s > 1.5 and not built:
             built.append(True)
             program.write_bytes(prebuilt("solution", "I2C2").read_bytes())
@@ -382,7 +382,7 @@ def test_a_file_that_changes_is_loaded_again(tmp_path: Path) -> None:
         Setup(str(program)), [(1.0, do(do="follow_attitude", roll_deg=20))], end_s=1e9, on_event=build
     )
 
-    def until_reloaded(event: Event) -> None:
+    def until_reloaded(event: SessionEvent) -> None:
         build(event)
         if isinstance(event, messages.State) and event.run == 2 and event.t_s > 2.5:
             page.session.stop()
@@ -394,9 +394,9 @@ def test_a_file_that_changes_is_loaded_again(tmp_path: Path) -> None:
 
 
 def test_firmware_that_fails_is_reported_and_another_one_is_loaded() -> None:
-    fails = messages.Firmware("solution")
+    fails = messages.FirmwareCommand("solution")
 
-    def broken(event: Event) -> None:
+    def broken(event: SessionEvent) -> None:
         if isinstance(event, messages.State) and event.run == 1 and not done:
             done.append(True)
             page.session._fail("the firmware has failed")
@@ -406,7 +406,7 @@ def test_firmware_that_fails_is_reported_and_another_one_is_loaded() -> None:
     done: list[bool] = []
     page = Page(Setup("lab3"), end_s=0.2, on_event=broken)
     page.run()
-    states = [one.state for one in page.of(messages.Status)]
+    states = [one.state for one in page.of(messages.StatusEvent)]
     assert "failed" in states
     assert states[-1] == "running"
     assert any("has failed" in one.text for one in page.of(messages.Notice))
@@ -415,7 +415,7 @@ def test_firmware_that_fails_is_reported_and_another_one_is_loaded() -> None:
 class Broken:
     """Firmware in Python that fails after half a second."""
 
-    def __init__(self, hal: Hal) -> None:
+    def __init__(self, hal: VirtualHal) -> None:
         self._hal = hal
 
     def main(self) -> None:
@@ -431,7 +431,7 @@ def test_a_page_whose_firmware_has_failed_for_good_ends() -> None:
     session = page.run()
 
     assert session.state == "failed"
-    assert "no such thing" in page.of(messages.Status)[-1].problem
+    assert "no such thing" in page.of(messages.StatusEvent)[-1].problem
     assert session.board.now_s < 1
 
 

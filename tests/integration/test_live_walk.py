@@ -9,7 +9,7 @@ import pytest
 
 from fcu_emulator.emulator.cli.new import create_project
 from fcu_emulator.emulator.live import messages
-from fcu_emulator.emulator.live.messages import Event
+from fcu_emulator.emulator.live.messages import SessionEvent
 from fcu_emulator.emulator.live.setup import Setup
 from tests.support.arm import student_programs
 from tests.support.live_fakes import Page, do
@@ -37,7 +37,7 @@ def test_a_program_that_is_edited_and_made_is_followed(tmp_path: Path) -> None:
     make(folder)
     made = []
 
-    def follow(event: Event) -> None:
+    def follow(event: SessionEvent) -> None:
         if isinstance(event, messages.State) and event.t_s >= 1.5 and not made:
             made.append(page.session.board.terminal.text)
             edit(folder, "ACC[x,y,z]", "FORCE[x,y,z]")

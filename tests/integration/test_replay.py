@@ -12,7 +12,7 @@ from fcu_emulator.emulator.analysis.compare import compare, largest_deviations
 from fcu_emulator.emulator.analysis.observation import END, TERMINAL, Observation, observe
 from fcu_emulator.emulator.analysis.replay import replay
 from fcu_emulator.emulator.board.firmware import FirmwareFactory, python_firmware
-from fcu_emulator.emulator.python_cpu.hal import HAL_OK, Hal
+from fcu_emulator.emulator.python_cpu.hal import HAL_OK, VirtualHal
 from fcu_emulator.emulator.scenario import scenario_names
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
 from tests.support.board_fakes import script
@@ -84,8 +84,8 @@ def test_text_beyond_the_recording_is_left_out_and_a_missing_one_is_not() -> Non
     [("-0.000000", "0.000000"), ("0.000000", "-0.000000"), ("9.999999", "10.000000"), ("1", "1234.000000")],
 )
 def test_a_number_of_another_width_moves_no_other_line(printed: str, replayed: str) -> None:
-    def saying(number: str) -> Callable[[Hal], None]:
-        def main(hal: Hal) -> None:
+    def saying(number: str) -> Callable[[VirtualHal], None]:
+        def main(hal: VirtualHal) -> None:
             for _ in range(3):
                 for text in ("*****\n\r\n\r", f"Altitude: {number} m \n\r", "*****\n\r"):
                     hal.HAL_UART_Transmit(text.encode(), 1000)
@@ -104,13 +104,13 @@ def test_a_number_of_another_width_moves_no_other_line(printed: str, replayed: s
     assert text_of(again).replace(replayed, printed) == text_of(original)
 
 
-def say(hal: Hal, text: str) -> None:
+def say(hal: VirtualHal, text: str) -> None:
     hal.HAL_UART_Transmit(text.encode("latin-1"), 1000)
     hal.HAL_Delay(10_000)
 
 
 def test_a_firmware_that_waits_for_ever_ends_with_the_recording() -> None:
-    def main(hal: Hal) -> None:
+    def main(hal: VirtualHal) -> None:
         while True:
             hal.HAL_Delay(1000)
 
@@ -120,16 +120,16 @@ def test_a_firmware_that_waits_for_ever_ends_with_the_recording() -> None:
 def test_bytes_may_have_been_read_in_more_transfers_than_are_asked_for() -> None:
     """Over SPI2 the C firmware reads one byte at a time."""
 
-    def in_two(hal: Hal) -> None:
+    def in_two(hal: VirtualHal) -> None:
         for register, size in ((0x28, 2), (0x2A, 1)):
             assert hal.HAL_I2C_Mem_Read(LPS22HB, register, size)[0] == HAL_OK
 
-    def in_one(hal: Hal) -> None:
+    def in_one(hal: VirtualHal) -> None:
         status, data = hal.HAL_I2C_Mem_Read(LPS22HB, 0x28, 3)
         assert status == HAL_OK
         say(hal, data.hex())
 
-    def recorded_main(hal: Hal) -> None:
+    def recorded_main(hal: VirtualHal) -> None:
         in_two(hal)
         say(hal, "123456")
 
@@ -150,7 +150,7 @@ def test_a_bus_with_faults_is_refused(tmp_path: Path) -> None:
 
 def test_callbacks_that_read_something_else_are_refused() -> None:
     class OnlyGyroscope:
-        def __init__(self, hal: Hal) -> None:
+        def __init__(self, hal: VirtualHal) -> None:
             self._hal = hal
 
         def main(self) -> None:
@@ -166,7 +166,7 @@ def test_callbacks_that_read_something_else_are_refused() -> None:
 
 
 def test_a_recording_that_ended_early_is_not_taken_for_a_whole_one() -> None:
-    def main(hal: Hal) -> None:
+    def main(hal: VirtualHal) -> None:
         hal.HAL_UART_Transmit(b"one\n", 1000)
         raise ZeroDivisionError
 

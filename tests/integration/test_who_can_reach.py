@@ -13,7 +13,7 @@ from fcu_emulator import Board
 from fcu_emulator.emulator.chip.gdb.attach import serve
 from fcu_emulator.emulator.cli import execute
 from fcu_emulator.emulator.links.rfc2217 import Rfc2217Link
-from fcu_emulator.emulator.links.running import Door
+from fcu_emulator.emulator.links.running import ControlServer
 from fcu_emulator.emulator.links.tcp import TcpLink
 from fcu_emulator.emulator.live.server import PageServer
 from fcu_emulator.emulator.loopback import HOST
@@ -28,7 +28,7 @@ def page() -> Opened:
 
 
 def control() -> Opened:
-    door = Door("lab3", [], dict)
+    door = ControlServer("lab3", [], dict)
     return door._board.port, door.close
 
 

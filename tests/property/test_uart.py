@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fcu_emulator import Board
-from fcu_emulator.emulator.python_cpu.hal import Hal
+from fcu_emulator.emulator.python_cpu.hal import VirtualHal
 from fcu_emulator.emulator.time.clock import PS_PER_S, PS_PER_US
 from tests.support.board_fakes import script, start_timer
 
@@ -38,7 +38,7 @@ def completion_times(count: int, away: list[tuple[Fraction, Fraction]]) -> list[
 def test_bytes_leave_when_two_registers_let_them(data: bytes, period_us: int, length: int) -> None:
     """A timer takes the processor away for the time of an I2C read, again and again, during a transmit."""
 
-    def send(hal: Hal) -> None:
+    def send(hal: VirtualHal) -> None:
         start_timer(hal, prescaler=83, period=period_us - 1)  # 1 MHz count: a period in us
         hal.HAL_UART_Transmit(data, 1000)
 

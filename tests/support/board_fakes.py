@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from fcu_emulator.emulator.python_cpu.hal import Hal
+from fcu_emulator.emulator.python_cpu.hal import VirtualHal
 
 
 class Script:
@@ -12,9 +12,9 @@ class Script:
 
     def __init__(
         self,
-        hal: Hal,
-        main: Callable[[Hal], None],
-        tick: Callable[[Hal], None] = lambda _hal: None,
+        hal: VirtualHal,
+        main: Callable[[VirtualHal], None],
+        tick: Callable[[VirtualHal], None] = lambda _hal: None,
     ) -> None:
         self.hal = hal
         self._main = main
@@ -30,13 +30,13 @@ class Script:
 
 
 def script(
-    main: Callable[[Hal], None], tick: Callable[[Hal], None] = lambda _hal: None
-) -> Callable[[Hal], Script]:
+    main: Callable[[VirtualHal], None], tick: Callable[[VirtualHal], None] = lambda _hal: None
+) -> Callable[[VirtualHal], Script]:
     """A firmware to give to ``Board(firmware=...)``."""
     return lambda hal: Script(hal, main, tick)
 
 
-def start_timer(hal: Hal, prescaler: int = 83, period: int = 1249) -> None:
+def start_timer(hal: VirtualHal, prescaler: int = 83, period: int = 1249) -> None:
     """TIM9 with its interrupt, 800 Hz unless told otherwise."""
     hal.HAL_TIM_Base_Init(prescaler, period)
     hal.HAL_TIM_Base_Start_IT()

@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 
 from fcu_emulator.sensors import LSM6DSL
-from fcu_emulator.sensors.lsm6dsl.feature import Chip, SignalName, Signals
+from fcu_emulator.sensors.lsm6dsl.feature import FeatureContext, SignalName, Signals
 from fcu_emulator.sensors.lsm6dsl.fifo import Fifo
 from fcu_emulator.sensors.lsm6dsl.timestamp import Timestamp
 from fcu_emulator.sensors.pin import Pin
@@ -63,7 +63,7 @@ class Bench:
         self.xl, self.g = SampleStream(6, _producer(XL, 3)), SampleStream(6, _producer(G, 3))
         self.temperature = SampleStream(2, _producer(TEMPERATURE, 1))
         self.signals = Signals()
-        chip = Chip(
+        chip = FeatureContext(
             self.registers,
             {},
             self.xl,

@@ -13,10 +13,10 @@ from fcu_emulator.emulator.links import ByteLink
 from fcu_emulator.emulator.live import messages
 from fcu_emulator.emulator.live.address import Address
 from fcu_emulator.emulator.live.exercises import Exercises
-from fcu_emulator.emulator.live.messages import Command, Event
-from fcu_emulator.emulator.live.session import Session
+from fcu_emulator.emulator.live.messages import PageCommand, SessionEvent
+from fcu_emulator.emulator.live.session import LiveSession
 from fcu_emulator.emulator.live.setup import Setup
-from fcu_emulator.emulator.python_cpu.hal import Hal
+from fcu_emulator.emulator.python_cpu.hal import VirtualHal
 
 
 class Wall:
@@ -44,23 +44,23 @@ class Page:
     def __init__(
         self,
         setup: Setup,
-        script: Sequence[tuple[float, Command]] = (),
+        script: Sequence[tuple[float, PageCommand]] = (),
         end_s: float = 1.0,
         record: Path | None = None,
-        on_event: Callable[[Event], None] = lambda _event: None,
+        on_event: Callable[[SessionEvent], None] = lambda _event: None,
         links: Sequence[ByteLink] = (),
         exercises: Exercises | None = None,
     ) -> None:
-        self.events: list[Event] = []
+        self.events: list[SessionEvent] = []
         self._script = list(script)
         self._end_s = end_s
         self._on_event = on_event
         self._failed = False
         wall = Wall()
-        self.session = Session(setup, self._hear, record, wall, wall.wait, links, exercises)
+        self.session = LiveSession(setup, self._hear, record, wall, wall.wait, links, exercises)
         self.session.attach(self)
 
-    def run(self) -> Session:
+    def run(self) -> LiveSession:
         """Run to the end."""
         self.session.run()
         return self.session
@@ -69,7 +69,7 @@ class Page:
         """What came, of one type."""
         return [event for event in self.events if isinstance(event, kind)]
 
-    def _hear(self, event: Event, client: object | None) -> None:
+    def _hear(self, event: SessionEvent, client: object | None) -> None:
         self.events.append(event)
         self._on_event(event)
         if isinstance(event, messages.State):
@@ -95,7 +95,7 @@ def connected(address: Address, **options: Any) -> ClientConnection:
 class Reader:
     """Firmware in Python that reads both values of a hygrometer at once."""
 
-    def __init__(self, hal: Hal) -> None:
+    def __init__(self, hal: VirtualHal) -> None:
         self._hal = hal
 
     def main(self) -> None:

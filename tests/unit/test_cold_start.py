@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fcu_emulator import Board, I2CNackError
-from fcu_emulator.emulator.python_cpu.hal import Hal
+from fcu_emulator.emulator.python_cpu.hal import VirtualHal
 from fcu_emulator.emulator.time.clock import PS_PER_MS
 from fcu_emulator.emulator.trace import BusTransfer, DeviceNote
 from tests.support.board_fakes import script
@@ -112,7 +112,7 @@ def test_without_cold_start_every_part_answers_at_0(part: str) -> None:
 def test_firmware_sees_hal_error_and_can_wait_it_out() -> None:
     results: list[tuple[int, bytes]] = []
 
-    def main(hal: Hal) -> None:
+    def main(hal: VirtualHal) -> None:
         results.append(hal.HAL_I2C_Mem_Read(0x6B << 1, 0x0F, 1))
         hal.HAL_Delay(20)
         results.append(hal.HAL_I2C_Mem_Read(0x6B << 1, 0x0F, 1))

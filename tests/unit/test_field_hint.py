@@ -11,7 +11,7 @@ from fcu_emulator import Board
 from fcu_emulator.emulator.analysis.field import MAG, field_hint
 from fcu_emulator.emulator.analysis.mistakes import explain
 from fcu_emulator.emulator.analysis.numbers import axes_in_words, signed_axes
-from fcu_emulator.emulator.analysis.witness import Range, Seen, Witness
+from fcu_emulator.emulator.analysis.witness import LabLine, ValueRange, Witness
 from fcu_emulator.emulator.world.track import Array
 
 FIELD = (215.0, 0.0, -430.0)  # mgauss, in Zurich, on a board that lies still
@@ -35,12 +35,14 @@ def tumbled(count: int, turn: float = 1.0) -> Array:
     ).T
 
 
-def lines(printed: Array, truth: Array) -> list[Seen]:
+def lines(printed: Array, truth: Array) -> list[LabLine]:
     found = []
     for n, (row, true) in enumerate(zip(printed, truth, strict=True)):
         values = {name: float(int(value)) for name, value in zip(MAG.fields, row, strict=True)}
-        ranges = {name: Range(value - 5, value + 5) for name, value in zip(MAG.fields, true, strict=True)}
-        found.append(Seen(MAG.label, f"MAG {n}", float(n), values, ranges))
+        ranges = {
+            name: ValueRange(value - 5, value + 5) for name, value in zip(MAG.fields, true, strict=True)
+        }
+        found.append(LabLine(MAG.label, f"MAG {n}", float(n), values, ranges))
     return found
 
 

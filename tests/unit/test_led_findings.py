@@ -9,9 +9,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from fcu_emulator.emulator.scenario.expectations import Miss, Seen
+from fcu_emulator.emulator.scenario.expectations import Miss, RunView
 from fcu_emulator.emulator.scenario.hardware import ExpectLedFollows
-from fcu_emulator.emulator.scenario.observed import Tilt
+from fcu_emulator.emulator.scenario.observed import TiltSample
 from fcu_emulator.emulator.time.clock import PS_PER_MS
 from fcu_emulator.emulator.trace import GpioEdge
 
@@ -54,8 +54,8 @@ def miss(is_lit: Callable[[int], bool]) -> Miss | None:
     board = SimpleNamespace(
         led=lambda _name: SimpleNamespace(pin="PB5"), trace=SimpleNamespace(of=lambda _kind: edges)
     )
-    tilts = [Tilt(at_ms * PS_PER_MS, pitch(at_ms), 0.0) for at_ms in range(0, END_MS, 10)]
-    seen = Seen(board, [], END_MS * PS_PER_MS, tilts=tilts)  # type: ignore[arg-type]
+    tilts = [TiltSample(at_ms * PS_PER_MS, pitch(at_ms), 0.0) for at_ms in range(0, END_MS, 10)]
+    seen = RunView(board, [], END_MS * PS_PER_MS, tilts=tilts)  # type: ignore[arg-type]
     expected = ExpectLedFollows(kind="led_follows", led="led1", angle="pitch", margin_deg=0.3)
     return expected.judge(seen)
 

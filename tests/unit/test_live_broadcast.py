@@ -12,8 +12,8 @@ import pytest
 from fcu_emulator import Board
 from fcu_emulator.emulator.live import messages, view
 from fcu_emulator.emulator.live.broadcast import Broadcast
-from fcu_emulator.emulator.live.messages import Event, Watch
-from fcu_emulator.emulator.python_cpu.hal import Hal
+from fcu_emulator.emulator.live.messages import SessionEvent, Watch
+from fcu_emulator.emulator.python_cpu.hal import VirtualHal
 from tests.support.scenario_files import SHORT, write
 
 HISTORY = 64 << 10
@@ -27,7 +27,7 @@ class Sent:
         self.board = board
         self.clients: dict[object, Watch] = {PAGE: watch or Watch()}
         self.wall_ms = 0
-        self.events: list[tuple[int, Event, object | None]] = []
+        self.events: list[tuple[int, SessionEvent, object | None]] = []
         self.broadcast = Broadcast(board, 1, self._publish, self.clients, self.wall_s)
 
     @property
@@ -49,7 +49,7 @@ class Sent:
     def times(self, kind: type[Any]) -> list[int]:
         return [at_ms for at_ms, _ in self.of(kind)]
 
-    def _publish(self, event: Event, client: object | None) -> None:
+    def _publish(self, event: SessionEvent, client: object | None) -> None:
         self.events.append((self.wall_ms, event, client))
 
 
@@ -121,8 +121,8 @@ def test_the_next_state_is_waited_for_only_if_it_shows_something_to_a_page(sent:
 # -- registers, bus and pins; verdicts; findings ------------------------------------------------------------
 
 
-@pytest.mark.parametrize("kind", [messages.Bus, messages.Pins])
-def test_bus_and_pins_come_every_100_ms(sent: Sent, kind: type[Event]) -> None:
+@pytest.mark.parametrize("kind", [messages.BusMessage, messages.Pins])
+def test_bus_and_pins_come_every_100_ms(sent: Sent, kind: type[SessionEvent]) -> None:
     sent.clients[PAGE] = Watch(bus=True, pins=True)
     sent.pass_ms(1050)
 
@@ -133,17 +133,17 @@ def test_registers_come_every_100_ms_if_they_have_changed_and_at_once_to_a_new_p
     sent = Sent(Board("solution"), Watch(registers="LSM6DSL"))
     sent.board.run_for(1.5)
     sent.pass_ms(250)
-    assert sent.times(messages.Registers) == [1]
+    assert sent.times(messages.RegistersEvent) == [1]
     sent.pass_ms(500, speed=1)
-    assert gaps(sent.times(messages.Registers))[-4:] == pytest.approx([100] * 4, abs=1)
+    assert gaps(sent.times(messages.RegistersEvent))[-4:] == pytest.approx([100] * 4, abs=1)
     sent.pass_ms(150)
-    quiet = len(sent.of(messages.Registers))
+    quiet = len(sent.of(messages.RegistersEvent))
     sent.pass_ms(150)
-    assert len(sent.of(messages.Registers)) == quiet
+    assert len(sent.of(messages.RegistersEvent)) == quiet
     sent.broadcast.look_again()
     sent.pass_ms(1)
 
-    assert sent.times(messages.Registers)[-1] == sent.wall_ms
+    assert sent.times(messages.RegistersEvent)[-1] == sent.wall_ms
     assert [event.part["name"] for _, event in sent.of(messages.Declared)] == ["LSM6DSL"] * 2
 
 
@@ -211,7 +211,7 @@ def test_the_pace_is_measured_from_the_beginning_of_a_run() -> None:
 class Loud:
     """Firmware in Python that prints more than a new page is sent, once."""
 
-    def __init__(self, hal: Hal) -> None:
+    def __init__(self, hal: VirtualHal) -> None:
         self._hal = hal
 
     def main(self) -> None:
@@ -239,9 +239,9 @@ def test_a_new_page_gets_the_last_64_kib_of_text_and_the_others_nothing_twice() 
     assert event.text.encode("latin-1") == bytes(n % 251 for n in range(5000, HISTORY + 5000))
 
 
-def status(board: Board) -> messages.Status:
+def status(board: Board) -> messages.StatusEvent:
     """A page's status line, which these tests do not read."""
-    return messages.Status(
+    return messages.StatusEvent(
         run=1,
         firmware="",
         file="",

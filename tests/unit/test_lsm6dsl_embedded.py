@@ -15,7 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fcu_emulator.sensors.lsm6dsl import LSM6DSLErrors
-from fcu_emulator.sensors.lsm6dsl.feature import Chip as FeatureChip
+from fcu_emulator.sensors.lsm6dsl.feature import FeatureContext as FeatureChip
 from fcu_emulator.sensors.lsm6dsl.feature import Signals
 from fcu_emulator.sensors.lsm6dsl.function_sources import STEP, TILT, WRIST_TILT, FunctionSources
 from fcu_emulator.sensors.lsm6dsl.model import LSM6DSL

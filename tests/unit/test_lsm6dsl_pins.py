@@ -7,7 +7,7 @@ from functools import partial
 import pytest
 
 from fcu_emulator.sensors import LSM6DSL
-from fcu_emulator.sensors.lsm6dsl.feature import SIGNAL_NAMES, Chip, SignalName, Signals
+from fcu_emulator.sensors.lsm6dsl.feature import SIGNAL_NAMES, FeatureContext, SignalName, Signals
 from fcu_emulator.sensors.lsm6dsl.pins import Routing
 from fcu_emulator.sensors.pin import Pin
 from fcu_emulator.sensors.register_file import RegisterFile
@@ -93,7 +93,9 @@ class Wires:
         self.edges: list[Edge] = []
         for pin in self.pins:
             pin.observe(partial(self._edge, pin.name))
-        chip = Chip(registers, {}, xl, g, temperature, self.signals, *self.pins, lambda now_ps: None)
+        chip = FeatureContext(
+            registers, {}, xl, g, temperature, self.signals, *self.pins, lambda now_ps: None
+        )
         self.routing = Routing(chip)
         for address, value in writes:
             registers.write(address, bytes([value]), 0)

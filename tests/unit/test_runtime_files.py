@@ -19,7 +19,7 @@ from fcu_emulator.emulator.files import write_atomically
 from fcu_emulator.emulator.links.running import (
     LONGEST_MESSAGE,
     MOST_CALLERS,
-    Door,
+    ControlServer,
     RunningBoard,
     running_boards,
 )
@@ -91,7 +91,7 @@ KINDS = [_pipe, _folder, _link, _device, _socket, _large, _deep, _binary, _infin
 @pytest.mark.parametrize("make", KINDS)
 def test_no_board_is_found_in_what_is_not_a_file(folder: Path, make: Callable[[Path], None]) -> None:
     make(folder / "board-1-2.json")
-    with closing(Door("lab3", [], dict)) as door:
+    with closing(ControlServer("lab3", [], dict)) as door:
         serving = threading.Event()
         thread = threading.Thread(target=_serve, args=(door, serving))
         thread.start()
@@ -103,7 +103,7 @@ def test_no_board_is_found_in_what_is_not_a_file(folder: Path, make: Callable[[P
     assert [one.name for one in found] == ["lab3"]
 
 
-def _serve(door: Door, over: threading.Event) -> None:
+def _serve(door: ControlServer, over: threading.Event) -> None:
     while not over.wait(0.001):
         door.serve()
 
@@ -160,12 +160,12 @@ def test_full_device_is_an_error_and_stays_a_device() -> None:
 # -- The control socket -------------------------------------------------------------------------------------
 
 
-def _served(door: Door) -> RunningBoard:
+def _served(door: ControlServer) -> RunningBoard:
     return door._board
 
 
 def test_callers_without_the_token_push_no_caller_out() -> None:
-    with closing(Door("lab3", [], lambda _message: {"t_s": 0.0})) as door:
+    with closing(ControlServer("lab3", [], lambda _message: {"t_s": 0.0})) as door:
         board = _served(door)
         with (
             closing(socket.create_connection((HOST, board.port))) as one,
@@ -184,7 +184,7 @@ def test_callers_without_the_token_push_no_caller_out() -> None:
 
 
 def test_caller_whose_token_has_arrived_is_not_pushed_out() -> None:
-    with closing(Door("lab3", [], lambda _message: {"t_s": 0.0})) as door:
+    with closing(ControlServer("lab3", [], lambda _message: {"t_s": 0.0})) as door:
         board = _served(door)
         with (
             closing(socket.create_connection((HOST, board.port))) as one,
@@ -225,7 +225,7 @@ def test_caller_without_the_token_is_turned_away(said: bytes) -> None:
         asked.append(message)
         return {}
 
-    with closing(Door("lab3", [], answer)) as door:
+    with closing(ControlServer("lab3", [], answer)) as door:
         board = _served(door)
         said = said.replace(b"{token}", board.token.encode()) + b'\n{"type": "truth"}\n'
         with closing(socket.create_connection((HOST, board.port))) as one:
@@ -249,7 +249,7 @@ def _send(connection: socket.socket, data: bytes, ended: threading.Event) -> Non
 
 @posix
 def test_token_is_in_files_of_this_user_alone(folder: Path) -> None:
-    with closing(Door("lab3", [], dict)):
+    with closing(ControlServer("lab3", [], dict)):
         one = address.fresh(8000)
         address.publish(one)
         files = [path for path in folder.iterdir() if path.is_file()]
@@ -258,7 +258,7 @@ def test_token_is_in_files_of_this_user_alone(folder: Path) -> None:
         assert stat.S_IMODE(folder.stat().st_mode) == 0o700
 
 
-def _until(door: Door, condition: Callable[[], bool]) -> None:
+def _until(door: ControlServer, condition: Callable[[], bool]) -> None:
     for _ in range(100_000):
         door.serve()
         if condition():
@@ -273,7 +273,7 @@ def test_failure_of_a_callers_message_is_its_answer(error: Exception) -> None:
     def answer(_message: object) -> dict[str, object]:
         raise error
 
-    with closing(Door("lab3", [], answer)) as door:
+    with closing(ControlServer("lab3", [], answer)) as door:
         board = _served(door)
         with (
             closing(socket.create_connection((HOST, board.port))) as one,

@@ -15,7 +15,7 @@ from pydantic import TypeAdapter
 from fcu_emulator import Board
 from fcu_emulator.emulator.errors import ScenarioError
 from fcu_emulator.emulator.scenario import load_scenario, run
-from fcu_emulator.emulator.scenario.expectations import ExpectField, Seen
+from fcu_emulator.emulator.scenario.expectations import ExpectField, RunView
 from fcu_emulator.emulator.scenario.observed import FORMATS, PrintedLine, deviation, same_banner
 from fcu_emulator.emulator.scenario.schema import AnyExpectation
 from tests.support.scenario_files import HEAD, IDEAL, SHORT, play, write
@@ -230,7 +230,7 @@ def test_a_malformed_line_is_no_wrong_value() -> None:
         ("The Pitch: 1.000000 deg Roll: 2.000000 deg Yaw: 3.000000 deg", "wrong format"),
         ("The pitch was not computed", "missing"),
     ):
-        miss = expectation.judge(Seen(board, [PrintedLine(1, text, 0)], 10**12))
+        miss = expectation.judge(RunView(board, [PrintedLine(1, text, 0)], 10**12))
         assert (miss.fault if miss else None) == fault, text
 
 
@@ -245,7 +245,7 @@ def test_what_is_no_number_is_not_off_by_some() -> None:
     board = Board()
 
     def seen(*chosen: PrintedLine) -> str:
-        miss = expectation.judge(Seen(board, list(chosen), 10**12))
+        miss = expectation.judge(RunView(board, list(chosen), 10**12))
         assert miss is not None
         return miss.seen
 
@@ -276,7 +276,7 @@ def test_a_line_in_another_format_is_told_the_difference(kind: str, text: str, d
     }
     table = {"kind": kind, "name": "Pitch", **keys[kind]}
     expectation = TypeAdapter(AnyExpectation).validate_python(table)
-    miss = expectation.judge(Seen(Board(), [PrintedLine(1, text, 0)], 10**12))
+    miss = expectation.judge(RunView(Board(), [PrintedLine(1, text, 0)], 10**12))
 
     assert miss is not None
     assert miss.fault == "wrong format"

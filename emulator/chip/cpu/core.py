@@ -17,10 +17,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Final
 
-from fcu_emulator.emulator.chip.cpu.core_registers import MASKS, Registers
-from fcu_emulator.emulator.chip.cpu.exceptions import Fault
+from fcu_emulator.emulator.chip.cpu.core_registers import MASKS, CoreRegisters
+from fcu_emulator.emulator.chip.cpu.exceptions import CoreFault
 from fcu_emulator.emulator.chip.cpu.python_peripherals import PythonPeripherals
-from fcu_emulator.emulator.chip.library import FcuChip, NativePeripheral, Status
+from fcu_emulator.emulator.chip.library import ChipStatus, FcuChip, NativePeripheral
 from fcu_emulator.emulator.chip.memory_map import CHIP_NAME, FLASH, FLASH_SIZE, RAM
 from fcu_emulator.emulator.chip.peripherals.peripheral import Peripheral, Soc
 from fcu_emulator.emulator.time.clock import Clock
@@ -63,9 +63,9 @@ class Core(FcuChip):
         super().__init__(clock, trace)
         self._settings = settings
         self._on_reset: Callable[[str], None] = lambda _reason: None
-        self._status = Status()
-        self._masks = Registers(self, MASKS)
-        self.on_fault: Callable[[Fault], None] = lambda _fault: None
+        self._status = ChipStatus()
+        self._masks = CoreRegisters(self, MASKS)
+        self.on_fault: Callable[[CoreFault], None] = lambda _fault: None
         """Called at each fault, registers and stack still being those of the instruction."""
         self.on_access: Callable[[int, int, bool], None] = lambda _address, _size, _written: None
         """Called at loads and stores that are watched: address, size, whether it is a store."""
@@ -149,7 +149,7 @@ class Core(FcuChip):
 
     # -- what it is doing -------------------------------------------------------------------------------
 
-    def status(self) -> Status:
+    def status(self) -> ChipStatus:
         """What the core is doing, as one picture; the same object each time."""
         self.library.fcu_status(self.handle, self._status)
         return self._status
@@ -337,7 +337,7 @@ class Core(FcuChip):
         report(self.peripheral_by_index(peripheral), offset, done)
 
     def _fault(self, exception: int, status: int, hard: int, address: int) -> None:
-        self.on_fault(Fault(exception, status, hard, address if status & 1 << 15 else None))
+        self.on_fault(CoreFault(exception, status, hard, address if status & 1 << 15 else None))
 
     def _locked_up(self, pc: int) -> None:
         text = f"lock-up: {_locked_up(pc)}"

@@ -27,7 +27,7 @@ class Engine(Protocol):
         """For these names, in their order."""
 
 
-class Registers:
+class CoreRegisters:
     """Some registers, read and written in one call; ``words`` are their values, in the order of ``names``."""
 
     def __init__(self, engine: Engine, names: Sequence[str]) -> None:

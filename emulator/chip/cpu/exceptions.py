@@ -39,7 +39,7 @@ VECTTBL, FORCED, DEBUGEVT = masks(scb.HFSR.VECTTBL, scb.HFSR.FORCED, scb.HFSR.DE
 
 
 @dataclass(frozen=True, slots=True)
-class Fault:
+class CoreFault:
     """``status`` are its bits in CFSR, ``hard`` those in HFSR; ``address`` goes to BFAR where it is known."""
 
     exception: int

@@ -10,7 +10,7 @@ import struct
 from dataclasses import dataclass
 
 from fcu_emulator.emulator.chip.cpu.core import Core
-from fcu_emulator.emulator.chip.cpu.exceptions import FAULT_HANDLERS, STKERR, Fault
+from fcu_emulator.emulator.chip.cpu.exceptions import FAULT_HANDLERS, STKERR, CoreFault
 from fcu_emulator.emulator.chip.memory_map import RAM
 from fcu_emulator.emulator.chip.registers import address_of, scb
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_US
@@ -37,7 +37,7 @@ class FaultRecord:
     """
 
     t_ps: int
-    fault: Fault
+    fault: CoreFault
     pc: int
     registers: tuple[int, ...]
     cfsr: int
@@ -86,7 +86,7 @@ class FaultLog:
         self.origin: FaultRecord | None = None
         core.on_fault = self._record
 
-    def _record(self, fault: Fault) -> None:
+    def _record(self, fault: CoreFault) -> None:
         core = self._core
         now_ps, pc = core.clock.now_ps, core.pc
         self.seen += 1

@@ -12,7 +12,12 @@ from fcu_emulator.emulator.chip.chip import Chip
 from fcu_emulator.emulator.chip.cpu.core import Core
 from fcu_emulator.emulator.chip.cpu.fault_log import CORE, FaultLog, FaultRecord, word_of
 from fcu_emulator.emulator.chip.diagnosis.backtrace import NOTE, Backtrace, Places
-from fcu_emulator.emulator.chip.diagnosis.evidence import TRANSFERS_SHOWN, PeripheralNotes, Transfers, nobody
+from fcu_emulator.emulator.chip.diagnosis.evidence import (
+    TRANSFERS_SHOWN,
+    PeripheralNotes,
+    RecentTransfers,
+    nobody,
+)
 from fcu_emulator.emulator.chip.diagnosis.faults import fault_report
 from fcu_emulator.emulator.chip.diagnosis.hang import Hang
 from fcu_emulator.emulator.chip.diagnosis.memory_use import flash_nearly_full, ram_nearly_full
@@ -61,7 +66,7 @@ def findings(arm: RunningFirmware) -> Iterator[Diagnosis]:
     """
     signals, chip = arm.signals, arm.chip
     places = Places(arm.image)
-    transfers = Transfers(signals)
+    transfers = RecentTransfers(signals)
     notes = PeripheralNotes(chip, signals.trace)
     quiet_since_ps = _quiet_since_ps(arm, transfers)
     bus = bus_never_on(chip, signals, places) or byte_left(chip, signals)
@@ -94,7 +99,7 @@ def findings(arm: RunningFirmware) -> Iterator[Diagnosis]:
     yield from (one for one in seen if one)
 
 
-def _quiet_since_ps(arm: RunningFirmware, transfers: Transfers) -> int:
+def _quiet_since_ps(arm: RunningFirmware, transfers: RecentTransfers) -> int:
     """When something last happened on the buses, the terminal or the pins."""
     signals = arm.signals
     edges = [edge.t_ps for edge in signals.trace.of(GpioEdge)[-1:]]
@@ -129,7 +134,7 @@ def _without_clock(notes: PeripheralNotes) -> Diagnosis | None:
     return Diagnosis("clock", cause.short, details, fatal=False)
 
 
-def _unanswered(arm: RunningFirmware, transfers: Transfers) -> Diagnosis | None:
+def _unanswered(arm: RunningFirmware, transfers: RecentTransfers) -> Diagnosis | None:
     """Transfers to addresses where no device is, in a program that goes on all the same."""
     signals = arm.signals
     failed = [
@@ -157,7 +162,7 @@ def _bus(cause: Cause, now_ps: int) -> Diagnosis | None:
     return Diagnosis("bus", cause.short, tuple(cause.sentences), fatal=False)
 
 
-def _unselected(transfers: Transfers) -> Diagnosis | None:
+def _unselected(transfers: RecentTransfers) -> Diagnosis | None:
     """A program that talks to sensors that are not there or do not answer, and goes on all the same."""
     cause = transfers.nobody_on_spi() or transfers.silent_sensors()
     return cause and Diagnosis("bus", cause.short, tuple(cause.sentences), fatal=False)

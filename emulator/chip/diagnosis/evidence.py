@@ -64,7 +64,7 @@ _MANY = 6
 """Reads in a row that give 0xFF only: no sensor measures -1 on all axes that often."""
 
 
-class Transfers:
+class RecentTransfers:
     """What happened on the board's buses lately."""
 
     def __init__(self, signals: BoardSignals) -> None:

@@ -12,11 +12,11 @@ from typing import Final
 
 from fcu_emulator.emulator.chip.chip import Chip
 from fcu_emulator.emulator.chip.cpu.core import Core
-from fcu_emulator.emulator.chip.cpu.core_registers import MASKS, Registers
+from fcu_emulator.emulator.chip.cpu.core_registers import MASKS, CoreRegisters
 from fcu_emulator.emulator.chip.cpu.exceptions import FIRST_INTERRUPT, SYS_TICK, bits
 from fcu_emulator.emulator.chip.cpu.thumb import Flow, decode
 from fcu_emulator.emulator.chip.diagnosis.backtrace import NOTE, Backtrace, Places
-from fcu_emulator.emulator.chip.diagnosis.evidence import PeripheralNotes, Transfers
+from fcu_emulator.emulator.chip.diagnosis.evidence import PeripheralNotes, RecentTransfers
 from fcu_emulator.emulator.chip.diagnosis.probe import Loop, Probe
 from fcu_emulator.emulator.chip.diagnosis.read_once import read_once
 from fcu_emulator.emulator.chip.diagnosis.report import Cause, Diagnosis, at, section
@@ -83,7 +83,7 @@ class Interrupts:
 
     def __init__(self, core: Core) -> None:
         self._core = core
-        self._primask, self._basepri, self._faultmask, self.control = Registers(core, MASKS).read()
+        self._primask, self._basepri, self._faultmask, self.control = CoreRegisters(core, MASKS).read()
 
     @property
     def handled(self) -> int:
@@ -199,7 +199,7 @@ class Hang:
         self,
         chip: Chip,
         places: Places,
-        transfers: Transfers,
+        transfers: RecentTransfers,
         notes: PeripheralNotes,
         quiet_since_ps: int,
         bus: Cause | None = None,

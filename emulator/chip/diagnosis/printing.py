@@ -38,7 +38,7 @@ class Format(NamedTuple):
     letters: str
 
 
-class Printed(NamedTuple):
+class FormattedLine(NamedTuple):
     """A line of the terminal, the format that made it, and what stands for each conversion."""
 
     line: str
@@ -65,9 +65,11 @@ class PrintedLines:
                     return self._places.place(address)
         return ""
 
-    def _made_by(self, line: str) -> Printed | None:
+    def _made_by(self, line: str) -> FormattedLine | None:
         found = [
-            Printed(line, one, values) for one in self._formats if (values := _match(one, line)) is not None
+            FormattedLine(line, one, values)
+            for one in self._formats
+            if (values := _match(one, line)) is not None
         ]
         return max(found, key=lambda printed: len(printed.made_by.text), default=None)
 
@@ -148,7 +150,7 @@ def misprinted(lines: PrintedLines, places: Places) -> Diagnosis | None:
     return None
 
 
-def _empty_float(printed: Printed, places: Places) -> tuple[str, tuple[str, ...]] | None:
+def _empty_float(printed: FormattedLine, places: Places) -> tuple[str, tuple[str, ...]] | None:
     empty = [
         letter
         for letter, value in zip(printed.made_by.letters, printed.values, strict=False)
@@ -165,7 +167,7 @@ def _empty_float(printed: Printed, places: Places) -> tuple[str, tuple[str, ...]
     )
 
 
-def _float_as_int(printed: Printed, places: Places) -> tuple[str, tuple[str, ...]] | None:
+def _float_as_int(printed: FormattedLine, places: Places) -> tuple[str, tuple[str, ...]] | None:
     del places
     for letter, value in zip(printed.made_by.letters, printed.values, strict=False):
         if letter in _INTEGERS and re.fullmatch(r"-?\d{9,10}", value) and int(value) % _DOUBLE_STEP == 0:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from fcu_emulator.emulator.chip.cpu.bare_core import BareCore, Stop
 from fcu_emulator.emulator.chip.cpu.core import Core
-from fcu_emulator.emulator.chip.cpu.core_registers import EVERYTHING, Registers
+from fcu_emulator.emulator.chip.cpu.core_registers import EVERYTHING, CoreRegisters
 from fcu_emulator.emulator.chip.memory_map import RAM, RAM_SIZE
 from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, Peripheral
 from fcu_emulator.emulator.chip.registers import address_of, scb
@@ -50,7 +50,7 @@ class Probe:
         self._copy = copy = BareCore()
         copy.flash[:] = core.flash
         copy.ram[:] = core.ram
-        Registers(copy, EVERYTHING).write(*Registers(core, EVERYTHING).read())
+        CoreRegisters(copy, EVERYTHING).write(*CoreRegisters(core, EVERYTHING).read())
         copy.pc, copy.thumb = core.pc, core.thumb
         copy.read_python, copy.write_python = self._register_read, self._register_written
         copy.on_access = self._memory
@@ -63,7 +63,7 @@ class Probe:
         """
         saved = [self._core.peek(frame + 4 * n) or 0 for n in range(8)]
         names = ("r0", "r1", "r2", "r3", "r12", "lr", "pc", "xpsr")
-        Registers(self._copy, names).write(*saved)
+        CoreRegisters(self._copy, names).write(*saved)
 
     # -- what the copy does -----------------------------------------------------------------------------
 

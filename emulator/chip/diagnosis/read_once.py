@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from fcu_emulator.emulator.chip.cpu.bare_core import BareCore, Stop
 from fcu_emulator.emulator.chip.cpu.core import Core
-from fcu_emulator.emulator.chip.cpu.core_registers import EVERYTHING, Registers
+from fcu_emulator.emulator.chip.cpu.core_registers import EVERYTHING, CoreRegisters
 from fcu_emulator.emulator.chip.cpu.thumb import decode
 from fcu_emulator.emulator.chip.diagnosis.backtrace import Places
 from fcu_emulator.emulator.chip.diagnosis.report import Cause
@@ -77,7 +77,7 @@ class _Condition:
     def __init__(self, core: Core, last: int) -> None:
         self._last = last
         self._ram = bytes(core.ram)
-        self._registers = tuple(Registers(core, EVERYTHING).read())
+        self._registers = tuple(CoreRegisters(core, EVERYTHING).read())
         self._copy = copy = BareCore()
         copy.flash[:] = core.flash
         copy.read_python, copy.write_python = self._peripheral_read, self._peripheral_written
@@ -105,7 +105,7 @@ class _Condition:
         if other is not None:
             address, data = other
             copy.ram[address - RAM : address - RAM + len(data)] = data
-        Registers(copy, EVERYTHING).write(*self._registers)
+        CoreRegisters(copy, EVERYTHING).write(*self._registers)
         copy.pc, copy.thumb = start, True
         self._acts = False
         self._loads.clear()

@@ -19,8 +19,8 @@ from collections.abc import Callable, Iterator
 
 from fcu_emulator.emulator.chip import memory_map
 from fcu_emulator.emulator.chip.cpu.core import Core
-from fcu_emulator.emulator.chip.cpu.core_registers import EVERYTHING, Registers
-from fcu_emulator.emulator.chip.gdb.target import Point, PointKind, Stop
+from fcu_emulator.emulator.chip.cpu.core_registers import EVERYTHING, CoreRegisters
+from fcu_emulator.emulator.chip.gdb.target import HaltReason, Point, PointKind
 from fcu_emulator.emulator.chip.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE
 from fcu_emulator.emulator.time.clock import Clock
 
@@ -121,9 +121,9 @@ class CoreTarget:
         self._clock = clock
         self._run = run
         self._points = Points(core, self._accessed)
-        self._everything = Registers(core, EVERYTHING)
+        self._everything = CoreRegisters(core, EVERYTHING)
         self._single_step = False  # the debugger wants one instruction
-        self._hit: Stop | None = None
+        self._hit: HaltReason | None = None
         self._on_bkpt = False
         self._lock_up_reported = False
         self._new_code = False
@@ -166,7 +166,7 @@ class CoreTarget:
             self._on_bkpt = False
             self._core.wake()
             return
-        register = Registers(self._core, (name,))
+        register = CoreRegisters(self._core, (name,))
         if name == "xpsr":
             self._core.thumb = bool(value & _THUMB)
             value = value & ~_EXCEPTION | register.read()[0] & _EXCEPTION
@@ -230,14 +230,14 @@ class CoreTarget:
         """The next ``run_until_ps`` executes one instruction and stops."""
         self._go(one=True)
 
-    def run_until_ps(self, at_ps: int) -> Stop | None:
+    def run_until_ps(self, at_ps: int) -> HaltReason | None:
         """Run up to ``at_ps`` of virtual time: why it stopped before, or None."""
         while True:
             self._run(at_ps)
             if self._core.locked_up and not self._lock_up_reported:
                 self._lock_up_reported = True
                 self.halt()
-                return Stop(failure=f"lock-up: {self._core.locked_up}")
+                return HaltReason(failure=f"lock-up: {self._core.locked_up}")
             if not self._core.halted:
                 return None
             stop = self._reason()
@@ -262,7 +262,7 @@ class CoreTarget:
         on_point = self._points.breakpoint_at(pc) is not None
         self._core.resume(self._single_step or on_point)
 
-    def _reason(self) -> Stop | None:
+    def _reason(self) -> HaltReason | None:
         """Why the core has halted; None if only to be stepped past something."""
         hit, self._hit = self._hit, None
         self._on_bkpt |= self._core.met_breakpoint_instruction()
@@ -270,11 +270,11 @@ class CoreTarget:
             return hit
         point = self._points.breakpoint_at(self._core.pc)
         if point is not None:
-            return Stop(point, point.address)
-        return Stop() if self._on_bkpt or self._single_step else None
+            return HaltReason(point, point.address)
+        return HaltReason() if self._on_bkpt or self._single_step else None
 
     def _accessed(self, point: Point, address: int) -> None:
-        self._hit = self._hit or Stop(point, address)
+        self._hit = self._hit or HaltReason(point, address)
         self._core.halt()
 
 

@@ -29,7 +29,7 @@ _MEMORY_MAP_DTD = (
 _SECTOR = 0x4000  # the smallest of the STM32F401's sectors (RM0368 table 5)
 
 
-class Register(NamedTuple):
+class GdbRegister(NamedTuple):
     """A register as packets carry it; ``parts`` are the core's own words, the low one first."""
 
     name: str
@@ -41,16 +41,16 @@ class Register(NamedTuple):
         return 4 * len(self.parts)
 
 
-def _words(*names: str) -> tuple[Register, ...]:
-    return tuple(Register(name, (name,)) for name in names)
+def _words(*names: str) -> tuple[GdbRegister, ...]:
+    return tuple(GdbRegister(name, (name,)) for name in names)
 
 
 _TYPES = {"sp": "data_ptr", "pc": "code_ptr", "msp": "data_ptr", "psp": "data_ptr"}
 
-FEATURES: Final[dict[str, Sequence[Register]]] = {
+FEATURES: Final[dict[str, Sequence[GdbRegister]]] = {
     "org.gnu.gdb.arm.m-profile": _words(*(f"r{number}" for number in range(13)), "sp", "lr", "pc", "xpsr"),
     "org.gnu.gdb.arm.vfp": (
-        *(Register(f"d{number}", (f"s{2 * number}", f"s{2 * number + 1}")) for number in range(16)),
+        *(GdbRegister(f"d{number}", (f"s{2 * number}", f"s{2 * number + 1}")) for number in range(16)),
         *_words("fpscr"),
     ),
     "org.gnu.gdb.arm.m-system": _words("msp", "psp", "primask", "basepri", "faultmask", "control"),
@@ -113,5 +113,5 @@ DOCUMENTS: Final[dict[bytes, Callable[[], bytes]]] = {
 """By what ``qXfer`` packets call them."""
 
 
-def _type(register: Register) -> str:
+def _type(register: GdbRegister) -> str:
     return "ieee_double" if register.size == 8 else _TYPES.get(register.name, "uint32")

@@ -21,8 +21,8 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 
 from fcu_emulator.emulator.chip.gdb.packets import ACK, MALFORMED, NACK, Arrival, Framer, Received, frame
-from fcu_emulator.emulator.chip.gdb.session import EXITED, Ending, Session
-from fcu_emulator.emulator.chip.gdb.target import Stop, Target
+from fcu_emulator.emulator.chip.gdb.session import EXITED, DebuggerExit, GdbSession
+from fcu_emulator.emulator.chip.gdb.target import HaltReason, Target
 from fcu_emulator.emulator.errors import FirmwareError
 from fcu_emulator.emulator.loopback import listen
 from fcu_emulator.emulator.time.clock import to_ps
@@ -71,7 +71,7 @@ class GdbServer:
         self.port: int = self._listener.getsockname()[1]
         self._callers: list[_Caller] = []
         self._client: socket.socket | None = None
-        self._session: Session | None = None
+        self._session: GdbSession | None = None
         self._framer = Framer()
         self._sent = b""
         self._waits = halted
@@ -96,7 +96,7 @@ class GdbServer:
         except FirmwareError as error:
             if self._session is None:
                 raise
-            self._session.stopped(Stop(failure=str(error)))
+            self._session.stopped(HaltReason(failure=str(error)))
             return
         if stop is not None and self._session is not None:
             self._session.stopped(stop)
@@ -159,7 +159,7 @@ class GdbServer:
             while self._callers:
                 self._hang_up(self._callers[0])
             self._client, self._framer, self._sent = caller.socket, caller.framer, b""
-            self._session = Session(self._target, self._monitor, self._send_packet)
+            self._session = GdbSession(self._target, self._monitor, self._send_packet)
             self._waits = False
             self._take(arrivals)
 
@@ -185,10 +185,10 @@ class GdbServer:
                 return
             self._answer(session, arrived)
             if session.ended is not None:
-                self.killed = session.ended is Ending.KILLED
+                self.killed = session.ended is DebuggerExit.KILLED
                 self._leave()
 
-    def _answer(self, session: Session, arrived: Received) -> None:
+    def _answer(self, session: GdbSession, arrived: Received) -> None:
         acknowledged = session.acknowledged
         if arrived is Arrival.INTERRUPT:
             session.interrupt()

@@ -16,9 +16,9 @@ from enum import Enum
 from typing import Final
 
 from fcu_emulator.emulator.chip.gdb import packets
-from fcu_emulator.emulator.chip.gdb.description import DOCUMENTS, REGISTERS, Register
+from fcu_emulator.emulator.chip.gdb.description import DOCUMENTS, REGISTERS, GdbRegister
 from fcu_emulator.emulator.chip.gdb.packets import LONGEST, MALFORMED, MOST_BYTES, OK, REFUSED, MalformedError
-from fcu_emulator.emulator.chip.gdb.target import Point, PointKind, Stop, Target
+from fcu_emulator.emulator.chip.gdb.target import HaltReason, Point, PointKind, Target
 from fcu_emulator.emulator.chip.memory_map import FLASH, FLASH_SIZE
 
 # -- packets that look at and change registers and memory ("Packets") ---------------------------------------
@@ -63,7 +63,7 @@ class StatePackets:
         self._write(register, packets.word(value, register.size))
         return OK
 
-    def _write(self, register: Register, value: int) -> None:
+    def _write(self, register: GdbRegister, value: int) -> None:
         for part in register.parts:
             self._target.write_register(part, value & 0xFFFF_FFFF)
             value >>= 32
@@ -96,14 +96,14 @@ class StatePackets:
         return OK if in_flash and self._target.write_memory(address, data) else REFUSED
 
 
-def _register(text: bytes) -> Register:
+def _register(text: bytes) -> GdbRegister:
     number = packets.number(text)
     if number >= len(REGISTERS):
         raise MalformedError
     return REGISTERS[number]
 
 
-def _to_hex(register: Register, values: dict[str, int]) -> bytes:
+def _to_hex(register: GdbRegister, values: dict[str, int]) -> bytes:
     return b"".join(values[part].to_bytes(4, "little") for part in register.parts).hex().encode("ascii")
 
 
@@ -117,14 +117,14 @@ _CONSOLE_CHUNK = 1000  # bytes of text in one packet
 _WATCH = {PointKind.WRITE: b"watch", PointKind.READ: b"rwatch", PointKind.ACCESS: b"awatch"}
 
 
-class Ending(Enum):
+class DebuggerExit(Enum):
     """How a debugger leaves."""
 
     DETACHED = "detached"
     KILLED = "killed"
 
 
-class Session:
+class GdbSession:
     """Answers packets about one target. ``monitor(command)`` carries out a ``monitor`` command.
 
     ``send(payload)`` sends a packet. ``halted`` says whether the target waits for the debugger; ``ended`` is
@@ -140,7 +140,7 @@ class Session:
         self._tells_breaks = False
         self.halted = True
         self.acknowledged = True
-        self.ended: Ending | None = None
+        self.ended: DebuggerExit | None = None
         target.attach()
         self._state = StatePackets(target)
         self._commands: dict[bytes, Callable[[bytes], bytes | None]] = {
@@ -154,8 +154,8 @@ class Session:
             b"z": self._remove,
             b"H": lambda _: OK,
             b"T": lambda text: OK if text in (b"1", b"01") else MALFORMED,
-            b"D": lambda _: self._leave(Ending.DETACHED),
-            b"k": lambda _: self._leave(Ending.KILLED),
+            b"D": lambda _: self._leave(DebuggerExit.DETACHED),
+            b"k": lambda _: self._leave(DebuggerExit.KILLED),
             b"q": self._query,
             b"Q": self._set,
             b"v": self._long,
@@ -181,7 +181,7 @@ class Session:
             self._target.halt()
             self._stopped(_signal(_SIGINT))
 
-    def stopped(self, stop: Stop) -> None:
+    def stopped(self, stop: HaltReason) -> None:
         """The target has stopped by itself."""
         if stop.failure:
             self._print(f"{stop.failure}\n")
@@ -205,9 +205,9 @@ class Session:
         self._stop_reply = reply
         self._send(reply)
 
-    def _leave(self, how: Ending) -> bytes | None:
+    def _leave(self, how: DebuggerExit) -> bytes | None:
         self.ended = how
-        return OK if how is Ending.DETACHED else None
+        return OK if how is DebuggerExit.DETACHED else None
 
     # -- running ----------------------------------------------------------------------------------------
 
@@ -284,7 +284,7 @@ class Session:
             self._go_on(packets.continues(rest), b"")
             return None
         if name == b"Kill":
-            self._leave(Ending.KILLED)
+            self._leave(DebuggerExit.KILLED)
             return OK
         return self._state.flash(text)
 

@@ -32,7 +32,7 @@ class Point:
 
 
 @dataclass(frozen=True)
-class Stop:
+class HaltReason:
     """Why the core has stopped by itself: at a point, after a step (``point`` None), or by a failure."""
 
     point: Point | None = None
@@ -93,6 +93,6 @@ class Target(Protocol):
         """The next ``run_until_ps`` executes one instruction and stops."""
         ...
 
-    def run_until_ps(self, at_ps: int) -> Stop | None:
+    def run_until_ps(self, at_ps: int) -> HaltReason | None:
         """Run up to ``at_ps`` of virtual time: why it stopped before, or None."""
         ...

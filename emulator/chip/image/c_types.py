@@ -14,7 +14,7 @@ from functools import cached_property
 from types import SimpleNamespace
 from typing import Literal, Protocol
 
-from fcu_emulator.emulator.chip.image.dwarf import Cursor, DebugInfo, Entry
+from fcu_emulator.emulator.chip.image.dwarf import Cursor, DebugEntry, DebugInfo
 from fcu_emulator.emulator.chip.image.elf import DebugInfoError
 from fcu_emulator.emulator.chip.memory_map import CAPACITY
 
@@ -185,14 +185,14 @@ class TypeReader:
         self._known: dict[int, CType] = {}
         self._making: set[int] = set()
 
-    def type_of(self, entry: Entry) -> CType:
+    def type_of(self, entry: DebugEntry) -> CType:
         """The type that the entry's DW_AT_type refers to."""
         target = self._info.referred(entry, AT_TYPE)
         if target is None:
             raise DebugInfoError("a type is missing (void has no value)")
         return self._made(target)
 
-    def _made(self, entry: Entry) -> CType:
+    def _made(self, entry: DebugEntry) -> CType:
         if entry.offset not in self._known:
             if entry.offset in self._making or len(self._making) == _DEEPEST:
                 raise DebugInfoError("a type contains itself, or is nested too deep")
@@ -203,7 +203,7 @@ class TypeReader:
                 self._making.remove(entry.offset)
         return self._known[entry.offset]
 
-    def _make(self, entry: Entry) -> CType:
+    def _make(self, entry: DebugEntry) -> CType:
         if entry.tag in _TRANSPARENT:
             return self.type_of(entry)
         if entry.tag == _BASE:
@@ -218,14 +218,14 @@ class TypeReader:
             return self._structure(entry)
         raise DebugInfoError(f"a type is of kind 0x{entry.tag:02X}, which has no value here")
 
-    def _enumeration(self, entry: Entry) -> CType:
+    def _enumeration(self, entry: DebugEntry) -> CType:
         """As the integer type under it where the compiler states one, otherwise signed if a constant is."""
         if AT_TYPE in entry.values:
             return self.type_of(entry)
         constants = [child.number(_AT_CONST_VALUE) or 0 for child in self._info.children(entry)]
         return Integer(entry.number(_AT_BYTE_SIZE) or 4, signed=min(constants, default=0) < 0)
 
-    def _array(self, entry: Entry) -> CType:
+    def _array(self, entry: DebugEntry) -> CType:
         made = self.type_of(entry)
         ranges = [child for child in self._info.children(entry) if child.tag == _SUBRANGE]
         if len(ranges) > _MOST_DIMENSIONS:
@@ -234,14 +234,14 @@ class TypeReader:
             made = _bounded(Array(made, _count(subrange)))
         return made
 
-    def _structure(self, entry: Entry) -> CType:
+    def _structure(self, entry: DebugEntry) -> CType:
         size = entry.number(_AT_BYTE_SIZE)
         if size is None:
             raise DebugInfoError("a structure is declared only, not defined")
         members = tuple(self._members(entry, size))
         return Structure(size, members, sum(member.type.leaves for member in members))
 
-    def _members(self, entry: Entry, size: int) -> Iterator[Member]:
+    def _members(self, entry: DebugEntry, size: int) -> Iterator[Member]:
         for child in self._info.children(entry):
             if child.tag != _MEMBER:
                 continue
@@ -250,7 +250,7 @@ class TypeReader:
                 raise DebugInfoError(f"the member {member.name!r} does not fit into its structure")
             yield member
 
-    def _member(self, entry: Entry) -> Member:
+    def _member(self, entry: DebugEntry) -> Member:
         name, kind = self._info.name(entry), self.type_of(entry)
         bits = entry.number(_AT_BIT_SIZE)
         if bits is None:
@@ -262,7 +262,7 @@ class TypeReader:
         return Member(name, first // 8, BitField(first % 8, bits, signed))
 
 
-def _base(entry: Entry) -> CType:
+def _base(entry: DebugEntry) -> CType:
     size, encoding = entry.number(_AT_BYTE_SIZE), entry.number(_AT_ENCODING)
     if encoding == _FLOAT and size in {2, 4, 8}:
         return Float(2 if size == 2 else 4 if size == 4 else 8)
@@ -274,7 +274,7 @@ def _base(entry: Entry) -> CType:
     raise DebugInfoError(f"a basic type has {size} bytes and encoding {encoding}, which is not read")
 
 
-def _count(subrange: Entry) -> int:
+def _count(subrange: DebugEntry) -> int:
     """Elements; 0 for a flexible array member. GCC gives the highest index, -1 where there is none."""
     count = subrange.number(_AT_COUNT)
     if count is None:
@@ -285,7 +285,7 @@ def _count(subrange: Entry) -> int:
     return count
 
 
-def _location(member: Entry) -> int:
+def _location(member: DebugEntry) -> int:
     """Offset in bytes: a number, or in DWARF 2 an expression that adds one."""
     expression = member.block(_AT_MEMBER_LOCATION)
     if expression is None:
@@ -295,7 +295,7 @@ def _location(member: Entry) -> int:
     return Cursor(expression, 1).uleb128()
 
 
-def _first_bit(member: Entry, bits: int, unit_size: int) -> int:
+def _first_bit(member: DebugEntry, bits: int, unit_size: int) -> int:
     """Least significant bit, counted from the structure's start (DWARF 5 section 5.7.6).
 
     Before DWARF 4 the distance from the most significant bit of the storage unit was given instead.
@@ -334,7 +334,7 @@ class Variables:
     def __init__(self, info: DebugInfo) -> None:
         self._info = info
         self._types = TypeReader(info)
-        self._entries: dict[int, Entry] = {}
+        self._entries: dict[int, DebugEntry] = {}
         self._known: dict[int, CType] = {}
         for entry in info.find(_VARIABLE):
             location = entry.block(_AT_LOCATION)

@@ -210,7 +210,7 @@ class Unit:
 
 
 @dataclass(frozen=True)
-class Entry:
+class DebugEntry:
     """A debugging entry: ``values`` maps an attribute to its form and value, ``after`` is where they end."""
 
     unit: Unit
@@ -250,7 +250,7 @@ class DebugInfo:
             units.append(self._unit(start, cursor.unit()))
         return units
 
-    def find(self, tag: int) -> Iterator[Entry]:
+    def find(self, tag: int) -> Iterator[DebugEntry]:
         """Every entry of this tag, at any depth, in the file's order."""
         for unit in self._units:
             offset = unit.first
@@ -267,7 +267,7 @@ class DebugInfo:
                     if entry.tag == tag:
                         yield entry
 
-    def children(self, parent: Entry) -> Iterator[Entry]:
+    def children(self, parent: DebugEntry) -> Iterator[DebugEntry]:
         """The entries one level below."""
         offset, depth = parent.after, 1 if parent.has_children else 0
         while depth and offset < parent.unit.end:
@@ -283,7 +283,7 @@ class DebugInfo:
                 yield entry
             depth += entry.has_children
 
-    def referred(self, entry: Entry, attribute: int) -> Entry | None:
+    def referred(self, entry: DebugEntry, attribute: int) -> DebugEntry | None:
         """The entry that an attribute refers to; None if it has no such attribute."""
         form, value = entry.values.get(attribute, (0, 0))
         if form in REF_UNIT and isinstance(value, int):
@@ -296,7 +296,7 @@ class DebugInfo:
             raise DebugInfoError(f"a reference is of form 0x{form:X}, which is not read")
         return None
 
-    def name(self, entry: Entry) -> str:
+    def name(self, entry: DebugEntry) -> str:
         """The entry's name; empty for an anonymous one."""
         form, value = entry.values.get(AT_NAME, (0, b""))
         if isinstance(value, int):
@@ -311,7 +311,7 @@ class DebugInfo:
             raise DebugInfoError("a reference leads nowhere")
         return self._units[index]
 
-    def _at(self, unit: Unit, offset: int) -> Entry:
+    def _at(self, unit: Unit, offset: int) -> DebugEntry:
         if not unit.first <= offset < unit.end:
             raise DebugInfoError("a reference leads out of its unit")
         cursor = Cursor(self._info, offset, unit.end)
@@ -373,10 +373,10 @@ class DebugInfo:
             raise DebugInfoError(f"an entry has the unknown code {code}")
         return unit.abbreviations[code]
 
-    def _values(self, unit: Unit, offset: int, abbreviation: Abbreviation, cursor: Cursor) -> Entry:
+    def _values(self, unit: Unit, offset: int, abbreviation: Abbreviation, cursor: Cursor) -> DebugEntry:
         self._budget.spend(len(abbreviation.attributes))
         values = {
             attribute: (form, implicit if form == IMPLICIT_CONST else read_value(cursor, form))
             for attribute, form, implicit in abbreviation.attributes
         }
-        return Entry(unit, offset, cursor.offset, abbreviation.tag, abbreviation.has_children, values)
+        return DebugEntry(unit, offset, cursor.offset, abbreviation.tag, abbreviation.has_children, values)

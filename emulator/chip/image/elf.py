@@ -61,7 +61,7 @@ class Elf(NamedTuple):
     """Whether functions take floating-point numbers in S0 to S15."""
 
 
-class _Header(NamedTuple):
+class _ElfHeader(NamedTuple):
     ident: bytes
     type: int
     machine: int
@@ -114,10 +114,10 @@ def open_elf(file: str, data: bytes) -> Elf:
     return Elf(segments, None, f"no symbols: {reason}", hard_float)
 
 
-def _header(file: str, data: bytes) -> _Header:
+def _header(file: str, data: bytes) -> _ElfHeader:
     if len(data) < _HEADER.size:
         raise FirmwareFileError(file, f"is an ELF cut short after {len(data)} bytes; build or copy it again")
-    header = _Header(*_HEADER.unpack_from(data))
+    header = _ElfHeader(*_HEADER.unpack_from(data))
     bits, order, abi = header.ident[4], header.ident[5], header.ident[7]
     machine = header.machine if order == 1 else int.from_bytes(data[18:20], "big")
     if machine != _ARM:  # the field lies at the same place in 64-bit files
@@ -133,7 +133,7 @@ def _header(file: str, data: bytes) -> _Header:
     return header
 
 
-def _program_headers(file: str, data: bytes, header: _Header) -> list[_ProgramHeader]:
+def _program_headers(file: str, data: bytes, header: _ElfHeader) -> list[_ProgramHeader]:
     count, start = header.program_header_count, header.program_headers
     if count == 0:
         raise FirmwareFileError(file, f"has no program headers, so nothing to load; {_RIGHT}")

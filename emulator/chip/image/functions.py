@@ -10,7 +10,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 from fcu_emulator.emulator.chip.image.c_types import AT_TYPE, CType, TypeReader
-from fcu_emulator.emulator.chip.image.dwarf import DebugInfo, Entry
+from fcu_emulator.emulator.chip.image.dwarf import DebugEntry, DebugInfo
 from fcu_emulator.emulator.chip.image.elf import DebugInfoError
 
 _SUBPROGRAM, _PARAMETER, _UNSPECIFIED_PARAMETERS = 0x2E, 0x05, 0x18
@@ -47,9 +47,9 @@ class Functions:
         self._known: dict[int, Signature] = {}
 
     @cached_property
-    def _entries(self) -> tuple[dict[int, Entry], set[str]]:
+    def _entries(self) -> tuple[dict[int, DebugEntry], set[str]]:
         """By address; and the names of those that the compiler has put into their callers."""
-        entries: dict[int, Entry] = {}
+        entries: dict[int, DebugEntry] = {}
         inlined: set[str] = set()
         for entry in self._info.find(_SUBPROGRAM):
             address = entry.number(_AT_LOW_PC)
@@ -76,7 +76,7 @@ class Functions:
             self._known[address] = self._signature(entry)
         return self._known[address]
 
-    def _signature(self, entry: Entry) -> Signature:
+    def _signature(self, entry: DebugEntry) -> Signature:
         parameters = []
         is_variadic = False
         for child in self._info.children(entry):
@@ -89,13 +89,13 @@ class Functions:
         result = self._types.type_of(described) if AT_TYPE in described.values else None
         return Signature(tuple(parameters), result, is_variadic)
 
-    def _parameter(self, entry: Entry) -> Parameter:
+    def _parameter(self, entry: DebugEntry) -> Parameter:
         described = self._described(entry)
         pointed = self._pointer(described)
         points_to = None if pointed is None else lambda: self._pointed(pointed)
         return Parameter(self._info.name(described), self._types.type_of(described), points_to)
 
-    def _described(self, entry: Entry) -> Entry:
+    def _described(self, entry: DebugEntry) -> DebugEntry:
         """The entry that has the name and the type: of an out-of-line copy, that of the original."""
         for _ in range(_LONGEST_CHAIN):
             origin = next((at for at in (_AT_ABSTRACT_ORIGIN, _AT_SPECIFICATION) if at in entry.values), None)
@@ -105,7 +105,7 @@ class Functions:
             entry = referred
         raise DebugInfoError("its entry refers to itself")
 
-    def _pointer(self, entry: Entry) -> Entry | None:
+    def _pointer(self, entry: DebugEntry) -> DebugEntry | None:
         """The pointer type of an entry, its typedefs and qualifiers taken off; None if it is no pointer."""
         for _ in range(_LONGEST_CHAIN):
             target = self._info.referred(entry, AT_TYPE)
@@ -116,7 +116,7 @@ class Functions:
             entry = target
         return None
 
-    def _pointed(self, pointer: Entry) -> CType | None:
+    def _pointed(self, pointer: DebugEntry) -> CType | None:
         try:
             return self._types.type_of(pointer) if AT_TYPE in pointer.values else None
         except DebugInfoError:  # a function, or a structure that is only declared

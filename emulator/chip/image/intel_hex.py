@@ -18,7 +18,7 @@ _DATA, _END, _SEGMENT_BASE, _SEGMENT_START, _LINEAR_BASE, _LINEAR_START = range(
 _LENGTHS = {_END: 0, _SEGMENT_BASE: 2, _SEGMENT_START: 4, _LINEAR_BASE: 2, _LINEAR_START: 4}
 
 
-class Record(NamedTuple):
+class HexRecord(NamedTuple):
     """One line of the file."""
 
     kind: int
@@ -61,7 +61,7 @@ def read_hex(file: str, data: bytes) -> tuple[Segment, ...]:
     return join(file, pieces)
 
 
-def _record(file: str, where: str, text: bytes) -> Record:
+def _record(file: str, where: str, text: bytes) -> HexRecord:
     try:
         if text[:1] != b":":
             raise ValueError
@@ -80,14 +80,14 @@ def _record(file: str, where: str, text: bytes) -> Record:
         raise FirmwareFileError(
             file, f"{where}: has checksum {raw[-1]:02X}, its bytes give {expected:02X}; the file is damaged"
         )
-    record = Record(raw[3], int.from_bytes(raw[1:3], "big"), raw[4:-1])
+    record = HexRecord(raw[3], int.from_bytes(raw[1:3], "big"), raw[4:-1])
     if record.kind != _DATA and _LENGTHS.get(record.kind) != len(record.data):
         problem = f"{where}: record type {record.kind:02X} with {len(record.data)} bytes does not exist"
         raise FirmwareFileError(file, problem)
     return record
 
 
-def _placed(file: str, record: Record, base: int, wraps: bool) -> list[Segment]:
+def _placed(file: str, record: HexRecord, base: int, wraps: bool) -> list[Segment]:
     """The record's data in memory; after a segment base the 16-bit address wraps inside the 64 KB."""
     first = record.data[: 0x10000 - record.address] if wraps else record.data
     rest = record.data[len(first) :]

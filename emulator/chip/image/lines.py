@@ -82,7 +82,7 @@ class Sequence:
     end: int = 0
 
 
-class _Header(NamedTuple):
+class _LineProgramHeader(NamedTuple):
     instruction_length: int
     line_base: int
     line_range: int
@@ -101,7 +101,7 @@ def read_sequences(sections: Sections, budget: Budget) -> Iterator[Sequence]:
         yield from _Machine(program, header).run(budget)
 
 
-def _header(program: Cursor, strings: dict[int, bytes], budget: Budget) -> _Header:
+def _header(program: Cursor, strings: dict[int, bytes], budget: Budget) -> _LineProgramHeader:
     version = program.unsigned(2)
     if not 2 <= version <= 5:
         raise DebugInfoError(f"line numbers are of version {version}; 2 to 5 are known")
@@ -118,7 +118,9 @@ def _header(program: Cursor, strings: dict[int, bytes], budget: Budget) -> _Head
     lengths = program.take(max(program.byte() - 1, 0))
     paths = _paths_5(program, strings, budget) if version == 5 else _paths_2(program, budget)
     program.skip(code - program.offset)
-    return _Header(instruction_length, line_base, line_range, lengths, paths, 0 if version == 5 else 1)
+    return _LineProgramHeader(
+        instruction_length, line_base, line_range, lengths, paths, 0 if version == 5 else 1
+    )
 
 
 def _paths_2(program: Cursor, budget: Budget) -> list[str]:
@@ -188,7 +190,7 @@ def _absolute(path: bytes) -> bool:
 class _Machine:
     """The state machine of section 6.2.2, as far as address, file and line are concerned."""
 
-    def __init__(self, program: Cursor, header: _Header) -> None:
+    def __init__(self, program: Cursor, header: _LineProgramHeader) -> None:
         self._program = program
         self._header = header
         self._opcode_base = len(header.lengths) + 1

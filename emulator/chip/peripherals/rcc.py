@@ -202,7 +202,7 @@ _OSCILLATORS = frozenset((CR, PLLCFGR, BDCR, CSR))
 """Registers that start and stop oscillators; of the others some divide what these give."""
 
 
-class ChipInC(Protocol):
+class GatedChip(Protocol):
     """What is needed of the chip in C: :class:`fcu_emulator.emulator.chip.library.FcuChip`. Peripherals: bit = index."""
 
     def gate(self, peripherals: int, clocked: int) -> None:
@@ -259,7 +259,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         self._irq = irq
         self._gated: dict[int, _Controlled] = {}
         self._reset: dict[int, _Controlled] = {}
-        self._chip: ChipInC | None = None
+        self._chip: GatedChip | None = None
         self._listeners: list[Callable[[], None]] = []
         self._backup_listeners: list[Callable[[], None]] = []
         self._starting: dict[str, Event] = {}
@@ -270,7 +270,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
 
     # -- for the other peripherals ---------------------------------------------------------------------------
 
-    def control(self, peripherals: Iterable[Peripheral], chip: ChipInC | None = None) -> None:
+    def control(self, peripherals: Iterable[Peripheral], chip: GatedChip | None = None) -> None:
         """The peripherals whose clock gates and resets are here, found by their names; all start without clock.
 
         ``chip`` has those of them that are in C: their gates and resets are one call.

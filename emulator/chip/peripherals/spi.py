@@ -83,7 +83,7 @@ class _Calls(ctypes.Structure):
     )
 
 
-class _Part:
+class _SpiDevice:
     """A part at its chip select, as the chip keeps its bytes; and the message that Python has taken over."""
 
     def __init__(self, wire: SpiWire, chip_select: str, target: SpiTarget) -> None:
@@ -122,7 +122,7 @@ class SpiWire:
         self.wires: Wires = 3
         """How the host clocks, and what it listens on."""
         self._speed_hz = 0
-        self._parts = [_Part(self, name, bus.target(name)) for name in bus.chip_selects]
+        self._parts = [_SpiDevice(self, name, bus.target(name)) for name in bus.chip_selects]
         called: tuple[Callable[..., Any], ...]
         called = self._configure, self._open, self._send, self._receive, self._close, self._ended
         table = _Calls(*(chip.callback(kind, called[n]) for n, (_, kind) in enumerate(_Calls._fields_)))

@@ -11,7 +11,7 @@ from fcu_emulator.emulator.grading.reports.markup import Html, element, page
 from fcu_emulator.emulator.grading.reports.plots import series_plot, share_bar
 from fcu_emulator.emulator.grading.reports.style import STYLE
 from fcu_emulator.emulator.grading.results import LATE_PENALTY, TOTAL, Graded
-from fcu_emulator.emulator.grading.verdict import Cause, CheckResult, RunEvidence, Verdict
+from fcu_emulator.emulator.grading.verdict import CheckResult, DiagnosedCause, RunEvidence, Verdict
 from fcu_emulator.emulator.system_words import command_line
 
 _MARKS = {"passed": "✓", "partial": "◐", "failed": "✗", "unjudged": "?"}
@@ -94,7 +94,7 @@ def _causes(verdict: Verdict) -> Iterator[Html]:
     yield from (_cause(cause) for cause in sorted(found.values(), key=lambda one: not one.fatal))
 
 
-def _cause(cause: Cause) -> Html:
+def _cause(cause: DiagnosedCause) -> Html:
     """Its sentences; lists of registers, callers and transfers, which begin with a colon, are folded away."""
     sentences = list(takewhile(lambda line: not line.endswith(":"), cause.details))
     lists = "\n".join(cause.details[len(sentences) :])

@@ -18,7 +18,7 @@ from websockets.sync.client import ClientConnection
 
 from fcu_emulator.emulator.live.address import Address
 from fcu_emulator.emulator.live.server import PageServer
-from fcu_emulator.emulator.live.session import Session
+from fcu_emulator.emulator.live.session import LiveSession
 from fcu_emulator.emulator.live.setup import Setup
 from fcu_emulator.emulator.loopback import HOST
 from tests.campaigns.live_fuzz import fuzzed
@@ -109,7 +109,7 @@ class Served:
         return self.pages.address
 
     def _live(self) -> None:
-        self.session = Session(Setup("solution"), self.pages.publish)
+        self.session = LiveSession(Setup("solution"), self.pages.publish)
         self.pages.controls = self.session
         self._ready.set()
         self.session.run()

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcu_emulator import Board
-from fcu_emulator.emulator.analysis.observation import TERMINAL, Entry, Observation, observe
+from fcu_emulator.emulator.analysis.observation import TERMINAL, Observation, ObservedItem, observe
 from fcu_emulator.emulator.analysis.replay import replay
 from fcu_emulator.emulator.board.firmware import python_firmware
 from fcu_emulator.emulator.scenario.observed import FORMATS, deviation
@@ -66,7 +66,7 @@ class Track:
         return np.array([deviation(field, printed, value) for value in self._values[field][first:last]])
 
 
-def numbers_of(lines: Sequence[Entry]) -> Iterator[tuple[int, str, float]]:
+def numbers_of(lines: Sequence[ObservedItem]) -> Iterator[tuple[int, str, float]]:
     """Time, field and value of every number in the lab's lines."""
     for line in lines:
         for line_format in FORMATS:

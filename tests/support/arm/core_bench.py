@@ -29,7 +29,7 @@ from typing import ClassVar
 
 from fcu_emulator.emulator.buses.gpio import Gpio
 from fcu_emulator.emulator.chip.cpu.core import Core, CoreSettings
-from fcu_emulator.emulator.chip.cpu.core_registers import FLOATING_POINT, Registers
+from fcu_emulator.emulator.chip.cpu.core_registers import FLOATING_POINT, CoreRegisters
 from fcu_emulator.emulator.chip.memory_map import FLASH, RAM, RAM_SIZE
 from fcu_emulator.emulator.chip.peripherals.peripheral import Peripheral, Soc
 from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_US, Clock
@@ -226,7 +226,7 @@ class CoreBench:
 
     def floating_point(self) -> list[int]:
         """S0 to S31 and FPSCR."""
-        return list(Registers(self.core, FLOATING_POINT).read())
+        return list(CoreRegisters(self.core, FLOATING_POINT).read())
 
     def word(self, address: int) -> int:
         """In RAM."""

@@ -13,7 +13,13 @@ from dataclasses import dataclass, field
 from random import Random
 
 from fcu_emulator.emulator.chip.cpu.bare_core import BareCore
-from fcu_emulator.emulator.chip.cpu.core_registers import CORE, EVERYTHING, FLOATING_POINT, MASKS, Registers
+from fcu_emulator.emulator.chip.cpu.core_registers import (
+    CORE,
+    EVERYTHING,
+    FLOATING_POINT,
+    MASKS,
+    CoreRegisters,
+)
 from fcu_emulator.emulator.chip.memory_map import FLASH, RAM, RAM_SIZE
 from tests.support.arm.unicorn_witness import THUMB, Witness
 
@@ -117,9 +123,9 @@ class Access:
     """
 
     def __init__(self, engine: Executing) -> None:
-        self._mode = Registers(engine, _MODE)
-        self._privileged = Registers(engine, _PRIVILEGED)
-        self._others = Registers(engine, _OTHERS)
+        self._mode = CoreRegisters(engine, _MODE)
+        self._privileged = CoreRegisters(engine, _PRIVILEGED)
+        self._others = CoreRegisters(engine, _OTHERS)
 
     def write(self, values: Values) -> None:
         """SP is the one of MSP and PSP that CONTROL and the mode choose (ARMv7-M ARM B1.4.7)."""

@@ -12,8 +12,8 @@ from collections.abc import Callable
 from fcu_emulator.emulator.chip.gdb.description import REGISTERS
 from fcu_emulator.emulator.chip.gdb.packets import Framer, Received, frame
 from fcu_emulator.emulator.chip.gdb.server import GdbServer
-from fcu_emulator.emulator.chip.gdb.session import Session
-from fcu_emulator.emulator.chip.gdb.target import Point, PointKind, Stop
+from fcu_emulator.emulator.chip.gdb.session import GdbSession
+from fcu_emulator.emulator.chip.gdb.target import HaltReason, Point, PointKind
 from fcu_emulator.emulator.chip.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE
 from fcu_emulator.emulator.loopback import HOST
 
@@ -77,7 +77,7 @@ class FakeTarget:
     def step(self) -> None:
         self._steps, self._skip = 1, True
 
-    def run_until_ps(self, at_ps: int) -> Stop | None:
+    def run_until_ps(self, at_ps: int) -> HaltReason | None:
         while self.now_ps + INSTRUCTION_PS <= at_ps:
             pc = self.registers["pc"]
             stop = self._break_at(pc)
@@ -91,14 +91,14 @@ class FakeTarget:
                 return stop
             if self._steps is not None:
                 self._steps = None
-                return Stop()
+                return HaltReason()
         return None
 
-    def _break_at(self, pc: int) -> Stop | None:
+    def _break_at(self, pc: int) -> HaltReason | None:
         found = [point for point in self.points if point.kind.is_break and point.address == pc]
-        return Stop(found[0], pc) if found and not self._skip else None
+        return HaltReason(found[0], pc) if found and not self._skip else None
 
-    def _store(self, pc: int) -> Stop | None:
+    def _store(self, pc: int) -> HaltReason | None:
         address = self.stores.get(pc)
         if address is None:
             return None
@@ -109,7 +109,7 @@ class FakeTarget:
             for point in self.points
             if point.kind in watching and point.address <= address < point.address + point.size
         ]
-        return Stop(found[0], address) if found else None
+        return HaltReason(found[0], address) if found else None
 
 
 class Debugger:
@@ -119,7 +119,7 @@ class Debugger:
         self.target = target
         self.sent: list[bytes] = []
         self.commands: list[str] = []
-        self.session = Session(target, self._monitor, self.sent.append)
+        self.session = GdbSession(target, self._monitor, self.sent.append)
 
     def _monitor(self, command: str) -> str:
         self.commands.append(command)

@@ -100,14 +100,14 @@ class ChipState:
 
 def chip_state(board: Board) -> ChipState:
     """The only place that knows where a build keeps the state of its chip."""
-    from fcu_emulator.emulator.chip.cpu.core_registers import EVERYTHING, Registers
+    from fcu_emulator.emulator.chip.cpu.core_registers import EVERYTHING, CoreRegisters
 
     assert board.arm is not None
     core, origin = board.arm.chip.core, board.arm.faults.origin
     fault = ""
     if origin is not None:
         fault = f"at {origin.pc:08X}: CFSR {origin.cfsr:08X}, HFSR {origin.hfsr:08X}"
-    named = zip(EVERYTHING, Registers(core, EVERYTHING).read(), strict=True)
+    named = zip(EVERYTHING, CoreRegisters(core, EVERYTHING).read(), strict=True)
     return ChipState(
         core.retired,
         {"pc": core.pc, **dict(named)},

@@ -28,8 +28,8 @@ from fcu_emulator.emulator.chip.cpu.core_registers import (
     CORE,
     FLOATING_POINT,
     MASKS,
+    CoreRegisters,
     RegisterCalls,
-    Registers,
 )
 from fcu_emulator.emulator.chip.memory_map import (
     FLASH,
@@ -78,8 +78,8 @@ class Witness:
         self._memories = ((RAM, self.ram), (FLASH, self.flash), (0, self.flash), (SYSTEM_MEMORY, system))
         self._uc.hook_add(uc.UC_HOOK_CODE, self._before)
         self._uc.hook_add(uc.UC_HOOK_INTR, self._on_interrupt)
-        self._core = Registers(self, CORE)
-        self._pc = Registers(self, ("pc",))
+        self._core = CoreRegisters(self, CORE)
+        self._pc = CoreRegisters(self, ("pc",))
         self.pc, self.thumb = 0, True
         self.executed = self._limit = 0
         self._next = self._conditional = 0  # address of the next instruction; how many an IT block still has
@@ -108,7 +108,7 @@ class Witness:
         self._uc.ctl_flush_tb()
 
     def register_calls(self, names: tuple[str, ...]) -> RegisterCalls:
-        """For :class:`Registers`."""
+        """For :class:`CoreRegisters`."""
         count = len(names)
         numbers = (ctypes.c_int * count)(*(_NUMBERS[name] for name in names))
         values = (ctypes.c_uint32 * count)()
