@@ -3,7 +3,7 @@
 pyserial finds the address once this module has been imported. There is no thread and no wall time: the board
 runs while the port is read, a ``timeout`` is in virtual time, and the same program reads the same bytes on
 every machine. ``port.board`` is the board, to be moved and looked at. The address is ``fcu://FIRMWARE``, what
-``fcu run`` takes as FIRMWARE, and after a question mark ``scenario``, ``profile``, ``seed`` or ``ideal=1``,
+``fcu run`` takes as FIRMWARE, and after a question mark ``scenario``, ``wiring``, ``seed`` or ``ideal=1``,
 joined by ``&``; :func:`port_of` is the port of a board that there is already.
 
 Decision: asking how much has come (``in_waiting``) lets a millisecond pass when nothing has. Programs ask
@@ -20,12 +20,15 @@ import serial
 from fcu_emulator.emulator.board.board import Board
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.scenario.renamed import with_current_keys
 from fcu_emulator.emulator.time.clock import PS_PER_MS, to_ps
 
 SILENCE_S = 60.0
 """Virtual time after which reading without a timeout gives up."""
 _STEP_PS = PS_PER_MS
-_KNOWN = {"scenario", "profile", "seed", "ideal"}
+_KNOWN = {"scenario", "wiring", "seed", "ideal"}
+_OLD = {"profile": "wiring"}
+"""Names of the previous release."""
 
 if __package__ not in serial.protocol_handler_packages:
     serial.protocol_handler_packages.append(__package__)
@@ -147,7 +150,7 @@ class Serial(serial.SerialBase):  # type: ignore[misc]  # pyserial has no types
 def _board(url: str) -> Board:
     """The board that an address names. Raises InputError."""
     firmware, _, query = url.removeprefix("fcu://").partition("?")
-    options = dict(parse_qsl(query, keep_blank_values=True))
+    options = with_current_keys(dict(parse_qsl(query, keep_blank_values=True)), _OLD)
     if unknown := options.keys() - _KNOWN:
         raise InputError(f"unknown option {min(unknown)!r}; known: {', '.join(sorted(_KNOWN))}")
     seed = options.get("seed")
@@ -157,7 +160,7 @@ def _board(url: str) -> Board:
     return Board(
         unquote(firmware) or (FCU001V1.default_firmware if scenario is None else None),
         scenario=scenario,
-        profile=options.get("profile"),
+        wiring=options.get("wiring"),
         seed=None if seed is None else int(seed),
         ideal=options.get("ideal", "0") not in ("0", "false", ""),
     )

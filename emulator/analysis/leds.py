@@ -36,9 +36,9 @@ class _LedCondition(NamedTuple):
 
 def led_hints(board: Board, witness: Witness) -> Iterator[Diagnosis]:
     """What is wrong with the LEDs."""
-    leds = board.arm.signals.board.leds if board.arm is not None else {}
+    leds = board.chip.signals.board.leds if board.chip is not None else {}
     for name, pin in leds.items():
-        if board.arm is not None and _is_no_output(board.arm, pin):
+        if board.chip is not None and _is_no_output(board.chip, pin):
             yield Diagnosis(
                 "led",
                 f"{name} is switched and its pin P{pin[0]}{pin[1]} is no output",
@@ -135,7 +135,7 @@ def _toggled(board: Board, name: str, angle: str, looks: Sequence[_LedCondition]
             "led",
             f"{name} is toggled every {every}{', in each callback,' if each else ''} {when}",
             (
-                *_who_toggles(board.arm, each),
+                *_who_toggles(board.chip, each),
                 "A LED that is toggled is wrong half of the time.",
                 f"BSP_LED_On({name}) where fabsf({angle}) > 80, BSP_LED_Off({name}) otherwise.",
             ),

@@ -59,14 +59,14 @@ def explain(board: Board, witness: Witness, after_failure: bool = False) -> list
     ``after_failure``: of a program that has failed also how the sensors were set up before. Nothing of the
     board is changed by looking.
     """
-    found = board.arm.findings() if board.arm is not None else []
+    found = board.chip.findings() if board.chip is not None else []
     lines = list(witness.lines)
     if found and found[0].fatal:
         set_up = [*_switched_off(board, lines), *_blocks(board, lines)] if after_failure else []
         return [*found[:1], *set_up]
     if not lines or any(one.kind in KEEPS_SAMPLES_AWAY for one in found):
         return found
-    where = _Where(board.arm)
+    where = _Where(board.chip)
     judged = [*_misread(board), *_switched_off(board, lines), *_blocks(board, lines)]
     not_numbers = list(_not_a_number(board, lines, where))
     if not (judged or any(one.kind == "printing" for one in found)):
@@ -101,9 +101,9 @@ def _shown(line: LabLine) -> str:
 
 def _exclusive_or(board: Board, lines: Sequence[LabLine]) -> Iterator[Diagnosis]:
     """A ^ in functions whose numbers are wrong."""
-    if board.arm is None or not any(is_far_off(lines, group) for group in (TILT, ALTITUDE)):
+    if board.chip is None or not any(is_far_off(lines, group) for group in (TILT, ALTITUDE)):
         return
-    place = exclusive_or(Places(board.arm.image), board.arm.chip.core.memory)
+    place = exclusive_or(Places(board.chip.image), board.chip.core.memory)
     if place:
         yield Diagnosis(
             "numbers",
@@ -223,7 +223,7 @@ def _not_a_number(board: Board, lines: Sequence[LabLine], where: _Where) -> Iter
         bad = [line for line in lines if line.label == label and re.search(r"\b(nan|inf)\b", line.text)]
         if len(bad) < 2:
             continue
-        places = Places(board.arm.image) if board.arm is not None else None
+        places = Places(board.chip.image) if board.chip is not None else None
         called = [f"{name}()" for name in _INVERSE if places and places.address_of(name) is not None]
         sentences = [_shown(bad[-1])]
         if any(name[:4] in ("asin", "acos") for name in called):

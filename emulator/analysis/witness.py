@@ -115,8 +115,8 @@ class Witness:
                 self._began_s = board.now_s
             self._rest = rest[-4096:]
         self._looks += 1
-        if board.arm is not None and board.timer.ticks:
-            self._look_at_callback(board.arm.handled(), board.timer.name)
+        if board.chip is not None and board.timer.ticks:
+            self._look_at_callback(board.chip.handled(), board.timer.name)
         if self._looks % _LIGHTS_EVERY == 0:
             force = board.world.specific_force_g(np.array([board.now_s]))
             pitch, roll = lab_angles(force)

@@ -22,6 +22,7 @@ it.
 from __future__ import annotations
 
 import math
+import warnings
 import weakref
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, suppress
@@ -44,8 +45,8 @@ from fcu_emulator.emulator.boards.description import (
     BoardDescription,
     BoardErrors,
     BoardSignals,
-    Profile,
     SensorSettings,
+    Wiring,
 )
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.buses.gpio import Gpio, Led
@@ -72,7 +73,7 @@ LONGEST_RUN_S = 1_000_000  # eleven days
 _TRIAL_STEP_S, _LONGEST_TRIAL_S = 0.02, 2.0
 _MOST_TRIAL_ACCESSES, _MOST_TRIAL_FAULTS = 100_000, 1_000
 """A trial also ends after so much of what takes long to run. Working firmware reaches a sensor within some
-thousand accesses to blocks and without a fault; a limit of wall time would let the machine's load choose."""
+thousand accesses to peripherals and without a fault; a limit of wall time would let the machine's load choose."""
 
 
 class Board:
@@ -81,7 +82,7 @@ class Board:
     ``firmware``: a name (``"lab3"`` and ``"template"`` in Python, ``"solution"`` and ``"template-arm"`` in
     C), an ELF, HEX or BIN file for the chip, a callable that takes the HAL and returns the firmware, or None
     for none. ``scenario``: a name, a path or a loaded one; it brings its firmware unless another is given.
-    ``profile``: how the sensors are wired (``"lab3"``: all on I2C2; ``"fcu001v1"``: on SPI2, as on the real
+    ``wiring``: how the sensors are wired (``"lab3"``: all on I2C2; ``"fcu001v1"``: on SPI2, as on the real
     board); None: as the firmware needs it, as its file says or a trial shows, else ``"lab3"``.
     ``seed``: which board of the class this is, and its noise; None: the scenario's, else 0. ``ideal``:
     sensors without any error, on a board without iron.
@@ -103,11 +104,13 @@ class Board:
         firmware: str | Path | FirmwareFactory | None = None,
         *,
         scenario: str | Path | Scenario | None = None,
-        profile: str | None = None,
+        wiring: str | None = None,
         seed: int | None = None,
         ideal: bool = False,
         cold_start: bool = False,
+        profile: str | None = None,
     ) -> None:
+        wiring = wiring if profile is None else _given_as_profile(profile)
         if seed is not None and not isinstance(seed, int):
             raise InputError(f"seed is {seed!r}; give an integer")
         board = self.description
@@ -116,7 +119,7 @@ class Board:
             firmware = plan.firmware or None
         settings = plan.firmware_settings() if plan else None
         tried = partial(self._reaches_sensors, firmware)
-        self.booted = choice = choose(board, firmware, profile, settings, tried)
+        self.booted = choice = choose(board, firmware, wiring, settings, tried)
         self.scenario = plan
         self.seed = seed if seed is not None else plan.seed if plan else 0
         self.clock = clock = Clock()
@@ -132,18 +135,18 @@ class Board:
         speed_hz = plan.i2c_speed_hz if plan else FAST_MODE_HZ
         i2c = {name: I2CBus(name, clock, self.trace, speed_hz) for name in board.i2c}
         spi = {name: SpiBus(name, clock, self.trace) for name in board.spi}
-        self.sensors.attach(i2c, spi, choice.profile)
+        self.sensors.attach(i2c, spi, choice.wiring)
         self.sensors.observe(self.trace)
         uart = Uart(board.serial.peripheral, clock, self.trace, board.serial.clock_hz)
         self.gpio = Gpio(clock, self.trace)
         self.leds = {name: Led(name, self.gpio, *pin) for name, pin in board.leds.items()}
         """By name, in the order of the board's file."""
         self.signals = BoardSignals(
-            board, choice.profile, clock, self.trace, self.gpio, uart, i2c, spi, self.seed, own
+            board, choice.wiring, clock, self.trace, self.gpio, uart, i2c, spi, self.seed, own
         )
         """What its chip's pins lead to."""
         self._caller: Caller | None = None
-        self.arm: ArmFirmware | None = None
+        self.chip: ArmFirmware | None = None
         """The chip that executes built firmware; None for firmware in Python."""
         self._run = run = _RunState(self._boot(choice))
         self.timer = run.backend.timer
@@ -151,7 +154,7 @@ class Board:
         self._i2c = {name: I2CMaster(bus, run.until_ps) for name, bus in i2c.items()}
         self._spi = {name: SpiMaster(bus, run.until_ps) for name, bus in spi.items()}
         self.terminal = Terminal(uart, clock, run.until_ps)
-        self.terminal.diagnosis = _diagnosis_of(self.arm)
+        self.terminal.diagnosis = _diagnosis_of(self.chip)
         self.ideal = parts.grade == "ideal"
         """Whether its sensors have no noise, offset or scale error."""
         self._named = {**self.leds, **self._i2c, **self._spi, board.timer.peripheral: self.timer}
@@ -163,7 +166,7 @@ class Board:
         plays = f", scenario {self.scenario.name!r}" if self.scenario else ""
         state = "closed" if self._run.closed else f"at {self.now_s:g} s"
         firmware = f"firmware {self.booted.name!r}" if self.booted.name else "no firmware"
-        return f"<Board: {firmware}{plays}, profile {self.booted.profile.name!r}, seed {self.seed}, {state}>"
+        return f"<Board: {firmware}{plays}, wiring {self.booted.wiring.name!r}, seed {self.seed}, {state}>"
 
     def __getattr__(self, name: str) -> Any:
         """What the board's file names, in lower case: ``board.led1``, ``board.i2c2``, ``board.tim9``."""
@@ -253,14 +256,14 @@ class Board:
         snapshot.restore(self)
 
     def handles(self, block: str) -> bool:
-        """Whether the firmware is handling an interrupt of a block ("TIM9") now."""
+        """Whether the firmware is handling an interrupt of a peripheral ("TIM9") now."""
         return self._run.backend.handles(block)
 
     def motor_duties(self) -> tuple[float, ...]:
         """The duty of the PWM of each motor, 0 to 1; firmware in Python drives none."""
-        if self.arm is None:
+        if self.chip is None:
             return tuple(0.0 for _ in self.description.motors)
-        timers = self.arm.chip.timers
+        timers = self.chip.chip.timers
         outputs = [timers[timer].pwm(channel) for timer, channel in self.description.motors]
         return tuple(output.duty if output else 0.0 for output in outputs)
 
@@ -293,9 +296,9 @@ class Board:
         mapping, object or sequence), or a sequence of what it points to. Lists, dictionaries, objects and
         byte arrays are brought up to what the function has written.
 
-        Afterwards registers, RAM and all blocks are what they were; with ``keep``, what the function does
+        Afterwards registers, RAM and all peripherals are what they were; with ``keep``, what the function does
         stays. ``max_instructions`` bounds a function that only computes, which takes no virtual time;
-        ``timeout_s`` (virtual) one that reaches a block or waits for an interrupt. Raises InputError for a
+        ``timeout_s`` (virtual) one that reaches a peripheral or waits for an interrupt. Raises InputError for a
         function that cannot be called so (missing, inlined, static in several files, other arguments), and
         CallError for one that fails or does not return.
 
@@ -308,15 +311,21 @@ class Board:
         """A copy of the chip for calls that follow on each other, of which the board sees nothing."""
         return self._calls("scratch").scratch()
 
+    @property
+    def arm(self) -> ArmFirmware | None:
+        """The name of :attr:`chip` in the previous release."""
+        warnings.warn("board.arm is now called board.chip; use that name", DeprecationWarning, stacklevel=2)
+        return self.chip
+
     def _calls(self, what: str) -> Caller:
         if self._caller is None:
             self._caller = self._built(what).caller(self._restoring)
         return self._caller
 
     def _built(self, what: str) -> ArmFirmware:
-        if self.arm is None:
+        if self.chip is None:
             raise InputError(f'{what} needs firmware built for the chip: Board(firmware="mylab.elf")')
-        return self.arm
+        return self.chip
 
     @contextmanager
     def _restoring(self) -> Iterator[None]:
@@ -327,9 +336,9 @@ class Board:
             saved.restore(self)
 
     @classmethod
-    def _reaches_sensors(cls, firmware: str | Path | FirmwareFactory | None, profile: Profile) -> bool:
+    def _reaches_sensors(cls, firmware: str | Path | FirmwareFactory | None, wiring: Wiring) -> bool:
         """Whether a sensor answers built firmware with this wiring, soon after power-on."""
-        board = cls(firmware, profile=profile.name, ideal=True)
+        board = cls(firmware, wiring=wiring.name, ideal=True)
         arm = board._built("a trial")
         with suppress(FcuError):  # which the real run will report
             while board.now_s < _LONGEST_TRIAL_S:
@@ -347,14 +356,14 @@ class Board:
         if choice.image is not None:
             from fcu_emulator.emulator.chip.firmware import ArmFirmware
 
-            self.arm = ArmFirmware(signals, choice.image)
-            return self.arm
+            self.chip = ArmFirmware(signals, choice.image)
+            return self.chip
         timer = self.description.timer
         if choice.factory is None:
             idle = IntervalTimer(timer.peripheral, self.clock, self.trace, timer.input_hz, lambda: None)
             return _NoFirmware(self.clock, idle)
         cpu = PythonCpu(self.clock)
-        i2c = signals.i2c[choice.profile.bus]
+        i2c = signals.i2c[choice.wiring.bus]
         hal = VirtualHal(self.clock, self.trace, cpu, i2c, signals.uart, self.gpio, timer)
         self._end_firmware = weakref.finalize(self, cpu.close)
         return PythonFirmware(choice.factory(hal), cpu, hal)
@@ -422,6 +431,11 @@ def _named(ones: Mapping[str, _One], name: str | None, what: str) -> _One:
     if wanted not in ones:
         raise InputError(f"unknown {what} {wanted!r}; known: {', '.join(ones)}")
     return ones[wanted]
+
+
+def _given_as_profile(wiring: str) -> str:
+    warnings.warn("profile is now called wiring; use that name", DeprecationWarning, stacklevel=3)
+    return wiring
 
 
 def _diagnosis_of(arm: ArmFirmware | None) -> Callable[[], str]:

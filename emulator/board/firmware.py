@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
-from fcu_emulator.emulator.boards.description import BoardDescription, Profile
+from fcu_emulator.emulator.boards.description import BoardDescription, Wiring
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.python_cpu.cpu import PythonCpu
 from fcu_emulator.emulator.python_cpu.hal import HostedApplication, VirtualHal
@@ -44,11 +44,11 @@ _SETTINGS_IGNORED = "the scenario's [firmware_settings] are for firmware in Pyth
 class Choice:
     """One of ``factory`` (Python) and ``image`` (ARM), or neither: the processor is held in reset."""
 
-    profile: Profile
+    wiring: Wiring
     name: str = ""
     """The firmware as a user names it."""
     reason: str = ""
-    """Why this profile, when nobody asked for it and it is not the usual one."""
+    """Why this wiring, when nobody asked for it and it is not the usual one."""
     notes: tuple[str, ...] = ()
     """What a user should know about it though it is no error, one line each."""
     factory: FirmwareFactory | None = None
@@ -58,23 +58,23 @@ class Choice:
 def choose(
     board: BoardDescription,
     firmware: str | Path | FirmwareFactory | None,
-    profile: str | None,
+    name: str | None,
     settings: Settings | None = None,
-    reaches_sensors: Callable[[Profile], bool] = lambda _profile: False,
+    reaches_sensors: Callable[[Wiring], bool] = lambda _wiring: False,
 ) -> Choice:
     """The firmware and the wiring for it. Raises InputError saying what is known, or what is wrong.
 
-    ``profile`` None: the one the firmware was built for where that can be seen, or found out by
+    ``name`` is the wiring's; None: the one the firmware was built for where that can be seen, or found out by
     ``reaches_sensors``, which tries the firmware on a wiring; else the board's usual one. ``settings`` are
     for the Python firmware model; built firmware has none.
     """
-    wiring = board.profile(profile)
+    wiring = board.wiring(name)
     if firmware is None:
         return Choice(wiring)
     if isinstance(firmware, str) and firmware in board.python_firmware:
         return _python(board, python_firmware(firmware, settings), firmware, wiring)
     if isinstance(firmware, str | Path):
-        choice = _built(board, firmware, profile, wiring, reaches_sensors)
+        choice = _built(board, firmware, wiring, reaches_sensors if name is None else None)
         return replace(choice, notes=(*choice.notes, _SETTINGS_IGNORED)) if settings else choice
     if not callable(firmware):
         raise InputError(f"firmware is {firmware!r}; give a name, a file, or a callable that takes the HAL")
@@ -95,13 +95,13 @@ def python_firmware(name: str, settings: Settings | None = None) -> FirmwareFact
     return lambda hal: FIRMWARES[name](hal, chosen)
 
 
-def _python(board: BoardDescription, factory: FirmwareFactory, name: str, wiring: Profile) -> Choice:
+def _python(board: BoardDescription, factory: FirmwareFactory, name: str, wiring: Wiring) -> Choice:
     if wiring.bus not in board.i2c:
-        fitting = [profile for profile in board.profiles if profile.bus in board.i2c]
-        use = " or ".join(f'profile "{profile.name}"' for profile in fitting) or "a board with such a bus"
-        buses = ", ".join(profile.bus for profile in fitting) or "an I2C bus"
+        fitting = [one for one in board.wirings if one.bus in board.i2c]
+        use = " or ".join(f'wiring "{one.name}"' for one in fitting) or "a board with such a bus"
+        buses = ", ".join(one.bus for one in fitting) or "an I2C bus"
         raise InputError(
-            f"firmware in Python talks to the sensors on {buses}, where they are not with profile "
+            f"firmware in Python talks to the sensors on {buses}, where they are not with wiring "
             f"{wiring.name!r}; use {use}, or no firmware"
         )
     return Choice(wiring, name, factory=factory)
@@ -110,9 +110,8 @@ def _python(board: BoardDescription, factory: FirmwareFactory, name: str, wiring
 def _built(
     board: BoardDescription,
     firmware: str | Path,
-    profile: str | None,
-    wiring: Profile,
-    reaches_sensors: Callable[[Profile], bool],
+    usual: Wiring,
+    reaches_sensors: Callable[[Wiring], bool] | None,
 ) -> Choice:
     from fcu_emulator.emulator.chip.image import load_firmware
 
@@ -120,16 +119,17 @@ def _built(
         from fcu_emulator.firmware_model.arm import prebuilt
 
         program, _ = board.built_firmware[firmware]
-        return Choice(wiring, firmware, image=load_firmware(prebuilt(program, wiring.bus)))
+        return Choice(usual, firmware, image=load_firmware(prebuilt(program, usual.bus)))
     if not _is_file(firmware):
         known = f"known: {', '.join(board.firmware)}; or give" if board.firmware else "give"
         raise InputError(f"unknown firmware {str(firmware)!r}; {known} an ELF, HEX or BIN file")
     image, reason = load_firmware(firmware), ""
-    if profile is None:
-        wanted, why = _wanted_profile(board, image.symbols)
+    wiring = usual
+    if reaches_sensors is not None:
+        wanted, why = _wanted_wiring(board, image.symbols)
         if wanted is None:
-            wanted, why = _tried_out(board, wiring, reaches_sensors)
-        if wanted is not None and wanted is not wiring:
+            wanted, why = _tried_out(board, usual, reaches_sensors)
+        if wanted is not None and wanted is not usual:
             wiring, reason = wanted, why
     return Choice(wiring, str(firmware), reason, image.notes, image=image)
 
@@ -140,29 +140,29 @@ def _is_file(firmware: str | Path) -> bool:
     return any(mark in firmware for mark in "./\\") or Path(firmware).exists()
 
 
-def _wanted_profile(board: BoardDescription, symbols: Symbols | None) -> tuple[Profile | None, str]:
-    """The profile that the firmware needs, and what in it says so; None where it cannot be told."""
+def _wanted_wiring(board: BoardDescription, symbols: Symbols | None) -> tuple[Wiring | None, str]:
+    """The wiring that the firmware needs, and what in it says so; None where it cannot be told."""
     if symbols is None:
         return None, ""
-    found = [(profile, name) for profile in board.profiles for name in profile.symbols if name in symbols]
-    wanted = {profile.name for profile, _ in found}
+    found = [(one, name) for one in board.wirings for name in one.symbols if name in symbols]
+    wanted = {one.name for one, _ in found}
     if len(wanted) != 1:
         return None, ""
-    profile, symbol = found[0]
-    others = " or ".join(other.bus for other in board.profiles if other.symbols and other is not profile)
-    return profile, f"it has {symbol}, a handle of {profile.bus}, and none of {others or 'another bus'}"
+    wiring, symbol = found[0]
+    others = " or ".join(other.bus for other in board.wirings if other.symbols and other is not wiring)
+    return wiring, f"it has {symbol}, a handle of {wiring.bus}, and none of {others or 'another bus'}"
 
 
 def _tried_out(
-    board: BoardDescription, usual: Profile, reaches_sensors: Callable[[Profile], bool]
-) -> tuple[Profile | None, str]:
-    """The first profile on which a sensor answers the firmware."""
-    others = [profile for profile in board.profiles if profile is not usual]
+    board: BoardDescription, usual: Wiring, reaches_sensors: Callable[[Wiring], bool]
+) -> tuple[Wiring | None, str]:
+    """The first wiring on which a sensor answers the firmware."""
+    others = [one for one in board.wirings if one is not usual]
     if not others or reaches_sensors(usual):
         return None, ""
-    for profile in others:
-        if reaches_sensors(profile):
-            return profile, f"on trial a sensor answered it on {profile.bus}, and none on {usual.bus}"
+    for wiring in others:
+        if reaches_sensors(wiring):
+            return wiring, f"on trial a sensor answered it on {wiring.bus}, and none on {usual.bus}"
     return None, ""
 
 

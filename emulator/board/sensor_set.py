@@ -17,8 +17,8 @@ from fcu_emulator.emulator.boards.description import (
     Matrix,
     MountedPart,
     Numbers,
-    Profile,
     SensorSettings,
+    Wiring,
 )
 from fcu_emulator.emulator.buses.i2c import I2CBus
 from fcu_emulator.emulator.buses.spi import SpiBus
@@ -71,15 +71,15 @@ class SensorSet:
         known = ", ".join(part.NAME.lower() for part in self.__dict__.get("parts", ()))
         raise AttributeError(f"this board has no sensor {name!r}; known: {known}")
 
-    def attach(self, i2c: Mapping[str, I2CBus], spi: Mapping[str, SpiBus], profile: Profile) -> None:
+    def attach(self, i2c: Mapping[str, I2CBus], spi: Mapping[str, SpiBus], wiring: Wiring) -> None:
         """Solder the parts to their addresses and chip selects."""
         clock = self._clock
         for part in self.parts:
-            place = profile.places.get(part.NAME)
+            place = wiring.places.get(part.NAME)
             if isinstance(place, int):
-                i2c[profile.bus].attach(place, SubaddressTarget(part, lambda: clock.now_ps))
+                i2c[wiring.bus].attach(place, SubaddressTarget(part, lambda: clock.now_ps))
             elif place is not None:
-                spi[profile.bus].attach(place, part)
+                spi[wiring.bus].attach(place, part)
 
     def observe(self, trace: Trace) -> None:
         """Report what firmware does to the registers, and the edges of wired pins, to the trace."""

@@ -1,4 +1,4 @@
-"""A board as data: pins, parts and how they are mounted, profiles, and how a real one deviates.
+"""A board as data: pins, parts and how they are mounted, wirings, and how a real one deviates.
 
 A board is one file with one :class:`BoardDescription` in it, such as :mod:`fcu_emulator.emulator.boards.fcu001v1`. The
 board itself, the chip's pins, the keys of scenario files and the words of diagnoses follow from it; nothing
@@ -112,7 +112,7 @@ class AbsentPart:
 
 
 @dataclass(frozen=True)
-class Profile:
+class Wiring:
     """One way the sensors are connected: all to ``bus``, one of the board's.
 
     ``places``: by part name, its 7-bit address on an I2C bus, or its chip select ("PA8") on an SPI bus.
@@ -142,13 +142,13 @@ class BoardDescription:
 
     ``i2c``: the chip's I2C peripherals that lead to a bus, with their pins; ``spi``: likewise its SPI peripherals.
     ``leds``: each is lit while its pin is low. ``motors``: timer and channel of the PWM of each.
-    ``profiles``: the usual one first. ``python_firmware`` and ``built_firmware``: what is shipped for it,
+    ``wirings``: the usual one first. ``python_firmware`` and ``built_firmware``: what is shipped for it,
     names with descriptions; the latter also with the program's name in :mod:`fcu_emulator.firmware_model.arm`.
     """
 
     name: str
     parts: tuple[MountedPart, ...]
-    profiles: tuple[Profile, ...]
+    wirings: tuple[Wiring, ...]
     serial: SerialLine
     timer: CallbackTimer
     i2c: Mapping[str, I2cPins] = field(default_factory=dict)
@@ -162,35 +162,35 @@ class BoardDescription:
 
     def __post_init__(self) -> None:
         names = {mounted.part.NAME for mounted in self.parts}
-        for profile in self.profiles:
-            what = f"board {self.name}, profile {profile.name}"
-            if profile.bus not in (*self.i2c, *self.spi):
-                raise InputError(f"{what}: there is no bus {profile.bus}; known: {', '.join(self.buses())}")
-            for part, place in profile.places.items():
+        for wiring in self.wirings:
+            what = f"board {self.name}, wiring {wiring.name}"
+            if wiring.bus not in (*self.i2c, *self.spi):
+                raise InputError(f"{what}: there is no bus {wiring.bus}; known: {', '.join(self.buses())}")
+            for part, place in wiring.places.items():
                 if part not in names:
                     raise InputError(f"{what}: there is no part {part}; known: {', '.join(names)}")
-                if isinstance(place, int) is not (profile.bus in self.i2c):
-                    wanted = "a 7-bit address" if profile.bus in self.i2c else 'a chip select such as "PA8"'
-                    raise InputError(f"{what}: {part} is at {place!r} of {profile.bus}; give {wanted}")
+                if isinstance(place, int) is not (wiring.bus in self.i2c):
+                    wanted = "a 7-bit address" if wiring.bus in self.i2c else 'a chip select such as "PA8"'
+                    raise InputError(f"{what}: {part} is at {place!r} of {wiring.bus}; give {wanted}")
 
     def buses(self) -> Iterator[str]:
         """Names of all buses."""
         yield from self.i2c
         yield from self.spi
 
-    def profile(self, name: str | None = None) -> Profile:
-        """The profile of that name, the usual one without a name. Raises InputError naming the known ones."""
+    def wiring(self, name: str | None = None) -> Wiring:
+        """The wiring of that name, the usual one without a name. Raises InputError naming the known ones."""
         if name is None:
-            return self.profiles[0]
-        for profile in self.profiles:
-            if profile.name == name:
-                return profile
-        known = ", ".join(profile.name for profile in self.profiles)
-        raise InputError(f"unknown board profile {name!r}; known: {known}")
+            return self.wirings[0]
+        for wiring in self.wirings:
+            if wiring.name == name:
+                return wiring
+        known = ", ".join(wiring.name for wiring in self.wirings)
+        raise InputError(f"unknown board wiring {name!r}; known: {known}")
 
-    def profile_with(self, bus: str) -> Profile | None:
-        """The first profile that has the sensors on a bus; None if there is none."""
-        return next((profile for profile in self.profiles if profile.bus == bus), None)
+    def wiring_with(self, bus: str) -> Wiring | None:
+        """The first wiring that has the sensors on a bus; None if there is none."""
+        return next((wiring for wiring in self.wirings if wiring.bus == bus), None)
 
     @cached_property
     def firmware(self) -> dict[str, str]:
@@ -200,8 +200,8 @@ class BoardDescription:
 
     @cached_property
     def addresses(self) -> dict[str, int]:
-        """The parts' 7-bit addresses by name, where a profile has them on an I2C bus."""
-        return {name: place for profile in self.profiles for name, place in profile.addresses.items()}
+        """The parts' 7-bit addresses by name, where a wiring has them on an I2C bus."""
+        return {name: place for wiring in self.wirings for name, place in wiring.addresses.items()}
 
     @cached_property
     def identities(self) -> dict[str, int]:
@@ -299,14 +299,14 @@ class BoardErrors(PartErrors):
 
 @dataclass(frozen=True)
 class BoardSignals:
-    """What of the board the chip's pins lead to, as ``board`` lists it; ``profile``: where its sensors are.
+    """What of the board the chip's pins lead to, as ``board`` lists it; ``wiring``: where its sensors are.
 
     ``uart`` is at the peripheral of ``board.serial``; ``i2c`` and ``spi`` are the buses by their peripherals' names.
     ``number``: of this board in its class, for the chip's unique id; ``errors``: how it deviates itself.
     """
 
     board: BoardDescription
-    profile: Profile
+    wiring: Wiring
     clock: Clock
     trace: Trace
     gpio: Gpio

@@ -5,7 +5,7 @@ Mounting: the output axes of the lab's ``ReadSensorRawData`` are out.X = -raw.Y,
 board.
 
 The real board has its sensors on SPI2. The lab's slides draw them on I2C2, whose pins are free on it; that is
-the profile ``lab3``.
+the wiring ``lab3``.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from fcu_emulator.emulator.boards.description import (
     CallbackTimer,
     I2cPins,
     MountedPart,
-    Profile,
     SerialLine,
+    Wiring,
 )
 from fcu_emulator.sensors import LIS2MDL, LPS22HB, LSM6DSL
 
@@ -55,15 +55,15 @@ FCU001V1 = BoardDescription(
             held={("A", 4): 0},  # its interrupt
         ),
     ),
-    profiles=(
-        Profile(
+    wirings=(
+        Wiring(
             "lab3",
             "I2C2",
             {"LSM6DSL": 0x6B, "LIS2MDL": 0x1E, "LPS22HB": 0x5D},
             "the lab as the slides draw it: all sensors on I2C2, SCL PB10, SDA PB3",
             symbols=("hi2c2",),
         ),
-        Profile(
+        Wiring(
             "fcu001v1",
             "SPI2",
             {"LSM6DSL": "PA8", "LIS2MDL": "PB12", "LPS22HB": "PC13"},

@@ -68,6 +68,11 @@ class ArmFirmware:
         self._run = LimitedRun(self.chip.core, signals.clock, signals.uart)
 
     @property
+    def core(self) -> Core:
+        """The Cortex-M4 with the peripherals around it."""
+        return self.chip.core
+
+    @property
     def timer(self) -> Timer:
         """The timer of the callback."""
         return self.chip.timers[self.signals.board.timer.peripheral]

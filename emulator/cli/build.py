@@ -30,7 +30,7 @@ from fcu_emulator.emulator.system_words import command_line, how_to_install
 from fcu_emulator.emulator.text import visible
 
 ELF = "lab3.elf"
-_BUSES = [profile.bus for profile in FCU001V1.profiles]
+_BUSES = [wiring.bus for wiring in FCU001V1.wirings]
 """Where the sensors may be; without a word of the Makefile, the first."""
 _BUILD_S = 300.0
 _LONGEST_LOG = 1 << 20
@@ -152,7 +152,7 @@ class _Build:
         except OSError as error:
             raise InputError(f"cannot read {self._makefile}: {error.strerror or error}") from error
         given = {name: value.partition("#")[0].strip() for name, value in _ASSIGNMENT.findall(text)}
-        self._bus = given.get("BUS") or FCU001V1.profile().bus
+        self._bus = given.get("BUS") or FCU001V1.wiring().bus
         if self._bus not in _BUSES:
             raise InputError(f"{self._makefile}: BUS must be {' or '.join(_BUSES)}, not {self._bus}")
         self._flags = [*shlex.split(given.get("OPT", "-Og")), "@support/compile.options", "-Isupport"]

@@ -84,10 +84,10 @@ def _replayed(options: DiffOptions, plan: Scenario, end_ps: int) -> tuple[Observ
 
 
 def _board(firmware: str, plan: Scenario, options: DiffOptions) -> Board:
-    board = Board(firmware, profile=options.profile, scenario=plan, seed=options.seed, ideal=options.ideal)
+    board = Board(firmware, wiring=options.wiring, scenario=plan, seed=options.seed, ideal=options.ideal)
     limits = parse_limits(options.limit)
-    if board.arm is not None:
-        board.arm.limits = limits
+    if board.chip is not None:
+        board.chip.limits = limits
     return board
 
 

@@ -23,8 +23,12 @@ SubmissionType: TypeAlias = Literal["source", "firmware"]
 # -- Options of several commands ----------------------------------------------------------------------------
 
 
-def _profile() -> Any:
-    return option("--profile", help="Wiring of the sensors: lab3 or fcu001v1. Default: the firmware's.")
+def _wiring() -> Any:
+    return option(
+        "--wiring",
+        renamed_from="--profile",
+        help="Wiring of the sensors: lab3 or fcu001v1. Default: the firmware's.",
+    )
 
 
 def _seed() -> Any:
@@ -80,7 +84,7 @@ class RunOptions:
     """The arguments of ``fcu run``."""
 
     firmware: str | None = argument(required=False)
-    profile: str | None = _profile()
+    wiring: str | None = _wiring()
     scenario: str | None = option(
         "--scenario", metavar="NAME|FILE", help="Move the board, and check the firmware's output."
     )
@@ -159,7 +163,7 @@ class DiffOptions:
     scenario: str = option(
         "--scenario", metavar="NAME|FILE", required=True, help="The scenario that both play."
     )
-    profile: str | None = _profile()
+    wiring: str | None = _wiring()
     seed: int | None = _seed()
     ideal: bool = _ideal()
     duration: str | None = option(
@@ -260,7 +264,7 @@ class WebOptions:
     scenario: str | None = option(
         "--scenario", metavar="NAME|FILE", help="Play it from the start, and check the firmware."
     )
-    profile: str | None = _profile()
+    wiring: str | None = _wiring()
     seed: int | None = _seed()
     ideal: bool = _ideal()
     port: int = option(

@@ -128,7 +128,7 @@ def create_board(options: RunOptions) -> Board:
     return Board(
         firmware,
         scenario=options.scenario,
-        profile=options.profile,
+        wiring=options.wiring,
         seed=options.seed,
         ideal=options.ideal,
     )
@@ -232,9 +232,9 @@ def _announcement(
     booted = board.booted
     pace = "as fast as possible" if speed is None else f"at {speed:g} x real time"
     what = f", scenario {options.scenario}" if options.scenario else ""
-    yield f"board {booted.profile.name}, firmware {booted.name}{what}, seed {board.seed}, {pace}"
+    yield f"board {booted.wiring.name}, firmware {booted.name}{what}, seed {board.seed}, {pace}"
     if booted.reason:
-        yield f"profile {booted.profile.name} because the firmware says so: {booted.reason}"
+        yield f"wiring {booted.wiring.name} because the firmware says so: {booted.reason}"
     yield from isolation_announcement()
     yield from booted.notes
     for link in links:
@@ -246,12 +246,12 @@ def _announcement(
 def set_limits(board: Board, settings: tuple[str, ...]) -> Limits | None:
     """``--limit``: what the firmware may take. Firmware for the chip always has limits, the usual ones."""
     if not settings:
-        return board.arm.limits if board.arm else None
+        return board.chip.limits if board.chip else None
     from fcu_emulator.emulator.chip.firmware import parse_limits
 
     limits = parse_limits(settings)
-    if board.arm is not None:
-        board.arm.limits = limits
+    if board.chip is not None:
+        board.chip.limits = limits
     return limits
 
 
@@ -260,7 +260,7 @@ def exceeded_limit(board: Board, limits: Limits | None, paced: bool) -> Callable
     plan = board.scenario
 
     def exceeded(wall_s: float) -> str:
-        if limits is not None and board.arm is None:
+        if limits is not None and board.chip is None:
             limits.check_printed(board.terminal.uart.received_count())
             if not paced:  # else the time spent is the wall clock's
                 limits.check_wall(wall_s)

@@ -97,7 +97,7 @@ def _again(options: RunOptions) -> str:
     """The command for one board, without ``--seed``."""
     words = ["fcu", "run", *([options.firmware] if options.firmware is not None else [])]
     words += ["--scenario", str(options.scenario)]
-    for name in ("profile", "duration"):
+    for name in ("wiring", "duration"):
         if (value := getattr(options, name)) is not None:
             words += [f"--{name}", value]
     return command_line([*words, *(word for limit in options.limit for word in ("--limit", limit))])

@@ -7,7 +7,7 @@ is known; a file that stayed empty is a run that was killed.
 ==============  ==========================================================================================
 exit_code       as the program's own, see :mod:`fcu_emulator.emulator.cli.exit_codes`; ``verdict`` is the same as a word
 error           the error that ended the run, or null
-board           profile, firmware and its notes, scenario, seed, and whether the sensors are ideal
+board           wiring, firmware and its notes, scenario, seed, and whether the sensors are ideal
 virtual_s       virtual time that passed; ``wall_s`` is the time that this took
 timer           the lab's timer: its rate, ticks, ticks late and lost, the longest wait
 chip            resets and the like: text, time of the first, how many
@@ -107,7 +107,8 @@ class RunRecord:
             "verdict": code.name.lower().replace("_", " "),
             "error": error,
             "board": {
-                "profile": board.booted.profile.name,
+                "wiring": board.booted.wiring.name,
+                "profile": board.booted.wiring.name,  # the name of the previous release
                 "firmware": board.booted.name,
                 "notes": list(board.booted.notes),
                 "scenario": board.scenario.file if board.scenario else None,

@@ -173,7 +173,7 @@ class Explainer:
     def look(self) -> None:
         """Between two slices: has the firmware been silent for long, and can it never speak again?"""
         board = self._board
-        if board.arm is None:
+        if board.chip is None:
             return
         printed = board.terminal.uart.received_count()
         if printed != self._printed:
@@ -181,7 +181,7 @@ class Explainer:
             self._patience_s = _FIRST_QUESTION_S
         elif board.now_s - self._silent_since_s >= self._patience_s:
             self._patience_s *= 2
-            diagnosis = board.arm.diagnosis()
+            diagnosis = board.chip.diagnosis()
             if diagnosis is not None and diagnosis.fatal:
                 self._tell(str(diagnosis))
 

@@ -30,7 +30,7 @@ def serve_board(options: WebOptions) -> ExitCode:
     setup = Setup(
         options.firmware,
         options.scenario,
-        options.profile,
+        options.wiring,
         options.seed,
         options.ideal,
         gdb=options.gdb,
@@ -53,7 +53,7 @@ def serve_board(options: WebOptions) -> ExitCode:
         server.controls = session
         booted = session.board.booted
         what = f", scenario {options.scenario}" if options.scenario else ""
-        to_stderr(f"board {booted.profile.name}, firmware {booted.name}{what}, seed {session.board.seed}")
+        to_stderr(f"board {booted.wiring.name}, firmware {booted.name}{what}, seed {session.board.seed}")
         for note in (*booted.notes, *announcement()):
             to_stderr(note)
         to_stderr(f"page: {server.url}")

@@ -156,7 +156,7 @@ class Builder:
     """
 
     def __init__(
-        self, bus: str = FCU001V1.profile().bus, *, sandbox: bool = True, kept: Path | None = None
+        self, bus: str = FCU001V1.wiring().bus, *, sandbox: bool = True, kept: Path | None = None
     ) -> None:
         if os.name != "posix":
             raise InputError("source is built on Linux and macOS; hand in ELF files, or grade there")

@@ -134,7 +134,7 @@ class QuietCallback(Check):
         counts: list[int] = []
 
         def look() -> None:
-            arm = board.arm
+            arm = board.chip
             serial = board.description.serial.peripheral
             if arm is None or not arm.handles(board.timer.name) or arm.handles(serial):
                 counts.clear()
@@ -163,11 +163,11 @@ class QuietCallback(Check):
 
 def _print_in_callback(board: Board) -> str:
     """Where the callback of the HAL prints; "" if that is not seen."""
-    if board.arm is None:
+    if board.chip is None:
         return ""
-    places = Places(board.arm.image)
+    places = Places(board.chip.image)
     start = places.address_of("HAL_TIM_PeriodElapsedCallback")
-    call = start and places.call_of(("PRINTF", "HAL_UART_Transmit"), start, board.arm.chip.core.memory)
+    call = start and places.call_of(("PRINTF", "HAL_UART_Transmit"), start, board.chip.core.memory)
     return f"{call[1]}() in {places.place(call[0])}" if call else ""
 
 

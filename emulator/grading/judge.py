@@ -203,11 +203,11 @@ class _JudgedRun:
     def make(self, told: Callable[[float], None]) -> None:
         """Run the board to its end, or to what stops it."""
         board = self.board
-        if board.arm is not None:
+        if board.chip is not None:
             from fcu_emulator.emulator.chip.firmware import Limits
 
             limits = self.rubric.limits
-            board.arm.limits = Limits(
+            board.chip.limits = Limits(
                 instructions=limits.instructions,
                 terminal_bytes=limits.terminal_bytes,
                 work_per_s=limits.work_per_s,

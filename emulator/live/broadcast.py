@@ -151,7 +151,7 @@ class Broadcast:
 
     def _has_failed(self, wall_s: float) -> bool:
         """Return whether the firmware has crashed or is stuck since the findings were sent."""
-        arm = self._board.arm
+        arm = self._board.chip
         if arm is None:
             return False
         faults, self._faults_seen = self._faults_seen, arm.faults.seen

@@ -195,7 +195,7 @@ class StatusEvent(SessionEvent):
     run: int
     firmware: str
     file: str
-    profile: str
+    wiring: str
     scenario: str
     question: str
     duration_s: float

@@ -49,10 +49,10 @@ def _of_sensors(board: Board) -> Iterator[dict[str, Any]]:
 
 def _uses(board: Board) -> Iterator[tuple[Pin, str]]:
     """What is soldered to the chip's pins, as the board's file says."""
-    description, profile = board.description, board.booted.profile
+    description, wiring = board.description, board.booted.wiring
     for led, where in description.leds.items():
         yield where, f"{led}, lit while low"
-    for part, place in profile.chip_selects.items():
+    for part, place in wiring.chip_selects.items():
         yield (place[1], int(place[2:])), f"{part} chip select"
     for bus, wires in description.i2c.items():
         for wire, name in ((wires.scl, "SCL"), (wires.sda, "SDA")):

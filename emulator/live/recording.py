@@ -58,12 +58,12 @@ class SessionRecording:
             raise InputError(f"{plan and plan.file}: a scenario that plays recordings cannot be recorded")
         duration_ps = -(-max(board.clock.now_ps, PS_PER_MS) // PS_PER_MS) * PS_PER_MS
         happened = [(at_ps, entry) for at_ps, entry in (*entries, *self._entries) if at_ps <= duration_ps]
-        name, profile = board.booted.name or "FIRMWARE", board.booted.profile.name
+        name, wiring = board.booted.name or "FIRMWARE", board.booted.wiring.name
         shipped = name in board.description.firmware
         powered_ps = 0 if self._cold else plan.contents.uptime if plan else None
         lines = [
             f"# {self._source} of {board.description.name}. It gives the same bytes again with\n",
-            f"# fcu run {name} --profile {profile} --scenario THIS_FILE\n\n",
+            f"# fcu run {name} --wiring {wiring} --scenario THIS_FILE\n\n",
             key_text("schema", 1),
             key_text("question", f"What happens to the board? ({self._source})"),
             key_text("duration", format_duration(duration_ps)),

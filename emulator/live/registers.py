@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 def peripheral_names(board: Board) -> list[str]:
     """The peripherals of the chip that can be looked at; none with firmware in Python."""
-    if board.arm is None:
+    if board.chip is None:
         return []
     from fcu_emulator.emulator.chip.registers import DECLARED
 
@@ -92,18 +92,18 @@ def _part(board: Board, name: str) -> Part | None:
 
 def _peripheral(board: Board, name: str) -> Peripheral | None:
     """What has the peripheral's registers."""
-    if board.arm is None:
+    if board.chip is None:
         return None
     from fcu_emulator.emulator.chip.registers import SYSTEM_CONTROL_SPACE
 
     place = "SCS" if name in SYSTEM_CONTROL_SPACE else name
-    return next((one for one in board.arm.chip.core.all_peripherals if one.name == place), None)
+    return next((one for one in board.chip.core.all_peripherals if one.name == place), None)
 
 
 def _place(board: Board, part: Part) -> str:
-    profile = board.booted.profile
-    place = profile.places.get(part.NAME)
-    return f"{profile.bus}, {f'0x{place:02X}' if isinstance(place, int) else place}"
+    wiring = board.booted.wiring
+    place = wiring.places.get(part.NAME)
+    return f"{wiring.bus}, {f'0x{place:02X}' if isinstance(place, int) else place}"
 
 
 def _of_part(registers: RegisterMap) -> Iterator[dict[str, Any]]:

@@ -307,7 +307,7 @@ class LiveSession:
         self._debugger, self._halted = None, False
         if is_first:
             self._debug(board)
-        elif board.arm is not None:
+        elif board.chip is not None:
             self._guard(lambda: self._debug(board))  # its port may have been taken meanwhile
         self.recording = SessionRecording(board, setup.ideal)
         self.run_number += 1
@@ -522,7 +522,7 @@ class LiveSession:
             run=self.run_number,
             firmware=Path(board.booted.name).name if self._uploaded is None else self._uploaded.shown(board),
             file=str(self._file.path) if self._file and self._file.exists else "",
-            profile=board.booted.profile.name,
+            wiring=board.booted.wiring.name,
             scenario=plan.name if plan else "",
             question=plan.question if plan else "",
             duration_s=plan.duration_s if plan else 0.0,

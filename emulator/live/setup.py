@@ -28,7 +28,7 @@ class Setup:
 
     firmware: str | Path | FirmwareFactory | None = None
     scenario: str | None = None
-    profile: str | None = None
+    wiring: str | None = None
     seed: int | None = None
     ideal: bool = False
     kind: type[Board] = Board
@@ -44,9 +44,9 @@ class Setup:
             plan = load_scenario(self.scenario, self.kind.description)
             plan.ahead = False
         firmware = self._firmware()
-        board = self.kind(firmware, scenario=plan, profile=self.profile, seed=self.seed, ideal=self.ideal)
-        if board.arm is not None:
-            board.arm.limits = replace(board.arm.limits, wall_s=1e9, terminal_bytes=1 << 40)
+        board = self.kind(firmware, scenario=plan, wiring=self.wiring, seed=self.seed, ideal=self.ideal)
+        if board.chip is not None:
+            board.chip.limits = replace(board.chip.limits, wall_s=1e9, terminal_bytes=1 << 40)
         return board
 
     def debugger(self, board: Board) -> GdbServer | None:

@@ -69,7 +69,7 @@ class Transfers:
 
     def __init__(self, board: Board) -> None:
         self._board = board
-        if board.arm is None:
+        if board.chip is None:
             self._remember(_REMEMBERED)
 
     def latest(self) -> list[BusTransfer]:

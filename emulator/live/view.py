@@ -89,8 +89,8 @@ def _vector(values: Any) -> list[float]:
 
 def variable_names(board: Board) -> list[str]:
     """Global variables of the firmware, in alphabetical order; of firmware in Python its numbers."""
-    if board.arm is not None:
-        symbols = board.arm.image.symbols
+    if board.chip is not None:
+        symbols = board.chip.image.symbols
         return sorted({one.name for one in symbols.variables() if one.size}) if symbols else []
     return [
         name
@@ -207,12 +207,12 @@ class Load:
 def _speeds(board: Board) -> dict[str, float]:
     """Clock rates of the buses that the firmware uses, and the serial line's bit rate.
 
-    Firmware in Python uses its profile's bus; its transfers are kept only while somebody looks at them.
+    Firmware in Python uses its wiring's bus; its transfers are kept only while somebody looks at them.
     """
     found: dict[str, float] = {"baud": round(10 * PS_PER_S / board.terminal.uart.frames_ps(1))}
     buses: list[Any] = [*board.signals.i2c.values(), *board.signals.spi.values()]
     for bus in buses:
-        in_python = board.arm is None and bus.name == board.booted.profile.bus
+        in_python = board.chip is None and bus.name == board.booted.wiring.bus
         if in_python or bus.recent_transfers():
             found["bus_hz"] = bus.speed_hz
             found["bus_is_i2c"] = isinstance(bus, I2CBus)

@@ -224,12 +224,12 @@ def by_hand(board: Board, recording: BoardRecording | None, save: Callable[[str]
             yield f"not saved as a scenario: {error}"
             return
         yield command_line(
-            [*words, "--profile", board.booted.profile.name, "--scenario", scenario, "--speed", "max"]
+            [*words, "--wiring", board.booted.wiring.name, "--scenario", scenario, "--speed", "max"]
         )
         yield "The scenario has what the test did to the board, and no expectations."
     else:
         words += ["--scenario", str(board.scenario.file)] if board.scenario else []
-        words += ["--profile", board.booted.profile.name, "--seed", str(board.seed)]
+        words += ["--wiring", board.booted.wiring.name, "--seed", str(board.seed)]
         words += ["--ideal"] if board.ideal else []
         words += ["--duration", f"{max(board.now_s, 0.001):.3f}s", "--speed", "max"]
         yield command_line(words)

@@ -163,7 +163,7 @@ class Compiled:
         """Functions and variables that the firmware must have."""
         functions = {"angles": "eCompass", "calibration": "MagCalibration", "altitude": "getAltitude"}
         variables = {"angles": ("acc", "mag", "pitch", "roll", "yaw"), "calibration": ("mag",)}
-        arm = self.board.arm
+        arm = self.board.chip
         symbols = None if arm is None else arm.image.symbols
         if symbols is None:
             return f"{self.name} has no symbols"

@@ -36,7 +36,7 @@ TIMEOUT_S = 5.0
 _STEP_S = 0.01
 _TERMINAL_LINES = 40
 _TRANSFERS = 12
-_MARKER = ("scenario", "profile", "seed", "ideal", "cold_start")
+_MARKER = ("scenario", "wiring", "seed", "ideal", "cold_start")
 """What the marker says by name."""
 _RECORDING = pytest.StashKey[Any]()  # a BoardRecording, whose module is loaded with the first board
 _FOLDERS = pytest.StashKey[pytest.TempPathFactory]()
@@ -157,7 +157,7 @@ def firmware(request: pytest.FixtureRequest) -> str | Path | None:
 def board(
     request: pytest.FixtureRequest, firmware: str | Path | None, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Board]:
-    """A board with ``firmware``; the marker ``board`` may say scenario, profile, seed, ideal, cold_start."""
+    """A board with ``firmware``; the marker ``board`` may say scenario, wiring, seed, ideal, cold_start."""
     from fcu_emulator.emulator.board.board import (
         Board,  # a run of pytest that needs no board does not load one
     )
@@ -165,7 +165,7 @@ def board(
 
     marker = request.node.get_closest_marker("board")
     asked = marker.kwargs if marker is not None else {}
-    unknown = [name for name in asked if name not in _MARKER]
+    unknown = [name for name in asked if name not in (*_MARKER, "profile")]  # Board warns of the old name
     if unknown:
         takes = ", ".join(_MARKER)
         problem = f"the marker board has no {unknown[0]!r}; it takes a firmware, and {takes}"
@@ -241,7 +241,7 @@ def evidence(board: Board, by_hand: str = "") -> Iterator[tuple[str, str]]:
                 for one in latest
             ),
         )
-    diagnosis = board.arm.diagnosis() if board.arm else None
+    diagnosis = board.chip.diagnosis() if board.chip else None
     if diagnosis is not None:
         yield "diagnosis", str(diagnosis)
     if by_hand:

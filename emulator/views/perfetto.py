@@ -171,7 +171,7 @@ def _us(ps: int) -> float:
 
 def _stack_of(board: Board) -> Callable[[], list[str]]:
     """What gives the functions that are being executed, the outermost first."""
-    firmware = board.arm
+    firmware = board.chip
     if firmware is None:
         timer = board.timer.name
 

@@ -85,15 +85,15 @@ class VcdFile:
     # -- what there is ----------------------------------------------------------------------------------
 
     def _declare(self) -> None:
-        board, profile = self._board, self._board.booted.profile
-        bus = profile.bus
+        board, wiring = self._board, self._board.booted.wiring
+        bus = wiring.bus
         if bus in board.signals.i2c:
             self._wire(bus, "SCL", 1)
             self._wire(bus, "SDA", 1)
         else:
             self._wire(bus, "SCK", board.signals.spi[bus].mode >> 1)
             self._wire(bus, "SDIO", 0)
-            for name in profile.places:
+            for name in wiring.places:
                 self._wire(bus, f"CS_{name}", 1)
         line = board.terminal.uart.name
         self._wire(line, "TX", 1)

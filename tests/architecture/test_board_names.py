@@ -61,11 +61,11 @@ def test_nothing_else_names_what_is_on_the_board(path: Path) -> None:
 
 
 @pytest.mark.parametrize("command", ["run", "diff"])
-def test_the_help_names_the_boards_profiles(command: str) -> None:
+def test_the_help_names_the_boards_wirings(command: str) -> None:
     text = CliRunner().invoke(cli, [command, "--help"]).output
-    assert " or ".join(profile.name for profile in FCU001V1.profiles) in " ".join(text.split())
+    assert " or ".join(wiring.name for wiring in FCU001V1.wirings) in " ".join(text.split())
 
 
-def test_new_projects_are_offered_for_the_buses_of_the_profiles() -> None:
+def test_new_projects_are_offered_for_the_buses_of_the_wirings() -> None:
     text = CliRunner().invoke(cli, ["new", "--help"]).output
-    assert f"[{'|'.join(profile.bus for profile in FCU001V1.profiles)}]" in text
+    assert f"[{'|'.join(wiring.bus for wiring in FCU001V1.wirings)}]" in text

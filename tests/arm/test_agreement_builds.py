@@ -71,7 +71,7 @@ def test_the_template_computes_the_same_from_the_same_samples() -> None:
     [("solution", "lab3", "tilt_sweep", 2.3), ("template-arm", "template", "flat", 1.2)],
 )
 def test_on_the_real_boards_wiring(in_c: str, in_python: str, scenario: str, seconds: float) -> None:
-    board, observation = ran(in_c, scenario, seconds, profile="fcu001v1")
+    board, observation = ran(in_c, scenario, seconds, wiring="fcu001v1")
     on_its_samples = replayed(board, in_python)
 
     assert text_of(observation).count("ACC[") == int(seconds)
@@ -82,10 +82,10 @@ def test_on_the_real_boards_wiring(in_c: str, in_python: str, scenario: str, sec
 def test_both_wirings_end_with_the_settings_of_the_lab() -> None:
     """Final registers. Over SPI2 with three wires, the I2C halves off, byte by byte."""
     settings = {}
-    for profile in ("lab3", "fcu001v1"):
-        board, _ = ran("solution", "flat", 1.06, profile=profile)
+    for wiring in ("lab3", "fcu001v1"):
+        board, _ = ran("solution", "flat", 1.06, wiring=wiring)
         writes = board.trace.of(RegisterWrite)
-        settings[profile] = {f"{event.device} {event.register}": event.new for event in writes}
+        settings[wiring] = {f"{event.device} {event.register}": event.new for event in writes}
 
     assert settings["lab3"] == {
         "LSM6DSL FIFO_CTRL5": 0x00,

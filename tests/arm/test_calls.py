@@ -105,11 +105,11 @@ def test_what_the_function_writes_is_in_the_list_or_object_that_was_given(board:
 
 
 def test_an_address_is_a_pointer_too(board: Board) -> None:
-    assert board.arm is not None
-    assert board.arm.image.symbols is not None
+    assert board.chip is not None
+    assert board.chip.image.symbols is not None
     with board.scratch() as copy:
         copy.set_variable("acc", (1, 2, 3))
-        assert copy.call("norm1", board.arm.image.symbols.address_of("acc")) == 6.0
+        assert copy.call("norm1", board.chip.image.symbols.address_of("acc")) == 6.0
 
 
 # -- effects ------------------------------------------------------------------------------------------------
@@ -125,8 +125,8 @@ def test_nothing_is_changed_by_a_call() -> None:
         board.run_for(0.01)
 
     for board in (called, left_alone):
-        assert board.arm is not None
-    cores = [board.arm.chip.core for board in (called, left_alone) if board.arm]
+        assert board.chip is not None
+    cores = [board.chip.core for board in (called, left_alone) if board.chip]
     assert called.variable("calls") == 0
     assert cores[0].snapshot() == cores[1].snapshot() or bytes(cores[0].ram) == bytes(cores[1].ram)
     assert cores[0].core_state() == cores[1].core_state()
@@ -141,8 +141,8 @@ def test_what_is_kept_stays() -> None:
     assert [board.call("counted", keep=True) for _ in range(3)] == [1, 2, 3]
     assert board.variable("calls") == 3
     assert board.call("lights", 0b11, keep=True) == 3
-    assert board.arm is not None
-    assert board.arm.chip.core.peek(0x4002_0014) == 3
+    assert board.chip is not None
+    assert board.chip.core.peek(0x4002_0014) == 3
     assert board.variable("calls") == 4
     assert board.call("counted") == 5
     assert board.variable("calls") == 4
@@ -170,8 +170,8 @@ def test_time_passes_for_a_function_that_waits() -> None:
 def test_a_sensor_can_be_read_by_the_firmwares_own_driver() -> None:
     board = Board(firmware="solution", ideal=True)
     board.run_for(1.2)
-    assert board.arm is not None
-    while board.arm.chip.core.handled:  # not in the middle of another transfer
+    assert board.chip is not None
+    while board.chip.core.handled:  # not in the middle of another transfer
         board.run_for(0.0001)
     acc = [0, 0, 0]
     board.call("ReadSensorRawData", acc, [0, 0, 0], [0, 0, 0], [0.0])

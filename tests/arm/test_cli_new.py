@@ -39,7 +39,7 @@ def test_the_bus_is_in_the_makefile_and_in_the_command(tmp_path: Path) -> None:
     text = fcu_new(str(tmp_path / "spi"), "--bus", "SPI2").stdout
 
     assert "BUS ?= SPI2\n" in (tmp_path / "spi" / "Makefile").read_text()
-    assert "  fcu run lab3.elf --profile fcu001v1\n" in text
+    assert "  fcu run lab3.elf --wiring fcu001v1\n" in text
 
 
 def test_an_empty_folder_is_taken(tmp_path: Path) -> None:

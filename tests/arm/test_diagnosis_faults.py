@@ -18,8 +18,8 @@ def template() -> Board:
 
 
 def summary(board: Board) -> str:
-    assert board.arm is not None
-    diagnosis = board.arm.diagnosis()
+    assert board.chip is not None
+    diagnosis = board.chip.diagnosis()
     assert diagnosis is not None
     assert diagnosis.kind == "fault"
     return diagnosis.summary
@@ -27,16 +27,16 @@ def summary(board: Board) -> str:
 
 def patch(board: Board, function: str, *code: int) -> int:
     """Half-words in place of a function's beginning, from a multiple of 4 on; the address of the first."""
-    assert board.arm is not None
-    assert board.arm.image.symbols is not None
-    address = board.arm.image.symbols.address_of(function)
+    assert board.chip is not None
+    assert board.chip.image.symbols is not None
+    address = board.chip.image.symbols.address_of(function)
     if address & 2:
         code = (NOP, *code)
-    flash = board.arm.chip.core.flash
+    flash = board.chip.core.flash
     for place, value in enumerate(code):
         at = address - 0x0800_0000 + 2 * place
         flash[at : at + 2] = value.to_bytes(2, "little")
-    board.arm.chip.core.code_changed()
+    board.chip.core.code_changed()
     return address + (address & 2)
 
 
@@ -80,12 +80,12 @@ def test_a_vector_table_that_is_nowhere_locks_the_core_up() -> None:
     """ARMv7-M ARM B1.5.15: the HardFault's own vector cannot be read either."""
     board = template()
     board.run_for(0.01)
-    assert board.arm is not None
-    board.arm.chip.core.poke(0xE000_ED08, bytes.fromhex("00000010"))
+    assert board.chip is not None
+    board.chip.core.poke(0xE000_ED08, bytes.fromhex("00000010"))
     board.run_for(0.01)
 
     assert summary(board).endswith("the vector table cannot be read")
-    assert "The core is locked up: only a reset helps." in str(board.arm.diagnosis())
+    assert "The core is locked up: only a reset helps." in str(board.chip.diagnosis())
 
 
 # -- faults and the NMI (ARMv7-M ARM B1.5.2: priority -2, above every fault's handler) ---------------------
@@ -99,10 +99,10 @@ SKIP = "ldr r0, [sp, #24] \n adds r0, r0, #2 \n str r0, [sp, #24] \n bx lr"
 def with_handlers(thread: str, hard_fault: str, nmi: str) -> tuple[Board, Labels]:
     """A board 10 ms after it has begun with these instructions; each part ends in an endless loop."""
     board = template()
-    assert board.arm is not None
+    assert board.chip is not None
     source = f"thread: {thread}\n b .\n hard_fault: {hard_fault}\n b .\n nmi: {nmi}\n loop: b .\n"
     code, labels = assemble(source, CODE)
-    core = board.arm.chip.core
+    core = board.chip.core
     core.flash[CODE - FLASH : CODE - FLASH + len(code)] = code
     for number, name in ((2, "nmi"), (3, "hard_fault")):
         core.flash[4 * number : 4 * number + 4] = (labels[name] | 1).to_bytes(4, "little")
@@ -126,12 +126,12 @@ def test_a_locked_up_core_is_explained_by_its_first_fault(
     thread: str, hard_fault: str, nmi: str, origin: str
 ) -> None:
     board, labels = with_handlers(thread, hard_fault, nmi)
-    assert board.arm is not None
-    assert board.arm.faults.origin is not None
-    diagnosis = board.arm.diagnosis()
+    assert board.chip is not None
+    assert board.chip.faults.origin is not None
+    diagnosis = board.chip.diagnosis()
 
-    assert board.arm.chip.core.locked_up
-    assert board.arm.faults.origin.pc == labels[origin]
+    assert board.chip.core.locked_up
+    assert board.chip.faults.origin.pc == labels[origin]
     assert f"in 0x{labels[origin]:08X}" in summary(board)
     assert ("an NMI was being handled" in str(diagnosis)) is (origin == "nmi")
     assert ("Its handler faulted as well" in str(diagnosis)) is (origin != "nmi")
@@ -141,9 +141,9 @@ def test_a_locked_up_core_is_explained_by_its_first_fault(
 def test_an_nmi_that_never_returns_is_where_the_firmware_is_stuck(thread: str) -> None:
     """Also after a fault that was handled, which has nothing to do with it."""
     board, labels = with_handlers(thread, SKIP, "nop")
-    assert board.arm is not None
+    assert board.chip is not None
     board.run_for(0.2)
-    diagnosis = board.arm.diagnosis()
+    diagnosis = board.chip.diagnosis()
 
     assert diagnosis is not None
     assert diagnosis.kind == "stuck"
@@ -167,12 +167,12 @@ def test_an_nmi_that_never_returns_is_where_the_firmware_is_stuck(thread: str) -
 )
 def test_the_last_reset_is_reported_with_its_reason_and_time(reasons: tuple[str, ...], reported: str) -> None:
     board = Board(firmware="solution")
-    assert board.arm is not None
+    assert board.chip is not None
     for reason in reasons:
         board.run_for(0.02)
-        board.arm.chip.core.request_reset(reason)
+        board.chip.core.request_reset(reason)
     board.run_for(1.0)
-    diagnosis = board.arm.diagnosis()
+    diagnosis = board.chip.diagnosis()
 
     assert (diagnosis is None) is (not reported)
     assert diagnosis is None or diagnosis.kind == "reset"

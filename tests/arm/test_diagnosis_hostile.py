@@ -18,18 +18,18 @@ EXC_RETURN = 0xFFFF_FFF9
 def test_damaged_firmware_is_diagnosed_without_an_error(seed: int) -> None:
     """Some half-words of the template's code are replaced; a third of the files has no symbols."""
     board = Board(firmware=ELF)
-    assert board.arm is not None
+    assert board.chip is not None
     chance = random.Random(seed)
-    flash = board.arm.chip.core.flash
+    flash = board.chip.core.flash
     for _ in range(60):
-        place = chance.randrange(0x1A0, len(board.arm.image.segments[0].data)) & ~1
+        place = chance.randrange(0x1A0, len(board.chip.image.segments[0].data)) & ~1
         flash[place : place + 2] = chance.randbytes(2)
-    board.arm.chip.core.code_changed()
+    board.chip.core.code_changed()
     if seed % 3 == 0:
-        board.arm.image = replace(board.arm.image, symbols=None)
+        board.chip.image = replace(board.chip.image, symbols=None)
 
     board.run_for(0.004)
-    diagnosis = board.arm.diagnosis()
+    diagnosis = board.chip.diagnosis()
 
     assert diagnosis is None or str(diagnosis)
 
@@ -37,11 +37,11 @@ def test_damaged_firmware_is_diagnosed_without_an_error(seed: int) -> None:
 def test_a_stack_full_of_saved_frames_is_walked_to_its_end() -> None:
     board = Board(firmware=ELF)
     board.run_for(0.001)
-    assert board.arm is not None
-    ram = board.arm.chip.core.ram
+    assert board.chip is not None
+    ram = board.chip.core.ram
     frame = b"".join(
         word.to_bytes(4, "little") for word in (EXC_RETURN, 0, 0, 0, 0, 0, 1, 0x0800_0200, 1 << 24)
     )
     ram[:] = (frame * (len(ram) // len(frame) + 1))[: len(ram)]
 
-    board.arm.diagnosis()
+    board.chip.diagnosis()

@@ -34,8 +34,8 @@ def test_a_broken_program_is_explained(name: str) -> None:
 @pytest.mark.parametrize("name", RUN_S)
 def test_only_what_keeps_the_program_from_going_on_is_a_failure(name: str) -> None:
     board = run(name)
-    assert board.arm is not None
-    diagnosis = board.arm.diagnosis()
+    assert board.chip is not None
+    diagnosis = board.chip.diagnosis()
 
     assert diagnosis is not None
     assert diagnosis.fatal is (name not in RUNS_ON)
@@ -56,8 +56,8 @@ def test_what_a_diagnosis_tries_out_is_given_back(name: str, monkeypatch: pytest
     monkeypatch.setattr(probe, "BareCore", Copy)
     board = Board(firmware=FOLDER / f"{name}.elf")
     board.run_for(1.2)
-    assert board.arm is not None
-    board.arm.diagnosis()
+    assert board.chip is not None
+    board.chip.diagnosis()
 
     assert copies
     assert not any(len(copy.flash) for copy in copies)
@@ -70,8 +70,8 @@ def test_of_transfers_that_nobody_answered_these_are_shown_not_the_last_ones_of_
         with pytest.raises(I2CNackError):
             board.i2c2.write(0x35, b"\x0f")
     board.run_for(0.5)
-    assert board.arm is not None
-    diagnosis = board.arm.diagnosis()
+    assert board.chip is not None
+    diagnosis = board.chip.diagnosis()
 
     assert diagnosis is not None
     assert diagnosis.summary.startswith("no answer at I2C2 address 0x35: ")
@@ -92,21 +92,21 @@ def test_every_program_has_an_expectation() -> None:
 def test_a_program_that_waits_or_leaves_all_to_its_handlers_is_fine(name: str, seconds: float) -> None:
     board = Board(firmware=FOLDER / f"{name}.elf")
     board.run_for(seconds)
-    assert board.arm is not None
+    assert board.chip is not None
 
-    assert board.arm.diagnosis() is None
+    assert board.chip.diagnosis() is None
 
 
 def test_hardware_is_given_three_seconds() -> None:
     """The 32 kHz crystal takes up to 2 s to start (STM32F401xB/C datasheet, LSE oscillator)."""
     board = Board(firmware=FOLDER / "poll_for_ever.elf")
     board.run_for(2.9)
-    assert board.arm is not None
-    assert board.arm.diagnosis() is None
+    assert board.chip is not None
+    assert board.chip.diagnosis() is None
 
     board.run_for(0.2)
 
-    assert board.arm.diagnosis() is not None
+    assert board.chip.diagnosis() is not None
 
 
 def test_a_diagnosis_changes_nothing() -> None:
@@ -115,13 +115,13 @@ def test_a_diagnosis_changes_nothing() -> None:
     for board in (looked_at, left_alone):
         for _ in range(20):
             board.run_for(0.0023)
-            if board is looked_at and board.arm is not None:
-                board.arm.diagnosis()
+            if board is looked_at and board.chip is not None:
+                board.chip.diagnosis()
 
-    assert looked_at.arm is not None
-    assert left_alone.arm is not None
+    assert looked_at.chip is not None
+    assert left_alone.chip is not None
     assert list(looked_at.trace) == list(left_alone.trace)
-    cores = looked_at.arm.chip.core, left_alone.arm.chip.core
+    cores = looked_at.chip.core, left_alone.chip.core
     assert cores[0].retired == cores[1].retired
     assert bytes(cores[0].ram) == bytes(cores[1].ram)
 

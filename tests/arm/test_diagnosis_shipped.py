@@ -12,17 +12,17 @@ from fcu_emulator.firmware_model.arm import prebuilt
 LONG_PS = 100 * PS_PER_S
 
 
-def template(profile: str, bus: str) -> Board:
-    return Board(prebuilt("template", bus), profile=profile)
+def template(wiring: str, bus: str) -> Board:
+    return Board(prebuilt("template", bus), wiring=wiring)
 
 
 def said(board: Board) -> str:
-    assert board.arm is not None
-    return str(board.arm.diagnosis())
+    assert board.chip is not None
+    return str(board.chip.diagnosis())
 
 
 @pytest.mark.parametrize(
-    ("program", "profile", "bus", "scenario"),
+    ("program", "wiring", "bus", "scenario"),
     [
         ("solution", "lab3", "I2C2", "figure_eight"),
         ("solution", "lab3", "I2C2", "led_x"),
@@ -31,22 +31,22 @@ def said(board: Board) -> str:
     ],
 )
 def test_nothing_is_said_about_a_program_that_works(
-    program: str, profile: str, bus: str, scenario: str
+    program: str, wiring: str, bus: str, scenario: str
 ) -> None:
-    board = Board(prebuilt(program, bus), profile=profile, scenario=scenario)
+    board = Board(prebuilt(program, bus), wiring=wiring, scenario=scenario)
 
     for seconds in (0.0, 0.003, 0.5, 0.7):  # reset, clocks start, a sensor boots, all runs
         board.run_for(seconds)
-        assert board.arm is not None
-        assert board.arm.diagnosis() is None
+        assert board.chip is not None
+        assert board.chip.diagnosis() is None
 
 
 def test_a_slow_bus_makes_the_callback_too_long_and_is_no_failure_of_the_program() -> None:
     """At 100 kHz the four reads do not fit into 1.25 ms."""
-    board = Board(prebuilt("template"), profile="lab3", scenario="slow_bus")
+    board = Board(prebuilt("template"), wiring="lab3", scenario="slow_bus")
     board.run_for(1.25)
-    assert board.arm is not None
-    diagnosis = board.arm.diagnosis()
+    assert board.chip is not None
+    diagnosis = board.chip.diagnosis()
 
     assert diagnosis is not None
     assert diagnosis.kind == "callback"
@@ -54,10 +54,10 @@ def test_a_slow_bus_makes_the_callback_too_long_and_is_no_failure_of_the_program
     assert diagnosis.summary.endswith("of a 1.25 ms tick: main() never runs")
 
 
-@pytest.mark.parametrize(("profile", "bus"), [("lab3", "I2C2"), ("fcu001v1", "SPI2")])
-def test_a_wrong_identity_is_told_with_what_was_read_and_expected(profile: str, bus: str) -> None:
+@pytest.mark.parametrize(("wiring", "bus"), [("lab3", "I2C2"), ("fcu001v1", "SPI2")])
+def test_a_wrong_identity_is_told_with_what_was_read_and_expected(wiring: str, bus: str) -> None:
     """LIS2MDL datasheet, WHO_AM_I (4Fh): 0x40."""
-    board = template(profile, bus)
+    board = template(wiring, bus)
     board.sensors.lis2mdl.registers.mem[0x4F] = 0
     board.run_for(0.05)
 
@@ -77,7 +77,7 @@ def test_firmware_for_spi2_finds_nobody_with_the_sensors_on_i2c2() -> None:
         "stuck in initializeAllSensors(), sensor_setup.c:12, called from main(), main.c:34: "
     )
     assert "no sensor is on SPI2 with this wiring" in text.splitlines()[0]
-    assert "build the firmware for I2C2, or run it with profile fcu001v1" in text
+    assert "build the firmware for I2C2, or run it with wiring fcu001v1" in text
 
 
 def test_firmware_for_i2c2_finds_nobody_with_the_sensors_on_spi2() -> None:
@@ -86,7 +86,7 @@ def test_firmware_for_i2c2_finds_nobody_with_the_sensors_on_spi2() -> None:
     text = said(board)
 
     assert text.splitlines()[0].endswith("no answer at I2C2 address 0x6B")
-    assert "build the firmware for SPI2, or run it with profile lab3" in text
+    assert "build the firmware for SPI2, or run it with wiring lab3" in text
 
 
 @pytest.mark.parametrize(
@@ -110,5 +110,5 @@ def test_a_device_that_fails_for_a_while_is_no_wrong_address() -> None:
     board.i2c2.bus.inject(I2CFault.in_ps("nack", board.clock.now_ps, LONG_PS, 0x1E))
     board.run_for(0.1)
 
-    assert board.arm is not None
-    assert board.arm.diagnosis() is None
+    assert board.chip is not None
+    assert board.chip.diagnosis() is None

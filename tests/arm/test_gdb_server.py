@@ -255,13 +255,13 @@ def test_a_run_under_a_debugger_is_the_same_run() -> None:
 
     def outcome(stops: bool | None) -> tuple[bytes, int, int]:
         board = _built()
-        assert board.arm is not None
+        assert board.chip is not None
         server = serve(board, 0, halted=stops is not None)
         if stops is not None:
             client = Client(server, lambda: server.run_until_ps(min(board.clock.now_ps + PS_PER_MS, end_ps)))
             if stops:
-                assert board.arm.image.symbols is not None
-                client.ask(b"Z1,%x,2" % board.arm.image.symbols.address_of(CALLBACK))
+                assert board.chip.image.symbols is not None
+                client.ask(b"Z1,%x,2" % board.chip.image.symbols.address_of(CALLBACK))
             count = 0
             client.send(frame(b"c"))
             while board.clock.now_ps < end_ps:
@@ -273,7 +273,7 @@ def test_a_run_under_a_debugger_is_the_same_run() -> None:
             client.close()
         server.run_until_ps(end_ps)
         server.close()
-        return board.terminal.since(0)[0], board.arm.chip.core.retired, len(board.trace)
+        return board.terminal.since(0)[0], board.chip.core.retired, len(board.trace)
 
     free = outcome(stops=None)
     assert b"ACC" in free[0]

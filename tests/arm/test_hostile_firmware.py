@@ -26,8 +26,8 @@ STEP = 0x000F_FF04  # 4112 places in 4 GB, at another offset each time
 
 def status(board: Board) -> int:
     """CFSR, which says what faulted (ARMv7-M ARM B3.2.15)."""
-    assert board.arm is not None
-    return board.arm.chip.core.peek(0xE000_ED28) or 0
+    assert board.chip is not None
+    return board.chip.core.peek(0xE000_ED28) or 0
 
 
 def faults(board: Board) -> list[str]:

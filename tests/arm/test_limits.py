@@ -41,8 +41,8 @@ def stopped(board: Board, seconds: float = 3600.0) -> LimitError:
 
 def limited(data: bytes, folder: Path, **limits: Any) -> Board:
     board = board_with(data, folder)
-    assert board.arm is not None
-    board.arm.limits = replace(Limits(), **limits)
+    assert board.chip is not None
+    board.chip.limits = replace(Limits(), **limits)
     return board
 
 
@@ -83,17 +83,17 @@ def test_resets_that_are_seldom_enough_go_on(tmp_path: Path) -> None:
 
     board.run_for(2.0)
 
-    assert board.arm is not None
-    assert len(board.arm.chip.core.resets) == pytest.approx(2.0 / 0.032, abs=2)
+    assert board.chip is not None
+    assert len(board.chip.core.resets) == pytest.approx(2.0 / 0.032, abs=2)
 
 
 def test_wall_time_ends_a_run_that_is_slow(tmp_path: Path) -> None:
     """The wall clock is this test's: each look at it costs a second."""
     board = board_with(COUNTS, tmp_path)
-    assert board.arm is not None
+    assert board.chip is not None
     seconds = iter(range(1_000_000))
     uart = board.terminal.uart
-    run = LimitedRun(board.arm.chip.core, board.clock, uart, wall_clock_s=lambda: float(next(seconds)))
+    run = LimitedRun(board.chip.core, board.clock, uart, wall_clock_s=lambda: float(next(seconds)))
 
     with pytest.raises(LimitError, match="has run for more than 30 s of wall time"):
         run.run_until_ps(PS_PER_S, Limits(wall_s=30.0))
@@ -113,9 +113,9 @@ def test_a_limit_once_exceeded_stays_so_until_it_is_raised(tmp_path: Path) -> No
     board = limited(COUNTS, tmp_path, instructions=1_000)
     stopped(board)
     stopped(board)
-    assert board.arm is not None
+    assert board.chip is not None
 
-    board.arm.limits = Limits()
+    board.chip.limits = Limits()
     board.run_for(0.1)
 
 

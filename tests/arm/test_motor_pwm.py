@@ -35,10 +35,10 @@ def test_the_duty_of_tim4_is_the_motors_throttle(tmp_path: Path) -> None:
     path = tmp_path / "pwm.toml"
     path.write_text(SCENARIO, encoding="utf-8")
     board = Board(scenario=path)
-    assert board.arm is not None
+    assert board.chip is not None
     board.run_until(0.2)
     assert board.motor_duties() == (0, 0, 0, 0)
-    core = board.arm.chip.core
+    core = board.chip.core
     core.write(RCC_APB1ENR, (0x1000_4004 | 1 << 22).to_bytes(4, "little"))
     for offset, value in SETTINGS.items():
         core.write(TIM4 + offset, value.to_bytes(4, "little"))

@@ -56,8 +56,8 @@ def as_intel_hex(data: bytes) -> str:
     return "".join([*lines, record(1, 0, b"")])
 
 
-def printed(firmware: str | Path, seconds: float = 1.2, profile: str | None = None) -> bytes:
-    board = Board(firmware, profile=profile, ideal=True)
+def printed(firmware: str | Path, seconds: float = 1.2, wiring: str | None = None) -> bytes:
+    board = Board(firmware, wiring=wiring, ideal=True)
     board.run_for(seconds)
     return bytes(board.terminal.read())
 
@@ -83,9 +83,9 @@ def test_elf_hex_and_bin_of_the_same_program_do_the_same(tmp_path: Path) -> None
 
 def test_the_wiring_follows_the_firmware_where_its_symbols_say_it() -> None:
     board = Board(firmware=prebuilt("template", "SPI2"))
-    assert board.booted.profile.name == "fcu001v1"
+    assert board.booted.wiring.name == "fcu001v1"
     assert "hspi2" in board.booted.reason
-    assert Board(firmware=prebuilt("template", "I2C2")).booted.profile.name == "lab3"
+    assert Board(firmware=prebuilt("template", "I2C2")).booted.wiring.name == "lab3"
 
 
 @pytest.mark.parametrize("bus", ["I2C2", "SPI2"])
@@ -95,8 +95,8 @@ def test_firmware_with_handles_of_both_buses_gets_the_wiring_it_uses(tmp_path: P
     (tmp_path / "both.elf").write_bytes(prebuilt("solution", bus).read_bytes().replace(b"\0pitch\0", other))
     board = Board(firmware=tmp_path / "both.elf")
     used = {"I2C2": ("lab3", ""), "SPI2": ("fcu001v1", ON_SPI)}[bus]
-    assert (board.booted.profile.name, board.booted.reason) == used
-    assert Board(firmware=tmp_path / "both.elf", profile="lab3").booted.profile.name == "lab3"
+    assert (board.booted.wiring.name, board.booted.reason) == used
+    assert Board(firmware=tmp_path / "both.elf", wiring="lab3").booted.wiring.name == "lab3"
 
 
 ON_SPI = "on trial a sensor answered it on SPI2, and none on I2C2"
@@ -105,7 +105,7 @@ ON_SPI = "on trial a sensor answered it on SPI2, and none on I2C2"
 def test_a_file_without_symbols_gets_the_wiring_it_uses(tmp_path: Path) -> None:
     (tmp_path / "lab3.bin").write_bytes(flash_contents(bus="SPI2"))
     board = Board(firmware=tmp_path / "lab3.bin")
-    assert (board.booted.profile.name, board.booted.reason) == ("fcu001v1", ON_SPI)
+    assert (board.booted.wiring.name, board.booted.reason) == ("fcu001v1", ON_SPI)
     assert board.now_s == 0
     board.run_for(1.2)
     assert b"LAB3 Init" in board.terminal.read()
@@ -114,7 +114,7 @@ def test_a_file_without_symbols_gets_the_wiring_it_uses(tmp_path: Path) -> None:
 def test_a_file_without_symbols_runs_on_the_usual_wiring(tmp_path: Path) -> None:
     (tmp_path / "lab3.bin").write_bytes(flash_contents())
     board = Board(firmware=tmp_path / "lab3.bin")
-    assert (board.booted.profile.name, board.booted.reason) == ("lab3", "")
+    assert (board.booted.wiring.name, board.booted.reason) == ("lab3", "")
     with pytest.raises(KeyError, match="no symbols"):
         board.variable("pitch")
 
@@ -158,19 +158,19 @@ def test_the_trial_of_firmware_that_only_keeps_a_machine_busy_ends_early(tmp_pat
 
     (tmp_path / "busy.bin").write_bytes(program(source))
     board = Tried(firmware=tmp_path / "busy.bin")
-    assert (board.booted.profile.name, board.booted.reason) == ("lab3", "")
+    assert (board.booted.wiring.name, board.booted.reason) == ("lab3", "")
     assert 0 < max(Tried.ends) <= 0.1
 
 
 def test_a_named_program_is_there_for_both_wirings() -> None:
-    assert printed("template-arm", profile="fcu001v1") == printed("template-arm", profile="lab3")
+    assert printed("template-arm", wiring="fcu001v1") == printed("template-arm", wiring="lab3")
 
 
 def test_the_command_line_says_which_wiring_it_chose_and_why() -> None:
     file = str(prebuilt("template", "SPI2"))
     done = fcu("run", file, "--duration", "1.05s", "--speed", "max")
     assert f"board fcu001v1, firmware {file}" in done.stderr.decode()
-    assert "profile fcu001v1 because the firmware says so: it has hspi2" in done.stderr.decode()
+    assert "wiring fcu001v1 because the firmware says so: it has hspi2" in done.stderr.decode()
     assert b"LSM6DSL MEMS Accelerometer initialized" in done.stdout
 
 
@@ -211,8 +211,8 @@ def test_the_unique_id_differs_from_board_to_board() -> None:
     first, second = (Board(firmware="template-arm", seed=seed) for seed in (1, 2))
 
     def unique_id(board: Board) -> bytes:
-        assert board.arm is not None
-        content = board.arm.chip.core.memory(0x1FFF_7A10, 12)
+        assert board.chip is not None
+        content = board.chip.core.memory(0x1FFF_7A10, 12)
         assert content is not None
         return bytes(content)
 
@@ -247,8 +247,8 @@ def test_leds_that_flash_while_pins_are_set_up_fail_no_scenario(scenario: str) -
 def test_a_reset_is_no_reason_to_blame_the_firmware_for_its_clocks() -> None:
     board = Board(firmware="solution")
     board.run_for(0.2)
-    assert board.arm is not None
-    board.arm.chip.core.request_reset("PIN")
+    assert board.chip is not None
+    board.chip.core.request_reset("PIN")
     board.run_for(0.2)
-    assert len(board.arm.chip.core.resets) == 1
+    assert len(board.chip.core.resets) == 1
     assert not [note for note in board.trace.of(DeviceNote) if note.device == "USART1"]

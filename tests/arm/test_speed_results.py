@@ -38,12 +38,12 @@ def register(result: Result, number: int) -> int:
     return int.from_bytes(result.registers[4 * number :][:4], "little")
 
 
-@pytest.mark.parametrize(("bus", "profile", "calls"), [("I2C2", "lab3", 24), ("SPI2", "fcu001v1", 24)])
-def test_the_solution_does_the_same_with_all_waiting_executed(bus: str, profile: str, calls: int) -> None:
+@pytest.mark.parametrize(("bus", "wiring", "calls"), [("I2C2", "lab3", 24), ("SPI2", "fcu001v1", 24)])
+def test_the_solution_does_the_same_with_all_waiting_executed(bus: str, wiring: str, calls: int) -> None:
     """Boot and some callbacks: text, transfers and their times, LEDs, registers, RAM, instructions."""
     results = []
     for skip in (True, False):
-        chip = Chip(prebuilt("solution", bus), profile, skip=skip)
+        chip = Chip(prebuilt("solution", bus), wiring, skip=skip)
         chip.run_until_ps(1_120 * PS_PER_MS)
         results.append(chip.result())
 

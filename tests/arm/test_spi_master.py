@@ -113,7 +113,7 @@ def test_three_wire_bytes_are_the_parts_own(
     spi = three_wire(CommBench(delays))
     spi.write(pin, register, *data)
     seen = spi.read(pin, register, count)
-    board = Board(profile="fcu001v1", ideal=True)
+    board = Board(wiring="fcu001v1", ideal=True)
     part = board.sensors.parts[(LSM6DSL, LIS2MDL, LPS22HB).index(pin)]
     target = SpiTarget(part, lambda: 0)
     for message in (

@@ -89,7 +89,7 @@ def test_nothing_is_said_about_the_shipped_programs_and_those_in_the_makers_styl
     name: str, scenario: str
 ) -> None:
     firmware = file(name) if name in VENDOR else name
-    board = Board(firmware, profile="fcu001v1" if name == "flight" else None, scenario=scenario)
+    board = Board(firmware, wiring="fcu001v1" if name == "flight" else None, scenario=scenario)
     witness = Witness(board)
     board.run_for(LONGEST_S)
 

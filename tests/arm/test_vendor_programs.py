@@ -19,8 +19,8 @@ CCR = ("34", "38", "3C", "40")
 PROGRAMS = sorted(path.stem for path in VENDOR.glob("*.elf"))
 
 
-def board(name: str, profile: str = "lab3") -> Board:
-    return Board(file(name), profile=profile, ideal=True)
+def board(name: str, wiring: str = "lab3") -> Board:
+    return Board(file(name), wiring=wiring, ideal=True)
 
 
 @pytest.fixture(scope="module")

@@ -42,20 +42,20 @@ def calls_of(action: Callable[[], None]) -> int:
         nonlocal count
         count += event == "call"
 
-    sys.setprofile(heard)
+    sys.setwiring(heard)
     try:
         action()
     finally:
-        sys.setprofile(None)
+        sys.setwiring(None)
     return count
 
 
 def calls_for_an_access(name: str, folder: Path) -> float:
     """Python functions called for each access, in 0.05 ms after the loop has begun."""
     board = board_with(PROGRAMS[name], folder)
-    assert board.arm is not None
-    board.arm.limits = replace(Limits(), work_per_s=10**12)
-    core = board.arm.chip.core
+    assert board.chip is not None
+    board.chip.limits = replace(Limits(), work_per_s=10**12)
+    core = board.chip.core
     board.run_until_ps(BEGUN_PS)
     accesses = core.status().accesses
     calls = calls_of(lambda: board.run_until_ps(BEGUN_PS + PS_PER_MS // 20))
@@ -156,8 +156,8 @@ def test_a_block_is_reported_without_clock_after_its_register_was_missed(tmp_pat
 
 def stopped(data: bytes, folder: Path, slice_s: float = 1.0, **limits: Any) -> tuple[LimitError, Board]:
     board = board_with(data, folder)
-    assert board.arm is not None
-    board.arm.limits = replace(Limits(), **limits)
+    assert board.chip is not None
+    board.chip.limits = replace(Limits(), **limits)
     while True:
         try:
             board.run_for(slice_s)
@@ -187,27 +187,27 @@ def test_too_much_work_ends_a_run_and_names_the_cause(name: str, costliest: str,
     assert f" {costliest} in " in str(error)
     assert "too slow: " in str(error)
     assert "\n" not in str(error)
-    assert board.arm is not None
-    assert board.arm.chip.core.work < LOW * (1 + board.now_s + 0.01) + ONE_RUN
+    assert board.chip is not None
+    assert board.chip.core.work < LOW * (1 + board.now_s + 0.01) + ONE_RUN
 
 
 def test_work_ends_a_run_at_the_same_instruction_whatever_its_slices(tmp_path: Path) -> None:
     ends = set()
     for slice_s in (1.0, 0.01, 1.0):
         error, board = stopped(PROGRAMS["RCC: HPRE flips"], tmp_path, slice_s, work_per_s=LOW)
-        assert board.arm is not None
-        ends.add((board.clock.now_ps, board.arm.chip.core.retired, str(error)))
+        assert board.chip is not None
+        ends.add((board.clock.now_ps, board.chip.core.retired, str(error)))
 
     assert len(ends) == 1
 
 
 def test_a_run_beyond_its_work_continues_when_the_limit_is_raised(tmp_path: Path) -> None:
     _, board = stopped(PROGRAMS["RCC: HPRE flips"], tmp_path, work_per_s=LOW)
-    assert board.arm is not None
+    assert board.chip is not None
     with pytest.raises(LimitError):
         board.run_for(0.001)
 
-    board.arm.limits = replace(Limits(), work_per_s=10**12)
+    board.chip.limits = replace(Limits(), work_per_s=10**12)
     end_ps = board.clock.now_ps + PS_PER_MS
     board.run_until_ps(end_ps)
 
@@ -217,22 +217,22 @@ def test_a_run_beyond_its_work_continues_when_the_limit_is_raised(tmp_path: Path
 @pytest.mark.parametrize("data", mixtures(12).values(), ids=mixtures(12).keys())
 def test_random_accesses_to_all_blocks_end_within_bounded_work(data: bytes, tmp_path: Path) -> None:
     board = board_with(data, tmp_path)
-    assert board.arm is not None
-    board.arm.limits = replace(Limits(), work_per_s=LOW, resets_per_s=9_999)
+    assert board.chip is not None
+    board.chip.limits = replace(Limits(), work_per_s=LOW, resets_per_s=9_999)
     with suppress(LimitError):
         board.run_for(0.05)
 
-    assert board.arm.chip.core.work < 1.06 * LOW + ONE_RUN
+    assert board.chip.core.work < 1.06 * LOW + ONE_RUN
 
 
-@pytest.mark.parametrize("profile", ["lab3", "fcu001v1"])
-def test_the_shipped_solution_takes_a_fraction_of_the_work(profile: str) -> None:
-    board = Board(firmware="solution", profile=profile, scenario="desk")
+@pytest.mark.parametrize("wiring", ["lab3", "fcu001v1"])
+def test_the_shipped_solution_takes_a_fraction_of_the_work(wiring: str) -> None:
+    board = Board(firmware="solution", wiring=wiring, scenario="desk")
 
     board.run_for(1.5)
 
-    assert board.arm is not None
-    assert 20 * board.arm.chip.core.work < WORK_PER_S * board.now_s
+    assert board.chip is not None
+    assert 20 * board.chip.core.work < WORK_PER_S * board.now_s
 
 
 def test_the_command_line_stops_at_a_limit_on_work(tmp_path: Path) -> None:

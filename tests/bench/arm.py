@@ -29,9 +29,9 @@ def _ticking(board: Board) -> float:
     return figure
 
 
-def solution(profile: str) -> float:
+def solution(wiring: str) -> float:
     """The shipped solution at its desk."""
-    board = Board(firmware="solution", profile=profile, scenario="desk")
+    board = Board(firmware="solution", wiring=wiring, scenario="desk")
     figure = _ticking(board)
     assert "LAB3 Init..." in board.terminal.text, board.terminal.text[:300]
     assert board.terminal.text.count("Pitch: ") >= 2, board.terminal.text
@@ -40,7 +40,7 @@ def solution(profile: str) -> float:
 
 def solution_traced() -> float:
     """Likewise on I2C2, every event written to a file."""
-    board = Board(firmware="solution", profile="lab3", scenario="desk")
+    board = Board(firmware="solution", wiring="lab3", scenario="desk")
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "trace.jsonl"
         board.trace.write_to(file)
@@ -54,7 +54,7 @@ def solution_traced() -> float:
 
 def lab3(way: str) -> float:
     """LAB3 in the vendor's calling style on I2C2."""
-    board = Board(firmware=vendor.file(f"lab3_i2c_{way}"), profile="lab3", ideal=True)
+    board = Board(firmware=vendor.file(f"lab3_i2c_{way}"), wiring="lab3", ideal=True)
     figure = _ticking(board)
     blocks = board.terminal.text.split("*****")
     assert vendor.BLOCK in blocks[2], blocks[2:]
@@ -66,7 +66,7 @@ def lab3(way: str) -> float:
 
 def flight() -> float:
     """Six messages on SPI2, eight PWM channels and a radio that does not answer, each tick."""
-    board = Board(firmware=vendor.file("flight"), profile="fcu001v1", ideal=True)
+    board = Board(firmware=vendor.file("flight"), wiring="fcu001v1", ideal=True)
     figure = _ticking(board)
     text = board.terminal.text
     assert vendor.STATE in text, text
@@ -103,8 +103,8 @@ def _chip(source: str, seconds: float = 0.2) -> tuple[Board, float, int, int]:
         file.write_bytes(program(source))
         board = Board(firmware=file, ideal=True)
     board.run_for(0.05)
-    assert board.arm is not None
-    core = board.arm.chip.core
+    assert board.chip is not None
+    core = board.chip.core
     before = core.retired
     figure, spent = factor(board, seconds)
     return board, figure, round((core.retired - before) / spent), core.register(4)

@@ -30,9 +30,9 @@ def measure(data: bytes) -> tuple[float, float, float, float, float]:
     """CPU, and in millions instructions, accesses and work, for a virtual second; ns for a unit of work."""
     with tempfile.TemporaryDirectory() as folder:
         board = board_with(data, Path(folder))
-    assert board.arm is not None
-    board.arm.limits = replace(Limits(), work_per_s=10**15, resets_per_s=9_999)
-    core = board.arm.chip.core
+    assert board.chip is not None
+    board.chip.limits = replace(Limits(), work_per_s=10**15, resets_per_s=9_999)
+    core = board.chip.core
     board.run_for(_FIRST_S)
     before, work, began_s, began_cpu_s = core.status(), core.work, board.now_s, time.process_time()
     executed, accesses = before.retired - before.skipped, before.accesses

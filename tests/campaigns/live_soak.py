@@ -83,7 +83,7 @@ def soak(url: str, pid: int, minutes: int) -> list[Memory]:
 
 def measured(minute: int, pid: int, page: Page, inspector: CDPSession) -> Memory:
     """Now, the page's garbage collected."""
-    inspector.send("HeapProfiler.collectGarbage")
+    inspector.send("HeapWiringr.collectGarbage")
     figures = {one["name"]: one["value"] for one in inspector.send("Performance.getMetrics")["metrics"]}
     status = Path(f"/proc/{pid}/status").read_text(encoding="ascii")
     resident = re.search(r"VmRSS:\s+(\d+) kB", status)

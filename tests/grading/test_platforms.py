@@ -121,7 +121,7 @@ def test_platforms_number_that_is_another_students_id_is_rejected(tmp_path: Path
         all_found[name.removesuffix(".c")].content(tmp_path)
 
 
-def test_profile_with_another_students_name_takes_no_place(tmp_path: Path) -> None:
+def test_wiring_with_another_students_name_takes_no_place(tmp_path: Path) -> None:
     own, other = "Ada_1815_assignsubmission_file_main.c", "Ada_99_assignsubmission_file_main.c"
     all_found = found(tree(tmp_path / "class", **{own: b"1", other: b"2"}), Roster([Student("1815", "Ada")]))
 

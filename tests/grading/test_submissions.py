@@ -190,7 +190,7 @@ def test_a_digest_depends_on_names_and_contents() -> None:
     "stolen",
     [
         "Eve_4242_assignsubmission_file_x_1815_assignsubmission_file_.c",  # by a file's name
-        "Eve_1815_assignsubmission_file__4242_assignsubmission_file_x.c",  # by a name in the profile
+        "Eve_1815_assignsubmission_file__4242_assignsubmission_file_x.c",  # by a name in the wiring
         "eve_4242_1_x_1815_assignsubmission_file_.c",  # Moodle's id in the name of a file on Canvas
     ],
 )

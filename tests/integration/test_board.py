@@ -325,8 +325,8 @@ def test_a_board_may_go_away_while_another_one_runs() -> None:
 def test_names_that_do_not_exist_are_answered_with_those_that_do() -> None:
     with pytest.raises(InputError, match="unknown firmware 'lab4'; known: lab3, template"):
         Board(firmware="lab4")
-    with pytest.raises(InputError, match="unknown board profile 'lab2'; known: lab3"):
-        Board(profile="lab2")
+    with pytest.raises(InputError, match="unknown board wiring 'lab2'; known: lab3"):
+        Board(wiring="lab2")
     with pytest.raises(InputError, match=r"cannot run for -1 s; give a number of seconds from 0"):
         Board().run_for(-1)
     with pytest.raises(InputError, match=r"cannot run for nan s"):

@@ -90,7 +90,7 @@ def test_the_trace_is_json_lines_with_register_names(tmp_path: Path) -> None:
     ("arguments", "message"),
     [
         (("lab4",), "unknown firmware 'lab4'; known: lab3, template"),
-        (("--profile", "lab9"), "unknown board profile 'lab9'; known: lab3"),
+        (("--wiring", "lab9"), "unknown board wiring 'lab9'; known: lab3"),
         (("--duration", "10"), "--duration is '10'; give a number and a unit (us, ms, s, min, h)"),
         (("--duration", "999999h"), "--duration is '999999h'; the longest is 277h"),
         (("--duration", "-1s"), "--duration is '-1s'; it cannot be negative, give a time such as"),

@@ -45,7 +45,7 @@ def again(session: LiveSession, tmp_path: Path, firmware: str | None) -> Board:
     """The recording played without a pace, to the same moment."""
     path = tmp_path / "recorded.toml"
     path.write_text(session.recording.text(), encoding="utf-8")
-    board = Board(firmware, scenario=path, profile=session.board.booted.profile.name)
+    board = Board(firmware, scenario=path, wiring=session.board.booted.wiring.name)
     board.run_until_ps(session.board.clock.now_ps)
     return board
 
@@ -241,7 +241,7 @@ def test_a_block_of_the_chip_is_declared_and_shown_as_a_debugger_sees_it() -> No
         Setup("solution"), [(0.0, messages.Watch([], "TIM9")), (1.2, messages.Watch([], "TIM10"))], 1.5
     )
     session = page.run()
-    assert session.board.arm is not None
+    assert session.board.chip is not None
     names = [event.part["name"] for event in page.of(messages.Declared)]
     assert list(dict.fromkeys(names)) == ["TIM9", "TIM10"]
     fields = {
@@ -264,10 +264,10 @@ def test_firmware_in_python_has_no_chip_to_look_into() -> None:
     assert page.of(messages.RegistersEvent) == []
 
 
-@pytest.mark.parametrize("profile", ["lab3", "fcu001v1"])
-def test_the_pins_and_their_levels(profile: str) -> None:
+@pytest.mark.parametrize("wiring", ["lab3", "fcu001v1"])
+def test_the_pins_and_their_levels(wiring: str) -> None:
     script = [(0.0, messages.Watch(pins=True)), (0.5, do(do="set_attitude", pitch_deg=86))]
-    page = Page(Setup("solution", profile=profile, ideal=True), script, 3.0)
+    page = Page(Setup("solution", wiring=wiring, ideal=True), script, 3.0)
     session = page.run()
     first, last = (
         {one["name"]: one for one in event.pins}
@@ -278,7 +278,7 @@ def test_the_pins_and_their_levels(profile: str) -> None:
     assert session.board.led1.on
     assert last["PA9"]["mode"] == "AF7"
     assert last["LSM6DSL INT1"]["level"] == 0
-    if profile == "lab3":
+    if wiring == "lab3":
         assert last["PB10"]["mode"] == "AF4"
         assert last["PB3"]["use"] == "I2C2 SDA, AF9"
     else:
@@ -443,7 +443,7 @@ def test_what_cannot_be_run_is_an_error_at_once(tmp_path: Path) -> None:
 def test_the_recorded_file_is_a_scenario_that_says_how_to_play_it(tmp_path: Path) -> None:
     path = tmp_path / "session.toml"
     Page(Setup("lab3"), SCRIPT[:3], end_s=2, record=path).run()
-    assert "# fcu run lab3 --profile lab3 --scenario" in path.read_text(encoding="utf-8")
+    assert "# fcu run lab3 --wiring lab3 --scenario" in path.read_text(encoding="utf-8")
     assert [step.entry.do for step in load_scenario(path).steps] == [
         "follow_attitude",
         "follow_attitude",

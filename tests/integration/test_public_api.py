@@ -136,11 +136,11 @@ def test_events_have_their_time_in_seconds() -> None:
 def test_a_board_says_what_it_is() -> None:
     board = Board("lab3", scenario="flat", seed=4)
     board.run_for(1.25)
-    assert repr(board) == "<Board: firmware 'lab3', scenario 'flat', profile 'lab3', seed 4, at 1.25 s>"
+    assert repr(board) == "<Board: firmware 'lab3', scenario 'flat', wiring 'lab3', seed 4, at 1.25 s>"
 
-    bare = Board(profile="fcu001v1")
+    bare = Board(wiring="fcu001v1")
     bare.close()
-    assert repr(bare) == "<Board: no firmware, profile 'fcu001v1', seed 0, closed>"
+    assert repr(bare) == "<Board: no firmware, wiring 'fcu001v1', seed 0, closed>"
 
 
 @pytest.mark.parametrize("firmware", [None, "lab3", "solution"])

@@ -115,7 +115,7 @@ def test_a_failure_shows_what_the_board_did(pytester: pytest.Pytester) -> None:
     assert "LAB3 Init..." in printed
     assert re.search(r"Captured stdout: transfers before \d\.\d{3} s, ", printed)
     assert "I2C2 LPS22HB " in printed
-    assert "fcu run solution --profile lab3 --seed 2 --duration " in printed
+    assert "fcu run solution --wiring lab3 --seed 2 --duration " in printed
     system_out = ET.parse(pytester.path / "out.xml").find(".//system-out")
     assert system_out is not None
     assert "LAB3 Init..." in (system_out.text or "")
@@ -276,5 +276,5 @@ def test_the_command_is_for_the_same_board(pytester: pytest.Pytester) -> None:
     )
     printed = pytester.runpytest_inprocess(*ARGUMENTS).stdout.str()
 
-    assert "fcu run template --profile lab3 --seed 0 --ideal --duration " in printed
+    assert "fcu run template --wiring lab3 --seed 0 --ideal --duration " in printed
     assert "ACC[x,y,z] 0 mg 0 mg 1000 mg \nGYR[x,y,z] 0 mdps 0 mdps 0 mdps \n" in printed

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
 import click
 import pytest
+import serial
 
+from fcu_emulator import Board
 from fcu_emulator.emulator.cli import execute
 from fcu_emulator.emulator.cli.commands import cli
 from fcu_emulator.emulator.cli.declare import Command
@@ -21,6 +24,7 @@ ROWS = re.findall(r"^\| `([^`]+)` \| `([^`]+)` \| (.+) \|$", TEXT, re.MULTILINE)
 LINES = {
     "--notes": "run template --duration 1100ms --speed max --notes",
     "--timing": "diff template template --scenario desk --duration 1100ms --timing=5ms",
+    "--profile": "run template --duration 1100ms --speed max --profile lab3",
     "--take": "grade nowhere --rubric lab3 --out out --take firmware",
 }
 
@@ -148,3 +152,27 @@ def test_old_key_means_what_the_new_one_does(old: str, new: str, tmp_path: Path)
 
     assert former.contents == current.contents
     assert {str(one.message) for one in warned} == {f"{old} is now called {new}; use that name"}
+
+
+def test_old_names_of_board_warn() -> None:
+    with pytest.warns(DeprecationWarning, match="wiring"):
+        board = Board("solution", profile="fcu001v1")  # the previous name of wiring
+    with pytest.warns(DeprecationWarning, match=r"board\.chip"):
+        chip = board.arm
+
+    assert board.booted.wiring.name == "fcu001v1"
+    assert chip is board.chip
+
+
+def test_old_option_of_address_warns() -> None:
+    with pytest.warns(RenamedWarning), serial.serial_for_url("fcu://solution?profile=fcu001v1") as port:
+        assert port.is_open
+
+
+def test_record_of_run_has_both_names(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "run.json"
+    execute(["run", "template", "--duration", "100ms", "--speed", "max", "--json", str(file)])
+    capsys.readouterr()
+    board = json.loads(file.read_text(encoding="utf-8"))["board"]
+
+    assert board["profile"] == board["wiring"] == "lab3"

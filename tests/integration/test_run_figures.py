@@ -21,14 +21,14 @@ def summary(*arguments: str) -> str:
 
 
 @pytest.mark.parametrize(
-    ("profile", "bus"),
+    ("wiring", "bus"),
     [
         ("lab3", "I2C2: SCL 400 kHz; a read of 6 bytes took 0.21"),  # 84 bits at 400 kHz are 0.21 ms
         ("fcu001v1", "SPI2: SCK 2.625 MHz; a read of 1 byte took 0.0"),
     ],
 )
-def test_the_bus_its_clock_and_the_time_of_a_read(profile: str, bus: str) -> None:
-    assert bus in summary("solution", "--profile", profile, "--duration", "1200ms")
+def test_the_bus_its_clock_and_the_time_of_a_read(wiring: str, bus: str) -> None:
+    assert bus in summary("solution", "--wiring", wiring, "--duration", "1200ms")
 
 
 def test_the_load_of_the_line_is_its_bytes_times_ten_bits() -> None:
@@ -68,9 +68,9 @@ def test_the_time_in_a_faults_handler_is_not_the_callbacks(monkeypatch: pytest.M
     witness = Witness(board)
     board.run_for(1.2)
     before = witness.looks_at_callback, witness.callback_seen
-    assert board.arm is not None
+    assert board.chip is not None
     handled = ["MemManage", "TIM1_BRK_TIM9"]
-    monkeypatch.setattr(board.arm, "handled", lambda: handled)
+    monkeypatch.setattr(board.chip, "handled", lambda: handled)
     board.run_for(0.1)
 
     assert before[0] > before[1] > 0

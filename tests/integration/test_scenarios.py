@@ -85,10 +85,10 @@ def test_a_shipped_scenario_fails_when_its_feature_breaks(tmp_path: Path, name: 
     assert not play(tmp_path, original.replace(old, new)).passed
 
 
-@pytest.mark.parametrize("profile", ["lab3", "fcu001v1"])
-def test_the_hand_holds_for_the_built_program_too(profile: str) -> None:
+@pytest.mark.parametrize("wiring", ["lab3", "fcu001v1"])
+def test_the_hand_holds_for_the_built_program_too(wiring: str) -> None:
     """It prints at other moments, and a student's own program at others again."""
-    result = run(Board("solution", profile=profile, scenario="hand"))
+    result = run(Board("solution", wiring=wiring, scenario="hand"))
     assert result.passed, "\n".join(result.lines)
 
 

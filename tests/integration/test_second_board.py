@@ -16,8 +16,8 @@ from fcu_emulator.emulator.boards.description import (
     CallbackTimer,
     I2cPins,
     MountedPart,
-    Profile,
     SerialLine,
+    Wiring,
 )
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.scenario import json_schema
@@ -92,8 +92,8 @@ def test_what_it_has_is_an_attribute_and_what_it_has_not_says_so() -> None:
         board.led("LED1")
     with pytest.raises(InputError, match="this board has no SPI bus"):
         board.spi()
-    with pytest.raises(InputError, match="unknown board profile 'lab3'; known: greenhouse"):
-        GreenhouseBoard(profile="lab3")
+    with pytest.raises(InputError, match="unknown board wiring 'lab3'; known: greenhouse"):
+        GreenhouseBoard(wiring="lab3")
     with pytest.raises(InputError, match="unknown sensor 'LSM6DSL'; known: HTX221, LPS22HB"):
         board.sensors["LSM6DSL"]
     with pytest.raises(AttributeError, match="no sensor 'lsm6dsl'; known: htx221, lps22hb"):
@@ -116,11 +116,11 @@ def test_firmware_in_python_runs_on_its_buses_terminal_led_and_timer() -> None:
 def test_built_firmware_for_another_board_is_told_where_the_sensors_are() -> None:
     board = GreenhouseBoard(prebuilt("template", "I2C2"))
     board.run_for(0.1)
-    assert board.arm is not None
-    diagnosis = board.arm.diagnosis()
+    assert board.chip is not None
+    diagnosis = board.chip.diagnosis()
     assert diagnosis is not None
     assert "I2C2 is set up, where no sensor is" in diagnosis.summary
-    told = "With profile greenhouse the sensors are on I2C1, not on I2C2: build the firmware for I2C1."
+    told = "With wiring greenhouse the sensors are on I2C1, not on I2C2: build the firmware for I2C1."
     assert told in str(diagnosis)
     assert board.terminal.text == ""  # it prints to USART1, where no terminal is
 
@@ -259,7 +259,7 @@ def test_what_does_not_fit_together_is_refused_when_the_board_is_described() -> 
             "i2c": {"I2C1": I2cPins(("B", 6, 4), ("B", 7, 4))},
             "serial": SerialLine("USART2", ("A", 2, 7), 42_000_000),
             "timer": CallbackTimer("TIM10", 84_000_000, 3),
-            "profiles": (Profile("bench", "I2C1", {"HTX221": 0x5F}, "a bench"),),
+            "wirings": (Wiring("bench", "I2C1", {"HTX221": 0x5F}, "a bench"),),
         }
         return BoardDescription(**{**given, **changes})
 
@@ -270,6 +270,6 @@ def test_what_does_not_fit_together_is_refused_when_the_board_is_described() -> 
         ({"HTX221": "PA8"}, "I2C1", "HTX221 is at 'PA8' of I2C1; give a 7-bit address"),
     ):
         with pytest.raises(InputError, match=says):
-            described(profiles=(Profile("bench", bus, places, "a bench"),))
+            described(wirings=(Wiring("bench", bus, places, "a bench"),))
     with pytest.raises(InputError, match="the LSM6DSL measures vectors: give its mounting"):
         MountedPart(LSM6DSL)

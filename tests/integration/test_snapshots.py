@@ -158,25 +158,25 @@ def test_snapshots_may_be_restored_in_any_order(
     assert doer.do(second) == two
 
 
-PROFILES = ("lab3", "fcu001v1")
+WIRINGS = ("lab3", "fcu001v1")
 
 
 def run_on(board: Board, seconds: float) -> list[object]:
     """Events of the trace, then what the board looks like, its chip and RAM included."""
     first = len(board.trace)
     board.run_for(seconds)
-    assert board.arm is not None
-    core = board.arm.chip.core
+    assert board.chip is not None
+    core = board.chip.core
     return [*list(board.trace)[first:], *picture(board), core.core_state(), bytes(core.ram), core.retired]
 
 
-@pytest.mark.parametrize("profile", PROFILES)
+@pytest.mark.parametrize("wiring", WIRINGS)
 @pytest.mark.parametrize("detailed", [False, True], ids=["plain", "traced"])
 @pytest.mark.parametrize("scenario", [None, "figure_eight"])
 def test_built_firmware_runs_on_as_if_nothing_had_been(
-    profile: str, scenario: str | None, detailed: bool
+    wiring: str, scenario: str | None, detailed: bool
 ) -> None:
-    boards = [Board("solution", profile=profile, scenario=scenario, seed=2) for _ in range(2)]
+    boards = [Board("solution", wiring=wiring, scenario=scenario, seed=2) for _ in range(2)]
     for board in boards:
         if detailed:
             board.trace.record_all()
@@ -211,11 +211,11 @@ def test_a_broken_board_is_put_back_whole() -> None:
 
 
 @pytest.mark.parametrize("firmware", [None, "solution"])
-@pytest.mark.parametrize("profile", PROFILES)
-def test_arrays_are_values(firmware: str | None, profile: str) -> None:
+@pytest.mark.parametrize("wiring", WIRINGS)
+def test_arrays_are_values(firmware: str | None, wiring: str) -> None:
     """No array that a board refers to is changed in place: snapshots keep them as they are."""
-    board = Board(firmware=firmware, profile=profile)
-    doer = Doer(Board()) if firmware is None and profile == "lab3" else None
+    board = Board(firmware=firmware, wiring=wiring)
+    doer = Doer(Board()) if firmware is None and wiring == "lab3" else None
     board = doer.board if doer else board
     for _ in range(3):
         board.run_for(0.6)

@@ -31,12 +31,12 @@ needs_sigrok = pytest.mark.skipif(shutil.which("sigrok-cli") is None, reason="si
 @pytest.fixture(params=[("solution", None), ("lab3", None), ("solution", "fcu001v1")], ids=str)
 def recorded(request: pytest.FixtureRequest, tmp_path: Path) -> tuple[Board, Path]:
     """A board that has run until it measures, and its wires."""
-    firmware, profile = request.param
-    return record_wires(tmp_path, firmware, profile)
+    firmware, wiring = request.param
+    return record_wires(tmp_path, firmware, wiring)
 
 
-def record_wires(folder: Path, firmware: str, profile: str | None) -> tuple[Board, Path]:
-    board = Board(firmware=firmware, profile=profile)
+def record_wires(folder: Path, firmware: str, wiring: str | None) -> tuple[Board, Path]:
+    board = Board(firmware=firmware, wiring=wiring)
     board.run_for(1.06)
     board.trace.record_all()
     board.run_until_ps(board.clock.now_ps + 1)
@@ -68,7 +68,7 @@ def test_sigrok_decodes_the_traces_transfers(recorded: tuple[Board, Path]) -> No
     board, path = recorded
     transfers = whole(board)
     assert len(transfers) > 50
-    if board.booted.profile.bus == "I2C2":
+    if board.booted.wiring.bus == "I2C2":
         lines = sigrok(path, "i2c:scl=I2C2_SCL:sda=I2C2_SDA", "i2c=addr-data")
         expected = [line for one in transfers for line in as_i2c(one)]
     else:

@@ -92,11 +92,11 @@ def entered(run: Callable[[], object]) -> list[Entry]:
         if (file, caller) not in found:
             found[file, caller] = Entry(_ours(file), frame.f_code.co_qualname, _ours(caller))
 
-    sys.setprofile(note)
+    sys.setwiring(note)
     try:
         run()
     finally:
-        sys.setprofile(None)
+        sys.setwiring(None)
     return [entry for entry in found.values() if entry.file]
 
 

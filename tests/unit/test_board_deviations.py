@@ -94,13 +94,13 @@ OSCILLATORS = "[board]\nhsi_percent = 0.8\nhse_ppm = -50\n[limits]\nterminal_byt
 def test_the_internal_oscillator_is_off_and_the_quartz_hardly(tmp_path: Path) -> None:
     """After reset the chip runs from HSI; the shipped program starts the quartz and the PLL: 84 MHz."""
     board = scenario(tmp_path, f"firmware = 'solution'\n{OSCILLATORS}")
-    assert board.arm is not None
-    clocks = board.arm.chip.system.rcc
+    assert board.chip is not None
+    clocks = board.chip.chip.system.rcc
     assert clocks.hclk_hz == 16_128_000
     board.run_until(1.2)
     assert clocks.hclk_hz == 83_995_800
     assert board.timer.rate_hz == pytest.approx(800 * (1 - 50e-6))
-    assert not board.arm.diagnosis()
+    assert not board.chip.diagnosis()
 
 
 def test_a_typical_boards_internal_oscillator_is_within_one_percent() -> None:

@@ -82,7 +82,7 @@ def test_what_is_sent_are_bytes(data: Any) -> None:
     for send in (
         lambda: board.i2c2.write(0x6B, data),
         lambda: board.i2c2.write_read(0x6B, data, 1),
-        lambda: Board(profile="fcu001v1").spi2.write("PA8", data),
+        lambda: Board(wiring="fcu001v1").spi2.write("PA8", data),
     ):
         with pytest.raises(InputError, match=r"cannot send .*; give bytes, such as b'\\x0f'"):
             send()
@@ -103,7 +103,7 @@ def test_a_read_has_a_length(count: Any) -> None:
         board.i2c2.write_read(0x6B, b"\x0f", count)
     if count != 0:  # on SPI a write alone is a transfer too
         with pytest.raises(InputError, match=r"cannot read .* bytes in one transfer; give 0 to 65535"):
-            Board(profile="fcu001v1").spi2.write_read("PA8", b"\x8f", count)
+            Board(wiring="fcu001v1").spi2.write_read("PA8", b"\x8f", count)
 
 
 @pytest.mark.parametrize(

@@ -26,12 +26,12 @@ from fcu_emulator.emulator.cli.options import (
 LINES: list[tuple[str, str, Any]] = [
     (
         "fcu_emulator.emulator.cli.run.run_board",
-        """run a.elf --profile lab3 --scenario desk --duration 1s --speed 2 --serial tcp --serial
+        """run a.elf --wiring lab3 --scenario desk --duration 1s --speed 2 --serial tcp --serial
         stdout --seed 3 --ideal --trace t.jsonl --vcd v.vcd --perfetto p.json --quiet --gdb 1234
         --halt --limit lines=5 --json j.json --verbose""",
         RunOptions(
             firmware="a.elf",
-            profile="lab3",
+            wiring="lab3",
             scenario="desk",
             duration="1s",
             speed="2",
@@ -76,14 +76,14 @@ LINES: list[tuple[str, str, Any]] = [
     ("fcu_emulator.emulator.cli.move.move", "move", MoveOptions()),
     (
         "fcu_emulator.emulator.cli.diff.compare_firmwares",
-        """diff a.elf b.elf --scenario desk --profile lab3 --seed 3 --ideal --duration 1s --time-tolerance
+        """diff a.elf b.elf --scenario desk --wiring lab3 --seed 3 --ideal --duration 1s --time-tolerance
         5ms --tolerance ACC=1 --tolerance Yaw=2 --ignore leds --ignore time --replay --limit
         lines=5""",
         DiffOptions(
             first="a.elf",
             second="b.elf",
             scenario="desk",
-            profile="lab3",
+            wiring="lab3",
             seed=3,
             ideal=True,
             duration="1s",
@@ -134,12 +134,12 @@ LINES: list[tuple[str, str, Any]] = [
     ),
     (
         "fcu_emulator.emulator.cli.web.serve_board",
-        """web a.elf --scenario desk --profile lab3 --seed 3 --ideal --port 8000 --no-browser
+        """web a.elf --scenario desk --wiring lab3 --seed 3 --ideal --port 8000 --no-browser
         --record r.toml --duration 1h --serial tcp --gdb 1234 --halt --listen 127.0.0.2""",
         WebOptions(
             firmware="a.elf",
             scenario="desk",
-            profile="lab3",
+            wiring="lab3",
             seed=3,
             ideal=True,
             port=8000,

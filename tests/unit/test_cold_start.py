@@ -78,7 +78,7 @@ def test_what_is_written_during_the_boot_is_lost(part: str) -> None:
 def test_on_spi_nothing_is_driven_and_nothing_taken(part: str) -> None:
     """The decision of ``sensors.spi``: 0xFF, and commands are lost."""
     register, identity = IDENTITY[part]
-    board = Board(profile="fcu001v1", cold_start=True)
+    board = Board(wiring="fcu001v1", cold_start=True)
     board.spi2.configure(mode=3, wires=3 if part == "LIS2MDL" else 4)
     target = {"LSM6DSL": 0x73, "LIS2MDL": 0x45}[part]
     board.spi2.write(CHIP_SELECT[part], bytes([target, 0x55]))

@@ -166,10 +166,10 @@ def test_verdicts_are_looked_at_every_500_ms(tmp_path: Path) -> None:
 
 def test_findings_are_looked_for_every_2_s() -> None:
     sent = Sent(Board("solution"))
-    assert sent.board.arm is not None
+    assert sent.board.chip is not None
     sent.pass_ms(10)
     for _ in range(2):
-        sent.board.arm.chip.core.request_reset("IWDG")
+        sent.board.chip.core.request_reset("IWDG")
         sent.board.run_for(1.1)
         sent.pass_ms(2100, 10)
 
@@ -245,7 +245,7 @@ def status(board: Board) -> messages.StatusEvent:
         run=1,
         firmware="",
         file="",
-        profile=board.booted.profile.name,
+        wiring=board.booted.wiring.name,
         scenario="",
         question="",
         duration_s=0.0,

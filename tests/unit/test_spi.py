@@ -18,7 +18,7 @@ TO_4_WIRE = {"LSM6DSL": b"\x12\x04", "LIS2MDL": b"\x62\x04", "LPS22HB": b"\x10\x
 @pytest.mark.parametrize("part", CS)
 def test_a_three_wire_host_writes_blindly_first(part: str) -> None:
     """After reset LSM6DSL and LPS22HB are in 4-wire mode (SIM = 0), the LIS2MDL is not (4WSPI = 0)."""
-    board = Board(profile="fcu001v1")
+    board = Board(wiring="fcu001v1")
     register, identity = IDENTITY[part]
     before = board.spi2.write_read(CS[part], bytes([READ | register]), 1)
     assert before == (bytes([identity]) if part == "LIS2MDL" else b"\xff")
@@ -30,7 +30,7 @@ def test_a_three_wire_host_writes_blindly_first(part: str) -> None:
 @pytest.mark.parametrize("part", CS)
 @pytest.mark.parametrize("mode", [0, 3])
 def test_a_four_wire_host_reads_in_both_modes(part: str, mode: int) -> None:
-    board = Board(profile="fcu001v1")
+    board = Board(wiring="fcu001v1")
     board.spi2.configure(mode=0 if mode == 0 else 3, wires=4)
     board.spi2.write(CS[part], TO_4_WIRE[part])
     register, identity = IDENTITY[part]
@@ -38,7 +38,7 @@ def test_a_four_wire_host_reads_in_both_modes(part: str, mode: int) -> None:
 
 
 def test_the_other_clock_modes_are_not_understood() -> None:
-    board = Board(profile="fcu001v1")
+    board = Board(wiring="fcu001v1")
     board.spi2.configure(mode=1, wires=4)
     board.spi2.write("PA8", b"\x10\xa8")
     assert board.spi2.write_read("PA8", b"\x8f", 1) == b"\xff"
@@ -47,7 +47,7 @@ def test_the_other_clock_modes_are_not_understood() -> None:
 
 
 def test_a_burst_increments_and_writes_several_registers() -> None:
-    board = Board(profile="fcu001v1", ideal=True)
+    board = Board(wiring="fcu001v1", ideal=True)
     board.spi2.write("PA8", b"\x12\x0c")
     board.spi2.write("PA8", b"\x73\x01\x02\x03")
     assert board.spi2.write_read("PA8", b"\xf3", 3) == b"\x01\x02\x03"
@@ -55,7 +55,7 @@ def test_a_burst_increments_and_writes_several_registers() -> None:
 
 def test_the_barometer_increments_only_with_if_add_inc() -> None:
     """LPS22HB datasheet 7.3 and 9.6: the bit holds for SPI as well, for reads and writes."""
-    board = Board(profile="fcu001v1", ideal=True)
+    board = Board(wiring="fcu001v1", ideal=True)
     board.spi2.write("PC13", b"\x10\x01")
     board.spi2.write("PC13", b"\x15\x01\x02\x03")
     assert board.spi2.write_read("PC13", b"\x95", 3) == b"\x01\x02\x03"
@@ -67,14 +67,14 @@ def test_the_barometer_increments_only_with_if_add_inc() -> None:
 
 def test_the_magnetometer_reads_and_writes_as_its_drivers_address_it() -> None:
     """Drivers set bit 6 too, which every address has already."""
-    board = Board(profile="fcu001v1", ideal=True)
+    board = Board(wiring="fcu001v1", ideal=True)
     board.spi2.write("PB12", bytes([0x40 | 0x45]) + bytes(range(1, 7)))
     assert board.spi2.write_read("PB12", bytes([0xC0 | 0x45]), 6) == bytes(range(1, 7))
 
 
 def test_the_barometers_burst_goes_round_on_spi() -> None:
     """LPS22HB datasheet 5.8."""
-    board = Board(profile="fcu001v1", ideal=True)
+    board = Board(wiring="fcu001v1", ideal=True)
     board.spi2.write("PC13", b"\x10\x31")
     board.run_for(0.05)
     data = board.spi2.write_read("PC13", b"\xa8", 10)
@@ -83,14 +83,14 @@ def test_the_barometers_burst_goes_round_on_spi() -> None:
 
 def test_a_byte_is_eight_periods_of_2_625_mhz() -> None:
     """Question 1 of the lab: 42 MHz / 16 as ST's firmware sets it."""
-    board = Board(profile="fcu001v1")
+    board = Board(wiring="fcu001v1")
     board.spi2.write_read("PA8", b"\x8f", 3)
     assert board.spi2.speed_hz == 2_625_000
     assert board.clock.now_ps == 4 * 8 * PS_PER_S // 2_625_000
 
 
 def test_the_trace_names_the_register_without_its_read_flag() -> None:
-    board = Board(profile="fcu001v1")
+    board = Board(wiring="fcu001v1")
     board.trace.record_all()
     board.spi2.write_read("PB12", b"\xcf", 1)
     (event,) = board.trace.of(BusTransfer)
@@ -112,18 +112,18 @@ def test_i2c_disable_silences_i2c(address: int, disable: bytes) -> None:
 
 def test_what_is_not_there_is_answered_with_what_is() -> None:
     with pytest.raises(InputError, match="known: PA8, PB12, PC13"):
-        Board(profile="fcu001v1").spi2.write("PA4", b"\x00")
-    with pytest.raises(InputError, match="none with this profile"):
+        Board(wiring="fcu001v1").spi2.write("PA4", b"\x00")
+    with pytest.raises(InputError, match="none with this wiring"):
         Board().spi2.write("PA8", b"\x00")
     with pytest.raises(InputError, match="talks to the sensors on I2C2"):
-        Board(profile="fcu001v1", firmware="lab3")
+        Board(wiring="fcu001v1", firmware="lab3")
 
 
 def test_speed_of_a_peripheral_that_firmware_never_enables_is_zero() -> None:
     """The solution for I2C2 leaves SPI2 off; that for SPI2 sets 42 MHz / 16."""
     speeds = []
-    for profile in ("lab3", "fcu001v1"):
-        board = Board(firmware="solution", profile=profile)
+    for wiring in ("lab3", "fcu001v1"):
+        board = Board(firmware="solution", wiring=wiring)
         board.run_for(0.1)
         speeds.append(board.spi2.speed_hz)
     assert speeds == [0, 2_625_000]

@@ -4,7 +4,7 @@
 
     board = Board(firmware="lab3.elf")
     board.run_for(3)
-    print(board.arm.diagnosis() or "all is well")
+    print(board.chip.diagnosis() or "all is well")
 
 Decision: everything is worked out once, at the end of a run, from what the chip then is. While it runs only
 four things are kept, each a few machine words: the latest transfers on the sensors' buses, the latest fault,

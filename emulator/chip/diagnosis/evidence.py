@@ -26,7 +26,7 @@ def nobody(signals: BoardSignals, bus: I2CBus, address: int) -> Cause:
         known: target.name() for known in _DEVICE_ADDRESSES if (target := bus.target(known)) is not None
     }
     short = f"no answer at {bus.name} address 0x{address:02X}"
-    if bus.name != signals.profile.bus:
+    if bus.name != signals.wiring.bus:
         return Cause(short, [absent(signals, bus.name)])
     for known, name in devices.items():
         if address == known >> 1:
@@ -47,10 +47,10 @@ def nobody(signals: BoardSignals, bus: I2CBus, address: int) -> Cause:
 
 def absent(signals: BoardSignals, used: str) -> str:
     """Firmware uses a bus on which the sensors are not."""
-    profile, other = signals.profile, signals.board.profile_with(used)
-    text = f"With profile {profile.name} the sensors are on {profile.bus}, not on {used}: "
-    text += f"build the firmware for {profile.bus}"
-    return f"{text}, or run it with profile {other.name}." if other else f"{text}."
+    wiring, other = signals.wiring, signals.board.wiring_with(used)
+    text = f"With wiring {wiring.name} the sensors are on {wiring.bus}, not on {used}: "
+    text += f"build the firmware for {wiring.bus}"
+    return f"{text}, or run it with wiring {other.name}." if other else f"{text}."
 
 
 def _answers(name: str, address: int) -> str:
@@ -129,10 +129,10 @@ class RecentTransfers:
         sentences = self._dead_line(bus)
         used = [one.name for one in self._i2c if one.recent_transfers()]
         used += [one.name for one in self._spi if one.recent_transfers() or one.unheard]
-        for profile in self._signals.board.profiles:
-            if profile.bus not in used:
-                nothing = f"On {profile.bus} nothing was ever transferred"
-                sentences.append(f"{nothing}; firmware for it runs with profile {profile.name}.")
+        for wiring in self._signals.board.wirings:
+            if wiring.bus not in used:
+                nothing = f"On {wiring.bus} nothing was ever transferred"
+                sentences.append(f"{nothing}; firmware for it runs with wiring {wiring.name}.")
         return Cause(f"{what} is read as 0x{value:02X} over {bus}", sentences)
 
     def _dead_line(self, bus: str) -> list[str]:

@@ -25,7 +25,7 @@ from fcu_emulator.emulator.world import World
 class DebuggedBoard(Protocol):
     """A board with its firmware: :class:`fcu_emulator.emulator.board.board.Board` is one."""
 
-    arm: ArmFirmware | None
+    chip: ArmFirmware | None
     clock: Clock
     world: World
 
@@ -40,7 +40,7 @@ def serve(board: DebuggedBoard, port: int, halted: bool = False) -> GdbServer:
     ``halted``: the firmware waits for the debugger before its first instruction. Raises InputError when the
     board's firmware is not for the chip, LinkError when the port cannot be had.
     """
-    firmware = board.arm
+    firmware = board.chip
     if firmware is None:
         raise InputError("--gdb: a debugger needs firmware built for the chip (ELF, HEX or BIN), not Python")
     core = firmware.chip.core

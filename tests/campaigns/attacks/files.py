@@ -130,15 +130,15 @@ def _firmware(data: bytes, path: Path, number: int) -> str:
         if number % _RUN_EVERY:
             return "accepted"
         path.write_bytes(data)
-        board = Board(path, profile="lab3")
+        board = Board(path, wiring="lab3")
     except InputError as refused:
         _one_line(refused)
         return "refused in one line"
-    assert board.arm is not None
-    board.arm.limits = Limits(instructions=5_000_000, wall_s=20)
+    assert board.chip is not None
+    board.chip.limits = Limits(instructions=5_000_000, wall_s=20)
     try:
         board.run_for(0.02)
     except FcuError:
         return "accepted, stopped at a limit"
-    board.arm.diagnosis()
+    board.chip.diagnosis()
     return "accepted and run"

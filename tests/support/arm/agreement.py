@@ -29,10 +29,10 @@ VARIABLES = {
 
 
 def ran(
-    firmware: str, scenario: str | Path, end_s: float, *, ideal: bool = False, profile: str | None = None
+    firmware: str, scenario: str | Path, end_s: float, *, ideal: bool = False, wiring: str | None = None
 ) -> tuple[Board, Observation]:
     """A firmware on a scenario until ``end_s``, and what it did."""
-    board = Board(firmware, profile=profile, scenario=scenario, ideal=ideal)
+    board = Board(firmware, wiring=wiring, scenario=scenario, ideal=ideal)
     return board, observe(board, round(end_s * PS_PER_S), transfers=True)
 
 

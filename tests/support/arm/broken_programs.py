@@ -56,8 +56,8 @@ def run(name: str, folder: Path = FOLDER) -> Board:
 def diagnosed(name: str, folder: Path = FOLDER) -> str:
     """The diagnosis as text."""
     board = run(name, folder)
-    assert board.arm is not None
-    return str(board.arm.diagnosis())
+    assert board.chip is not None
+    return str(board.chip.diagnosis())
 
 
 def without_times(text: str) -> str:

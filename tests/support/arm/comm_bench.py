@@ -19,7 +19,7 @@ from tests.support.arm.chip_fakes import FakeClockTree, FakeInterrupts, NativeCh
 
 ACCESS_PS = 100_000  # a few instructions at 84 MHz
 RAM = 0x2000_0000  # of which ``CommBench.ram`` is a view
-SPI2_CHIP_SELECTS = FCU001V1.profile("fcu001v1").chip_selects
+SPI2_CHIP_SELECTS = FCU001V1.wiring("fcu001v1").chip_selects
 PINS = [("B", 10, 4), ("B", 3, 9), ("B", 13, 5), ("B", 15, 5)]
 """What firmware has to switch over: I2C2's SCL and SDA, SPI2's SCK and data."""
 

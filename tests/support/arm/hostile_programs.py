@@ -84,7 +84,7 @@ def board_with(data: bytes, folder: Path) -> Board:
 
 def word(board: Board, address: int) -> int:
     """A word of the chip's memory."""
-    assert board.arm is not None
-    content = board.arm.chip.core.memory(address, 4)
+    assert board.chip is not None
+    content = board.chip.core.memory(address, 4)
     assert content is not None
     return int.from_bytes(content, "little")

@@ -25,11 +25,11 @@ _BROKEN_S = {**RUN_S, "poll_for_ever": 0.2, "error_in_main": 0.2, "fine_quiet": 
 
 
 def _shipped() -> Iterator[Case]:
-    for bus, profile in _WIRINGS.items():
+    for bus, wiring in _WIRINGS.items():
         for firmware in ("solution", "template-arm"):
-            yield Case(f"{firmware}-{bus}-still", firmware, 1.15, profile)
-        yield Case(f"solution-{bus}-desk", "solution", 1.1, profile, **_NOISY)
-        yield Case(f"solution-{bus}-cold-start", "solution", 1.05, profile, cold_start=True)
+            yield Case(f"{firmware}-{bus}-still", firmware, 1.15, wiring)
+        yield Case(f"solution-{bus}-desk", "solution", 1.1, wiring, **_NOISY)
+        yield Case(f"solution-{bus}-cold-start", "solution", 1.05, wiring, cold_start=True)
     yield Case("solution-i2c2-two-blocks", "solution", 2.2)
     yield Case("solution-i2c2-slow-bus", "solution", 1.3, None, "slow_bus", ideal=False, steady=False)
     for kind in ("nack", "absent", "stuck"):

@@ -72,7 +72,7 @@ class Case:
     name: str
     firmware: str | Path | bytes
     seconds: float
-    profile: str | None = None
+    wiring: str | None = None
     scenario: str | None = None
     ideal: bool = True
     steady: bool = True
@@ -102,8 +102,8 @@ def chip_state(board: Board) -> ChipState:
     """The only place that knows where a build keeps the state of its chip."""
     from fcu_emulator.emulator.chip.cpu.core_registers import EVERYTHING, CoreRegisters
 
-    assert board.arm is not None
-    core, origin = board.arm.chip.core, board.arm.faults.origin
+    assert board.chip is not None
+    core, origin = board.chip.core, board.chip.faults.origin
     fault = ""
     if origin is not None:
         fault = f"at {origin.pc:08X}: CFSR {origin.cfsr:08X}, HFSR {origin.hfsr:08X}"
@@ -170,7 +170,7 @@ def _blocks(peek: Callable[[int], int | None]) -> dict[str, dict[str, str]]:
 
 def board_of(case: Case) -> Board:
     """The board at power-on."""
-    settings = {name: getattr(case, name) for name in ("profile", "scenario", "ideal", "cold_start")}
+    settings = {name: getattr(case, name) for name in ("wiring", "scenario", "ideal", "cold_start")}
     if not isinstance(case.firmware, bytes):
         return Board(case.firmware, **settings)
     with tempfile.TemporaryDirectory() as folder:

@@ -28,8 +28,8 @@ class Result:
 class Chip:
     """The chip of a board in front of the first instruction of the firmware in ``file``."""
 
-    def __init__(self, file: Path, profile: str = "lab3", *, skip: bool = True) -> None:
-        self.board = board = Board(profile=profile)
+    def __init__(self, file: Path, wiring: str = "lab3", *, skip: bool = True) -> None:
+        self.board = board = Board(wiring=wiring)
         board.trace.record_all()
         self.firmware = ArmFirmware(board.signals, load_firmware(file), CoreSettings(skip=skip))
         self.core = self.firmware.chip.core

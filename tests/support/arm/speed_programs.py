@@ -1,6 +1,6 @@
 """Programs for the whole chip, in assembly: I2C2 driven by interrupts and by DMA, loops that never idle.
 
-They run from HSI, 16 MHz, on the sensors of profile ``lab3``.
+They run from HSI, 16 MHz, on the sensors of wiring ``lab3``.
 """
 
 from __future__ import annotations

@@ -50,7 +50,7 @@ class Program:
     title: str
     change: tuple[Change, ...] = ()
     scenario: str | None = None
-    profile: str | None = None
+    wiring: str | None = None
     bus: str = "I2C2"
     seconds: float = 2.2
     silent: str = ""
@@ -119,7 +119,7 @@ def said(
     program: Program, file: Path, seconds: float | None = None, scenario: str | None = None
 ) -> list[str]:
     """What is said about a program after its run: each finding without lists of callers and transfers."""
-    board = Board(file, profile=program.profile, scenario=scenario or program.scenario)
+    board = Board(file, wiring=program.wiring, scenario=scenario or program.scenario)
     witness = Witness(board)
     board.run_for(program.seconds if seconds is None else seconds)
     return [_short(diagnosis) for diagnosis in explain(board, witness)]
