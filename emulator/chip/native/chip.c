@@ -26,25 +26,15 @@ Chip *fcu_create(const Host *host) {
   for (int event = 0; event < EVENTS; event++) {
     chip->event_ps[event] = NEVER_PS;
   }
-  if (!core_create(&chip->core, chip, chip->flash, chip->ram, chip->system_memory)) {
+  if (!core_create(&chip->core, chip, chip->flash, chip->ram, chip->system_memory) || !gpio_allocate(chip)) {
     fcu_destroy(chip);
     return NULL;
   }
   nvic_reset(&chip->nvic);
-  dwt_create(chip);
-  scb_create(chip);
-  systick_create(chip, &chip->scb.peripheral);
-  if (!gpio_create(chip)) {
-    fcu_destroy(chip);
-    return NULL;
-  }
-  exti_create(chip);
-  timers_create(chip);
-  dma_create(chip);
-  usarts_create(chip);
+#define CREATE(type, member, create) create(chip);
+  EACH_PERIPHERAL(CREATE)
+#undef CREATE
   read_cache_create(chip);
-  i2c_create(chip);
-  spi_create(chip);
   run_loop_create(chip);
   idle_skip_create(chip);
   chip->poll_skip.enabled = 1;

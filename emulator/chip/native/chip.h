@@ -9,21 +9,12 @@
 #include "peripherals/peripheral.h"
 #include "bus.h"
 #include "cpu/core.h"
-#include "peripherals/dma.h"
-#include "peripherals/dwt.h"
 #include "cpu/exceptions.h"
-#include "peripherals/exti.h"
-#include "peripherals/gpio.h"
-#include "peripherals/i2c.h"
 #include "cpu/run_loop.h"
+#include "peripherals/list.h"
 #include "peripherals/nvic.h"
-#include "peripherals/scb.h"
-#include "peripherals/spi.h"
-#include "peripherals/systick.h"
 #include "peripherals/read_cache.h"
-#include "peripherals/tim.h"
 #include "cpu/cycle_clock.h"
-#include "peripherals/usart.h"
 #include "cpu/work.h"
 
 #define EVENTS 64
@@ -73,9 +64,6 @@ struct Chip {
   RunLoop run_loop;
   Nvic nvic;
   Exceptions exceptions;
-  Scb scb;
-  SysTick systick;
-  Dwt dwt;
   PollSkip poll_skip;
   IdleSkip idle_skip;
 
@@ -97,15 +85,10 @@ struct Chip {
   void (*irq_changed)(int64_t now_ps, int32_t number, int32_t level); /* NULL: nobody watches */
   int8_t alternate[PORTS][16];      /* the alternate function each pin is switched to; -1: none */
 
-  Dma dma;
-  Gpio gpio;
-  Syscfg syscfg;
-  Exti exti;
-  Timers timers;
-  Usarts usarts;
-  I2c i2c[I2C_COUNT];
+#define MEMBER(type, member, create) type member;
+  EACH_PERIPHERAL(MEMBER)
+#undef MEMBER
   ReadCache read_cache;
-  Spi spi[SPIS];
 
   Core core;
   uint8_t ram[RAM_SIZE], flash[FLASH_SIZE], system_memory[SYSTEM_MEMORY_SIZE];

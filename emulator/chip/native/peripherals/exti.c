@@ -183,8 +183,11 @@ static const PeripheralType SYSCFG_TYPE = {
   .read = syscfg_read, .peek = syscfg_peek, .write = syscfg_write, .reset = syscfg_reset
 };
 
-void exti_create(Chip *chip) {
+void syscfg_create(Chip *chip) {
   peripheral_create(chip, &chip->syscfg.peripheral, &SYSCFG_TYPE, SYSCFG_BASE, SYSCFG_SIZE, SYSCFG_OFFSETS);
+}
+
+void exti_create(Chip *chip) {
   peripheral_create(chip, &chip->exti.peripheral, &EXTI_TYPE, EXTI_BASE, EXTI_SIZE, EXTI_OFFSETS);
   select_pins(chip);
 }

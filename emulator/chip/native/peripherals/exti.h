@@ -18,6 +18,7 @@ typedef struct {
   int32_t port[PIN_LINES]; /* the port that a line listens to; -1: a code without a port */
 } Exti;
 
+void syscfg_create(Chip *chip);
 void exti_create(Chip *chip);
 /* What a pin reads has become another level. port: its index. */
 void exti_pin_changed(Exti *exti, int port, int pin, bool level);

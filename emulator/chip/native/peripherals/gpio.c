@@ -268,17 +268,17 @@ static const PeripheralType TYPE = {
   .changes_nothing = gpio_changes_nothing,
 };
 
-bool gpio_create(Chip *chip) {
+bool gpio_allocate(Chip *chip) {
   chip->gpio.edges = calloc(EDGES_KEPT, sizeof(Edge));
-  if (!chip->gpio.edges) {
-    return false;
-  }
+  return chip->gpio.edges != NULL;
+}
+
+void gpio_create(Chip *chip) {
   for (int n = 0; n < PORTS; n++) {
     peripheral_create(chip, &chip->gpio.ports[n].peripheral, &TYPE, BASES[n], GPIOA_SIZE, GPIO_OFFSETS);
     chip->gpio.ports[n].peripheral.steady = 1;
     gpio_reset(&chip->gpio.ports[n].peripheral);
   }
-  return true;
 }
 
 void gpio_destroy(Chip *chip) { free(chip->gpio.edges); }

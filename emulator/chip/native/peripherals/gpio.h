@@ -52,7 +52,8 @@ typedef struct {
   int32_t listener_count;
 } Gpio;
 
-bool gpio_create(Chip *chip);
+bool gpio_allocate(Chip *chip); /* false: there is no memory */
+void gpio_create(Chip *chip);
 void gpio_destroy(Chip *chip);
 
 #endif

@@ -123,6 +123,6 @@ void systick_reset(SysTick *tick) {
   *tick = (SysTick){.chip = chip, .event = event};
 }
 
-void systick_create(Chip *chip, Peripheral *space) {
-  chip->systick = (SysTick){.chip = chip, .event = event_create(space, wrap)};
+void systick_create(Chip *chip) {
+  chip->systick = (SysTick){.chip = chip, .event = event_create(&chip->scb.peripheral, wrap)};
 }

@@ -16,7 +16,7 @@ typedef struct {
 } SysTick;
 
 /* Its registers are reached through the system control space. */
-void systick_create(Chip *chip, Peripheral *space);
+void systick_create(Chip *chip); /* after the SCB, whose event it uses */
 void systick_reset(SysTick *tick);
 uint32_t systick_read(SysTick *tick, uint32_t offset, int64_t *until_ps);
 uint32_t systick_peek(const SysTick *tick, uint32_t offset);

@@ -1,0 +1,33 @@
+/* The peripherals in C, in the order of their creation: X(type, member of struct Chip, function that creates it).
+ *
+ * The order decides indices, and which of two events at the same time comes first. A new peripheral is added at the
+ * end, with an include here.
+ */
+#ifndef FCU_LIST_H
+#define FCU_LIST_H
+
+#include "peripherals/dma.h"
+#include "peripherals/dwt.h"
+#include "peripherals/exti.h"
+#include "peripherals/gpio.h"
+#include "peripherals/i2c.h"
+#include "peripherals/scb.h"
+#include "peripherals/spi.h"
+#include "peripherals/systick.h"
+#include "peripherals/tim.h"
+#include "peripherals/usart.h"
+
+#define EACH_PERIPHERAL(X)            \
+  X(Dwt, dwt, dwt_create)             \
+  X(Scb, scb, scb_create)             \
+  X(SysTick, systick, systick_create) \
+  X(Gpio, gpio, gpio_create)          \
+  X(Syscfg, syscfg, syscfg_create)    \
+  X(Exti, exti, exti_create)          \
+  X(Timers, timers, timers_create)    \
+  X(Dma, dma, dma_create)             \
+  X(Usarts, usarts, usarts_create)    \
+  X(I2c, i2c[I2C_COUNT], i2c_create)  \
+  X(Spi, spi[SPIS], spi_create)
+
+#endif
