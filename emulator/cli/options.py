@@ -324,7 +324,7 @@ class CheckOptions:
         help="Save the motions as scenarios, for fcu run --scenario.",
     )
     hints: int = option(
-        "--hint", count=True, help="Show the next, more explicit hint; repeat it for the one after."
+        "--hint", count=True, help="Show one more hint of each failure, which is more explicit; repeat it for the next."
     )
     limit: tuple[str, ...] = _limit_of_process()
     isolate: bool = _isolate()
