@@ -183,7 +183,8 @@ class DiffOptions:
         "--ignore",
         multiple=True,
         type=click.Choice(get_args(Ignorable)),
-        help="Do not compare these; may be repeated.",
+        help="Leave out: the time between entries, the numbers in printed lines, the register writes or the "
+        "LEDs' edges; may be repeated.",
     )
     replay: bool = option(
         "--replay", is_flag=True, help="A (lab3 or template) receives the samples that B read."
@@ -324,7 +325,9 @@ class CheckOptions:
         help="Save the motions as scenarios, for fcu run --scenario.",
     )
     hints: int = option(
-        "--hint", count=True, help="Show one more hint of each failure, which is more explicit; repeat it for the next."
+        "--hint",
+        count=True,
+        help="Show one more hint of each failure, which is more explicit; repeat it for the next.",
     )
     limit: tuple[str, ...] = _limit_of_process()
     isolate: bool = _isolate()
