@@ -304,7 +304,7 @@ class _Screen:
         else:
             yield f"Exercise {name}, what is not right yet:"
         for check in wrong[:_CHECKS_SHOWN]:
-            yield from _check(check, [] if first else self._hints(check))
+            yield from _check(check, self._hints(check) if self._hints_are_shown(causes) else [])
         if len(wrong) > _CHECKS_SHOWN:
             yield f"  ... and {len(wrong) - _CHECKS_SHOWN} more"
         for check in checks:
@@ -346,11 +346,23 @@ class _Screen:
                     yield f"      run: {self._run(self._laws[check.check])}"
         yield from self._unjudged_remarks()
 
-    def _hints(self, check: CheckResult) -> list[str]:
-        """The hint of the finding, and the further steps that were asked for; none if hints are hidden."""
+    @staticmethod
+    def _hints_are_shown(causes: Sequence[Cause]) -> bool:
+        """Whether hints help: not before the program runs and its samples arrive."""
+        return not any(cause.fatal or cause.kind in KEEPS_SAMPLES_AWAY for cause in causes)
+
+    def _hints(self, check: CheckResult) -> list[tuple[str, str]]:
+        """The hint of the finding, and the further steps that were asked for, each with its label.
+
+        None if hints are hidden.
+        """
         if not check.hint:
             return []
-        return [check.hint, *self._steps(check)[: self._options.hints]]
+        hints = [check.hint, *self._steps(check)]
+        if len(hints) == 1:
+            return [("hint", check.hint)]
+        asked_for = hints[: 1 + self._options.hints]
+        return [(f"hint {number} of {len(hints)}", hint) for number, hint in enumerate(asked_for, 1)]
 
     def _steps(self, check: CheckResult) -> list[str]:
         """The further steps of a hint; none where nothing, or only the format, is wrong."""
@@ -406,12 +418,10 @@ class _Screen:
             advice = "fix the problems above, starting with the first, and check again."
         yield from _wrapped(f"Next: {advice}", "")
         yield f"  {again} --exercise {name}{seed}"
-        more_hints = self._more_hints(name)
-        if more_hints and not causes:
-            hints = " --hint" * (self._options.hints + 1)
-            yield f"  {again} --exercise {name}{seed}{hints}     for the next hint"
-        elif self._options.hints and not more_hints:
-            yield f"  There are no more hints for exercise {name}."
+        if self._hints_are_shown(causes):
+            yield from self._next_hint(name, f"{again} --exercise {name}{seed}")
+        elif self._options.hints:
+            yield f"  Hints for exercise {name} are shown when the problem above is fixed."
         yield f"  {self._run()}"
         replays = [one.run for one in self._failed_runs(name) if one.replay]
         folder = self._options.save
@@ -420,6 +430,13 @@ class _Screen:
             yield from self._not_replayed(name)
         elif replays:
             yield f"  {again} --exercise {name}{seed} --save motions     to run its motions by hand"
+
+    def _next_hint(self, name: str, command: str) -> Iterator[str]:
+        """The command for the next hint; once hints were asked for, that there are no more."""
+        if self._more_hints(name):
+            yield f"  {command}{' --hint' * (self._options.hints + 1)}     for the next hint"
+        elif self._options.hints:
+            yield f"  There are no more hints for exercise {name}."
 
     def _after_success(self, again: str) -> Iterator[str]:
         """The exercises that were not asked for; then the same on another board."""
@@ -449,10 +466,10 @@ def _has(firmware: str, function: str) -> bool:
     return image is not None and image.symbols is not None and function in image.symbols
 
 
-def _check(check: CheckResult, hints: Sequence[str]) -> Iterator[str]:
+def _check(check: CheckResult, hints: Sequence[tuple[str, str]]) -> Iterator[str]:
     yield from _wrapped(check.title, "  - ")
     seen = "; ".join(filter(None, (check.actual, check.printed and f"such as {check.printed}")))
-    told = (("expected", check.expected), ("seen", seen), *(("hint", hint) for hint in hints))
+    told = (("expected", check.expected), ("seen", seen), *hints)
     for word, text in told:
         if text:
             yield from _wrapped(f"{word}: {text}", "      ")

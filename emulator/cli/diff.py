@@ -113,11 +113,12 @@ def _report(
         order = "first difference" if number == 0 else "also different"
         yield f"{order}, {difference.sequence}, entry {difference.index + 1}: {_what(difference, observed)}"
         yield from _sides(difference)
-    yield from _numbers(observed)
+    yield from _numbers(observed, rules)
     for name, side in zip((options.first, options.second), observed, strict=True):
         yield from (f"{name} ended early: {entry.text}" for entry in side.sequences[END])
     if not differences:
-        yield f"no difference in {seconds(min(one.end_ps for one in observed))}"
+        left_out = f"; not compared: {', '.join(sorted(rules.ignore))}" if rules.ignore else ""
+        yield f"no difference in {seconds(min(one.end_ps for one in observed))}{left_out}"
 
 
 def _what(difference: Difference, observed: Sequence[Observation]) -> str:
@@ -141,14 +142,14 @@ def _sides(difference: Difference) -> Iterator[str]:
         yield f"+ {'':>12} {_time(difference.second)}  {_shown(difference.second)}"
 
 
-def _numbers(observed: tuple[Observation, Observation]) -> Iterator[str]:
+def _numbers(observed: tuple[Observation, Observation], rules: Rules) -> Iterator[str]:
     """How far the printed numbers are apart over the whole run: what a tolerance would have to be."""
     apart = {name: value for name, value in largest_deviations(*observed).items() if value}
     if apart:
         yield ""
-        yield "numbers are apart by up to: " + ", ".join(
-            f"{name}={value:.6g}" for name, value in apart.items()
-        )
+        which = "numbers, which were not compared," if "numbers" in rules.ignore else "numbers"
+        listed = ", ".join(f"{name}={value:.6g}" for name, value in apart.items())
+        yield f"{which} are apart by up to: {listed}"
 
 
 def _time(entry: ObservedItem) -> str:

@@ -24,8 +24,6 @@ from fcu_emulator.firmware_model import arm
 
 _SUPPORT = ("*.c", "*.h", "*.ld", "*.mk", "*.options")
 _USUAL = FCU001V1.wiring()
-_WIRING = {wiring.bus: "" if wiring is _USUAL else f" --wiring {wiring.name}" for wiring in FCU001V1.wirings}
-"""By bus, what ``fcu run`` has to be told."""
 _WORKFLOW = "lab3"
 _MARKDOWN = re.compile(r"[\\`*_{}\[\]<>#|&]")
 
@@ -146,7 +144,7 @@ def _say_what_is_next(directory: Path, bus: str, lab: str) -> None:
     click.echo(f"{name}: the {visible(lab)} template, sensors on {bus}. Your program is main.c. Next:\n")
     click.echo(f"  cd {quoted_name}")
     click.echo("  fcu build")
-    click.echo(f"  fcu run lab3.elf{_WIRING[bus]}")
+    click.echo("  fcu run lab3.elf")
     click.echo("  fcu check")
     if find_compiler() is None:
         click.echo(f"\n{COMPILER} is not installed: {how_to_install(COMPILER)}")

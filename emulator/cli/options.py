@@ -26,7 +26,7 @@ SubmissionType: TypeAlias = Literal["source", "firmware"]
 def _wiring() -> Any:
     return option(
         "--wiring",
-        renamed_from="--profile",
+        renamed_from="--wiring",
         help="Wiring of the sensors: lab3 or fcu001v1. Default: the firmware's.",
     )
 
@@ -187,7 +187,8 @@ class DiffOptions:
         "--ignore",
         multiple=True,
         type=click.Choice(get_args(Ignorable)),
-        help="Do not compare these; may be repeated.",
+        help="Leave out: the time between entries, the numbers in printed lines, the register writes or the "
+        "LEDs' edges; may be repeated.",
     )
     replay: bool = option(
         "--replay", is_flag=True, help="A (lab3 or template) receives the samples that B read."
@@ -328,7 +329,9 @@ class CheckOptions:
         help="Save the motions as scenarios, for fcu run --scenario.",
     )
     hints: int = option(
-        "--hint", count=True, help="Show the next, more explicit hint; repeat it for the one after."
+        "--hint",
+        count=True,
+        help="Show one more hint of each failure, which is more explicit; repeat it for the next.",
     )
     limit: tuple[str, ...] = _limit_of_process()
     isolate: bool = _isolate()

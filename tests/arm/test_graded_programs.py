@@ -136,3 +136,28 @@ def test_with_hard_iron_no_axis_shows_0(rubric: Rubric) -> None:
         world = Board(scenario=scenario, seed=seed).world
         field_mgauss = world.magnetic_field_mgauss(np.linspace(0.0, scenario.duration_s, 400))
         assert (np.abs(field_mgauss).min(axis=0) > 50).all()
+
+
+@pytest.mark.parametrize("run", ["heading", "iron"])
+@pytest.mark.parametrize("wrong", ["pitch", "roll"])
+def test_wrong_axis_in_a_root_shows_in_yaw_on_each_board(run: str, wrong: str, rubric: Rubric) -> None:
+    """Longer than a round of main's loop, so that one print at least has it, and by more than the tolerance."""
+    for seed in range(40):
+        scenario = rubric.scenario(run, seed)
+        world = Board(scenario=scenario, seed=seed).world
+        t_s = np.arange(14.1, scenario.duration_s, 0.01)  # after the figure-of-eight and the first turn
+        force_g = world.specific_force_g(t_s)
+        field = world.magnetic_field_mgauss(t_s) - world.hard_iron_mgauss(t_s)
+        error_deg = np.abs(_yaw_deg(force_g, field, wrong) - _yaw_deg(force_g, field, ""))
+        shown_s = 0.01 * (np.minimum(error_deg, 360 - error_deg) > 4.5).sum()
+        assert shown_s > 1.2, f"seed {seed}"
+
+
+def _yaw_deg(force_g: np.ndarray, field: np.ndarray, wrong: str) -> np.ndarray:
+    """The yaw of the slides; ``wrong``: the angle with its own axis in the root."""
+    (gx, gy, gz), (bx, by, bz) = force_g.T, field.T
+    pitch = np.arctan2(-gx, np.hypot(gx if wrong == "pitch" else gy, gz))
+    roll = np.arctan2(gy, np.hypot(gy if wrong == "roll" else gx, gz))
+    by2 = bz * np.sin(roll) - by * np.cos(roll)
+    bz2 = by * np.sin(roll) + bz * np.cos(roll)
+    return np.degrees(np.arctan2(by2, bx * np.cos(pitch) + bz2 * np.sin(pitch)))

@@ -100,13 +100,42 @@ def test_hints_come_one_by_one() -> None:
         fcu("check", "template-arm", *QUICK, *["--hint"] * count).stdout for count in (0, 2, 5)
     )
 
-    assert [screen.count("hint: ") for screen in (none, two, all_of_them)] == [2, 4, 5]
+    hints = [re.findall(r"hint(?: \d of \d)?: ", screen) for screen in (none, two, all_of_them)]
+    assert hints[0] == ["hint 1 of 4: ", "hint: "]
+    assert hints[1] == ["hint 1 of 4: ", "hint 2 of 4: ", "hint 3 of 4: ", "hint: "]
+    assert len(hints[2]) == 5
     assert "\n  fcu check template-arm --exercise 2 --hint     for the next hint\n" in none
     assert " --hint --hint --hint     for the next hint\n" in two
     assert "0.0065" not in two
     assert "0.0065" in all_of_them
     assert "for the next hint" not in all_of_them
     assert [screen.count("no more hints") for screen in (none, two, all_of_them)] == [0, 0, 1]
+
+
+@needs_compiler
+def test_next_hint_is_offered_beside_a_cause(tmp_path: Path) -> None:
+    """A cause is shown below the checks, and the hints of the checks with it."""
+    program = student_programs.programs("exercises.toml")["wrong_axis_in_root"]
+    elf = str(student_programs.build(program, "Og", tmp_path))
+    first, last = (fcu("check", elf, "--exercise", "3", *["--hint"] * count).stdout for count in (0, 3))
+
+    assert "Gx in the root of its own formula" in first
+    assert "hint 1 of 3: " in first
+    assert " --exercise 3 --hint     for the next hint\n" in first
+    assert "hint 3 of 3: " in last
+    assert "no more hints" in last
+
+
+@needs_compiler
+def test_no_hint_is_announced_while_hints_are_hidden(tmp_path: Path) -> None:
+    """Ticks that are lost are fixed first."""
+    program = student_programs.programs("exercises.toml")["short_delay_in_callback"]
+    elf = str(student_programs.build(program, "Og", tmp_path))
+    done = fcu("check", elf, "--exercise", "1", "--hint").stdout
+
+    assert "fix this first" in done
+    assert re.search(r"hint[: ]|more hints|next hint", done) is None
+    assert "  Hints for exercise 1 are shown when the problem above is fixed.\n" in done
 
 
 def test_check_leaves_no_files_behind(tmp_path: Path) -> None:

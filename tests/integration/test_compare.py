@@ -354,6 +354,15 @@ def test_diff_of_equal_firmwares_exits_with_0() -> None:
     assert text.endswith("no difference in 2 s\n")
 
 
+def test_diff_names_what_it_has_not_compared() -> None:
+    command = ("diff", "lab3", "template", "--scenario", "desk", "--ignore", "numbers", "--ignore", "leds")
+    text = fcu(*command, code=1).stdout.decode()
+    equal = fcu("diff", "lab3", "lab3", "--scenario", "desk", *command[-4:]).stdout.decode()
+
+    assert "numbers, which were not compared, are apart by up to: MAG" in text
+    assert equal.endswith("no difference in 4 s; not compared: leds, numbers\n")
+
+
 def test_diff_shows_the_first_difference_and_exits_with_1() -> None:
     text = fcu("diff", "lab3", "template", "--scenario", "desk", code=1).stdout.decode()
 

@@ -47,6 +47,24 @@ def test_exercise_is_checked_from_the_page(browser: live.Browser, lab: live.Serv
     assert page.input_value("#exercise") == "4"
 
 
+def test_check_is_disabled_until_exercises_have_arrived(browser: live.Browser, lab: live.Served) -> None:
+    page = browser.open(lab)
+    assert page.is_enabled("#check")
+    page.evaluate("sessionStorage.clear()")
+    page.goto(lab.pages.url.split("/#")[0] + "/?2d&without-token")  # no list of exercises ever arrives
+    until(page, "document.querySelector('#check') !== null")
+    assert page.is_disabled("#check")
+
+
+def test_each_field_of_the_world_panel_has_its_own_label(browser: live.Browser, served: live.Served) -> None:
+    page = browser.open(served)
+    at_sensor = page.locator("tr:has(#num-mag-x) th").text_content()
+    earth = page.locator(".earth > span").first.text_content()
+    assert "Earth" in earth
+    assert "sensor" in at_sensor
+    assert page.locator("tr:has(#num-mag-x)").get_attribute("title")
+
+
 def test_tour_is_shown_on_the_first_visit_only(browser: live.Browser, lab: live.Served) -> None:
     page = browser.open(lab, first_visit=True)
     until(page, "!document.querySelector('#tour').hidden")

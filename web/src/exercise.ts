@@ -29,6 +29,7 @@ export class ExerciseView {
     this.element = el("section", { class: "exercise", "aria-labelledby": "exercise-title", hidden: true },
       el("div", { class: "row" }, el("h2", { id: "exercise-title" }, "Exercise"), this.select, this.checker),
       this.question, this.next, this.outcome, this.list);
+    this.render();
   }
 
   offer(exercises: Exercise[]): void {
@@ -54,7 +55,7 @@ export class ExerciseView {
     const exercise = this.exercises.find(({ id }) => id === this.select.value);
     const result = this.results.get(this.select.value);
     const checking = [...this.results.values()].some((one) => one.state === "checking");
-    this.checker.disabled = checking;
+    this.checker.disabled = checking || !exercise;
     setText(this.checker, result?.state === "checking" ? "Checking…" : "Check");
     setText(this.question, exercise?.question ?? "");
     setText(this.next, exercise?.next ?? "");

@@ -19,17 +19,17 @@ export class World {
   constructor(act: (entry: Entry) => void) {
     const table = el("table", { class: "numbers" });
     const head = (...names: string[]): void => void table.append(el("tr", {}, ...["", ...names].map((name) => (name ? el("th", { scope: "col" }, name) : el("td")))));
-    const row = (id: string, name: string, unit: string, ids: string[] = ["x", "y", "z"]): void => {
+    const row = (id: string, name: string, unit: string, ids: string[] = ["x", "y", "z"], title = ""): void => {
       const cells = ids.map((one) => el("td", { id: `num-${id}-${one}` }));
       this.rows[id] = cells;
-      table.append(el("tr", {}, el("th", { scope: "row" }, name), ...cells, el("td", { class: "unit" }, unit)));
+      table.append(el("tr", { title }, el("th", { scope: "row" }, name), ...cells, el("td", { class: "unit" }, unit)));
     };
     head("roll", "pitch", "yaw", "");
     row("attitude", "Attitude", "°", ["roll", "pitch", "yaw"]);
     head("X", "Y", "Z", "");
     row("rate", "Rate", "°/s");
     row("acc", "Acceleration", "mg");
-    row("mag", "Field", "mG");
+    row("mag", "Field at sensor", "mG", ["x", "y", "z"], "The field that the magnetometer measures, in the board's axes: the Earth's, hard and soft iron, magnets, motors");
     table.append(el("tr", { class: "space" }, el("th", { colspan: "5", scope: "col" }, "read by the firmware, sensors' own axes")));
     const setting = (id: string, name: string, unit: string, step: string, entry: (value: number) => Entry): HTMLElement => {
       const input = el("input", {
@@ -39,14 +39,14 @@ export class World {
       this.figures[`set-${id}`] = input;
       return el("label", { class: "setting" }, el("span", {}, name), input, el("span", { class: "unit" }, unit));
     };
-    const field = ["north", "east", "down"].map((name) => el("input", { type: "number", step: "0.5", "aria-label": `Field ${name}, microtesla`, title: `${name}, µT` }));
+    const field = ["north", "east", "down"].map((name) => el("input", { type: "number", step: "0.5", "aria-label": `Earth's field ${name}, microtesla`, title: `${name}, µT` }));
     field.forEach((input, index) => (input.value = ["21.5", "0", "43"][index] ?? "0"));
     const setField = (): void => {
       const [north_ut = 0, east_ut = 0, down_ut = 0] = field.map((input) => Number(input.value));
       act({ do: "set_field", field: { north_ut, east_ut, down_ut } });
     };
     field.forEach((input) => input.addEventListener("change", setField));
-    this.earth.append(el("span", { title: "The Earth's field: north, east, down" }, "Field"), ...field, el("span", { class: "unit" }, "µT N E D"));
+    this.earth.append(el("span", { title: "North, east and down, without the fields of iron, magnets and motors" }, "Earth's field"), ...field, el("span", { class: "unit" }, "µT N E D"));
     const figure = (id: string, name: string): HTMLElement => {
       const value = el("dd", { id: `fig-${id}` });
       this.figures[id] = value;
