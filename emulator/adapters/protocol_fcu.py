@@ -27,7 +27,7 @@ SILENCE_S = 60.0
 """Virtual time after which reading without a timeout gives up."""
 _STEP_PS = PS_PER_MS
 _KNOWN = {"scenario", "wiring", "seed", "ideal"}
-_OLD = {"wiring": "wiring"}
+_OLD = {"profile": "wiring"}
 """Names of the previous release."""
 
 if __package__ not in serial.protocol_handler_packages:

@@ -108,9 +108,9 @@ class Board:
         seed: int | None = None,
         ideal: bool = False,
         cold_start: bool = False,
-        wiring: str | None = None,
+        profile: str | None = None,
     ) -> None:
-        wiring = wiring if wiring is None else _given_as_wiring(wiring)
+        wiring = wiring if profile is None else _given_as_profile(profile)
         if seed is not None and not isinstance(seed, int):
             raise InputError(f"seed is {seed!r}; give an integer")
         board = self.description
@@ -433,8 +433,8 @@ def _named(ones: Mapping[str, _One], name: str | None, what: str) -> _One:
     return ones[wanted]
 
 
-def _given_as_wiring(wiring: str) -> str:
-    warnings.warn("wiring is now called wiring; use that name", DeprecationWarning, stacklevel=3)
+def _given_as_profile(wiring: str) -> str:
+    warnings.warn("profile is now called wiring; use that name", DeprecationWarning, stacklevel=3)
     return wiring
 
 

@@ -347,7 +347,7 @@ class _Screen:
         yield from self._unjudged_remarks()
 
     @staticmethod
-    def _hints_are_shown(causes: Sequence[Cause]) -> bool:
+    def _hints_are_shown(causes: Sequence[DiagnosedCause]) -> bool:
         """Whether hints help: not before the program runs and its samples arrive."""
         return not any(cause.fatal or cause.kind in KEEPS_SAMPLES_AWAY for cause in causes)
 

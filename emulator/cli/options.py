@@ -26,7 +26,7 @@ SubmissionType: TypeAlias = Literal["source", "firmware"]
 def _wiring() -> Any:
     return option(
         "--wiring",
-        renamed_from="--wiring",
+        renamed_from="--profile",
         help="Wiring of the sensors: lab3 or fcu001v1. Default: the firmware's.",
     )
 

@@ -108,7 +108,7 @@ class RunRecord:
             "error": error,
             "board": {
                 "wiring": board.booted.wiring.name,
-                "wiring": board.booted.wiring.name,  # the name of the previous release
+                "profile": board.booted.wiring.name,  # the name of the previous release
                 "firmware": board.booted.name,
                 "notes": list(board.booted.notes),
                 "scenario": board.scenario.file if board.scenario else None,

@@ -165,7 +165,7 @@ def board(
 
     marker = request.node.get_closest_marker("board")
     asked = marker.kwargs if marker is not None else {}
-    unknown = [name for name in asked if name not in (*_MARKER, "wiring")]  # Board warns of the old name
+    unknown = [name for name in asked if name not in (*_MARKER, "profile")]  # Board warns of the old name
     if unknown:
         takes = ", ".join(_MARKER)
         problem = f"the marker board has no {unknown[0]!r}; it takes a firmware, and {takes}"

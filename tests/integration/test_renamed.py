@@ -24,7 +24,7 @@ ROWS = re.findall(r"^\| `([^`]+)` \| `([^`]+)` \| (.+) \|$", TEXT, re.MULTILINE)
 LINES = {
     "--notes": "run template --duration 1100ms --speed max --notes",
     "--timing": "diff template template --scenario desk --duration 1100ms --timing=5ms",
-    "--wiring": "run template --duration 1100ms --speed max --wiring lab3",
+    "--profile": "run template --duration 1100ms --speed max --profile lab3",
     "--take": "grade nowhere --rubric lab3 --out out --take firmware",
 }
 
@@ -156,7 +156,7 @@ def test_old_key_means_what_the_new_one_does(old: str, new: str, tmp_path: Path)
 
 def test_old_names_of_board_warn() -> None:
     with pytest.warns(DeprecationWarning, match="wiring"):
-        board = Board("solution", wiring="fcu001v1")  # the previous name of wiring
+        board = Board("solution", profile="fcu001v1")  # the previous name of wiring
     with pytest.warns(DeprecationWarning, match=r"board\.chip"):
         chip = board.arm
 
@@ -165,7 +165,7 @@ def test_old_names_of_board_warn() -> None:
 
 
 def test_old_option_of_address_warns() -> None:
-    with pytest.warns(RenamedWarning), serial.serial_for_url("fcu://solution?wiring=fcu001v1") as port:
+    with pytest.warns(RenamedWarning), serial.serial_for_url("fcu://solution?profile=fcu001v1") as port:
         assert port.is_open
 
 
@@ -175,4 +175,4 @@ def test_record_of_run_has_both_names(tmp_path: Path, capsys: pytest.CaptureFixt
     capsys.readouterr()
     board = json.loads(file.read_text(encoding="utf-8"))["board"]
 
-    assert board["wiring"] == board["wiring"] == "lab3"
+    assert board["profile"] == board["wiring"] == "lab3"
