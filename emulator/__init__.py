@@ -1,7 +1,7 @@
 """A virtual STEVAL-FCU001V1: sensors, timer, UART and one physical world, in exact virtual time.
 
 ``from fcu_emulator import Board`` is most of what course material needs; see
-:class:`fcu_emulator.emulator.board.board.Board`. Everything else that the documentation uses is here, too.
+:class:`fcu_emulator.emulator.assembly.board.Board`. Everything else that the documentation uses is here, too.
 
 Names are loaded when they are first used: the board needs numpy, and ``fcu --help`` does not.
 """
@@ -17,8 +17,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fcu_emulator.emulator.board.board import Board
-    from fcu_emulator.emulator.board.firmware import python_firmware
+    from fcu_emulator.emulator.assembly.board import Board
+    from fcu_emulator.emulator.assembly.firmware import python_firmware
     from fcu_emulator.emulator.buses.i2c import I2CFault
     from fcu_emulator.emulator.errors import (
         CallError,
@@ -65,8 +65,8 @@ _HOMES = (
     "fcu_emulator.emulator.errors",
     "fcu_emulator.emulator.trace",
     "fcu_emulator.emulator.buses.i2c",
-    "fcu_emulator.emulator.board.firmware",
-    "fcu_emulator.emulator.board.board",
+    "fcu_emulator.emulator.assembly.firmware",
+    "fcu_emulator.emulator.assembly.board",
     "fcu_emulator.emulator.scenario",
 )
 """Where the names are looked for, in this order: what loads quickly first."""

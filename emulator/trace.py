@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any, ClassVar, TypeAlias, TypeVar
 
 from fcu_emulator.emulator.errors import OutputError
-from fcu_emulator.emulator.files import BoundedFile
+from fcu_emulator.emulator.host.files import BoundedFile
 from fcu_emulator.emulator.time.clock import PS_PER_S
 
 
@@ -350,7 +350,7 @@ class Trace:
             file.close()
 
     def snapshot(self) -> int:
-        """How many events there have been; for :mod:`fcu_emulator.emulator.board.snapshot`."""
+        """How many events there have been; for :mod:`fcu_emulator.emulator.assembly.snapshot`."""
         self._draw()
         return len(self._events) + self.dropped
 

@@ -17,7 +17,7 @@ from urllib.parse import parse_qsl, unquote
 
 import serial
 
-from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.scenario.renamed import with_current_keys

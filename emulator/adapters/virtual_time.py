@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from fcu_emulator.emulator.errors import InputError
 
 if TYPE_CHECKING:
-    from fcu_emulator.emulator.board.board import Board
+    from fcu_emulator.emulator.assembly.board import Board
 
 _PS_PER_NS = 1000
 _in_use: set[str] = set()  # modules that run on some board's time now

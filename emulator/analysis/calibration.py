@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fcu_emulator.emulator.analysis.field import changes
 from fcu_emulator.emulator.analysis.numbers import AXES, Hint
-from fcu_emulator.emulator.analysis.witness import LabLine
+from fcu_emulator.emulator.analysis.recorder import LabLine
 
 _FAR = 60.0  # mgauss of the constant that no right calibration leaves, and of a hard iron that matters
 _NEAR, _NEAR_SHARE = 40.0, 0.15

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcu_emulator.emulator.analysis.numbers import AXES, Group, Hint, axes_in_words, signed_axes
-from fcu_emulator.emulator.analysis.witness import LabLine
+from fcu_emulator.emulator.analysis.recorder import LabLine
 
 MAG = Group("MAG[x,y,z]", tuple(f"MAG.{axis}" for axis in AXES), 50.0, "mgauss", 1.5)
 _FEWEST = 5  # lines, and

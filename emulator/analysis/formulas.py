@@ -17,7 +17,7 @@ from statistics import median
 from typing import NamedTuple, TypeAlias
 
 from fcu_emulator.emulator.analysis.numbers import YAW, Hint, always_0
-from fcu_emulator.emulator.analysis.witness import LabLine
+from fcu_emulator.emulator.analysis.recorder import LabLine
 
 _FEWEST = 5  # blocks
 _SHARE = 0.85  # of the blocks that a formula must explain

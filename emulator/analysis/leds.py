@@ -14,8 +14,8 @@ from itertools import groupby, pairwise
 from statistics import median
 from typing import NamedTuple
 
-from fcu_emulator.emulator.analysis.witness import Witness
-from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.analysis.recorder import Witness
+from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.chip.diagnosis.backtrace import Places
 from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis
 from fcu_emulator.emulator.chip.firmware import ArmFirmware

@@ -3,7 +3,7 @@
 ::
 
     from fcu_emulator.emulator.analysis.mistakes import explain
-    from fcu_emulator.emulator.analysis.witness import Witness
+    from fcu_emulator.emulator.analysis.recorder import Witness
 
     board = Board(firmware="lab3.elf", scenario="tilt_sweep")
     witness = Witness(board)
@@ -38,8 +38,8 @@ from fcu_emulator.emulator.analysis.numbers import (
     is_far_off,
     shows_another,
 )
-from fcu_emulator.emulator.analysis.witness import LABELS, LabLine, Witness
-from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.analysis.recorder import LABELS, LabLine, Witness
+from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.chip.diagnosis.backtrace import Places
 from fcu_emulator.emulator.chip.diagnosis.exclusive_or import exclusive_or
 from fcu_emulator.emulator.chip.diagnosis.printing import PrintedLines

@@ -15,7 +15,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple, TypeAlias
 
-from fcu_emulator.emulator.analysis.witness import LabLine, ValueRange
+from fcu_emulator.emulator.analysis.recorder import LabLine, ValueRange
 
 _FEWEST = 2  # lines that must be wrong
 _SHARE = 0.9  # of the lines that a change must fit

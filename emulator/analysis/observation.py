@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.buses.uart import Uart
 from fcu_emulator.emulator.errors import FirmwareError, LimitError, NotJudgedError
 from fcu_emulator.emulator.links.runner import Runner

@@ -38,7 +38,7 @@ from fcu_emulator.emulator.analysis.observation import (
     led_pins,
     lines_of,
 )
-from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.buses.gpio import Gpio
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.python_cpu.hal import HAL_OK, HAL_TIMEOUT, HalGpio, HostedApplication

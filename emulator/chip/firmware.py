@@ -52,7 +52,7 @@ class ArmFirmware:
     """A firmware image in flash, and the chip that executes it from power-on.
 
     ``chip`` and ``image`` are there for debuggers and diagnoses. One of the back ends of
-    :mod:`fcu_emulator.emulator.board.firmware`.
+    :mod:`fcu_emulator.emulator.assembly.firmware`.
     """
 
     def __init__(

@@ -21,8 +21,8 @@ from pathlib import Path
 
 import click
 
-from fcu_emulator.emulator.board.board import Board
-from fcu_emulator.emulator.board.firmware import choose
+from fcu_emulator.emulator.assembly.board import Board
+from fcu_emulator.emulator.assembly.firmware import choose
 from fcu_emulator.emulator.chip.diagnosis.report import KEEPS_SAMPLES_AWAY
 from fcu_emulator.emulator.cli.boards_table import BoardsTable, points_on_board
 from fcu_emulator.emulator.cli.build import ELF, build_project, build_with_make
@@ -31,14 +31,14 @@ from fcu_emulator.emulator.cli.exit_codes import ExitCode
 from fcu_emulator.emulator.cli.options import CheckOptions
 from fcu_emulator.emulator.cli.project import rubric_of
 from fcu_emulator.emulator.errors import FirmwareError, InputError, LinkError, NotJudgedError, OutputError
-from fcu_emulator.emulator.files import write_atomically
 from fcu_emulator.emulator.grading.checks import Property
 from fcu_emulator.emulator.grading.judge import JudgeProgress, judge
 from fcu_emulator.emulator.grading.rubric import CheckTable, Rubric, load_rubric
 from fcu_emulator.emulator.grading.verdict import CheckResult, DiagnosedCause, RunEvidence, Verdict
+from fcu_emulator.emulator.host.files import write_atomically
+from fcu_emulator.emulator.host.install_hints import command_line
+from fcu_emulator.emulator.host.text import visible
 from fcu_emulator.emulator.scenario.expectations import Expectation
-from fcu_emulator.emulator.system_words import command_line
-from fcu_emulator.emulator.text import visible
 
 _WIDTH = 98
 _WRONG = ("failed", "partial")
@@ -157,7 +157,7 @@ def _laws(rubric: Rubric, check: CheckResult) -> list[Property]:
 
 
 def _law_scenario(firmware: str, law: Property) -> str:
-    from fcu_emulator.emulator.testing.judged import counterexample_scenario
+    from fcu_emulator.emulator.testing.counterexample import counterexample_scenario
 
     try:
         return counterexample_scenario(firmware, law.property, law.examples)

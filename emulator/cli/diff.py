@@ -18,16 +18,16 @@ from fcu_emulator.emulator.analysis.compare import (
 )
 from fcu_emulator.emulator.analysis.observation import END, TERMINAL, Observation, ObservedItem, observe
 from fcu_emulator.emulator.analysis.replay import replay
-from fcu_emulator.emulator.board.board import Board
-from fcu_emulator.emulator.board.firmware import python_firmware
+from fcu_emulator.emulator.assembly.board import Board
+from fcu_emulator.emulator.assembly.firmware import python_firmware
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.chip.firmware import parse_limits
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
 from fcu_emulator.emulator.cli.options import DiffOptions
 from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.host.text import visible
 from fcu_emulator.emulator.scenario import Scenario, load_scenario
-from fcu_emulator.emulator.scenario.observed import escaped
-from fcu_emulator.emulator.text import visible
+from fcu_emulator.emulator.scenario.run_view import escaped
 from fcu_emulator.emulator.time.clock import PS_PER_S, parse_duration, seconds
 
 _LONGEST = 100  # characters of an entry that are shown

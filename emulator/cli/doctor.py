@@ -16,8 +16,8 @@ import click
 
 from fcu_emulator.emulator.cli.toolchain import COMPILER, find_compiler
 from fcu_emulator.emulator.errors import FcuError
-from fcu_emulator.emulator.system_words import how_to_install
-from fcu_emulator.emulator.text import visible
+from fcu_emulator.emulator.host.install_hints import how_to_install
+from fcu_emulator.emulator.host.text import visible
 
 _PACKAGES = (
     *("numpy", "greenlet", "click", "pydantic", "pygeomag", "pyserial", "regex"),
@@ -102,7 +102,7 @@ def _library() -> MachineCheck:
 
 
 def _boots(firmware: str) -> MachineCheck:
-    from fcu_emulator.emulator.board.board import Board
+    from fcu_emulator.emulator.assembly.board import Board
 
     started = time.perf_counter()
     try:

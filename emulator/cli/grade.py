@@ -21,7 +21,6 @@ from fcu_emulator.emulator.cli.exit_codes import ExitCode
 from fcu_emulator.emulator.cli.options import GradeOptions
 from fcu_emulator.emulator.cli.signals import Terminated
 from fcu_emulator.emulator.errors import FcuError, InputError
-from fcu_emulator.emulator.files import secret, write_atomically
 from fcu_emulator.emulator.grading.autograder import write_autograder
 from fcu_emulator.emulator.grading.build import Builder
 from fcu_emulator.emulator.grading.copies import with_copies
@@ -39,8 +38,9 @@ from fcu_emulator.emulator.grading.submissions import Submission, find_submissio
 from fcu_emulator.emulator.grading.tasks import code_digest, use_temporary_folder
 from fcu_emulator.emulator.grading.verdict import ExerciseTitle
 from fcu_emulator.emulator.grading.workers import DaskWorkers, LocalWorkers
-from fcu_emulator.emulator.isolation import WorkerLimits
-from fcu_emulator.emulator.text import csv_text, one_line, visible
+from fcu_emulator.emulator.host.files import secret, write_atomically
+from fcu_emulator.emulator.host.isolation import WorkerLimits
+from fcu_emulator.emulator.host.text import csv_text, one_line, visible
 
 if TYPE_CHECKING:
     from click._termui_impl import ProgressBar

@@ -9,7 +9,7 @@ import click
 
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
 from fcu_emulator.emulator.errors import InputError, NotJudgedError
-from fcu_emulator.emulator.isolation import (
+from fcu_emulator.emulator.host.isolation import (
     WorkerLimits,
     limits_of_worker,
     not_limited,

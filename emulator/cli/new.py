@@ -18,8 +18,8 @@ from fcu_emulator.emulator.cli.project import shown_exercises
 from fcu_emulator.emulator.cli.toolchain import COMPILER, find_compiler
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.grading.rubric import PROJECT_RUBRIC, ExerciseTable, Rubric, load_rubric
-from fcu_emulator.emulator.system_words import how_to_install, quoted
-from fcu_emulator.emulator.text import visible
+from fcu_emulator.emulator.host.install_hints import how_to_install, quoted
+from fcu_emulator.emulator.host.text import visible
 from fcu_emulator.firmware_model import arm
 
 _SUPPORT = ("*.c", "*.h", "*.ld", "*.mk", "*.options")

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import click
 
-from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.cli.exit_codes import ExitCode, code_of, with_losses
 from fcu_emulator.emulator.cli.isolated import announcement as isolation_announcement
@@ -22,18 +22,18 @@ from fcu_emulator.emulator.cli.options import RunOptions
 from fcu_emulator.emulator.cli.run_record import RunRecord
 from fcu_emulator.emulator.cli.run_report import Explainer, ProgressDisplay, summary
 from fcu_emulator.emulator.errors import FcuError, InputError, LinkError, OutputError
-from fcu_emulator.emulator.isolation import limits_of_worker
+from fcu_emulator.emulator.host.isolation import limits_of_worker
+from fcu_emulator.emulator.host.text import visible
 from fcu_emulator.emulator.links import Addressed, ByteLink, open_link
 from fcu_emulator.emulator.links.runner import Progress, Runner
 from fcu_emulator.emulator.links.stdout import StdoutLink
-from fcu_emulator.emulator.text import visible
 from fcu_emulator.emulator.time.clock import parse_duration, seconds
 from fcu_emulator.emulator.trace import LARGEST_FILE
 
 if TYPE_CHECKING:
     from fcu_emulator.emulator.chip.firmware import Limits
     from fcu_emulator.emulator.chip.gdb.server import GdbServer
-    from fcu_emulator.emulator.links.running import ControlServer
+    from fcu_emulator.emulator.links.control import ControlServer
     from fcu_emulator.emulator.scenario import Result
 
 
@@ -169,7 +169,7 @@ def _open(spec: str, board: Board, say: Callable[[str], None], stack: ExitStack)
 
 def _door(board: Board, links: list[ByteLink], stack: ExitStack) -> ControlServer | None:
     """How another fcu finds this board, which somebody watches; a run does without where it cannot be had."""
-    from fcu_emulator.emulator.links.running import ControlServer
+    from fcu_emulator.emulator.links.control import ControlServer
     from fcu_emulator.emulator.live.moved import Moved
 
     serial = [link.address for link in links if isinstance(link, Addressed)]

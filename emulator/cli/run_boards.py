@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.cli.boards_table import BoardResult, BoardsTable
 from fcu_emulator.emulator.cli.exit_codes import ExitCode, code_of
 from fcu_emulator.emulator.cli.options import RunOptions
@@ -21,8 +21,8 @@ from fcu_emulator.emulator.cli.run import (
 )
 from fcu_emulator.emulator.cli.run_report import Explainer
 from fcu_emulator.emulator.errors import FirmwareError, InputError, NotJudgedError
+from fcu_emulator.emulator.host.install_hints import command_line
 from fcu_emulator.emulator.links.runner import Runner
-from fcu_emulator.emulator.system_words import command_line
 
 _OF_ONE_BOARD: dict[str, tuple[object, ...]] = {
     "serial": (("stdout",),),

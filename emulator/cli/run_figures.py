@@ -14,8 +14,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from fcu_emulator.emulator.analysis.witness import Witness
-from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.analysis.recorder import Witness
+from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.buses.i2c import I2CBus
 from fcu_emulator.emulator.buses.spi import SpiBus
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S

@@ -15,8 +15,8 @@ from typing import TextIO
 
 import click
 
-from fcu_emulator.emulator.analysis.witness import Witness
-from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.analysis.recorder import Witness
+from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.chip.memory_map import CHIP_NAME
 from fcu_emulator.emulator.cli.run_figures import figures
 from fcu_emulator.emulator.errors import FirmwareError

@@ -76,9 +76,11 @@ def _raise(number: int, frame: FrameType | None) -> None:
 
 
 def _is_worker() -> bool:
-    """Tell whether this is a worker of :mod:`fcu_emulator.emulator.isolation`, which loads that module first.
+    """Tell whether this is a worker of :mod:`fcu_emulator.emulator.host.isolation`, which loads that module first.
 
     Nothing is imported: a signal may come while a module is loaded that the import would find half loaded.
     """
-    limits_of_worker = getattr(sys.modules.get("fcu_emulator.emulator.isolation"), "limits_of_worker", None)
+    limits_of_worker = getattr(
+        sys.modules.get("fcu_emulator.emulator.host.isolation"), "limits_of_worker", None
+    )
     return limits_of_worker is not None and limits_of_worker() is not None

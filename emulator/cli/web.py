@@ -12,9 +12,9 @@ from fcu_emulator.emulator.cli.isolated import announcement
 from fcu_emulator.emulator.cli.options import WebOptions
 from fcu_emulator.emulator.cli.run import interruptible, to_stderr
 from fcu_emulator.emulator.errors import InputError, LinkError
-from fcu_emulator.emulator.isolation import limits_of_worker
+from fcu_emulator.emulator.host.isolation import limits_of_worker
 from fcu_emulator.emulator.links import Addressed, ByteLink, open_link
-from fcu_emulator.emulator.links.running import ControlServer
+from fcu_emulator.emulator.links.control import ControlServer
 from fcu_emulator.emulator.live.exercises import Exercises
 from fcu_emulator.emulator.live.listening import warning
 from fcu_emulator.emulator.live.server import PageServer

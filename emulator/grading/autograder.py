@@ -19,10 +19,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from fcu_emulator.emulator.errors import InputError
-from fcu_emulator.emulator.files import write_atomically
 from fcu_emulator.emulator.grading.rubric import Rubric
+from fcu_emulator.emulator.host.files import write_atomically
+from fcu_emulator.emulator.host.install_hints import quoted
 from fcu_emulator.emulator.scenario.loader import read_toml
-from fcu_emulator.emulator.system_words import quoted
 
 _ROOT: Final = "/autograder"
 _LARGEST_FILE = 64 << 20

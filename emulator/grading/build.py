@@ -39,10 +39,10 @@ from typing import Any, Final, NamedTuple
 
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.errors import InputError, NotJudgedError
-from fcu_emulator.emulator.files import write_atomically
 from fcu_emulator.emulator.grading.submissions import RejectedError, SubmittedFirmware, SubmittedSource
-from fcu_emulator.emulator.system_words import how_to_install_all
-from fcu_emulator.emulator.text import one_line, visible
+from fcu_emulator.emulator.host.files import write_atomically
+from fcu_emulator.emulator.host.install_hints import how_to_install_all
+from fcu_emulator.emulator.host.text import one_line, visible
 from fcu_emulator.firmware_model import arm
 
 COMPILER: Final = "arm-none-eabi-gcc"

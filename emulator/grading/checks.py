@@ -16,18 +16,18 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, Field
 
-from fcu_emulator.emulator.analysis.witness import Witness
-from fcu_emulator.emulator.board.board import Board
-from fcu_emulator.emulator.board.firmware import FirmwareFactory
+from fcu_emulator.emulator.analysis.recorder import Witness
+from fcu_emulator.emulator.assembly.board import Board
+from fcu_emulator.emulator.assembly.firmware import FirmwareFactory
 from fcu_emulator.emulator.chip.diagnosis.backtrace import Places
 from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis, Kind
 from fcu_emulator.emulator.chip.firmware import ArmFirmware
 from fcu_emulator.emulator.errors import FirmwareError, NotJudgedError
+from fcu_emulator.emulator.host.text import shown
 from fcu_emulator.emulator.scenario.expectations import Miss, RunView
-from fcu_emulator.emulator.scenario.observed import escaped
+from fcu_emulator.emulator.scenario.fields import Duration, Length, Table
+from fcu_emulator.emulator.scenario.run_view import escaped
 from fcu_emulator.emulator.scenario.schema import Kinds
-from fcu_emulator.emulator.scenario.tables import Duration, Length, Table
-from fcu_emulator.emulator.text import shown
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, Periodic
 
 # -- What every kind has in common --------------------------------------------------------------------------
@@ -218,7 +218,7 @@ class Property(Check):
         if not isinstance(run.firmware, str | Path):
             raise NotJudgedError("firmware in Python has no compiled functions")
         try:
-            from fcu_emulator.emulator.testing.judged import counterexample
+            from fcu_emulator.emulator.testing.counterexample import counterexample
         except ModuleNotFoundError as error:
             raise NotJudgedError(f"{error.name} is not installed; pip install {error.name}") from error
         try:

@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import TypeAlias
 
 from fcu_emulator.emulator.analysis.mistakes import explain
-from fcu_emulator.emulator.analysis.witness import Witness
-from fcu_emulator.emulator.board.board import Board
-from fcu_emulator.emulator.board.firmware import FirmwareFactory, choose
+from fcu_emulator.emulator.analysis.recorder import Witness
+from fcu_emulator.emulator.assembly.board import Board
+from fcu_emulator.emulator.assembly.firmware import FirmwareFactory, choose
 from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis
 from fcu_emulator.emulator.errors import FirmwareError, NotJudgedError
 from fcu_emulator.emulator.grading.checks import AnyCheck, Check, Judged
@@ -45,10 +45,10 @@ from fcu_emulator.emulator.scenario.expectations import (
 )
 from fcu_emulator.emulator.scenario.following import ExpectLineFollows
 from fcu_emulator.emulator.scenario.hardware import ExpectLedFollows
-from fcu_emulator.emulator.scenario.observed import unit_of
+from fcu_emulator.emulator.scenario.run_view import unit_of
 from fcu_emulator.emulator.scenario.scenario import judged
 from fcu_emulator.emulator.scenario.schema import ReportTable
-from fcu_emulator.emulator.scenario.written import names_files, scenario_text
+from fcu_emulator.emulator.scenario.toml_writer import names_files, scenario_text
 from fcu_emulator.emulator.time.clock import PS_PER_S, seconds, to_ps
 
 _SLICE_S = 0.25  # of virtual time, between two words about progress

@@ -11,10 +11,10 @@ import hashlib
 import json
 from pathlib import Path
 
-from fcu_emulator.emulator.files import write_atomically
 from fcu_emulator.emulator.grading.rubric import Rubric
 from fcu_emulator.emulator.grading.tasks import Task
 from fcu_emulator.emulator.grading.verdict import Verdict
+from fcu_emulator.emulator.host.files import write_atomically
 
 _FORMAT = 1
 

@@ -27,12 +27,12 @@ from pathlib import Path
 from typing import Final, Literal, NamedTuple, TypeAlias
 
 from fcu_emulator.emulator.errors import InputError, NotJudgedError
-from fcu_emulator.emulator.files import is_about_the_name
 from fcu_emulator.emulator.grading import platforms
 from fcu_emulator.emulator.grading.archives import CLASS, ArchiveError, unpack
 from fcu_emulator.emulator.grading.platforms import HandedIn
 from fcu_emulator.emulator.grading.roster import Roster, Student
-from fcu_emulator.emulator.text import one_line
+from fcu_emulator.emulator.host.files import is_about_the_name
+from fcu_emulator.emulator.host.text import one_line
 
 Take: TypeAlias = Literal["source", "firmware"]
 

@@ -14,7 +14,7 @@ from tempfile import TemporaryDirectory
 from fcu_emulator.emulator.errors import FirmwareFileError, InputError, NotJudgedError
 from fcu_emulator.emulator.grading.rubric import Rubric, load_rubric
 from fcu_emulator.emulator.grading.submissions import RejectedError
-from fcu_emulator.emulator.isolation import WorkerLimits
+from fcu_emulator.emulator.host.isolation import WorkerLimits
 
 _ROOT = Path(__file__).parents[2]
 _DECIDING = ("emulator", "sensors", "firmware_model", "scenarios")

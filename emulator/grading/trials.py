@@ -14,8 +14,8 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from fcu_emulator.emulator.board.board import Board
-from fcu_emulator.emulator.board.firmware import FirmwareFactory
+from fcu_emulator.emulator.assembly.board import Board
+from fcu_emulator.emulator.assembly.firmware import FirmwareFactory
 from fcu_emulator.emulator.grading.judge import judge
 from fcu_emulator.emulator.grading.rubric import Rubric
 from fcu_emulator.emulator.grading.verdict import Verdict
@@ -27,9 +27,9 @@ from fcu_emulator.emulator.scenario.expectations import (
     ExpectRegex,
     ExpectWithin,
 )
+from fcu_emulator.emulator.scenario.fields import SearchPatience, TextPattern
 from fcu_emulator.emulator.scenario.following import ExpectLineFollows
 from fcu_emulator.emulator.scenario.formats import printed_with_zeros
-from fcu_emulator.emulator.scenario.tables import SearchPatience, TextPattern
 
 _EVERY_MS = 300
 _TRANSMIT_MS = 1_000

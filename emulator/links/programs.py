@@ -5,8 +5,8 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from fcu_emulator.emulator.loopback import HOST
-from fcu_emulator.emulator.system_words import quoted
+from fcu_emulator.emulator.host.install_hints import quoted
+from fcu_emulator.emulator.host.loopback import HOST
 
 
 def miniterm() -> str:

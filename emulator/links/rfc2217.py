@@ -22,10 +22,10 @@ from collections.abc import Callable
 import serial
 from serial.rfc2217 import PortManager
 
+from fcu_emulator.emulator.host.loopback import HOST
 from fcu_emulator.emulator.links import programs
 from fcu_emulator.emulator.links.limited_lines import LimitedLines
 from fcu_emulator.emulator.links.tcp import Coding, TcpLink
-from fcu_emulator.emulator.loopback import HOST
 
 FIRST_PORT = 2217
 HOLD_S = 0.4

@@ -93,7 +93,7 @@ class SerialEnd(Protocol):
 
 
 class RunnableBoard(Protocol):
-    """What is run: :class:`fcu_emulator.emulator.board.board.Board` is one."""
+    """What is run: :class:`fcu_emulator.emulator.assembly.board.Board` is one."""
 
     clock: Clock
 

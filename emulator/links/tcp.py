@@ -30,9 +30,9 @@ import socket
 import time
 
 from fcu_emulator.emulator.errors import LinkError
+from fcu_emulator.emulator.host.loopback import HOST, LARGEST_PORT, listen
 from fcu_emulator.emulator.links import programs
 from fcu_emulator.emulator.links.byte_link import Backlog, Patience, losses
-from fcu_emulator.emulator.loopback import HOST, LARGEST_PORT, listen
 
 FIRST_LIMIT = 1024 * 1024
 """Bytes kept before the first reader."""

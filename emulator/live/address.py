@@ -17,7 +17,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from fcu_emulator.emulator.errors import LinkError, OutputError
-from fcu_emulator.emulator.files import write_atomically
+from fcu_emulator.emulator.host.files import write_atomically
 from fcu_emulator.emulator.links.runtime_folder import read_own_file, runtime_folder
 from fcu_emulator.emulator.live.listening import LOCAL
 

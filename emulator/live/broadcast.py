@@ -8,12 +8,12 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from fcu_emulator.emulator.analysis.witness import Witness
-from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.analysis.recorder import Witness
+from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.live import messages, pins, registers, transfers, view
 from fcu_emulator.emulator.live.messages import SessionEvent
 from fcu_emulator.emulator.live.past import Past
-from fcu_emulator.emulator.scenario.observed import FORMATS, TRUTH
+from fcu_emulator.emulator.scenario.run_view import FORMATS, TRUTH
 
 Publish = Callable[[SessionEvent, object | None], None]
 """``publish(event, client)``: to one client, or to all when ``client`` is None."""

@@ -6,8 +6,8 @@ import tempfile
 from contextlib import suppress
 from pathlib import Path
 
-from fcu_emulator.emulator.board.board import Board
-from fcu_emulator.emulator.text import one_line
+from fcu_emulator.emulator.assembly.board import Board
+from fcu_emulator.emulator.host.text import one_line
 
 
 class FileWatch:

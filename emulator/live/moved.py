@@ -16,7 +16,7 @@ import json
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.errors import InputError
 
 _MOST_TEXT = 8192  # bytes of one answer
@@ -33,7 +33,7 @@ class Moved:
         return answered(self._board, message, self._do)
 
     def _do(self, table: Mapping[str, Any]) -> None:
-        from fcu_emulator.emulator.scenario.written import parse_entry
+        from fcu_emulator.emulator.scenario.toml_writer import parse_entry
 
         board = self._board
         if board.scenario is not None:

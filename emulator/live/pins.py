@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.boards.description import Pin
 
 

@@ -25,7 +25,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.errors import FcuError, FirmwareError, InputError, failure_text
 from fcu_emulator.emulator.links import ByteLink
 from fcu_emulator.emulator.live import messages, registers, view
@@ -39,12 +39,12 @@ from fcu_emulator.emulator.live.setup import Careful, Setup, as_it_is
 from fcu_emulator.emulator.scenario import scenario_names
 from fcu_emulator.emulator.scenario.scenario import perform_at
 from fcu_emulator.emulator.scenario.timeline import TimelineAction
-from fcu_emulator.emulator.scenario.written import parse_entry
+from fcu_emulator.emulator.scenario.toml_writer import parse_entry
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
 
 if TYPE_CHECKING:
     from fcu_emulator.emulator.chip.gdb.server import GdbServer
-    from fcu_emulator.emulator.links.running import ControlServer
+    from fcu_emulator.emulator.links.control import ControlServer
 
 # Wall time, s:
 _SLICE_S = 0.02  # of a slice of the run; a command cuts it short

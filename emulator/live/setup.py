@@ -8,13 +8,13 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fcu_emulator.emulator.board.board import Board
-from fcu_emulator.emulator.board.firmware import FirmwareFactory
+from fcu_emulator.emulator.assembly.board import Board
+from fcu_emulator.emulator.assembly.firmware import FirmwareFactory
 from fcu_emulator.emulator.errors import FcuError, InputError
 from fcu_emulator.emulator.live import view
 from fcu_emulator.emulator.live.files import FileWatch
 from fcu_emulator.emulator.scenario import load_scenario
-from fcu_emulator.emulator.scenario.observed import BoardView
+from fcu_emulator.emulator.scenario.run_view import BoardView
 from fcu_emulator.emulator.scenario.timeline import TimelineAction
 from fcu_emulator.emulator.world import World
 

@@ -17,6 +17,17 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
+from fcu_emulator.emulator.host.text import shown, visible
+from fcu_emulator.emulator.scenario.fields import (
+    Duration,
+    Length,
+    PatternText,
+    SearchPatience,
+    Table,
+    TextFile,
+    TextPattern,
+    Window,
+)
 from fcu_emulator.emulator.scenario.formats import (
     FormatText,
     NamedFormat,
@@ -26,7 +37,7 @@ from fcu_emulator.emulator.scenario.formats import (
     PrintfFormat,
     shown_format,
 )
-from fcu_emulator.emulator.scenario.observed import (
+from fcu_emulator.emulator.scenario.run_view import (
     FIELDS,
     MAX_SETTLE_PS,
     QUANTITIES,
@@ -39,16 +50,6 @@ from fcu_emulator.emulator.scenario.observed import (
     same_banner,
     unit_of,
 )
-from fcu_emulator.emulator.scenario.tables import (
-    Duration,
-    Length,
-    PatternText,
-    SearchPatience,
-    Table,
-    TextFile,
-    TextPattern,
-    Window,
-)
 from fcu_emulator.emulator.scenario.text_diff import (
     Fault,
     difference,
@@ -57,7 +58,6 @@ from fcu_emulator.emulator.scenario.text_diff import (
     format_difference,
     nearest,
 )
-from fcu_emulator.emulator.text import shown, visible
 from fcu_emulator.emulator.time.clock import PS_PER_MS, seconds
 
 # -- What every expectation has in common: how it is missed, a view of the run, a window --------------------

@@ -13,8 +13,8 @@ from pydantic import Field, model_validator
 
 from fcu_emulator.emulator.scenario.conditions import Condition, Followed, LedName, led_states
 from fcu_emulator.emulator.scenario.expectations import Expectation, Miss, RunView, Windowed
-from fcu_emulator.emulator.scenario.observed import SAMPLE_STEP_PS, BoardView
-from fcu_emulator.emulator.scenario.tables import Duration, Length
+from fcu_emulator.emulator.scenario.fields import Duration, Length
+from fcu_emulator.emulator.scenario.run_view import SAMPLE_STEP_PS, BoardView
 from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, seconds
 from fcu_emulator.emulator.time.ticks import TickCounts
 from fcu_emulator.emulator.trace import BusTransfer, TraceEvent

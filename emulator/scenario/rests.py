@@ -13,7 +13,7 @@ from itertools import groupby, pairwise
 from typing import NamedTuple
 
 from fcu_emulator.emulator.scenario.conditions import Condition, Stretch
-from fcu_emulator.emulator.scenario.observed import SAMPLE_STEP_PS
+from fcu_emulator.emulator.scenario.run_view import SAMPLE_STEP_PS
 
 _RESTING = 1e-3  # change of the quantity in 10 ms; it is the truth, without noise
 

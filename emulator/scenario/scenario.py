@@ -28,12 +28,12 @@ from fcu_emulator.emulator.boards.description import BoardErrors, SensorSettings
 from fcu_emulator.emulator.errors import InputError, ScenarioError
 from fcu_emulator.emulator.links.runner import Runner
 from fcu_emulator.emulator.scenario.expectations import SETTLE_PS, Expectation, ExpectField, Miss, RunView
+from fcu_emulator.emulator.scenario.fields import Window
 from fcu_emulator.emulator.scenario.following import ExpectLineFollows
 from fcu_emulator.emulator.scenario.formats import NamedFormat, NumberFormat
 from fcu_emulator.emulator.scenario.hardware import ExpectLedFollows
-from fcu_emulator.emulator.scenario.observed import BoardView, Recorder, TerminalView, Wanted, against_truth
+from fcu_emulator.emulator.scenario.run_view import BoardView, Recorder, TerminalView, Wanted, against_truth
 from fcu_emulator.emulator.scenario.schema import AnyExpectation, LimitsTable, ReportTable, ScenarioFile
-from fcu_emulator.emulator.scenario.tables import Window
 from fcu_emulator.emulator.scenario.timeline import TimelineAction
 from fcu_emulator.emulator.time.clock import PS_PER_S, Clock, format_duration, seconds
 from fcu_emulator.emulator.world import World, earth_field

@@ -7,7 +7,7 @@ import re
 from collections.abc import Sequence
 from typing import Literal, TypeAlias
 
-from fcu_emulator.emulator.scenario.observed import escaped
+from fcu_emulator.emulator.scenario.run_view import escaped
 
 Fault: TypeAlias = Literal["missing", "wrong value", "wrong format", "stopped"]
 """Not there at all; there with another value; there in another form; the run ended too soon."""

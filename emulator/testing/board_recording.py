@@ -15,13 +15,13 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
-from fcu_emulator.emulator.board.board import Board
+from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.buses.i2c import I2CFault
 from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.host.install_hints import command_line
 from fcu_emulator.emulator.live.recording import SessionRecording
 from fcu_emulator.emulator.scenario.timeline import LONGEST_INPUT, RunMotors
-from fcu_emulator.emulator.scenario.written import parse_entry
-from fcu_emulator.emulator.system_words import command_line
+from fcu_emulator.emulator.scenario.toml_writer import parse_entry
 from fcu_emulator.emulator.time.clock import NEVER_PS, format_duration, to_ps
 from fcu_emulator.emulator.world import World
 

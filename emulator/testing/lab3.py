@@ -34,7 +34,6 @@ from hypothesis import strategies as st
 
 from fcu_emulator import Board
 from fcu_emulator.emulator.errors import InputError
-from fcu_emulator.emulator.strategies import MotionSample, Pose, Vector, attitudes, hard_irons, samples
 from fcu_emulator.emulator.testing.law_scenarios import (
     FILE,
     LEAST_DEG,
@@ -48,6 +47,14 @@ from fcu_emulator.emulator.testing.law_scenarios import (
     pose_against_truth,
     pose_scenario,
     shows,
+)
+from fcu_emulator.emulator.testing.strategies import (
+    MotionSample,
+    Pose,
+    Vector,
+    attitudes,
+    hard_irons,
+    samples,
 )
 from fcu_emulator.firmware_model.ecompass import (
     MAG_MAX_START,

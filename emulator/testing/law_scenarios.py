@@ -18,11 +18,11 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from fcu_emulator import Board
+from fcu_emulator.emulator.host.install_hints import command_line
 from fcu_emulator.emulator.scenario import run
 from fcu_emulator.emulator.scenario.loader import scenario_of
-from fcu_emulator.emulator.scenario.written import scenario_text
-from fcu_emulator.emulator.strategies import MGAUSS_PER_UT, Pose, Vector
-from fcu_emulator.emulator.system_words import command_line
+from fcu_emulator.emulator.scenario.toml_writer import scenario_text
+from fcu_emulator.emulator.testing.strategies import MGAUSS_PER_UT, Pose, Vector
 from fcu_emulator.emulator.world.truth import ZURICH_FIELD_UT
 
 FILE = "replay.toml"

@@ -25,10 +25,10 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import pytest
 
-from fcu_emulator.emulator.text import visible
+from fcu_emulator.emulator.host.text import visible
 
 if TYPE_CHECKING:
-    from fcu_emulator.emulator.board.board import Board
+    from fcu_emulator.emulator.assembly.board import Board
 
 Pattern: TypeAlias = str | re.Pattern[str]
 
@@ -158,7 +158,7 @@ def board(
     request: pytest.FixtureRequest, firmware: str | Path | None, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Board]:
     """A board with ``firmware``; the marker ``board`` may say scenario, wiring, seed, ideal, cold_start."""
-    from fcu_emulator.emulator.board.board import (
+    from fcu_emulator.emulator.assembly.board import (
         Board,  # a run of pytest that needs no board does not load one
     )
     from fcu_emulator.emulator.errors import InputError

@@ -27,14 +27,14 @@ LAYERS = {
 }
 ONLY_IN = {
     "firmware_model": (
-        "emulator/board/firmware.py",
+        "emulator/assembly/firmware.py",
         "emulator/cli",
         "emulator/grading/build.py",
         "emulator/grading/copies.py",
         "emulator/testing/",
         "firmware_model/",
     ),
-    "hypothesis": ("emulator/strategies.py", "emulator/testing/"),
+    "hypothesis": ("emulator/testing/strategies.py", "emulator/testing/"),
     "pytest": ("emulator/testing/",),
     "pydantic": ("emulator/scenario", "emulator/grading/"),
     "click": ("emulator/cli",),
@@ -263,7 +263,7 @@ def test_importing_a_package_needs_nothing_windows_does_not_have(module: str) ->
 
 
 @pytest.mark.parametrize(
-    "module", ["emulator", "emulator.cli", "emulator.cli.run", "emulator.board.board", "emulator.scenario"]
+    "module", ["emulator", "emulator.cli", "emulator.cli.run", "emulator.assembly.board", "emulator.scenario"]
 )
 def test_only_a_board_with_built_firmware_loads_the_instruction_engine(module: str) -> None:
     assert not {one for one in reached_from(module) if one.startswith("emulator.chip.cpu")}

@@ -15,7 +15,8 @@ from hypothesis import Phase, given, settings
 
 from fcu_emulator import Board, InputError
 from fcu_emulator.emulator.scenario import load_scenario, run
-from fcu_emulator.emulator.strategies import (
+from fcu_emulator.emulator.testing.lab3 import Angles, Compiled, PythonModel, Subject, lab3_properties, replay
+from fcu_emulator.emulator.testing.strategies import (
     GeneratedMotion,
     Pose,
     attitudes,
@@ -26,7 +27,6 @@ from fcu_emulator.emulator.strategies import (
     soft_irons,
     zero_vectors,
 )
-from fcu_emulator.emulator.testing.lab3 import Angles, Compiled, PythonModel, Subject, lab3_properties, replay
 from fcu_emulator.firmware_model import arm
 from tests.support.arm.call_programs import FOLDER
 

@@ -15,7 +15,7 @@ import pytest
 
 from fcu_emulator import Board
 from fcu_emulator.emulator.analysis.mistakes import explain
-from fcu_emulator.emulator.analysis.witness import Witness
+from fcu_emulator.emulator.analysis.recorder import Witness
 from fcu_emulator.emulator.grading.rubric import load_rubric
 from tests.integration.test_cli import fcu
 from tests.support.arm import student_programs

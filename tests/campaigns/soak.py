@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fcu_emulator import Board
-from fcu_emulator.emulator.analysis.witness import Witness
+from fcu_emulator.emulator.analysis.recorder import Witness
 from fcu_emulator.emulator.links import MemoryLink
 from fcu_emulator.emulator.links.runner import Progress, Runner
 from fcu_emulator.emulator.time.clock import to_ps

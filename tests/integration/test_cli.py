@@ -214,7 +214,7 @@ def test_a_plain_run_loads_nothing_that_it_does_not_need(firmware: str) -> None:
     command = [sys.executable, "-X", "importtime", "-m", "fcu_emulator", "run", firmware, "--duration", "3ms"]
     done = subprocess.run([*command, "--speed", "max"], capture_output=True, encoding="utf-8", check=True)
     loaded = {line.rpartition("|")[2].strip() for line in done.stderr.splitlines()}
-    assert "fcu_emulator.emulator.board.board" in loaded
+    assert "fcu_emulator.emulator.assembly.board" in loaded
     needless = {
         "pydantic",
         "importlib.metadata",

@@ -21,8 +21,8 @@ from fcu_emulator import Board
 from fcu_emulator.emulator.cli.commands import cli
 from fcu_emulator.emulator.cli.move import MoveOptions, entries, move
 from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.links.control import ControlServer, running_boards
 from fcu_emulator.emulator.links.runner import Runner
-from fcu_emulator.emulator.links.running import ControlServer, running_boards
 from fcu_emulator.emulator.live.gestures import GESTURES, OLD_WORDS, buttons
 from fcu_emulator.emulator.live.moved import Moved
 

@@ -18,7 +18,7 @@ import pytest
 
 from fcu_emulator.emulator.cli.terminal import key, open_port
 from fcu_emulator.emulator.errors import InputError, LinkError
-from fcu_emulator.emulator.links.running import ControlServer, Message, running_boards, the_running_board
+from fcu_emulator.emulator.links.control import ControlServer, Message, running_boards, the_running_board
 from fcu_emulator.emulator.links.tcp import TcpLink
 
 ALL_BYTES = bytes(range(256))

@@ -175,9 +175,9 @@ main()
     "module",
     [
         "click",
-        "fcu_emulator.emulator.text",
+        "fcu_emulator.emulator.host.text",
         "fcu_emulator.emulator.errors",
-        "fcu_emulator.emulator.isolation",
+        "fcu_emulator.emulator.host.isolation",
         "numpy",
     ],
 )

@@ -126,7 +126,7 @@ def test_an_error_inside_a_check_costs_that_check_alone(
     def broken(firmware: str, law: str, examples: int) -> str | None:
         raise ExceptionGroup("two", [AssertionError("one"), ZeroDivisionError("other")])
 
-    monkeypatch.setattr("fcu_emulator.emulator.testing.judged.counterexample", broken)
+    monkeypatch.setattr("fcu_emulator.emulator.testing.counterexample.counterexample", broken)
     check = judged(tmp_path, 'kind = "property", property = "less_pressure_is_more_altitude"', "solution")
 
     assert (check.outcome, check.points) == ("unjudged", 0.0)

@@ -1,4 +1,4 @@
-"""``fcu run --isolate`` and :mod:`fcu_emulator.emulator.isolation`: a worker that dies is nobody's wrong answer."""
+"""``fcu run --isolate`` and :mod:`fcu_emulator.emulator.host.isolation`: a worker that dies is nobody's wrong answer."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from fcu_emulator.emulator.errors import InputError
-from fcu_emulator.emulator.isolation import WorkerLimits, limits_of_worker, not_limited, run_isolated
+from fcu_emulator.emulator.host.isolation import WorkerLimits, limits_of_worker, not_limited, run_isolated
 from fcu_emulator.firmware_model.arm import prebuilt
 from tests.integration.test_exit_codes import (
     BAD,
@@ -136,7 +136,7 @@ def test_memory_that_runs_out_blames_nobody(program: str) -> None:
 
 def test_a_worker_may_put_itself_under_limits_again() -> None:
     """As one that does many tasks: the second call does not shorten what the first has left."""
-    code = "from fcu_emulator.emulator.isolation import Limits; [Limits(cpu_s=5).apply() for _ in range(3)]; print('done')"
+    code = "from fcu_emulator.emulator.host.isolation import Limits; [Limits(cpu_s=5).apply() for _ in range(3)]; print('done')"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (0, "done\n"), done.stderr
 

@@ -289,8 +289,8 @@ def test_conditions_of_hidden_checks_are_not_shown(tmp_path: Path) -> None:
 
 
 def test_pattern_that_takes_too_long_is_not_judged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fcu_emulator.emulator.scenario.tables._LINE_PATIENCE_S", 0.01)
-    monkeypatch.setattr("fcu_emulator.emulator.scenario.tables._RUN_PATIENCE_S", 0.02)
+    monkeypatch.setattr("fcu_emulator.emulator.scenario.fields._LINE_PATIENCE_S", 0.01)
+    monkeypatch.setattr("fcu_emulator.emulator.scenario.fields._RUN_PATIENCE_S", 0.02)
     slow = "pattern = '^(?P<number>.|..)+(?<!.)$'"
     following = f"kind = 'line_follows', {slow}, max_gap = '1s', when = {{ led = 'led1' }}"
     number = f"kind = 'field', {slow}, truth = 'roll', tolerance = 1"

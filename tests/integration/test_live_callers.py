@@ -11,11 +11,11 @@ from pathlib import Path
 import pytest
 from websockets.exceptions import ConnectionClosed
 
+from fcu_emulator.emulator.host.loopback import HOST
 from fcu_emulator.emulator.links.limited_lines import BURST
 from fcu_emulator.emulator.live import messages, server
 from fcu_emulator.emulator.live.requests import Requests
 from fcu_emulator.emulator.live.server import PageServer
-from fcu_emulator.emulator.loopback import HOST
 from tests.support.live_fakes import connected
 
 PATIENCE_S = 30

@@ -15,7 +15,7 @@ import pytest
 from fcu_emulator import Board
 from fcu_emulator.emulator.errors import FirmwareFileError, InputError, OutputError
 from fcu_emulator.emulator.links import MemoryLink
-from fcu_emulator.emulator.links.running import ControlServer
+from fcu_emulator.emulator.links.control import ControlServer
 from fcu_emulator.emulator.live import messages
 from fcu_emulator.emulator.live.files import UploadedFile
 from fcu_emulator.emulator.live.messages import (

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-import fcu_emulator.emulator.board.board  # noqa: F401  # numpy can be loaded once, and pytester forgets what its runs load
+import fcu_emulator.emulator.assembly.board  # noqa: F401  # numpy can be loaded once, and pytester forgets what its runs load
 from tests.support.arm.broken_programs import FOLDER
 
 pytest_plugins = ["pytester"]

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from fcu_emulator import Board
-from fcu_emulator.emulator.analysis.witness import Witness
+from fcu_emulator.emulator.analysis.recorder import Witness
 from fcu_emulator.emulator.cli.run_figures import _callback
 from tests.integration.test_cli import fcu
 

@@ -16,7 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fcu_emulator import Board, emulator, sensors
-from fcu_emulator.emulator.board.snapshot import Snapshot
+from fcu_emulator.emulator.assembly.snapshot import Snapshot
 from fcu_emulator.emulator.buses.i2c import I2CFault
 from fcu_emulator.emulator.errors import I2CError, InputError
 from fcu_emulator.emulator.time.clock import PS_PER_MS

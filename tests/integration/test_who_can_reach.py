@@ -12,11 +12,11 @@ import pytest
 from fcu_emulator import Board
 from fcu_emulator.emulator.chip.gdb.attach import serve
 from fcu_emulator.emulator.cli import execute
+from fcu_emulator.emulator.host.loopback import HOST
+from fcu_emulator.emulator.links.control import ControlServer
 from fcu_emulator.emulator.links.rfc2217 import Rfc2217Link
-from fcu_emulator.emulator.links.running import ControlServer
 from fcu_emulator.emulator.links.tcp import TcpLink
 from fcu_emulator.emulator.live.server import PageServer
-from fcu_emulator.emulator.loopback import HOST
 
 Opened = tuple[int, Callable[[], None]]
 """A port, and what closes it."""

@@ -11,7 +11,7 @@ from fcu_emulator import Board
 from fcu_emulator.emulator.analysis.field import MAG, field_hint
 from fcu_emulator.emulator.analysis.mistakes import explain
 from fcu_emulator.emulator.analysis.numbers import axes_in_words, signed_axes
-from fcu_emulator.emulator.analysis.witness import LabLine, ValueRange, Witness
+from fcu_emulator.emulator.analysis.recorder import LabLine, ValueRange, Witness
 from fcu_emulator.emulator.world.track import Array
 
 FIELD = (215.0, 0.0, -430.0)  # mgauss, in Zurich, on a board that lies still

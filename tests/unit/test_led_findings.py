@@ -11,7 +11,7 @@ import pytest
 
 from fcu_emulator.emulator.scenario.expectations import Miss, RunView
 from fcu_emulator.emulator.scenario.hardware import ExpectLedFollows
-from fcu_emulator.emulator.scenario.observed import TiltSample
+from fcu_emulator.emulator.scenario.run_view import TiltSample
 from fcu_emulator.emulator.time.clock import PS_PER_MS
 from fcu_emulator.emulator.trace import GpioEdge
 

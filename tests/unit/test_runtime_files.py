@@ -15,8 +15,9 @@ from pathlib import Path
 import pytest
 
 from fcu_emulator.emulator.errors import InputError, LinkError, OutputError
-from fcu_emulator.emulator.files import write_atomically
-from fcu_emulator.emulator.links.running import (
+from fcu_emulator.emulator.host.files import write_atomically
+from fcu_emulator.emulator.host.loopback import HOST
+from fcu_emulator.emulator.links.control import (
     LONGEST_MESSAGE,
     MOST_CALLERS,
     ControlServer,
@@ -25,7 +26,6 @@ from fcu_emulator.emulator.links.running import (
 )
 from fcu_emulator.emulator.links.runtime_folder import read_own_file
 from fcu_emulator.emulator.live import address
-from fcu_emulator.emulator.loopback import HOST
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="pipes, links and devices with a name")
 

@@ -16,7 +16,7 @@ from fcu_emulator import Board
 from fcu_emulator.emulator.errors import ScenarioError
 from fcu_emulator.emulator.scenario import load_scenario, run
 from fcu_emulator.emulator.scenario.expectations import ExpectField, RunView
-from fcu_emulator.emulator.scenario.observed import FORMATS, PrintedLine, deviation, same_banner
+from fcu_emulator.emulator.scenario.run_view import FORMATS, PrintedLine, deviation, same_banner
 from fcu_emulator.emulator.scenario.schema import AnyExpectation
 from tests.support.scenario_files import HEAD, IDEAL, SHORT, play, write
 

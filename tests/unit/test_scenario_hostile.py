@@ -15,9 +15,9 @@ from pydantic import ValidationError
 from fcu_emulator import Board, InputError, ScenarioError
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.scenario import load_scenario, run
+from fcu_emulator.emulator.scenario.fields import Resources, SearchPatience
 from fcu_emulator.emulator.scenario.loader import scenario_error
 from fcu_emulator.emulator.scenario.schema import MOST_ENTRIES, scenario_file
-from fcu_emulator.emulator.scenario.tables import Resources, SearchPatience
 from tests.support.scenario_files import HEAD, SHORT, play, refusal, write
 
 HOLD = '[[timeline]]\ndo = "hold"\nfor = "1s"\n'
@@ -442,8 +442,8 @@ def test_a_timer_at_84_mhz_costs_no_more_than_its_handlers(tmp_path: Path) -> No
 def test_format_that_can_be_read_in_many_ways_is_a_finding(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("fcu_emulator.emulator.scenario.tables._LINE_PATIENCE_S", 0.01)
-    monkeypatch.setattr("fcu_emulator.emulator.scenario.tables._RUN_PATIENCE_S", 0.02)
+    monkeypatch.setattr("fcu_emulator.emulator.scenario.fields._LINE_PATIENCE_S", 0.01)
+    monkeypatch.setattr("fcu_emulator.emulator.scenario.fields._RUN_PATIENCE_S", 0.02)
     table = f"[[expect]]\nkind = 'printed'\nformat = '{'%s' * 40}%d'\nmax_gap = '1s'\n"
     (finding,) = play(tmp_path, SHORT + table).findings
 
@@ -454,8 +454,8 @@ def test_format_that_can_be_read_in_many_ways_is_a_finding(
 def test_pattern_of_a_number_that_takes_too_long_is_a_finding(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str
 ) -> None:
-    monkeypatch.setattr("fcu_emulator.emulator.scenario.tables._LINE_PATIENCE_S", 0.01)
-    monkeypatch.setattr("fcu_emulator.emulator.scenario.tables._RUN_PATIENCE_S", 0.02)
+    monkeypatch.setattr("fcu_emulator.emulator.scenario.fields._LINE_PATIENCE_S", 0.01)
+    monkeypatch.setattr("fcu_emulator.emulator.scenario.fields._RUN_PATIENCE_S", 0.02)
     keys = {
         "field": 'truth = "roll"\ntolerance = 1',
         "line_follows": 'max_gap = "1s"\nwhen = { quantity = "roll", beyond = 1 }',

@@ -15,9 +15,9 @@ import pytest
 from fcu_emulator import InputError
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.scenario import json_schema, load_scenario, scenario_names
-from fcu_emulator.emulator.scenario.observed import FIELDS, MOVING_G, TRUTH
+from fcu_emulator.emulator.scenario.fields import Resources
+from fcu_emulator.emulator.scenario.run_view import FIELDS, MOVING_G, TRUTH
 from fcu_emulator.emulator.scenario.schema import FirmwareTable, scenario_file
-from fcu_emulator.emulator.scenario.tables import Resources
 from fcu_emulator.firmware_model import Settings
 from fcu_emulator.sensors.lis2mdl import LIS2MDLErrors
 from fcu_emulator.sensors.lps22hb import LPS22HBErrors

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fcu_emulator.emulator.scenario.tables import parse_bus_speed, parse_length
+from fcu_emulator.emulator.scenario.fields import parse_bus_speed, parse_length
 from fcu_emulator.emulator.time.clock import format_duration, parse_duration
 
 PS_PER_S = 10**12

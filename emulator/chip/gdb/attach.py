@@ -23,7 +23,7 @@ from fcu_emulator.emulator.world import World
 
 
 class DebuggedBoard(Protocol):
-    """A board with its firmware: :class:`fcu_emulator.emulator.board.board.Board` is one."""
+    """A board with its firmware: :class:`fcu_emulator.emulator.assembly.board.Board` is one."""
 
     chip: ArmFirmware | None
     clock: Clock

@@ -24,7 +24,7 @@ from fcu_emulator.emulator.chip.gdb.packets import ACK, MALFORMED, NACK, Arrival
 from fcu_emulator.emulator.chip.gdb.session import EXITED, DebuggerExit, GdbSession
 from fcu_emulator.emulator.chip.gdb.target import HaltReason, Target
 from fcu_emulator.emulator.errors import FirmwareError
-from fcu_emulator.emulator.loopback import listen
+from fcu_emulator.emulator.host.loopback import listen
 from fcu_emulator.emulator.time.clock import to_ps
 
 _PATIENCE_S = 0.05  # of wall time for which a halted target waits before others get a turn

@@ -12,7 +12,7 @@ from fcu_emulator.emulator.grading.reports.plots import series_plot, share_bar
 from fcu_emulator.emulator.grading.reports.style import STYLE
 from fcu_emulator.emulator.grading.results import LATE_PENALTY, TOTAL, Graded
 from fcu_emulator.emulator.grading.verdict import CheckResult, DiagnosedCause, RunEvidence, Verdict
-from fcu_emulator.emulator.system_words import command_line
+from fcu_emulator.emulator.host.install_hints import command_line
 
 _MARKS = {"passed": "✓", "partial": "◐", "failed": "✗", "unjudged": "?"}
 _WORDS = {"passed": "passed", "partial": "partly passed", "failed": "not passed", "unjudged": "not judged"}

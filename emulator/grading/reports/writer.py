@@ -15,11 +15,11 @@ from __future__ import annotations
 from contextlib import suppress
 from pathlib import Path
 
-from fcu_emulator.emulator.files import write_atomically
 from fcu_emulator.emulator.grading.reports.class_page import class_page
 from fcu_emulator.emulator.grading.reports.machine import grades_csv, junit_xml
 from fcu_emulator.emulator.grading.reports.student_page import student_page
 from fcu_emulator.emulator.grading.results import Graded, GradedClass
+from fcu_emulator.emulator.host.files import write_atomically
 
 
 class Reports:

@@ -16,11 +16,11 @@ from random import Random
 
 from websockets.sync.client import ClientConnection
 
+from fcu_emulator.emulator.host.loopback import HOST
 from fcu_emulator.emulator.live.address import Address
 from fcu_emulator.emulator.live.server import PageServer
 from fcu_emulator.emulator.live.session import LiveSession
 from fcu_emulator.emulator.live.setup import Setup
-from fcu_emulator.emulator.loopback import HOST
 from tests.campaigns.live_fuzz import fuzzed
 from tests.support.live_fakes import connected
 

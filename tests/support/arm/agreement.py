@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from fcu_emulator import Board
 from fcu_emulator.emulator.analysis.observation import TERMINAL, Observation, ObservedItem, observe
 from fcu_emulator.emulator.analysis.replay import replay
-from fcu_emulator.emulator.board.firmware import python_firmware
-from fcu_emulator.emulator.scenario.observed import FORMATS, deviation
+from fcu_emulator.emulator.assembly.firmware import python_firmware
+from fcu_emulator.emulator.scenario.run_view import FORMATS, deviation
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
 
 TICK_PS = 1_250_000_000  # 800 Hz, the lab's rate

@@ -21,7 +21,7 @@ from fcu_emulator.emulator.chip.cpu.core_registers import (
     CoreRegisters,
 )
 from fcu_emulator.emulator.chip.memory_map import FLASH, RAM, RAM_SIZE
-from tests.support.arm.unicorn_witness import THUMB, Witness
+from tests.support.arm.unicorn_reference import THUMB, Witness
 
 CODE = FLASH + 0x1_0000
 """Branches find flash in both directions, TBH in all of its reach."""

@@ -15,7 +15,7 @@ from fcu_emulator.emulator.chip.gdb.server import GdbServer
 from fcu_emulator.emulator.chip.gdb.session import GdbSession
 from fcu_emulator.emulator.chip.gdb.target import HaltReason, Point, PointKind
 from fcu_emulator.emulator.chip.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE
-from fcu_emulator.emulator.loopback import HOST
+from fcu_emulator.emulator.host.loopback import HOST
 
 START, LOOP_END = FLASH + 0x200, FLASH + 0x300
 INSTRUCTION_PS = 1000

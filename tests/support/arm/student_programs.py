@@ -23,7 +23,7 @@ from typing import Any
 
 from fcu_emulator import Board
 from fcu_emulator.emulator.analysis.mistakes import explain
-from fcu_emulator.emulator.analysis.witness import Witness
+from fcu_emulator.emulator.analysis.recorder import Witness
 from fcu_emulator.emulator.chip.diagnosis import Diagnosis
 from fcu_emulator.firmware_model import arm
 

@@ -26,10 +26,10 @@ from pathlib import Path
 from typing import Any
 
 from fcu_emulator.emulator.errors import InputError, LinkError, OutputError, failure_text
-from fcu_emulator.emulator.files import write_atomically
+from fcu_emulator.emulator.host.files import write_atomically
+from fcu_emulator.emulator.host.loopback import HOST, LARGEST_PORT, listen
 from fcu_emulator.emulator.links.runtime_folder import read_own_file, runtime_folder
 from fcu_emulator.emulator.links.tcp import Coding, Reader
-from fcu_emulator.emulator.loopback import HOST, LARGEST_PORT, listen
 
 LONGEST_MESSAGE = 64 * 1024
 MOST_CALLERS = 8

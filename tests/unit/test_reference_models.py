@@ -1,15 +1,15 @@
-"""Independent programs find what the world put into the sensors; ``python -m tests.support.witnesses`` prints it."""
+"""Independent programs find what the world put into the sensors; ``python -m tests.support.reference_models`` prints it."""
 
 from __future__ import annotations
 
 import pytest
 
-from tests.support import witnesses
+from tests.support import reference_models
 
 
 @pytest.fixture(scope="module")
-def moved() -> witnesses.Moved:
-    return witnesses.moved_by_hand()
+def moved() -> reference_models.Moved:
+    return reference_models.moved_by_hand()
 
 
 @pytest.mark.parametrize(
@@ -21,11 +21,11 @@ def moved() -> witnesses.Moved:
     ],
 )
 def test_filters_recover_the_attitude_of_a_board_that_a_hand_moves(
-    moved: witnesses.Moved, name: str, moved_deg: tuple[float, float], gravity_deg: float
+    moved: reference_models.Moved, name: str, moved_deg: tuple[float, float], gravity_deg: float
 ) -> None:
     """Tilt: right at rest; moved, off by what motion adds to gravity, as taking that away again shows."""
-    pytest.importorskip(witnesses.FILTERS[name][0])
-    still, waved, without_motion = witnesses.attitude_errors(moved, name)
+    pytest.importorskip(reference_models.FILTERS[name][0])
+    still, waved, without_motion = reference_models.attitude_errors(moved, name)
     assert still < 0.5  # a tremor, of 10 mg at most
     assert moved_deg[0] < waved < moved_deg[1]
     assert without_motion < min(waved, gravity_deg)
@@ -33,13 +33,13 @@ def test_filters_recover_the_attitude_of_a_board_that_a_hand_moves(
 
 def test_a_passing_magnet_is_magpylibs_dipole() -> None:
     pytest.importorskip("magpylib")
-    difference, field = witnesses.magnet_difference_mgauss()
+    difference, field = reference_models.magnet_difference_mgauss()
     assert difference < 1e-6 * field
 
 
 def test_the_earths_field_is_that_of_the_models_makers() -> None:
     """To 0.1 nT, the last digit that NCEI gives in its test values."""
     pytest.importorskip("wmm")
-    difference, field = witnesses.field_difference_nt()
+    difference, field = reference_models.field_difference_nt()
     assert field > 40_000
     assert difference < 0.1

@@ -3,7 +3,7 @@
 ::
 
     from hypothesis import given
-    from fcu_emulator.emulator.strategies import samples
+    from fcu_emulator.emulator.testing.strategies import samples
 
     @given(samples())
     def test_pitch_stays_within_90_degrees(sample):
@@ -12,7 +12,7 @@
 Motions are whole scenarios, for a board that runs its firmware; the scenario file that shows a failure again
 is printed with it::
 
-    from fcu_emulator.emulator.strategies import motions
+    from fcu_emulator.emulator.testing.strategies import motions
 
     @given(motions(firmware="lab3.elf"))
     def test_altitude_is_printed_as_a_number(motion):
@@ -39,10 +39,10 @@ import numpy as np
 from hypothesis import note
 from hypothesis import strategies as st
 
+from fcu_emulator.emulator.host.install_hints import command_line
 from fcu_emulator.emulator.scenario.loader import drawn, is_path, load_scenario, read_toml, scenario_of
 from fcu_emulator.emulator.scenario.scenario import Scenario
-from fcu_emulator.emulator.scenario.written import scenario_text
-from fcu_emulator.emulator.system_words import command_line
+from fcu_emulator.emulator.scenario.toml_writer import scenario_text
 from fcu_emulator.emulator.world.attitude import euler_to_matrix
 from fcu_emulator.emulator.world.truth import ZURICH_FIELD_UT
 

@@ -17,8 +17,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from fcu_emulator.emulator.board.board import Board
-from fcu_emulator.emulator.scenario.observed import FORMATS, TRUTH, lab_angles
+from fcu_emulator.emulator.assembly.board import Board
+from fcu_emulator.emulator.scenario.run_view import FORMATS, TRUTH, lab_angles
 from fcu_emulator.emulator.time.clock import PS_PER_MS, Periodic
 
 SETTLE_S = 0.15

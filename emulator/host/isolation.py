@@ -35,7 +35,7 @@ from dataclasses import asdict, dataclass, fields
 from types import FrameType
 
 from fcu_emulator.emulator.errors import InputError
-from fcu_emulator.emulator.text import shown
+from fcu_emulator.emulator.host.text import shown
 
 # -- What a process may take --------------------------------------------------------------------------------
 
@@ -156,9 +156,7 @@ def run_isolated(module: str, arguments: Sequence[str], limits: WorkerLimits) ->
     be started.
     """
     read, write = _lifeline()
-    start = (
-        f"import sys; sys.path[:] = {sys.path!r}; from fcu_emulator.emulator.isolation import work; work()"
-    )
+    start = f"import sys; sys.path[:] = {sys.path!r}; from fcu_emulator.emulator.host.isolation import work; work()"
     own = json.dumps({"limits": asdict(limits), "lifeline": read, "parent": os.getpid()})
     command = [sys.executable, "-P", "-c", start, own, module, *arguments]
     asked: list[int] = []

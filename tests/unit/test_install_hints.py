@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from fcu_emulator.emulator.system_words import _INSTALL, command_line, how_to_install, quoted
+from fcu_emulator.emulator.host.install_hints import _INSTALL, command_line, how_to_install, quoted
 
 
 @pytest.mark.parametrize(

@@ -66,7 +66,7 @@ class TerminalView(SerialEnd, Protocol):
 
 
 class BoardView(RunnableBoard, Protocol):
-    """A board that plays a scenario; :class:`fcu_emulator.emulator.board.board.Board` is one."""
+    """A board that plays a scenario; :class:`fcu_emulator.emulator.assembly.board.Board` is one."""
 
     world: World
     trace: Trace

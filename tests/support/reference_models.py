@@ -1,8 +1,8 @@
 """Independent programs as witnesses of the world: attitude filters, a magnet, the Earth's field.
 
-``python -m tests.support.witnesses`` prints what each of them finds; one whose package is not installed is named and
+``python -m tests.support.reference_models`` prints what each of them finds; one whose package is not installed is named and
 left out. The light ones are in the ``test`` extra; magpylib, which brings plotly along, is not: ``pip install
-magpylib``. ``tests/unit/test_witnesses.py`` asserts the figures.
+magpylib``. ``tests/unit/test_reference_models.py`` asserts the figures.
 """
 
 from __future__ import annotations

@@ -31,16 +31,16 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
-from fcu_emulator.emulator.board.firmware import (
+from fcu_emulator.emulator.assembly.firmware import (
     Backend,
     Choice,
     FirmwareFactory,
     PythonFirmware,
     choose,
 )
-from fcu_emulator.emulator.board.sensor_set import SensorSet
-from fcu_emulator.emulator.board.snapshot import Snapshot
-from fcu_emulator.emulator.board.terminal import Terminal
+from fcu_emulator.emulator.assembly.sensor_set import SensorSet
+from fcu_emulator.emulator.assembly.snapshot import Snapshot
+from fcu_emulator.emulator.assembly.terminal import Terminal
 from fcu_emulator.emulator.boards.description import (
     BoardDescription,
     BoardErrors,

@@ -1,0 +1,1 @@
+"""What the machine gives: files, worker processes, loopback addresses, install hints, text for terminals."""
