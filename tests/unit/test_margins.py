@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -122,6 +123,15 @@ def test_one_offset_is_the_error_of_the_inclination() -> None:
     assert sensor_error("roll", 1.0, settings) == pytest.approx(5.7, abs=0.1)
     assert sensor_error("pitch", 1.0, settings) == pytest.approx(0.0, abs=0.05)
     assert sensor_error("Yaw", 1.0, settings) is None
+
+
+def test_page_has_the_errors_of_typical_boards() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "rubrics.md").read_text(encoding="utf-8")
+    shown = re.findall(r"^\| `\w+`.* \| ([\d.]+) (?:degrees|hPa|m),", page, re.MULTILINE)
+    quantities = (("roll", 45.0), ("Pre", 950.0), ("Altitude", 3.0))
+
+    typical = [sensor_error(*one, SensorSettings("typical")) for one in quantities]
+    assert shown == [f"{one:.1f}" for one in typical]
 
 
 def test_altitude_has_no_error_by_an_offset() -> None:
