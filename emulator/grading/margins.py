@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fcu_emulator.emulator.boards.description import SensorSettings
+from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.grading.rubric import CheckTable, Rubric
 from fcu_emulator.emulator.scenario.conditions import Condition
 from fcu_emulator.emulator.scenario.following import ExpectLineFollows
@@ -38,6 +39,12 @@ BOARDS = 200
 _TEMPLATE_ACC_HZ = 20.0  # noise bandwidth of the accelerometer as the template sets it up: ODR / 400
 _TEMPLATE_BAROMETER = BarometerSettings(Fraction(25), low_current=False, divisor=0)
 _METRES_PER_HPA = 8.4
+_ON_BOARD = next(
+    np.array(next(iter(mounted.mountings.values())))
+    for mounted in FCU001V1.parts
+    if mounted.part.ERRORS is LSM6DSLErrors
+)
+"""From the board's axes to those of the accelerometer."""
 
 
 # -- By how much a correct program is wrong -----------------------------------------------------------------
@@ -73,8 +80,9 @@ def _tilt_error(errors: LSM6DSLErrors, quantity: str, value: float) -> float:
     deviation = Deviation(
         errors.acc_bias_mg, errors.acc_scale_percent, cross_axis_percent=errors.acc_cross_axis_percent
     )
-    measured_mg = deviation.apply(1000 * force_g @ errors.mounted().T, np.zeros(2), np.zeros_like)
-    shown = lab_angles(measured_mg.T)[column]
+    sensed_mg = 1000 * force_g @ (errors.mounted() @ _ON_BOARD).T
+    measured_mg = deviation.apply(sensed_mg, np.zeros(2), np.zeros_like)
+    shown = lab_angles(measured_mg.T @ _ON_BOARD)[column]
     noise_deg = math.degrees(SIGMAS * errors.acc_noise_ug_rthz * math.sqrt(_TEMPLATE_ACC_HZ) * 1e-6)
     return float(np.abs(shown - np.degrees(angles)).max()) + noise_deg
 

@@ -7,9 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from fcu_emulator import Board
 from fcu_emulator.emulator.boards.description import SensorSettings
 from fcu_emulator.emulator.grading.margins import margin_warnings, sensor_error
 from fcu_emulator.emulator.grading.rubric import load_rubric
+from fcu_emulator.emulator.time.clock import PS_PER_S
 
 ALARM = """\
 schema = 1
@@ -118,11 +120,26 @@ def test_margin_below_the_sensors_error_is_warned_of(
 
 
 def test_one_offset_is_the_error_of_the_inclination() -> None:
-    settings = SensorSettings("ideal", {"lsm6dsl": {"acc_bias_mg": (0.0, 100.0, 0.0)}})
+    settings = SensorSettings("ideal", {"lsm6dsl": {"acc_bias_mg": (100.0, 0.0, 0.0)}})
 
     assert sensor_error("roll", 1.0, settings) == pytest.approx(5.7, abs=0.1)
     assert sensor_error("pitch", 1.0, settings) == pytest.approx(0.0, abs=0.05)
     assert sensor_error("Yaw", 1.0, settings) is None
+
+
+@pytest.mark.parametrize("seed", [111, 76])  # of those with the largest errors
+def test_error_is_that_of_a_board(seed: int, tmp_path: Path) -> None:
+    errors = []
+    for roll in (45.0, -45.0):
+        table = f'schema = 1\nquestion = "?"\nduration = "5s"\n[world]\nroll_deg = {roll}\n'
+        (tmp_path / "rest.toml").write_text(table, encoding="utf-8")
+        board = Board("lab3", scenario=tmp_path / "rest.toml", seed=seed)
+        board.run_until_ps(4 * PS_PER_S)
+        errors.append(abs(board.variable("roll") - roll))
+
+    largest = sensor_error("roll", 45.0, SensorSettings("typical"))
+    assert largest is not None
+    assert 6.5 < max(errors) < largest < 7
 
 
 def test_page_has_the_errors_of_typical_boards() -> None:
