@@ -22,7 +22,7 @@ import numpy as np
 from fcu_emulator.emulator.boards.description import SensorSettings
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.grading.rubric import CheckTable, Rubric
-from fcu_emulator.emulator.scenario.conditions import Condition
+from fcu_emulator.emulator.scenario.conditions import Condition, unit_text
 from fcu_emulator.emulator.scenario.following import ExpectLineFollows
 from fcu_emulator.emulator.scenario.hardware import ExpectLedFollows
 from fcu_emulator.emulator.scenario.loader import thresholds_at_ends
@@ -143,8 +143,9 @@ def _unfair(run: str, margins: list[_Margin], settings: SensorSettings) -> Itera
         here = [one for one in margins if (one.quantity, one.value) == (quantity, value)]
         small = [f"{one.place} ({one.least:g})" for one in here if error is not None and one.least < error]
         if small:
+            size = f"{error:.2g}{unit_text(quantity)}"
             yield (
-                f"in run {run} the {settings.grade} sensors show {quantity} {value:g} up to {error:.2g} wrong "
+                f"in run {run} the {settings.grade} sensors show {quantity} {value:g} up to {size} wrong "
                 f"(the largest of {BOARDS} boards), so correct programs can fail with the margin of "
                 f'{", ".join(small)}; give larger margins, or the run sensors = {{ grade = "ideal" }}'
             )
