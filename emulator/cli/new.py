@@ -18,6 +18,7 @@ from fcu_emulator.emulator.cli.project import shown_exercises
 from fcu_emulator.emulator.cli.toolchain import COMPILER, find_compiler
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.grading.rubric import PROJECT_RUBRIC, ExerciseTable, Rubric, load_rubric
+from fcu_emulator.emulator.grading.trials import lines_of
 from fcu_emulator.emulator.host.install_hints import how_to_install, quoted
 from fcu_emulator.emulator.host.text import visible
 from fcu_emulator.firmware_model import arm
@@ -68,7 +69,10 @@ def _write(directory: Path, bus: str, lab: Rubric | None) -> None:
     for pattern in _SUPPORT:
         for file in sorted((sources / "support").glob(pattern)):
             shutil.copyfile(file, support / file.name)
-    shutil.copyfile(sources / "template" / "main.c", directory / "main.c")
+    if lab is None:
+        shutil.copyfile(sources / "template" / "main.c", directory / "main.c")
+    else:
+        _write_text(directory / "main.c", main_of(lab))
     shutil.copyfile(scaffold / "gitignore", directory / ".gitignore")
     readme = (scaffold / "README.md").read_text(encoding="utf-8") if lab is None else readme_of(lab)
     readme += (scaffold / "README-board.md").read_text(encoding="utf-8")
@@ -86,6 +90,13 @@ def _write(directory: Path, bus: str, lab: Rubric | None) -> None:
 def _write_text(path: Path, text: str) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text, encoding="utf-8", newline="\n")
+
+
+def main_of(rubric: Rubric) -> str:
+    """Return main.c of a project with its own rubric. LAB3's line after set-up stays if the rubric asks for it."""
+    if arm.BOOT_LINE in lines_of(rubric):
+        return arm.template_of(rubric.title, arm.BOOT_LINE)
+    return arm.template_of(rubric.title)
 
 
 def readme_of(rubric: Rubric) -> str:

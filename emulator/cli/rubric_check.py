@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import click
 
+from fcu_emulator.emulator.grading.margins import margin_warnings
 from fcu_emulator.emulator.grading.rubric import Rubric, load_rubric
 from fcu_emulator.emulator.grading.trials import Trial, trials
 from fcu_emulator.emulator.host.install_hints import quoted
@@ -33,6 +34,8 @@ def check_rubric(file: str, programs: bool) -> None:
             f"run {run} names a scenario with {expectations} expectations that no check counts; "
             "a check of that run without expect takes them"
         )
+    for warning in margin_warnings(rubric):
+        _warn(warning)
     if programs:
         _try(file, rubric)
 

@@ -68,7 +68,9 @@ def shipped_digests() -> Mapping[str, str]:
             file = arm.prebuilt(program, bus)
             found[program_digest(SubmittedFirmware(file.name, file.read_bytes()))] = program
     template = arm.sources() / "template" / "main.c"
-    found[source_digest(SubmittedSource({"main.c": template.read_bytes()}))] = "template"
+    others = (arm.template_of(""), arm.template_of("", arm.BOOT_LINE))
+    for text in (template.read_bytes(), *(one.encode() for one in others)):
+        found[source_digest(SubmittedSource({"main.c": text}))] = "template"
     found[_OF_SOLUTION.read_text(encoding="ascii").strip()] = "solution"
     return found
 

@@ -7,7 +7,7 @@ verdict is the same on a loaded machine. Each run of the rubric that the wanted 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from importlib.metadata import version
@@ -34,6 +34,7 @@ from fcu_emulator.emulator.grading.verdict import (
     RunEvidence,
     Series,
     Verdict,
+    requires_text,
 )
 from fcu_emulator.emulator.scenario.expectations import (
     Expectation,
@@ -135,6 +136,7 @@ def reworded(verdict: Verdict, rubric: Rubric) -> Verdict:
         result.model_copy(
             update={
                 "title": tables[result.check].title,
+                "actual": _actual(result, tables),
                 "hint": tables[result.check].hint_for(result.finding, result.fault) if result.finding else "",
                 "visibility": tables[result.check].visible,
                 "detail": tables[result.check].detail,
@@ -153,6 +155,12 @@ def reworded(verdict: Verdict, rubric: Rubric) -> Verdict:
         "checks": tuple(checks),
     }
     return verdict.model_copy(update=changed)
+
+
+def _actual(result: CheckResult, tables: Mapping[str, CheckTable]) -> str:
+    """What was seen, with the current titles of the checks that it names."""
+    unmet = [(one, tables[one].title) for one in result.requires_unmet]
+    return requires_text(unmet) if unmet else result.actual
 
 
 def firmware_digest(firmware: Program) -> str:

@@ -107,19 +107,19 @@ def _withheld(result: CheckResult, required: Sequence[CheckResult], hint: str) -
     """The result of a check, given those that it requires."""
     if result.outcome == "failed":
         return result
-    unmet = tuple(one.check for one in required if one.outcome in ("failed", "partial"))
-    if unmet:
+    missing = [one for one in required if one.outcome in ("failed", "partial")]
+    if missing:
         changed = {
             "outcome": "failed",
             "points": 0.0,
             "expected": "",
-            "actual": requires_text(unmet),
+            "actual": requires_text((one.check, one.title) for one in missing),
             "printed": "",
             "finding": PREREQUISITE,
             "fault": "",
             "hint": hint,
             "unjudged_because": "",
-            "requires_unmet": unmet,
+            "requires_unmet": tuple(one.check for one in missing),
         }
         return result.model_copy(update=changed)
     unjudged = [one for one in required if one.outcome == "unjudged"]

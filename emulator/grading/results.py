@@ -51,7 +51,7 @@ class Graded(_ResultModel):
     """One student. ``verdict`` is None unless something was judged, and is kept here without evidence.
 
     ``reason``: why it is not judged, or not wholly. ``report``: the name of the student's files, without
-    suffix. ``on_roster``: False for a submission of a student whom the roster does not have. ``files``: the
+    suffix. ``on_roster``: whether the roster has the student; None without a roster. ``files``: the
     names of what was handed in; none in anonymous reports, so ``handed_in`` counts them. ``submitted``: ISO
     8601, in local time, as the platform or the file says. ``late``: after the deadline, or so the platform
     says; ``late_by_s``: None if it is not known by how much. ``late_penalty``: by the rubric, in points, or as
@@ -68,7 +68,7 @@ class Graded(_ResultModel):
     firmware: str = ""
     build_log: str = ""
     report: str
-    on_roster: bool = True
+    on_roster: bool | None = None
     files: tuple[str, ...] = ()
     handed_in: int = 0
     note: str = ""

@@ -23,12 +23,14 @@ import hashlib
 import hmac
 import json
 import os
+from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, field_validator, model_validator
+from pydantic_core import PydanticCustomError
 
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.chip.firmware import WORK_PER_S
@@ -87,6 +89,23 @@ FindingKind: TypeAlias = Literal[
 """How an expectation may be missed; of a LED and of reads on the bus more exactly; and that a required check
 has not passed."""
 
+_TABLES_OF_A_RUN = ("board", "bus", "firmware_settings", "sensors", "world")
+_ARRAYS_OF_A_RUN = ("threshold", "timeline")
+_OF_A_RUN = {
+    **{name: f"[run.NAME.{name}], NAME being the run's name" for name in _TABLES_OF_A_RUN},
+    **{name: f"[[run.NAME.{name}]], NAME being the run's name" for name in _ARRAYS_OF_A_RUN},
+    "duration": 'duration = "8s" in [run.NAME], NAME being the run\'s name',
+    "question": "question = ... in [run.NAME], NAME being the run's name",
+}
+_OF_THE_TOP = {"limits": "[limits], before the exercises", "late": "[late], before the exercises"}
+_OF_A_CHECK = {
+    "expect": "[[exercise.check.expect]], or expect = [...] in [[exercise.check]]",
+    "hint": "[exercise.check.hint], or hint = ... in [[exercise.check]]",
+    **{name: f"{name} = ... in [[exercise.check]]" for name in ("points", "requires")},
+}
+_CHECK = {"check": "[[exercise.check]]"}
+"""Where keys belong that are often written in another table."""
+
 # -- The file -----------------------------------------------------------------------------------------------
 
 
@@ -101,6 +120,8 @@ class CheckTable(Table):
     (:mod:`fcu_emulator.emulator.grading.prerequisites`). Without ``expect`` it takes the expectations of the
     scenario that its run names.
     """
+
+    MISPLACED: ClassVar[Mapping[str, str]] = {**_OF_A_RUN, **_OF_THE_TOP}
 
     id: Name
     title: Title
@@ -130,6 +151,8 @@ class CheckTable(Table):
 class ExerciseTable(Table):
     """One ``[[exercise]]``; ``next``: what to do while it is not done; ``run``: that of its checks."""
 
+    MISPLACED: ClassVar[Mapping[str, str]] = {**_OF_A_RUN, **_OF_THE_TOP, **_OF_A_CHECK}
+
     id: Name
     title: Title
     run: Name | None = None
@@ -149,6 +172,8 @@ class RubricLimits(Table):
 class RubricFile(Table):
     """The file."""
 
+    MISPLACED: ClassVar[Mapping[str, str]] = {**_OF_A_RUN, **_OF_A_CHECK, **_CHECK}
+
     schema_: Literal[1] = Field(alias="schema")
     title: Title
     seed: int | Literal["per-student"] = "per-student"
@@ -156,6 +181,15 @@ class RubricFile(Table):
     limits: RubricLimits = Field(default_factory=lambda: RubricLimits.model_validate({}))
     late: LateTable | None = None
     exercise: list[ExerciseTable] = Field(min_length=1, max_length=MOST_EXERCISES)
+
+    @field_validator("run", mode="before")
+    @classmethod
+    def _refuse_run_without_name(cls, runs: Any) -> Any:
+        for key, value in runs.items() if isinstance(runs, dict) else ():
+            if not isinstance(value, dict):
+                problem = f"is {shown(value)}; give each run a name: [run.NAME]"
+                raise PydanticCustomError("unknown_key", "{problem}", {"key": str(key), "problem": problem})
+        return runs
 
     @model_validator(mode="after")
     def _everything_has_one_name(self) -> RubricFile:
@@ -224,6 +258,16 @@ class Rubric:
         name = check.run or exercise.run
         assert name is not None  # which the constructor has made sure of
         return name
+
+    @property
+    def runs(self) -> list[str]:
+        """The names of the runs."""
+        return list(self._runs)
+
+    def table_of(self, run: str) -> dict[str, Any]:
+        """The table of a run's scenario, as in the file that has it."""
+        named: dict[str, Any] | None = self._source(run)
+        return self._runs[run] if named is None else named
 
     @property
     def same_for_all(self) -> bool:

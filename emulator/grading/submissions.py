@@ -82,8 +82,8 @@ class Submission:
 
     student: Student
     path: Path | None
-    known: bool = True
-    """Whether the student is on the roster, or there is no roster."""
+    known: bool | None = None
+    """Whether the student is on the roster; None without a roster."""
     problem: str = ""
     """Why it cannot be taken, known already from where it lies."""
     entries: tuple[HandedIn, ...] = ()
@@ -168,7 +168,7 @@ class _Resolved(NamedTuple):
 
     entry: HandedIn
     student: Student
-    known: bool
+    known: bool | None
     problem: str
     sure: bool = True
 
@@ -186,7 +186,7 @@ def find_submissions(where: Path, roster: Roster | None, scratch: Path) -> list[
         if first is not None and not one.sure and one.entry.group != first.entries[0].group:
             student = Student(platforms.stem(one.entry.path))
             problem = f"its name is that of {_shown(first.student)}, who has another submission"
-            one = _Resolved(one.entry, student, False, problem)  # noqa: PLW2901
+            one = _Resolved(one.entry, student, None if roster is None else False, problem)  # noqa: PLW2901
             first = found.get(student.id.casefold())
         found[one.student.id.casefold()] = _joined(first, one)
     if not found:
@@ -194,7 +194,9 @@ def find_submissions(where: Path, roster: Roster | None, scratch: Path) -> list[
     if roster is None:
         return sorted(found.values(), key=lambda one: one.student.id.casefold())
     listed = [
-        found.pop(student.id.casefold(), Submission(student, None, problem="nothing was handed in"))
+        found.pop(
+            student.id.casefold(), Submission(student, None, known=True, problem="nothing was handed in")
+        )
         for student in roster.students
     ]
     return [*listed, *sorted(found.values(), key=lambda one: one.student.id.casefold())]
@@ -232,9 +234,9 @@ def _resolved(entry: HandedIn, roster: Roster | None) -> _Resolved:
     """Find the student of an entry: the teacher's word counts, then the platform's ids, then names."""
     unknown = Student(platforms.stem(entry.path))
     if entry.problem and entry.is_there:  # its name can be read in two ways
-        return _Resolved(entry, unknown, roster is None, entry.problem)
+        return _Resolved(entry, unknown, None if roster is None else False, entry.problem)
     if roster is None:
-        return _Resolved(entry, entry.student, True, entry.problem)
+        return _Resolved(entry, entry.student, None, entry.problem)
     if listed := roster.find(entry.path.name, unknown.id):
         return _Resolved(entry, listed, True, entry.problem)
     by_id = [listed for key in entry.ids if (listed := roster.find(key))]

@@ -58,9 +58,13 @@ class CheckResult(_VerdictModel):
     """The checks that this one requires and that have not passed, if that is why it has no points."""
 
 
-def requires_text(unmet: Iterable[str]) -> str:
-    """Say that a check earns nothing because of the checks that it requires."""
-    return f"no points without {', '.join(unmet)}, which this check requires"
+def requires_text(unmet: Iterable[tuple[str, str]]) -> str:
+    """Say that a check earns nothing because of the checks (name, title) that it requires."""
+    return _without(f'"{title}" ({name})' for name, title in unmet)
+
+
+def _without(names: Iterable[str]) -> str:
+    return f"no points without {', '.join(names)}, which this check requires"
 
 
 class Series(_VerdictModel):
@@ -247,7 +251,7 @@ def _is_open(check: CheckResult, shown: set[str]) -> bool:
 def _for_student(check: CheckResult, unnamed: Collection[str] = ()) -> CheckResult:
     """As much of a check as a student may see; ``unnamed``: the checks that are not to be named."""
     if any(one in unnamed for one in check.requires_unmet):
-        actual = requires_text(["a check that is not shown"])
+        actual = _without(["a check that is not shown"])
         check = check.model_copy(update={"actual": actual, "requires_unmet": ()})
     if check.detail == "full":
         return check

@@ -20,7 +20,7 @@ from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 from fcu_emulator.emulator.host.text import shown
 from fcu_emulator.emulator.scenario.expectations import QuantityName, RunView
 from fcu_emulator.emulator.scenario.fields import LED_NAMES, Table, board_of
-from fcu_emulator.emulator.scenario.run_view import SAMPLE_STEP_PS, deviation
+from fcu_emulator.emulator.scenario.run_view import SAMPLE_STEP_PS, deviation, unit_of
 from fcu_emulator.emulator.time.clock import NEVER_PS
 from fcu_emulator.emulator.trace import GpioEdge
 
@@ -69,6 +69,11 @@ class Followed(NamedTuple):
     condition: str
     wanted: tuple[tuple[int, int], ...]
     shown: tuple[tuple[int, int], ...]
+
+
+def unit_text(quantity: str) -> str:
+    """The unit of a quantity as it follows a number in a message: " degrees", " hPa"."""
+    return " degrees" if quantity.lower() in ("pitch", "roll", "yaw") else f" {unit_of(quantity)}"
 
 
 class Condition(Table):
@@ -131,7 +136,7 @@ class Condition(Table):
         return tuple((one.begin_ps, one.end_ps) for one in self.stretches(seen) if one.holds)
 
     def value_text(self, seen: RunView, at_ps: int) -> str:
-        """The state at a moment, for findings: " with roll 44.2"."""
+        """The state at a moment, for findings: " with a true roll of 44.2 degrees"."""
         if self.led is not None:
             return ""
         name = self.quantity or ""
@@ -139,4 +144,4 @@ class Condition(Table):
         index, rest_ps = divmod(at_ps, SAMPLE_STEP_PS)
         before, after = (samples[min(one, len(samples) - 1)] for one in (index, index + 1))
         value = before + deviation(name, after, before) * rest_ps / SAMPLE_STEP_PS
-        return f" with {name} {value:.4g}"
+        return f" with a true {name} of {value:.4g}{unit_text(name)}"

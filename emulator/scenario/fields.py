@@ -69,6 +69,8 @@ class Table(BaseModel):
 
     RENAMED: ClassVar[Mapping[str, str]] = {}
     """Current names of keys, by those of the previous release."""
+    MISPLACED: ClassVar[Mapping[str, str]] = {}
+    """Where keys belong that are often written here instead."""
 
     @model_validator(mode="before")
     @classmethod
@@ -84,6 +86,8 @@ class Table(BaseModel):
                 near = difflib.get_close_matches(str(key)[:40], known, n=1)
                 hint = f"did you mean {near[0]}? " if near else ""
                 problem = f"unknown key; {hint}known here: {', '.join(known)}"
+                if key in cls.MISPLACED:
+                    problem = f"is not a key of this table; write {cls.MISPLACED[key]}"
                 raise PydanticCustomError("unknown_key", "{problem}", {"key": str(key), "problem": problem})
         return data
 

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Literal, NamedTuple
 import numpy as np
 from pydantic import Field, model_validator
 
-from fcu_emulator.emulator.scenario.conditions import Condition, Followed, LedName, led_states
+from fcu_emulator.emulator.scenario.conditions import Condition, Followed, LedName, led_states, unit_text
 from fcu_emulator.emulator.scenario.expectations import Expectation, Miss, RunView, Windowed
 from fcu_emulator.emulator.scenario.fields import Duration, Length
 from fcu_emulator.emulator.scenario.run_view import SAMPLE_STEP_PS, BoardView
@@ -130,7 +130,7 @@ class ExpectLedFollows(Windowed):
         if not wrong:
             return None
         one_sided = _one_sided(looks, self.settle)
-        finding = _finding(looks, wrong, one_sided)
+        finding = _finding(looks, wrong, one_sided, self._growing(looks))
         if one_sided is not None and finding == "one side":
             text = self._seen(finding, one_sided.first, one_sided.late_ps, looks)
         else:
@@ -159,6 +159,12 @@ class ExpectLedFollows(Windowed):
                 yield _LedLook(at_ps, value, steep, lit, other_steep, since_ps, changed)
             before_ps, before = at_ps, value
 
+    def _growing(self, looks: Sequence[_LedLook]) -> Sequence[_LedLook]:
+        """The looks with a LED that is lit above the threshold, if this one is to be lit below it."""
+        if self.condition.below is None:
+            return looks
+        return [look._replace(lit=not look.lit, steep=not look.steep) for look in looks]
+
     def _values(self, seen: RunView) -> Iterator[tuple[int, float, float]]:
         """(time, value, the other inclination or 0) every 10 ms."""
         name = self.condition.quantity or ""
@@ -174,10 +180,10 @@ class ExpectLedFollows(Windowed):
         first = first.at_change()
         state = "lit" if first.lit else "dark"
         quantity = self.condition.quantity or ""
-        degrees = " degrees" if quantity in ("pitch", "roll") else ""
+        degrees = unit_text(quantity) if quantity in ("pitch", "roll") else ""
         side = "negative" if first.angle > 0 else "positive"
         late = f", and follows up to {seconds(late_ps)} late" if late_ps else ""
-        where = f"at {seconds(first.at_ps)} with {quantity} {first.angle:.1f}{degrees}"
+        where = f"at {seconds(first.at_ps)} with a true {quantity} of {first.angle:.1f}{unit_text(quantity)}"
         here = f"{self.led.upper()} is {state} {where}"
         more = {
             "never lit": f", and is never lit: is its condition true for this {quantity}{degrees and ', in degrees'}?",
@@ -185,7 +191,7 @@ class ExpectLedFollows(Windowed):
             "inverted": ": it is lit and dark the wrong way round",
             "blinks": ", and changes while the board rests",
             "late": f": it follows up to {seconds(late_ps)} late, as from main's loop, not in the callback",
-            "threshold": f": its threshold is {_threshold_text(looks, self.condition.limit, degrees)}",
+            "threshold": f": its threshold is {_threshold_text(self._growing(looks), self.condition)}",
             "other axis": f": it follows {'roll' if quantity == 'pitch' else 'pitch'}",
             "one side": f": it is lit for {side} {'angles' if degrees else 'values'} only{late}",
         }
@@ -209,8 +215,13 @@ class _OneSided(NamedTuple):
     """How late it is where it is right; 0 if it is in time."""
 
 
-def _finding(looks: Sequence[_LedLook], wrong: Sequence[_LedLook], one_sided: _OneSided | None) -> str:
-    """Which kind of mistake it is; "" if none of these."""
+def _finding(
+    looks: Sequence[_LedLook],
+    wrong: Sequence[_LedLook],
+    one_sided: _OneSided | None,
+    growing: Sequence[_LedLook],
+) -> str:
+    """Which kind of mistake it is; "" if none of these. ``growing``: the looks, lit above the threshold."""
     settled = _settled(looks)
     inverted = sum(look.lit is not look.steep for look in settled)
     kinds = (
@@ -219,7 +230,7 @@ def _finding(looks: Sequence[_LedLook], wrong: Sequence[_LedLook], one_sided: _O
         ("inverted", bool(settled) and inverted >= _MOSTLY * len(settled)),
         ("other axis", _follows_other(looks)),
         ("one side", one_sided is not None),
-        ("threshold", _threshold(looks) is not None),
+        ("threshold", _threshold(growing) is not None),
         ("blinks", _blinks(looks)),
         ("late", _is_late(looks, wrong)),
     )
@@ -284,10 +295,12 @@ def _is_sure(before: _LedLook, look: _LedLook) -> bool:
     return look.lit is not before.lit and look.lit is (grows > 0)
 
 
-def _threshold_text(looks: Sequence[_LedLook], beyond: float, degrees: str) -> str:
-    dark, lit = _threshold(looks) or (0.0, 90.0)
-    integers = ", as with abs() of an int for fabsf()" if degrees and beyond < dark < beyond + 1 else ""
-    return f"between {dark:.1f} and {lit:.1f}{degrees}, not {beyond:g}{integers}"
+def _threshold_text(growing: Sequence[_LedLook], condition: Condition) -> str:
+    dark, lit = _threshold(growing) or (0.0, 90.0)
+    beyond = condition.beyond
+    is_integer = beyond is not None and beyond < dark < beyond + 1
+    integers = ", as with abs() of an int for fabsf()" if is_integer else ""
+    return f"between {dark:.1f} and {lit:.1f}{unit_text(condition.quantity or '')}{integers}"
 
 
 def _follows_other(looks: Sequence[_LedLook]) -> bool:

@@ -43,7 +43,12 @@ from fcu_emulator.emulator.scenario.renamed import with_current_keys
 from fcu_emulator.emulator.scenario.rules import with_rules
 from fcu_emulator.emulator.scenario.scenario import Scenario
 from fcu_emulator.emulator.scenario.schema import scenario_file
-from fcu_emulator.emulator.scenario.thresholds import ThresholdSection, parse_thresholds, put_in_place
+from fcu_emulator.emulator.scenario.thresholds import (
+    ThresholdSection,
+    ThresholdTable,
+    parse_thresholds,
+    put_in_place,
+)
 from fcu_emulator.emulator.time.clock import PS_PER_MS, format_duration, parse_duration, seconds
 
 
@@ -88,11 +93,7 @@ def _drawn_scenario(
     table = drawn(table, pick, str(path))
     if "threshold" not in table:
         return _scenario(table, path, board, name)
-    try:
-        thresholds = parse_thresholds(table["threshold"])
-    except ValidationError as error:
-        problem = scenario_error(str(path), error)
-        raise ScenarioError(problem.file, f"threshold{problem.key}", problem.problem) from error
+    thresholds = _thresholds(table, str(path))
     table, parts = put_in_place(table, thresholds, pick, str(path))
     try:
         scenario = _scenario(table, path, board, name)
@@ -105,6 +106,20 @@ def _drawn_scenario(
     for part in parts:
         _refuse_disturbed(part, scenario)
     return scenario
+
+
+def thresholds_at_ends(table: Mapping[str, Any], file: str) -> list[tuple[ThresholdTable, ThresholdTable]]:
+    """Return each threshold of a scenario's table with both ends of its draws. Raises ScenarioError."""
+    low, high = (_thresholds(drawn(table, pick, file), file) for pick in (_lowest, _highest))
+    return list(zip(low, high, strict=True))
+
+
+def _thresholds(table: Mapping[str, Any], file: str) -> list[ThresholdTable]:
+    try:
+        return parse_thresholds(table.get("threshold", []))
+    except ValidationError as error:
+        problem = scenario_error(file, error)
+        raise ScenarioError(problem.file, f"threshold{problem.key}", problem.problem) from error
 
 
 def _refuse_disturbed(part: ThresholdSection, scenario: Scenario) -> None:

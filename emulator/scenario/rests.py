@@ -63,10 +63,11 @@ def mistake(rests: Sequence[Rest], condition: Condition) -> tuple[str, str]:
     if _is_one_sided(wrong, shown):
         side = "positive" if shown[0].value > 0 else "negative"
         return "one side", f": it is printed for {side} values only"
-    low, high = (max(abs(rest.value) for rest in silent), min(abs(rest.value) for rest in shown))
-    if low < high and condition.below is None:
+    beyond, within = (silent, shown) if condition.below is not None else (shown, silent)
+    low, high = (max(abs(rest.value) for rest in within), min(abs(rest.value) for rest in beyond))
+    if low < high:
         between = f"between {low:.1f} and {high:.1f}"
-        return "threshold", f": its threshold is {between}, not {condition.limit:g}"
+        return "threshold", f": its threshold is {between}"
     return "", ""
 
 

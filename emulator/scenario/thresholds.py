@@ -7,8 +7,8 @@
     value = 45
     margin = 1
 
-becomes motions of the timeline: the board rests for ``rest`` at 44, 46, -44 and -46 degrees of roll, once far
-beyond, and once with the pitch at 46 degrees instead, in an order that is drawn from the seed. A program with
+becomes motions of the timeline: the board rests for ``rest`` at 44, 46, -44 and -46 degrees of roll, once ten
+margins beyond, and once with the pitch at 46 degrees instead, in an order that is drawn from the seed. A program with
 another threshold, for one side only or for the other axis is wrong at one of these rests.
 
 Decision: a threshold is put in place as entries of the timeline when a file is read, as a rule is as an

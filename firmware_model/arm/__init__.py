@@ -17,6 +17,28 @@ def sources() -> Path:
     return Path(__file__).parent  # packages are always installed unpacked
 
 
+_HEADER = """\
+/* {title}
+ *
+ * The template: it samples the sensors 800 times a second and prints them once a second. The places for your own code
+ * are marked YOUR CODE HERE.
+ */
+"""
+BOOT_LINE = "LAB3 Init..."
+_OF_LAB3 = {
+    " (pitch, roll, azimuth; getAltitude, eCompass, MagCalibration)": "",
+    "altitude, pitch, roll and yaw in the format of the slides": "the lines that the exercises ask for",
+}
+
+
+def template_of(title: str, boot_line: str = "Init...") -> str:
+    """Return the template's main.c for another lab than LAB3, with its title and the line after set-up."""
+    _, text = (sources() / "template" / "main.c").read_text(encoding="utf-8").split("*/\n", 1)
+    for of_lab3, general in {**_OF_LAB3, BOOT_LINE: boot_line}.items():
+        text = text.replace(of_lab3, general)
+    return _HEADER.format(title=title.replace("*/", "* /").replace("/*", "/ *")) + text
+
+
 def prebuilt(program: str, bus: str = "I2C2") -> Path:
     """The ELF file of one of ``PROGRAMS`` for one of ``BUSES``. Raises ValueError naming the known ones."""
     if program not in PROGRAMS:

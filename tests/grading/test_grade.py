@@ -225,6 +225,7 @@ def test_a_roster_names_orders_and_says_who_is_missing(
     assert found["9"]["status"] == "missing"
     assert found["9"]["points"] == ""
     assert found["ada"]["points"] == "3"
+    assert [found[who]["on_roster"] for who in ("7", "9", "ada")] == ["yes", "yes", "no"]
     assert "not on the roster" in (out / "index.html").read_text(encoding="utf-8")
 
 

@@ -281,6 +281,14 @@ def test_students_page_says_what_was_handed_in_and_ends_a_question_once() -> Non
     assert "x?." not in page.text
 
 
+def test_class_without_a_roster_has_no_answer_about_it() -> None:
+    one = graded("ada", on_roster=None)
+
+    assert next(csv.DictReader(io.StringIO(grades_csv(whole(one)))))["on_roster"] == ""
+    assert "on the roster" not in class_page(whole(one)).lower()
+    assert GradedClass.from_json(whole(one).to_json()) == whole(one)
+
+
 def test_class_page_lists_late_ones_and_those_not_on_the_roster() -> None:
     late = graded("ada", late=True, late_by_s=3700, files=tuple(f"{number}.c" for number in range(9)))
     page = assert_harmless(class_page(whole(late, graded("eve", on_roster=False, files=("eve.c",)))))

@@ -59,7 +59,7 @@ def alarm(condition: str) -> tuple[str, str]:
 
 
 WRONG = {
-    "the solution": (),
+    "your own program": (),
     "threshold 40 in both conditions": (("45.0f", "40.0f"),),
     "one side only: `roll < -45.0f` in both": ((BOTH, "roll < -45.0f"),),
     "`fabsf` missing at the LED": (led("roll > 45.0f"),),

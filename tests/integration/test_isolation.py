@@ -136,7 +136,10 @@ def test_memory_that_runs_out_blames_nobody(program: str) -> None:
 
 def test_a_worker_may_put_itself_under_limits_again() -> None:
     """As one that does many tasks: the second call does not shorten what the first has left."""
-    code = "from fcu_emulator.emulator.host.isolation import Limits; [Limits(cpu_s=5).apply() for _ in range(3)]; print('done')"
+    code = (
+        "from fcu_emulator.emulator.host.isolation import WorkerLimits\n"
+        "[WorkerLimits(cpu_s=5).apply() for _ in range(3)]; print('done')"
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (0, "done\n"), done.stderr
 

@@ -181,9 +181,26 @@ def test_check_earns_nothing_without_its_prerequisites(tmp_path: Path) -> None:
     assert (runs.outcome, runs.points, runs.finding) == ("failed", 0.0, "prerequisite")
     assert runs.requires_unmet == ("1.pitch",)
     assert "1.pitch" in runs.actual
+    assert "the pitch is printed" in runs.actual
     assert runs.hint == "Print the pitch first."
     assert after.requires_unmet == ("2.runs",)
     assert verdict.points == 0
+
+
+def test_new_title_of_a_prerequisite_is_told_without_a_run(tmp_path: Path) -> None:
+    verdict = judged_by(tmp_path, NEEDY, "template")
+    renamed = NEEDY.replace('title = "the pitch is printed"', 'title = "the pitch comes"')
+    (tmp_path / "needy.toml").write_text(renamed, encoding="utf-8")
+
+    assert reworded(verdict, load_rubric(tmp_path / "needy.toml")) == judged_by(tmp_path, renamed, "template")
+
+
+@pytest.mark.parametrize(("key", "told"), [("title", True), ('detail = "none"\ntitle', False)])
+def test_title_of_a_hidden_prerequisite_is_not_told(tmp_path: Path, key: str, told: bool) -> None:
+    text = NEEDY.replace('title = "the pitch is printed"', f'{key} = "the pitch is printed"')
+    runs = judged_by(tmp_path, text, "template").for_student().checks[1]
+
+    assert ("the pitch is printed" in runs.actual) is told
 
 
 def test_hint_of_one_text_is_not_about_prerequisites(tmp_path: Path) -> None:

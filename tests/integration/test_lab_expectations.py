@@ -116,7 +116,9 @@ def test_findings_give_the_angle_of_their_moment(tmp_path: Path) -> None:
 
     assert len(findings) == 2
     for finding in findings:
-        at_s, roll = map(float, re.findall(r"at ([0-9.]+) s with roll ([0-9.]+)", finding.miss.seen)[0])
+        at_s, roll = map(
+            float, re.findall(r"at ([0-9.]+) s with a true roll of ([0-9.]+)", finding.miss.seen)[0]
+        )
         share = at_s - 2  # of a turn with minimum jerk
         true = 60 * (10 * share**3 - 15 * share**4 + 6 * share**5)
         assert roll == pytest.approx(true, abs=0.15)
@@ -130,6 +132,37 @@ def test_threshold_is_named_if_it_is_proven_wrong(tmp_path: Path) -> None:
 
     assert wrong.miss.kind == "threshold"
     assert low <= 30 <= high < 45
+
+
+FALLING = (
+    "[world]\npressure_hpa = 980\n"
+    '[[timeline]]\ndo = "change_pressure"\nchange_hpa = -26\nat = "2s"\nfor = "1s"\n'
+    '[[timeline]]\ndo = "change_pressure"\nchange_hpa = -8\nat = "6s"\nfor = "1s"\n'
+    '[[timeline]]\ndo = "change_pressure"\nchange_hpa = -8\nat = "10s"\nfor = "1s"\n'
+)
+LOW = 'when = { quantity = "Pre", below = 950, margin = 0.5 }\n'
+
+
+@pytest.mark.parametrize(
+    ("limit", "found"), [(950, []), (960, ["threshold", "threshold"]), (942, ["threshold", "threshold"])]
+)
+def test_threshold_below_which_something_is_due_is_named(
+    tmp_path: Path, limit: int, found: list[str]
+) -> None:
+    text = IDEAL.replace("schema = 1", 'schema = 1\nduration = "14s"') + FALLING
+    text += f'[[expect]]\nkind = "led_follows"\nled = "led1"\n{LOW}'
+    text += f'[[expect]]\nkind = "line_follows"\ntext = "ALARM"\nmax_gap = "1.1s"\n{LOW}'
+    low = program(lit=lambda one: one.press < limit, said=lambda one: "ALARM" * (one.press < limit))
+
+    assert [one.miss.kind for one in played(tmp_path, text, low).findings] == found
+
+
+@pytest.mark.parametrize(("limit", "found"), [(40, {"led_follows"}), (50, set()), (59, set())])
+def test_motion_past_a_threshold_shows_an_early_led_only(tmp_path: Path, limit: int, found: set[str]) -> None:
+    text = IDEAL.replace("schema = 1", 'schema = 1\nduration = "5s"') + PASSING + ALARM + LED
+    wrong = program(lit=lambda one: abs(one.roll) > limit, said=lambda one: "ALARM" * (abs(one.roll) > limit))
+
+    assert {one.kind for one in played(tmp_path, text, wrong).findings} == found
 
 
 def test_line_printed_once_is_missing_later(tmp_path: Path) -> None:

@@ -12,7 +12,10 @@ from urllib.parse import urlsplit
 
 import pytest
 
+from fcu_emulator.emulator.grading.copies import shipped_digests, source_digest
+from fcu_emulator.emulator.grading.submissions import SubmittedSource
 from fcu_emulator.emulator.live.address import Address
+from fcu_emulator.firmware_model import arm
 from fcu_emulator.firmware_model.arm import prebuilt
 from tests.support.live_fakes import connected
 
@@ -115,6 +118,34 @@ def test_rubric_that_names_files_elsewhere_is_not_copied(desk: Path) -> None:
     done = fcu(desk, "new", "lab", "--rubric", "deep/pitch.toml")
 
     assert (done.returncode, (desk / "lab").exists()) == (2, False)
+
+
+TITLE = 'Tilt */ "alarm" /* 100 %'
+
+
+@pytest.mark.parametrize("asked", [False, True])
+def test_program_of_a_project_names_its_lab(desk: Path, asked: bool) -> None:
+    line = ', { kind = "line", text = "LAB3 Init..." }' if asked else ""
+    rubric = RUBRIC.replace('"2s" }', f'"2s" }}{line}').replace('"Print the pitch"', f"'{TITLE}'")
+    (desk / "pitch.toml").write_text(rubric, encoding="utf-8")
+    fcu(desk, "new", "lab", "--rubric", "pitch.toml")
+    program = (desk / "lab" / "main.c").read_text(encoding="utf-8")
+    comment, rest = program.split("*/\n", 1)
+
+    assert comment.startswith('/* Tilt * / "alarm" / * 100 %\n')
+    assert re.findall("LAB3.*", rest) == (['LAB3 Init...\\n");'] if asked else [])
+    assert not re.search("eCompass|slides", program)
+    assert program.count("YOUR CODE HERE") == 4
+    assert (
+        arm.sources().joinpath("template", "main.c").read_text(encoding="utf-8").count("YOUR CODE HERE") == 4
+    )
+
+
+def test_program_of_a_project_is_known_as_the_template(desk: Path) -> None:
+    fcu(desk, "new", "lab", "--rubric", "pitch.toml")
+    program = SubmittedSource({"main.c": (desk / "lab" / "main.c").read_bytes()})
+
+    assert shipped_digests()[source_digest(program)] == "template"
 
 
 # -- Several boards -----------------------------------------------------------------------------------------

@@ -91,7 +91,7 @@ def test_late_led_of_one_side_is_one_sided(first_ms: int, age_ms: int, side: int
     assert found.finding == "one side"
     assert f"{'positive' if side > 0 else 'negative'} angles only" in found.seen
     assert "late" in found.seen
-    moment = re.search(r"dark at \S+ s with pitch (\S+) degrees", found.seen)
+    moment = re.search(r"dark at \S+ s with a true pitch of (\S+) degrees", found.seen)
     assert moment is not None
     assert side * float(moment[1]) < -80
 
@@ -116,3 +116,12 @@ def test_prompt_led_of_one_side_is_not_late() -> None:
 )
 def test_led_finding_names_the_mistake(is_lit: Callable[[int], bool], found: str) -> None:
     assert finding(is_lit) == found
+
+
+def test_led_finding_does_not_tell_the_wanted_threshold() -> None:
+    found = miss(lambda at_ms: abs(pitch(at_ms)) > 60)
+
+    assert found is not None
+    assert found.finding == "threshold"
+    assert "80" in found.expected
+    assert not re.search(r"\b80\b(?!\.\d)", found.seen)

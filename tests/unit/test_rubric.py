@@ -84,6 +84,7 @@ def test_every_shipped_rubric_is_good_and_follows_its_schema() -> None:
             "run.still.seed: is no key of a run; the rubric has it, or its checks",
         ),
         ("schema = 1", "schema = 2", "schema: is 2; give 1"),
+        ("[run.still]", "[run]", "run.duration: is '2s'; give each run a name: [run.NAME]"),
         ("[run.still]", "[run.still", "is not valid TOML: "),
     ],
 )
@@ -95,6 +96,32 @@ def test_what_is_wrong_is_named_with_its_key(tmp_path: Path, old: str, new: str,
 
     assert str(caught.value).startswith(f"{path}: {message}")
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("table", "key", "place"),
+    [
+        ("[[threshold]]", "threshold", "[[run.NAME.threshold]]"),
+        ("[[timeline]]", "timeline", "[[run.NAME.timeline]]"),
+        ("[sensors]", "sensors", "[run.NAME.sensors]"),
+        ("[world]", "world", "[run.NAME.world]"),
+        ("[[expect]]", "expect", "[[exercise.check.expect]]"),
+        ("[[check]]", "check", "[[exercise.check]]"),
+        ("[hint]", "hint", "[exercise.check.hint]"),
+        ("[[exercise.threshold]]", "exercise[0].threshold", "[[run.NAME.threshold]]"),
+        ("[[exercise.expect]]", "exercise[0].expect", "[[exercise.check.expect]]"),
+        ("[[exercise.check.threshold]]", "exercise[0].check[0].threshold", "[[run.NAME.threshold]]"),
+        ("[exercise.check.late]", "exercise[0].check[0].late", "[late]"),
+    ],
+)
+def test_misplaced_table_is_told_its_place(tmp_path: Path, table: str, key: str, place: str) -> None:
+    path = written(tmp_path, f"{GOOD}\n{table}\nx = 1\n")
+
+    with pytest.raises(RubricError) as caught:
+        load_rubric(path)
+
+    assert caught.value.key == key
+    assert place in caught.value.problem
 
 
 MORE = """

@@ -105,7 +105,7 @@ def _body(graded: GradedClass) -> Iterator[Html]:
         yield histogram(points, graded.max_points)
     yield from _not_judged(graded.not_judged)
     yield from _listed(
-        "Not on the roster", [(one, _files(one)) for one in graded.submissions if not one.on_roster]
+        "Not on the roster", [(one, _files(one)) for one in graded.submissions if one.on_roster is False]
     )
     yield from _listed("Late", [(one, _late(one)) for one in graded.submissions if one.late])
     yield from _listed("Identical", [(one, one.copies) for one in graded.submissions if one.copies])
@@ -190,7 +190,7 @@ def _everybody(graded: GradedClass) -> Html:
     head.append(element("th", "points", class_="number"))
     rows = []
     for one in graded.submissions:
-        cells = [element("td", _link(one), "" if one.on_roster else " (not on the roster)")]
+        cells = [element("td", _link(one), " (not on the roster)" if one.on_roster is False else "")]
         cells += [element("td", _of_exercise(one, name), class_="number") for name in names]
         total = number(one.points) if one.points is not None else "not judged"
         rows.append(element("tr", *cells, element("td", total, class_="number")))

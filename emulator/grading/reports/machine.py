@@ -16,6 +16,7 @@ from fcu_emulator.emulator.grading.results import Graded, GradedClass
 from fcu_emulator.emulator.grading.verdict import CheckResult
 from fcu_emulator.emulator.host.text import csv_text, visible
 
+_ON_ROSTER = {True: "yes", False: "no", None: ""}
 _VISIBILITY = {"always": "visible", "after_due_date": "after_due_date", "never": "hidden"}
 
 # -- CSV ----------------------------------------------------------------------------------------------------
@@ -39,7 +40,7 @@ def grades_csv(graded: GradedClass) -> str:
     for one in graded.submissions:
         row = [one.id, one.name, one.email, _points(one.points), _points(graded.max_points)]
         row += [_points(one.points_of(name)) for name in exercises]
-        row += [one.status, one.reason, "yes" if one.on_roster else "no", str(one.handed_in)]
+        row += [one.status, one.reason, _ON_ROSTER[one.on_roster], str(one.handed_in)]
         comments = "; ".join(filter(None, (override.comment for override in one.overrides)))
         late = [one.submitted, one.late_by, _points(one.lost_by_lateness) if one.late else ""]
         rows.append([*row, ", ".join(one.files), *late, one.copies, comments])

@@ -1,0 +1,179 @@
+"""Margins with which a rubric's checks of a threshold test nothing, or fail correct programs.
+
+A condition may hold or not within its margin. A threshold lets the board rest at a margin from its value. If
+the first margin is not smaller than the second, the check does not see the rests at the threshold. If the
+sensors deviate by more than a margin, a correct program can be wrong there.
+
+Decision: the sensors' error is the largest of :data:`BOARDS` boards, drawn as for the boards of a class, with
+the noise at three standard deviations. The alternative, the sum of all limits, is an error that no board of a
+class has.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fcu_emulator.emulator.boards.description import SensorSettings
+from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
+from fcu_emulator.emulator.grading.rubric import CheckTable, Rubric
+from fcu_emulator.emulator.scenario.conditions import Condition, unit_text
+from fcu_emulator.emulator.scenario.following import ExpectLineFollows
+from fcu_emulator.emulator.scenario.hardware import ExpectLedFollows
+from fcu_emulator.emulator.scenario.loader import thresholds_at_ends
+from fcu_emulator.emulator.scenario.run_view import lab_angles
+from fcu_emulator.emulator.scenario.thresholds import ThresholdTable
+from fcu_emulator.sensors.errors import SIGMAS
+from fcu_emulator.sensors.front_end import Deviation
+from fcu_emulator.sensors.lps22hb.barometer import BarometerSettings
+from fcu_emulator.sensors.lps22hb.declaration import LPS22HBErrors
+from fcu_emulator.sensors.lsm6dsl.declaration import LSM6DSLErrors
+
+BOARDS = 200
+"""How many boards are drawn for the largest error: those of the seeds from 0 on."""
+_TEMPLATE_ACC_HZ = 20.0  # noise bandwidth of the accelerometer as the template sets it up: ODR / 400
+_TEMPLATE_BAROMETER = BarometerSettings(Fraction(25), low_current=False, divisor=0)
+_METRES_PER_HPA = 8.4
+_ON_BOARD = next(
+    np.array(next(iter(mounted.mountings.values())))
+    for mounted in FCU001V1.parts
+    if mounted.part.ERRORS is LSM6DSLErrors
+)
+"""From the board's axes to those of the accelerometer."""
+
+
+# -- By how much a correct program is wrong -----------------------------------------------------------------
+
+
+def sensor_error(quantity: str, value: float, settings: SensorSettings) -> float | None:
+    """Return the largest error of a correct program's quantity near ``value``, to either side of 0.
+
+    In the quantity's unit; None for a quantity without an estimate.
+    """
+    if quantity.lower() in ("pitch", "roll"):
+        return _largest(LSM6DSLErrors, "lsm6dsl", settings, lambda one: _tilt_error(one, quantity, value))
+    if quantity == "Pre":
+        return _largest(LPS22HBErrors, "lps22hb", settings, _pressure_error)
+    if quantity == "Altitude":
+        return _largest(LPS22HBErrors, "lps22hb", settings, _altitude_error)
+    return None
+
+
+def _largest(part: Any, key: str, settings: SensorSettings, error: Callable[[Any], float]) -> float:
+    figures: Mapping[str, Any] = settings.figures.get(key, {})
+    boards = (replace(part.of_grade(settings.grade, seed), **figures) for seed in range(BOARDS))
+    return round(max(map(error, boards)), 6)
+
+
+def _tilt_error(errors: LSM6DSLErrors, quantity: str, value: float) -> float:
+    """Degrees, at plus and at minus the value, with the other inclination 0."""
+    column = 0 if quantity.lower() == "pitch" else 1
+    angles = np.radians([value, -value])
+    force_g = np.zeros((2, 3))
+    force_g[:, column] = -np.sin(angles) if column == 0 else np.sin(angles)
+    force_g[:, 2] = np.cos(angles)
+    deviation = Deviation(
+        errors.acc_bias_mg, errors.acc_scale_percent, cross_axis_percent=errors.acc_cross_axis_percent
+    )
+    sensed_mg = 1000 * force_g @ (errors.mounted() @ _ON_BOARD).T
+    measured_mg = deviation.apply(sensed_mg, np.zeros(2), np.zeros_like)
+    shown = lab_angles(measured_mg.T @ _ON_BOARD)[column]
+    noise_deg = math.degrees(SIGMAS * errors.acc_noise_ug_rthz * math.sqrt(_TEMPLATE_ACC_HZ) * 1e-6)
+    return float(np.abs(shown - np.degrees(angles)).max()) + noise_deg
+
+
+def _pressure_noise(errors: LPS22HBErrors) -> float:
+    return SIGMAS * errors.pressure_noise_hpa * _TEMPLATE_BAROMETER.conversion_noise()
+
+
+def _pressure_error(errors: LPS22HBErrors) -> float:
+    """The hPa of the offset, of the line through the range at its ends, and of the noise."""
+    return abs(errors.pressure_bias_hpa) + abs(errors.pressure_relative_hpa) + _pressure_noise(errors)
+
+
+def _altitude_error(errors: LPS22HBErrors) -> float:
+    """The metres of the noise, now and in the pressure at the floor; an offset is in both."""
+    return _METRES_PER_HPA * math.sqrt(2) * _pressure_noise(errors)
+
+
+# -- Margins of a rubric ------------------------------------------------------------------------------------
+
+
+class _Margin(NamedTuple):
+    """A margin around a value of a quantity, and its place for messages."""
+
+    quantity: str
+    value: float
+    least: float
+    most: float
+    place: str
+
+
+def margin_warnings(rubric: Rubric) -> Iterator[str]:
+    """Yield a warning for each margin that makes a check useless, and for each run with too small ones."""
+    for run in rubric.runs:
+        thresholds = [
+            _of_threshold(run, number, *ends) for number, ends in enumerate(_thresholds(rubric, run))
+        ]
+        conditions = list(_conditions(rubric, run))
+        yield from _never_tested(conditions, thresholds)
+        yield from _unfair(run, [*conditions, *thresholds], rubric.scenario(run, 0).sensor_settings())
+
+
+def _never_tested(conditions: list[_Margin], thresholds: list[_Margin]) -> Iterator[str]:
+    for one in conditions:
+        near = [each for each in thresholds if (each.quantity, each.value) == (one.quantity, one.value)]
+        least = min(near, key=lambda each: each.least, default=None)
+        if least is not None and one.most >= least.least:
+            yield (
+                f"{one.place} has a margin of {one.most:g} around {one.quantity} {one.value:g}, within which "
+                f"either is right, and the board rests only {least.least:g} from it ({least.place}): this does "
+                f"not test the threshold; give the condition a margin below {least.least:g}"
+            )
+
+
+def _unfair(run: str, margins: list[_Margin], settings: SensorSettings) -> Iterator[str]:
+    for quantity, value in dict.fromkeys((one.quantity, one.value) for one in margins):
+        error = sensor_error(quantity, value, settings)
+        here = [one for one in margins if (one.quantity, one.value) == (quantity, value)]
+        small = [f"{one.place} ({one.least:g})" for one in here if error is not None and one.least < error]
+        if small:
+            size = f"{error:.2g}{unit_text(quantity)}"
+            yield (
+                f"in run {run} the {settings.grade} sensors show {quantity} {value:g} up to {size} wrong "
+                f"(the largest of {BOARDS} boards), so correct programs can fail with the margin of "
+                f'{", ".join(small)}; give larger margins, or the run sensors = {{ grade = "ideal" }}'
+            )
+
+
+def _thresholds(rubric: Rubric, run: str) -> list[tuple[ThresholdTable, ThresholdTable]]:
+    return thresholds_at_ends(rubric.table_of(run), rubric.file)
+
+
+def _of_threshold(run: str, number: int, low: ThresholdTable, high: ThresholdTable) -> _Margin:
+    least, most = sorted((low.margin, high.margin))
+    return _Margin(low.quantity, low.value, least, most, f"run.{run}.threshold[{number}]")
+
+
+def _conditions(rubric: Rubric, run: str) -> Iterator[_Margin]:
+    """The margins of the conditions that checks of a run have, each once."""
+    for exercise in rubric.exercises:
+        for check in exercise.check:
+            if rubric.run_of(exercise, check) == run:
+                for number, one in enumerate(_conditions_of(check)):
+                    if one.quantity is not None:
+                        place = f"{exercise.id}.{check.id}{f' condition {number + 1}' if number else ''}"
+                        yield _Margin(one.quantity, abs(one.limit), one.margin, one.margin, place)
+
+
+def _conditions_of(check: CheckTable) -> Iterator[Condition]:
+    for one in check.expect:
+        if isinstance(one, ExpectLedFollows):
+            yield one.condition
+        elif isinstance(one, ExpectLineFollows):
+            yield one.when
