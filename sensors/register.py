@@ -18,7 +18,7 @@ written and read back, and a sensor reports by name that it was touched); reserv
 sticks).
 
 Declared registers of a part cost nothing at run time: :class:`RegisterMap` compiles them to flat 128-byte
-tables. The chip's blocks (:mod:`fcu_emulator.emulator.chip.registers`) are declared with the same two classes, which stand
+tables. The chip's peripherals (:mod:`fcu_emulator.emulator.chip.registers`) are declared with the same two classes, which stand
 here because the sensors' package knows nothing of the others.
 """
 
@@ -99,7 +99,7 @@ class Bits:
 class Register:
     """Base of every declared register; never instantiated.
 
-    ``addr``: first sub-address, or offset in the block; ``size``: bytes; ``access``: one of ``ACCESSES``;
+    ``addr``: first sub-address, or offset in the peripheral; ``size``: bytes; ``access``: one of ``ACCESSES``;
     ``reset``: value after reset (little-endian over the bytes); ``names``: the datasheet's name of each byte
     of a larger register; ``modelled=False``: the whole register is known but has no behaviour here.
     ``count``: so many registers like this one, ``step`` bytes apart; their names have the number in place of

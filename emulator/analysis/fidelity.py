@@ -43,11 +43,11 @@ def table() -> str:
 
 def chip_table() -> str:
     """The table of the chip's registers as Markdown, without a newline at the end."""
-    lines = ["| block | registers | documented in | not modelled |", "|---|---|---|---|"]
+    lines = ["| peripheral | registers | documented in | not modelled |", "|---|---|---|---|"]
     for module in KINDS:
-        blocks = [DECLARED[name] for name in module.INSTANCES]
-        count = len({register.name for block in blocks for register in block.registers})
-        names = dict.fromkeys(name for block in blocks for name in block.without_behaviour())
+        peripherals = [DECLARED[name] for name in module.INSTANCES]
+        count = len({register.name for one in peripherals for register in one.registers})
+        names = dict.fromkeys(name for one in peripherals for name in one.without_behaviour())
         missing = ", ".join(f"`{name}`" for name in names) or "nothing"
         lines.append(f"| {', '.join(module.INSTANCES)} | {count} | {module.SOURCE} | {missing} |")
     return "\n".join(lines)

@@ -255,9 +255,9 @@ class Board:
         """Make everything as it was; a snapshot of this board may be restored as often as wanted."""
         snapshot.restore(self)
 
-    def handles(self, block: str) -> bool:
+    def handles(self, peripheral: str) -> bool:
         """Whether the firmware is handling an interrupt of a peripheral ("TIM9") now."""
-        return self._run.backend.handles(block)
+        return self._run.backend.handles(peripheral)
 
     def motor_duties(self) -> tuple[float, ...]:
         """The duty of the PWM of each motor, 0 to 1; firmware in Python drives none."""
@@ -384,9 +384,9 @@ class _NoFirmware:
         """There is no firmware, so there are no variables."""
         raise KeyError(name)
 
-    def handles(self, block: str) -> bool:
+    def handles(self, peripheral: str) -> bool:
         """Nothing runs."""
-        del block
+        del peripheral
         return False
 
 

@@ -185,8 +185,8 @@ class Backend(Protocol):
         """A global variable of the firmware by its C name. Raises KeyError if there is none."""
         ...
 
-    def handles(self, block: str) -> bool:
-        """Whether an interrupt of a block ("TIM9") is being handled now."""
+    def handles(self, peripheral: str) -> bool:
+        """Whether an interrupt of a peripheral ("TIM9") is being handled now."""
         ...
 
 
@@ -204,9 +204,9 @@ class PythonFirmware:
         """Run up to and including ``at_ps``."""
         self._cpu.run_until_ps(at_ps)
 
-    def handles(self, block: str) -> bool:
+    def handles(self, peripheral: str) -> bool:
         """The callback's timer has the only interrupt."""
-        return block == self.timer.name and self._cpu.in_interrupt
+        return peripheral == self.timer.name and self._cpu.in_interrupt
 
     def variable(self, name: str) -> Any:
         """An attribute of the application."""

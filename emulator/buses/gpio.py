@@ -138,7 +138,7 @@ class Gpio:
         one.settle()
 
     def release(self, port: str, pin: int) -> None:
-        """Make a pin high impedance: an input, or the output of a block that is not modelled on pins."""
+        """Make a pin high impedance: an input, or the output of a peripheral that is not modelled on pins."""
         one = self._pins[port, pin]
         one.output = None
         if one.shown == 0:

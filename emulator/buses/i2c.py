@@ -3,7 +3,7 @@
 A transfer is one message (start, address, bytes, perhaps a repeated start, stop); targets never see single
 bits. Time on the wire (NXP UM10204 3.1): nine clock periods a byte with its acknowledge, and one period each
 for start, repeated start and stop. A part answers as of the moment the transfer starts; all bytes of one
-burst belong to that moment. A master that moves one byte at a time, as the chip's own I2C block does, uses
+burst belong to that moment. A master that moves one byte at a time, as the chip's own I2C peripheral does, uses
 :mod:`fcu_emulator.emulator.buses.i2c_wire` on the same bus; there each byte is of the moment when it has been transferred.
 
 Faults are injected by rules (:class:`I2CFault`), so a scenario and a test break the bus in the same way.

@@ -1,7 +1,7 @@
 """SPI with several parts at one bus: three or four wires, one chip select a part.
 
 A transfer is one message between two edges of a chip select; its time is eight clock periods a byte. The
-clock is the one ST's firmware sets: 42 MHz / 16 = 2.625 MHz, mode 3. The chip's own SPI block moves one byte
+clock is the one ST's firmware sets: 42 MHz / 16 = 2.625 MHz, mode 3. The chip's own SPI peripheral moves one byte
 at a time and is seen by the same parts through :mod:`fcu_emulator.emulator.chip.peripherals.spi`.
 """
 

@@ -263,11 +263,11 @@ def rubric_schema() -> None:
     print_rubric_schema()
 
 
-@cli.command(short_help="Print the register map of a sensor or a block of the chip.")
+@cli.command(short_help="Print the register map of a sensor or a peripheral of the chip.")
 @click.argument("part", required=False)
 @click.option("--fidelity", is_flag=True, help="Instead, say what is modelled of each part, and how.")
 def registers(part: str | None, fidelity: bool) -> None:
-    """Print the register map of PART: a sensor (LSM6DSL) or a block of the chip (TIM9), with meanings."""
+    """Print the register map of PART: a sensor (LSM6DSL) or a peripheral of the chip (TIM9), with meanings."""
     from fcu_emulator.emulator.cli.listings import print_fidelity, print_registers
 
     if fidelity:

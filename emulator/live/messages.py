@@ -130,7 +130,7 @@ class Play(PageCommand):
 @dataclass(frozen=True)
 class Watch(PageCommand):
     """Show these: global variables by name (``pitch``, ``acc.AXIS_X``), the registers of a sensor or of a
-    block of the chip by its name, the bus, the pins.
+    peripheral of the chip by its name, the bus, the pins.
     """
 
     variables: list[str] = field(default_factory=list)
@@ -205,8 +205,8 @@ class StatusEvent(SessionEvent):
     notes: list[str]
     variables: list[str]
     """Names of the firmware's global variables."""
-    blocks: list[str]
-    """Names of the chip's blocks; none with firmware in Python."""
+    peripherals: list[str]
+    """Names of the chip's peripherals; none with firmware in Python."""
     recording: str
 
 
@@ -288,14 +288,14 @@ class Checked(SessionEvent):
 
 @dataclass(frozen=True)
 class Declared(SessionEvent):
-    """The registers of a sensor (its main bank) or of a block, see ``registers.declaration``."""
+    """The registers of a sensor (its main bank) or of a peripheral, see ``registers.declaration``."""
 
     part: dict[str, Any]
 
 
 @dataclass(frozen=True)
 class RegistersEvent(SessionEvent):
-    """The registers of a sensor or of a block by name, in hexadecimal; ``note``: what is to be known."""
+    """The registers of a sensor or of a peripheral by name, in hexadecimal; ``note``: what is to be known."""
 
     part: str
     values: dict[str, str]

@@ -531,7 +531,7 @@ class LiveSession:
             problem=self.problem,
             notes=list(board.booted.notes),
             variables=view.variable_names(board),
-            blocks=registers.peripheral_names(board),
+            peripherals=registers.peripheral_names(board),
             recording=str(self._record or ""),
         )
 

@@ -320,12 +320,12 @@ def test_registers_and_bus_are_decoded(browser: Browser, served: Served) -> None
 def test_blocks_of_the_chip_and_pins_are_shown(browser: Browser, served: Served) -> None:
     page = browser.open(served)
     page.click("#tab-registers")
-    page.select_option("#block", "TIM9")
+    page.select_option("#peripheral", "TIM9")
     until(page, "document.querySelector('[data-register=CR1]')?.textContent.includes('CEN')")
     until(page, "document.querySelector('[data-register=CR1] .value').textContent.endsWith('1')")
     page.click("[data-part=LPS22HB]")
     until(page, "document.querySelector('[data-register=CTRL_REG1]') !== null")
-    assert page.input_value("#block") == ""
+    assert page.input_value("#peripheral") == ""
     page.click("#tab-pins")
     until(page, "document.querySelector('[data-pin=PB5]')?.dataset.level === 'high'")
     page.fill("#slide-pitch", "86")

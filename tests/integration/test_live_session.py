@@ -254,13 +254,13 @@ def test_a_block_of_the_chip_is_declared_and_shown_as_a_debugger_sees_it() -> No
     assert int(shown[-1].values["CR1"], 16) & 1
     assert shown[-1].note == ""
     status = page.of(messages.StatusEvent)[-1]
-    assert {"TIM9", "NVIC", "GPIOB", "RCC"} <= set(status.blocks)
+    assert {"TIM9", "NVIC", "GPIOB", "RCC"} <= set(status.peripherals)
 
 
 def test_firmware_in_python_has_no_chip_to_look_into() -> None:
     page = Page(Setup("lab3"), [(0.0, messages.Watch([], "TIM9"))], 0.5)
     page.run()
-    assert page.of(messages.StatusEvent)[-1].blocks == []
+    assert page.of(messages.StatusEvent)[-1].peripherals == []
     assert page.of(messages.RegistersEvent) == []
 
 

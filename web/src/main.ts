@@ -227,7 +227,7 @@ function showStatus(now: Status): void {
   document.body.dataset["state"] = now.state;
   speed.value = SPEEDS.find(([, factor]) => factor === now.speed)?.[0] ?? "1";
   plot.offer(now.variables);
-  registers.offerBlocks(now.blocks);
+  registers.offerPeripherals(now.peripherals);
   scenario.status(now);
   if (now.scenario && !greeted) open("scenario"); // its question, and its verdicts as they fall
   greeted = true;

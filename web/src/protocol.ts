@@ -19,7 +19,7 @@ export interface Exercise { id: string; title: string; question: string; next: s
 export interface Status {
   type: "status"; run: number; firmware: string; file: string; wiring: string; scenario: string; question: string;
   duration_s: number; state: "running" | "paused" | "failed" | "halted"; speed: number | null; problem: string; notes: string[];
-  variables: string[]; blocks: string[]; recording: string;
+  variables: string[]; peripherals: string[]; recording: string;
 }
 export type Place = [north: number, west: number, up: number];
 export interface Truth {

@@ -1,4 +1,4 @@
-// Registers of the sensors and of the chip's blocks, decoded with the declarations that came from the session.
+// Registers of the sensors and of the chip's peripherals, decoded with the declarations that came from the session.
 
 import { el, setText } from "./dom";
 import type { Field, Part, Registers } from "./protocol";
@@ -9,7 +9,7 @@ export class RegisterView {
   part = "";
   onPart: () => void = () => undefined;
   private readonly choice = new TabRow("Sensor", (name) => this.choose(name));
-  private readonly blocks = el("select", { id: "block", "aria-label": "Block of the chip", hidden: true, change: () => this.blocks.value && this.choose(this.blocks.value) });
+  private readonly peripherals = el("select", { id: "peripheral", "aria-label": "Peripheral of the chip", hidden: true, change: () => this.peripherals.value && this.choose(this.peripherals.value) });
   private readonly body = el("tbody");
   private readonly place = el("p", { class: "hint" });
   private readonly changedOnly: HTMLInputElement;
@@ -20,31 +20,31 @@ export class RegisterView {
 
   constructor() {
     this.changedOnly = el("input", { type: "checkbox", checked: true, change: () => this.hide() });
-    this.element.append(el("div", { class: "row" }, this.choice.element, this.blocks),
+    this.element.append(el("div", { class: "row" }, this.choice.element, this.peripherals),
       el("div", { class: "row" }, this.place, el("label", { class: "check" }, this.changedOnly, " set by the firmware only")),
       el("table", { class: "register-table" }, this.body));
   }
 
-  // The sensors' names, and the names of the chip's blocks, of which firmware in Python has none.
+  // The sensors' names, and the names of the chip's peripherals, of which firmware in Python has none.
   offer(parts: string[]): void {
     this.names = parts;
     this.choice.offer(parts.map((name) => ({ id: name, name, attributes: { "data-part": name } })));
     this.choose(this.part || (parts[0] ?? ""));
   }
 
-  offerBlocks(blocks: string[]): void {
-    if (blocks.join() !== [...this.blocks.options].slice(1).map((one) => one.value).join()) {
-      this.blocks.replaceChildren(el("option", { value: "" }, "chip…"), ...blocks.map((name) => el("option", { value: name }, name)));
+  offerPeripherals(peripherals: string[]): void {
+    if (peripherals.join() !== [...this.peripherals.options].slice(1).map((one) => one.value).join()) {
+      this.peripherals.replaceChildren(el("option", { value: "" }, "chip…"), ...peripherals.map((name) => el("option", { value: name }, name)));
     }
-    this.blocks.hidden = !blocks.length;
-    if (!this.names.includes(this.part) && !blocks.includes(this.part)) this.choose(this.names[0] ?? "");
-    this.blocks.value = blocks.includes(this.part) ? this.part : "";
+    this.peripherals.hidden = !peripherals.length;
+    if (!this.names.includes(this.part) && !peripherals.includes(this.part)) this.choose(this.names[0] ?? "");
+    this.peripherals.value = peripherals.includes(this.part) ? this.part : "";
   }
 
   private choose(name: string): void {
     this.part = name;
-    this.blocks.value = this.names.includes(name) ? "" : name;
-    this.blocks.classList.toggle("chosen", !this.names.includes(name));
+    this.peripherals.value = this.names.includes(name) ? "" : name;
+    this.peripherals.classList.toggle("chosen", !this.names.includes(name));
     this.choice.select(name);
     this.onPart();
   }
