@@ -18,8 +18,8 @@ written and read back, and a sensor reports by name that it was touched); reserv
 sticks).
 
 Declared registers of a part cost nothing at run time: :class:`RegisterMap` compiles them to flat 128-byte
-tables. The chip's peripherals (:mod:`fcu_emulator.emulator.chip.registers`) are declared with the same two classes, which stand
-here because the sensors' package knows nothing of the others.
+tables. The chip's peripherals (:mod:`fcu_emulator.emulator.chip.registers`) are declared with the same two classes. The
+classes are here because the sensors' package imports no other one.
 """
 
 from __future__ import annotations

@@ -312,7 +312,7 @@ def test_wall_time_of_a_halted_board_does_not_count_and_kill_ends_the_run() -> N
         ("attitude 10 north 30", "give three angles in degrees: monitor attitude ROLL PITCH YAW\n"),
         ("time", "0.000000000 s\n"),
         ("reset halt", "the chip has been reset and is halted\n"),
-        ("regs nothing", "unknown block 'nothing'; known: "),
+        ("regs nothing", "unknown peripheral 'nothing'; known: "),
         ("regs rcc", "CR         0x00000083\n"),
         ("regs gpiob", "GPIOB has no clock: its enable bit in RCC is not set\nMODER      0x00000280\n"),
         ("fly", "unknown command 'fly'; known: help, attitude, time, where, regs, reset\n"),

@@ -42,11 +42,11 @@ def calls_of(action: Callable[[], None]) -> int:
         nonlocal count
         count += event == "call"
 
-    sys.setwiring(heard)
+    sys.setprofile(heard)
     try:
         action()
     finally:
-        sys.setwiring(None)
+        sys.setprofile(None)
     return count
 
 

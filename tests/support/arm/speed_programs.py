@@ -236,7 +236,7 @@ loop:  ldr r4, [r2, #16]
        subs r3, #1
        bne loop
        {put("RCC_AHB1ENR", 0)}
-       ldr r5, [r2, #16]     ; while the block has no clock
+       ldr r5, [r2, #16]     ; while the peripheral has no clock
        {put("RCC_AHB1ENR", 1)}
        ldr r6, [r2, #16]
        b .

@@ -1,22 +1,22 @@
-"""How many files one has to read to follow something through the emulator: ``python -m tests.support.journeys``.
+"""The files that data passes through in the emulator: ``python -m tests.support.data_paths``.
 
 ::
 
-    --files    each file, with the first function in it that was entered
+    --files    each file, with the first function in it that was called
 
-Four journeys are made on a real board while a profiler notes each function of ours that is entered:
+Four data paths are followed on a real board. A profiler records each of our functions that is called:
 
 - an attitude is set, and a byte of the accelerometer's output register is read over the bus;
-- firmware on the chip prints, and the terminal has the byte;
-- firmware on the chip reads a sensor over I2C, 800 times a second: one of these times;
-- a scenario's file is read, played and judged.
+- firmware on the chip prints, and the terminal receives the byte;
+- firmware on the chip reads a sensor over I2C, which it does 800 times a second;
+- a scenario file is read, run and judged.
 
-A journey's number is the number of Python files; what the chip's C library does on the way is named in
-``C_FILES``, function by function, as a debugger's backtrace shows it. A scenario drives the whole board, so
-its journey counts the files of the scenarios' room, and those of other rooms that they call or are called by.
+The length of a data path is its number of Python files. Files of the C library are listed in ``C_FILES`` with the functions of
+a debugger's backtrace. A scenario uses the whole board, so its data path counts the files of the package ``scenario``, and the
+files of other packages that they call or are called by.
 
-The test beside this file keeps the numbers from growing. The file needs nothing but the packages, so it also
-measures another commit: ``python THIS/tests/support/journeys.py`` with that commit's interpreter.
+A test keeps the numbers from growing. The file needs the packages only, so it can also measure another commit:
+``python THIS/tests/support/data_paths.py`` with that commit's interpreter.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ from fcu_emulator import emulator
 
 ROOT = Path(emulator.__file__).parents[1]
 NATIVE = ROOT / "emulator" / "chip" / "native"
-SCENARIO_ROOM = "emulator/scenario/"
+SCENARIO_PACKAGE = "emulator/scenario/"
 _INTO_THE_BANNER_S = 4e-3
-"""The chip prints its first line, which goes on from 2.2 to 5.6 ms. At about 3 ms RCC looks at the clocks,
-1 ms after they were set up: the journey comes after that, because nothing else is to go on meanwhile."""
+"""The chip prints its first line from 2.2 to 5.6 ms. At about 3 ms RCC checks the clocks, 1 ms after they were set up.
+The data path begins after that, because nothing else must happen meanwhile."""
 _A_PIECE_OF_IT_S = 1e-3
 _TICKING_S = 1.2
 _TICK_S = 1.25e-3
@@ -60,15 +60,15 @@ C_FILES = {
 
 
 class Entry(NamedTuple):
-    """A function that was entered, and the file it was called from (empty where that is none of ours)."""
+    """A function that was called, and the file of its caller, empty if that is not one of ours."""
 
     file: str
     function: str
     caller: str
 
 
-class Journey(NamedTuple):
-    """Files as they were reached, with the function entered first; ``beyond`` are those outside the room."""
+class DataPath(NamedTuple):
+    """Files in the order in which they were reached, with the first function; ``beyond``: those outside the package."""
 
     name: str
     files: dict[str, str]
@@ -92,11 +92,11 @@ def entered(run: Callable[[], object]) -> list[Entry]:
         if (file, caller) not in found:
             found[file, caller] = Entry(_ours(file), frame.f_code.co_qualname, _ours(caller))
 
-    sys.setwiring(note)
+    sys.setprofile(note)
     try:
         run()
     finally:
-        sys.setwiring(None)
+        sys.setprofile(None)
     return [entry for entry in found.values() if entry.file]
 
 
@@ -115,7 +115,7 @@ def _files(entries: list[Entry]) -> dict[str, str]:
     return found
 
 
-def attitude_to_register() -> Journey:
+def attitude_to_register() -> DataPath:
     """The accelerometer measures at 6.66 kHz and +-4 g; the board is turned by 30 degrees."""
     board = emulator.Board(ideal=True)
     board.i2c2.write(0x6B, b"\x10\xa8")
@@ -123,80 +123,80 @@ def attitude_to_register() -> Journey:
     level = board.i2c2.write_read(0x6B, b"\x28", 6)
     seen = []
 
-    def travel() -> None:
+    def follow() -> None:
         board.world.set_attitude(roll_deg=0, pitch_deg=30, yaw_deg=0)
         board.run_for(0.1)
         seen.append(board.i2c2.write_read(0x6B, b"\x28", 6))
 
-    entries = entered(travel)
+    entries = entered(follow)
     assert seen[0] != level, "the register shows the new attitude"
-    return Journey("attitude set -> register byte", _files(entries), {})
+    return DataPath("attitude set -> register byte", _files(entries), {})
 
 
-def printf_to_terminal() -> Journey:
+def printf_to_terminal() -> DataPath:
     """A millisecond of the first line, 11 bytes, while nothing else goes on."""
     board = emulator.Board(firmware="solution")
     board.run_for(_INTO_THE_BANNER_S)
     before = board.terminal.text
     seen = []
 
-    def travel() -> None:
+    def follow() -> None:
         board.run_for(_A_PIECE_OF_IT_S)
         seen.append(board.terminal.text)
 
-    entries = entered(travel)
+    entries = entered(follow)
     assert len(seen[0]) > len(before) > 0, "bytes have arrived"
-    return Journey("printf byte -> terminal", _files(entries), {})
+    return DataPath("printf byte -> terminal", _files(entries), {})
 
 
-def i2c_to_sensor() -> Journey:
+def i2c_to_sensor() -> DataPath:
     """One period of the timer, in which its callback reads four blocks of registers."""
     board = emulator.Board(firmware="solution")
     board.run_for(_TICKING_S)
     before = board.tim9.ticks
     entries = entered(lambda: board.run_for(_TICK_S))
     assert board.tim9.ticks == before + 1, "the callback has run once"
-    return Journey("I2C read -> sensor", _files(entries), {})
+    return DataPath("I2C read -> sensor", _files(entries), {})
 
 
-def toml_to_verdict() -> Journey:
+def toml_to_verdict() -> DataPath:
     """A scenario with motion, expectations and reports."""
     passed = []
 
-    def travel() -> None:
+    def follow() -> None:
         from fcu_emulator.emulator.scenario import run
 
         passed.append(run(emulator.Board(scenario="tilt_sweep")).passed)
 
-    entries = entered(travel)
+    entries = entered(follow)
     assert passed == [True], "the scenario was judged"
-    room = [entry for entry in entries if entry.file.startswith(SCENARIO_ROOM)]
-    calling = {entry.caller for entry in room}
+    inside = [entry for entry in entries if entry.file.startswith(SCENARIO_PACKAGE)]
+    calling = {entry.caller for entry in inside}
     beyond = [
         entry
         for entry in entries
-        if not entry.file.startswith(SCENARIO_ROOM)
-        and (entry.caller.startswith(SCENARIO_ROOM) or entry.file in calling)
+        if not entry.file.startswith(SCENARIO_PACKAGE)
+        and (entry.caller.startswith(SCENARIO_PACKAGE) or entry.file in calling)
     ]
-    return Journey("TOML -> verdict", _files(room), _files(beyond))
+    return DataPath("TOML -> verdict", _files(inside), _files(beyond))
 
 
-JOURNEYS = (toml_to_verdict, attitude_to_register, printf_to_terminal, i2c_to_sensor)
-"""The scenario's comes first: its room is counted from its imports on."""
+DATA_PATHS = (toml_to_verdict, attitude_to_register, printf_to_terminal, i2c_to_sensor)
+"""The scenario's data path comes first: its files are counted from their imports on."""
 
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(prog="python -m tests.support.journeys")
+    parser = argparse.ArgumentParser(prog="python -m tests.support.data_paths")
     parser.add_argument("--files", action="store_true", help="name each file and its first function")
     options = parser.parse_args()
-    for travel in JOURNEYS:
-        journey = travel()
-        in_c = C_FILES.get(journey.name, {}) if NATIVE.is_dir() else {}
-        counted = f"{journey.count:>6} files in Python" + (f", {len(in_c)} in C" if in_c else "")
-        sys.stdout.write(f"{journey.name:<30} {counted}\n")
+    for trace in DATA_PATHS:
+        path = trace()
+        in_c = C_FILES.get(path.name, {}) if NATIVE.is_dir() else {}
+        counted = f"{path.count:>6} files in Python" + (f", {len(in_c)} in C" if in_c else "")
+        sys.stdout.write(f"{path.name:<30} {counted}\n")
         if options.files:
-            for file, function in (journey.files | journey.beyond | in_c).items():
+            for file, function in (path.files | path.beyond | in_c).items():
                 sys.stdout.write(f"    {file:<45} {function}\n")
 
 

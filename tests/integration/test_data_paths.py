@@ -1,4 +1,4 @@
-"""Following something through the emulator leads through few files, and no more than it did."""
+"""Data passes through few files of the emulator, and through no more than before."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.journeys import C_FILES, NATIVE
+from tests.support.data_paths import C_FILES, NATIVE
 
 ROOT = Path(__file__).parents[2]
 AT_MOST = {
@@ -19,15 +19,15 @@ AT_MOST = {
     "printf byte -> terminal": (8, 0, 5),
     "I2C read -> sensor": (11, 0, 6),
 }
-"""Files in Python, those of other rooms beyond the scenarios', files in C."""
+"""Files in Python, files of other packages than ``scenario``, files in C."""
 LINE = re.compile(r"^(\S.*?) +(\d+)(?:\+(\d+))? files in Python(?:, (\d+) in C)?$", re.MULTILINE)
 
 
 @cache
 def measured() -> dict[str, tuple[int, int, int]]:
-    """In a process of its own: what is imported already is not imported on the way."""
+    """Return the counts of a new process, in which nothing is imported yet."""
     done = subprocess.run(
-        [sys.executable, "-m", "tests.support.journeys"], cwd=ROOT, capture_output=True, text=True, check=True
+        [sys.executable, "-m", "tests.support.data_paths"], cwd=ROOT, capture_output=True, text=True, check=True
     )
     return {
         name: (int(files), int(beyond or 0), int(in_c or 0))
@@ -35,12 +35,12 @@ def measured() -> dict[str, tuple[int, int, int]]:
     }
 
 
-def test_all_four_are_measured() -> None:
+def test_all_data_paths_are_measured() -> None:
     assert measured().keys() == AT_MOST.keys()
 
 
 @pytest.mark.parametrize("name", AT_MOST)
-def test_a_journey_leads_through_no_more_files_than_it_did(name: str) -> None:
+def test_data_path_has_no_more_files(name: str) -> None:
     files, beyond, in_c = measured()[name]
 
     assert 3 < files <= AT_MOST[name][0]
@@ -49,12 +49,12 @@ def test_a_journey_leads_through_no_more_files_than_it_did(name: str) -> None:
 
 
 @pytest.mark.parametrize(("file", "function"), [item for files in C_FILES.values() for item in files.items()])
-def test_what_c_does_on_the_way_is_where_it_is_said_to_be(file: str, function: str) -> None:
+def test_function_is_in_its_c_file(file: str, function: str) -> None:
     assert re.search(rf"\b{function}\b", next(NATIVE.rglob(file)).read_text(encoding="utf-8"))
 
 
-def test_the_architecture_page_leads_where_the_journeys_lead() -> None:
-    """Each section's files are among those that were entered on that journey."""
+def test_architecture_page_names_files_of_data_paths() -> None:
+    """Each section's files are among those whose functions were called."""
     names = [
         "attitude set -> register byte",
         "printf byte -> terminal",
@@ -62,9 +62,9 @@ def test_the_architecture_page_leads_where_the_journeys_lead() -> None:
         "TOML -> verdict",
     ]
     page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
-    sections = re.findall(r"^## Journey \d: .*?\n(.*?)(?=^## |^`python)", page, re.DOTALL | re.MULTILINE)
+    sections = re.findall(r"^## Data path \d: .*?\n(.*?)(?=^## |^`python)", page, re.DOTALL | re.MULTILINE)
     done = subprocess.run(
-        [sys.executable, "-m", "tests.support.journeys", "--files"],
+        [sys.executable, "-m", "tests.support.data_paths", "--files"],
         cwd=ROOT,
         capture_output=True,
         text=True,
