@@ -29,7 +29,7 @@ from __future__ import annotations
 
 import re
 
-from fcu_emulator.emulator.host.text import visible
+from fcu_emulator.emulator.text import visible
 
 _LONGEST_PROBLEM = 400  # characters; a list of all keys that are known can be longer
 

@@ -192,7 +192,7 @@ def _report_bug() -> None:
 def _complain(line: str) -> None:
     if sys.stderr is None:  # closed before we were started
         return
-    from fcu_emulator.emulator.host.text import visible
+    from fcu_emulator.emulator.text import visible
 
     with suppress(OSError, ValueError):  # stderr may be full or gone
         sys.stderr.write(f"fcu: {visible(line)}\n")

@@ -11,7 +11,7 @@ import click
 
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
 from fcu_emulator.emulator.grading.verdict import Verdict
-from fcu_emulator.emulator.host.text import visible
+from fcu_emulator.emulator.text import visible
 
 _WORST_FIRST = (ExitCode.FIRMWARE_FAILED, ExitCode.FAILED, ExitCode.NOT_JUDGED, ExitCode.PASSED)
 _SEEDS_SHOWN = 10

@@ -27,7 +27,7 @@ from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.cli.toolchain import COMPILER, find_compiler
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.host.install_hints import command_line, how_to_install
-from fcu_emulator.emulator.host.text import visible
+from fcu_emulator.emulator.text import visible
 
 ELF = "lab3.elf"
 _BUSES = [wiring.bus for wiring in FCU001V1.wirings]

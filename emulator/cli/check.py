@@ -37,8 +37,8 @@ from fcu_emulator.emulator.grading.rubric import CheckTable, Rubric, load_rubric
 from fcu_emulator.emulator.grading.verdict import CheckResult, DiagnosedCause, RunEvidence, Verdict
 from fcu_emulator.emulator.host.files import write_atomically
 from fcu_emulator.emulator.host.install_hints import command_line
-from fcu_emulator.emulator.host.text import visible
 from fcu_emulator.emulator.scenario.expectations import Expectation
+from fcu_emulator.emulator.text import visible
 
 _WIDTH = 98
 _WRONG = ("failed", "partial")

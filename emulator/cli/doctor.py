@@ -17,7 +17,7 @@ import click
 from fcu_emulator.emulator.cli.toolchain import COMPILER, find_compiler
 from fcu_emulator.emulator.errors import FcuError
 from fcu_emulator.emulator.host.install_hints import how_to_install
-from fcu_emulator.emulator.host.text import visible
+from fcu_emulator.emulator.text import visible
 
 _PACKAGES = (
     *("numpy", "greenlet", "click", "pydantic", "pygeomag", "pyserial", "regex"),

@@ -16,8 +16,8 @@ from fcu_emulator.emulator.grading.judge import judge
 from fcu_emulator.emulator.grading.rubric import load_rubric
 from fcu_emulator.emulator.grading.verdict import CheckResult, Verdict
 from fcu_emulator.emulator.grading.workers import LocalWorkers
-from fcu_emulator.emulator.host.text import visible
 from fcu_emulator.emulator.live.messages import Checked
+from fcu_emulator.emulator.text import visible
 
 _LONGEST_S = 600.0  # wall time of one judgement
 _MOST_CAUSES = 2

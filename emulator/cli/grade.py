@@ -40,7 +40,7 @@ from fcu_emulator.emulator.grading.verdict import ExerciseTitle
 from fcu_emulator.emulator.grading.workers import DaskWorkers, LocalWorkers
 from fcu_emulator.emulator.host.files import secret, write_atomically
 from fcu_emulator.emulator.host.isolation import WorkerLimits
-from fcu_emulator.emulator.host.text import csv_text, one_line, visible
+from fcu_emulator.emulator.text import csv_text, one_line, visible
 
 if TYPE_CHECKING:
     from click._termui_impl import ProgressBar

@@ -11,8 +11,8 @@ from fcu_emulator.emulator.analysis.fidelity import chip_table, table, without_b
 from fcu_emulator.emulator.chip.registers import DECLARED, address_of
 from fcu_emulator.emulator.chip.registers.declaration import DeclaredPeripheral, Field, PeripheralRegister
 from fcu_emulator.emulator.errors import InputError
-from fcu_emulator.emulator.host.text import visible
 from fcu_emulator.emulator.scenario import json_schema, load_scenario, scenario_names
+from fcu_emulator.emulator.text import visible
 from fcu_emulator.sensors import PARTS, Part
 from fcu_emulator.sensors.declaration import Bus
 from fcu_emulator.sensors.errors import Figure

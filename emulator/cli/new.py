@@ -20,7 +20,7 @@ from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.grading.rubric import PROJECT_RUBRIC, ExerciseTable, Rubric, load_rubric
 from fcu_emulator.emulator.grading.trials import lines_of
 from fcu_emulator.emulator.host.install_hints import how_to_install, quoted
-from fcu_emulator.emulator.host.text import visible
+from fcu_emulator.emulator.text import visible
 from fcu_emulator.firmware_model import arm
 
 _SUPPORT = ("*.c", "*.h", "*.ld", "*.mk", "*.options")

@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from fcu_emulator.emulator.errors import InputError
-from fcu_emulator.emulator.host.text import visible
+from fcu_emulator.emulator.text import visible
 
 _LARGEST_RECORD = 64 << 20
 

@@ -10,7 +10,7 @@ from fcu_emulator.emulator.grading.margins import margin_warnings
 from fcu_emulator.emulator.grading.rubric import Rubric, load_rubric
 from fcu_emulator.emulator.grading.trials import Trial, trials
 from fcu_emulator.emulator.host.install_hints import quoted
-from fcu_emulator.emulator.host.text import visible
+from fcu_emulator.emulator.text import visible
 
 _TEMPLATE = "template-arm"
 

@@ -23,10 +23,10 @@ from fcu_emulator.emulator.cli.run_record import RunRecord
 from fcu_emulator.emulator.cli.run_report import Explainer, ProgressDisplay, summary
 from fcu_emulator.emulator.errors import FcuError, InputError, LinkError, OutputError
 from fcu_emulator.emulator.host.isolation import limits_of_worker
-from fcu_emulator.emulator.host.text import visible
 from fcu_emulator.emulator.links import Addressed, ByteLink, open_link
 from fcu_emulator.emulator.links.runner import Progress, Runner
 from fcu_emulator.emulator.links.stdout import StdoutLink
+from fcu_emulator.emulator.text import visible
 from fcu_emulator.emulator.time.clock import parse_duration, seconds
 from fcu_emulator.emulator.trace import LARGEST_FILE
 

@@ -25,9 +25,9 @@ import click
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
 from fcu_emulator.emulator.errors import InputError, LinkError
 from fcu_emulator.emulator.host.loopback import HOST
-from fcu_emulator.emulator.host.text import visible
 from fcu_emulator.emulator.links.control import Conversation, RunningBoard, the_running_board
 from fcu_emulator.emulator.links.tcp import parse_port
+from fcu_emulator.emulator.text import visible
 
 if sys.platform == "win32":
     import msvcrt

@@ -24,7 +24,7 @@ from typing import Final
 
 from fcu_emulator.emulator.errors import FcuError, InputError, NotJudgedError
 from fcu_emulator.emulator.host.files import is_about_the_name
-from fcu_emulator.emulator.host.text import one_line
+from fcu_emulator.emulator.text import one_line
 
 _DIRECTORY_ENTRY = re.compile(re.escape(b"PK\x01\x02"))
 _ENCRYPTED = 0x1

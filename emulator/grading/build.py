@@ -42,7 +42,7 @@ from fcu_emulator.emulator.errors import InputError, NotJudgedError
 from fcu_emulator.emulator.grading.submissions import RejectedError, SubmittedFirmware, SubmittedSource
 from fcu_emulator.emulator.host.files import write_atomically
 from fcu_emulator.emulator.host.install_hints import how_to_install_all
-from fcu_emulator.emulator.host.text import one_line, visible
+from fcu_emulator.emulator.text import one_line, visible
 from fcu_emulator.firmware_model import arm
 
 COMPILER: Final = "arm-none-eabi-gcc"

@@ -23,11 +23,11 @@ from fcu_emulator.emulator.chip.diagnosis.backtrace import Places
 from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis, Kind
 from fcu_emulator.emulator.chip.firmware import ArmFirmware
 from fcu_emulator.emulator.errors import FirmwareError, NotJudgedError
-from fcu_emulator.emulator.host.text import shown
 from fcu_emulator.emulator.scenario.expectations import Miss, RunView
 from fcu_emulator.emulator.scenario.fields import Duration, Length, Table
 from fcu_emulator.emulator.scenario.run_view import escaped
 from fcu_emulator.emulator.scenario.schema import Kinds
+from fcu_emulator.emulator.text import shown
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, Periodic
 
 # -- What every kind has in common --------------------------------------------------------------------------

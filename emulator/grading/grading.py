@@ -26,7 +26,7 @@ from fcu_emulator.emulator.grading.submissions import RejectedError, Submission,
 from fcu_emulator.emulator.grading.tasks import Task, code_digest, judge_task
 from fcu_emulator.emulator.grading.verdict import Verdict
 from fcu_emulator.emulator.host.isolation import WorkerLimits
-from fcu_emulator.emulator.host.text import one_line
+from fcu_emulator.emulator.text import one_line
 
 _MORE_THREADS = 2  # than tasks at a time: what is taken and built while the workers judge
 

@@ -19,8 +19,8 @@ from typing import Annotated
 
 from pydantic import Field, PlainValidator, WithJsonSchema
 
-from fcu_emulator.emulator.host.text import shown
 from fcu_emulator.emulator.scenario.fields import Table
+from fcu_emulator.emulator.text import shown
 
 _MOST_POINTS = 1_000.0
 _DAY_S = 86_400

@@ -18,7 +18,7 @@ from fcu_emulator.emulator.grading.results import LATE_PENALTY, TOTAL, Graded, O
 from fcu_emulator.emulator.grading.roster import delimiter, read_csv
 from fcu_emulator.emulator.grading.rubric import Rubric
 from fcu_emulator.emulator.grading.verdict import CheckResult
-from fcu_emulator.emulator.host.text import one_line
+from fcu_emulator.emulator.text import one_line
 
 _COLUMNS = ("id", "what", "points", "comment")
 

@@ -30,7 +30,7 @@ from typing import Any, Final, NamedTuple
 
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.grading.roster import Student
-from fcu_emulator.emulator.host.text import one_line
+from fcu_emulator.emulator.text import one_line
 
 _METADATA = "submission_metadata.yml"
 _LARGEST_METADATA = 16 << 20

@@ -17,7 +17,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from fcu_emulator.emulator.grading.verdict import CheckResult, requires_text
-from fcu_emulator.emulator.host.text import shown
+from fcu_emulator.emulator.text import shown
 
 PREREQUISITE = "prerequisite"
 """The kind of finding of a check that has no points because of another one."""

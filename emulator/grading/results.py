@@ -19,7 +19,7 @@ from fcu_emulator.emulator.grading.roster import Student
 from fcu_emulator.emulator.grading.rubric import is_shipped
 from fcu_emulator.emulator.grading.verdict import ExerciseTitle, Verdict
 from fcu_emulator.emulator.host.install_hints import command_line
-from fcu_emulator.emulator.host.text import visible
+from fcu_emulator.emulator.text import visible
 
 Status: TypeAlias = Literal["judged", "partly", "unjudged", "rejected", "missing"]
 """Everything is judged; some checks could not be; none could be, through no fault of the program; what was

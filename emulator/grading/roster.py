@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Final
 
 from fcu_emulator.emulator.errors import InputError
-from fcu_emulator.emulator.host.text import one_line
+from fcu_emulator.emulator.text import one_line
 
 _LARGEST = 8 << 20  # bytes
 _MOST_ROWS = 100_000

@@ -39,7 +39,6 @@ from fcu_emulator.emulator.grading.checks import AnyCheck
 from fcu_emulator.emulator.grading.late import LateTable
 from fcu_emulator.emulator.grading.prerequisites import PREREQUISITE, PrerequisiteError, Prerequisites
 from fcu_emulator.emulator.grading.verdict import Detail, Visibility
-from fcu_emulator.emulator.host.text import shown
 from fcu_emulator.emulator.scenario.expectations import ExpectText
 from fcu_emulator.emulator.scenario.fields import Duration, Resources, Table
 from fcu_emulator.emulator.scenario.loader import (
@@ -53,6 +52,7 @@ from fcu_emulator.emulator.scenario.rules import with_rules
 from fcu_emulator.emulator.scenario.scenario import Scenario
 from fcu_emulator.emulator.scenario.schema import as_written, may_be_rule
 from fcu_emulator.emulator.scenario.schema import json_schema as scenario_schema
+from fcu_emulator.emulator.text import shown
 
 PROJECT_RUBRIC = "rubric.toml"
 """The file in a project that `fcu check` uses without being told."""

@@ -32,7 +32,7 @@ from fcu_emulator.emulator.grading.archives import CLASS, ArchiveError, unpack
 from fcu_emulator.emulator.grading.platforms import HandedIn
 from fcu_emulator.emulator.grading.roster import Roster, Student
 from fcu_emulator.emulator.host.files import is_about_the_name
-from fcu_emulator.emulator.host.text import one_line
+from fcu_emulator.emulator.text import one_line
 
 Take: TypeAlias = Literal["source", "firmware"]
 

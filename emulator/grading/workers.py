@@ -22,7 +22,7 @@ from multiprocessing.connection import Connection
 from typing import Any, Final
 
 from fcu_emulator.emulator.errors import InputError, NotJudgedError
-from fcu_emulator.emulator.host.text import one_line
+from fcu_emulator.emulator.text import one_line
 
 _ATTEMPTS: Final = 2
 _END_S: Final = 5.0  # how long a process may take to end by itself

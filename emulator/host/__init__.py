@@ -1,1 +1,1 @@
-"""What the machine gives: files, worker processes, loopback addresses, install hints, text for terminals."""
+"""The machine that the emulator runs on: files, worker processes, local ports, install hints."""

@@ -35,7 +35,7 @@ from dataclasses import asdict, dataclass, fields
 from types import FrameType
 
 from fcu_emulator.emulator.errors import InputError
-from fcu_emulator.emulator.host.text import shown
+from fcu_emulator.emulator.text import shown
 
 # -- What a process may take --------------------------------------------------------------------------------
 

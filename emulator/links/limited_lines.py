@@ -9,7 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from fcu_emulator.emulator.host.text import one_line
+from fcu_emulator.emulator.text import one_line
 
 BURST = 5
 """Lines that are passed on at once; afterwards one each :data:`EVERY_S`."""

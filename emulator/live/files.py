@@ -7,7 +7,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from fcu_emulator.emulator.assembly.board import Board
-from fcu_emulator.emulator.host.text import one_line
+from fcu_emulator.emulator.text import one_line
 
 
 class FileWatch:

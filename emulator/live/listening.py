@@ -9,7 +9,7 @@ from __future__ import annotations
 import ipaddress
 
 from fcu_emulator.emulator.errors import InputError
-from fcu_emulator.emulator.host.text import shown
+from fcu_emulator.emulator.text import shown
 
 LOCAL = "127.0.0.1"
 

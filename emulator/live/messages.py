@@ -25,7 +25,7 @@ from functools import cache
 from typing import Any, Literal
 
 from fcu_emulator.emulator.errors import InputError, failure_text
-from fcu_emulator.emulator.host.text import visible
+from fcu_emulator.emulator.text import visible
 
 MOST_VARIABLES = 16  # that one page watches
 LARGEST_FIRMWARE = 8 << 20  # bytes; ST's stock firmware with all its debug information has 4 MB

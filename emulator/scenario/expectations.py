@@ -17,7 +17,6 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
-from fcu_emulator.emulator.host.text import shown, visible
 from fcu_emulator.emulator.scenario.fields import (
     Duration,
     Length,
@@ -58,6 +57,7 @@ from fcu_emulator.emulator.scenario.text_diff import (
     format_difference,
     nearest,
 )
+from fcu_emulator.emulator.text import shown, visible
 from fcu_emulator.emulator.time.clock import PS_PER_MS, seconds
 
 # -- What every expectation has in common: how it is missed, a view of the run, a window --------------------

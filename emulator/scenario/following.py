@@ -9,12 +9,12 @@ from typing import ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from fcu_emulator.emulator.host.text import visible
 from fcu_emulator.emulator.scenario.conditions import Condition, Followed, Stretch
 from fcu_emulator.emulator.scenario.expectations import Miss, RunView, Windowed, nearly_printed, shown_line
 from fcu_emulator.emulator.scenario.fields import Duration, Length, PatternText
 from fcu_emulator.emulator.scenario.rests import Rest, is_printed, mistake, resting
 from fcu_emulator.emulator.scenario.run_view import SAMPLE_STEP_PS, PrintedLine, escaped, same_banner
+from fcu_emulator.emulator.text import visible
 from fcu_emulator.emulator.time.clock import PS_PER_MS, seconds
 
 _DIFF_LINES = 3  # wrong lines that a finding shows

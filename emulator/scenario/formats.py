@@ -14,9 +14,9 @@ from typing import Annotated, Protocol
 
 from pydantic import AfterValidator, Field
 
-from fcu_emulator.emulator.host.text import shown, visible
 from fcu_emulator.emulator.scenario.fields import PatternText, SearchPatience, TextPattern
 from fcu_emulator.emulator.scenario.run_view import FORMAT_OF_FIELD
+from fcu_emulator.emulator.text import shown, visible
 
 # -- What a format is asked ---------------------------------------------------------------------------------
 

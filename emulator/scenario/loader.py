@@ -37,7 +37,6 @@ from pydantic import ValidationError
 from fcu_emulator.emulator.boards.description import BoardDescription
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.errors import InputError, ScenarioError
-from fcu_emulator.emulator.host.text import shown
 from fcu_emulator.emulator.scenario.fields import Resources, read_bounded
 from fcu_emulator.emulator.scenario.renamed import with_current_keys
 from fcu_emulator.emulator.scenario.rules import with_rules
@@ -49,6 +48,7 @@ from fcu_emulator.emulator.scenario.thresholds import (
     parse_thresholds,
     put_in_place,
 )
+from fcu_emulator.emulator.text import shown
 from fcu_emulator.emulator.time.clock import PS_PER_MS, format_duration, parse_duration, seconds
 
 

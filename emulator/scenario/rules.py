@@ -22,7 +22,7 @@ from importlib.resources import files
 from typing import Any
 
 from fcu_emulator.emulator.errors import ScenarioError
-from fcu_emulator.emulator.host.text import shown
+from fcu_emulator.emulator.text import shown
 
 
 @cache

@@ -20,7 +20,6 @@ from pydantic import (
 )
 
 from fcu_emulator.emulator.buses.i2c import FaultKind, I2CFault
-from fcu_emulator.emulator.host.text import shown
 from fcu_emulator.emulator.scenario.fields import (
     Address,
     Duration,
@@ -33,6 +32,7 @@ from fcu_emulator.emulator.scenario.fields import (
 )
 from fcu_emulator.emulator.scenario.renamed import with_current_action
 from fcu_emulator.emulator.scenario.run_view import BoardView
+from fcu_emulator.emulator.text import shown
 from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_S, to_ps
 from fcu_emulator.emulator.world import World, limits
 from fcu_emulator.emulator.world.air import DOOR_HPA

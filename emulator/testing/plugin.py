@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import pytest
 
-from fcu_emulator.emulator.host.text import visible
+from fcu_emulator.emulator.text import visible
 
 if TYPE_CHECKING:
     from fcu_emulator.emulator.assembly.board import Board

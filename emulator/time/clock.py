@@ -24,7 +24,7 @@ from decimal import Decimal
 from fractions import Fraction
 from typing import Any, Final, TypeAlias
 
-from fcu_emulator.emulator.host.text import shown
+from fcu_emulator.emulator.text import shown
 
 # -- How it is counted --------------------------------------------------------------------------------------
 

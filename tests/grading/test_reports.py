@@ -33,7 +33,7 @@ from fcu_emulator.emulator.grading.verdict import (
     Series,
     Verdict,
 )
-from fcu_emulator.emulator.host.text import one_line, visible
+from fcu_emulator.emulator.text import one_line, visible
 
 EVIL = "<script>alert(1)</script>\"'><img src=x onerror=alert(1)>\x1b[31m\x00\u202e]]>&amp;"
 

@@ -27,7 +27,11 @@ LINE = re.compile(r"^(\S.*?) +(\d+)(?:\+(\d+))? files in Python(?:, (\d+) in C)?
 def measured() -> dict[str, tuple[int, int, int]]:
     """Return the counts of a new process, in which nothing is imported yet."""
     done = subprocess.run(
-        [sys.executable, "-m", "tests.support.data_paths"], cwd=ROOT, capture_output=True, text=True, check=True
+        [sys.executable, "-m", "tests.support.data_paths"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
     )
     return {
         name: (int(files), int(beyond or 0), int(in_c or 0))

@@ -175,7 +175,7 @@ main()
     "module",
     [
         "click",
-        "fcu_emulator.emulator.host.text",
+        "fcu_emulator.emulator.text",
         "fcu_emulator.emulator.errors",
         "fcu_emulator.emulator.host.isolation",
         "numpy",

@@ -10,6 +10,7 @@ import click
 import pytest
 import serial
 
+import fcu_emulator.emulator.adapters.protocol_fcu  # noqa: F401  registers fcu:// addresses
 from fcu_emulator import Board
 from fcu_emulator.emulator.cli import execute
 from fcu_emulator.emulator.cli.commands import cli

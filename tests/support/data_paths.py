@@ -11,9 +11,9 @@ Four data paths are followed on a real board. A profiler records each of our fun
 - firmware on the chip reads a sensor over I2C, which it does 800 times a second;
 - a scenario file is read, run and judged.
 
-The length of a data path is its number of Python files. Files of the C library are listed in ``C_FILES`` with the functions of
-a debugger's backtrace. A scenario uses the whole board, so its data path counts the files of the package ``scenario``, and the
-files of other packages that they call or are called by.
+The length of a data path is its number of Python files. Files of the C library are listed in ``C_FILES`` with
+the functions of a debugger's backtrace. A scenario uses the whole board, so its data path counts the files of
+the package ``scenario``, and the files of other packages that they call or are called by.
 
 A test keeps the numbers from growing. The file needs the packages only, so it can also measure another commit:
 ``python THIS/tests/support/data_paths.py`` with that commit's interpreter.

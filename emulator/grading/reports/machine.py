@@ -14,7 +14,7 @@ from xml.etree import ElementTree as ET
 from fcu_emulator.emulator.errors import NotJudgedError
 from fcu_emulator.emulator.grading.results import Graded, GradedClass
 from fcu_emulator.emulator.grading.verdict import CheckResult
-from fcu_emulator.emulator.host.text import csv_text, visible
+from fcu_emulator.emulator.text import csv_text, visible
 
 _ON_ROSTER = {True: "yes", False: "no", None: ""}
 _VISIBILITY = {"always": "visible", "after_due_date": "after_due_date", "never": "hidden"}

@@ -20,7 +20,7 @@ import html
 from collections.abc import Iterable
 from typing import TypeAlias
 
-from fcu_emulator.emulator.host.text import visible
+from fcu_emulator.emulator.text import visible
 
 
 class Html(str):
