@@ -229,7 +229,7 @@ class Broadcast:
                 self._registers[name] = shown
                 self._publish(shown, None)
         if any(watch.bus for watch in watches):
-            self._publish(messages.BusMessage(transfers.transfers(board, self._transfers.latest())), None)
+            self._publish(messages.BusEvent(transfers.transfers(board, self._transfers.latest())), None)
         if any(watch.pins for watch in watches):
             self._publish(messages.Pins(pins.pins(board)), None)
 

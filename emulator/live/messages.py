@@ -1,8 +1,9 @@
 """What a page says to a session, and what a session says to it: data, whatever carries it.
 
-Each message is a JSON object with ``type``, the class's name below in snake case, and the class's fields. A
-session takes commands and gives events; both are declared here and nowhere else. A WebSocket carries them now
-(:mod:`fcu_emulator.emulator.live.server`); whatever else does, a worker in a browser for one, needs this file only.
+Each message is a JSON object with ``type``, the class's name below in snake case without Command or Event, and
+the class's fields. A session takes commands and gives events; both are declared here and nowhere else. A
+WebSocket carries them now (:mod:`fcu_emulator.emulator.live.server`); whatever else does, a worker in a browser
+for one, needs this file only.
 
 What a user does to the board is a timeline entry as in a scenario file, without a time (:class:`Do`): its
 words are those of ``docs/scenarios.md``, and a recorded session is a scenario without being translated. The
@@ -310,7 +311,7 @@ class Pins(SessionEvent):
 
 
 @dataclass(frozen=True)
-class BusMessage(SessionEvent):
+class BusEvent(SessionEvent):
     """The latest transfers, decoded: time, device, register, direction, bytes, meaning, result."""
 
     transfers: list[dict[str, Any]]
@@ -412,7 +413,9 @@ def _own(kind: type[PageCommand]) -> list[str]:
 
 
 def _snake(kind: type[object]) -> str:
-    return re.sub(r"(?<!^)(?=[A-Z])", "_", kind.__name__.removesuffix("Command")).lower()
+    """Return the type of a message on the wire: StepCommand is "step", BusEvent "bus"."""
+    name = re.sub(r"(Command|Event|Message)$", "", kind.__name__)
+    return re.sub(r"(?<!^)(?=[A-Z])", "_", name).lower()
 
 
 def _fits(value: Any, hint: Any) -> bool:

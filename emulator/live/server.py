@@ -48,7 +48,7 @@ _BURST = 50
 _MOST_PAGES = 32
 _LATEST = {
     messages.State: "state",
-    messages.BusMessage: "bus",
+    messages.BusEvent: "bus",
     messages.Pins: "pins",
     messages.Verdicts: "verdicts",
     messages.Findings: "findings",

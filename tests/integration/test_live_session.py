@@ -230,7 +230,7 @@ def test_states_come_in_order_with_truth_samples_and_variables() -> None:
     registers = page.of(messages.RegistersEvent)[-1]
     assert registers.values["WHO_AM_I"] == "6A"
     assert len(registers.values["OUT_XL"]) == 12
-    assert any(one["meaning"].endswith(" mg") for one in page.of(messages.BusMessage)[-1].transfers)
+    assert any(one["meaning"].endswith(" mg") for one in page.of(messages.BusEvent)[-1].transfers)
     text = "".join(one.text for one in page.of(messages.Text))
     assert text == page.session.board.terminal.text[: len(text)]
     assert "Pitch:" in text
@@ -310,7 +310,7 @@ def test_a_sensor_that_is_new_is_shown_by_what_it_declares() -> None:
     last = page.of(messages.State)[-1]
     assert last.samples == {"HTX221.relative_humidity_percent": [62.5], "HTX221.temperature_degc": [21.25]}
     assert last.truth["humidity_percent"] == 62.5
-    reads = [one for one in page.of(messages.BusMessage)[-1].transfers if one["way"] == "read"]
+    reads = [one for one in page.of(messages.BusEvent)[-1].transfers if one["way"] == "read"]
     assert reads[-1]["meaning"] == "62.5 %, 21.25 °C"
     assert page.of(messages.RegistersEvent)[-1].values["WHO_AM_I"] == "BD"
     assert [one["name"] for one in page.of(messages.Pins)[-1].pins][:2] == ["PA2", "PA5"]

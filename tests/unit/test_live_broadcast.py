@@ -121,7 +121,7 @@ def test_the_next_state_is_waited_for_only_if_it_shows_something_to_a_page(sent:
 # -- registers, bus and pins; verdicts; findings ------------------------------------------------------------
 
 
-@pytest.mark.parametrize("kind", [messages.BusMessage, messages.Pins])
+@pytest.mark.parametrize("kind", [messages.BusEvent, messages.Pins])
 def test_bus_and_pins_come_every_100_ms(sent: Sent, kind: type[SessionEvent]) -> None:
     sent.clients[PAGE] = Watch(bus=True, pins=True)
     sent.pass_ms(1050)
