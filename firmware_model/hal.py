@@ -38,7 +38,7 @@ class Hal(Protocol):
         """Wait at least ``delay_ms`` milliseconds; interrupts run meanwhile."""
 
     def HAL_GetTick(self) -> int:
-        """Milliseconds since reset."""
+        """Return the milliseconds since reset."""
 
     def HAL_I2C_Mem_Read(self, dev_address: int, mem_address: int, size: int) -> tuple[int, bytes]:
         """Read ``size`` bytes from register ``mem_address`` on; no data unless the status is HAL_OK."""

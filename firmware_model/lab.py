@@ -100,7 +100,7 @@ class LabLed:
             self._hal.HAL_GPIO_WritePin(LED_PORT, self._pin, GPIO_PIN_RESET if on else GPIO_PIN_SET)
 
     def toggle(self) -> None:
-        """``BSP_LED_Toggle``."""
+        """Invert the LED, as ``BSP_LED_Toggle`` does."""
         self.on = not self.on
         self._hal.HAL_GPIO_TogglePin(LED_PORT, self._pin)
 
@@ -191,7 +191,6 @@ class Template(LabFirmware):
     """The template, unchanged."""
 
     def HAL_TIM_PeriodElapsedCallback(self) -> None:
-        """Refresh the sensor values."""
         self.ReadSensorRawData()
 
     def loop(self) -> None:

@@ -165,7 +165,6 @@ class Chain:
 
 
 def _powers(matrix: Array, highest: int) -> list[Array]:
-    """Powers 0 to ``highest``."""
     powers = [np.eye(len(matrix))]
     for _ in range(highest):
         powers.append(powers[-1] @ matrix)

@@ -54,7 +54,7 @@ class Agitated(Protocol):
     """A signal that knows when it moves fast and has to be looked at closely (``sensors.front_end``)."""
 
     def __call__(self, t_s: Times, /) -> NDArray[np.float64]:
-        """As :data:`Signal`."""
+        """Return the values at these times, as :data:`Signal`."""
         ...
 
     def agitated(self, from_s: float, to_s: float, pace_s: float) -> list[tuple[float, float]]:
@@ -466,7 +466,7 @@ class SubaddressTarget:
         return self.part.read(address, count, now_ps)
 
     def name(self) -> str:
-        """The part's name."""
+        """The name of the sensor."""
         return self.part.NAME
 
     def register_name(self, address: int) -> str:

@@ -133,10 +133,10 @@ class _Plain:
         return NEVER_PS
 
     def burst_reader(self, first: int, end: int) -> None:
-        """There is none."""
+        """Return None: there is no fast path."""
 
     def consumed(self, first: int, count: int) -> None:
-        """Nothing happens."""
+        """Ignore the read: it has no side effect."""
 
 
 def every_length(count: int) -> int:

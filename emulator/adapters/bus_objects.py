@@ -168,13 +168,13 @@ class MachineI2C:
         return len(data)
 
     def readfrom(self, addr: int, nbytes: int, stop: bool = True) -> bytes:
-        """Read ``nbytes``."""
+        """Read ``nbytes`` bytes from a device."""
         del stop
         with os_errors(ENODEV):
             return self._master.read(addr, nbytes)
 
     def readfrom_into(self, addr: int, buf: Buffer, stop: bool = True) -> None:
-        """Fill ``buf``."""
+        """Fill ``buf`` with bytes of a device."""
         target = memoryview(buf).cast("B")
         target[:] = self.readfrom(addr, len(target), stop)
 
@@ -248,12 +248,12 @@ class SMBus:
         self._write(i2c_addr, bytes((value,)))
 
     def read_byte_data(self, i2c_addr: int, register: int, force: bool | None = None) -> int:
-        """One register."""
+        """Return the value of one register."""
         del force
         return self._read(i2c_addr, register, 1)[0]
 
     def write_byte_data(self, i2c_addr: int, register: int, value: int, force: bool | None = None) -> None:
-        """Write one register."""
+        """Write ``value`` to one register."""
         del force
         self._write(i2c_addr, bytes((register, value)))
 

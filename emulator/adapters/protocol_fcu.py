@@ -133,7 +133,6 @@ class Serial(serial.SerialBase):  # type: ignore[misc]  # pyserial has no types
 
     @property
     def ri(self) -> bool:
-        """Likewise, nobody rings."""
         return False
 
     def _update_break_state(self) -> None:

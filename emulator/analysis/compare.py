@@ -83,7 +83,6 @@ class Difference:
 
     @property
     def at_ps(self) -> int:
-        """When it showed."""
         return min(entry.at_ps for entry in (self.first, self.second) if entry is not None)
 
     @property

@@ -40,7 +40,6 @@ class ValueRange:
 
     @property
     def middle(self) -> float:
-        """Half way."""
         return (self.low + self.high) / 2
 
     def distance(self, value: float) -> float:
@@ -48,7 +47,7 @@ class ValueRange:
         return max(self.low - value, value - self.high, 0.0)
 
     def scaled(self, factor: float) -> ValueRange:
-        """Everything times ``factor``."""
+        """Return the range times ``factor``."""
         ends = self.low * factor, self.high * factor
         return ValueRange(min(ends), max(ends))
 
@@ -100,7 +99,7 @@ class Witness:
         self._watching = Periodic(board.clock, board.clock.now_ps, _LOOK_PS, self._look)
 
     def close(self) -> None:
-        """Watch no more."""
+        """Stop the observation of the board."""
         self._watching.cancel()
 
     def _look(self) -> None:

@@ -377,7 +377,7 @@ class _NoFirmware:
         self.timer = timer
 
     def run_until_ps(self, at_ps: int) -> None:
-        """Let time pass."""
+        """Let time pass without firmware."""
         self._clock.advance_to(at_ps)
 
     def variable(self, name: str) -> Any:
@@ -385,7 +385,7 @@ class _NoFirmware:
         raise KeyError(name)
 
     def handles(self, peripheral: str) -> bool:
-        """Nothing runs."""
+        """Return False: no firmware is running."""
         del peripheral
         return False
 

@@ -173,9 +173,7 @@ class Backend(Protocol):
     """What executes the firmware; the seam for other processors."""
 
     @property
-    def timer(self) -> TickCounts:
-        """The timer of the callback."""
-        ...
+    def timer(self) -> TickCounts: ...
 
     def run_until_ps(self, at_ps: int) -> None:
         """Run up to and including ``at_ps``."""

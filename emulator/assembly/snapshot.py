@@ -43,7 +43,7 @@ class Snapshotted(Protocol):
         ...
 
     def restore(self, state: Any) -> None:
-        """Put it back."""
+        """Restore the state of the snapshot."""
         ...
 
 

@@ -179,7 +179,6 @@ class I2CBus:
 
     @property
     def now_ps(self) -> int:
-        """Virtual time."""
         return self._clock.now_ps
 
     @property
@@ -380,7 +379,6 @@ class I2CMaster:
 
     @property
     def speed_hz(self) -> int:
-        """Clock rate of the bus."""
         return self.bus.speed_hz
 
     def write(self, address: int, data: bytes) -> None:

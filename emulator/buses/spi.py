@@ -53,7 +53,6 @@ class SpiBus:
 
     @property
     def chip_selects(self) -> tuple[str, ...]:
-        """The chip selects in use."""
         return tuple(self._targets)
 
     def target(self, chip_select: str) -> SpiTarget:
@@ -113,7 +112,7 @@ class SpiMaster:
         self.bus.mode, self.bus.wires = mode, wires
 
     def write(self, chip_select: str, data: bytes) -> None:
-        """Select, ``data``, deselect."""
+        """Select the device, send ``data``, and deselect it."""
         self.write_read(chip_select, data, 0)
 
     def write_read(self, chip_select: str, data: bytes, n: int) -> bytes:

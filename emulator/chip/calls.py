@@ -313,7 +313,7 @@ class Caller:
     def call(
         self, name: str, arguments: Sequence[Any], keep: bool, max_instructions: int, timeout_s: float
     ) -> Any:
-        """See :meth:`fcu_emulator.emulator.Board.call`."""
+        """Call a function as :meth:`fcu_emulator.emulator.Board.call` does."""
         address, signature = find_function(self._image, name, arguments)
         scratch = self._scratch
         scratch.refresh()

@@ -31,7 +31,6 @@ from fcu_emulator.emulator.chip.peripherals.watchdogs import Iwdg, Wwdg
 
 
 def _place(name: str) -> tuple[str, int]:
-    """Name and address."""
     return name, ADDRESSES[name][0]
 
 

@@ -74,7 +74,6 @@ class ArmFirmware:
 
     @property
     def timer(self) -> Timer:
-        """The timer of the callback."""
         return self.chip.timers[self.signals.board.timer.peripheral]
 
     def run_until_ps(self, at_ps: int) -> None:

@@ -329,7 +329,7 @@ class FcuChip:
         self.library.fcu_forget_code(self.handle)
 
     def register_calls(self, names: tuple[str, ...]) -> RegisterCalls:
-        """For :class:`CoreRegisters`."""
+        """Return the functions that :class:`CoreRegisters` needs."""
         count = len(names)
         numbers = (_i32 * count)(*(_REGISTER_NUMBERS[name] for name in names))
         values = (_u32 * count)()
@@ -514,7 +514,6 @@ class NativePeripheral(Peripheral):
 
     @property
     def clocked(self) -> bool:
-        """Set by RCC."""
         return bool(self._chip.library.fcu_is_clocked(self._chip.handle, self.index))
 
     @clocked.setter

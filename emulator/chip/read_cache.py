@@ -56,9 +56,7 @@ class KeepingTarget(Protocol):
         ...
 
     @property
-    def position(self) -> int:
-        """The sub-address left behind."""
-        ...
+    def position(self) -> int: ...
 
 
 class CachingChip(Protocol):

@@ -215,7 +215,7 @@ class _Progress:
             self._shown = True
 
     def close(self) -> None:
-        """Leave the line."""
+        """End the line of the progress."""
         if self._shown:
             self._show("")
 
@@ -248,7 +248,6 @@ class _Screen:
         self._names = [one.exercise for one in verdict.exercises if verdict.of(one.exercise)]
 
     def lines(self) -> Iterator[str]:
-        """All of it."""
         verdict = self._verdict
         yield f"{verdict.rubric_title}: {visible(self._firmware)}, board {verdict.seed}"
         yield ""

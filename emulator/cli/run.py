@@ -310,7 +310,7 @@ class Stoppable(Protocol):
     """A run that can be ended from a signal handler."""
 
     def stop(self) -> None:
-        """End it soon."""
+        """End the run at the next opportunity."""
         ...
 
 

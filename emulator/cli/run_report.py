@@ -61,7 +61,7 @@ class ProgressDisplay:
         self._shown = True
 
     def close(self) -> None:
-        """Leave the line."""
+        """End the line of the progress."""
         if self._shown and self._in_place:
             with suppress(OSError):
                 click.echo("\r\033[K", err=True, nl=False)

@@ -182,7 +182,7 @@ class GradedClass(_ResultModel):
         return [one for one in self.submissions if one.status != "judged" and one.points is None]
 
     def to_json(self) -> str:
-        """The file's text."""
+        """Return the text of the file."""
         return self.model_dump_json(indent=1, by_alias=True) + "\n"
 
     @classmethod

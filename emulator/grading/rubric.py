@@ -242,7 +242,6 @@ class Rubric:
 
     @property
     def max_points(self) -> float:
-        """What can be got."""
         return round(sum(check.points for exercise in self.exercises for check in exercise.check), 4)
 
     def exercise(self, name: str) -> ExerciseTable:
@@ -261,7 +260,6 @@ class Rubric:
 
     @property
     def runs(self) -> list[str]:
-        """The names of the runs."""
         return list(self._runs)
 
     def table_of(self, run: str) -> dict[str, Any]:
@@ -455,7 +453,7 @@ def _exercise_with_rules(exercise: Any, file: str, key: str) -> Any:
 
 
 def rubric_names() -> list[str]:
-    """The shipped rubrics."""
+    """Return the names of the shipped rubrics."""
     return [path.stem for path in sorted(_folder().glob("*.toml"))]
 
 

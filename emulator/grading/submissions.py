@@ -68,7 +68,6 @@ class SubmittedSource:
 
     @property
     def digest(self) -> str:
-        """Of names and contents."""
         digest = hashlib.sha256()
         for name, data in sorted(self.files.items()):
             digest.update(f"{name}\0{len(data)}\0".encode())

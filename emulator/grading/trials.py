@@ -58,7 +58,7 @@ class _Constant:
         self._lit = lit
 
     def main(self) -> None:
-        """Print for ever."""
+        """Print the lines without an end."""
         for port, pin in Board.description.leds.values():
             self._hal.HAL_GPIO_Init(port, pin)
             self._hal.HAL_GPIO_WritePin(port, pin, 0 if self._lit else 1)

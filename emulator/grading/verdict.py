@@ -158,7 +158,6 @@ class Verdict(_VerdictModel):
 
     @property
     def points(self) -> float:
-        """What was got."""
         return _sum(check.points for check in self.checks)
 
     @property

@@ -279,7 +279,7 @@ class DaskWorkers(Executor):
         return max(1, sum(threads.values()))
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """As :meth:`concurrent.futures.Executor.submit`."""
+        """Submit a task as :meth:`concurrent.futures.Executor.submit` does."""
         future: Future[Any] = self._executor.submit(fn, *args, **kwargs)
         return future
 

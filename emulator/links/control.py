@@ -81,7 +81,7 @@ class Conversation:
             raise self._gone(error) from error
 
     def close(self) -> None:
-        """Leave."""
+        """Close the connection to the board."""
         self._answers.close()
         self._socket.close()
 

@@ -86,7 +86,6 @@ class PtyLink:
 
     @property
     def path(self) -> Path:
-        """The stable name to open."""
         return self._name.path
 
     @property

@@ -111,9 +111,7 @@ class Debugger(Protocol):
     """Stands between runner and board: may hold it still, or end the run."""
 
     @property
-    def halted(self) -> bool:
-        """Whether the board stands still."""
-        ...
+    def halted(self) -> bool: ...
 
     @property
     def killed(self) -> bool:

@@ -36,7 +36,7 @@ class RawFile(Protocol):
         ...
 
     def fileno(self) -> int:
-        """Return the descriptor."""
+        """Return the descriptor of the file."""
         ...
 
 
@@ -78,7 +78,7 @@ class BackgroundWriter:
             return self._lost
 
     def put(self, data: bytes) -> None:
-        """Queue ``data``."""
+        """Queue ``data`` for the writing thread."""
         with self._changed:
             if self._closed:
                 return

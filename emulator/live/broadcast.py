@@ -75,7 +75,7 @@ class Broadcast:
         self.measure_pace(wall_s)
 
     def close(self) -> None:
-        """Look no longer."""
+        """Unsubscribe from the board."""
         self._transfers.close()
         self._witness.close()
 

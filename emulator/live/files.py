@@ -65,6 +65,5 @@ class UploadedFile:
         return self.name if board.booted.name == str(self.path) else board.booted.name
 
     def remove(self) -> None:
-        """Remove it."""
         with suppress(OSError):
             self._folder.cleanup()

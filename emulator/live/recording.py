@@ -93,7 +93,6 @@ class SessionRecording:
 
 
 def _given(table: dict[str, object]) -> dict[str, object]:
-    """Without what was left open."""
     return {
         key: _given(value) if isinstance(value, dict) else value
         for key, value in table.items()

@@ -91,7 +91,6 @@ def _part(board: Board, name: str) -> Part | None:
 
 
 def _peripheral(board: Board, name: str) -> Peripheral | None:
-    """What has the peripheral's registers."""
     if board.chip is None:
         return None
     from fcu_emulator.emulator.chip.registers import SYSTEM_CONTROL_SPACE

@@ -68,7 +68,7 @@ class Controls(Protocol):
         ...
 
     def detach(self, client: object) -> None:
-        """Forget a client."""
+        """Forget a client that has left."""
         ...
 
 

@@ -132,7 +132,7 @@ class LiveSession:
         self._wake.set()
 
     def detach(self, client: object) -> None:
-        """Forget a client."""
+        """Forget a client that has left."""
         self._commands.append((client, _Detach()))
         self._wake.set()
 

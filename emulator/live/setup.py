@@ -76,11 +76,11 @@ class Careful:
         self._refused = refused
 
     def plan(self, world: World, start_s: float) -> None:
-        """As the entry."""
+        """Change the world as the action says."""
         self._try(partial(self._entry.plan, world, start_s))
 
     def act(self, board: BoardView, from_ps: int) -> None:
-        """As the entry."""
+        """Act on the board as the action says."""
         self._try(partial(self._entry.act, board, from_ps))
 
     def _try(self, action: Callable[[], None]) -> None:

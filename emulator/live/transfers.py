@@ -73,11 +73,11 @@ class Transfers:
             self._remember(_REMEMBERED)
 
     def latest(self) -> list[BusTransfer]:
-        """The latest last."""
+        """Return the latest transfers, the last one at the end."""
         return self._board.recent_transfers()
 
     def close(self) -> None:
-        """Keep no more."""
+        """Stop keeping transfers of the bus."""
         self._remember(0)
 
     def _remember(self, count: int) -> None:
@@ -161,5 +161,4 @@ def _counts(raw: bytes, size: int) -> Iterator[int]:
 
 @cache
 def _addresses(registers: RegisterMap) -> dict[str, int]:
-    """Sub-addresses by the datasheet's names."""
     return {registers.name(address): address for address in range(ADDRESSES)}

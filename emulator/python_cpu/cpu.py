@@ -101,7 +101,7 @@ class PythonCpu:
             )
 
     def restore(self, state: None) -> None:
-        """Nothing has changed."""
+        """Do nothing: calls change no state."""
 
     def _pause(self) -> None:
         assert self._caller is not None
@@ -120,7 +120,6 @@ class PythonCpu:
 
     @property
     def in_interrupt(self) -> bool:
-        """Whether a handler is running."""
         return self._active != _THREAD_PRIORITY
 
     # -- what the firmware's HAL uses -------------------------------------------------------------------

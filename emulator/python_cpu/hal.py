@@ -46,11 +46,11 @@ class HalGpio:
         self._gpio.init_output(port, pin)
 
     def HAL_GPIO_WritePin(self, port: str, pin: int, state: int) -> None:
-        """Drive a pin."""
+        """Drive a pin high or low."""
         self._gpio.write(port, pin, state)
 
     def HAL_GPIO_TogglePin(self, port: str, pin: int) -> None:
-        """Invert a pin."""
+        """Invert the level of a pin."""
         self._gpio.write(port, pin, 0 if self._gpio.level(port, pin) else 1)
 
 

@@ -45,7 +45,6 @@ class IntervalTimer:
 
     @property
     def rate_hz(self) -> float:
-        """Update rate as configured."""
         return float(PS_PER_S / self._period_ps)
 
     def configure(self, prescaler: int, period: int) -> None:

@@ -132,7 +132,7 @@ class Condition(Table):
             at_ps = end_ps
 
     def held(self, seen: RunView) -> tuple[tuple[int, int], ...]:
-        """When it holds."""
+        """Return the periods in which the condition holds, in ps."""
         return tuple((one.begin_ps, one.end_ps) for one in self.stretches(seen) if one.holds)
 
     def value_text(self, seen: RunView, at_ps: int) -> str:

@@ -146,7 +146,6 @@ class ExpectLine(Windowed):
     count: int | None = Field(None, ge=1)
 
     def wording(self) -> str:
-        """The line, and how often."""
         times = "" if self.count is None else " once" if self.count == 1 else f" {self.count} times"
         return f"the line {shown_line(same_banner(self.text.strip()))}{times}{self.window_text()}"
 
@@ -185,7 +184,6 @@ class _Matching(Windowed):
         return [line for line in lines if self._found_in(line.text, seen.patience)]
 
     def _found_in(self, line: str, patience: SearchPatience) -> bool:
-        """The banner may be either."""
         texts = dict.fromkeys((line, same_banner(line)))
         return any(self.pattern.found_in(text, patience) for text in texts)
 
@@ -202,7 +200,6 @@ class ExpectRegex(_Matching):
         return f'a match of "{visible(self.pattern.text)}"{times}{self.window_text()}'
 
     def judge(self, seen: RunView) -> Miss | None:
-        """Searches line by line."""
         found = len(self.matches(seen))
         if found == self.count or (found and self.count is None):
             return None
@@ -217,11 +214,9 @@ class ExpectNever(_Matching):
     kind: Literal["never"]
 
     def wording(self) -> str:
-        """The pattern."""
         return f'no match of "{visible(self.pattern.text)}"{self.window_text()}'
 
     def judge(self, seen: RunView) -> Miss | None:
-        """Searches line by line."""
         found = self.matches(seen)
         if not found:
             return None
@@ -239,13 +234,11 @@ class ExpectText(Expectation):
     file: TextFile
 
     def wording(self) -> str:
-        """The file and its size."""
         expected = same_banner(self.file.content.decode("latin-1"))
         lines = len(expected.split("\n"))
         return f"{self.file.path} ({lines} lines, {len(expected)} bytes)"
 
     def judge(self, seen: RunView) -> Miss | None:
-        """Only the banner may differ."""
         expected = same_banner(self.file.content.decode("latin-1"))
         printed = same_banner(seen.board.terminal.text)
         if printed == expected:
@@ -474,7 +467,6 @@ class ExpectWithin(_Number):
     min_difference: float = Field(0.0, ge=0)
 
     def wording(self) -> str:
-        """The range."""
         apart = f", two of them {self.min_difference:g} apart" if self.min_difference else ""
         return f"{self.title} from {self.min:g} to {self.max:g}{apart}{self.window_text()}"
 

@@ -381,7 +381,6 @@ class SearchPatience:
 
     @property
     def exhausted(self) -> bool:
-        """Whether nothing is left."""
         return self._left_s <= 0.0
 
     @contextmanager
@@ -410,7 +409,6 @@ class TextPattern:
 
     @property
     def groups(self) -> Collection[str]:
-        """The names of its groups."""
         names: Mapping[str, int] = self._compiled.groupindex
         return names.keys()
 

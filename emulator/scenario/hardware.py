@@ -33,7 +33,6 @@ class ExpectLed(Windowed):
     state: Literal["on", "off"]
 
     def wording(self) -> str:
-        """The LED and its state."""
         return f"{self.led} {self.state}{self.window_text()}"
 
     def judge(self, seen: RunView) -> Miss | None:
@@ -476,7 +475,6 @@ class ExpectReads(Expectation):
     for_: Length = Field(PS_PER_S // 4, alias="for")
 
     def wording(self) -> str:
-        """The output and how often."""
         part, address, register = _outputs()[self.sensor]
         bounds = f"at least {self.min_hz:g}" if self.min_hz else f"at most {self.max_hz:g}"
         return f"{part} {register} (0x{address:02X}) read {bounds} times a second"

@@ -195,7 +195,6 @@ def read_toml(path: Path, what: str) -> dict[str, Any]:
 
 
 def _parse(data: bytes, file: str) -> dict[str, Any]:
-    """TOML, in bounded time."""
     try:
         text = data.decode("utf-8")
     except UnicodeDecodeError as error:
@@ -356,7 +355,6 @@ def scenario_error(file: str, error: ValidationError) -> ScenarioError:
 
 
 def _key_path(path: list[str | int]) -> str:
-    """``timeline[2].for`` from its parts."""
     text = ""
     for part in path:
         if isinstance(part, int):

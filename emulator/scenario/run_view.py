@@ -85,9 +85,7 @@ class BoardView(RunnableBoard, Protocol):
         ...
 
     @property
-    def timer(self) -> TickCounts:
-        """The timer of the callback."""
-        ...
+    def timer(self) -> TickCounts: ...
 
     def motor_duties(self) -> tuple[float, ...]:
         """The duty of the PWM of each motor, 0 to 1."""

@@ -56,7 +56,6 @@ class TimelineStep:
 
     @property
     def key(self) -> str:
-        """Its place in the file."""
         return f"timeline[{self.number}]"
 
     @property
@@ -321,7 +320,6 @@ class Scenario:
         ]
 
     def _sampled(self) -> list[str]:
-        """Quantities that conditions are about."""
         found = [one.condition for one in self.expectations if isinstance(one, ExpectLedFollows)]
         found += [one.when for one in self.expectations if isinstance(one, ExpectLineFollows)]
         names = [one.quantity for one in found if one.quantity is not None]
@@ -360,7 +358,7 @@ class Happening(Protocol):
     """What an entry does when its time has come."""
 
     def plan(self, world: World, start_s: float) -> None:
-        """Change the world."""
+        """Change the world from the action's time on."""
         ...
 
     def act(self, board: BoardView, from_ps: int) -> None:
@@ -391,7 +389,6 @@ class Finding:
 
     @property
     def lines(self) -> list[str]:
-        """For people."""
         head = f"{self.miss.fault}: {self.miss}"
         return [head, *(f"    {line}" for line in self.miss.diff)]
 
@@ -443,7 +440,6 @@ class Result:
 
     @property
     def passed_count(self) -> int:
-        """How many expectations are met."""
         return self.checks - self.failed_count
 
     @property
@@ -479,9 +475,7 @@ class ScenarioBoard(BoardView, Protocol):
     """A board that says which scenario it plays."""
 
     @property
-    def scenario(self) -> Scenario | None:
-        """None if it plays none."""
-        ...
+    def scenario(self) -> Scenario | None: ...
 
 
 def run(board: ScenarioBoard, wall_clock_s: Callable[[], float] = time.monotonic) -> Result:

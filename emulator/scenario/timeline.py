@@ -92,7 +92,6 @@ class MotionAction(TimelineAction):
 
     @property
     def length_ps(self) -> int:
-        """As given."""
         return self.for_
 
     @property
@@ -117,7 +116,6 @@ class RotateTo(MotionAction):
     yaw_deg: Annotated[float, within(limits.ANGLE)] = 0.0
 
     def plan(self, world: World, start_s: float) -> None:
-        """World.rotate_to."""
         world.rotate_to(self.roll_deg, self.pitch_deg, self.yaw_deg, self.for_s, start_s)
 
 
@@ -131,7 +129,6 @@ class SweepAction(MotionAction):
     profile: Literal["linear", "minimum_jerk"] = "linear"
 
     def plan(self, world: World, start_s: float) -> None:
-        """World.sweep."""
         world.sweep(self.axis, self.to_deg, self.for_s, start_s, self.profile)
 
 
@@ -142,7 +139,6 @@ class TurnOver(MotionAction):
     do: Literal["turn_over"]
 
     def plan(self, world: World, start_s: float) -> None:
-        """World.turn_over."""
         world.turn_over(self.for_s, start_s)
 
 
@@ -155,7 +151,6 @@ class FigureEight(MotionAction):
     by: Literal["field", "hand"] = "field"
 
     def plan(self, world: World, start_s: float) -> None:
-        """World.figure_eight."""
         world.figure_eight(self.for_s, self.turns, start_s, self.by)
 
 
@@ -167,7 +162,6 @@ class LiftAction(MotionAction):
     metres: Annotated[float, within(limits.ALTITUDE)]
 
     def plan(self, world: World, start_s: float) -> None:
-        """World.lift."""
         world.lift(self.metres, self.for_s, start_s)
 
 
@@ -180,11 +174,9 @@ class FreeFallAction(MotionAction):
 
     @property
     def length_ps(self) -> int:
-        """The fall and the catch."""
         return self.for_ + self.catch
 
     def plan(self, world: World, start_s: float) -> None:
-        """World.free_fall."""
         world.free_fall(self.for_s, self.catch / PS_PER_S, start_s)
 
 
@@ -197,7 +189,6 @@ class ShakeAction(MotionAction):
     frequency_hz: Annotated[float, within(limits.FREQUENCY)]
 
     def plan(self, world: World, start_s: float) -> None:
-        """World.shake."""
         world.shake(self.axis, self.amplitude_g, self.frequency_hz, self.for_s, start_s)
 
 
@@ -210,7 +201,6 @@ class TapAction(MotionAction):
     amplitude_g: Annotated[float, within(limits.AMPLITUDE)] = 3.0
 
     def plan(self, world: World, start_s: float) -> None:
-        """World.tap."""
         world.tap(self.axis, self.amplitude_g, self.for_s, start_s)
 
 
@@ -221,7 +211,6 @@ class DisturbField(MotionAction):
     field: FieldTable
 
     def plan(self, world: World, start_s: float) -> None:
-        """World.disturb_field."""
         field = self.field
         world.disturb_field(field.north_ut, field.east_ut, field.down_ut, self.for_s, start_s)
 
@@ -241,7 +230,6 @@ class PassMagnet(TimelineAction):
         return to_ps(2.0 * magnet.closest_s)
 
     def plan(self, world: World, start_s: float) -> None:
-        """World.pass_magnet."""
         world.pass_magnet(self.moment_am2, self.distance_m, self.speed_m_s, start_s)
 
 
@@ -253,7 +241,6 @@ class Weather(MotionAction):
     change_hpa: Annotated[float, within(limits.PRESSURE_CHANGE)]
 
     def plan(self, world: World, start_s: float) -> None:
-        """World.change_weather."""
         world.change_weather(self.change_hpa, self.for_s, start_s)
 
 
@@ -264,7 +251,6 @@ class Blow(MotionAction):
     speed_m_s: Annotated[float, within(limits.WIND)]
 
     def plan(self, world: World, start_s: float) -> None:
-        """World.blow."""
         world.blow(self.speed_m_s, self.for_s, start_s)
 
 
@@ -275,7 +261,6 @@ class ShutDoor(TimelineAction):
     push_hpa: Annotated[float, within(limits.PUSH)] = DOOR_HPA
 
     def plan(self, world: World, start_s: float) -> None:
-        """World.shut_door."""
         world.shut_door(self.push_hpa, start_s)
 
 
@@ -287,7 +272,6 @@ class Replay(TimelineAction):
 
     @property
     def length_ps(self) -> int:
-        """Until its last row."""
         return to_ps(float(self.csv.content.t_s[-1]))
 
     @property
@@ -296,7 +280,6 @@ class Replay(TimelineAction):
         return frozenset(self.csv.content.groups)
 
     def plan(self, world: World, start_s: float) -> None:
-        """World.replay."""
         world.replay(self.csv.content, start_s)
 
 
@@ -310,7 +293,6 @@ class TakeInHand(TimelineAction):
     tremor_hz: Annotated[float, within(limits.TREMOR_FREQUENCY)] = TREMOR_HZ
 
     def plan(self, world: World, start_s: float) -> None:
-        """World.take_in_hand."""
         world.take_in_hand(self.wrist_m, self.tremor_mg, self.tremor_hz, start_s)
 
 
@@ -321,7 +303,6 @@ class PutDown(TimelineAction):
     do: Literal["put_down"]
 
     def plan(self, world: World, start_s: float) -> None:
-        """World.put_down."""
         world.put_down(start_s)
 
 
@@ -380,7 +361,6 @@ class SetAttitude(Jump):
     yaw_deg: Annotated[float, within(limits.ANGLE)] = 0.0
 
     def plan(self, world: World, start_s: float) -> None:
-        """World.set_attitude."""
         del start_s
         world.set_attitude(self.roll_deg, self.pitch_deg, self.yaw_deg)
 
@@ -393,7 +373,6 @@ class Hand(Jump):
 
     @property
     def time_constant_s(self) -> float:
-        """As the world takes it."""
         return self.time_constant / PS_PER_S
 
 
@@ -407,7 +386,6 @@ class FollowAttitude(Hand):
     yaw_deg: Annotated[float, within(limits.ANGLE)] = 0.0
 
     def plan(self, world: World, start_s: float) -> None:
-        """World.follow_attitude."""
         angles = self.roll_deg, self.pitch_deg, self.yaw_deg
         world.follow_attitude(*angles, self.time_constant_s, start_s)
 
@@ -420,7 +398,6 @@ class FollowAltitude(Hand):
     metres: Annotated[float, within(limits.ALTITUDE)]
 
     def plan(self, world: World, start_s: float) -> None:
-        """World.follow_altitude."""
         world.follow_altitude(self.metres, self.time_constant_s, start_s)
 
 
@@ -435,7 +412,6 @@ class FollowMagnet(Hand):
     moment_am2: Annotated[float, within(limits.MOMENT)] = MOMENT_AM2
 
     def plan(self, world: World, start_s: float) -> None:
-        """World.follow_magnet."""
         place = self.north_m, self.west_m, self.up_m
         world.follow_magnet(*place, self.moment_am2, self.time_constant_s, start_s)
 
@@ -447,7 +423,6 @@ class TakeMagnetAway(Jump):
     do: Literal["take_magnet_away"]
 
     def plan(self, world: World, start_s: float) -> None:
-        """World.take_magnet_away."""
         world.take_magnet_away(start_s)
 
 
@@ -458,7 +433,6 @@ class SetPressure(Jump):
     pressure_hpa: Annotated[float, within(limits.PRESSURE)]
 
     def plan(self, world: World, start_s: float) -> None:
-        """World.set_pressure."""
         del start_s
         world.set_pressure(self.pressure_hpa)
 
@@ -470,7 +444,6 @@ class SetTemperature(Jump):
     temperature_degc: Annotated[float, within(limits.TEMPERATURE)]
 
     def plan(self, world: World, start_s: float) -> None:
-        """World.set_temperature."""
         del start_s
         world.set_temperature(self.temperature_degc)
 
@@ -482,7 +455,6 @@ class SetHumidity(Jump):
     humidity_percent: Annotated[float, within(limits.HUMIDITY)]
 
     def plan(self, world: World, start_s: float) -> None:
-        """World.set_humidity."""
         del start_s
         world.set_humidity(self.humidity_percent)
 
@@ -494,7 +466,6 @@ class SetField(Jump):
     field: FieldTable
 
     def plan(self, world: World, start_s: float) -> None:
-        """World.set_magnetic_field."""
         del start_s
         world.set_magnetic_field(self.field.north_ut, self.field.east_ut, self.field.down_ut)
 
@@ -514,7 +485,6 @@ class FaultAction(TimelineAction):
         return self.for_ or 0
 
     def act(self, board: BoardView, from_ps: int) -> None:
-        """Inject the rule."""
         until_ps = from_ps + self.for_ if self.for_ else NEVER_PS
         board.i2c().inject(I2CFault.in_ps(self.kind, from_ps, until_ps, self.address, self.byte_index))
 
@@ -552,7 +522,6 @@ class Send(TimelineAction):
         return self
 
     def act(self, board: BoardView, from_ps: int) -> None:
-        """Type."""
         del from_ps
         board.terminal.write(self.text or self.hex or b"")
 

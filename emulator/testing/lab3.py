@@ -112,7 +112,7 @@ class PythonModel:
     name = "lab3"
 
     def missing(self, what: str) -> str:
-        """It has everything."""
+        """Return nothing: the model has every function."""
         del what
         return ""
 
@@ -121,7 +121,7 @@ class PythonModel:
         return Angles(*eCompass(AxesRaw_TypeDef(*acc), AxesRaw_TypeDef(*mag), 1.0))
 
     def calibrated(self, field_mgauss: Sequence[Vector]) -> list[Vector]:
-        """MagCalibration."""
+        """Return the calibrated field, as MagCalibration() does for each sample."""
         low, high = (AxesRaw_TypeDef(start, start, start) for start in (MAG_MIN_START, MAG_MAX_START))
         done = []
         for sample in field_mgauss:
@@ -131,7 +131,7 @@ class PythonModel:
         return done
 
     def altitude(self, press_hpa: float, temperature_degc: float, press_zero_level_hpa: float) -> float:
-        """GetAltitude."""
+        """Return the altitude in m, as getAltitude() computes it."""
         return getAltitude(press_hpa, temperature_degc, press_zero_level_hpa)
 
 
@@ -185,7 +185,7 @@ class Compiled:
         return ""
 
     def angles(self, acc: Vector, mag: Vector) -> Angles:
-        """``eCompass()``."""
+        """Return pitch, roll and yaw, as eCompass() computes them."""
         of = self._names
         with self.board.scratch() as copy:
             copy.set_variable(of["acc"], acc)
@@ -206,7 +206,7 @@ class Compiled:
         return done
 
     def altitude(self, press_hpa: float, temperature_degc: float, press_zero_level_hpa: float) -> float:
-        """``getAltitude(press, temperature)``."""
+        """Return the altitude in m, as getAltitude() computes it."""
         with self.board.scratch() as copy:
             copy.set_variable(self._names["press_zero_level"], press_zero_level_hpa)
             return float(copy.call(self._names["getAltitude"], press_hpa, temperature_degc))

@@ -192,7 +192,7 @@ def dut(board: Board) -> Dut:
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """--firmware FILE."""
+    """Add the option ``--firmware FILE``."""
     what = "what the fixture 'board' runs: an ELF, HEX or BIN file, or a name"
     parser.getgroup("fcu", "virtual boards").addoption("--firmware", metavar="FILE", help=what)
 

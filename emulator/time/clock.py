@@ -196,7 +196,7 @@ class Periodic:
         return self._origin_ps + count * self._num // self._den
 
     def cancel(self) -> None:
-        """No further calls."""
+        """Cancel the calls that are left."""
         self._event.cancel()
 
     def _fire(self) -> None:

@@ -42,11 +42,10 @@ class Drift:
 
     @property
     def pace_s(self) -> float:
-        """All of it."""
         return self.profile.duration_s
 
     def value(self, t_s: Array) -> Array:
-        """In hPa, (N,)."""
+        """Return the pressure in hPa, shape (N,) or (N, 1)."""
         return self.from_hpa + self.change_hpa * self.profile.progress(t_s)
 
 
@@ -54,9 +53,7 @@ class Puff(Protocol):
     """Pressure that is added for a time; ``pace_s``: in how many seconds it gets from one rest to another."""
 
     @property
-    def pace_s(self) -> float:
-        """As above."""
-        ...
+    def pace_s(self) -> float: ...
 
     def value(self, t_s: Array) -> Array:
         """In hPa, (N, 1)."""

@@ -180,11 +180,10 @@ class Held:
         return self._rotation
 
     def rate_dps(self, _t_s: Array, /) -> Array:
-        """No rate, (1, 3)."""
         return self._rate_dps
 
     def acceleration_dps2(self, _t_s: Array, /) -> Array:
-        """None, (1, 3)."""
+        """Return zeros, shape (1, 3)."""
         return self._rate_dps
 
     def euler_deg(self, _t_s: Array, /) -> Array:
@@ -203,7 +202,6 @@ class Turn:
 
     @property
     def pace_s(self) -> float:
-        """All of it."""
         return self.profile.duration_s
 
     @classmethod
@@ -240,7 +238,6 @@ class Twist:
 
     @property
     def pace_s(self) -> float:
-        """A quarter of it."""
         return self.profile.duration_s / 4.0
 
     def rotation(self, t_s: Array) -> Array:
@@ -308,7 +305,6 @@ class Sweep:
         return self.start_deg + self.profile.progress(t_s)[:, np.newaxis] * self.change_deg
 
     def _euler_dot(self, t_s: Array) -> Array:
-        """Euler rates, (N, 3) rad/s."""
         euler_dot: Array = self.profile.speed(t_s)[:, np.newaxis] * np.radians(self.change_deg)
         return euler_dot
 

@@ -97,12 +97,12 @@ class FollowedHeight:
         return height
 
     def speed_m_s(self, t_s: Array, /) -> Array:
-        """Upward speed, (N,)."""
+        """Return the upward speed in m/s, shape (N,)."""
         speed: Array = self.approach.derivatives(t_s)[1][:, 0]
         return speed
 
     def acceleration_m_s2(self, t_s: Array, /) -> Array:
-        """Upward acceleration, (N,)."""
+        """Return the upward acceleration in m/s2, shape (N,)."""
         acceleration: Array = self.approach.derivatives(t_s)[2][:, 0]
         return acceleration
 

@@ -30,11 +30,11 @@ class Height(Protocol):
         ...
 
     def speed_m_s(self, t_s: Array, /) -> Array:
-        """Upward speed, (N,)."""
+        """Return the upward speed in m/s, shape (N,) or (1,)."""
         ...
 
     def acceleration_m_s2(self, t_s: Array, /) -> Array:
-        """Upward acceleration, (N,)."""
+        """Return the upward acceleration in m/s2, shape (N,) or (1,)."""
         ...
 
 
@@ -48,15 +48,14 @@ class RestSegment:
         self._none = np.zeros(1)
 
     def position_m(self, _t_s: Array, /) -> Array:
-        """The position, (1,)."""
         return self._position
 
     def speed_m_s(self, _t_s: Array, /) -> Array:
-        """None, (1,)."""
+        """Return the upward speed in m/s, shape (N,) or (1,)."""
         return self._none
 
     def acceleration_m_s2(self, _t_s: Array, /) -> Array:
-        """None, (1,)."""
+        """Return the upward acceleration in m/s2, shape (N,) or (1,)."""
         return self._none
 
 
@@ -70,7 +69,6 @@ class Lift:
 
     @property
     def pace_s(self) -> float:
-        """All of it."""
         return self.profile.duration_s
 
     def position_m(self, t_s: Array, /) -> Array:
@@ -78,11 +76,11 @@ class Lift:
         return self.from_m + self.metres * self.profile.progress(t_s)
 
     def speed_m_s(self, t_s: Array, /) -> Array:
-        """Upward speed, (N,)."""
+        """Return the upward speed in m/s, shape (N,) or (1,)."""
         return self.metres * self.profile.speed(t_s)
 
     def acceleration_m_s2(self, t_s: Array, /) -> Array:
-        """Upward acceleration, (N,)."""
+        """Return the upward acceleration in m/s2, shape (N,) or (1,)."""
         return self.metres * self.profile.acceleration(t_s)
 
 
@@ -102,11 +100,11 @@ class Parabola:
         return self.from_m + (self.speed + 0.5 * self.acceleration * elapsed) * elapsed
 
     def speed_m_s(self, t_s: Array, /) -> Array:
-        """Upward speed, (N,)."""
+        """Return the upward speed in m/s, shape (N,) or (1,)."""
         return self.speed + self.acceleration * (t_s - self.start_s)
 
     def acceleration_m_s2(self, _t_s: Array, /) -> Array:
-        """Upward acceleration, (1,)."""
+        """Return the upward acceleration in m/s2, shape (N,) or (1,)."""
         return np.array([self.acceleration])
 
 
@@ -136,7 +134,7 @@ class RecordedHeight:
         return line
 
     def speed_m_s(self, t_s: Array, /) -> Array:
-        """Upward speed, (N,)."""
+        """Return the upward speed in m/s, shape (N,) or (1,)."""
         if self.row_s.size == 1:
             return np.zeros(1)
         row, step_s, part = self._place(t_s)
@@ -149,7 +147,7 @@ class RecordedHeight:
         return speed
 
     def acceleration_m_s2(self, t_s: Array, /) -> Array:
-        """Upward acceleration, (N,)."""
+        """Return the upward acceleration in m/s2, shape (N,) or (1,)."""
         if self.row_s.size == 1:
             return self.row_m_s2
         row, _, part = self._place(t_s)

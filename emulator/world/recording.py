@@ -137,7 +137,6 @@ def _lines(stream: BinaryIO, file: str) -> Iterator[bytes]:
 
 
 def _header(line: bytes, file: str) -> list[str]:
-    """The column names, checked."""
     line = line.removeprefix(b"\xef\xbb\xbf")  # the mark that Excel puts in front of UTF-8
     text = line.decode("ascii", errors="backslashreplace").strip()
     if not text:

@@ -181,12 +181,10 @@ class MotionProfile(Protocol):
     """Progress from 0 to 1; ``t_s`` (N,) -> (N,)."""
 
     @property
-    def duration_s(self) -> float:
-        """How long it takes."""
-        ...
+    def duration_s(self) -> float: ...
 
     def progress(self, t_s: Array) -> Array:
-        """The part done."""
+        """Return the part of the motion that is done, 0 to 1."""
         ...
 
     def speed(self, t_s: Array) -> Array:
@@ -206,7 +204,7 @@ class Linear:
     duration_s: float
 
     def progress(self, t_s: Array) -> Array:
-        """The part done."""
+        """Return the part of the motion that is done, 0 to 1."""
         return np.clip((t_s - self.start_s) / self.duration_s, 0.0, 1.0)
 
     def speed(self, t_s: Array) -> Array:
@@ -226,7 +224,7 @@ class MinimumJerk:
     duration_s: float
 
     def progress(self, t_s: Array) -> Array:
-        """The part done."""
+        """Return the part of the motion that is done, 0 to 1."""
         u = self._u(t_s)
         return u * u * u * (10.0 - 15.0 * u + 6.0 * u * u)
 

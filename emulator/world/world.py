@@ -213,7 +213,6 @@ class World(Truth):
         return self._put_magnet(None, self._start(start_s))
 
     def _put_magnet(self, magnet: HeldMagnet | None, start_s: float) -> float:
-        """At once, without a way."""
         self._magnet.plan(start_s, magnet)
         self._agitation["mag"].add(start_s, start_s)
         self._changed(start_s, ("mag",))
@@ -529,7 +528,6 @@ class World(Truth):
         self._changed(now, signals)
 
     def _start(self, start_s: float | None) -> float:
-        """``start_s`` checked; None is now."""
         now = self._clock.now_s
         if start_s is None:
             return now
@@ -539,7 +537,6 @@ class World(Truth):
         return max(start, now)
 
     def _span(self, start_s: float | None, duration_s: float) -> tuple[float, float]:
-        """Start and end, checked."""
         start = self._start(start_s)
         return start, start + limits.DURATION.check("duration_s", duration_s)
 
@@ -563,7 +560,6 @@ class World(Truth):
         return pieces[-1][0]
 
     def _plan_height(self, *pieces: tuple[float, Height]) -> float:
-        """Likewise for the altitude."""
         for start_s, piece in pieces:
             self._height.plan(start_s, piece)
         self._agitate(pieces, ("acc", "pressure"))

@@ -50,7 +50,7 @@ def LIS2MDL_Init(hal: Hal) -> int:
 
 
 def LIS2MDL_Enable(hal: Hal) -> int:
-    """Start continuous measurement."""
+    """Start measurements in continuous mode."""
     return update_register(hal, LIS2MDL_ADDRESS, (CFG_REG_A, MD, MD_CONTINUOUS))
 
 

@@ -102,7 +102,6 @@ class InterruptGenerator:
 
     @property
     def source(self) -> int:
-        """INT_SOURCE_REG."""
         settings = self.settings
         if not settings.on:
             return 0 if settings.active_level else self._idle_level

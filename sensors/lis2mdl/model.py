@@ -121,11 +121,9 @@ class LIS2MDL(Part):
         return _supply_current_ua(self.registers.mem, single_hz)
 
     def spi_wires(self) -> Wires:
-        """CFG_REG_C.4WSPI: three wires or four."""
         return 4 if self.registers.mem[CFG_REG_C.addr] & CFG_REG_C.FOURWSPI.mask else 3
 
     def pins(self) -> tuple[Pin, ...]:
-        """INT/DRDY."""
         return (self._pin.pin,)
 
     def catch_up(self, now_ps: int) -> None:
@@ -143,7 +141,6 @@ class LIS2MDL(Part):
         return NEVER_PS
 
     def sample_range(self, channel: str) -> tuple[float, float, float]:
-        """``magnetic_field_mgauss`` or ``temperature_degc``."""
         lsb, zero, counts = {
             "magnetic_field_mgauss": (MGAUSS_PER_LSB, 0.0, 32768),
             "temperature_degc": (DEGC_PER_LSB, ZERO_DEGC, TEMPERATURE_COUNTS),
@@ -260,7 +257,6 @@ def _forbidden_in_a(value: int) -> str:
 
 
 def _forbidden_in_b(value: int) -> str:
-    """AN5069 section 8."""
     if value & CFG_REG_B.OFF_CANC_ONE_SHOT.mask and not value & CFG_REG_B.OFF_CANC.mask:
         return "CFG_REG_B: OFF_CANC_ONE_SHOT without OFF_CANC"
     return ""

@@ -29,7 +29,6 @@ class Streams:
 
     @property
     def all(self) -> tuple[SampleStream, ...]:
-        """The three of them."""
         return self.field, self.temperature, self.compared
 
     def next_number(self) -> int:
@@ -58,7 +57,7 @@ class Streams:
             self.temperature.start(now_ps, rate, self.field.next_ps - now_ps)
 
     def stop(self) -> None:
-        """Idle."""
+        """Stop measurements and become idle."""
         for stream in self.all:
             stream.stop()
 

@@ -131,7 +131,7 @@ class Barometer:
         self.stream.invalidate()
 
     def measure_once(self, now_ps: int) -> None:
-        """A one-shot measurement."""
+        """Make a one-shot measurement now."""
         self.stream.start_single(now_ps, _ONE_SHOT_PS[self.settings.low_current])
 
     def restart_filter(self) -> None:
@@ -156,7 +156,6 @@ class Barometer:
         return self._measured_hpa(number, self.stream.times_s(number, count))[np.newaxis]
 
     def _measured_hpa(self, number: int, t_s: Times) -> NDArray[np.float64]:
-        """What the converter gives, (n,)."""
         conversion_s = _ONE_SHOT_PS[self.settings.low_current] / PS_PER_S
         hpa = self._deviating_hpa(averaged(self._pressure_hpa, t_s, conversion_s), t_s)
         if self._noise_rms_hpa:

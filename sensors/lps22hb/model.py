@@ -184,11 +184,9 @@ class LPS22HB(Part):
         self._wire(main)
 
     def pins(self) -> tuple[Pin, ...]:
-        """INT_DRDY."""
         return (self._pipeline.int_drdy.pin,)
 
     def catch_up(self, now_ps: int) -> None:
-        """Take all samples until ``now_ps``."""
         self._refresh(now_ps)
 
     def next_event_ps(self) -> int:

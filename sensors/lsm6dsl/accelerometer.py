@@ -107,7 +107,6 @@ class PowerMode(NamedTuple):
 
     @property
     def fast(self) -> bool:
-        """High performance above 833 Hz."""
         return self.high_performance and self.odr_hz > _XL_MIDDLE_TO_HZ
 
 

@@ -172,7 +172,7 @@ class SignificantMotion:
         self._steps = 0
 
     def restart(self) -> None:
-        """Count from here."""
+        """Count steps from this time on."""
         self._steps = 0
 
     def feed(self, steps: int, threshold: int) -> bool:

@@ -133,7 +133,7 @@ class FreeFall:
         self._duration.periods = upper << 5 | FREE_FALL.FF_DUR_4_0.get(control)
 
     def reset(self) -> None:
-        """Begin anew."""
+        """Forget the state of the detection."""
         self._duration.reset()
 
     def step(self, sample: Axes) -> int:
@@ -165,7 +165,7 @@ class WakeUp:
         self._duration.periods = WAKE_UP_DUR.WAKE_DUR.get(mem[WAKE_UP_DUR.addr])
 
     def reset(self) -> None:
-        """Begin anew."""
+        """Forget the state of the detection."""
         self._duration.reset()
 
     def step(self, motion: Axes) -> int:
@@ -205,7 +205,7 @@ class Orientation:
         self._axes = 2 if control & TAP_THS_6D.D4D_EN.mask else 3
 
     def reset(self) -> None:
-        """Begin anew."""
+        """Forget the state of the detection."""
         self.position = self._seen = 0
 
     def step(self, sample: Axes) -> int:
@@ -265,7 +265,7 @@ class Tap:
             self.reset()
 
     def reset(self) -> None:
-        """Begin anew."""
+        """Forget the state of the detection."""
         self._state, self._count, self._over, self._bits = "idle", 0, False, 0
 
     def step(self, slope: Axes) -> int:
@@ -342,7 +342,7 @@ class Activity:
             self.reset()
 
     def reset(self) -> None:
-        """Begin anew, awake."""
+        """Forget the state of the detection."""
         self.inactive = False
         self._still.reset()
 

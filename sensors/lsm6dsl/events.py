@@ -227,7 +227,6 @@ class Events:
                 return
 
     def _counted(self, mg: Array) -> list[Axes]:
-        """Rounded to counts, in mg."""
         counts = np.clip(np.rint(mg / self._mg_per_lsb), -32768, 32767)
         return list(zip(*(counts * self._mg_per_lsb).tolist(), strict=True))
 

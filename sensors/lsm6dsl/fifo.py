@@ -75,7 +75,6 @@ class FifoBuffer:
 
     @property
     def fill(self) -> int:
-        """Unread words."""
         return len(self._words)
 
     def store(self, words: Iterable[int]) -> None:
@@ -97,7 +96,7 @@ class FifoBuffer:
         return bool(self._words) or self._taken is not None
 
     def low(self) -> int:
-        """FIFO_DATA_OUT_L is read."""
+        """Take the next word when FIFO_DATA_OUT_L is read."""
         self._take()
         return self._output & 0xFF
 
@@ -134,7 +133,6 @@ class FifoFlags:
 
     @property
     def full(self) -> bool:
-        """FIFO_FULL_SMART."""
         return bool(self.bits & _FULL)
 
     def update(self, ahead: int | None, at_ps: int) -> None:
@@ -248,7 +246,7 @@ class Fifo:
         self._done_ps = now_ps
 
     def reset(self, now_ps: int) -> None:
-        """SW_RESET: bypass."""
+        """Empty the FIFO and select bypass mode, as SW_RESET does."""
         self.active = False
         self._clear()
         self._update_flags(now_ps)

@@ -204,7 +204,6 @@ class LSM6DSL(Part):
         return 3 if self.registers.mem[CTRL3_C.addr] & CTRL3_C.SIM.mask else 4
 
     def pins(self) -> tuple[Pin, ...]:
-        """INT1 and INT2."""
         return self.int1, self.int2
 
     def catch_up(self, now_ps: int) -> None:

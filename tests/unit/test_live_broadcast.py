@@ -254,6 +254,6 @@ def status(board: Board) -> messages.StatusEvent:
         problem="",
         notes=[],
         variables=[],
-        blocks=[],
+        peripherals=[],
         recording="",
     )

@@ -161,7 +161,6 @@ class Core(FcuChip):
 
     @property
     def retired(self) -> int:
-        """Instructions retired since power-on."""
         return self.status().retired
 
     @property

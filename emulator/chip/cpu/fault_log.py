@@ -47,7 +47,6 @@ class FaultRecord:
 
     @property
     def sp(self) -> int:
-        """The stack pointer."""
         return self.registers[_SP]
 
     @property

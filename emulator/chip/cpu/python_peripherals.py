@@ -32,12 +32,10 @@ class Absent(Peripheral):
         self._reported: set[int] = set()
 
     def read(self, offset: int) -> int:
-        """0, and reported."""
         self._report(offset, "read, gives 0")
         return 0
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
-        """Forgotten, and reported."""
         self._report(offset, f"0x{value & mask:X} written, forgotten")
 
     def is_silent(self) -> bool:
@@ -63,13 +61,11 @@ class UnmodelledPeripheral(Peripheral):
     """A peripheral that only has a name."""
 
     def read(self, offset: int) -> int:
-        """0, and reported."""
         del offset
         self.note("not modelled", "read; every register gives 0")
         return 0
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
-        """Forgotten, and reported."""
         del offset, value, mask
         self.note("not modelled", "written; nothing happens")
 

@@ -131,7 +131,6 @@ class Probe:
             self._reads.add(address)
 
     def _register_read(self, address: int, size: int) -> int:
-        """A load from a peripheral."""
         word = self._register(address & ~3)
         return word >> 8 * (address & 3) & (WORD if size == 4 else (1 << 8 * size) - 1)
 

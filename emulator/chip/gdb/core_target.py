@@ -60,7 +60,7 @@ class Points:
         self._wanted.add(point)
 
     def remove(self, point: Point) -> None:
-        """Likewise, no more."""
+        """Remove a breakpoint or a watchpoint."""
         self._wanted.discard(point)
 
     def clear(self) -> None:
@@ -154,7 +154,7 @@ class CoreTarget:
     # -- registers --------------------------------------------------------------------------------------
 
     def read_registers(self) -> dict[str, int]:
-        """All of them."""
+        """Return the values of all registers."""
         values = dict(zip(self._everything.names, self._everything.read(), strict=True))
         xpsr = values["xpsr"] & ~_THUMB | (_THUMB if self._core.thumb else 0)
         return values | {"xpsr": xpsr, "pc": self._core.pc}

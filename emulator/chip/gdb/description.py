@@ -37,7 +37,6 @@ class GdbRegister(NamedTuple):
 
     @property
     def size(self) -> int:
-        """In bytes."""
         return 4 * len(self.parts)
 
 

@@ -51,7 +51,7 @@ class _Caller:
         return True
 
     def fileno(self) -> int:
-        """For ``select``."""
+        """Return the file descriptor for ``select``."""
         return self.socket.fileno()
 
 
@@ -79,7 +79,6 @@ class GdbServer:
 
     @property
     def halted(self) -> bool:
-        """Whether the board stands still."""
         return self._waits if self._session is None else self._session.halted
 
     def run_until(self, seconds: float) -> None:

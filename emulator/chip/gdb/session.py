@@ -293,7 +293,6 @@ class GdbSession:
         return OK
 
     def _print(self, text: str) -> None:
-        """Text on the debugger's console."""
         data = text.encode("utf-8", "replace")
         for at in range(0, len(data), _CONSOLE_CHUNK):
             self._send(b"O" + data[at : at + _CONSOLE_CHUNK].hex().encode("ascii"))

@@ -62,7 +62,7 @@ class Target(Protocol):
         ...
 
     def read_registers(self) -> dict[str, int]:
-        """All of them."""
+        """Return the values of all registers."""
         ...
 
     def write_register(self, name: str, value: int) -> None:

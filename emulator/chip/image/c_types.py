@@ -29,9 +29,7 @@ class CType(Protocol):
     """What a variable's type can do."""
 
     @property
-    def size(self) -> int:
-        """Bytes."""
-        ...
+    def size(self) -> int: ...
 
     @property
     def leaves(self) -> int:
@@ -52,7 +50,7 @@ class Integer:
     leaves: int = 1
 
     def value(self, raw: bytes, offset: int) -> int:
-        """An int."""
+        """Return the Python value of the bytes."""
         return int.from_bytes(raw[offset : offset + self.size], "little", signed=self.signed)
 
 
@@ -76,7 +74,7 @@ class Float:
     leaves: int = 1
 
     def value(self, raw: bytes, offset: int) -> float:
-        """A float, exactly."""
+        """Return the Python value of the bytes."""
         number: float = struct.unpack_from(_FLOATS[self.size], raw, offset)[0]
         return number
 
@@ -90,7 +88,6 @@ class Array:
 
     @cached_property
     def size(self) -> int:
-        """Bytes."""
         return self.element.size * self.count
 
     @cached_property
@@ -99,7 +96,7 @@ class Array:
         return max(self.element.leaves, 1) * self.count
 
     def value(self, raw: bytes, offset: int) -> tuple[CValue, ...]:
-        """The elements' values."""
+        """Return the Python value of the bytes."""
         step = self.element.size
         return tuple(self.element.value(raw, offset + index * step) for index in range(self.count))
 
@@ -119,7 +116,7 @@ class BitField:
         return (self.low + self.bits + 7) // 8
 
     def value(self, raw: bytes, offset: int) -> int:
-        """An int."""
+        """Return the Python value of the bytes."""
         number = int.from_bytes(raw[offset : offset + self.size], "little") >> self.low & (
             (1 << self.bits) - 1
         )

@@ -68,7 +68,7 @@ class Cursor:
         return self.data[start : start + size]
 
     def byte(self) -> int:
-        """The next byte."""
+        """Return the next byte."""
         return self.data[self.skip(1)]
 
     def unsigned(self, size: int) -> int:
@@ -88,7 +88,7 @@ class Cursor:
         return value - (1 << bits) if value >> (bits - 1) else value
 
     def string(self) -> bytes:
-        """A zero-terminated string."""
+        """Return the bytes up to the next zero."""
         end = self.data.find(b"\0", self.offset, min(self.end, self.offset + _LONGEST_STRING))
         if end < 0:
             raise DebugInfoError("a string in the debug information has no end")
@@ -321,7 +321,6 @@ class DebugInfo:
         return self._values(unit, offset, abbreviation, cursor)
 
     def _unit(self, start: int, cursor: Cursor) -> Unit:
-        """A unit's header (section 7.5.1)."""
         self._budget.spend(Budget.OBJECT)
         version = cursor.unsigned(2)
         if not 2 <= version <= 5:

@@ -241,7 +241,6 @@ class _Machine:
                 program.uleb128()
 
     def _extended(self) -> bool:
-        """Whether the sequence ends here."""
         size = self._program.uleb128()
         start = self._program.skip(size)
         operands = Cursor(self._program.data, start, start + size)

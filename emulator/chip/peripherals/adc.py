@@ -114,7 +114,6 @@ class Adc(Peripheral, declared=DECLARED["ADC1"]):
         return self.registers[DR]
 
     def pure_read(self, offset: int) -> bool:
-        """False for the data register."""
         return offset != DR
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
@@ -148,7 +147,6 @@ class Adc(Peripheral, declared=DECLARED["ADC1"]):
     # -- converting -------------------------------------------------------------------------------------
 
     def _begin(self) -> None:
-        """Start the conversion at ``_rank``."""
         if self.registers[SR] & _OVR:
             return  # no more conversions until software clears it (11.8.1)
         channel = self._channel()

@@ -40,7 +40,6 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
         soc.clocks.on_change(self._check_later)
 
     def reset(self) -> None:
-        """Locked, no wait states."""
         super().reset()
         self._key_step, self._key_refused = 0, False
         self._signal()

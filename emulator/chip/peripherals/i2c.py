@@ -60,7 +60,7 @@ class _Message(ctypes.Structure):
         return bytes((self.subaddress,)) if self.written else b""
 
     def received(self) -> bytes:
-        """The bytes read."""
+        """The bytes that the master has read."""
         return bytes(self.bytes[: self.count])
 
 

@@ -97,7 +97,6 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
     # -- registers --------------------------------------------------------------------------------------
 
     def peek(self, offset: int) -> int:
-        """A register as of now."""
         if offset not in {TR, DR, SSR} or self.registers[ISR] & _INITF:
             return super().peek(offset)
         seconds, below = divmod(self._now_cycles(), self._cycles_per_s())
@@ -109,11 +108,9 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
         return rtc.PRER.PREDIV_S.get(self.registers[PRER]) - below // self._asynchronous()
 
     def read(self, offset: int) -> int:
-        """A register as of now."""
         return self.peek(offset)
 
     def pure_read(self, offset: int) -> bool:
-        """False for what runs."""
         return offset not in {TR, DR, SSR}
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:

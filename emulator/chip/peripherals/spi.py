@@ -58,7 +58,7 @@ class _KeptMessage(ctypes.Structure):
         return bytearray([self.command]) if self.command >= 0 else bytearray()
 
     def bytes_read(self) -> bytearray:
-        """The part's answer."""
+        """The bytes that the device has sent."""
         return bytearray(self.received[: self.count])
 
 

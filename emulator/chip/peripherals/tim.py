@@ -50,7 +50,6 @@ class Timer(NativePeripheral):
 
     @property
     def late(self) -> int:
-        """Ticks whose handler came late."""
         count: int = self._counts.late
         return count
 

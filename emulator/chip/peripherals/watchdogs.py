@@ -35,7 +35,6 @@ class Iwdg(Peripheral, declared=DECLARED["IWDG"]):
         self._event_ps = 0
 
     def reset(self) -> None:
-        """Not started."""
         super().reset()
         self._unlocked = False
         self._deadline_ps = None
@@ -102,7 +101,6 @@ class Wwdg(Peripheral, declared=DECLARED["WWDG"]):
         soc.clocks.on_change(self._clock_changed)
 
     def reset(self) -> None:
-        """Not started."""
         super().reset()
         self._hz = self.soc.clocks.pclk1_hz
         self._plan()
@@ -113,12 +111,10 @@ class Wwdg(Peripheral, declared=DECLARED["WWDG"]):
         return self.peek(offset)
 
     def peek(self, offset: int) -> int:
-        """A register as of now."""
         value = super().peek(offset)
         return value & _WDGA | self._counter() if offset == WWDG_CR else value
 
     def pure_read(self, offset: int) -> bool:
-        """False for the counter."""
         return offset != WWDG_CR
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:

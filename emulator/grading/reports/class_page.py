@@ -63,7 +63,7 @@ def hardest_checks(graded: GradedClass) -> list[HardCheck]:
 
 
 def class_page(graded: GradedClass) -> str:
-    """The page."""
+    """Return the HTML page of a class."""
     return page(f"{graded.rubric_title}: the class", STYLE, *_body(graded))
 
 

@@ -32,7 +32,6 @@ class Reports:
 
     @property
     def index(self) -> Path:
-        """The page to begin with."""
         return self._folder / "index.html"
 
     def student(self, graded: Graded) -> Graded:
