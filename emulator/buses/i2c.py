@@ -417,13 +417,15 @@ def checked_data(data: object) -> bytes:
         return bytes(data)
     if isinstance(data, list | tuple) and all(isinstance(byte, int) and 0 <= byte <= 0xFF for byte in data):
         return bytes(data)
-    raise InputError(f"cannot send {data!r}; give bytes, such as b'\\x0f'")
+    raise InputError(f"cannot send {data!r}; give bytes, such as b'\\x0f'", kind="not_bytes")
 
 
 def checked_count(count: object, least: int) -> int:
     """How many bytes to read."""
     if not isinstance(count, int) or not least <= count <= _LONGEST:
-        raise InputError(f"cannot read {count!r} bytes in one transfer; give {least} to {_LONGEST}")
+        raise InputError(
+            f"cannot read {count!r} bytes in one transfer; give {least} to {_LONGEST}", kind="read_length"
+        )
     return count
 
 

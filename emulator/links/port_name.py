@@ -65,7 +65,10 @@ def claim_port(path: Path | None = None) -> PortName:
             raise LinkError(f"--serial pty:{path}: not a name for a link; use --serial pty:/path/of/a/link")
         name = _claim(path.absolute())
         if name is None:
-            raise LinkError(f"--serial pty:{path}: another board has this name; end it or choose another")
+            raise LinkError(
+                f"--serial pty:{path}: another board has this name; end it or choose another",
+                kind="name_in_use",
+            )
         return name
     directory = runtime_folder("--serial pty", "use --serial pty:/path/of/a/link")
     names = (_claim(directory / f"{PORT_NAME}{number}") for number in itertools.count())
