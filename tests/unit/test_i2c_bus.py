@@ -51,7 +51,7 @@ def test_a_read_goes_on_where_the_last_one_stopped() -> None:
 
 def test_nobody_at_an_address_is_a_nack() -> None:
     board = Board()
-    with pytest.raises(I2CNackError, match=r"0x42: no acknowledge of its address") as caught:
+    with pytest.raises(I2CNackError, match="0x42") as caught:
         board.i2c2.write_read(0x42, b"\x0f", 1)
     assert (caught.value.address, caught.value.byte_index) == (0x42, 0)
     assert board.clock.now_ps == (1 + 9 + 1) * PS_PER_S // 400_000

@@ -57,12 +57,12 @@ def test_a_bare_number_is_called_one(value: object) -> None:
     ],
 )
 def test_what_is_no_duration_is_refused_with_an_example(value: object) -> None:
-    with pytest.raises(ValueError, match='such as "50ms"'):
+    with pytest.raises(ValueError, match='"50ms"'):
         parse_duration(value)
 
 
 def test_a_length_is_not_zero() -> None:
-    with pytest.raises(ValueError, match='at least "1us"'):
+    with pytest.raises(ValueError, match='"1us"'):
         parse_length("0s")
     assert parse_length("1us") == 10**6
 
