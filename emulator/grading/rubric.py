@@ -514,7 +514,9 @@ def _shipped(name: str) -> Path:
     near = difflib.get_close_matches(name[:80], known, n=1)
     hint = f"did you mean {near[0]}? " if near else ""
     known_text = f"known: {', '.join(known)}; " if known else ""
-    raise InputError(f"unknown rubric {name[:80]!r}; {hint}{known_text}a file's name ends in .toml")
+    raise InputError(
+        f"unknown rubric {name[:80]!r}; {hint}{known_text}a file's name ends in .toml", kind="unknown_rubric"
+    )
 
 
 def _digest(contents: Any) -> str:

@@ -80,13 +80,18 @@ def _claim(path: Path) -> PortName | None:
     try:
         lock_fd = _lock(_lock_path(path))
     except OSError as error:
-        raise LinkError(f"--serial pty: cannot make {path}: {error.strerror}; use another link") from error
+        raise LinkError(
+            f"--serial pty: cannot make {path}: {error.strerror}; use another link", kind="cannot_create"
+        ) from error
     if lock_fd is None:
         return None
     name = PortName(path, lock_fd)
     if _is_foreign(path):
         name.release()
-        raise LinkError(f"--serial pty: {path} exists and is no link to a terminal; choose another name")
+        raise LinkError(
+            f"--serial pty: {path} exists and is no link to a terminal; choose another name",
+            kind="not_a_terminal",
+        )
     return name
 
 

@@ -51,7 +51,7 @@ def earth_field(
     altitude = limits.MODEL_ALTITUDE.check("altitude_m", altitude_m)
     year = _decimal_year(date)
     if north not in ("magnetic", "true"):
-        raise InputError(f'north is {north!r}: give "magnetic" or "true"', kind="unknown_choice")
+        raise InputError(f'north is {north!r}: give "magnetic" or "true"', kind="choice")
     from pygeomag import GeoMag  # a scenario that names a place needs it, nothing else does
 
     model = GeoMag(coefficients_file="wmm/WMM_2025.COF")

@@ -62,7 +62,7 @@ def test_refused_burst_names_the_sub_addresses(words: Words) -> None:
 @pytest.mark.parametrize("data", [5, "\x05", [5], None])
 def test_what_is_no_bytes_cannot_be_written(part: str, data: Any) -> None:
     chip = Chip(part)
-    with pytest.raises(TypeError, match="give bytes"):
+    with pytest.raises(TypeError, match="bytes"):
         chip.part.write(0x10, data, 0)
     assert chip.log == []
 

@@ -304,7 +304,7 @@ def test_driving_int2_while_it_is_an_output_is_noted(words: Words) -> None:
 
 
 def test_a_pin_has_two_levels() -> None:
-    with pytest.raises(ValueError, match="pin INT2: level 2 is not 0 or 1"):
+    with pytest.raises(ValueError, match=r"INT2.* 2 .*0 or 1"):
         Bench().drive(2)
 
 

@@ -124,7 +124,7 @@ def test_overlapping_fields_are_refused(bits: Bits, data: st.DataObject) -> None
     shared = data.draw(st.integers(bits.lsb, bits.msb))
     other = Bits(data.draw(st.integers(shared, 7)), data.draw(st.integers(0, shared)))
 
-    with pytest.raises(TypeError, match="EXAMPLE: fields overlap"):
+    with pytest.raises(TypeError, match=r"EXAMPLE.*overlap"):
         declare(bits, other)
 
 

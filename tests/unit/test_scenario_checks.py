@@ -63,8 +63,8 @@ NOT_MET = [
 @pytest.mark.parametrize(("kind", "keys"), MET)
 def test_a_met_expectation_is_no_finding(tmp_path: Path, kind: str, keys: str) -> None:
     result = play(tmp_path, f"{IDEAL}[[expect]]\nkind = '{kind}'\n{keys}\n")
-    assert result.lines == ["1 of 1 expectations met"]
     assert result.passed
+    assert (result.passed_count, result.failed_count, len(result.lines)) == (1, 0, 1)
 
 
 @pytest.mark.parametrize(("kind", "keys", "fault"), NOT_MET)

@@ -173,7 +173,7 @@ def test_true_north_turns_the_compass_by_the_declination() -> None:
         ((0, 0, 0, dt.date(2024, 12, 31)), "outside_model", "2025-01-01 to 2030-01-01"),
         ((0, 0, 0, dt.date(2030, 1, 2)), "outside_model", "2025-01-01 to 2030-01-01"),
         ((0, 0, 0, "2026"), "not_a_date", "'2026'"),
-        ((0, 0, 0, dt.date(2026, 1, 1), "grid"), "unknown_choice", "'grid'"),
+        ((0, 0, 0, dt.date(2026, 1, 1), "grid"), "choice", "'grid'"),
     ],
 )
 def test_a_place_out_of_range_is_refused(

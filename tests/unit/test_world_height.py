@@ -191,7 +191,7 @@ def test_of_a_recorded_force_only_the_modulus_tells_of_motion() -> None:
 @pytest.mark.parametrize(
     ("plan", "kind", "named"),
     [
-        (lambda w: w.shake("east", 1, 1, 1), "unknown_choice", "'east'"),
+        (lambda w: w.shake("east", 1, 1, 1), "choice", "'east'"),
         (lambda w: w.shake("up", 1, 2, 0.4), "too_short", "0.5 s"),
         (lambda w: w.shake("up", 100, 0.1, 20), "out_of_range", "shake"),
         (lambda w: w.lift(20_000, 1), "out_of_range", "metres is 20000"),
