@@ -117,9 +117,8 @@ class World(Truth):
 
     def set_soft_iron(self, matrix: npt.ArrayLike) -> None:
         """The 3 x 3 matrix by which iron on the board distorts the outer field, board axes."""
-        rows = np.asarray(
-            matrix, dtype=object
-        )  # as given: the check below names an entry that is not a number
+        # As given, so that the check below can name an entry that is not a number.
+        rows = np.asarray(matrix, dtype=object)
         if rows.shape != (3, 3):
             raise InputError(f"soft iron has the shape {rows.shape}: give 3 rows of 3 numbers", kind="shape")
         checked = [[limits.SOFT_IRON.check("soft iron", value) for value in row] for row in rows]
@@ -415,10 +414,8 @@ class World(Truth):
         start, end = self._span(start_s, duration_s)
         periods = int((end - start) * frequency + 1e-6)
         if periods < 1:
-            raise InputError(
-                f"duration_s is {duration_s!r}: give at least one period, {1.0 / frequency:g} s",
-                kind="too_short",
-            )
+            least = f"give at least one period, {1.0 / frequency:g} s"
+            raise InputError(f"duration_s is {duration_s!r}: {least}", kind="too_short")
         angular = 2.0 * np.pi * frequency
         limits.EXCURSION.check("way of the shake (lower g or higher Hz)", 2.0 * amplitude / angular**2)
         direction = np.array(SHAKE_DIRECTIONS[axis])

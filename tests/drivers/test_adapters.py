@@ -219,10 +219,10 @@ def test_a_scan_leaves_out_what_does_not_answer_and_stops_at_a_stuck_bus(
     fail(board, "absent")
     assert busio.scan() == [0x1E, 0x5D]
     board.i2c2.inject(I2CFault("stuck"))
-    with pytest.raises(OSError, match="held low"):
-        busio.scan()
-    with pytest.raises(OSError, match="held low"):
-        MachineI2C(board.i2c2).scan()
+    for scan in (busio.scan, MachineI2C(board.i2c2).scan):
+        with pytest.raises(OSError, match="I2C") as caught:
+            scan()
+        assert caught.value.errno == errno.ETIMEDOUT
 
 
 @pytest.mark.parametrize(

@@ -133,4 +133,4 @@ def test_what_is_not_modelled_and_what_fails_is_always_in_the_trace() -> None:
     assert [(note.device, note.what) for note in board.trace.of(DeviceNote)] == [("LSM6DSL", "not modelled")]
     assert "SENSOR_SYNC_TIME_FRAME" in board.trace.of(DeviceNote)[0].text
     assert len(board.trace.of(Fault)) == 1
-    assert "no acknowledge" in board.trace.of(BusTransfer)[0].result
+    assert f"0x{LSM6DSL:02X}" in board.trace.of(BusTransfer)[0].result
