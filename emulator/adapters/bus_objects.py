@@ -289,7 +289,10 @@ class SMBus:
         """Messages in order; those that read are filled. Raises InputError for flags other than I2C_M_RD."""
         for message in i2c_msgs:
             if message.flags & ~_READ:
-                raise InputError(f"i2c_rdwr: flags {message.flags:#x} in a message; only I2C_M_RD is known")
+                raise InputError(
+                    f"i2c_rdwr: flags {message.flags:#x} in a message; only I2C_M_RD is known",
+                    kind="unknown_flags",
+                )
         with os_errors(EREMOTEIO):
             written = b""
             for message, following in zip(i2c_msgs, (*i2c_msgs[1:], None), strict=True):

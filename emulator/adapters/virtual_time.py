@@ -37,7 +37,9 @@ def virtual_time(board: Board, *modules: ModuleType) -> Iterator[None]:
     found = _with_submodules(modules)
     taken = _in_use.intersection(found)
     if taken:
-        raise InputError(f"{min(taken)} runs on a board's time already; leave that block first")
+        raise InputError(
+            f"{min(taken)} runs on a board's time already; leave that block first", kind="time_in_use"
+        )
     replacements = _replacements(board)
     replaced: list[tuple[dict[str, Any], str, Any]] = []
     _in_use.update(found)

@@ -102,7 +102,8 @@ def _python(board: BoardDescription, factory: FirmwareFactory, name: str, wiring
         buses = ", ".join(one.bus for one in fitting) or "an I2C bus"
         raise InputError(
             f"firmware in Python talks to the sensors on {buses}, where they are not with wiring "
-            f"{wiring.name!r}; use {use}, or no firmware"
+            f"{wiring.name!r}; use {use}, or no firmware",
+            kind="wrong_wiring",
         )
     return Choice(wiring, name, factory=factory)
 

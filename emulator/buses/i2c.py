@@ -415,20 +415,24 @@ def checked_data(data: object) -> bytes:
         return bytes(data)
     if isinstance(data, list | tuple) and all(isinstance(byte, int) and 0 <= byte <= 0xFF for byte in data):
         return bytes(data)
-    raise InputError(f"cannot send {data!r}; give bytes, such as b'\\x0f'")
+    raise InputError(f"cannot send {data!r}; give bytes, such as b'\\x0f'", kind="not_bytes")
 
 
 def checked_count(count: object, least: int) -> int:
     """How many bytes to read."""
     if not isinstance(count, int) or not least <= count <= _LONGEST:
-        raise InputError(f"cannot read {count!r} bytes in one transfer; give {least} to {_LONGEST}")
+        raise InputError(
+            f"cannot read {count!r} bytes in one transfer; give {least} to {_LONGEST}", kind="read_length"
+        )
     return count
 
 
 def checked_address(number: object) -> int:
     """A 7-bit I2C address."""
     if not isinstance(number, int):
-        raise InputError(f"I2C address {number!r} is no integer; give 0x00 to 0x7F")
+        raise InputError(f"I2C address {number!r} is no integer; give 0x00 to 0x7F", kind="i2c_address")
     if not 0 <= number <= 0x7F:
-        raise InputError(f"I2C address {number:#x} has more than 7 bits; give 0x00 to 0x7F, no R/W bit")
+        raise InputError(
+            f"I2C address {number:#x} has more than 7 bits; give 0x00 to 0x7F, no R/W bit", kind="i2c_address"
+        )
     return number

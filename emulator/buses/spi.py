@@ -119,7 +119,9 @@ class SpiMaster:
         """Select, ``data``, ``n`` bytes from the part, deselect; the first byte has the read flag, 0x80."""
         if chip_select not in self.bus.chip_selects:
             known = ", ".join(self.bus.chip_selects) or "none with this wiring"
-            raise InputError(f"unknown chip select {chip_select!r}; known: {known}")
+            raise InputError(
+                f"unknown chip select {chip_select!r}; known: {known}", kind="unknown_chip_select"
+            )
         sent, count = checked_data(data), checked_count(n, 0)
         try:
             return self.bus.transfer(chip_select, sent, count)

@@ -301,19 +301,19 @@ class Rubric:
         if named is None:
             for key in sorted(_NOT_OF_A_RUN & table.keys()):
                 problem = "is no key of a run; the rubric has it, or its checks"
-                raise RubricError(self.file, f"run.{run}.{key}", problem)
+                raise RubricError(self.file, f"run.{run}.{key}", problem, kind="misplaced_key")
             try:
                 return scenario_of({"schema": 1, "question": run, **table}, self.path, name=run, seed=seed)
             except ScenarioError as error:
                 key = ".".join(filter(None, ("run", run, error.key)))
-                raise RubricError(self.file, key, error.problem) from error
+                raise RubricError(self.file, key, error.problem, kind=error.kind) from error
         if len(table) > 1 or not isinstance(named, str):
             problem = 'has "scenario" and other keys; give a scenario by name, or one written out'
-            raise RubricError(self.file, f"run.{run}", problem)
+            raise RubricError(self.file, f"run.{run}", problem, kind="scenario_and_keys")
         try:
             return load_scenario(self._beside(named), seed=seed)
         except InputError as error:
-            raise RubricError(self.file, f"run.{run}.scenario", str(error)) from error
+            raise RubricError(self.file, f"run.{run}.scenario", str(error), kind=error.kind) from error
 
     def _beside(self, name: str) -> str | Path:
         return self.path.parent / name if is_path(name) else name
@@ -326,17 +326,19 @@ class Rubric:
         try:
             return read_toml(load_scenario(self._beside(named)).path, "a scenario file")
         except InputError as error:
-            raise RubricError(self.file, f"run.{run}.scenario", str(error)) from error
+            raise RubricError(self.file, f"run.{run}.scenario", str(error), kind=error.kind) from error
 
     def _refuse_unknown_runs(self) -> None:
         for number, exercise in enumerate(self.exercises):
             for index, check in enumerate(exercise.check):
                 name, key = check.run or exercise.run, f"exercise[{number}].check[{index}].run"
                 if name is None:
-                    raise RubricError(self.file, key, "is missing; name a run here, or in the exercise")
+                    raise RubricError(
+                        self.file, key, "is missing; name a run here, or in the exercise", kind="missing"
+                    )
                 if name not in self._runs:
                     problem = f"is {shown(name)}; known: {', '.join(self._runs)}"
-                    raise RubricError(self.file, key, problem)
+                    raise RubricError(self.file, key, problem, kind="unknown_run")
 
     def _with_expectations(self) -> list[ExerciseTable]:
         """The exercises, with the expectations of scenarios in checks that have none. Raises RubricError."""
@@ -349,7 +351,12 @@ class Rubric:
                 expect = check.expect or self.scenario(run, 0).expectations
                 if not expect:
                     key = f"exercise[{number}].check[{index}].expect"
-                    raise RubricError(self.file, key, f"is missing, and the run {run} expects nothing either")
+                    raise RubricError(
+                        self.file,
+                        key,
+                        f"is missing, and the run {run} expects nothing either",
+                        kind="missing",
+                    )
                 if not check.expect:
                     taken.add(run)
                 checks.append(check.model_copy(update={"expect": list(expect)}))
@@ -378,7 +385,7 @@ class Rubric:
                     problem = (
                         f"names {shown(str(name))}, outside of the rubric's folder; put it beside the rubric"
                     )
-                    raise RubricError(self.file, f"run.{run}", problem)
+                    raise RubricError(self.file, f"run.{run}", problem, kind="outside_folder")
             found += names
         for exercise in self.exercises:
             for check in exercise.check:
@@ -399,7 +406,7 @@ class Rubric:
                 if f"{one.id}.{check.id}" == error.check
             )
             key = f"exercise[{number}].check[{index}].requires[{error.number}]"
-            raise RubricError(self.file, key, str(error)) from error
+            raise RubricError(self.file, key, str(error), kind="requires") from error
 
 
 def _named_files(value: Any) -> list[str]:
@@ -424,9 +431,9 @@ def load_rubric(name: str | os.PathLike[str]) -> Rubric:
         contents = RubricFile.model_validate(table, context=context)
     except ValidationError as error:
         problem = scenario_error(str(path), error)
-        raise RubricError(problem.file, problem.key, problem.problem) from error
+        raise RubricError(problem.file, problem.key, problem.problem, kind=problem.kind) from error
     except ScenarioError as error:
-        raise RubricError(error.file, error.key, error.problem) from error
+        raise RubricError(error.file, error.key, error.problem, kind=error.kind) from error
     return Rubric(contents, table, path)
 
 
@@ -505,7 +512,9 @@ def _shipped(name: str) -> Path:
     near = difflib.get_close_matches(name[:80], known, n=1)
     hint = f"did you mean {near[0]}? " if near else ""
     known_text = f"known: {', '.join(known)}; " if known else ""
-    raise InputError(f"unknown rubric {name[:80]!r}; {hint}{known_text}a file's name ends in .toml")
+    raise InputError(
+        f"unknown rubric {name[:80]!r}; {hint}{known_text}a file's name ends in .toml", kind="unknown_rubric"
+    )
 
 
 def _digest(contents: Any) -> str:

@@ -65,7 +65,10 @@ def claim_port(path: Path | None = None) -> PortName:
             raise LinkError(f"--serial pty:{path}: not a name for a link; use --serial pty:/path/of/a/link")
         name = _claim(path.absolute())
         if name is None:
-            raise LinkError(f"--serial pty:{path}: another board has this name; end it or choose another")
+            raise LinkError(
+                f"--serial pty:{path}: another board has this name; end it or choose another",
+                kind="name_in_use",
+            )
         return name
     directory = runtime_folder("--serial pty", "use --serial pty:/path/of/a/link")
     names = (_claim(directory / f"{PORT_NAME}{number}") for number in itertools.count())
@@ -77,13 +80,18 @@ def _claim(path: Path) -> PortName | None:
     try:
         lock_fd = _lock(_lock_path(path))
     except OSError as error:
-        raise LinkError(f"--serial pty: cannot make {path}: {error.strerror}; use another link") from error
+        raise LinkError(
+            f"--serial pty: cannot make {path}: {error.strerror}; use another link", kind="cannot_create"
+        ) from error
     if lock_fd is None:
         return None
     name = PortName(path, lock_fd)
     if _is_foreign(path):
         name.release()
-        raise LinkError(f"--serial pty: {path} exists and is no link to a terminal; choose another name")
+        raise LinkError(
+            f"--serial pty: {path} exists and is no link to a terminal; choose another name",
+            kind="not_a_terminal",
+        )
     return name
 
 

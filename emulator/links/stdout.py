@@ -99,7 +99,9 @@ def _raw_stdout() -> RawFile:
     """Return the unbuffered binary file of ``sys.stdout``, all earlier text written out."""
     buffer = getattr(sys.stdout, "buffer", None)
     if buffer is None:
-        raise LinkError("--serial stdout: this process has no standard output; use --serial port")
+        raise LinkError(
+            "--serial stdout: this process has no standard output; use --serial port", kind="no_stdout"
+        )
     with contextlib.suppress(OSError):  # a reader already gone is found, and told, by the first write
         sys.stdout.flush()
     if sys.platform == "win32":

@@ -102,7 +102,9 @@ def _drawn_scenario(
         of = [one.number for one in parts if entry is not None and int(entry[1]) in one.entries]
         if not of:
             raise
-        raise ScenarioError(error.file, f"threshold[{of[0]}]", error.problem) from error  # as in the file
+        raise ScenarioError(
+            error.file, f"threshold[{of[0]}]", error.problem, kind=error.kind
+        ) from error  # as in the file
     for part in parts:
         _refuse_disturbed(part, scenario)
     return scenario
@@ -119,7 +121,9 @@ def _thresholds(table: Mapping[str, Any], file: str) -> list[ThresholdTable]:
         return parse_thresholds(table.get("threshold", []))
     except ValidationError as error:
         problem = scenario_error(file, error)
-        raise ScenarioError(problem.file, f"threshold{problem.key}", problem.problem) from error
+        raise ScenarioError(
+            problem.file, f"threshold{problem.key}", problem.problem, kind=problem.kind
+        ) from error
 
 
 def _refuse_disturbed(part: ThresholdSection, scenario: Scenario) -> None:
@@ -130,7 +134,7 @@ def _refuse_disturbed(part: ThresholdSection, scenario: Scenario) -> None:
         if step.at_ps < part.end_ps and max(step.end_ps, step.at_ps + 1) > part.begin_ps:
             rests = f"rests from {seconds(part.begin_ps)} to {seconds(part.end_ps)}"
             problem = f"{rests}, while {step.name} moves the board; let one of them begin later"
-            raise ScenarioError(scenario.file, f"threshold[{part.number}]", problem)
+            raise ScenarioError(scenario.file, f"threshold[{part.number}]", problem, kind="disturbed")
 
 
 def _scenario(table: dict[str, Any], path: Path, board: BoardDescription, name: str | None) -> Scenario:
@@ -173,7 +177,8 @@ def _shipped(name: str) -> Path:
     near = difflib.get_close_matches(name[:_SHOWN], known, n=1)
     hint = f"did you mean {near[0]}? " if near else ""
     raise InputError(
-        f"unknown scenario {name[:_SHOWN]!r}; {hint}known: {', '.join(known)}; a file's name ends in .toml"
+        f"unknown scenario {name[:_SHOWN]!r}; {hint}known: {', '.join(known)}; a file's name ends in .toml",
+        kind="unknown_scenario",
     )
 
 
@@ -190,7 +195,7 @@ def read_toml(path: Path, what: str) -> dict[str, Any]:
     try:
         data = read_bounded(path, file, what)
     except ValueError as error:  # the message already names the path
-        raise ScenarioError(file, "", str(error).removeprefix(f"{file} ")) from error
+        raise ScenarioError(file, "", str(error).removeprefix(f"{file} "), kind="unusable_file") from error
     return _parse(data, file)
 
 
@@ -199,20 +204,24 @@ def _parse(data: bytes, file: str) -> dict[str, Any]:
         text = data.decode("utf-8")
     except UnicodeDecodeError as error:
         problem = f"is no text in UTF-8 (byte {error.start}); give a TOML file"
-        raise ScenarioError(file, "", problem) from error
+        raise ScenarioError(file, "", problem, kind="not_utf8") from error
     lines = text.split("\n")
     if len(lines) > _MOST_LINES:
-        raise ScenarioError(file, "", f"has more than {_MOST_LINES} lines; shorten it")
+        raise ScenarioError(file, "", f"has more than {_MOST_LINES} lines; shorten it", kind="too_many_lines")
     for number, line in enumerate(lines, start=1):
         if line.count(".") > _MOST_DOTS:
-            raise ScenarioError(file, "", f"line {number} has more than {_MOST_DOTS} dots; break it up")
+            raise ScenarioError(
+                file, "", f"line {number} has more than {_MOST_DOTS} dots; break it up", kind="too_many_dots"
+            )
     try:
         return tomllib.loads(text)
     except RecursionError as error:
-        raise ScenarioError(file, "", "is nested too deeply; a scenario needs four levels") from error
+        raise ScenarioError(
+            file, "", "is nested too deeply; a scenario needs four levels", kind="too_deep"
+        ) from error
     except ValueError as error:  # TOMLDecodeError, and a number of thousands of digits
         problem = re.sub(r"\s+", " ", str(error))
-        raise ScenarioError(file, "", f"is not valid TOML: {problem}") from error
+        raise ScenarioError(file, "", f"is not valid TOML: {problem}", kind="invalid_toml") from error
 
 
 # -- Drawing its numbers ------------------------------------------------------------------------------------
@@ -279,7 +288,7 @@ def _replaced(value: Any, pick: Pick, file: str, path: str) -> Any:
     try:
         return _draw(value, lambda purpose: pick(path, purpose))
     except ValueError as error:
-        raise ScenarioError(file, path, str(error)) from error
+        raise ScenarioError(file, path, str(error), kind="draw") from error
 
 
 def _draw(value: dict[str, Any], pick: Callable[[int], float]) -> Any:
@@ -351,7 +360,7 @@ def scenario_error(file: str, error: ValidationError) -> ScenarioError:
     problems = error.errors(include_url=False)
     path, text = _explain(problems[0])
     more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
-    return ScenarioError(file, _key_path(path), text + more)
+    return ScenarioError(file, _key_path(path), text + more, kind=problems[0]["type"])
 
 
 def _key_path(path: list[str | int]) -> str:

@@ -77,7 +77,7 @@ def steps_of(entries: Sequence[TimelineAction], duration_ps: int, file: str) -> 
                 f"begins at {seconds(at_ps)}, after the scenario's end at {seconds(duration_ps)}; "
                 "let it begin earlier or give a longer duration"
             )
-            raise ScenarioError(file, f"timeline[{number}].at", problem)
+            raise ScenarioError(file, f"timeline[{number}].at", problem, kind="after_end")
         steps.append(TimelineStep(number, entry, at_ps, end_ps))
     steps.sort(key=lambda step: step.at_ps)
     _refuse_overlaps(steps, file)
@@ -94,7 +94,7 @@ def _refuse_overlaps(steps: Sequence[TimelineStep], file: str) -> None:
                     f"begins at {seconds(step.at_ps)} while {before.name} still moves the {quantity}; "
                     f'begin at "{format_duration(before.end_ps)}" or later'
                 )
-                raise ScenarioError(file, f"{step.key}.at", problem)
+                raise ScenarioError(file, f"{step.key}.at", problem, kind="overlap")
             moving[quantity] = step
 
 
@@ -107,7 +107,7 @@ def rehearse(steps: Sequence[TimelineStep], create_world: CreateWorld, file: str
         try:
             step.entry.plan(world, clock.now_s)
         except InputError as error:
-            raise ScenarioError(file, step.key, str(error)) from error
+            raise ScenarioError(file, step.key, str(error), kind=error.kind) from error
 
 
 # -- The scenario -------------------------------------------------------------------------------------------
@@ -151,7 +151,7 @@ class Scenario:
         self._watched: WeakKeyDictionary[TerminalView, dict[int, Any]] = WeakKeyDictionary()
         if self.duration_ps > self.limits.duration:
             problem = "is longer than limits.duration; shorten it or raise that limit"
-            raise ScenarioError(self.file, "duration", problem)
+            raise ScenarioError(self.file, "duration", problem, kind="too_long")
         self._refuse_windows_after_the_end()
         self._field_ut = self._magnetic_field()
         self.steps: Sequence[TimelineStep] = steps_of(contents.timeline, self.duration_ps, self.file)
@@ -196,7 +196,7 @@ class Scenario:
             if table.pressure_hpa is not None:  # after the temperature, on which the air's density depends
                 world.set_pressure(table.pressure_hpa)
         except InputError as error:
-            raise ScenarioError(self.file, "world", str(error)) from error
+            raise ScenarioError(self.file, "world", str(error), kind=error.kind) from error
         return world
 
     def play(self, board: BoardView) -> None:
@@ -309,7 +309,7 @@ class Scenario:
                     f"begins at {seconds(table.from_)}, when the scenario has ended "
                     f"({seconds(self.duration_ps)}); look earlier or give a longer duration"
                 )
-                raise ScenarioError(self.file, f"{name}.from", problem)
+                raise ScenarioError(self.file, f"{name}.from", problem, kind="after_end")
 
     def _truth_wanted(self) -> list[Wanted]:
         """Quantities that printed lines are compared with, and for how long before each print."""
@@ -340,7 +340,7 @@ class Scenario:
             where = place.latitude_deg, place.longitude_deg, place.altitude_m or 0.0
             return earth_field(*where, place.date, place.north)
         except InputError as error:
-            raise ScenarioError(self.file, "world.place", str(error)) from error
+            raise ScenarioError(self.file, "world.place", str(error), kind=error.kind) from error
 
 
 def _may_be(number: NumberFormat, line: str) -> bool:

@@ -31,7 +31,7 @@ class Range:
         except (TypeError, ValueError, OverflowError):
             number = math.nan
         if not self.low <= number <= self.high:
-            raise InputError(f"{name} is {value!r}: give a number from {self}")
+            raise InputError(f"{name} is {value!r}: give a number from {self}", kind="out_of_range")
         return number
 
     def __str__(self) -> str:

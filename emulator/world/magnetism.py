@@ -51,14 +51,16 @@ def earth_field(
     altitude = limits.MODEL_ALTITUDE.check("altitude_m", altitude_m)
     year = _decimal_year(date)
     if north not in ("magnetic", "true"):
-        raise InputError(f'north is {north!r}: give "magnetic" or "true"')
+        raise InputError(f'north is {north!r}: give "magnetic" or "true"', kind="choice")
     from pygeomag import GeoMag  # a scenario that names a place needs it, nothing else does
 
     model = GeoMag(coefficients_file="wmm/WMM_2025.COF")
     first, last = model.life_span
     if not first <= year <= last:
         valid = f"{first:.0f}-01-01 to {last:.0f}-01-01"
-        raise InputError(f"date is {date}: the World Magnetic Model 2025 is valid from {valid}")
+        raise InputError(
+            f"date is {date}: the World Magnetic Model 2025 is valid from {valid}", kind="outside_model"
+        )
     result = model.calculate(glat=latitude, glon=longitude, alt=altitude / 1000.0, time=year)
     x, y, z = result.x / 1000.0, result.y / 1000.0, result.z / 1000.0
     return (math.hypot(x, y), 0.0, z) if north == "magnetic" else (x, y, z)
@@ -66,7 +68,7 @@ def earth_field(
 
 def _decimal_year(date: dt.date) -> float:
     if not isinstance(date, dt.date):
-        raise InputError(f"date is {date!r}: give a date such as 2026-03-01")
+        raise InputError(f"date is {date!r}: give a date such as 2026-03-01", kind="not_a_date")
     days = 366 if calendar.isleap(date.year) else 365
     return date.year + (date.timetuple().tm_yday - 1) / days
 

@@ -73,7 +73,9 @@ class Recording:
         if bad.any():
             row = int(bad.argmax())
             found = f"alt_m accelerates by {climb[row]:.0f} m/s2"
-            raise RecordingError(self.file, row + 2, f"{found}: smooth it to {limits.CLIMB}, or leave it out")
+            raise RecordingError(
+                self.file, row + 2, f"{found}: smooth it to {limits.CLIMB}, or leave it out", kind="climb"
+            )
         return climb
 
 
@@ -106,7 +108,9 @@ def load_recording(path: str | PathLike[str], name: str = "") -> Recording:
             names = _header(next(lines, b""), file)
             table = _rows(lines, names, file)
     except OSError as error:
-        raise RecordingError(file, 0, f"cannot be read: {error.strerror or error}") from error
+        raise RecordingError(
+            file, 0, f"cannot be read: {error.strerror or error}", kind="unreadable"
+        ) from error
     column = dict(zip(names, table.T, strict=True))
     _check_range(column["t_s"], "t_s", limits.TIME, file)
     _check_time(column["t_s"], file)
@@ -121,9 +125,11 @@ def load_recording(path: str | PathLike[str], name: str = "") -> Recording:
 
 def _check_size(path: Path, file: str) -> None:
     if path.exists() and not path.is_file():  # a pipe or a terminal would keep us waiting
-        raise RecordingError(file, 0, "is not a regular file")
+        raise RecordingError(file, 0, "is not a regular file", kind="not_a_file")
     if path.stat().st_size > MAX_BYTES:
-        raise RecordingError(file, 0, f"is larger than {MAX_BYTES // 2**20} MiB: shorten it or thin its rows")
+        raise RecordingError(
+            file, 0, f"is larger than {MAX_BYTES // 2**20} MiB: shorten it or thin its rows", kind="too_large"
+        )
 
 
 def _lines(stream: BinaryIO, file: str) -> Iterator[bytes]:
@@ -132,7 +138,9 @@ def _lines(stream: BinaryIO, file: str) -> Iterator[bytes]:
     while line := stream.readline(MAX_LINE_BYTES + 1):
         number += 1
         if len(line) > MAX_LINE_BYTES:
-            raise RecordingError(file, number, f"is longer than {MAX_LINE_BYTES} bytes: not a CSV recording")
+            raise RecordingError(
+                file, number, f"is longer than {MAX_LINE_BYTES} bytes: not a CSV recording", kind="long_line"
+            )
         yield line
 
 
@@ -140,17 +148,21 @@ def _header(line: bytes, file: str) -> list[str]:
     line = line.removeprefix(b"\xef\xbb\xbf")  # the mark that Excel puts in front of UTF-8
     text = line.decode("ascii", errors="backslashreplace").strip()
     if not text:
-        raise RecordingError(file, 1, "has no header: the first line names the columns, such as t_s,p_hPa")
+        raise RecordingError(
+            file, 1, "has no header: the first line names the columns, such as t_s,p_hPa", kind="no_header"
+        )
     names = [name.strip() for name in text.split(",")]
     known = {"t_s"}.union(*(members for members, _ in GROUPS.values()))
     for name in names:
         if name not in known:
             names_known = ", ".join(sorted(known))
-            raise RecordingError(file, 1, f"unknown column '{_visible(name)}': known are {names_known}")
+            raise RecordingError(
+                file, 1, f"unknown column '{_visible(name)}': known are {names_known}", kind="unknown_column"
+            )
         if names.count(name) > 1:
-            raise RecordingError(file, 1, f"column {name} appears twice")
+            raise RecordingError(file, 1, f"column {name} appears twice", kind="column_twice")
     if "t_s" not in names:
-        raise RecordingError(file, 1, "column t_s is missing")
+        raise RecordingError(file, 1, "column t_s is missing", kind="missing_column")
     _check_groups(set(names), file)
     return names
 
@@ -160,15 +172,24 @@ def _check_groups(names: set[str], file: str) -> None:
         missing = [name for name in members if name not in names]
         if missing and len(missing) < len(members):
             together = ", ".join(members)
-            raise RecordingError(file, 1, f"column {missing[0]} is missing: {together} belong together")
+            raise RecordingError(
+                file,
+                1,
+                f"column {missing[0]} is missing: {together} belong together",
+                kind="incomplete_group",
+            )
     measured = any(members[0] in names for members, _ in MEASURED.values())
     followed = any(members[0] in names for members, _ in FOLLOWED.values())
     if measured and followed:
-        raise RecordingError(file, 1, "mixes measured signals with an attitude: give one kind in a file")
+        raise RecordingError(
+            file, 1, "mixes measured signals with an attitude: give one kind in a file", kind="mixed_columns"
+        )
     if "alt_m" in names and "roll_deg" not in names:
-        raise RecordingError(file, 1, "alt_m needs roll_deg, pitch_deg, yaw_deg beside it")
+        raise RecordingError(
+            file, 1, "alt_m needs roll_deg, pitch_deg, yaw_deg beside it", kind="altitude_alone"
+        )
     if not measured and not followed:
-        raise RecordingError(file, 1, "has no column beside t_s")
+        raise RecordingError(file, 1, "has no column beside t_s", kind="no_column")
 
 
 def _rows(lines: Iterator[bytes], names: list[str], file: str) -> Array:
@@ -176,12 +197,18 @@ def _rows(lines: Iterator[bytes], names: list[str], file: str) -> Array:
     values = array("d")
     for number, line in enumerate(lines, start=2):
         if number - 1 > MAX_ROWS:
-            raise RecordingError(file, number, f"has more than {MAX_ROWS} rows: thin them")
+            raise RecordingError(
+                file, number, f"has more than {MAX_ROWS} rows: thin them", kind="too_many_rows"
+            )
         if len(values) > MAX_NUMBERS:
-            raise RecordingError(file, number, f"comes after {MAX_NUMBERS} numbers: thin the rows")
+            raise RecordingError(
+                file, number, f"comes after {MAX_NUMBERS} numbers: thin the rows", kind="too_many_numbers"
+            )
         cells = line.split(b",")
         if len(cells) != len(names):
-            raise RecordingError(file, number, f"has {len(cells)} cells where the header has {len(names)}")
+            raise RecordingError(
+                file, number, f"has {len(cells)} cells where the header has {len(names)}", kind="cell_count"
+            )
         if b"_" in line:  # float() would take 1_0 for 10
             _refuse_number(cells, names, number, file)
         try:
@@ -189,14 +216,16 @@ def _rows(lines: Iterator[bytes], names: list[str], file: str) -> Array:
         except ValueError:
             _refuse_number(cells, names, number, file)
     if not values:
-        raise RecordingError(file, 1, "has no rows after its header")
+        raise RecordingError(file, 1, "has no rows after its header", kind="no_rows")
     return np.frombuffer(values, dtype=np.float64).reshape(-1, len(names))
 
 
 def _refuse_number(cells: list[bytes], names: list[str], number: int, file: str) -> NoReturn:
     name, cell = next((name, cell) for name, cell in zip(names, cells, strict=True) if not _is_number(cell))
     shown = _visible(cell.strip().decode("ascii", errors="backslashreplace"))
-    raise RecordingError(file, number, f"{name} is '{shown}': give a number such as 0.25")
+    raise RecordingError(
+        file, number, f"{name} is '{shown}': give a number such as 0.25", kind="not_a_number"
+    )
 
 
 def _visible(text: str) -> str:
@@ -216,14 +245,21 @@ def _check_range(values: Array, name: str, allowed: Range, file: str) -> None:
     bad = ~((values >= allowed.low) & (values <= allowed.high))  # so that nan is bad as well
     if bad.any():
         row = int(bad.argmax())
-        raise RecordingError(file, row + 2, f"{name} is {values[row]:g}: give a number from {allowed}")
+        raise RecordingError(
+            file, row + 2, f"{name} is {values[row]:g}: give a number from {allowed}", kind="out_of_range"
+        )
 
 
 def _check_time(t_s: Array, file: str) -> None:
     stuck = np.diff(t_s) <= 0.0
     if stuck.any():
         row = int(stuck.argmax()) + 1
-        raise RecordingError(file, row + 2, f"t_s is {t_s[row]:g} after {t_s[row - 1]:g}: time must increase")
+        raise RecordingError(
+            file,
+            row + 2,
+            f"t_s is {t_s[row]:g} after {t_s[row - 1]:g}: time must increase",
+            kind="time_order",
+        )
 
 
 def _in_our_units(groups: dict[str, Array]) -> dict[str, Array]:

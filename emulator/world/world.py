@@ -117,11 +117,10 @@ class World(Truth):
 
     def set_soft_iron(self, matrix: npt.ArrayLike) -> None:
         """The 3 x 3 matrix by which iron on the board distorts the outer field, board axes."""
-        rows = np.asarray(
-            matrix, dtype=object
-        )  # as it came, so that the check below can name what is no number
+        # As given, so that the check below can name an entry that is not a number.
+        rows = np.asarray(matrix, dtype=object)
         if rows.shape != (3, 3):
-            raise InputError(f"soft iron has the shape {rows.shape}: give 3 rows of 3 numbers")
+            raise InputError(f"soft iron has the shape {rows.shape}: give 3 rows of 3 numbers", kind="shape")
         checked = [[limits.SOFT_IRON.check("soft iron", value) for value in row] for row in rows]
         self._set(self._soft_iron, checked, "mag")
 
@@ -330,9 +329,9 @@ class World(Truth):
     ) -> float:
         """Change one Euler angle, as last commanded, to ``to_deg``: for tilts, and turns of more than 180."""
         if axis not in EULER_AXES:
-            raise InputError(f"axis is {axis!r}: give one of {', '.join(EULER_AXES)}")
+            raise InputError(f"axis is {axis!r}: give one of {', '.join(EULER_AXES)}", kind="choice")
         if profile not in ("linear", "minimum_jerk"):
-            raise InputError(f"profile is {profile!r}: give one of linear, minimum_jerk")
+            raise InputError(f"profile is {profile!r}: give one of linear, minimum_jerk", kind="choice")
         start, end = self._span(start_s, duration_s)
         pace = (Linear if profile == "linear" else MinimumJerk)(start, end - start)
         start_deg = self._euler_deg_at(start)
@@ -353,9 +352,9 @@ class World(Truth):
         does not know the field, nearly, if it is drawn at least twice (:mod:`fcu_emulator.emulator.world.attitude`).
         """
         if limits.TURNS.check("turns", turns) % 1.0:
-            raise InputError(f"turns is {turns!r}: give a whole number")
+            raise InputError(f"turns is {turns!r}: give a whole number", kind="not_whole")
         if by not in ("field", "hand"):
-            raise InputError(f"by is {by!r}: give one of field, hand")
+            raise InputError(f"by is {by!r}: give one of field, hand", kind="choice")
         start, end = self._span(start_s, duration_s)
         first, last = self._rotation_at(start), (end, Held(self._euler_deg_at(start)))
         if by == "hand":
@@ -408,13 +407,14 @@ class World(Truth):
         The shake stops after the last whole period within ``duration_s``, at rest where it began.
         """
         if axis not in SHAKE_DIRECTIONS:
-            raise InputError(f"axis is {axis!r}: give one of {', '.join(SHAKE_DIRECTIONS)}")
+            raise InputError(f"axis is {axis!r}: give one of {', '.join(SHAKE_DIRECTIONS)}", kind="choice")
         frequency = limits.FREQUENCY.check("frequency_hz", frequency_hz)
         amplitude = limits.AMPLITUDE.check("amplitude_g", amplitude_g) * STANDARD_GRAVITY
         start, end = self._span(start_s, duration_s)
         periods = int((end - start) * frequency + 1e-6)
         if periods < 1:
-            raise InputError(f"duration_s is {duration_s!r}: give at least one period, {1.0 / frequency:g} s")
+            least = f"give at least one period, {1.0 / frequency:g} s"
+            raise InputError(f"duration_s is {duration_s!r}: {least}", kind="too_short")
         angular = 2.0 * np.pi * frequency
         limits.EXCURSION.check("way of the shake (lower g or higher Hz)", 2.0 * amplitude / angular**2)
         direction = np.array(SHAKE_DIRECTIONS[axis])
@@ -533,7 +533,9 @@ class World(Truth):
             return now
         start = limits.TIME.check("start_s", start_s)
         if start < now - NOW_TOLERANCE_S:
-            raise InputError(f"start_s is {start_s!r}: it is {now:g} s already, give a later time")
+            raise InputError(
+                f"start_s is {start_s!r}: it is {now:g} s already, give a later time", kind="past"
+            )
         return max(start, now)
 
     def _span(self, start_s: float | None, duration_s: float) -> tuple[float, float]:

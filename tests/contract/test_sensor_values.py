@@ -185,7 +185,7 @@ def test_data_ready_is_set_by_a_sample_and_cleared_by_any_high_byte(
     for low in range(channel.address, channel.address + channel.size):
         if (low - channel.address) % channel.width != channel.width - 1:
             chip.read(low)
-    assert chip.is_ready(channel), "no low byte clears it"
+    assert chip.is_ready(channel), "low bytes keep it"
     chip.read(high)
     assert not chip.is_ready(channel)
     chip.wait(channel.sample_ps(1) - channel.sample_ps(0))

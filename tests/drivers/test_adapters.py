@@ -172,8 +172,9 @@ def test_smbus_messages_are_combined_where_a_read_follows_its_write(board: Board
 
 def test_smbus_messages_with_other_flags_are_refused_before_anything_is_sent(board: Board) -> None:
     board.trace.record_all()
-    with pytest.raises(InputError, match="flags 0x4001 in a message; only I2C_M_RD"):
+    with pytest.raises(InputError, match="0x4001") as refused:
         SMBus(board.i2c2).i2c_rdwr(write(0x6B, 0x0F), Message(0x6B, 0x4001, b"\0"))
+    assert refused.value.kind == "unknown_flags"
     assert not board.trace.of(BusTransfer)
 
 
@@ -218,10 +219,10 @@ def test_a_scan_leaves_out_what_does_not_answer_and_stops_at_a_stuck_bus(
     fail(board, "absent")
     assert busio.scan() == [0x1E, 0x5D]
     board.i2c2.inject(I2CFault("stuck"))
-    with pytest.raises(OSError, match="held low"):
-        busio.scan()
-    with pytest.raises(OSError, match="held low"):
-        MachineI2C(board.i2c2).scan()
+    for scan in (busio.scan, MachineI2C(board.i2c2).scan):
+        with pytest.raises(OSError, match="I2C") as caught:
+            scan()
+        assert caught.value.errno == errno.ETIMEDOUT
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from fcu_emulator import Board
+from fcu_emulator import Board, I2CNackError
 from fcu_emulator.emulator.adapters import MachineI2C, virtual_time
 from tests.support.driver_fakes import ATTITUDES, SETTLED_S, Vector, board_axes, field_ut, settled, within
 
@@ -61,5 +61,6 @@ def test_reset_waits_10_ms_of_virtual_time_and_leaves_it_idle(board: Board) -> N
 
 
 def test_a_part_that_does_not_answer_is_an_os_error(board: Board) -> None:
-    with pytest.raises(OSError, match="no acknowledge"):
+    with pytest.raises(OSError, match="0x1C") as refused:
         lis2mdl.LIS2MDL(MachineI2C(board.i2c2), 0x1C)
+    assert isinstance(refused.value.__cause__, I2CNackError)

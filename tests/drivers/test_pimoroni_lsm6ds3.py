@@ -52,7 +52,7 @@ def test_angular_rate_is_the_worlds(mode: str, axis: str) -> None:
 
 
 def test_combined_messages_of_smbus2_itself() -> None:
-    smbus2 = pytest.importorskip("smbus2", reason="needs fcntl, which Windows does not have")
+    smbus2 = pytest.importorskip("smbus2", reason="needs fcntl (POSIX)")
     bus = SMBus(settled().i2c2)
     read = smbus2.i2c_msg.read(0x6B, 1)
     bus.i2c_rdwr(smbus2.i2c_msg.write(0x6B, [0x0F]), read)

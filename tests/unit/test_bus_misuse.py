@@ -9,6 +9,7 @@ import pytest
 from fcu_emulator import Board, InputError
 from fcu_emulator.sensors import AccessError
 from tests.support.sensor_fakes import PARTS, Chip
+from tests.support.words import Words
 
 parts = pytest.mark.parametrize("part", PARTS)
 
@@ -20,11 +21,10 @@ parts = pytest.mark.parametrize("part", PARTS)
 @pytest.mark.parametrize(("address", "count"), [(0x80, 1), (0x100, 6), (-1, 1), (0x0F, 0), (0x0F, -1)])
 def test_a_burst_no_bus_could_carry_cannot_be_read(part: str, address: int, count: int) -> None:
     chip = Chip(part)
-    with pytest.raises(
-        AccessError, match="give an address from 0x00 to 0x7F and at least one byte"
-    ) as caught:
+    with pytest.raises(AccessError) as caught:
         chip.read(address, count)
     assert (caught.value.address, caught.value.count) == (address, count)
+    assert "read" in str(caught.value)
 
 
 @parts
@@ -39,17 +39,30 @@ def test_a_burst_that_was_refused_is_refused_again(part: str) -> None:
 @pytest.mark.parametrize("address", [0x80, -1])
 def test_nor_written(part: str, address: int) -> None:
     chip = Chip(part)
-    with pytest.raises(AccessError, match=f"cannot write 2 bytes at sub-address {address:#04x}"):
+    with pytest.raises(AccessError) as caught:
         chip.part.write(address, b"\x00\x00", 0)
-    with pytest.raises(AccessError, match="cannot write 0 bytes at sub-address 0x10"):
+    assert (caught.value.address, caught.value.count) == (address, 2)
+    assert "write" in str(caught.value)
+    with pytest.raises(AccessError) as caught:
         chip.part.write(0x10, b"", 0)
+    assert (caught.value.address, caught.value.count) == (0x10, 0)
+    assert "write" in str(caught.value)
+
+
+def test_refused_burst_names_the_sub_addresses(words: Words) -> None:
+    chip = Chip("LSM6DSL")
+    with pytest.raises(AccessError) as reading:
+        chip.read(0x80, 1)
+    with pytest.raises(AccessError) as writing:
+        chip.part.write(0x10, b"", 0)
+    words("sensors", f"{reading.value}\n{writing.value}")
 
 
 @parts
 @pytest.mark.parametrize("data", [5, "\x05", [5], None])
 def test_what_is_no_bytes_cannot_be_written(part: str, data: Any) -> None:
     chip = Chip(part)
-    with pytest.raises(TypeError, match="give bytes"):
+    with pytest.raises(TypeError, match="bytes"):
         chip.part.write(0x10, data, 0)
     assert chip.log == []
 
@@ -84,8 +97,10 @@ def test_what_is_sent_are_bytes(data: Any) -> None:
         lambda: board.i2c2.write_read(0x6B, data, 1),
         lambda: Board(wiring="fcu001v1").spi2.write("PA8", data),
     ):
-        with pytest.raises(InputError, match=r"cannot send .*; give bytes, such as b'\\x0f'"):
+        with pytest.raises(InputError) as caught:
             send()
+        assert caught.value.kind == "not_bytes"
+        assert repr(data) in str(caught.value)
     assert board.clock.now_ps == 0
 
 
@@ -97,24 +112,30 @@ def test_everything_that_clearly_means_bytes_is_taken(data: Any) -> None:
 @pytest.mark.parametrize("count", [0, -1, 65536, 1.0, "1", None])
 def test_a_read_has_a_length(count: Any) -> None:
     board = Board()
-    with pytest.raises(InputError, match=r"cannot read .* bytes in one transfer; give 1 to 65535"):
-        board.i2c2.read(0x6B, count)
-    with pytest.raises(InputError, match=r"cannot read .* bytes in one transfer; give 1 to 65535"):
-        board.i2c2.write_read(0x6B, b"\x0f", count)
+    for read in (
+        lambda: board.i2c2.read(0x6B, count),
+        lambda: board.i2c2.write_read(0x6B, b"\x0f", count),
+    ):
+        with pytest.raises(InputError, match="1 to 65535") as caught:
+            read()
+        assert caught.value.kind == "read_length"
     if count != 0:  # on SPI a write alone is a transfer too
-        with pytest.raises(InputError, match=r"cannot read .* bytes in one transfer; give 0 to 65535"):
+        with pytest.raises(InputError, match="0 to 65535") as caught:
             Board(wiring="fcu001v1").spi2.write_read("PA8", b"\x8f", count)
+        assert caught.value.kind == "read_length"
 
 
 @pytest.mark.parametrize(
-    ("address", "problem"),
+    "address",
     [
-        (0xD6, "0xd6 has more than 7 bits"),
-        (-1, "more than 7 bits"),
-        ("0x6B", "is no integer"),
-        (1.0, "is no"),
+        0xD6,
+        -1,
+        "0x6B",
+        1.0,
     ],
 )
-def test_an_i2c_address_has_7_bits(address: Any, problem: str) -> None:
-    with pytest.raises(InputError, match=problem):
+def test_an_i2c_address_has_7_bits(address: Any, words: Words) -> None:
+    with pytest.raises(InputError) as caught:
         Board().i2c2.write(address, b"\x00")
+    assert caught.value.kind == "i2c_address"
+    words("python", str(caught.value))

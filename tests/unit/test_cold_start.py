@@ -12,6 +12,7 @@ from fcu_emulator.emulator.python_cpu.hal import VirtualHal
 from fcu_emulator.emulator.time.clock import PS_PER_MS
 from fcu_emulator.emulator.trace import BusTransfer, DeviceNote
 from tests.support.board_fakes import script
+from tests.support.words import Words
 
 ADDRESS = {"LSM6DSL": 0x6B, "LIS2MDL": 0x1E, "LPS22HB": 0x5D}
 CHIP_SELECT = {"LSM6DSL": "PA8", "LIS2MDL": "PB12", "LPS22HB": "PC13"}
@@ -37,7 +38,7 @@ def test_a_part_acknowledges_its_address_from_the_end_of_its_boot_on(part: str) 
 
 
 @slow_parts
-def test_each_refusal_leaves_one_note_that_names_the_reason(part: str) -> None:
+def test_each_refusal_leaves_one_note_that_names_the_reason(part: str, words: Words) -> None:
     board = Board(cold_start=True)
     with pytest.raises(I2CNackError):
         board.i2c2.write_read(ADDRESS[part], b"\x0f", 6)
@@ -46,11 +47,13 @@ def test_each_refusal_leaves_one_note_that_names_the_reason(part: str) -> None:
     with pytest.raises(I2CNackError):
         board.i2c2.write(ADDRESS[part], b"\x10\x00")
 
-    expected = (part, "not accessible", f"trimming values are loaded until {BOOT_MS[part]} ms")
-    assert notes(board) == 3 * [expected]
-    assert {event.result for event in board.trace.of(BusTransfer)} == {
-        f"I2C 0x{ADDRESS[part]:02X}: no acknowledge of its address"
-    }
+    found = notes(board)
+    assert [(device, what) for device, what, _ in found] == 3 * [(part, "not accessible")]
+    assert all(f" {BOOT_MS[part]} ms" in text for _, _, text in found)
+    words("sensors", found[0][2])
+    (result,) = {event.result for event in board.trace.of(BusTransfer)}
+    assert f"0x{ADDRESS[part]:02X}" in result
+    words("sensors", result)
 
 
 @pytest.mark.parametrize("first", ["start", "read_from"])

@@ -11,6 +11,7 @@ import pytest
 from fcu_emulator.firmware_model.c_semantics import sprintf
 from fcu_emulator.firmware_model.hal import PRINTF
 from tests.support.firmware_fakes import FakeHal
+from tests.support.words import Words
 
 
 @pytest.mark.parametrize(
@@ -54,31 +55,32 @@ def test_formats_as_c(fmt: str, args: tuple[Any, ...], expected: bytes) -> None:
 
 
 @pytest.mark.parametrize(
-    ("fmt", "args", "named"),
+    ("fmt", "args"),
     [
-        ("%q", (1,), "%q"),
-        ("%o", (1,), "%o"),
-        ("%n", (1,), "%n"),
-        ("%zu", (1,), "%z"),
-        ("%1$d", (1,), r"%1\$"),
-        ("%5%", (), "%5%"),
-        ("%hf", (1.0,), "%hf"),
-        ("%lls", ("a",), "%lls"),
-        ("50 %", (), "'%'"),
-        ("%d %d", (1,), "no argument left for '%d'"),
-        ("%*d", (4,), "no argument left"),
-        ("%d", (1.0,), "needs an integer"),
-        ("%f", (1,), "needs a float"),
-        ("%f", ("1",), "needs a float"),
-        ("%s", (1,), "needs text"),
-        ("%c", ("ab",), "one character"),
-        ("%c", ("°",), "one character"),
+        ("%q", (1,)),
+        ("%o", (1,)),
+        ("%n", (1,)),
+        ("%zu", (1,)),
+        ("%1$d", (1,)),
+        ("%5%", ()),
+        ("%hf", (1.0,)),
+        ("%lls", ("a",)),
+        ("50 %", ()),
+        ("%d %d", (1,)),
+        ("%*d", (4,)),
+        ("%d", (1.0,)),
+        ("%f", (1,)),
+        ("%f", ("1",)),
+        ("%s", (1,)),
+        ("%c", ("ab",)),
+        ("%c", ("°",)),
     ],
 )
-def test_refuses_in_one_line_what_it_cannot_format(fmt: str, args: tuple[Any, ...], named: str) -> None:
-    with pytest.raises(ValueError, match=named) as caught:
+def test_refuses_in_one_line_what_it_cannot_format(fmt: str, args: tuple[Any, ...], words: Words) -> None:
+    with pytest.raises(ValueError, match=r"^sprintf: ") as caught:
         sprintf(fmt, *args)
     assert "\n" not in str(caught.value)
+    words("python", str(caught.value))
 
 
 @pytest.mark.parametrize(("length", "sent"), [(0, 0), (253, 253), (254, 254), (255, 254), (1000, 254)])

@@ -204,6 +204,6 @@ def test_what_cannot_be_read_keeps_its_value_and_the_rest_goes_on(device: int, k
     ],
 )
 def test_a_wrong_setting_is_named_with_what_would_be_right(setting: str, value: Any, right: str) -> None:
-    with pytest.raises(ValueError, match=f"^firmware setting {setting} is .*{right}") as caught:
+    with pytest.raises(ValueError, match=f"{setting} .*{right}") as caught:
         Settings(**{setting: value})
     assert "\n" not in str(caught.value)

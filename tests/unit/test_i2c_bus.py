@@ -51,7 +51,7 @@ def test_a_read_goes_on_where_the_last_one_stopped() -> None:
 
 def test_nobody_at_an_address_is_a_nack() -> None:
     board = Board()
-    with pytest.raises(I2CNackError, match=r"0x42: no acknowledge of its address") as caught:
+    with pytest.raises(I2CNackError, match="0x42") as caught:
         board.i2c2.write_read(0x42, b"\x0f", 1)
     assert (caught.value.address, caught.value.byte_index) == (0x42, 0)
     assert board.clock.now_ps == (1 + 9 + 1) * PS_PER_S // 400_000
@@ -70,7 +70,7 @@ def test_an_absent_device_comes_back() -> None:
 def test_a_nack_at_a_byte_keeps_what_came_before_it() -> None:
     board = Board()
     board.i2c2.inject(I2CFault("nack", 0, 1e-3, address=LSM6DSL, byte_index=3))
-    with pytest.raises(I2CNackError, match="data byte 3") as caught:
+    with pytest.raises(I2CNackError) as caught:
         board.i2c2.write(LSM6DSL, b"\x73\x11\x22\x33")  # X_OFS_USR arrives, Y_OFS_USR does not
     assert caught.value.byte_index == 3
     board.run_for(0.001)
@@ -95,13 +95,15 @@ def test_a_bus_error_is_typed() -> None:
 
 @pytest.mark.parametrize("address", [-1, 0x80, 0xD6])
 def test_an_8_bit_address_is_refused_with_the_reason(address: int) -> None:
-    with pytest.raises(InputError, match="more than 7 bits"):
+    with pytest.raises(InputError, match="0x7F") as refused:
         Board().i2c2.read(address, 1)
+    assert refused.value.kind == "i2c_address"
 
 
 def test_a_length_that_cannot_be_is_refused() -> None:
-    with pytest.raises(InputError, match="cannot read 0 bytes"):
+    with pytest.raises(InputError, match="1 to 65535") as refused:
         Board().i2c2.read(LSM6DSL, 0)
+    assert refused.value.kind == "read_length"
 
 
 def test_the_trace_names_registers_and_is_silent_until_asked() -> None:
@@ -131,4 +133,4 @@ def test_what_is_not_modelled_and_what_fails_is_always_in_the_trace() -> None:
     assert [(note.device, note.what) for note in board.trace.of(DeviceNote)] == [("LSM6DSL", "not modelled")]
     assert "SENSOR_SYNC_TIME_FRAME" in board.trace.of(DeviceNote)[0].text
     assert len(board.trace.of(Fault)) == 1
-    assert "no acknowledge" in board.trace.of(BusTransfer)[0].result
+    assert f"0x{LSM6DSL:02X}" in board.trace.of(BusTransfer)[0].result

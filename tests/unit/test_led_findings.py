@@ -89,7 +89,7 @@ def test_late_led_of_one_side_is_one_sided(first_ms: int, age_ms: int, side: int
     found = miss(is_lit)
     assert found is not None
     assert found.finding == "one side"
-    assert f"{'positive' if side > 0 else 'negative'} angles only" in found.seen
+    assert ("positive" if side > 0 else "negative") in found.seen
     assert "late" in found.seen
     moment = re.search(r"dark at \S+ s with a true pitch of (\S+) degrees", found.seen)
     assert moment is not None

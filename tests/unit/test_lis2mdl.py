@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from tests.support.notes import kinds, texts
 from tests.support.sensor_fakes import (
     LIS2MDL_TEMPERATURE,
     MAGNETOMETER,
@@ -13,6 +14,7 @@ from tests.support.sensor_fakes import (
     Chip,
     step,
 )
+from tests.support.words import Words
 
 OFFSET_X_REG_L, CFG_REG_A, CFG_REG_B, CFG_REG_C, STATUS_REG = 0x45, 0x60, 0x61, 0x62, 0x67
 
@@ -202,7 +204,7 @@ def test_soft_reset_works_again_though_nobody_polled_the_first_one() -> None:
     assert chip.byte(CFG_REG_A) == 0x03
 
 
-def test_reboot_takes_20_ms_and_ends_in_idle() -> None:
+def test_reboot_takes_20_ms_and_ends_in_idle(words: Words) -> None:
     """AN5069 section 7; together with SOFT_RST it is forbidden."""
     chip = Chip("LIS2MDL")
     chip.write(CFG_REG_A, 0x8C)
@@ -214,7 +216,8 @@ def test_reboot_takes_20_ms_and_ends_in_idle() -> None:
     assert chip.byte(CFG_REG_A) == 0x8F
     assert chip.notes == []
     chip.write(CFG_REG_A, 0x63)
-    assert chip.notes == [("forbidden", "CFG_REG_A: REBOOT and SOFT_RST at once")]
+    assert kinds(chip.notes) == ["forbidden"]
+    words("sensors", texts(chip.notes))
 
 
 def test_the_thermometer_needs_comp_temp_en() -> None:

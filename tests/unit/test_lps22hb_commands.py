@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fcu_emulator.sensors import LPS22HB
+from tests.support.notes import kinds, texts
 from tests.support.sensor_fakes import (
     LPS22HB_TEMPERATURE,
     PRESSURE,
@@ -14,6 +15,7 @@ from tests.support.sensor_fakes import (
     Chip,
     constant,
 )
+from tests.support.words import Words
 
 CTRL_REG1, CTRL_REG2, RES_CONF = 0x10, 0x11, 0x1A
 INT_SOURCE, STATUS, PRESS_OUT_XL = 0x25, 0x27, 0x28
@@ -72,16 +74,17 @@ def test_one_shot_works_again_and_again() -> None:
         chip.read(PRESS_OUT_XL, 5)
 
 
-def test_one_shot_at_a_running_rate_is_refused_and_noted() -> None:
+def test_one_shot_at_a_running_rate_is_refused_and_noted(words: Words) -> None:
     """Datasheet 9.6: only with ODR = 000."""
     chip = Chip("LPS22HB")
     chip.write(CTRL_REG1, 0x30)
     chip.write(CTRL_REG2, 0x11)
 
-    assert chip.notes == [("forbidden", "CTRL_REG2.ONE_SHOT while CTRL_REG1.ODR is not 0")]
+    assert kinds(chip.notes) == ["forbidden"]
+    words("sensors", texts(chip.notes))
     assert chip.byte(CTRL_REG2) == 0x10
     chip.wait(13 * PS_PER_MS)
-    assert chip.byte(STATUS) == 0x00, "the first sample comes after 40 ms"
+    assert chip.byte(STATUS) == 0x00, "no sample before 40 ms"
 
 
 # -- reset and boot -------------------------------------------------------------------------------------
@@ -156,13 +159,14 @@ def test_0xf8_in_ctrl_reg2_is_harmless_as_on_the_real_board() -> None:
 
 
 @pytest.mark.parametrize("code", [6, 7])
-def test_an_undefined_rate_measures_nothing_and_is_noted(code: int) -> None:
+def test_an_undefined_rate_measures_nothing_and_is_noted(code: int, words: Words) -> None:
     """Datasheet T17."""
     chip = Chip("LPS22HB")
     chip.write(CTRL_REG1, code << 4)
     chip.wait(PS_PER_S)
 
-    assert chip.notes == [("forbidden", "CTRL_REG1.ODR above 5")]
+    assert kinds(chip.notes) == ["forbidden"]
+    words("sensors", texts(chip.notes))
     assert chip.byte(STATUS) == 0x00
     chip.write(CTRL_REG1, code << 4 | 0x02)
     assert len(chip.notes) == 1, "once, when it comes about"

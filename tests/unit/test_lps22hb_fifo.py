@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import pytest
 
+from tests.support.notes import kinds
 from tests.support.sensor_fakes import PS_PER_S, Chip, ramp
 
 INTERRUPT_CFG, THS_P_L, CTRL_REG1, CTRL_REG2, FIFO_CTRL = 0x0B, 0x0C, 0x10, 0x11, 0x14
@@ -55,7 +56,8 @@ def test_in_bypass_the_output_is_the_latest_sample(fifo_ctrl: int) -> None:
     chip = after(collecting(fifo_ctrl), 40)
     assert chip.byte(FIFO_STATUS) == 0x00
     assert chip.read(PRESS_OUT_XL, 10) == levels(40, 40)
-    assert chip.notes == ([("forbidden", "FIFO_CTRL.F_MODE = 101b")] if fifo_ctrl == 0xA0 else [])
+    assert kinds(chip.notes) == (["forbidden"] if fifo_ctrl == 0xA0 else [])
+    assert all("FIFO_CTRL.F_MODE" in text for _, text in chip.notes)
 
 
 def test_without_fifo_en_no_mode_collects() -> None:
@@ -89,7 +91,7 @@ def test_fifo_mode_fills_and_stops() -> None:
     chip = after(collecting(FIFO), 31)
     assert chip.byte(FIFO_STATUS) == 31
     assert after(chip, 1).byte(FIFO_STATUS) == 32
-    assert after(chip, 1).byte(FIFO_STATUS) == OVR | 32, "the 33rd sample does not fit"
+    assert after(chip, 1).byte(FIFO_STATUS) == OVR | 32, "sample 33 is lost"
     after(chip, 10)
     assert chip.read(PRESS_OUT_XL, 160) == levels(*range(1, 33)), "datasheet 5.8: 160 bytes empty it"
     assert chip.byte(FIFO_STATUS) == 0

@@ -10,7 +10,9 @@ from hypothesis import strategies as st
 
 from fcu_emulator.sensors import LSM6DSL
 from tests.support.fifo_fakes import sample_ps
+from tests.support.notes import kinds, texts
 from tests.support.sensor_fakes import PS_PER_MS, PS_PER_S, Chip, FakeWorld, decode, ramp
+from tests.support.words import Words
 
 FIFO_CTRL3, FIFO_CTRL5, INT1_CTRL, INT2_CTRL = 0x08, 0x0A, 0x0D, 0x0E
 CTRL1_XL, CTRL2_G, CTRL3_C, CTRL4_C, CTRL5_C, CTRL6_C, CTRL8_XL, CTRL9_XL = (
@@ -273,34 +275,36 @@ def test_den_drdy_of_a_latched_pulse_lasts_a_period() -> None:
 
 
 @pytest.mark.parametrize("mode", [0x20, 0xA0, 0xE0])
-def test_a_mode_that_is_none_is_noted_and_off(mode: int) -> None:
+def test_a_mode_that_is_none_is_noted_and_off(mode: int, words: Words) -> None:
     bench = stamping(mode)
     bench.drive(1)
     plain = Bench((CTRL1_XL, HZ_104))
     for chip in (bench, plain):
         chip.after(8)
 
-    bits = f"{mode >> 5:03b}"
-    note = f"CTRL6_C: TRIG_EN, LVL1_EN, LVL2_EN = {bits}b is no data-enable mode"
-    assert bench.notes == [("forbidden", note)]
+    assert kinds(bench.notes) == ["forbidden"]
+    assert f"{mode >> 5:03b}b" in texts(bench.notes)
+    words("sensors", texts(bench.notes))
     assert bench.read(OUT_XL, 6) == plain.read(OUT_XL, 6)
 
 
-def test_edge_with_lpf2_is_noted() -> None:
+def test_edge_with_lpf2_is_noted(words: Words) -> None:
     bench = stamping(EDGE, (CTRL4_C, DEN_XL_EN), (CTRL8_XL, 0x80))
 
-    assert bench.notes == [("forbidden", "CTRL4_C.DEN_XL_EN by edge needs CTRL8_XL.LPF2_XL_EN = 0")]
+    assert kinds(bench.notes) == ["forbidden"]
+    words("sensors", texts(bench.notes))
 
 
-def test_driving_int2_while_it_is_an_output_is_noted() -> None:
+def test_driving_int2_while_it_is_an_output_is_noted(words: Words) -> None:
     bench = Bench((CTRL1_XL, HZ_104))
     bench.drive(1)
 
-    assert bench.notes == [("forbidden", "INT2 driven from outside while it is an output")]
+    assert kinds(bench.notes) == ["forbidden"]
+    words("sensors", texts(bench.notes))
 
 
 def test_a_pin_has_two_levels() -> None:
-    with pytest.raises(ValueError, match="pin INT2: level 2 is not 0 or 1"):
+    with pytest.raises(ValueError, match=r"INT2.* 2 .*0 or 1"):
         Bench().drive(2)
 
 

@@ -129,6 +129,6 @@ def test_waking_from_inactivity_is_one_event(change: str) -> None:
     md1, tap, others = FUNCTIONS["inactivity"]
     before, writes = CHANGES[change]
     chip = Pins(*THRESHOLDS, *others, (MD1_CFG, md1 | 0x20), (TAP_CFG, tap), (CTRL1_XL, before))
-    assert len(chip.rises(1.0)) == 2, "the wake-up at the start, and falling asleep"
+    assert len(chip.rises(1.0)) == 2, "waking at the start, falling asleep"
     chip.configure(writes)
     assert chip.rises(1.0) == []

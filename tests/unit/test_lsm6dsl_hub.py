@@ -17,6 +17,7 @@ from fcu_emulator.sensors import LIS2MDL, LSM6DSL
 from fcu_emulator.sensors.declaration import Bus
 from fcu_emulator.sensors.lsm6dsl import LSM6DSLErrors
 from fcu_emulator.sensors.lsm6dsl.hub import UNANSWERED_PS, WRITE_PS, read_ps
+from tests.support.notes import kinds, texts
 from tests.support.sensor_fakes import (
     FACTS,
     PS_PER_MS,
@@ -29,6 +30,7 @@ from tests.support.sensor_fakes import (
     ramp,
     step,
 )
+from tests.support.words import Words
 
 FUNC_CFG_ACCESS, CTRL1_XL, CTRL2_G, CTRL3_C, CTRL9_XL, CTRL10_C = 0x01, 0x10, 0x11, 0x12, 0x18, 0x19
 MASTER_CONFIG, SENSORHUB1, SENSORHUB13 = 0x1A, 0x2E, 0x4D
@@ -266,12 +268,13 @@ def test_results_are_packed_one_after_the_other() -> None:
     assert chip.notes == []
 
 
-def test_more_than_18_bytes_are_noted_and_cut_off() -> None:
+def test_more_than_18_bytes_are_noted_and_cut_off(words: Words) -> None:
     chip = hub(slaves((0x3D, 0x10, 7, 0), (0x3D, 0x20, 7, 0), (0x3D, 0x30, 7, 0)), a1E=Recorder())
     chip.wait(PS_PER_S)
 
     assert list(outputs(chip)) == [*range(0x10, 0x17), *range(0x20, 0x27), *range(0x30, 0x34)]
-    assert chip.notes == [("forbidden", "SLAVEx_CONFIG: more than 18 bytes to read")]
+    assert kinds(chip.notes) == ["forbidden"]
+    words("sensors", texts(chip.notes))
 
 
 def test_bytes_that_are_cut_off_change_no_other_register() -> None:
@@ -380,7 +383,7 @@ def test_switching_off_stops_the_hub(off: tuple[int, int], in_a_round: bool) -> 
     assert any(outputs(chip)) is (off[0] != CTRL3_C)
 
 
-def test_pass_through_connects_the_buses_and_excludes_the_master() -> None:
+def test_pass_through_connects_the_buses_and_excludes_the_master(words: Words) -> None:
     """AN5040 7.3."""
     device = Recorder()
     chip = hub(LIS2MDL_READ, master=PASS_THROUGH, a1E=device)
@@ -391,7 +394,8 @@ def test_pass_through_connects_the_buses_and_excludes_the_master() -> None:
     chip.wait(PS_PER_S)
     chip.byte(FUNC_SRC1)
     assert device.reads == []
-    assert chip.notes == [("forbidden", "MASTER_CONFIG: MASTER_ON and PASS_THROUGH_MODE at once")]
+    assert kinds(chip.notes) == ["forbidden"]
+    words("sensors", texts(chip.notes))
     chip.write(MASTER_CONFIG, MASTER_ON)
     assert not lsm6dsl(chip).pass_through
 
@@ -448,14 +452,14 @@ def test_int2_that_is_high_already_triggers_as_the_hub_is_switched_on() -> None:
 
 @pytest.mark.parametrize("address", [-1, 0x80])
 def test_an_auxiliary_address_has_seven_bits(address: int) -> None:
-    with pytest.raises(ValueError, match="is not in 0x00 to 0x7F"):
+    with pytest.raises(ValueError, match="0x7F"):
         lsm6dsl(Chip("LSM6DSL")).attach_auxiliary(address, Recorder())
 
 
 def test_an_auxiliary_address_is_taken_once() -> None:
     part = lsm6dsl(Chip("LSM6DSL"))
     part.attach_auxiliary(0x1E, Recorder())
-    with pytest.raises(ValueError, match="two devices at address 0x1E"):
+    with pytest.raises(ValueError, match="0x1E"):
         part.attach_auxiliary(0x1E, Recorder())
 
 
@@ -548,18 +552,10 @@ def test_a_result_out_of_range_fails() -> None:
 
 
 @pytest.mark.parametrize(
-    ("writes", "master", "text"),
-    [
-        (((SLAVE0_CONFIG, 0x05),), IRON_EN, "MASTER_CONFIG.IRON_EN needs slave 0 to read 6 bytes"),
-        ((), 0, "CTRL9_XL.SOFT_EN needs MASTER_CONFIG.IRON_EN"),
-        (
-            slaves((0x3D, 0x10, 6, 0), (0x3D, 0x20, 7, 0)),
-            IRON_EN,
-            "SLAVEx_CONFIG: more than 12 bytes to read",
-        ),
-    ],
+    ("writes", "master"),
+    [(((SLAVE0_CONFIG, 5),), IRON_EN), ((), 0), (slaves((0x3D, 16, 6, 0), (0x3D, 32, 7, 0)), IRON_EN)],
 )
-def test_an_impossible_correction_is_noted(writes: Writes, master: int, text: str) -> None:
+def test_an_impossible_correction_is_noted(writes: Writes, master: int, words: Words) -> None:
     chip = Chip("LSM6DSL")
     lsm6dsl(chip).attach_auxiliary(0x1E, Recorder())
     chip.write(CTRL9_XL, 0x04)
@@ -567,7 +563,8 @@ def test_an_impossible_correction_is_noted(writes: Writes, master: int, text: st
     chip.wait(PS_PER_S)
     chip.write(TAP_CFG, 0x01)
 
-    assert chip.notes == [("forbidden", text)]
+    assert kinds(chip.notes) == ["forbidden"]
+    words("sensors", texts(chip.notes))
 
 
 # -- laziness -------------------------------------------------------------------------------------------

@@ -124,7 +124,7 @@ def test_overlapping_fields_are_refused(bits: Bits, data: st.DataObject) -> None
     shared = data.draw(st.integers(bits.lsb, bits.msb))
     other = Bits(data.draw(st.integers(shared, 7)), data.draw(st.integers(0, shared)))
 
-    with pytest.raises(TypeError, match="EXAMPLE: fields overlap"):
+    with pytest.raises(TypeError, match=r"EXAMPLE.*overlap"):
         declare(bits, other)
 
 
@@ -133,12 +133,12 @@ def test_an_address_declared_twice_is_refused(addr: int, size: int, data: st.Dat
     shared = data.draw(st.integers(addr, addr + size - 1))
     block, byte = declare(addr=addr, size=size), declare(addr=shared)
 
-    with pytest.raises(TypeError, match=f"0x{max(addr, shared):02X} is declared twice"):
+    with pytest.raises(TypeError, match=f"0x{max(addr, shared):02X} .*twice"):
         RegisterMap([byte, block])
 
 
 def test_a_register_of_several_bytes_needs_a_name_for_each() -> None:
-    with pytest.raises(TypeError, match="a register of 2 bytes needs a name for each"):
+    with pytest.raises(TypeError, match=r"EXAMPLE.*2 bytes"):
         declare(size=2, names=("OUT_TEMP_L",))
 
 

@@ -10,6 +10,7 @@ import pytest
 from fcu_emulator import Board
 from fcu_emulator.emulator.errors import ScenarioError
 from fcu_emulator.emulator.scenario import json_schema, load_scenario
+from tests.support.words import Words
 
 FILE = """\
 schema = 1
@@ -71,55 +72,30 @@ def test_a_board_draws_by_its_own_seed(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "message"),
+    ("old", "new", "key", "kind"),
     [
-        (
-            "uniform = [20, 70]",
-            "uniform = [70, 20]",
-            "timeline[0].pitch_deg: has uniform = [70, 20], the larger one first",
-        ),
-        (
-            "uniform = [20, 70]",
-            "uniform = [20]",
-            "timeline[0].pitch_deg: has uniform = [20]; give uniform = [min, max]",
-        ),
-        (
-            "uniform = [20, 70]",
-            'uniform = [20, "70"]',
-            "timeline[0].pitch_deg: has uniform = [20, '70']; give uniform",
-        ),
-        (
-            "uniform = [20, 70]",
-            "uniform = [20, 70], of = 1",
-            "timeline[0].pitch_deg: is {'uniform': [20, 70]",
-        ),
-        (
-            'uniform = ["1s", "2s"]',
-            'uniform = ["1s", 2]',
-            "timeline[0].for: has uniform = ['1s', 2]; give uniform",
-        ),
-        (
-            'uniform = ["1s", "2s"]',
-            'uniform = ["1", "2s"]',
-            "timeline[0].for: is '1'; give a number and a unit",
-        ),
-        ("one_of = [5, 6]", "one_of = []", "world.hard_iron_mgauss[2]: has one_of = []; give an array"),
-        ("uniform = [950, 1030]", "uniform = [950, 10300]", "world.pressure_hpa: is 10300"),
-        ("uniform = [20, 70]", "uniform = [20, 700000]", "timeline[0].pitch_deg: is "),
-        (
-            "random_sign = true",
-            "random_sign = 1",
-            "world.hard_iron_mgauss[0]: has random_sign = 1; give true",
-        ),
+        ("uniform = [20, 70]", "uniform = [70, 20]", "timeline[0].pitch_deg", "draw"),
+        ("uniform = [20, 70]", "uniform = [20]", "timeline[0].pitch_deg", "draw"),
+        ("uniform = [20, 70]", 'uniform = [20, "70"]', "timeline[0].pitch_deg", "draw"),
+        ("uniform = [20, 70]", "uniform = [20, 70], of = 1", "timeline[0].pitch_deg", "draw"),
+        ('uniform = ["1s", "2s"]', 'uniform = ["1s", 2]', "timeline[0].for", "draw"),
+        ('uniform = ["1s", "2s"]', 'uniform = ["1", "2s"]', "timeline[0].for", "draw"),
+        ("one_of = [5, 6]", "one_of = []", "world.hard_iron_mgauss[2]", "draw"),
+        ("uniform = [950, 1030]", "uniform = [950, 10300]", "world.pressure_hpa", "less_than_equal"),
+        ("uniform = [20, 70]", "uniform = [20, 700000]", "timeline[0].pitch_deg", "greater_than_equal"),
+        ("random_sign = true", "random_sign = 1", "world.hard_iron_mgauss[0]", "draw"),
     ],
 )
-def test_a_wrong_draw_is_named_whatever_the_seed(tmp_path: Path, old: str, new: str, message: str) -> None:
+def test_a_wrong_draw_is_named_whatever_the_seed(
+    tmp_path: Path, old: str, new: str, key: str, kind: str, words: Words
+) -> None:
     path = written(tmp_path, FILE.replace(old, new, 1))
 
     with pytest.raises(ScenarioError) as caught:
         load_scenario(path, seed=3)
 
-    assert str(caught.value).startswith(f"{path}: {message}")
+    assert (caught.value.file, caught.value.key, caught.value.kind) == (str(path), key, kind)
+    words("scenario", caught.value.problem)
 
 
 def test_the_schema_knows_draws(tmp_path: Path) -> None:

@@ -19,6 +19,7 @@ from fcu_emulator.emulator.scenario.fields import Resources, SearchPatience
 from fcu_emulator.emulator.scenario.loader import scenario_error
 from fcu_emulator.emulator.scenario.schema import MOST_ENTRIES, scenario_file
 from tests.support.scenario_files import HEAD, SHORT, play, refusal, write
+from tests.support.words import Words
 
 HOLD = '[[timeline]]\ndo = "hold"\nfor = "1s"\n'
 
@@ -33,124 +34,127 @@ def test_scenario_error_is_cut_at_400_characters(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "key", "says"),
+    ("text", "key", "kind"),
     [
-        ("", "schema", "is missing"),
-        ('schema = 2\nquestion = "?"', "schema", "give 1"),
-        ('schema = 1\nquestion = ""', "question", "at least 1 character"),
-        (HEAD + 'duraton = "1s"', "duraton", "did you mean duration? known here: schema, question"),
-        (HEAD + '"a b\\n" = 1', "'a b\\n'", "unknown key"),
-        (HEAD + "duration = '10s'\nuptime = '-1s'", "uptime", "is '-1s'; it cannot be negative"),
-        (HEAD + "duration = 10", "duration", "is the bare number 10; give a number and a unit"),
-        (HEAD + 'duration = "-1s"', "duration", "is '-1s'"),
-        (HEAD + 'duration = "0s"', "duration", 'at least "1us"'),
-        (HEAD + 'duration = "1h"', "duration", "longer than limits.duration"),
-        (HEAD + '[limits]\nduration = "25h"', "limits", 'at most "24h"'),
-        (HEAD + 'firmware = "lab4"', "firmware", "known: lab3, template"),
-        (HEAD + "seed = -1", "seed", "give 0 or more"),
-        (HEAD + 'seed = "1"', "seed", "give a whole number"),
-        (HEAD + "[firmware_settings]\nmu = 0", "firmware_settings.mu", "give 0.01 or more"),
-        (HEAD + "[firmware_settings]\nmu = true", "firmware_settings.mu", "give a number"),
-        (HEAD + '[bus]\nspeed = "5kHz"', "bus.speed", 'from "10kHz" to "1MHz"'),
-        (HEAD + "[world]\nroll_deg = nan", "world.roll_deg", "give a finite number"),
-        (HEAD + "[world]\npressure_hpa = inf", "world.pressure_hpa", "give a finite number"),
-        (HEAD + "[world]\npressure_hpa = 97740", "world.pressure_hpa", "give 2000.0 or less"),
-        (HEAD + "[world]\nhard_iron_mgauss = [1, 2]", "world.hard_iron_mgauss[2]", "is missing"),
-        (HEAD + "[world]\nhard_iron_mgauss = [1e9, 0, 0]", "world", "mgauss"),
-        (HEAD + "[world]\nsoft_iron = [[1,0,0],[0,1,0],[0,0,'1']]", "world.soft_iron[2][2]", "give a number"),
-        (HEAD + "[world]\npressure_hpa = 900\nfloor_altitude_m = 0", "world", "give one of them"),
-        (HEAD + "world = 3", "world", "give a table"),
-        (HEAD + '[sensors]\ngrade = "good"', "sensors.grade", "'ideal', 'typical' or 'worst'"),
-        (HEAD + "[sensors.lsm6dsl]\nacc_bias = 1", "sensors.lsm6dsl.acc_bias", "did you mean acc_bias_mg?"),
-        (HEAD + "[sensors.lis2mdl]\nnoise_mgauss = -1", "sensors.lis2mdl.noise_mgauss", "give 0.0 or more"),
-        (HEAD + "timeline = 1", "timeline", "give an array of tables"),
-        (HEAD + "timeline = [1]", "timeline[0]", "give a table"),
-        (HEAD + "[[timeline]]\nfor = '1s'", "timeline[0].do", "is missing"),
-        (HEAD + HOLD + "[[timeline]]\ndo = 'dance'", "timeline[1].do", "known: hold, rotate_to, sweep"),
-        (HEAD + HOLD + "[[timeline]]\ndo = 'hold'", "timeline[1].for", "is missing"),
-        (HEAD + HOLD + "[[timeline]]\ndo = 'hold'\nfor = 2", "timeline[1].for", "bare number"),
+        ("", "schema", "missing"),
+        ('schema = 2\nquestion = "?"', "schema", "literal_error"),
+        ('schema = 1\nquestion = ""', "question", "string_too_short"),
+        (HEAD + 'duraton = "1s"', "duraton", "unknown_key"),
+        (HEAD + '"a b\\n" = 1', "'a b\\n'", "unknown_key"),
+        (HEAD + "duration = '10s'\nuptime = '-1s'", "uptime", "value_error"),
+        (HEAD + "duration = 10", "duration", "value_error"),
+        (HEAD + 'duration = "-1s"', "duration", "value_error"),
+        (HEAD + 'duration = "0s"', "duration", "value_error"),
+        (HEAD + 'duration = "1h"', "duration", "too_long"),
+        (HEAD + '[limits]\nduration = "25h"', "limits", "value_error"),
+        (HEAD + 'firmware = "lab4"', "firmware", "value_error"),
+        (HEAD + "seed = -1", "seed", "greater_than_equal"),
+        (HEAD + 'seed = "1"', "seed", "int_type"),
+        (HEAD + "[firmware_settings]\nmu = 0", "firmware_settings.mu", "greater_than_equal"),
+        (HEAD + "[firmware_settings]\nmu = true", "firmware_settings.mu", "float_type"),
+        (HEAD + '[bus]\nspeed = "5kHz"', "bus.speed", "value_error"),
+        (HEAD + "[world]\nroll_deg = nan", "world.roll_deg", "finite_number"),
+        (HEAD + "[world]\npressure_hpa = inf", "world.pressure_hpa", "finite_number"),
+        (HEAD + "[world]\npressure_hpa = 97740", "world.pressure_hpa", "less_than_equal"),
+        (HEAD + "[world]\nhard_iron_mgauss = [1, 2]", "world.hard_iron_mgauss[2]", "missing"),
+        (HEAD + "[world]\nhard_iron_mgauss = [1e9, 0, 0]", "world", "out_of_range"),
+        (HEAD + "[world]\nsoft_iron = [[1,0,0],[0,1,0],[0,0,'1']]", "world.soft_iron[2][2]", "float_type"),
+        (HEAD + "[world]\npressure_hpa = 900\nfloor_altitude_m = 0", "world", "value_error"),
+        (HEAD + "world = 3", "world", "model_type"),
+        (HEAD + '[sensors]\ngrade = "good"', "sensors.grade", "literal_error"),
+        (HEAD + "[sensors.lsm6dsl]\nacc_bias = 1", "sensors.lsm6dsl.acc_bias", "unknown_key"),
+        (HEAD + "[sensors.lis2mdl]\nnoise_mgauss = -1", "sensors.lis2mdl.noise_mgauss", "greater_than_equal"),
+        (HEAD + "timeline = 1", "timeline", "list_type"),
+        (HEAD + "timeline = [1]", "timeline[0]", "model_attributes_type"),
+        (HEAD + "[[timeline]]\nfor = '1s'", "timeline[0].do", "union_tag_not_found"),
+        (HEAD + HOLD + "[[timeline]]\ndo = 'dance'", "timeline[1].do", "union_tag_invalid"),
+        (HEAD + HOLD + "[[timeline]]\ndo = 'hold'", "timeline[1].for", "missing"),
+        (HEAD + HOLD + "[[timeline]]\ndo = 'hold'\nfor = 2", "timeline[1].for", "value_error"),
         (
             HEAD + "[[timeline]]\ndo = 'hold'\nfor = '1s'\nat = '11s'",
             "timeline[0].at",
-            "after the scenario's end",
+            "after_end",
         ),
         (
             HEAD + "[[timeline]]\ndo = 'hold'\nfor = '1s'\nto = 3",
             "timeline[0].to",
-            "known here: at, interrupts, for, do",
+            "unknown_key",
         ),
-        (HEAD + "[[timeline]]\ndo = 'send'", "timeline[0]", "either text"),
-        (HEAD + "[[timeline]]\ndo = 'send'\ntext = '€'", "timeline[0]", "not Latin-1"),
-        (HEAD + "[[timeline]]\ndo = 'send'\nhex = '0x0d'", "timeline[0].hex", "hexadecimal"),
-        (HEAD + "[[timeline]]\ndo = 'inject_fault'\nkind = 'gone'", "timeline[0].kind", "'absent', 'nack'"),
+        (HEAD + "[[timeline]]\ndo = 'send'", "timeline[0]", "value_error"),
+        (HEAD + "[[timeline]]\ndo = 'send'\ntext = '€'", "timeline[0]", "value_error"),
+        (HEAD + "[[timeline]]\ndo = 'send'\nhex = '0x0d'", "timeline[0].hex", "value_error"),
+        (HEAD + "[[timeline]]\ndo = 'inject_fault'\nkind = 'gone'", "timeline[0].kind", "literal_error"),
         (
             HEAD + "[[timeline]]\ndo = 'inject_fault'\nkind = 'nack'\naddress = 'LSM'",
             "timeline[0].address",
-            '"LSM6DSL"',
+            "value_error",
         ),
         (
             HEAD + "[[timeline]]\ndo = 'inject_fault'\nkind = 'nack'\naddress = 0xD6",
             "timeline[0].address",
-            "0x6B",
+            "value_error",
         ),
-        (HEAD + "[[timeline]]\ndo = 'replay'\ncsv = 'no.csv'", "timeline[0].csv", "cannot be read"),
-        (HEAD + "[[timeline]]\ndo = 'replay'\ncsv = \"a\\u0000b\"", "timeline[0].csv", "give a path"),
+        (HEAD + "[[timeline]]\ndo = 'replay'\ncsv = 'no.csv'", "timeline[0].csv", "value_error"),
+        (HEAD + "[[timeline]]\ndo = 'replay'\ncsv = \"a\\u0000b\"", "timeline[0].csv", "value_error"),
         (
             HEAD + "[[timeline]]\ndo = 'shake'\naxis = 'up'\namplitude_g = 1\nfrequency_hz = 1\nfor = '0.5s'",
             "timeline[0]",
-            "at least one period",
+            "too_short",
         ),
         (
             HEAD + "[[timeline]]\ndo = 'pass_magnet'\nmoment_am2 = 1\ndistance_m = 0\nspeed_m_s = 1",
             "timeline[0].distance_m",
-            "give 0.005 or more",
+            "greater_than_equal",
         ),
         (
             SHORT + "[[expect]]\nkind = 'regex'\npattern = '('",
             "expect[0].pattern",
-            "give a regular expression",
+            "value_error",
         ),
         (
             HEAD + "[[expect]]\nkind = 'field'\nname = 'Jaw'\nvalue = 1\ntolerance = 1",
             "expect[0].name",
-            "known: ACC.x",
+            "value_error",
         ),
-        (HEAD + "[[expect]]\nkind = 'field'\nname = 'Yaw'\ntolerance = 1", "expect[0]", "either value"),
-        (HEAD + "[[expect]]\nkind = 'ticks'", "expect[0]", "needs one of"),
-        (SHORT + "[[expect]]\nkind = 'led'\nled = 'led3'\nstate = 'on'", "expect[0].led", "'led1' or 'led2'"),
+        (HEAD + "[[expect]]\nkind = 'field'\nname = 'Yaw'\ntolerance = 1", "expect[0]", "value_error"),
+        (HEAD + "[[expect]]\nkind = 'ticks'", "expect[0]", "value_error"),
+        (SHORT + "[[expect]]\nkind = 'led'\nled = 'led3'\nstate = 'on'", "expect[0].led", "value_error"),
         (
             HEAD + "[[expect]]\nkind = 'never'\npattern = 'x'\nfrom = '2s'\nto = '1s'",
             "expect[0]",
-            "a later to",
+            "value_error",
         ),
-        (HEAD + "[[expect]]\nkind = 'text'\nfile = 'no.txt'", "expect[0].file", "cannot be read"),
+        (HEAD + "[[expect]]\nkind = 'text'\nfile = 'no.txt'", "expect[0].file", "value_error"),
     ],
 )
-def test_a_wrong_value_is_named_by_its_key_path(tmp_path: Path, text: str, key: str, says: str) -> None:
+def test_a_wrong_value_is_named_by_its_key_path(
+    tmp_path: Path, text: str, key: str, kind: str, words: Words
+) -> None:
     error = refusal(tmp_path, text)
-    assert error.key == key
-    assert says in error.problem
+    assert (error.key, error.kind) == (key, kind)
+    words("scenario", error.problem)
 
 
 @pytest.mark.parametrize(
-    ("place", "says"),
+    ("place", "kind"),
     [
-        ("latitude_deg = 91\nlongitude_deg = 8\ndate = 2026-03-01", "give 90.0 or less"),
-        ("latitude_deg = 47\nlongitude_deg = 8\ndate = 1995-03-01", "valid from"),
-        ("latitude_deg = 47\nlongitude_deg = 8\ndate = '2026-03-01'", "without quotes"),
-        ("latitude_deg = 47\nlongitude_deg = 8\ndate = 2026-03-01\nnorth = 'up'", "'magnetic' or 'true'"),
+        ("latitude_deg = 91\nlongitude_deg = 8\ndate = 2026-03-01", "less_than_equal"),
+        ("latitude_deg = 47\nlongitude_deg = 8\ndate = 1995-03-01", "outside_model"),
+        ("latitude_deg = 47\nlongitude_deg = 8\ndate = '2026-03-01'", "date_type"),
+        ("latitude_deg = 47\nlongitude_deg = 8\ndate = 2026-03-01\nnorth = 'up'", "literal_error"),
     ],
 )
-def test_a_place_outside_the_model(tmp_path: Path, place: str, says: str) -> None:
+def test_a_place_outside_the_model(tmp_path: Path, place: str, kind: str, words: Words) -> None:
     error = refusal(tmp_path, f"{HEAD}[world.place]\n{place}\n")
     assert error.key.startswith("world.place")
-    assert says in error.problem
+    assert error.kind == kind
+    words("scenario", error.problem)
 
 
 def test_two_motions_of_one_quantity_at_once_are_both_named(tmp_path: Path) -> None:
     sweep = "[[timeline]]\ndo = 'sweep'\naxis = 'yaw'\nto_deg = 9\nfor = '1s'\nat = '1s'\n"
     error = refusal(tmp_path, HEAD + "[[timeline]]\ndo = 'rotate_to'\nfor = '2s'\n" + HOLD + sweep)
-    assert error.key == "timeline[2].at"
+    assert (error.key, error.kind) == ("timeline[2].at", "overlap")
     assert "timeline[0] (rotate_to)" in error.problem
     assert '"2s" or later' in error.problem
 
@@ -167,24 +171,24 @@ def test_how_many_more_problems_there_are_is_told(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("data", "says"),
+    ("data", "kind"),
     [
-        (b"\xff\xfe\x00", "no text in UTF-8"),
-        (b"\x00\x01\x02", "not valid TOML"),
-        (b"schema = ", "not valid TOML"),
-        (b"schema = 1\nschema = 1", "not valid TOML"),
-        (b"a = " + b"[" * 100_000, "nested too deeply"),
-        (b"a = " + b"{a=" * 100_000, "nested too deeply"),
-        (b"a" + b".a" * 400_000 + b" = 1", "more than 64 dots"),
-        (b"[" + b"a." * 400_000 + b"a]", "more than 64 dots"),
-        (b"\n" * 500_000, "more than 20000 lines"),
-        (b"seed = " + b"9" * 5000, "not valid TOML"),
-        (b"#" * (1 << 20) + b"\n", "larger than 1 MiB"),
+        (b"\xff\xfe\x00", "not_utf8"),
+        (b"\x00\x01\x02", "invalid_toml"),
+        (b"schema = ", "invalid_toml"),
+        (b"schema = 1\nschema = 1", "invalid_toml"),
+        (b"a = " + b"[" * 100_000, "too_deep"),
+        (b"a = " + b"{a=" * 100_000, "too_deep"),
+        (b"a" + b".a" * 400_000 + b" = 1", "too_many_dots"),
+        (b"[" + b"a." * 400_000 + b"a]", "too_many_dots"),
+        (b"\n" * 500_000, "too_many_lines"),
+        (b"seed = " + b"9" * 5000, "invalid_toml"),
+        (b"#" * (1 << 20) + b"\n", "unusable_file"),
     ],
     ids=lambda value: value if isinstance(value, str) else None,
 )
-def test_what_is_no_scenario_at_all(tmp_path: Path, data: bytes, says: str) -> None:
-    assert says in refusal(tmp_path, data).problem
+def test_what_is_no_scenario_at_all(tmp_path: Path, data: bytes, kind: str) -> None:
+    assert refusal(tmp_path, data).kind == kind
 
 
 def test_a_number_beyond_every_range(tmp_path: Path) -> None:
@@ -193,18 +197,22 @@ def test_a_number_beyond_every_range(tmp_path: Path) -> None:
 
 def test_a_timeline_without_end(tmp_path: Path) -> None:
     error = refusal(tmp_path, HEAD + "timeline=[" + "{do='hold'}," * (MOST_ENTRIES + 1) + "]")
-    assert (error.key, error.problem) == ("timeline", f"has more than {MOST_ENTRIES} entries")
+    assert (error.key, error.kind) == ("timeline", "too_long")
+    assert str(MOST_ENTRIES) in error.problem
 
 
-def test_a_golden_text_that_is_too_large(tmp_path: Path) -> None:
+def test_a_golden_text_that_is_too_large(tmp_path: Path, words: Words) -> None:
     (tmp_path / "golden.txt").write_bytes(b"x" * ((1 << 20) + 1))
     error = refusal(tmp_path, HEAD + "[[expect]]\nkind = 'text'\nfile = 'golden.txt'")
-    assert "larger than 1 MiB" in error.problem
+    assert error.key == "expect[0].file"
+    words("scenario", error.problem)
 
 
-def test_a_folder_is_no_scenario(tmp_path: Path) -> None:
-    with pytest.raises(ScenarioError, match="not a regular file"):
+def test_a_folder_is_no_scenario(tmp_path: Path, words: Words) -> None:
+    with pytest.raises(ScenarioError) as refused:
         load_scenario(tmp_path)
+    assert refused.value.kind == "unusable_file"
+    words("scenario", refused.value.problem)
 
 
 RECORDING = "t_s,p_hPa\n0,900\n1,901\n"
@@ -233,18 +241,18 @@ def replay(csv: str) -> str:
         "~/../..",
     ],
 )
-def test_a_file_is_named_as_lying_in_the_scenarios_folder(tmp_path: Path, name: str) -> None:
+def test_a_file_is_named_as_lying_in_the_scenarios_folder(tmp_path: Path, name: str, words: Words) -> None:
     folder = tmp_path / "folder"
     (folder / "below").mkdir(parents=True)
     (tmp_path / "outside.txt").write_text("secret")
     for text in (expect_text(name), HEAD + replay(name)):
         error = refusal(folder, text)
-        assert "the name of a file in the scenario's folder" in error.problem
+        words("scenario", error.problem)
         assert "secret" not in str(error)
 
 
 @pytest.mark.parametrize("name", ["to_file.csv", "to_folder/walk.csv", "chain.csv"])
-def test_a_link_does_not_lead_out_of_the_scenarios_folder(tmp_path: Path, name: str) -> None:
+def test_a_link_does_not_lead_out_of_the_scenarios_folder(tmp_path: Path, name: str, words: Words) -> None:
     folder, outside = tmp_path / "folder", tmp_path / "outside"
     folder.mkdir()
     outside.mkdir()
@@ -254,7 +262,7 @@ def test_a_link_does_not_lead_out_of_the_scenarios_folder(tmp_path: Path, name: 
     (folder / "chain.csv").symlink_to(folder / "to_file.csv")
     for text in (expect_text(name), HEAD + replay(name)):
         error = refusal(folder, text)
-        assert "a link out of the scenario's folder" in error.problem
+        words("scenario", error.problem)
         assert "secret" not in str(error)
 
 
@@ -267,7 +275,9 @@ def test_a_link_inside_the_folder_is_a_file_like_any(tmp_path: Path) -> None:
 
 def test_a_link_that_leads_to_itself(tmp_path: Path) -> None:
     (tmp_path / "loop.csv").symlink_to("loop.csv")
-    assert "cannot be read" in refusal(tmp_path, HEAD + replay("loop.csv")).problem
+    error = refusal(tmp_path, HEAD + replay("loop.csv"))
+    assert error.key == "timeline[0].csv"
+    assert "loop.csv" in error.problem
 
 
 def test_a_recording_that_is_replayed_often_is_kept_once(tmp_path: Path) -> None:
@@ -284,17 +294,19 @@ def test_a_recording_that_is_replayed_often_is_kept_once(tmp_path: Path) -> None
     assert peak < 10_000_000  # the recording has 0.8 MB, a hundred of them 80 MB
 
 
-def test_all_files_of_a_scenario_have_one_bound(tmp_path: Path) -> None:
+def test_all_files_of_a_scenario_have_one_bound(tmp_path: Path, words: Words) -> None:
     resources = Resources(tmp_path)
     for number in range(3):
         with (tmp_path / f"{number}.csv").open("wb") as stream:
             stream.write(RECORDING.encode())
             stream.truncate(25 << 20)  # the rest is zeros
     for number in range(2):
-        with pytest.raises(ValueError, match="is longer than 4096 bytes"):
+        with pytest.raises(ValueError, match=r"\.csv") as refused:
             resources.recording(f"{number}.csv")
-    with pytest.raises(ValueError, match="with which the scenario's files exceed 64 MiB"):
+        words("scenario", str(refused.value))
+    with pytest.raises(ValueError, match=r"64 MiB") as refused:
         resources.recording("2.csv")
+    words("scenario", str(refused.value))
 
 
 @pytest.mark.parametrize("kind", ["regex", "never"])
@@ -314,19 +326,19 @@ def test_all_files_of_a_scenario_have_one_bound(tmp_path: Path) -> None:
     ],
 )
 def test_a_pattern_that_would_fill_the_memory_is_not_compiled(
-    tmp_path: Path, pattern: str, kind: str, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, pattern: str, kind: str, monkeypatch: pytest.MonkeyPatch, words: Words
 ) -> None:
     compiled: list[str] = []
     monkeypatch.setattr(regex, "compile", compiled.append)
     error = refusal(tmp_path, f"{HEAD}[[expect]]\nkind = '{kind}'\npattern = '''{pattern}'''\n")
-    assert "repeats too much" in error.problem
+    words("scenario", error.problem)
     assert not compiled
 
 
-def test_many_patterns_have_one_bound(tmp_path: Path) -> None:
+def test_many_patterns_have_one_bound(tmp_path: Path, words: Words) -> None:
     one = "[[expect]]\nkind = 'regex'\npattern = 'a{8000}'\n"
     load_scenario(write(tmp_path, HEAD + one * 10))
-    assert "with which the patterns are too long" in refusal(tmp_path, HEAD + one * 20).problem
+    words("scenario", refusal(tmp_path, HEAD + one * 20).problem)
 
 
 @pytest.mark.parametrize(
@@ -360,20 +372,22 @@ def test_a_question_cannot_command_the_users_terminal(tmp_path: Path) -> None:
 def test_a_pipe_does_not_keep_the_loader_waiting(tmp_path: Path) -> None:
     pipe = tmp_path / "pipe.toml"
     os.mkfifo(pipe)
-    with pytest.raises(ScenarioError, match="not a regular file"):
+    with pytest.raises(ScenarioError) as refused:
         load_scenario(pipe)
+    assert refused.value.kind == "unusable_file"
 
 
-def test_a_missing_file(tmp_path: Path) -> None:
-    with pytest.raises(ScenarioError, match="cannot be read: No such file"):
+def test_a_missing_file(tmp_path: Path, words: Words) -> None:
+    with pytest.raises(ScenarioError) as refused:
         load_scenario(str(tmp_path / "none.toml"))
+    assert refused.value.kind == "unusable_file"
+    words("scenario", refused.value.problem)
 
 
 def test_an_unknown_name_lists_the_known_ones() -> None:
-    with pytest.raises(
-        InputError, match=r"'stars'; did you mean stairs\?.*known: askew, clocks, compass_turn, desk"
-    ):
+    with pytest.raises(InputError, match=r"stars.*stairs.*askew, clocks, compass_turn, desk") as refused:
         load_scenario("stars")
+    assert refused.value.kind == "unknown_scenario"
 
 
 @given(st.binary(max_size=200) | st.text(max_size=200).map(str.encode))
@@ -418,16 +432,14 @@ def test_a_pattern_that_never_ends_is_stopped_and_says_so(tmp_path: Path) -> Non
     file.write_text(SHORT + "[[expect]]\nkind = 'regex'\npattern = '^(.|..)+(?<!.)$'\n")
     (finding,) = run(Board(scenario=file)).findings
     assert finding.miss.fault == "stopped"
-    assert "took too long" in finding.miss.seen
 
 
 def test_a_window_after_the_end_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "late.toml"
     file.write_text(SHORT + "[[expect]]\nkind = 'led'\nled = 'led1'\nstate = 'off'\nfrom = '1000s'\n")
-    with pytest.raises(
-        ScenarioError, match=r"expect\[0\]\.from: begins at 1000 s, when the scenario has ended"
-    ):
+    with pytest.raises(ScenarioError, match="1000 s") as refused:
         load_scenario(file)
+    assert (refused.value.key, refused.value.kind) == ("expect[0].from", "after_end")
 
 
 def test_a_timer_at_84_mhz_costs_no_more_than_its_handlers(tmp_path: Path) -> None:

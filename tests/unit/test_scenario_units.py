@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from fcu_emulator.emulator.scenario.fields import parse_bus_speed, parse_length
 from fcu_emulator.emulator.time.clock import format_duration, parse_duration
+from tests.support.words import Words
 
 PS_PER_S = 10**12
 
@@ -32,9 +33,10 @@ def test_a_duration_is_exact_in_picoseconds(text: str, picoseconds: int) -> None
 
 
 @pytest.mark.parametrize("value", [5, 0.5, pytest.param(10**5000, id="huge")])
-def test_a_bare_number_is_called_one(value: object) -> None:
-    with pytest.raises(ValueError, match=r"bare number.*quotes"):
+def test_a_bare_number_is_called_one(value: object, words: Words) -> None:
+    with pytest.raises(ValueError, match='"50ms"') as refused:
         parse_duration(value)
+    words("scenario", str(refused.value))
 
 
 @pytest.mark.parametrize(
@@ -57,12 +59,12 @@ def test_a_bare_number_is_called_one(value: object) -> None:
     ],
 )
 def test_what_is_no_duration_is_refused_with_an_example(value: object) -> None:
-    with pytest.raises(ValueError, match='such as "50ms"'):
+    with pytest.raises(ValueError, match='"50ms"'):
         parse_duration(value)
 
 
 def test_a_length_is_not_zero() -> None:
-    with pytest.raises(ValueError, match='at least "1us"'):
+    with pytest.raises(ValueError, match='"1us"'):
         parse_length("0s")
     assert parse_length("1us") == 10**6
 

@@ -294,15 +294,15 @@ def test_a_typical_part_is_within_three_sigma_and_a_worst_one_there(part: type[A
 
 
 @pytest.mark.parametrize(
-    ("figures", "message"),
+    ("figures", "named"),
     [
-        ({"gyro_turn_on_ms": -1.0}, "LSM6DSLErrors.gyro_turn_on_ms is -1; give 0 to 1000"),
-        ({"odr_percent": 21.0}, "LSM6DSLErrors.odr_percent is 21; give -20 to 20"),
-        ({"odr_percent": math.nan}, "LSM6DSLErrors.odr_percent is nan; give -20 to 20"),
+        ({"gyro_turn_on_ms": -1.0}, r"LSM6DSLErrors\.gyro_turn_on_ms is -1.*0 to 1000"),
+        ({"odr_percent": 21.0}, r"LSM6DSLErrors\.odr_percent is 21.*-20 to 20"),
+        ({"odr_percent": math.nan}, r"LSM6DSLErrors\.odr_percent is nan.*-20 to 20"),
     ],
 )
-def test_a_figure_no_part_can_have_is_refused(figures: dict[str, float], message: str) -> None:
-    with pytest.raises(ValueError, match=f"^{message}$"):
+def test_a_figure_no_part_can_have_is_refused(figures: dict[str, float], named: str) -> None:
+    with pytest.raises(ValueError, match=named):
         LSM6DSLErrors(**figures)
 
 
@@ -329,5 +329,5 @@ def test_worst_parts_have_either_sign(part: type[Any]) -> None:
 
 @parts
 def test_an_unknown_grade_is_refused_with_the_known_ones(part: type[Any]) -> None:
-    with pytest.raises(ValueError, match=f"unknown error grade 'perfect'; known: {', '.join(GRADES)}"):
+    with pytest.raises(ValueError, match=f"perfect.*{', '.join(GRADES)}"):
         part.of_grade("perfect", 0)

@@ -7,6 +7,7 @@ import pytest
 from fcu_emulator import Board, I2CNackError, InputError
 from fcu_emulator.emulator.time.clock import PS_PER_S
 from fcu_emulator.emulator.trace import BusTransfer
+from tests.support.words import Words
 
 READ = 0x80
 CS = {"LSM6DSL": "PA8", "LIS2MDL": "PB12", "LPS22HB": "PC13"}  # ST's firmware: the chip selects
@@ -110,13 +111,17 @@ def test_i2c_disable_silences_i2c(address: int, disable: bytes) -> None:
         board.i2c2.bus.read_from(address, 0x0F, 1)
 
 
-def test_what_is_not_there_is_answered_with_what_is() -> None:
-    with pytest.raises(InputError, match="known: PA8, PB12, PC13"):
+def test_what_is_not_there_is_answered_with_what_is(words: Words) -> None:
+    with pytest.raises(InputError, match="PA8, PB12, PC13") as refused:
         Board(wiring="fcu001v1").spi2.write("PA4", b"\x00")
-    with pytest.raises(InputError, match="none with this wiring"):
+    assert refused.value.kind == "unknown_chip_select"
+    with pytest.raises(InputError, match="PA8") as refused:
         Board().spi2.write("PA8", b"\x00")
-    with pytest.raises(InputError, match="talks to the sensors on I2C2"):
+    assert refused.value.kind == "unknown_chip_select"
+    words("python", str(refused.value))
+    with pytest.raises(InputError, match="I2C2") as refused:
         Board(wiring="fcu001v1", firmware="lab3")
+    assert refused.value.kind == "wrong_wiring"
 
 
 def test_speed_of_a_peripheral_that_firmware_never_enables_is_zero() -> None:
