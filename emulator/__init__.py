@@ -13,6 +13,7 @@ if not __name__.startswith("fcu_emulator."):  # imported by its former name
 
     redirect(__name__)
 
+import warnings
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -40,8 +41,8 @@ if TYPE_CHECKING:
         ScenarioError,
     )
     from fcu_emulator.emulator.scenario import (
+        Failure,
         Finding,
-        Miss,
         Result,
         Scenario,
         check,
@@ -77,6 +78,7 @@ __all__ = [
     "CallError",
     "DeviceNote",
     "ExpectationError",
+    "Failure",
     "Fault",
     "FcuError",
     "Finding",
@@ -91,7 +93,6 @@ __all__ = [
     "InputError",
     "LimitError",
     "LinkError",
-    "Miss",
     "NotJudgedError",
     "OutputError",
     "RecordingError",
@@ -112,7 +113,14 @@ __all__ = [
 ]
 
 
+_OLD_NAMES = {"Miss": "Failure"}
+
+
 def __getattr__(name: str) -> Any:
+    if name in _OLD_NAMES:
+        new = _OLD_NAMES[name]
+        warnings.warn(f"{name} is now called {new}; use that name", DeprecationWarning, stacklevel=2)
+        name = new
     if name in __all__:
         for home in map(import_module, _HOMES):
             if hasattr(home, name):

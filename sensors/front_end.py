@@ -23,7 +23,7 @@ Decisions:
 The filters are finite impulse responses, so a sample is a pure function of the signal before it, whoever
 asks when. Where the world moves slowly against the filter, all of this is a delay, and that is what is
 computed: the world is asked once a sample, a little earlier. When it moves fast is the world's to say
-(:class:`fcu_emulator.sensors.part.Agitated`). A plain function cannot say it: it gives the samples as the converter's
+(:class:`fcu_emulator.sensors.part.DynamicSignal`). A plain function cannot say it: it gives the samples as the converter's
 filter would, and is taken at its word.
 
 Noise is white, and a pure function of a key and the sample index. A counter-based generator (Philox) is asked
@@ -60,7 +60,7 @@ from numpy.typing import NDArray
 
 from fcu_emulator.sensors.errors import ZERO, Vec3
 from fcu_emulator.sensors.filters import Section, fourth_order_low_pass, low_pass
-from fcu_emulator.sensors.part import Agitated, Signal
+from fcu_emulator.sensors.part import DynamicSignal, Signal
 from fcu_emulator.sensors.sampling import Times
 
 Array: TypeAlias = NDArray[np.float64]
@@ -224,7 +224,7 @@ class FrontEnd:
 
     def __init__(self, signal: Signal, times_s: Callable[[int, int], Times]) -> None:
         self._signal = signal
-        self._world = signal if isinstance(signal, Agitated) else None
+        self._world = signal if isinstance(signal, DynamicSignal) else None
         self._times_s = times_s
         self._kernel: Kernel | None = None
         self._delay_s = 0.0
@@ -273,7 +273,7 @@ def averaged(signal: Signal, t_s: Times, conversion_s: float) -> Array:
     For parts of which no document says what happens inside a conversion. A plain function is taken at
     ``t_s``.
     """
-    if not isinstance(signal, Agitated):
+    if not isinstance(signal, DynamicSignal):
         return signal(t_s)
     samples = signal(t_s - conversion_s / 2)
     for looks, enough in ((_FEW_AVERAGED, 1), (_AVERAGED, _FEW_AVERAGED)):  # enough: for what is slower

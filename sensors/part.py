@@ -45,12 +45,12 @@ Signal: TypeAlias = Callable[[Times], NDArray[np.float64]]
 """A physical quantity at the given times: shape (n, 3) in the sensor's own axes, or (n,) for a scalar.
 
 Where a part says so, n may be 1 for what is the same at all times asked for. A plain function gives what a
-sensor's converter and its filters make of the world; a signal that is :class:`Agitated` is the world itself.
+sensor's converter and its filters make of the world; a signal that is :class:`DynamicSignal` is the world itself.
 """
 
 
 @runtime_checkable
-class Agitated(Protocol):
+class DynamicSignal(Protocol):
     """A signal that knows when it moves fast and has to be looked at closely (``sensors.front_end``)."""
 
     def __call__(self, t_s: Times, /) -> NDArray[np.float64]:

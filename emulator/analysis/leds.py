@@ -14,7 +14,7 @@ from itertools import groupby, pairwise
 from statistics import median
 from typing import NamedTuple
 
-from fcu_emulator.emulator.analysis.recorder import Witness
+from fcu_emulator.emulator.analysis.recorder import TruthRecorder
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.chip.diagnosis.backtrace import Places
 from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis
@@ -34,7 +34,7 @@ class _LedCondition(NamedTuple):
     force_g: float
 
 
-def led_hints(board: Board, witness: Witness) -> Iterator[Diagnosis]:
+def led_hints(board: Board, recorder: TruthRecorder) -> Iterator[Diagnosis]:
     """What is wrong with the LEDs."""
     leds = board.chip.signals.board.leds if board.chip is not None else {}
     for name, pin in leds.items():
@@ -49,8 +49,8 @@ def led_hints(board: Board, witness: Witness) -> Iterator[Diagnosis]:
                 fatal=False,
             )
     if {"LED1", "LED2"} <= board.leds.keys():  # as in the lab
-        since_s = next((line.at_s for line in witness.lines if line.label == "Pitch:"), math.inf)
-        lights = [one for one in witness.lights if one.at_s > since_s]
+        since_s = next((line.at_s for line in recorder.lines if line.label == "Pitch:"), math.inf)
+        lights = [one for one in recorder.lights if one.at_s > since_s]
         for name, angle in (("LED1", "pitch"), ("LED2", "roll")):
             looks = [
                 _LedCondition(one.at_s, getattr(one, angle), one.lit[name], one.force_g) for one in lights

@@ -6,9 +6,9 @@
     from fcu_emulator.emulator.analysis.recorder import Witness
 
     board = Board(firmware="lab3.elf", scenario="tilt_sweep")
-    witness = Witness(board)
+    recorder = Witness(board)
     board.run_for(10)
-    for diagnosis in explain(board, witness):
+    for diagnosis in explain(board, recorder):
         print(diagnosis)
 
 What is proven comes first: the chip's registers and instructions, then the sensors' registers and the bus,
@@ -38,7 +38,7 @@ from fcu_emulator.emulator.analysis.numbers import (
     is_far_off,
     shows_another,
 )
-from fcu_emulator.emulator.analysis.recorder import LABELS, LabLine, Witness
+from fcu_emulator.emulator.analysis.recorder import LABELS, LabLine, TruthRecorder
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.chip.diagnosis.backtrace import Places
 from fcu_emulator.emulator.chip.diagnosis.exclusive_or import exclusive_or
@@ -53,14 +53,14 @@ _GROUPS = (ACC, GYR, MAG, TILT, YAW, PRESSURE, ALTITUDE)
 _SHOWN = 90
 
 
-def explain(board: Board, witness: Witness, after_failure: bool = False) -> list[Diagnosis]:
+def explain(board: Board, recorder: TruthRecorder, after_failure: bool = False) -> list[Diagnosis]:
     """What is wrong with the board's firmware as far as this run shows; empty if nothing is seen to be wrong.
 
     ``after_failure``: of a program that has failed also how the sensors were set up before. Nothing of the
     board is changed by looking.
     """
     found = board.chip.findings() if board.chip is not None else []
-    lines = list(witness.lines)
+    lines = list(recorder.lines)
     if found and found[0].fatal:
         set_up = [*_switched_off(board, lines), *_blocks(board, lines)] if after_failure else []
         return [*found[:1], *set_up]
@@ -73,7 +73,7 @@ def explain(board: Board, witness: Witness, after_failure: bool = False) -> list
         not_numbers += [] if not_numbers else _misprinted_ints(lines, where)
         judged += _numbers(board, lines, where)
     judged = [*_exclusive_or(board, lines), *judged]
-    return [*found, *judged, *not_numbers, *led_hints(board, witness)]
+    return [*found, *judged, *not_numbers, *led_hints(board, recorder)]
 
 
 class _Where:

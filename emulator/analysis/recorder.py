@@ -81,7 +81,7 @@ class Lights:
         return tuple(self.lit.values())
 
 
-class Witness:
+class TruthRecorder:
     """Watches ``board`` from now on."""
 
     def __init__(self, board: Board) -> None:

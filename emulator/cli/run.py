@@ -70,7 +70,7 @@ def run_board(options: RunOptions) -> ExitCode:
         runner = Runner(board, links, end_ps, speed, exceeded, debugger=debugger)
         show = ProgressDisplay() if speed is None and not options.quiet else None
         explainer = Explainer(board, say)
-        record.witness = explainer.witness
+        record.recorder = explainer.recorder
 
         def between_slices(progress: Progress) -> None:
             explainer.look()
@@ -90,7 +90,7 @@ def run_board(options: RunOptions) -> ExitCode:
                 for link in links:
                     link.close()
                 record.wall_s = runner.wall_s
-                for line in summary(board, links, runner.wall_s, explainer.witness, options.verbose):
+                for line in summary(board, links, runner.wall_s, explainer.recorder, options.verbose):
                     say(line)
             code = _judge_and_say(board, runner, record)
             explainer.conclude()

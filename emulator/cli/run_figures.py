@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from fcu_emulator.emulator.analysis.recorder import Witness
+from fcu_emulator.emulator.analysis.recorder import TruthRecorder
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.buses.i2c import I2CBus
 from fcu_emulator.emulator.buses.spi import SpiBus
@@ -23,14 +23,14 @@ from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
 _FEWEST_LOOKS = 100  # for two digits of a share
 
 
-def figures(board: Board, witness: Witness) -> Iterator[str]:
+def figures(board: Board, recorder: TruthRecorder) -> Iterator[str]:
     """The lines of the summary that have numbers."""
     for i2c in board.signals.i2c.values():
         yield from _bus(i2c)
     for spi in board.signals.spi.values():
         yield from _bus(spi)
     yield from _serial(board)
-    yield from _callback(board, witness)
+    yield from _callback(board, recorder)
 
 
 def _bus(bus: I2CBus | SpiBus) -> Iterator[str]:
@@ -54,11 +54,11 @@ def _serial(board: Board) -> Iterator[str]:
         yield f"{uart.name}: {baud:.0f} baud; {count} bytes, {100 * load:.1f} % of the time"
 
 
-def _callback(board: Board, witness: Witness) -> Iterator[str]:
+def _callback(board: Board, recorder: TruthRecorder) -> Iterator[str]:
     timer = board.timer
-    if witness.looks_at_callback < _FEWEST_LOOKS or not timer.rate_hz:
+    if recorder.looks_at_callback < _FEWEST_LOOKS or not timer.rate_hz:
         return
-    share = witness.callback_seen / witness.looks_at_callback
+    share = recorder.callback_seen / recorder.looks_at_callback
     period_ms = 1000 / timer.rate_hz
     digits = 2 if period_ms >= 1 else 3
     took = f"{share * period_ms:.{digits}f} of {period_ms:.3g} ms"

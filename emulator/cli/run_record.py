@@ -33,7 +33,7 @@ from io import TextIOWrapper
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fcu_emulator.emulator.analysis.recorder import Witness
+from fcu_emulator.emulator.analysis.recorder import TruthRecorder
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
 from fcu_emulator.emulator.cli.run_report import chip_events, failed_transfers, notes, received_bytes_lost
@@ -56,7 +56,7 @@ class RunRecord:
         self.wall_s = 0.0
         self.result: Result | None = None
         self.unchecked = ""
-        self.witness: Witness | None = None
+        self.recorder: TruthRecorder | None = None
         self._board = board
         self._links = links
         self._path = path
@@ -140,8 +140,8 @@ class RunRecord:
             "serial": [{"undelivered": link.undelivered(), "report": link.report()} for link in self._links],
             "expectations": self._expectations(),
             "unchecked": self.unchecked or None,
-            "printed": list(_printed(self.witness)) if self.witness else [],
-            "leds": list(_leds(self.witness)) if self.witness else [],
+            "printed": list(_printed(self.recorder)) if self.recorder else [],
+            "leds": list(_leds(self.recorder)) if self.recorder else [],
             "lines": self._lines,
         }
 
@@ -168,8 +168,8 @@ class RunRecord:
         }
 
 
-def _printed(witness: Witness) -> Iterator[dict[str, Any]]:
-    for seen in witness.lines:
+def _printed(recorder: TruthRecorder) -> Iterator[dict[str, Any]]:
+    for seen in recorder.lines:
         yield {
             "label": seen.label,
             "at_s": round(seen.at_s, 6),
@@ -178,9 +178,9 @@ def _printed(witness: Witness) -> Iterator[dict[str, Any]]:
         }
 
 
-def _leds(witness: Witness) -> Iterator[list[float | bool]]:
+def _leds(recorder: TruthRecorder) -> Iterator[list[float | bool]]:
     before: tuple[bool, ...] | None = None
-    for light in witness.lights:
+    for light in recorder.lights:
         if light.on != before:
             before = light.on
             yield [round(light.at_s, 6), *before]

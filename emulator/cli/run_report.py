@@ -15,7 +15,7 @@ from typing import TextIO
 
 import click
 
-from fcu_emulator.emulator.analysis.recorder import Witness
+from fcu_emulator.emulator.analysis.recorder import TruthRecorder
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.chip.memory_map import CHIP_NAME
 from fcu_emulator.emulator.cli.run_figures import figures
@@ -71,13 +71,13 @@ class ProgressDisplay:
 
 
 def summary(
-    board: Board, links: Sequence[ByteLink], wall_s: float, witness: Witness, all_notes: bool = False
+    board: Board, links: Sequence[ByteLink], wall_s: float, recorder: TruthRecorder, all_notes: bool = False
 ) -> Iterator[str]:
     """The lines of the summary. ``all_notes``: also those that come with every right run."""
     factor = board.now_s / wall_s if wall_s > 0 else 0.0
     yield f"{board.now_s:.3f} s of virtual time in {wall_s:.2f} s, {factor:.1f} x real time"
     yield from _ticks(board)
-    yield from figures(board, witness)
+    yield from figures(board, recorder)
     yield from _resets(board)
     yield from _bus_errors(board)
     yield from _notes(board, all_notes)
@@ -164,7 +164,7 @@ class Explainer:
     def __init__(self, board: Board, say: Callable[[str], None]) -> None:
         self._board = board
         self._say = say
-        self.witness = Witness(board)
+        self.recorder = TruthRecorder(board)
         self._told = ""
         self._printed = 0
         self._silent_since_s = 0.0
@@ -194,7 +194,7 @@ class Explainer:
             explain,  # with the chip's diagnosis: runs start sooner without
         )
 
-        for diagnosis in explain(self._board, self.witness):
+        for diagnosis in explain(self._board, self.recorder):
             if not diagnosis.fatal:
                 self._tell(str(diagnosis))
             elif self._told:

@@ -25,7 +25,7 @@ import click
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
 from fcu_emulator.emulator.errors import InputError, LinkError
 from fcu_emulator.emulator.host.loopback import HOST
-from fcu_emulator.emulator.links.control import Conversation, RunningBoard, the_running_board
+from fcu_emulator.emulator.links.control import ControlClient, RunningBoard, the_running_board
 from fcu_emulator.emulator.links.tcp import parse_port
 from fcu_emulator.emulator.text import visible
 
@@ -116,7 +116,7 @@ class _DoorPort:
     """The terminal of a board that has no port, by the door through which it is moved."""
 
     def __init__(self, board: RunningBoard) -> None:
-        self._conversation = Conversation(board)
+        self._conversation = ControlClient(board)
         self._position: int | None = None
         self._lock = threading.Lock()
 

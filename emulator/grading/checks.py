@@ -16,14 +16,14 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, Field
 
-from fcu_emulator.emulator.analysis.recorder import Witness
+from fcu_emulator.emulator.analysis.recorder import TruthRecorder
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.assembly.firmware import FirmwareFactory
 from fcu_emulator.emulator.chip.diagnosis.backtrace import Places
 from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis, Kind
 from fcu_emulator.emulator.chip.firmware import ArmFirmware
 from fcu_emulator.emulator.errors import FirmwareError, NotJudgedError
-from fcu_emulator.emulator.scenario.expectations import Miss, RunView
+from fcu_emulator.emulator.scenario.expectations import Failure, RunView
 from fcu_emulator.emulator.scenario.fields import Duration, Length, Table
 from fcu_emulator.emulator.scenario.run_view import escaped
 from fcu_emulator.emulator.scenario.schema import Kinds
@@ -43,7 +43,7 @@ class Judged:
     firmware: str | Path | FirmwareFactory
     board: Board
     seen: RunView
-    witness: Witness
+    recorder: TruthRecorder
     diagnoses: tuple[Diagnosis, ...]
     build_log: str | None
     watched: Any
@@ -58,7 +58,7 @@ class Check(Table, ABC):
         return None
 
     @abstractmethod
-    def judge(self, run: Judged) -> Miss | None:
+    def judge(self, run: Judged) -> Failure | None:
         """How it is not met; None when it is. Raises NotJudgedError when nothing can be said."""
 
 
@@ -70,10 +70,10 @@ class NoFault(Check):
 
     kind: Literal["no_fault"]
 
-    def judge(self, run: Judged) -> Miss | None:
+    def judge(self, run: Judged) -> Failure | None:
         """By the diagnosis at the end of the run."""
         fatal = next((one for one in run.diagnoses if one.fatal), None)
-        return None if fatal is None else Miss("wrong value", "a program that runs on", fatal.summary)
+        return None if fatal is None else Failure("wrong value", "a program that runs on", fatal.summary)
 
 
 class NoDiagnosis(Check):
@@ -85,12 +85,12 @@ class NoDiagnosis(Check):
     kind: Literal["no_diagnosis"]
     of: list[Kind] = Field(min_length=1)
 
-    def judge(self, run: Judged) -> Miss | None:
+    def judge(self, run: Judged) -> Failure | None:
         """The first one that it has."""
         found = next((one for one in run.diagnoses if one.fatal or one.kind in self.of), None)
         if found is None:
             return None
-        return Miss("wrong value", f"nothing to be said about: {', '.join(self.of)}", found.summary)
+        return Failure("wrong value", f"nothing to be said about: {', '.join(self.of)}", found.summary)
 
 
 class NoWarnings(Check):
@@ -101,7 +101,7 @@ class NoWarnings(Check):
     kind: Literal["no_warnings"]
     max: int = Field(0, ge=0)
 
-    def judge(self, run: Judged) -> Miss | None:
+    def judge(self, run: Judged) -> Failure | None:
         """Lines with ``warning:`` in what the build printed."""
         if run.build_log is None:
             raise NotJudgedError("the program was not built here")
@@ -110,7 +110,7 @@ class NoWarnings(Check):
         if len(warnings) <= self.max:
             return None
         count = f"{len(warnings)} warning{'s' * (len(warnings) > 1)}, the first: {escaped(warnings[0])[:200]}"
-        return Miss("wrong value", f"at most {self.max} warnings" if self.max else "no warning", count)
+        return Failure("wrong value", f"at most {self.max} warnings" if self.max else "no warning", count)
 
 
 # -- The callback -------------------------------------------------------------------------------------------
@@ -152,13 +152,13 @@ class QuietCallback(Check):
         board.clock.schedule(self.from_, begin)
         return caught
 
-    def judge(self, run: Judged) -> Miss | None:
+    def judge(self, run: Judged) -> Failure | None:
         """The first time that it was seen."""
         if not run.watched:
             return None
         place = _print_in_callback(run.board)
         seen = f"one at {run.watched[0]:.3f} s" + (f", from {place}" if place else "")
-        return Miss("wrong value", "no print in the timer's callback", seen)
+        return Failure("wrong value", "no print in the timer's callback", seen)
 
 
 def _print_in_callback(board: Board) -> str:
@@ -213,7 +213,7 @@ class Property(Check):
     ]
     examples: int = Field(100, ge=1, le=10_000)
 
-    def judge(self, run: Judged) -> Miss | None:
+    def judge(self, run: Judged) -> Failure | None:
         """Hypothesis looks for a counter-example, and makes it small."""
         if not isinstance(run.firmware, str | Path):
             raise NotJudgedError("firmware in Python has no compiled functions")
@@ -224,8 +224,8 @@ class Property(Check):
         try:
             found = counterexample(str(run.firmware), self.property, self.examples)
         except FirmwareError as error:
-            return Miss("wrong value", self._text(), str(error).splitlines()[0])
-        return None if found is None else Miss("wrong value", self._text(), found)
+            return Failure("wrong value", self._text(), str(error).splitlines()[0])
+        return None if found is None else Failure("wrong value", self._text(), found)
 
     def _text(self) -> str:
         return self.property.replace("_", " ")

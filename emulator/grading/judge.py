@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from fcu_emulator.emulator.analysis.mistakes import explain
-from fcu_emulator.emulator.analysis.recorder import Witness
+from fcu_emulator.emulator.analysis.recorder import TruthRecorder
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.assembly.firmware import FirmwareFactory, choose
 from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis
@@ -40,7 +40,7 @@ from fcu_emulator.emulator.scenario.expectations import (
     Expectation,
     ExpectField,
     ExpectText,
-    Miss,
+    Failure,
     RunView,
     Windowed,
 )
@@ -206,7 +206,7 @@ class _JudgedRun:
             for one in check.expect
             if isinstance(one, Check)
         }
-        self.witness = Witness(self.board)
+        self.recorder = TruthRecorder(self.board)
 
     def make(self, told: Callable[[float], None]) -> None:
         """Run the board to its end, or to what stops it."""
@@ -231,7 +231,7 @@ class _JudgedRun:
             self.stopped = str(error).splitlines()[0]
         except NotJudgedError as error:
             self.unjudged = str(error).splitlines()[0]
-        self.diagnoses = explain(board, self.witness, after_failure=True)
+        self.diagnoses = explain(board, self.recorder, after_failure=True)
         self.seen: RunView = self.scenario.seen(board)
         self.died_ps = self._died_ps()
         board.close()
@@ -251,7 +251,7 @@ class _JudgedRun:
         """What one check says about this run."""
         outcome: Outcome = "passed"
         share, unjudged = 1.0, self.unjudged
-        misses: list[Miss | None] = []
+        misses: list[Failure | None] = []
         for one in check.expect:
             try:
                 misses.append(self._judged(one, check.enough))
@@ -284,7 +284,7 @@ class _JudgedRun:
             unjudged_because=unjudged,
         )
 
-    def _judged(self, check: AnyCheck, enough_ps: int | None) -> Miss | None:
+    def _judged(self, check: AnyCheck, enough_ps: int | None) -> Failure | None:
         """How one expectation is not met; None if it is.
 
         Raises NotJudgedError, also for an unexpected error inside the check: it costs this check alone.
@@ -292,7 +292,7 @@ class _JudgedRun:
         enough = self.died_ps is None or (enough_ps is not None and self.died_ps >= enough_ps)
         on_terminal = isinstance(check, Expectation) and check.ON_TERMINAL
         if not enough and (self.stopped or on_terminal):
-            return Miss("stopped", f"a run of {seconds(self.scenario.duration_ps)}", self._stop())
+            return Failure("stopped", f"a run of {seconds(self.scenario.duration_ps)}", self._stop())
         if enough and enough_ps is not None and on_terminal:
             check = self._seen_before_the_end(check, enough_ps)
         try:
@@ -310,13 +310,13 @@ class _JudgedRun:
         begun = any(check.covers(line.at_ps) and line.at_ps < self.died_ps for line in self.seen.lines)
         return check if begun else check.model_copy(update={"from_": enough_ps})
 
-    def _judged_here(self, check: AnyCheck, enough: bool) -> Miss | None:
+    def _judged_here(self, check: AnyCheck, enough: bool) -> Failure | None:
         if isinstance(check, Check):
             run = Judged(
                 firmware=self.firmware,
                 board=self.board,
                 seen=self.seen,
-                witness=self.witness,
+                recorder=self.recorder,
                 diagnoses=tuple(one for one in self.diagnoses if not (one.fatal and enough)),
                 build_log=self.build_log,
                 watched=self._watched[id(check)],
@@ -421,14 +421,14 @@ def _in_s(spans: Sequence[tuple[int, int]]) -> tuple[tuple[float, float], ...]:
     return tuple((begin / PS_PER_S, end / PS_PER_S) for begin, end in spans[:MOST_PRINTS])
 
 
-def _first_printed(miss: Miss) -> str:
+def _first_printed(miss: Failure) -> str:
     """The first line that is wrong; how far it is off is told elsewhere."""
     line = next((line[1:] for line in miss.diff if line.startswith("+")), "")
     text, _, when = line.partition("  (off by")[0].rpartition("  at ")
     return f'"{text}" at {when}' if text else f'"{when}"' if when else ""
 
 
-def _expected(failed: Sequence[Miss], check: CheckTable) -> str:
+def _expected(failed: Sequence[Failure], check: CheckTable) -> str:
     """Name the expectations of a check that are not met; of a partial one, with the points of the further ones."""
     share = f" (for {check.points / len(check.expect):g} of {check.points:g} points)" if check.partial else ""
     texts = list(dict.fromkeys(miss.expected for miss in failed))

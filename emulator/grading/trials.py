@@ -27,7 +27,7 @@ from fcu_emulator.emulator.scenario.expectations import (
     ExpectRegex,
     ExpectWithin,
 )
-from fcu_emulator.emulator.scenario.fields import SearchPatience, TextPattern
+from fcu_emulator.emulator.scenario.fields import TextPattern, TimeBudget
 from fcu_emulator.emulator.scenario.following import ExpectLineFollows
 from fcu_emulator.emulator.scenario.formats import printed_with_zeros
 
@@ -117,6 +117,6 @@ def _matching(pattern: TextPattern) -> str:
     plain = re.sub(r"\((?:[^()]*\\d[^()]*|[^()]*\[0-9\][^()]*)\)", "0", plain)
     plain = re.sub(r"(?:-\?)?(?:\\d|\[0-9\])[+*]?", "0", plain).replace("\\", "")
     try:
-        return plain if pattern.found_in(plain, SearchPatience()) else ""
+        return plain if pattern.found_in(plain, TimeBudget()) else ""
     except TimeoutError:
         return ""

@@ -52,11 +52,11 @@ class RunningBoard:
 
     def ask(self, *messages: Message) -> list[dict[str, Any]]:
         """Send messages and return the answer to each. Raises LinkError when the board has gone."""
-        with closing(Conversation(self)) as conversation:
+        with closing(ControlClient(self)) as conversation:
             return [conversation.ask(message) for message in messages]
 
 
-class Conversation:
+class ControlClient:
     """A connection to a board's door. Raises LinkError when the board does not answer, then and later."""
 
     def __init__(self, board: RunningBoard) -> None:

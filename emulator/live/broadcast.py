@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from fcu_emulator.emulator.analysis.recorder import Witness
+from fcu_emulator.emulator.analysis.recorder import TruthRecorder
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.live import messages, pins, registers, transfers, view
 from fcu_emulator.emulator.live.messages import SessionEvent
@@ -53,7 +53,7 @@ class Broadcast:
         self._run_number = run_number
         self._publish = publish
         self._clients = clients
-        self._witness = Witness(board)
+        self._witness = TruthRecorder(board)
         self._transfers = transfers.Transfers(board)
         self._load = view.Load(board, self._witness)
         self.changed = True

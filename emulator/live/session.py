@@ -35,7 +35,7 @@ from fcu_emulator.emulator.live.files import FileWatch, UploadedFile
 from fcu_emulator.emulator.live.messages import PageCommand
 from fcu_emulator.emulator.live.moved import answered
 from fcu_emulator.emulator.live.recording import SessionRecording
-from fcu_emulator.emulator.live.setup import Careful, Setup, as_it_is
+from fcu_emulator.emulator.live.setup import CollectedErrors, Setup, as_it_is
 from fcu_emulator.emulator.scenario import scenario_names
 from fcu_emulator.emulator.scenario.scenario import perform_at
 from fcu_emulator.emulator.scenario.timeline import TimelineAction
@@ -452,7 +452,7 @@ class LiveSession:
             at_ps += 1  # its place among other events of that time would not be the same in a recording
         self._last_ps = at_ps
         refused: list[FcuError] = []
-        perform_at(board, Careful(entry, refused), at_ps)
+        perform_at(board, CollectedErrors(entry, refused), at_ps)
         self._run_until(at_ps)
         if refused:
             raise refused[0]

@@ -68,7 +68,7 @@ class Setup:
         return self.firmware
 
 
-class Careful:
+class CollectedErrors:
     """An entry that keeps what the world refuses, for who commanded it, instead of ending the run."""
 
     def __init__(self, entry: TimelineAction, refused: list[FcuError]) -> None:

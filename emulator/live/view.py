@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from fcu_emulator.emulator.analysis.recorder import Witness
+from fcu_emulator.emulator.analysis.recorder import TruthRecorder
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.buses.i2c import I2CBus
 from fcu_emulator.emulator.live import gestures, messages, transfers
@@ -22,7 +22,7 @@ from fcu_emulator.emulator.world.attitude import matrix_to_euler
 from fcu_emulator.emulator.world.track import Array
 
 _MOST_LEAVES = 16  # numbers of one variable that are shown
-_LOOKS_OF_LOAD = 400  # of the witness: two seconds of virtual time
+_LOOKS_OF_LOAD = 400  # of the recorder: two seconds of virtual time
 
 
 def hello(board: Board, ways: list[str], exercises: list[dict[str, Any]]) -> messages.Hello:
@@ -166,9 +166,9 @@ def _leaves(name: str, value: Any, depth: int = 3) -> Iterator[tuple[str, float]
 class Load:
     """How busy callback, chip and serial line are, of the latest two seconds or so."""
 
-    def __init__(self, board: Board, witness: Witness) -> None:
+    def __init__(self, board: Board, recorder: TruthRecorder) -> None:
         self._board = board
-        self._witness = witness
+        self._witness = recorder
         self._before = 0, 0
         self._share = 0.0
         self._printed = 0, 0

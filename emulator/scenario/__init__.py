@@ -21,7 +21,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fcu_emulator.emulator.scenario.expectations import Miss
+    from fcu_emulator.emulator.scenario.expectations import Failure
     from fcu_emulator.emulator.scenario.loader import load_scenario, scenario_names
     from fcu_emulator.emulator.scenario.scenario import Finding, Result, Scenario, check, run
     from fcu_emulator.emulator.scenario.schema import ScenarioFile, json_schema
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 _HOMES = {
     "load_scenario": "loader",
     "scenario_names": "loader",
+    "Failure": "expectations",
     "Finding": "scenario",
-    "Miss": "expectations",
     "Result": "scenario",
     "Scenario": "scenario",
     "check": "scenario",
@@ -40,8 +40,8 @@ _HOMES = {
 }
 
 __all__ = [
+    "Failure",
     "Finding",
-    "Miss",
     "Result",
     "Scenario",
     "ScenarioFile",

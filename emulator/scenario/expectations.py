@@ -21,10 +21,10 @@ from fcu_emulator.emulator.scenario.fields import (
     Duration,
     Length,
     PatternText,
-    SearchPatience,
     Table,
     TextFile,
     TextPattern,
+    TimeBudget,
     Window,
 )
 from fcu_emulator.emulator.scenario.formats import (
@@ -64,7 +64,7 @@ from fcu_emulator.emulator.time.clock import PS_PER_MS, seconds
 
 
 @dataclass(frozen=True)
-class Miss:
+class Failure:
     """How an expectation is not met."""
 
     fault: Fault
@@ -94,7 +94,7 @@ class RunView:
     board: BoardView
     lines: list[PrintedLine]
     end_ps: int
-    patience: SearchPatience = field(default_factory=SearchPatience)
+    patience: TimeBudget = field(default_factory=TimeBudget)
     tilts: Sequence[TiltSample] = ()
     """The board's inclination in steps of 10 ms, if an expectation asks for it."""
     samples: Mapping[str, Sequence[float]] = field(default_factory=dict)
@@ -121,7 +121,7 @@ class Expectation(Table, ABC):
         """What is expected, as verdicts and the page say it."""
 
     @abstractmethod
-    def judge(self, seen: RunView) -> Miss | None:
+    def judge(self, seen: RunView) -> Failure | None:
         """How it is not met; None when it is."""
 
 
@@ -149,7 +149,7 @@ class ExpectLine(Windowed):
         times = "" if self.count is None else " once" if self.count == 1 else f" {self.count} times"
         return f"the line {shown_line(same_banner(self.text.strip()))}{times}{self.window_text()}"
 
-    def judge(self, seen: RunView) -> Miss | None:
+    def judge(self, seen: RunView) -> Failure | None:
         """Compares whole lines, blanks around them aside."""
         wanted = same_banner(self.text.strip())
         lines = [same_banner(line.text) for line in self.lines_in_window(seen)]
@@ -158,12 +158,12 @@ class ExpectLine(Windowed):
             return None
         if found:
             too_often = found > (self.count or found)
-            return Miss("wrong value", self.wording(), f"{found} times", for_good=too_often)
+            return Failure("wrong value", self.wording(), f"{found} times", for_good=too_often)
         nearly = nearly_printed(wanted, lines, self.wording(), seen.patience)
-        return nearly or Miss("missing", self.wording(), f"{len(lines)} other lines")
+        return nearly or Failure("missing", self.wording(), f"{len(lines)} other lines")
 
 
-def nearly_printed(wanted: str, lines: Sequence[str], expected: str, patience: SearchPatience) -> Miss | None:
+def nearly_printed(wanted: str, lines: Sequence[str], expected: str, patience: TimeBudget) -> Failure | None:
     """How the line most like the wanted one differs from it; None if no line is like it."""
     near = None
     if not patience.exhausted:
@@ -172,7 +172,7 @@ def nearly_printed(wanted: str, lines: Sequence[str], expected: str, patience: S
     if near is None:
         return None
     diff = (f"-{escaped(wanted)}", f"+{escaped(near)}")
-    return Miss(fault_between(wanted, near), expected, shown_line(near), diff)
+    return Failure(fault_between(wanted, near), expected, shown_line(near), diff)
 
 
 class _Matching(Windowed):
@@ -183,7 +183,7 @@ class _Matching(Windowed):
         lines = self.lines_in_window(seen)
         return [line for line in lines if self._found_in(line.text, seen.patience)]
 
-    def _found_in(self, line: str, patience: SearchPatience) -> bool:
+    def _found_in(self, line: str, patience: TimeBudget) -> bool:
         texts = dict.fromkeys((line, same_banner(line)))
         return any(self.pattern.found_in(text, patience) for text in texts)
 
@@ -199,13 +199,13 @@ class ExpectRegex(_Matching):
         times = "" if self.count is None else f" in {self.count} line{'s' * (self.count > 1)}"
         return f'a match of "{visible(self.pattern.text)}"{times}{self.window_text()}'
 
-    def judge(self, seen: RunView) -> Miss | None:
+    def judge(self, seen: RunView) -> Failure | None:
         found = len(self.matches(seen))
         if found == self.count or (found and self.count is None):
             return None
         too_many = found > (self.count or found)
         fault: Fault = "wrong value" if found else "missing"
-        return Miss(fault, self.wording(), f"{found} matches", for_good=too_many)
+        return Failure(fault, self.wording(), f"{found} matches", for_good=too_many)
 
 
 class ExpectNever(_Matching):
@@ -216,13 +216,13 @@ class ExpectNever(_Matching):
     def wording(self) -> str:
         return f'no match of "{visible(self.pattern.text)}"{self.window_text()}'
 
-    def judge(self, seen: RunView) -> Miss | None:
+    def judge(self, seen: RunView) -> Failure | None:
         found = self.matches(seen)
         if not found:
             return None
         first = found[0]
         seen_text = f"{len(found)} lines, first line {first.number} at {seconds(first.at_ps)}"
-        return Miss("wrong value", self.wording(), seen_text, (f"+{escaped(first.text)}",), for_good=True)
+        return Failure("wrong value", self.wording(), seen_text, (f"+{escaped(first.text)}",), for_good=True)
 
 
 class ExpectText(Expectation):
@@ -238,7 +238,7 @@ class ExpectText(Expectation):
         lines = len(expected.split("\n"))
         return f"{self.file.path} ({lines} lines, {len(expected)} bytes)"
 
-    def judge(self, seen: RunView) -> Miss | None:
+    def judge(self, seen: RunView) -> Failure | None:
         expected = same_banner(self.file.content.decode("latin-1"))
         printed = same_banner(seen.board.terminal.text)
         if printed == expected:
@@ -251,7 +251,7 @@ class ExpectText(Expectation):
         )
         count = f"{len(printed_lines)} lines, {len(printed)} bytes"
         ended = index < len(printed_lines) - 1  # the line that differs, which is not being printed any more
-        return Miss(fault, self.wording(), count, difference(wanted_lines, printed_lines), for_good=ended)
+        return Failure(fault, self.wording(), count, difference(wanted_lines, printed_lines), for_good=ended)
 
 
 def shown_line(text: str) -> str:
@@ -305,7 +305,7 @@ class _Number(Windowed):
             raise ValueError("has number without format; leave it out")
         return self
 
-    def number_format(self, patience: SearchPatience | None = None) -> NumberFormat:
+    def number_format(self, patience: TimeBudget | None = None) -> NumberFormat:
         """How the number is found in a line."""
         if self.format is not None:
             return PrintfFormat(self.format, self.number, patience)
@@ -370,7 +370,7 @@ class ExpectField(_Number):
         scaled = f" times {self.scale:g}" if self.scale != 1 else ""
         return f"the true {self.quantity}{scaled}" + (f" ({recent})" if recent else "")
 
-    def judge(self, seen: RunView) -> Miss | None:
+    def judge(self, seen: RunView) -> Failure | None:
         """Missing when it is never printed; a line that begins like it in another format fails too."""
         line_format = self.number_format(seen.patience)
         lines = [line for line in self.lines_in_window(seen) if line_format.is_begun_by(line.text)]
@@ -396,7 +396,7 @@ class ExpectField(_Number):
             f"{_printed(line)}  (off by {error:+.6g}{self._reference(printed, error)})"
             for line, printed, error in wrong[:_DIFF_LINES]
         )
-        return Miss("wrong value", self.wording(), seen_text, diff, for_good=True)
+        return Failure("wrong value", self.wording(), seen_text, diff, for_good=True)
 
     def _compared(self, line: PrintedLine, printed: float, error: float) -> str:
         """The worst print and its reference side by side."""
@@ -435,14 +435,14 @@ class ExpectPrinted(_Number):
         every = f"at least every {seconds(self.max_gap)}"
         return f'a line "{self.number_format().text}" {every}{self.window_text()}'
 
-    def judge(self, seen: RunView) -> Miss | None:
+    def judge(self, seen: RunView) -> Failure | None:
         """From the window's begin to its end, or the run's."""
         line_format, expected = self.number_format(seen.patience), self.wording()
         lines = [line for line in self.lines_in_window(seen) if line_format.is_begun_by(line.text)]
         earlier = [line for line in seen.lines if line.at_ps < self.from_]
         before = [line for line in earlier if line_format.number(line.text) is not None]
         if not lines and before:
-            return Miss("missing", expected, f"none after {seconds(before[-1].at_ps)}")
+            return Failure("missing", expected, f"none after {seconds(before[-1].at_ps)}")
         if not lines:
             return _not_printed(line_format, expected, self.lines_in_window(seen), seen)
         wrong = [line for line in lines if line_format.number(line.text) is None]
@@ -453,7 +453,7 @@ class ExpectPrinted(_Number):
         gap, since = max((after - before, before) for before, after in pairwise(times))
         if gap <= self.max_gap:
             return None
-        return Miss("missing", expected, f"none for {seconds(gap)} from {seconds(since)} on")
+        return Failure("missing", expected, f"none for {seconds(gap)} from {seconds(since)} on")
 
 
 class ExpectWithin(_Number):
@@ -470,7 +470,7 @@ class ExpectWithin(_Number):
         apart = f", two of them {self.min_difference:g} apart" if self.min_difference else ""
         return f"{self.title} from {self.min:g} to {self.max:g}{apart}{self.window_text()}"
 
-    def judge(self, seen: RunView) -> Miss | None:
+    def judge(self, seen: RunView) -> Failure | None:
         """Missing when it is never printed."""
         line_format, expected = self.number_format(seen.patience), self.wording()
         parsed = [(line, line_format.number(line.text)) for line in self.lines_in_window(seen)]
@@ -480,17 +480,17 @@ class ExpectWithin(_Number):
         wrong = [line for line, value in values if not self.min <= value <= self.max]
         if wrong:
             text, diff = f"{len(wrong)} of {len(values)} prints outside", map(_printed, wrong[:_DIFF_LINES])
-            return Miss("wrong value", expected, text, tuple(diff), for_good=True)
+            return Failure("wrong value", expected, text, tuple(diff), for_good=True)
         apart = np.ptp([value for _, value in values])
         if apart < self.min_difference:
             text = f"all {len(values)} within {apart:g}"
-            return Miss("wrong value", expected, text, (_printed(values[0][0]),))
+            return Failure("wrong value", expected, text, (_printed(values[0][0]),))
         return None
 
 
 def _not_printed(
     line_format: NumberFormat, expected: str, lines: Sequence[PrintedLine], seen: RunView
-) -> Miss:
+) -> Failure:
     """Nothing in the window begins like the format: there is another form of it, or none."""
     near = [line for line in lines if line_format.is_meant_by(line.text)]
     if not near:
@@ -498,16 +498,16 @@ def _not_printed(
         outside = [line for line in seen.lines if line_format.is_begun_by(line.text)]
         if outside:
             text += f", the last one is at {seconds(outside[-1].at_ps)}"
-        return Miss("missing", expected, text)
+        return Failure("missing", expected, text)
     return _malformed(line_format, expected, near, len(near))
 
 
-def _malformed(line_format: NumberFormat, expected: str, wrong: Sequence[PrintedLine], count: int) -> Miss:
+def _malformed(line_format: NumberFormat, expected: str, wrong: Sequence[PrintedLine], count: int) -> Failure:
     """Lines that are meant as the format and are not in it, with what is another."""
     what = format_difference(line_format.text, wrong[0].text)
     seen_text = f"{len(wrong)} of {count} lines in another format" + (f": {what}" if what else "")
     diff = (f"-{line_format.text}", *map(_printed, wrong[:_DIFF_LINES]))
-    return Miss("wrong format", expected, seen_text, diff)
+    return Failure("wrong format", expected, seen_text, diff)
 
 
 def _printed(line: PrintedLine) -> str:

@@ -12,7 +12,7 @@ A pattern costs memory when it is compiled: whatever must be repeated at least n
 at some 500 bytes for each element (``regex`` 2026; ``(?:a?){9999999}`` took 4 GB). The elements are counted
 from above before compiling, as if all repeated groups were nested: at most 10,000 in one pattern and 100,000
 in a scenario, which are 50 MB and a tenth of a second. A search may never end, so the search of a line and
-all searches of a run have their time (:class:`SearchPatience`).
+all searches of a run have their time (:class:`TimeBudget`).
 """
 
 from __future__ import annotations
@@ -372,7 +372,7 @@ def _elements(pattern: str) -> int:
     return nested * (len(pattern) + sum(count for of_group, count in counts if not of_group))
 
 
-class SearchPatience:
+class TimeBudget:
     """The wall time that is left for searching a run's text: a pattern from a stranger may never end."""
 
     def __init__(self, clock_s: Callable[[], float] = time.monotonic) -> None:
@@ -402,7 +402,7 @@ class TextPattern:
         self.text = text
         self._compiled = regex.compile(text)
 
-    def found_in(self, line: str, patience: SearchPatience) -> bool:
+    def found_in(self, line: str, patience: TimeBudget) -> bool:
         """Searches one line. Raises TimeoutError when that takes too long."""
         with patience.limited() as timeout_s:
             return self._compiled.search(line, timeout=timeout_s) is not None
@@ -412,7 +412,7 @@ class TextPattern:
         names: Mapping[str, int] = self._compiled.groupindex
         return names.keys()
 
-    def group_in(self, line: str, name: str, patience: SearchPatience) -> str | None:
+    def group_in(self, line: str, name: str, patience: TimeBudget) -> str | None:
         """Return what a group is in a line, None if the pattern is not found. Raises TimeoutError."""
         with patience.limited() as timeout_s:
             match = self._compiled.search(line, timeout=timeout_s)

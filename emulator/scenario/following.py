@@ -10,7 +10,7 @@ from typing import ClassVar, Literal
 from pydantic import Field, model_validator
 
 from fcu_emulator.emulator.scenario.conditions import Condition, Followed, Stretch
-from fcu_emulator.emulator.scenario.expectations import Miss, RunView, Windowed, nearly_printed, shown_line
+from fcu_emulator.emulator.scenario.expectations import Failure, RunView, Windowed, nearly_printed, shown_line
 from fcu_emulator.emulator.scenario.fields import Duration, Length, PatternText
 from fcu_emulator.emulator.scenario.rests import Rest, is_printed, mistake, resting
 from fcu_emulator.emulator.scenario.run_view import SAMPLE_STEP_PS, PrintedLine, escaped, same_banner
@@ -48,7 +48,7 @@ class ExpectLineFollows(Windowed):
         every = f"at least every {seconds(self.max_gap)} while {self.when.text()}, and not otherwise"
         return f"{self._line()} {every}{self.window_text()}"
 
-    def judge(self, seen: RunView) -> Miss | None:
+    def judge(self, seen: RunView) -> Failure | None:
         """The first line that is missing, or else the first that is printed at another time."""
         lines = [line for line in self.lines_in_window(seen) if self._is_it(line, seen)]
         stretches = list(self._settled(seen))
@@ -67,12 +67,12 @@ class ExpectLineFollows(Windowed):
         finding, mistake = self._mistake(seen, stretches, lines)
         if missing is not None:
             text = self._missing(seen, missing, lines) + mistake
-            return Miss("missing", self.wording(), text, for_good=True, finding=finding)
+            return Failure("missing", self.wording(), text, for_good=True, finding=finding)
         when = f"{seconds(wrong[0].at_ps)}{self.when.value_text(seen, wrong[0].at_ps)}"
         times = "once" if len(wrong) == 1 else f"{len(wrong)} times"
         text = f"printed {times} otherwise, first at {when}{mistake}"
         diff = tuple(f"+{escaped(line.text)}  at {seconds(line.at_ps)}" for line in wrong[:_DIFF_LINES])
-        return Miss("wrong value", self.wording(), text, diff, for_good=True, finding=finding)
+        return Failure("wrong value", self.wording(), text, diff, for_good=True, finding=finding)
 
     def followed(self, seen: RunView) -> Followed:
         """When the line is printed, and when it has to be, margin and settling aside."""
@@ -110,7 +110,7 @@ class ExpectLineFollows(Windowed):
         count = f"; {len(lines)} in all" if lines else "; never printed"
         return f"{where}{value}{count}"
 
-    def _nearly(self, seen: RunView) -> Miss | None:
+    def _nearly(self, seen: RunView) -> Failure | None:
         """A line that is almost the wanted one, and is printed in its place."""
         if self.text is None:
             return None

@@ -14,7 +14,7 @@ from typing import Annotated, Protocol
 
 from pydantic import AfterValidator, Field
 
-from fcu_emulator.emulator.scenario.fields import PatternText, SearchPatience, TextPattern
+from fcu_emulator.emulator.scenario.fields import PatternText, TextPattern, TimeBudget
 from fcu_emulator.emulator.scenario.run_view import FORMAT_OF_FIELD
 from fcu_emulator.emulator.text import shown, visible
 
@@ -81,10 +81,10 @@ class PrintfFormat:
     The conversions of a format may be ambiguous, such as "%s%s", so a search in a line has a time limit.
     """
 
-    def __init__(self, text: str, number: int = 1, patience: SearchPatience | None = None) -> None:
+    def __init__(self, text: str, number: int = 1, patience: TimeBudget | None = None) -> None:
         bare = text.strip(_BLANKS)
         self.text = visible(bare)
-        self._patience = SearchPatience() if patience is None else patience
+        self._patience = TimeBudget() if patience is None else patience
         self._label = bare.partition("%")[0].rstrip()
         self._base = 10
         self._meant_number, self._numbers = number, 0
@@ -173,10 +173,10 @@ def printed_with_zeros(text: str) -> str:
 class PatternFormat:
     """A regular expression whose group ``number`` is the number."""
 
-    def __init__(self, pattern: TextPattern, patience: SearchPatience | None = None) -> None:
+    def __init__(self, pattern: TextPattern, patience: TimeBudget | None = None) -> None:
         self.text = visible(pattern.text)
         self._pattern = pattern
-        self._patience = SearchPatience() if patience is None else patience
+        self._patience = TimeBudget() if patience is None else patience
 
     def is_begun_by(self, line: str) -> bool:
         """Whether the pattern is found."""

@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from fcu_emulator.emulator.scenario.conditions import Condition, Followed, LedName, led_states, unit_text
-from fcu_emulator.emulator.scenario.expectations import Expectation, Miss, RunView, Windowed
+from fcu_emulator.emulator.scenario.expectations import Expectation, Failure, RunView, Windowed
 from fcu_emulator.emulator.scenario.fields import Duration, Length
 from fcu_emulator.emulator.scenario.run_view import SAMPLE_STEP_PS, BoardView
 from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, seconds
@@ -35,7 +35,7 @@ class ExpectLed(Windowed):
     def wording(self) -> str:
         return f"{self.led} {self.state}{self.window_text()}"
 
-    def judge(self, seen: RunView) -> Miss | None:
+    def judge(self, seen: RunView) -> Failure | None:
         """From the edges of its pin in the trace; before the pin is set up the LED is dark."""
         wanted = self.state == "on"
         end_ps = seen.end_ps if self.to is None else min(self.to, seen.end_ps)
@@ -43,7 +43,7 @@ class ExpectLed(Windowed):
             first_ps, last_ps = max(begin_ps, self.from_), min(until_ps, end_ps)
             if first_ps < last_ps and lit is not wanted:
                 seen_text = f"{'on' if lit else 'off'} from {seconds(first_ps)} to {seconds(last_ps)}"
-                return Miss("wrong value", self.wording(), seen_text, for_good=True)
+                return Failure("wrong value", self.wording(), seen_text, for_good=True)
         return None
 
 
@@ -122,7 +122,7 @@ class ExpectLedFollows(Windowed):
         lit = tuple((begin, until) for begin, until in states if until - begin >= PS_PER_MS)
         return Followed(self.led.upper(), self.condition.text(), self.condition.held(seen), lit)
 
-    def judge(self, seen: RunView) -> Miss | None:
+    def judge(self, seen: RunView) -> Failure | None:
         """Every 10 ms, by the true inclination."""
         looks = list(self._looks(seen))
         wrong = _wrong(looks, self.settle)
@@ -134,7 +134,7 @@ class ExpectLedFollows(Windowed):
             text = self._seen(finding, one_sided.first, one_sided.late_ps, looks)
         else:
             text = self._seen(finding, wrong[0], _latest_ps(wrong), looks)
-        return Miss("wrong value", self.wording(), text, for_good=True, finding=finding)
+        return Failure("wrong value", self.wording(), text, for_good=True, finding=finding)
 
     def _looks(self, seen: RunView) -> Iterator[_LedLook]:
         """Those away from the threshold, in the window."""
@@ -382,29 +382,29 @@ class ExpectTicks(Expectation):
         counts = [f"{which} {count} ticks {what}" for which, count, what in bounds if count is not None]
         return ", ".join(rate + share + counts)
 
-    def judge(self, seen: RunView) -> Miss | None:
+    def judge(self, seen: RunView) -> Failure | None:
         """Of the callback's timer at the end of the run."""
         timer = seen.board.timer
         if timer.ticks == 0:
-            return Miss("missing", f"ticks of {timer.name}", "the timer was never started")
+            return Failure("missing", f"ticks of {timer.name}", "the timer was never started")
         if self.rate_hz is not None and abs(timer.rate_hz - self.rate_hz) > self.rate_tolerance_hz:
-            return Miss("wrong value", f"{timer.name} at {self.rate_hz:g} Hz", f"{timer.rate_hz:.6g} Hz")
+            return Failure("wrong value", f"{timer.name} at {self.rate_hz:g} Hz", f"{timer.rate_hz:.6g} Hz")
         late = _outside("late", timer.late, self.late_min, self.late_max) or self._too_many_late(timer)
         return late or _outside("lost", timer.lost, self.lost_min, self.lost_max)
 
-    def _too_many_late(self, timer: TickCounts) -> Miss | None:
+    def _too_many_late(self, timer: TickCounts) -> Failure | None:
         if self.late_percent_max is None or timer.late * 100 <= self.late_percent_max * timer.ticks:
             return None
         text = f"{timer.late} of {timer.ticks} ticks late, by up to {1000 * timer.longest_wait_s:.2f} ms"
         longer = f": the callback takes longer than its {1000 / timer.rate_hz:.3g} ms"
-        return Miss("wrong value", f"at most {self.late_percent_max:g} % of the ticks late", text + longer)
+        return Failure("wrong value", f"at most {self.late_percent_max:g} % of the ticks late", text + longer)
 
 
-def _outside(what: str, count: int, low: int | None, high: int | None) -> Miss | None:
+def _outside(what: str, count: int, low: int | None, high: int | None) -> Failure | None:
     if low is not None and count < low:
-        return Miss("wrong value", f"at least {low} ticks {what}", f"{count}")
+        return Failure("wrong value", f"at least {low} ticks {what}", f"{count}")
     if high is not None and count > high:
-        return Miss("wrong value", f"at most {high} ticks {what}", f"{count}", for_good=True)
+        return Failure("wrong value", f"at most {high} ticks {what}", f"{count}", for_good=True)
     return None
 
 
@@ -418,18 +418,18 @@ class ExpectHardIron(Expectation):
         """How near the centre has to be."""
         return f"hard iron found within {self.within_mgauss:g} mgauss on each axis"
 
-    def judge(self, seen: RunView) -> Miss | None:
+    def judge(self, seen: RunView) -> Failure | None:
         """(mag_min + mag_max) / 2 of the firmware's variables against the world."""
         expected = self.wording()
         try:
             low, high = (_axes(seen.board.variable(name)) for name in ("mag_min", "mag_max"))
         except (KeyError, AttributeError):
-            return Miss("missing", expected, "the firmware has no variables mag_min and mag_max")
+            return Failure("missing", expected, "the firmware has no variables mag_min and mag_max")
         centre = (low + high) / 2.0
         true = seen.board.world.hard_iron_mgauss(seen.end_ps / PS_PER_S)[0]
         if np.all(np.abs(centre - true) <= self.within_mgauss):
             return None
-        return Miss("wrong value", expected, f"{_vector(centre)}, and the board has {_vector(true)}")
+        return Failure("wrong value", expected, f"{_vector(centre)}, and the board has {_vector(true)}")
 
 
 def _axes(axes: Any) -> np.ndarray[Any, np.dtype[np.float64]]:
@@ -495,7 +495,7 @@ class ExpectReads(Expectation):
         board.clock.schedule(self.from_, begin)
         return counted
 
-    def judge(self, seen: RunView) -> Miss | None:
+    def judge(self, seen: RunView) -> Failure | None:
         """The count over the time, once that is over."""
         part, address, register = _outputs()[self.sensor]
         watched: list[int] = seen.watched.get(id(self), [0])
@@ -508,9 +508,9 @@ class ExpectReads(Expectation):
         place = f"{part} {register} (0x{address:02X})"
         expected, text = f"{place} read {wanted} times a second", f"{rate_hz:.0f} times a second"
         if rate_hz >= self.min_hz:
-            return Miss("wrong value", expected, text, for_good=True)
+            return Failure("wrong value", expected, text, for_good=True)
         text += ": is it read in each call of the timer's callback?"
-        return Miss("wrong value", expected, text, for_good=True, finding="seldom read")
+        return Failure("wrong value", expected, text, for_good=True, finding="seldom read")
 
 
 def _reaches(transfer: BusTransfer, address: int) -> bool:

@@ -27,7 +27,7 @@ from weakref import WeakKeyDictionary
 from fcu_emulator.emulator.boards.description import BoardErrors, SensorSettings
 from fcu_emulator.emulator.errors import InputError, ScenarioError
 from fcu_emulator.emulator.links.runner import Runner
-from fcu_emulator.emulator.scenario.expectations import SETTLE_PS, Expectation, ExpectField, Miss, RunView
+from fcu_emulator.emulator.scenario.expectations import SETTLE_PS, Expectation, ExpectField, Failure, RunView
 from fcu_emulator.emulator.scenario.fields import Window
 from fcu_emulator.emulator.scenario.following import ExpectLineFollows
 from fcu_emulator.emulator.scenario.formats import NamedFormat, NumberFormat
@@ -237,7 +237,7 @@ class Scenario:
         findings = []
         if limit or not self.is_over(board):
             cause = f"; the run exceeded {limit}" if limit else ""
-            miss = Miss("stopped", f"a run of {seconds(self.duration_ps)}", f"{seconds(now_ps)}{cause}")
+            miss = Failure("stopped", f"a run of {seconds(self.duration_ps)}", f"{seconds(now_ps)}{cause}")
             findings.append(Finding("duration", "run", miss))
         for number, expectation in enumerate(self.expectations):
             failure = judged(expectation, seen)
@@ -354,7 +354,7 @@ def _may_be(number: NumberFormat, line: str) -> bool:
 # -- An entry when its time has come ------------------------------------------------------------------------
 
 
-class Happening(Protocol):
+class TimelineAct(Protocol):
     """What an entry does when its time has come."""
 
     def plan(self, world: World, start_s: float) -> None:
@@ -366,12 +366,12 @@ class Happening(Protocol):
         ...
 
 
-def perform_at(board: BoardView, entry: Happening, at_ps: int) -> None:
+def perform_at(board: BoardView, entry: TimelineAct, at_ps: int) -> None:
     """Let an entry happen on a board when its time ``at_ps`` comes, in order with all other events."""
     board.clock.schedule(at_ps, partial(_perform, board, entry, at_ps))
 
 
-def _perform(board: BoardView, entry: Happening, at_ps: int) -> None:
+def _perform(board: BoardView, entry: TimelineAct, at_ps: int) -> None:
     entry.plan(board.world, at_ps / PS_PER_S)
     entry.act(board, at_ps)
 
@@ -385,7 +385,7 @@ class Finding:
 
     key: str
     kind: str
-    miss: Miss
+    miss: Failure
 
     @property
     def lines(self) -> list[str]:
@@ -407,7 +407,7 @@ class ExpectationResult:
     kind: str
     says: str
     state: Standing
-    miss: Miss | None = None
+    miss: Failure | None = None
 
     @property
     def lines(self) -> list[str]:
@@ -449,12 +449,12 @@ class Result:
         return [*self.reports, *found, f"{self.passed_count} of {self.checks} expectations met"]
 
 
-def judged(expectation: Expectation, seen: RunView) -> Miss | None:
+def judged(expectation: Expectation, seen: RunView) -> Failure | None:
     """How an expectation is not met, None when it is; a search that takes too long is "stopped"."""
     try:
         return expectation.judge(seen)
     except TimeoutError:
-        return Miss(
+        return Failure(
             "stopped", "a pattern that can be searched in reasonable time", "the search took too long"
         )
 

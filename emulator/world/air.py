@@ -49,7 +49,7 @@ class Drift:
         return self.from_hpa + self.change_hpa * self.profile.progress(t_s)
 
 
-class Puff(Protocol):
+class PressureDisturbance(Protocol):
     """Pressure that is added for a time; ``pace_s``: in how many seconds it gets from one rest to another."""
 
     @property

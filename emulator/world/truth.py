@@ -23,7 +23,7 @@ import numpy.typing as npt
 
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.world import limits
-from fcu_emulator.emulator.world.air import Drift, Puff
+from fcu_emulator.emulator.world.air import Drift, PressureDisturbance
 from fcu_emulator.emulator.world.attitude import Attitude, Held, matrix_to_euler, to_board
 from fcu_emulator.emulator.world.hand import Grip
 from fcu_emulator.emulator.world.height import Height, RestSegment, Shake
@@ -96,7 +96,7 @@ class Truth:
         self._hard_iron = Track(Constant(np.zeros(3)))
         self._soft_iron = Track(Constant(np.eye(3)))
         self._floor_pressure: Track[Constant | Drift] = Track(Constant(floor_hpa))
-        self._puffs: Overlays[Puff] = Overlays(width=1)
+        self._puffs: Overlays[PressureDisturbance] = Overlays(width=1)
         self._temperature = Track(Constant(ROOM_DEGC))
         self._heating = Warmth()
         self._lag = Track(Warmth())

@@ -19,7 +19,14 @@ import numpy.typing as npt
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.time.clock import Clock
 from fcu_emulator.emulator.world import limits
-from fcu_emulator.emulator.world.air import DOOR_HPA, DOOR_LASTS_S, Drift, Puff, SlammedDoor, Wind
+from fcu_emulator.emulator.world.air import (
+    DOOR_HPA,
+    DOOR_LASTS_S,
+    Drift,
+    PressureDisturbance,
+    SlammedDoor,
+    Wind,
+)
 from fcu_emulator.emulator.world.attitude import (
     Attitude,
     Held,
@@ -510,7 +517,7 @@ class World(Truth):
         start = self._start(start_s)
         return self._puff(start, start + DOOR_LASTS_S, SlammedDoor(start, push))
 
-    def _puff(self, start_s: float, end_s: float, puff: Puff) -> float:
+    def _puff(self, start_s: float, end_s: float, puff: PressureDisturbance) -> float:
         self._puffs.add(start_s, end_s, puff)
         self._agitation["pressure"].add(start_s, end_s, puff.pace_s)
         self._changed(start_s, ("pressure",))

@@ -65,6 +65,7 @@ ORDER = (
     "views",
     "live",
     "testing",
+    "strategies",
     "grading",
     "cli",
     "__main__",

@@ -15,7 +15,7 @@ import pytest
 
 from fcu_emulator import Board
 from fcu_emulator.emulator.analysis.mistakes import explain
-from fcu_emulator.emulator.analysis.recorder import Witness
+from fcu_emulator.emulator.analysis.recorder import TruthRecorder
 from fcu_emulator.emulator.grading.rubric import load_rubric
 from tests.integration.test_cli import fcu
 from tests.support.arm import student_programs
@@ -90,10 +90,10 @@ def test_nothing_is_said_about_the_shipped_programs_and_those_in_the_makers_styl
 ) -> None:
     firmware = file(name) if name in VENDOR else name
     board = Board(firmware, wiring="fcu001v1" if name == "flight" else None, scenario=scenario)
-    witness = Witness(board)
+    recorder = TruthRecorder(board)
     board.run_for(LONGEST_S)
 
-    assert [str(one) for one in explain(board, witness)] == []
+    assert [str(one) for one in explain(board, recorder)] == []
 
 
 @needs_compiler
@@ -103,10 +103,10 @@ def test_a_done_exercise_has_no_wrong_numbers(run: str, done: int, folder: Path)
     """The rubric's motions, on which the block's lines are printed at different attitudes."""
     scenario = load_rubric("lab3").scenario(run, 0)
     board = Board(str(staged(done, folder)), scenario=scenario, seed=0)
-    witness = Witness(board)
+    recorder = TruthRecorder(board)
     board.run_for(scenario.duration_s)
 
-    assert [str(one) for one in explain(board, witness) if one.kind == "numbers"] == []
+    assert [str(one) for one in explain(board, recorder) if one.kind == "numbers"] == []
 
 
 def test_the_page_shows_at_least_thirty_mistakes_and_no_other() -> None:

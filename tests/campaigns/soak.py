@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fcu_emulator import Board
-from fcu_emulator.emulator.analysis.recorder import Witness
+from fcu_emulator.emulator.analysis.recorder import TruthRecorder
 from fcu_emulator.emulator.links import MemoryLink
 from fcu_emulator.emulator.links.runner import Progress, Runner
 from fcu_emulator.emulator.time.clock import to_ps
@@ -63,7 +63,7 @@ def soak(
 ) -> list[Sample]:
     """Run ``firmware``; a sample after each ``every_s`` of virtual time."""
     board = Board(firmware)
-    witness = Witness(board)
+    recorder = TruthRecorder(board)
     link = Counting()
     samples: list[Sample] = []
     before = [0.0, 0, 0, time.process_time()]  # virtual time, ticks, bytes, processor time
@@ -79,7 +79,7 @@ def soak(
         say(sample)
 
     Runner(board, [link], to_ps(duration_s), None).run(look)
-    witness.close()
+    recorder.close()
     return samples
 
 

@@ -10,7 +10,8 @@ import click
 import pytest
 import serial
 
-import fcu_emulator.emulator.adapters.protocol_fcu  # noqa: F401  registers fcu:// addresses
+import fcu_emulator
+import fcu_emulator.emulator.adapters.protocol_fcu
 from fcu_emulator import Board
 from fcu_emulator.emulator.cli import execute
 from fcu_emulator.emulator.cli.commands import cli
@@ -177,3 +178,20 @@ def test_record_of_run_has_both_names(tmp_path: Path, capsys: pytest.CaptureFixt
     board = json.loads(file.read_text(encoding="utf-8"))["board"]
 
     assert board["profile"] == board["wiring"] == "lab3"
+
+
+def test_old_name_of_failure_warns() -> None:
+    with pytest.warns(DeprecationWarning, match="Failure"):
+        old = fcu_emulator.Miss
+
+    assert old is fcu_emulator.Failure
+
+
+def test_old_place_of_strategies_warns() -> None:
+    from fcu_emulator.emulator import strategies as old
+    from fcu_emulator.emulator.testing import strategies as new
+
+    with pytest.warns(DeprecationWarning, match="testing"):
+        motions = old.motions
+
+    assert motions is new.motions

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from fcu_emulator import Board
-from fcu_emulator.emulator.analysis.recorder import Witness
+from fcu_emulator.emulator.analysis.recorder import TruthRecorder
 from fcu_emulator.emulator.cli.run_figures import _callback
 from tests.integration.test_cli import fcu
 
@@ -57,24 +57,24 @@ def test_the_callback_against_its_period() -> None:
 def test_a_short_period_keeps_its_digits() -> None:
     """An eighth of a millisecond is not 0.12."""
     board: Any = SimpleNamespace(timer=SimpleNamespace(rate_hz=8000.0))
-    witness: Any = SimpleNamespace(looks_at_callback=1000, callback_seen=1000)
+    recorder: Any = SimpleNamespace(looks_at_callback=1000, callback_seen=1000)
 
-    assert list(_callback(board, witness)) == ["the callback takes about 0.125 of 0.125 ms, 100 %"]
+    assert list(_callback(board, recorder)) == ["the callback takes about 0.125 of 0.125 ms, 100 %"]
 
 
 def test_the_time_in_a_faults_handler_is_not_the_callbacks(monkeypatch: pytest.MonkeyPatch) -> None:
     """The callback's interrupt stays active below a fault that it has caused."""
     board = Board(firmware="solution")
-    witness = Witness(board)
+    recorder = TruthRecorder(board)
     board.run_for(1.2)
-    before = witness.looks_at_callback, witness.callback_seen
+    before = recorder.looks_at_callback, recorder.callback_seen
     assert board.chip is not None
     handled = ["MemManage", "TIM1_BRK_TIM9"]
     monkeypatch.setattr(board.chip, "handled", lambda: handled)
     board.run_for(0.1)
 
     assert before[0] > before[1] > 0
-    assert (witness.looks_at_callback, witness.callback_seen) == before
+    assert (recorder.looks_at_callback, recorder.callback_seen) == before
 
 
 def test_notes_of_every_right_run_are_shown_when_asked_for() -> None:

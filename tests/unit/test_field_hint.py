@@ -11,7 +11,7 @@ from fcu_emulator import Board
 from fcu_emulator.emulator.analysis.field import MAG, field_hint
 from fcu_emulator.emulator.analysis.mistakes import explain
 from fcu_emulator.emulator.analysis.numbers import axes_in_words, signed_axes
-from fcu_emulator.emulator.analysis.recorder import LabLine, ValueRange, Witness
+from fcu_emulator.emulator.analysis.recorder import LabLine, TruthRecorder, ValueRange
 from fcu_emulator.emulator.world.track import Array
 
 FIELD = (215.0, 0.0, -430.0)  # mgauss, in Zurich, on a board that lies still
@@ -115,6 +115,6 @@ def test_a_calibration_that_still_learns_is_no_mistake(offset: tuple[float, ...]
 )
 def test_the_labs_firmware_is_right(scenario: str, seed: int) -> None:
     board = Board("lab3", scenario=scenario, seed=seed)
-    witness = Witness(board)
+    recorder = TruthRecorder(board)
     board.run_for(board.scenario.duration_s if board.scenario else 0)
-    assert [one.summary for one in explain(board, witness) if one.kind == "numbers"] == []
+    assert [one.summary for one in explain(board, recorder) if one.kind == "numbers"] == []

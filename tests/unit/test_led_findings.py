@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from fcu_emulator.emulator.scenario.expectations import Miss, RunView
+from fcu_emulator.emulator.scenario.expectations import Failure, RunView
 from fcu_emulator.emulator.scenario.hardware import ExpectLedFollows
 from fcu_emulator.emulator.scenario.run_view import TiltSample
 from fcu_emulator.emulator.time.clock import PS_PER_MS
@@ -43,7 +43,7 @@ def finding(is_lit: Callable[[int], bool]) -> str:
     return "" if found is None else found.finding
 
 
-def miss(is_lit: Callable[[int], bool]) -> Miss | None:
+def miss(is_lit: Callable[[int], bool]) -> Failure | None:
     """How a LED is wrong that is lit at the milliseconds for which ``is_lit`` is true."""
     states = [is_lit(at_ms) for at_ms in range(END_MS)]
     changes = [at_ms for at_ms in range(1, END_MS) if states[at_ms] is not states[at_ms - 1]]

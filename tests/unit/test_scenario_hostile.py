@@ -15,7 +15,7 @@ from pydantic import ValidationError
 from fcu_emulator import Board, InputError, ScenarioError
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.scenario import load_scenario, run
-from fcu_emulator.emulator.scenario.fields import Resources, SearchPatience
+from fcu_emulator.emulator.scenario.fields import Resources, TimeBudget
 from fcu_emulator.emulator.scenario.loader import scenario_error
 from fcu_emulator.emulator.scenario.schema import MOST_ENTRIES, scenario_file
 from tests.support.scenario_files import HEAD, SHORT, play, refusal, write
@@ -356,7 +356,7 @@ def test_patterns_as_people_write_them_are_compiled(tmp_path: Path, pattern: str
 
 def test_all_searches_of_a_run_have_one_bound() -> None:
     clock = iter(range(1000))
-    patience = SearchPatience(lambda: float(next(clock)))
+    patience = TimeBudget(lambda: float(next(clock)))
     for _ in range(10):
         with patience.limited() as timeout_s:
             assert timeout_s <= 0.5

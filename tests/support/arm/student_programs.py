@@ -23,7 +23,7 @@ from typing import Any
 
 from fcu_emulator import Board
 from fcu_emulator.emulator.analysis.mistakes import explain
-from fcu_emulator.emulator.analysis.recorder import Witness
+from fcu_emulator.emulator.analysis.recorder import TruthRecorder
 from fcu_emulator.emulator.chip.diagnosis import Diagnosis
 from fcu_emulator.firmware_model import arm
 
@@ -120,9 +120,9 @@ def said(
 ) -> list[str]:
     """What is said about a program after its run: each finding without lists of callers and transfers."""
     board = Board(file, wiring=program.wiring, scenario=scenario or program.scenario)
-    witness = Witness(board)
+    recorder = TruthRecorder(board)
     board.run_for(program.seconds if seconds is None else seconds)
-    return [_short(diagnosis) for diagnosis in explain(board, witness)]
+    return [_short(diagnosis) for diagnosis in explain(board, recorder)]
 
 
 def _short(diagnosis: Diagnosis) -> str:
