@@ -14,4 +14,4 @@ def __getattr__(name: str) -> Any:
         DeprecationWarning,
         stacklevel=2,
     )
-    return getattr(strategies, name)
+    return getattr(strategies, {"Motion": "GeneratedMotion"}.get(name, name))
