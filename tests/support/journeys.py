@@ -92,11 +92,11 @@ def entered(run: Callable[[], object]) -> list[Entry]:
         if (file, caller) not in found:
             found[file, caller] = Entry(_ours(file), frame.f_code.co_qualname, _ours(caller))
 
-    sys.setwiring(note)
+    sys.setprofile(note)
     try:
         run()
     finally:
-        sys.setwiring(None)
+        sys.setprofile(None)
     return [entry for entry in found.values() if entry.file]
 
 

@@ -100,7 +100,7 @@ def memory_map_xml() -> bytes:
     for kind, start, size in ADDRESSES:
         begin = f'<memory type="{kind}" start="0x{start:08x}" length="0x{size:x}"'
         if kind == "flash":
-            lines.append(f'{begin}><property name="peripheralsize">0x{_SECTOR:x}</property></memory>')
+            lines.append(f'{begin}><property name="blocksize">0x{_SECTOR:x}</property></memory>')
         else:
             lines.append(f"{begin}/>")
     return "\n".join((*lines, "</memory-map>", "")).encode("ascii")
