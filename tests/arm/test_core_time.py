@@ -88,7 +88,7 @@ def test_a_change_by_an_event_counts_from_the_event() -> None:
 
 def test_cycles_per_instruction_must_be_sensible() -> None:
     for cycles in (Fraction(0), Fraction(-1), Fraction(101)):
-        with pytest.raises(ValueError, match="cycles per instruction; give a number from 0 to 100"):
+        with pytest.raises(ValueError, match=str(cycles)):
             CoreBench("reset: b .", cycles=cycles)
 
 
