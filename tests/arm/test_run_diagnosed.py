@@ -28,7 +28,8 @@ def run(program: str, *arguments: str) -> tuple[int, str]:
 
 
 @pytest.mark.parametrize(
-    ("program", "named"), [("wrong_address", "0x6B"), ("null_pointer", "NULL"), ("stack_overflow", "HardFault")]
+    ("program", "named"),
+    [("wrong_address", "0x6B"), ("null_pointer", "NULL"), ("stack_overflow", "HardFault")],
 )
 def test_a_firmware_that_cannot_go_on_is_explained_and_ends_with_3(
     program: str, named: str, words: Words
