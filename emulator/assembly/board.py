@@ -324,7 +324,9 @@ class Board:
 
     def _built(self, what: str) -> ArmFirmware:
         if self.chip is None:
-            raise InputError(f'{what} needs firmware built for the chip: Board(firmware="mylab.elf")')
+            raise InputError(
+                f'{what} needs firmware built for the chip: Board(firmware="mylab.elf")', kind="not_built"
+            )
         return self.chip
 
     @contextmanager

@@ -141,7 +141,9 @@ class Frame:
         if isinstance(argument, bytes | bytearray):
             target = Array(Integer(1, signed=False), len(argument))
         if target is None:
-            raise InputError(f"{name}: it is not known what this points to; give an address, or bytes")
+            raise InputError(
+                f"{name}: it is not known what this points to; give an address, or bytes", kind="unknown_size"
+            )
         if isinstance(argument, list | tuple) and not _is_one(target, argument):
             target = Array(target, len(argument))
         raw = bytearray(target.size)
@@ -207,7 +209,10 @@ class Scratch:
         """Be what the chip is now."""
         core, copy = self._core, self._copy
         if core.retired == 0:
-            raise InputError("the firmware has not begun; run its start-up code first: board.run_for(0.1)")
+            raise InputError(
+                "the firmware has not begun; run its start-up code first: board.run_for(0.1)",
+                kind="not_started",
+            )
         copy.ram[:] = core.ram
         if self._flash_version != core.code_version:
             self._flash_version = core.code_version
@@ -229,7 +234,9 @@ class Scratch:
         try:
             return self.run(name, address, signature, arguments, max_instructions)
         except _NeedsBoardError as problem:
-            raise CallError(f"{name}() {problem}; call it on the board: board.call({name!r}, ...)") from None
+            raise CallError(
+                f"{name}() {problem}; call it on the board: board.call({name!r}, ...)", kind="needs_board"
+            ) from None
 
     def run(
         self, name: str, address: int, signature: Signature, arguments: Sequence[Any], max_instructions: int
@@ -265,7 +272,7 @@ class Scratch:
             return _NeedsBoardError(f"waits, or calls an exception handler ({stop.name})")
         where = place(self._image, copy.pc)
         address = f" at 0x{copy.fault_address:08X}" if stop in _WITH_ADDRESS else ""
-        return CallError(f"{name}() {_WHY.get(stop, stop.name)}{address}: in {where}")
+        return CallError(f"{name}() {_WHY.get(stop, stop.name)}{address}: in {where}", kind=stop.name.lower())
 
     def _read(self, address: int, size: int) -> bytes:
         content = self._copy.memory(address, size)
@@ -334,7 +341,8 @@ class Caller:
         held = core.halted
         if held:
             raise InputError(
-                f"{name}() reaches a peripheral, and a debugger holds the chip; let it go on first"
+                f"{name}() reaches a peripheral, and a debugger holds the chip; let it go on first",
+                kind="chip_held",
             )
         everything, pc, chosen = CoreRegisters(core, EVERYTHING), core.pc, CoreRegisters(core, _SET)
         saved = tuple(everything.read())
@@ -364,14 +372,15 @@ class Caller:
         while core.clock.now_ps < end_ps:
             self._run_until(min(core.clock.now_ps + _SLICE_PS, end_ps))
             if core.locked_up:
-                raise CallError(f"{name}(): {core.locked_up}")
+                raise CallError(f"{name}(): {core.locked_up}", kind="locked_up")
             if core.halted:
                 if core.pc == back and core.register(13) == sp:
                     return
                 core.resume(False)
         raise CallError(
             f"{name}() has not returned within {timeout_s:g} s of virtual time; it is in "
-            f"{place(self._image, core.pc)}; to allow more: timeout_s=NUMBER"
+            f"{place(self._image, core.pc)}; to allow more: timeout_s=NUMBER",
+            kind="timeout",
         )
 
     def _load(self, address: int, size: int) -> bytes:
@@ -394,7 +403,9 @@ def set_variable(
     """Give a variable a value. Raises KeyError, and InputError for a value that does not fit."""
     address, kind = _symbols(image).variable_type(name)
     if address < RAM:
-        raise InputError(f"{name} is a constant in flash (0x{address:08X}); it cannot be changed")
+        raise InputError(
+            f"{name} is a constant in flash (0x{address:08X}); it cannot be changed", kind="constant"
+        )
     raw = bytearray(read(address, kind.size))
     store(kind, value, raw, 0, name)
     write(address, bytes(raw))
@@ -406,13 +417,16 @@ def find_function(image: FirmwareImage, name: str, arguments: Sequence[Any]) -> 
     try:
         address, signature = symbols.function(name)
     except KeyError as problem:
-        raise InputError(problem.args[0]) from None
+        raise InputError(problem.args[0], kind="not_callable") from None
     if signature.is_variadic:
-        raise InputError(f"{name}() takes a variable number of arguments, which cannot be called from here")
+        raise InputError(
+            f"{name}() takes a variable number of arguments, which cannot be called from here",
+            kind="variadic",
+        )
     if len(arguments) != len(signature.parameters):
         names = ", ".join(parameter.name or "?" for parameter in signature.parameters)
         takes = f"{len(signature.parameters)} arguments ({names})" if names else "no arguments"
-        raise InputError(f"{name}() takes {takes}; {len(arguments)} given")
+        raise InputError(f"{name}() takes {takes}; {len(arguments)} given", kind="argument_count")
     return address, signature
 
 
@@ -427,7 +441,9 @@ def place(image: FirmwareImage, address: int) -> str:
 
 def _symbols(image: FirmwareImage) -> Symbols:
     if image.symbols is None:
-        raise InputError(f"{image.path} has no symbols; give the ELF that was not stripped")
+        raise InputError(
+            f"{image.path} has no symbols; give the ELF that was not stripped", kind="no_symbols"
+        )
     return image.symbols
 
 

@@ -162,9 +162,14 @@ class Limits:
         for field in fields(self):
             value = getattr(self, field.name)
             if not value > 0:
-                raise InputError(f"limit {field.name} is {value!r}; give a number above 0")
+                raise InputError(
+                    f"limit {field.name} is {value!r}; give a number above 0", kind="out_of_range"
+                )
         if self.resets_per_s >= RESETS_KEPT:
-            raise InputError(f"limit resets_per_s is {self.resets_per_s}; give less than {RESETS_KEPT}")
+            raise InputError(
+                f"limit resets_per_s is {self.resets_per_s}; give less than {RESETS_KEPT}",
+                kind="out_of_range",
+            )
 
     def work_until(self, at_ps: int) -> int:
         """Return the work that is allowed from power-on to ``at_ps``."""
@@ -188,11 +193,15 @@ def parse_limits(settings: Iterable[str]) -> Limits:
     for setting in settings:
         name, _, number = setting.partition("=")
         if name not in types:
-            raise InputError(f"limit {setting}: known are {', '.join(types)}, such as wall_s=60")
+            raise InputError(
+                f"limit {setting}: known are {', '.join(types)}, such as wall_s=60", kind="unknown_limit"
+            )
         try:
             chosen[name] = types[name](number)
         except ValueError:
-            raise InputError(f"limit {setting}: give a number, such as {name}=1000") from None
+            raise InputError(
+                f"limit {setting}: give a number, such as {name}=1000", kind="not_a_number"
+            ) from None
     return Limits(**chosen)
 
 

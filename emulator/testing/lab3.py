@@ -153,7 +153,9 @@ class Compiled:
     def __init__(self, firmware: str | Path, names: Mapping[str, str] | None = None) -> None:
         unknown = set(names or {}) - set(self.USUAL)
         if unknown:
-            raise InputError(f"names: unknown {sorted(unknown)}; there are {', '.join(self.USUAL)}")
+            raise InputError(
+                f"names: unknown {sorted(unknown)}; there are {', '.join(self.USUAL)}", kind="unknown_name"
+            )
         self.name = str(firmware)
         self._names = {**self.USUAL, **(names or {})}
         self._board: Board | None = None

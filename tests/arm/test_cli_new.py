@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.words import Words
+
 ROOT = Path(__file__).parents[2]
 BUSES = pytest.mark.parametrize("bus", ["I2C2", "SPI2"])
 
@@ -25,21 +27,28 @@ def fcu_new(*arguments: str, code: int = 0) -> subprocess.CompletedProcess[str]:
     return done
 
 
-def test_it_writes_the_template_and_says_what_is_next(tmp_path: Path) -> None:
+def commands(text: str) -> list[str]:
+    """The commands that are advised, in lines of their own."""
+    return [line.strip() for line in text.splitlines() if line.startswith("  ")]
+
+
+def test_it_writes_the_template_and_says_what_is_next(tmp_path: Path, words: Words) -> None:
     project = tmp_path / "my lab"
     text = fcu_new(str(project)).stdout
 
     names = {path.name for path in project.iterdir()}
     assert names == {"main.c", "Makefile", "README.md", ".gitignore", ".github", "support"}
     assert "YOUR CODE HERE" in (project / "main.c").read_text()
-    assert f"  cd '{project}'\n  fcu build\n  fcu run lab3.elf\n  fcu check\n" in text
+    assert commands(text) == [f"cd '{project}'", "fcu build", "fcu run lab3.elf", "fcu check"]
+    words("new", text)
 
 
 def test_bus_is_in_the_makefile_and_commands_are_the_usual_ones(tmp_path: Path) -> None:
     text = fcu_new(str(tmp_path / "spi"), "--bus", "SPI2").stdout
 
     assert "BUS ?= SPI2\n" in (tmp_path / "spi" / "Makefile").read_text()
-    assert "  fcu build\n  fcu run lab3.elf\n  fcu check\n" in text  # the ELF file says which bus it uses
+    # the ELF file says which bus it uses
+    assert commands(text)[1:] == ["fcu build", "fcu run lab3.elf", "fcu check"]
 
 
 def test_an_empty_folder_is_taken(tmp_path: Path) -> None:
@@ -49,23 +58,25 @@ def test_an_empty_folder_is_taken(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("what", ["file", "folder"])
-def test_nothing_is_overwritten(tmp_path: Path, what: str) -> None:
+def test_nothing_is_overwritten(tmp_path: Path, what: str, words: Words) -> None:
     target = tmp_path / "lab3"
     occupied = target if what == "file" else target / "main.c"
     occupied.parent.mkdir(exist_ok=True)
     occupied.write_text("mine")
     done = fcu_new(str(target), code=2)
 
-    assert done.stderr == f"fcu: {target} exists and is not an empty folder; give the name of a new one\n"
+    assert str(target) in done.stderr
+    words("new", done.stderr)
     assert occupied.read_text() == "mine"
 
 
-def test_a_place_that_cannot_be_written_is_one_line(tmp_path: Path) -> None:
+def test_a_place_that_cannot_be_written_is_one_line(tmp_path: Path, words: Words) -> None:
     (tmp_path / "file").write_text("")
     done = fcu_new(str(tmp_path / "file" / "lab3"), code=2)
 
-    assert done.stderr.startswith(f"fcu: cannot create {tmp_path / 'file' / 'lab3'}: ")
+    assert str(tmp_path / "file" / "lab3") in done.stderr
     assert len(done.stderr.splitlines()) == 1
+    words("new", done.stderr.rpartition(": ")[0])  # without the reason of the operating system
 
 
 @pytest.mark.skipif(

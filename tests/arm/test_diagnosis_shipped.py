@@ -6,8 +6,10 @@ import pytest
 
 from fcu_emulator import Board
 from fcu_emulator.emulator.buses.i2c import I2CFault
+from fcu_emulator.emulator.chip.diagnosis import Diagnosis
 from fcu_emulator.emulator.time.clock import PS_PER_S
 from fcu_emulator.firmware_model.arm import prebuilt
+from tests.support.words import Words
 
 LONG_PS = 100 * PS_PER_S
 
@@ -16,9 +18,11 @@ def template(wiring: str, bus: str) -> Board:
     return Board(prebuilt("template", bus), wiring=wiring)
 
 
-def said(board: Board) -> str:
+def diagnosed(board: Board) -> Diagnosis:
     assert board.chip is not None
-    return str(board.chip.diagnosis())
+    diagnosis = board.chip.diagnosis()
+    assert diagnosis is not None
+    return diagnosis
 
 
 @pytest.mark.parametrize(
@@ -55,53 +59,59 @@ def test_a_slow_bus_makes_the_callback_too_long_and_is_no_failure_of_the_program
 
 
 @pytest.mark.parametrize(("wiring", "bus"), [("lab3", "I2C2"), ("fcu001v1", "SPI2")])
-def test_a_wrong_identity_is_told_with_what_was_read_and_expected(wiring: str, bus: str) -> None:
+def test_a_wrong_identity_is_told_with_what_was_read_and_expected(
+    wiring: str, bus: str, words: Words
+) -> None:
     """LIS2MDL datasheet, WHO_AM_I (4Fh): 0x40."""
     board = template(wiring, bus)
     board.sensors.lis2mdl.registers.mem[0x4F] = 0
     board.run_for(0.05)
 
-    assert said(board).splitlines()[0] == (
-        "stuck in initializeAllSensors(), sensor_setup.c:20, called from main(), main.c:34: "
-        f"WHO_AM_I of LIS2MDL was read over {bus} and gave 0x00; expected 0x40"
-    )
-    assert said(board).splitlines()[-1].endswith("LIS2MDL: read WHO_AM_I (0x4F): 00")
+    diagnosis = diagnosed(board)
+    assert diagnosis.kind == "stuck"
+    for part in (
+        "initializeAllSensors(), sensor_setup.c:20",
+        "main(), main.c:34",
+        "WHO_AM_I",
+        "0x00",
+        "0x40",
+    ):
+        assert part in diagnosis.summary
+    assert diagnosis.details[-1].endswith("LIS2MDL: read WHO_AM_I (0x4F): 00")
+    words("diagnosis", diagnosis.summary)
 
 
-def test_firmware_for_spi2_finds_nobody_with_the_sensors_on_i2c2() -> None:
+def test_firmware_for_spi2_finds_nobody_with_the_sensors_on_i2c2(words: Words) -> None:
     board = template("lab3", "SPI2")
     board.run_for(0.05)
-    text = said(board)
+    diagnosis = diagnosed(board)
 
-    assert text.startswith(
-        "stuck in initializeAllSensors(), sensor_setup.c:12, called from main(), main.c:34: "
-    )
-    assert "no sensor is on SPI2 with this wiring" in text.splitlines()[0]
-    assert "build the firmware for I2C2, or run it with wiring fcu001v1" in text
+    assert diagnosis.kind == "stuck"
+    for part in ("initializeAllSensors(), sensor_setup.c:12", "main(), main.c:34", "SPI2"):
+        assert part in diagnosis.summary
+    words("diagnosis", diagnosis.summary)
+    words("diagnosis", next(line for line in diagnosis.details if "fcu001v1" in line))
 
 
-def test_firmware_for_i2c2_finds_nobody_with_the_sensors_on_spi2() -> None:
+def test_firmware_for_i2c2_finds_nobody_with_the_sensors_on_spi2(words: Words) -> None:
     board = template("fcu001v1", "I2C2")
     board.run_for(0.05)
-    text = said(board)
+    diagnosis = diagnosed(board)
 
-    assert text.splitlines()[0].endswith("no answer at I2C2 address 0x6B")
-    assert "build the firmware for SPI2, or run it with wiring lab3" in text
+    assert diagnosis.kind == "stuck"
+    words("diagnosis", diagnosis.summary)
+    words("diagnosis", next(line for line in diagnosis.details if "wiring lab3" in line))
 
 
-@pytest.mark.parametrize(
-    ("fault", "cause"),
-    [
-        (I2CFault("stuck"), "a line of I2C2 is held low"),
-        (I2CFault("absent", address=0x1E), "I2C 0x1E: no acknowledge of its address"),
-    ],
-)
-def test_a_bus_broken_on_purpose_is_named(fault: I2CFault, cause: str) -> None:
+@pytest.mark.parametrize("fault", [I2CFault("stuck"), I2CFault("absent", address=0x1E)])
+def test_a_bus_broken_on_purpose_is_named(fault: I2CFault, words: Words) -> None:
     board = template("lab3", "I2C2")
     board.i2c2.bus.inject(fault)
     board.run_for(0.2)
 
-    assert said(board).splitlines()[0].endswith(cause)
+    diagnosis = diagnosed(board)
+    assert diagnosis.kind == "stuck"
+    words("diagnosis", diagnosis.summary)
 
 
 def test_a_device_that_fails_for_a_while_is_no_wrong_address() -> None:

@@ -9,6 +9,7 @@ from fcu_emulator.emulator.chip.diagnosis.evidence import nobody
 from fcu_emulator.emulator.chip.diagnosis.faults import CFSR, HFSR, decoded
 from fcu_emulator.emulator.chip.diagnosis.hang import exception_name, handler_name
 from fcu_emulator.emulator.chip.registers import scb
+from tests.support.words import Words
 
 
 @pytest.mark.parametrize(
@@ -73,22 +74,25 @@ def test_system_exceptions_and_gaps_are_named() -> None:
 @pytest.mark.parametrize(
     ("given", "on_the_wire", "meant"),
     [
-        ("LSM6DSL's other address", 0x6A, "the LSM6DSL answers at 0x6B (0xD6 as HAL address)"),
-        ("LPS22HB's other address", 0x5C, "the LPS22HB answers at 0x5D (0xBA as HAL address)"),
-        ("0x6B not shifted", 0x35, "the HAL was given 0x6B and wants it shifted left, 0xD6"),
-        ("0x1E not shifted", 0x0F, "the HAL was given 0x1E and wants it shifted left, 0x3C"),
-        ("0x5D not shifted", 0x2E, "the HAL was given 0x5D and wants it shifted left, 0xBA"),
-        ("0x1E shifted twice", 0x3C, "the address was shifted left twice"),
-        ("something else", 0x50, "no answer at I2C2 address 0x50"),
+        ("LSM6DSL's other address", 0x6A, ["LSM6DSL", "0x6B", "0xD6"]),
+        ("LPS22HB's other address", 0x5C, ["LPS22HB", "0x5D", "0xBA"]),
+        ("0x6B not shifted", 0x35, ["0x6B", "0xD6"]),
+        ("0x1E not shifted", 0x0F, ["0x1E", "0x3C"]),
+        ("0x5D not shifted", 0x2E, ["0x5D", "0xBA"]),
+        ("0x1E shifted twice", 0x3C, ["twice"]),
+        ("something else", 0x50, ["0x50"]),
     ],
 )
-def test_a_wrong_address_leads_to_the_one_that_was_meant(given: str, on_the_wire: int, meant: str) -> None:
+def test_a_wrong_address_leads_to_the_one_that_was_meant(
+    given: str, on_the_wire: int, meant: list[str], words: Words
+) -> None:
     """Addresses: LSM6DSL datasheet T10, LIS2MDL 5.1.1, LPS22HB 7.2.1; the HAL takes them in 8 bits."""
     signals = Board().signals
     cause = nobody(signals, signals.i2c["I2C2"], on_the_wire)
 
-    assert cause.short.endswith(meant)
+    assert all(part in cause.short for part in ["I2C2", f"0x{on_the_wire:02X}", *meant])
     assert cause.sentences
+    words("diagnosis", cause.short)
 
 
 def test_every_bit_of_the_fault_status_has_a_meaning() -> None:

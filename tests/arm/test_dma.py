@@ -196,9 +196,7 @@ def test_memory_to_memory_on_dma1_is_noted(dma: int, is_noted: bool) -> None:
     """9.3.2: only DMA2 can."""
     bench = DmaBench()
     bench.start(0, MEMORY_TO_MEMORY | PINC | MINC, 4, memory=RAM + 64, peripheral=RAM, dma=dma)
-    assert [what for what, text in bench.chip.notes() if "memory to memory" in text] == [
-        "forbidden"
-    ] * is_noted
+    assert [what for what, _ in bench.chip.notes()] == ["forbidden"] * is_noted
 
 
 def test_a_channel_without_a_line_is_told() -> None:

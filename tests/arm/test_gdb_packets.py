@@ -102,6 +102,13 @@ def test_the_memory_map_knows_the_flash_and_the_ram() -> None:
     assert regions[RAM] == ("ram", RAM_SIZE)
 
 
+def test_flash_in_the_memory_map_has_a_block_size() -> None:
+    """GDB manual, "Memory Map Format": without it GDB refuses the whole map."""
+    flash = ET.fromstring(memory_map_xml()).findall("memory[@type='flash']/property[@name='blocksize']")
+
+    assert [int(one.text or "", 16) for one in flash] == [0x4000]
+
+
 def test_documents_are_read_in_pieces(gdb: Debugger) -> None:
     text, reply = b"", b"m"
     while reply[:1] == b"m":

@@ -14,10 +14,10 @@ from fcu_emulator.emulator.chip.gdb.attach import serve
 from fcu_emulator.emulator.chip.gdb.packets import LONGEST, Arrival, frame
 from fcu_emulator.emulator.chip.gdb.server import GdbServer
 from fcu_emulator.emulator.errors import FirmwareError, InputError, LinkError
-from fcu_emulator.emulator.host.loopback import HOST
 from fcu_emulator.emulator.links.runner import Runner
 from fcu_emulator.emulator.time.clock import PS_PER_MS
 from tests.support.arm.gdb_fakes import START, Client, FakeTarget
+from tests.support.words import Words
 
 SLICE_PS = 100_000
 
@@ -226,8 +226,10 @@ def test_nothing_that_a_client_sends_breaks_the_server(pieces: list[bytes]) -> N
 
 
 def test_a_port_in_use_is_one_line(bench: Bench) -> None:
-    with pytest.raises(LinkError, match=f"--gdb {bench.server.port}: .*; give another port of {HOST}"):
+    with pytest.raises(LinkError, match=f"--gdb {bench.server.port}: ") as caught:
         GdbServer(FakeTarget(), str, bench.server.port)
+    assert caught.value.kind == "port"
+    assert "\n" not in str(caught.value)
 
 
 def test_the_server_listens_on_this_machine_only(bench: Bench) -> None:
@@ -245,8 +247,9 @@ def _built(**settings: bool) -> Board:
 
 
 def test_python_firmware_cannot_be_debugged_this_way() -> None:
-    with pytest.raises(InputError, match="built for the chip"):
+    with pytest.raises(InputError) as caught:
         serve(Board(firmware="lab3"), 0)
+    assert caught.value.kind == "not_built"
 
 
 def test_a_run_under_a_debugger_is_the_same_run() -> None:
@@ -309,16 +312,16 @@ def test_wall_time_of_a_halted_board_does_not_count_and_kill_ends_the_run() -> N
     [
         ("attitude", "roll 0.000 deg, pitch 0.000 deg, yaw 0.000 deg\n"),
         ("attitude 10 -20 30", "roll 10.000 deg, pitch -20.000 deg, yaw 30.000 deg\n"),
-        ("attitude 10 north 30", "give three angles in degrees: monitor attitude ROLL PITCH YAW\n"),
+        ("attitude 10 north 30", "ROLL PITCH YAW"),
         ("time", "0.000000000 s\n"),
-        ("reset halt", "the chip has been reset and is halted\n"),
-        ("regs nothing", "unknown peripheral 'nothing'; known: "),
+        ("reset halt", "halted\n"),
+        ("regs nothing", "'nothing'"),
         ("regs rcc", "CR         0x00000083\n"),
-        ("regs gpiob", "GPIOB has no clock: its enable bit in RCC is not set\nMODER      0x00000280\n"),
-        ("fly", "unknown command 'fly'; known: help, attitude, time, where, regs, reset\n"),
+        ("regs gpiob", "MODER      0x00000280\n"),
+        ("fly", "'fly'"),
     ],
 )
-def test_a_monitor_command_answers(command: str, answer: str) -> None:
+def test_a_monitor_command_answers(command: str, answer: str, words: Words) -> None:
     board = Board(firmware="solution")
     server = serve(board, 0, halted=True)
     client = Client(server, lambda: server.run_until_ps(0))
@@ -327,7 +330,9 @@ def test_a_monitor_command_answers(command: str, answer: str) -> None:
     server.close()
 
     assert isinstance(reply, bytes)
-    assert bytes.fromhex(reply[1:].decode()).decode().startswith(answer)
+    text = bytes.fromhex(reply[1:].decode()).decode()
+    assert answer in text
+    words("gdb", text.splitlines()[0])
 
 
 def test_where_says_function_and_line_of_the_program_in_flash() -> None:

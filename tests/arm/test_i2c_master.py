@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from fcu_emulator.emulator.buses.i2c import FaultKind, I2CFault
 from fcu_emulator.emulator.chip.peripherals.peripheral import ALREADY_PS
+from fcu_emulator.emulator.errors import I2CNackError
 from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
 from fcu_emulator.emulator.trace import BusTransfer
 from tests.support.arm.comm_bench import RAM, CommBench
@@ -307,7 +308,8 @@ def test_nobody_at_an_address_is_af_and_the_bus_is_free_again() -> None:
     with pytest.raises(HalError):
         hal.mem_read(0x33, 0, 1)
     hal.wait_idle()
-    assert bench.trace.of(BusTransfer)[-1].result == "I2C 0x33: no acknowledge of its address"
+    last = bench.trace.of(BusTransfer)[-1]
+    assert (last.address, last.result) == (0x33, str(I2CNackError(0x33, 0)))
     assert hal.mem_read(LSM6DSL, 0x0F, 1) == b"\x6a"
     assert (hal.is_ready(0x33), hal.is_ready(MEMORY)) == (False, True)
 

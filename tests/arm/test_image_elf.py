@@ -11,17 +11,18 @@ from elftools.elf.elffile import ELFFile
 from fcu_emulator.emulator.chip.image import parse_firmware
 from fcu_emulator.emulator.errors import FirmwareFileError
 from tests.support.arm.elf_builder import FLASH, RAM, Load, Section, code, debug_elf, elf, patched
+from tests.support.words import Words
 
 PREBUILT = sorted((Path(__file__).parents[2] / "firmware_model/arm/prebuilt").glob("*.elf"))
 E_TYPE, E_PHOFF, E_SHOFF, E_PHENTSIZE, E_PHNUM, E_SHNUM = 16, 28, 32, 42, 44, 48
 P_OFFSET, P_VADDR, P_PADDR, P_FILESZ, P_MEMSZ = (52 + place for place in (4, 8, 12, 16, 20))
 
 
-def refusal(data: bytes) -> str:
+def refusal(data: bytes) -> FirmwareFileError:
     with pytest.raises(FirmwareFileError) as caught:
         parse_firmware(data, "lab3.elf")
     assert "\n" not in str(caught.value)
-    return str(caught.value)
+    return caught.value
 
 
 def test_initial_values_are_loaded_at_their_physical_address() -> None:
@@ -58,37 +59,44 @@ def test_our_own_firmware_loads_as_pyelftools_reads_it(path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("data", "what"),
+    ("data", "kind", "what"),
     [
-        (elf(machine=62, ident=b"\x7fELF\x02\x01\x01"), "for x86-64,"),
-        (elf(machine=183, ident=b"\x7fELF\x02\x01\x01"), "for 64-bit ARM,"),
-        (elf(machine=243), "for RISC-V,"),
-        (elf(machine=94), "for Xtensa (ESP32),"),
-        (elf(machine=0x1234), "for machine 4660,"),
-        (elf(machine=8 << 8, ident=b"\x7fELF\x01\x02\x01"), "for MIPS,"),
-        (elf(machine=40 << 8, ident=b"\x7fELF\x01\x02\x01"), "no little-endian 32-bit ELF"),
-        (elf(ident=b"\x7fELF\x01\x01\x01\x03"), "a program for Linux on ARM"),
-        (
-            elf([Load(FLASH, code()), Load(FLASH, b"/lib/ld-linux.so", type=3)]),
-            "for Linux on ARM (dynamically",
-        ),
-        (elf(kind=1), "an object file (.o), not linked"),
-        (elf(kind=3), "a shared object"),
-        (elf(kind=4), "a core dump"),
-        (elf(kind=0xFE00), "of ELF type 65024"),
+        (elf(machine=62, ident=b"\x7fELF\x02\x01\x01"), "wrong_machine", "x86-64"),
+        (elf(machine=183, ident=b"\x7fELF\x02\x01\x01"), "wrong_machine", "64-bit ARM"),
+        (elf(machine=243), "wrong_machine", "RISC-V"),
+        (elf(machine=94), "wrong_machine", "Xtensa (ESP32)"),
+        (elf(machine=0x1234), "wrong_machine", "4660"),
+        (elf(machine=8 << 8, ident=b"\x7fELF\x01\x02\x01"), "wrong_machine", "MIPS"),
+        (elf(machine=40 << 8, ident=b"\x7fELF\x01\x02\x01"), "wrong_format", "32-bit"),
+        (elf(ident=b"\x7fELF\x01\x01\x01\x03"), "linux_program", "Linux"),
+        (elf([Load(FLASH, code()), Load(FLASH, b"/lib/ld-linux.so", type=3)]), "linux_program", "Linux"),
+        (elf(kind=1), "wrong_type", ".o"),
+        (elf(kind=3), "wrong_type", "shared"),
+        (elf(kind=4), "wrong_type", "core dump"),
+        (elf(kind=0xFE00), "wrong_type", "65024"),
     ],
 )
-def test_other_programs_are_called_what_they_are(data: bytes, what: str) -> None:
-    assert what in refusal(data)
+def test_other_programs_are_called_what_they_are(data: bytes, kind: str, what: str, words: Words) -> None:
+    error = refusal(data)
+
+    assert error.kind == kind
+    assert what in error.problem
+    words("firmware_file", error.problem)
 
 
 @pytest.mark.parametrize("length", [4, 51, 60, 83, 84, 200, len(elf()) - 1])
-def test_a_file_cut_short_is_refused(length: int) -> None:
-    assert "cut short" in refusal(elf()[:length])
+def test_a_file_cut_short_is_refused(length: int, words: Words) -> None:
+    error = refusal(elf()[:length])
+
+    assert error.kind == "cut_short"
+    words("firmware_file", error.problem)
 
 
-def test_a_file_whose_end_with_the_section_table_is_missing_is_refused() -> None:
-    assert "cut short or damaged: its section header table" in refusal(debug_elf()[:-1])
+def test_a_file_whose_end_with_the_section_table_is_missing_is_refused(words: Words) -> None:
+    error = refusal(debug_elf()[:-1])
+
+    assert error.kind == "cut_short"
+    words("firmware_file", error.problem)
 
 
 @pytest.mark.parametrize(
@@ -104,75 +112,83 @@ def test_a_file_whose_end_with_the_section_table_is_missing_is_refused() -> None
     ],
 )
 def test_what_lies_outside_the_chips_memories_is_refused(load: Load, what: str) -> None:
-    message = refusal(elf([Load(FLASH, code()), load]))
+    error = refusal(elf([Load(FLASH, code()), load]))
 
-    assert what in message
-    assert (
-        "this board's STM32F401CC has flash 0x08000000..0x0803FFFF and RAM 0x20000000..0x2000FFFF" in message
-    )
-
-
-def test_segments_that_overlap_are_refused() -> None:
-    assert "two contents for address 0x08000080" in refusal(
-        elf([Load(FLASH, code()), Load(FLASH + 0x80, b"12")])
-    )
+    assert error.kind == "other_chip"
+    assert what in error.problem
+    for memory in ("STM32F401CC", "0x08000000..0x0803FFFF", "0x20000000..0x2000FFFF"):
+        assert memory in error.problem
 
 
-def test_thousands_of_overlapping_segments_are_refused_before_they_are_copied() -> None:
+def test_segments_that_overlap_are_refused(words: Words) -> None:
+    error = refusal(elf([Load(FLASH, code()), Load(FLASH + 0x80, b"12")]))
+
+    assert error.kind == "overlap"
+    assert "0x08000080" in error.problem
+    words("firmware_file", error.problem)
+
+
+def test_thousands_of_overlapping_segments_are_refused_before_they_are_copied(words: Words) -> None:
     """Each is a legal part of the file; together they would be gigabytes."""
     whole = elf([Load(FLASH, code(size=0x3_0000))])
     header = whole[52:84]
     many = patched(whole, E_PHOFF, "<I", len(whole)) + header * 60_000
 
-    assert "overlap or do not fit" in refusal(patched(many, E_PHNUM, "<H", 60_000))
+    error = refusal(patched(many, E_PHNUM, "<H", 60_000))
+
+    assert error.kind == "overlap"
+    words("firmware_file", error.problem)
 
 
 @pytest.mark.parametrize(
-    ("offset", "layout", "value", "what"),
+    ("offset", "layout", "value", "kind"),
     [
-        (E_PHNUM, "<H", 0, "no program headers"),
-        (E_PHNUM, "<H", 0xFFFF, "its program header table ends at byte"),
-        (E_PHOFF, "<I", 0xFFFF_FFFF, "its program header table ends at byte"),
-        (E_PHENTSIZE, "<H", 31, "program headers of 31 bytes"),
-        (E_SHOFF, "<I", 0xFFFF_FFF0, "its section header table ends at byte"),
-        (E_SHNUM, "<H", 0xFFFF, "its section header table ends at byte"),
-        (P_OFFSET, "<I", 0xFFFF_FFFF, "its segment for 0x08000000 ends at byte"),
-        (P_FILESZ, "<I", 0xFFFF_FFFF, "a segment of 4294967295 bytes for 256 of memory"),
-        (P_MEMSZ, "<I", 0, "a segment of 256 bytes for 0 of memory"),
-        (P_MEMSZ, "<I", 0xFFFF_FFFF, "uses memory 0x08000000..0x107FFFFFE"),
-        (P_VADDR, "<I", 0xFFFF_FFFF, "uses memory 0xFFFFFFFF"),
-        (P_PADDR, "<I", 0x4000_0000, "contents for 0x40000000"),
-        (52, "<I", 6, "loads nothing"),
+        (E_PHNUM, "<H", 0, "no_program_headers"),
+        (E_PHNUM, "<H", 0xFFFF, "cut_short"),
+        (E_PHOFF, "<I", 0xFFFF_FFFF, "cut_short"),
+        (E_PHENTSIZE, "<H", 31, "program_header_size"),
+        (E_SHOFF, "<I", 0xFFFF_FFF0, "cut_short"),
+        (E_SHNUM, "<H", 0xFFFF, "cut_short"),
+        (P_OFFSET, "<I", 0xFFFF_FFFF, "cut_short"),
+        (P_FILESZ, "<I", 0xFFFF_FFFF, "segment_size"),
+        (P_MEMSZ, "<I", 0, "segment_size"),
+        (P_MEMSZ, "<I", 0xFFFF_FFFF, "other_chip"),
+        (P_VADDR, "<I", 0xFFFF_FFFF, "other_chip"),
+        (P_PADDR, "<I", 0x4000_0000, "other_chip"),
+        (52, "<I", 6, "nothing_loaded"),
     ],
 )
-def test_extreme_fields_are_refused(offset: int, layout: str, value: int, what: str) -> None:
-    assert what in refusal(patched(debug_elf(), offset, layout, value))
+def test_extreme_fields_are_refused(offset: int, layout: str, value: int, kind: str, words: Words) -> None:
+    error = refusal(patched(debug_elf(), offset, layout, value))
+
+    assert error.kind == kind
+    words("firmware_file", error.problem)
 
 
-def test_a_program_for_a_boot_loader_is_refused_with_the_remedy() -> None:
-    message = refusal(elf([Load(FLASH + 0x4000, code(reset=(FLASH + 0x4040) | 1))]))
+def test_a_program_for_a_boot_loader_is_refused_with_the_remedy(words: Words) -> None:
+    error = refusal(elf([Load(FLASH + 0x4000, code(reset=(FLASH + 0x4040) | 1))]))
 
-    assert "no vector table at 0x08000000" in message
-    assert "no boot loader" in message
+    assert error.kind == "no_vector_table"
+    words("firmware_file", error.problem)
 
 
-def test_a_stripped_program_runs_and_says_that_it_has_no_names() -> None:
+def test_a_stripped_program_runs_and_says_that_it_has_no_names(words: Words) -> None:
     image = parse_firmware(elf(), "a.elf")
 
     assert image.symbols is None
-    assert image.notes == (
-        "no symbols: it has no symbol table; a stripped ELF runs, but is diagnosed without names",
-    )
+    (note,) = image.notes
+    words("firmware_file", note)
 
 
-def test_a_damaged_table_of_section_names_costs_the_symbols_only() -> None:
+def test_a_damaged_table_of_section_names_costs_the_symbols_only(words: Words) -> None:
     whole = elf(sections=[Section(".comment", b"GCC")])
     last_header = len(whole) - 40
 
     image = parse_firmware(patched(whole, last_header + 16, "<I", 0xFFFF_FFFF), "a.elf")  # sh_offset
 
     assert image.segments == ((FLASH, code()),)
-    assert image.notes == ("no symbols: the table of section names reaches beyond the end of the file",)
+    (note,) = image.notes
+    words("firmware_file", note)
 
 
 def test_the_entry_address_of_the_file_is_not_used() -> None:

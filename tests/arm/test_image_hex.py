@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from fcu_emulator.emulator.chip.image import parse_firmware
 from fcu_emulator.emulator.errors import FirmwareFileError
 from tests.support.arm.elf_builder import FLASH, RAM, RESET, code
+from tests.support.words import Words
 
 END = ":00000001FF"
 
@@ -41,11 +42,11 @@ def hex_file(*lines: str, ending: str = "\n") -> bytes:
     return "".join(line + ending for line in [*hex_lines(FLASH, code()), *lines, END]).encode()
 
 
-def refusal(data: bytes) -> str:
+def refusal(data: bytes) -> FirmwareFileError:
     with pytest.raises(FirmwareFileError) as caught:
         parse_firmware(data, "lab3.hex")
     assert "\n" not in str(caught.value)
-    return str(caught.value)
+    return caught.value
 
 
 @given(
@@ -90,9 +91,10 @@ def test_start_addresses_are_accepted_and_not_used() -> None:
 
 
 def test_a_segment_base_counts_in_sixteens_and_reaches_one_megabyte_only() -> None:
-    message = refusal(hex_file(record(2, 0, bytes.fromhex("F000")), record(0, 0x0010, b"\1\2")))
+    error = refusal(hex_file(record(2, 0, bytes.fromhex("F000")), record(0, 0x0010, b"\1\2")))
 
-    assert "contents for 0x000F0010..0x000F0011" in message
+    assert error.kind == "other_chip"
+    assert "0x000F0010..0x000F0011" in error.problem
 
 
 def test_behind_a_segment_base_addresses_wrap_inside_64_kb() -> None:
@@ -100,7 +102,7 @@ def test_behind_a_segment_base_addresses_wrap_inside_64_kb() -> None:
     wrapped = refusal(hex_file(record(2, 0, bytes.fromhex("1000")), record(0, 0xFFFF, b"\1\2")))
     on = parse_firmware(hex_file(record(0, 0xFFFF, b"\1\2")), "lab3.hex")
 
-    assert "0x0001FFFF..0x0001FFFF" in wrapped
+    assert "0x0001FFFF..0x0001FFFF" in wrapped.problem
     assert on.segments[-1] == (FLASH + 0xFFFF, b"\1\2")
 
 
@@ -109,44 +111,52 @@ def test_records_for_ram_are_loaded() -> None:
 
 
 @pytest.mark.parametrize(
-    ("line", "problem"),
+    ("line", "kind", "where"),
     [
-        ("hello", "line 19: is no record"),
-        ("00000001FF", "line 19: is no record"),
-        (":0000000", "line 19: is no record"),
-        (":00000G01FF", "line 19: is no record"),
-        (":", "line 19: has 0 bytes where its length announces 5"),
-        (":0000", "line 19: has 2 bytes where its length announces 5"),
-        (":04000000AABB96", "line 19: has 7 bytes where its length announces 9"),
-        (":0100000000AABB55", "line 19: has 8 bytes where its length announces 6"),
-        (":020000000102FA", "line 19: has checksum FA, its bytes give FB"),
-        (record(6, 0, b""), "line 19: record type 06 with 0 bytes does not exist"),
-        (record(4, 0, b"\0"), "line 19: record type 04 with 1 bytes does not exist"),
-        (record(1, 0, b"\0"), "line 19: record type 01 with 1 bytes does not exist"),
-        (END, "line 20: follows the end record"),
-        (record(0, 0x00F0, b"\0"), "two contents for address 0x080000F0"),
-        (
-            linear(0x0804_0000) + "\n" + record(0, 0, b"\0"),
-            "contents for 0x08040000..0x08040000; this board's",
-        ),
-        (linear(0xFFFF_0000) + "\n" + record(0, 0xFFFF, b"\0\0"), "contents for 0xFFFFFFFF..0x100000000"),
+        ("hello", "not_a_record", "line 19"),
+        ("00000001FF", "not_a_record", "line 19"),
+        (":0000000", "not_a_record", "line 19"),
+        (":00000G01FF", "not_a_record", "line 19"),
+        (":", "record_length", "line 19"),
+        (":0000", "record_length", "line 19"),
+        (":04000000AABB96", "record_length", "line 19"),
+        (":0100000000AABB55", "record_length", "line 19"),
+        (":020000000102FA", "checksum", "line 19"),
+        (record(6, 0, b""), "record_type", "line 19"),
+        (record(4, 0, b"\0"), "record_type", "line 19"),
+        (record(1, 0, b"\0"), "record_type", "line 19"),
+        (END, "after_end", "line 20"),
+        (record(0, 0x00F0, b"\0"), "overlap", "0x080000F0"),
+        (linear(0x0804_0000) + "\n" + record(0, 0, b"\0"), "other_chip", "0x08040000..0x08040000"),
+        (linear(0xFFFF_0000) + "\n" + record(0, 0xFFFF, b"\0\0"), "other_chip", "0xFFFFFFFF..0x100000000"),
     ],
 )
-def test_damage_is_named_with_its_line(line: str, problem: str) -> None:
+def test_damage_is_named_with_its_line(line: str, kind: str, where: str, words: Words) -> None:
     """code() fills lines 1 (linear base) to 17, so that a line behind ``:...`` of the base is line 19."""
-    assert problem in refusal(hex_file("", line))
+    error = refusal(hex_file("", line))
+
+    assert error.kind == kind
+    assert where in error.problem
+    words("firmware_file", error.problem)
 
 
-@pytest.mark.parametrize("kept", [13, 60, -13, -2])
-def test_a_file_cut_short_is_refused(kept: int) -> None:
-    assert ("no end record" in refusal(hex_file()[:kept])) or ("line" in refusal(hex_file()[:kept]))
+@pytest.mark.parametrize(
+    ("kept", "kind"),
+    [(13, "record_length"), (60, "no_end_record"), (-13, "no_end_record"), (-2, "not_a_record")],
+)
+def test_a_file_cut_short_is_refused(kept: int, kind: str) -> None:
+    assert refusal(hex_file()[:kept]).kind == kind
 
 
-def test_a_file_cut_between_two_lines_is_refused() -> None:
-    assert "no end record (:00000001FF); it is cut short" in refusal(
-        hex_file().removesuffix(END.encode() + b"\n")
-    )
+def test_a_file_cut_between_two_lines_is_refused(words: Words) -> None:
+    error = refusal(hex_file().removesuffix(END.encode() + b"\n"))
+
+    assert error.kind == "no_end_record"
+    words("firmware_file", error.problem)
 
 
-def test_more_text_than_the_chip_has_bytes_for_is_refused_unread() -> None:
-    assert "Intel HEX for this board has" in refusal(hex_file().rstrip() + b"\n" * (6 << 20))
+def test_more_text_than_the_chip_has_bytes_for_is_refused_unread(words: Words) -> None:
+    error = refusal(hex_file().rstrip() + b"\n" * (6 << 20))
+
+    assert error.kind == "too_long"
+    words("firmware_file", error.problem)

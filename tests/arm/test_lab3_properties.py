@@ -29,6 +29,7 @@ from fcu_emulator.emulator.testing.strategies import (
 )
 from fcu_emulator.firmware_model import arm
 from tests.support.arm.call_programs import FOLDER
+from tests.support.words import Words
 
 WRONG_YAW = FOLDER / "wrong_yaw.elf"
 """The solution with a wrap gone wrong: ``if (azimuth < 0) azimuth = 180 - azimuth;``."""
@@ -78,7 +79,7 @@ def found_by(subject: Subject) -> set[str]:
 
 def board_note(error: AssertionError) -> str:
     """The note on how the board shows the failure; Hypothesis adds notes of its own in CI."""
-    return next(note for note in error.__notes__ if note.startswith("On the board"))
+    return next(note for note in error.__notes__ if "--scenario" in note)
 
 
 @pytest.mark.parametrize(
@@ -172,15 +173,16 @@ def test_each_laws_scenario_fails_where_the_law_does(
     assert run(Board("lab3", scenario=path)).passed
 
 
-def test_an_error_too_small_for_the_board_says_so(build: Callable[[dict[str, str]], Path]) -> None:
+def test_an_error_too_small_for_the_board_says_so(
+    build: Callable[[dict[str, str]], Path], words: Words
+) -> None:
     firmware = build({"(mag_max.AXIS_X + mag_min.AXIS_X) / 2;": "(mag_max.AXIS_X + mag_min.AXIS_X) / 2 - 2;"})
     tests = lab3_properties(Compiled(firmware), max_examples=20, derandomize=True, database=None)
     with pytest.raises(AssertionError) as caught:
         tests().test_calibration_finds_any_offset()
-    told = "\n".join(caught.value.__notes__)
 
-    assert "Not visible on the board" in told
-    assert "replay.toml" not in told
+    assert not any("replay.toml" in note for note in caught.value.__notes__)
+    words("python", next(note for note in caught.value.__notes__ if "docs/" in note))
 
 
 @pytest.mark.parametrize(
@@ -211,13 +213,14 @@ def test_the_wrong_program_is_the_solution_but_for_its_wrap(tmp_path: Path) -> N
         assert built.angles((0, 0, 1000), mag) == kept.angles((0, 0, 1000), mag)
 
 
-def test_what_a_program_does_not_have_is_skipped_with_a_word() -> None:
+def test_what_a_program_does_not_have_is_skipped_with_a_word(words: Words) -> None:
     template = Compiled("template-arm")
-    assert "no variable or function 'eCompass'" in template.missing("angles")
     assert "names={'eCompass': ...}" in template.missing("angles")
+    words("python", template.missing("angles"))
     assert Compiled("solution", {"yaw": "roll"}).missing("angles") == ""
-    with pytest.raises(InputError, match="unknown"):
+    with pytest.raises(InputError, match="'heading'") as caught:
         Compiled("solution", {"heading": "roll"})
+    assert caught.value.kind == "unknown_name"
 
 
 # -- strategies ---------------------------------------------------------------------------------------------

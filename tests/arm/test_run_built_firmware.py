@@ -16,6 +16,7 @@ from fcu_emulator.emulator.scenario import check
 from fcu_emulator.emulator.trace import DeviceNote
 from fcu_emulator.firmware_model.arm import prebuilt
 from tests.support.arm.hostile_programs import program
+from tests.support.words import Words
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 FLASH = 0x0800_0000
@@ -94,18 +95,16 @@ def test_firmware_with_handles_of_both_buses_gets_the_wiring_it_uses(tmp_path: P
     other = b"\0hi2c2\0" if bus == "SPI2" else b"\0hspi2\0"
     (tmp_path / "both.elf").write_bytes(prebuilt("solution", bus).read_bytes().replace(b"\0pitch\0", other))
     board = Board(firmware=tmp_path / "both.elf")
-    used = {"I2C2": ("lab3", ""), "SPI2": ("fcu001v1", ON_SPI)}[bus]
-    assert (board.booted.wiring.name, board.booted.reason) == used
+    used = {"I2C2": ("lab3", False), "SPI2": ("fcu001v1", True)}[bus]
+    assert (board.booted.wiring.name, "SPI2" in board.booted.reason) == used
     assert Board(firmware=tmp_path / "both.elf", wiring="lab3").booted.wiring.name == "lab3"
 
 
-ON_SPI = "on trial a sensor answered it on SPI2, and none on I2C2"
-
-
-def test_a_file_without_symbols_gets_the_wiring_it_uses(tmp_path: Path) -> None:
+def test_a_file_without_symbols_gets_the_wiring_it_uses(tmp_path: Path, words: Words) -> None:
     (tmp_path / "lab3.bin").write_bytes(flash_contents(bus="SPI2"))
     board = Board(firmware=tmp_path / "lab3.bin")
-    assert (board.booted.wiring.name, board.booted.reason) == ("fcu001v1", ON_SPI)
+    assert board.booted.wiring.name == "fcu001v1"
+    words("run", board.booted.reason)
     assert board.now_s == 0
     board.run_for(1.2)
     assert b"LAB3 Init" in board.terminal.read()
@@ -115,7 +114,7 @@ def test_a_file_without_symbols_runs_on_the_usual_wiring(tmp_path: Path) -> None
     (tmp_path / "lab3.bin").write_bytes(flash_contents())
     board = Board(firmware=tmp_path / "lab3.bin")
     assert (board.booted.wiring.name, board.booted.reason) == ("lab3", "")
-    with pytest.raises(KeyError, match="no symbols"):
+    with pytest.raises(KeyError, match="'pitch'"):
         board.variable("pitch")
 
 
@@ -166,23 +165,23 @@ def test_a_named_program_is_there_for_both_wirings() -> None:
     assert printed("template-arm", wiring="fcu001v1") == printed("template-arm", wiring="lab3")
 
 
-def test_the_command_line_says_which_wiring_it_chose_and_why() -> None:
+def test_the_command_line_says_which_wiring_it_chose_and_why(words: Words) -> None:
     file = str(prebuilt("template", "SPI2"))
     done = fcu("run", file, "--duration", "1.05s", "--speed", "max")
     assert f"board fcu001v1, firmware {file}" in done.stderr.decode()
-    assert "wiring fcu001v1 because the firmware says so: it has hspi2" in done.stderr.decode()
+    words("run", next(line for line in done.stderr.decode().splitlines() if "hspi2" in line))
     assert b"LSM6DSL MEMS Accelerometer initialized" in done.stdout
 
 
-def test_settings_for_the_python_firmware_are_not_dropped_in_silence(tmp_path: Path) -> None:
+def test_settings_for_the_python_firmware_are_not_dropped_in_silence(tmp_path: Path, words: Words) -> None:
     text = 'schema = 1\nquestion = "?"\nduration = "50ms"\n[firmware_settings]\nmu = 0.1\n'
     (tmp_path / "own.toml").write_text(text, encoding="utf-8")
     done = fcu("run", "solution", "--scenario", str(tmp_path / "own.toml"))
-    assert b"[firmware_settings] are for firmware in Python" in done.stderr
+    words("run", next(line for line in done.stderr.decode().splitlines() if "[firmware_settings]" in line))
 
 
 def test_a_misspelt_variable_says_what_is_near() -> None:
-    with pytest.raises(KeyError, match="no variable or function 'pich'; is it 'pitch'"):
+    with pytest.raises(KeyError, match=r"'pich'.*'pitch'"):
         Board("solution").variable("pich")
 
 
@@ -231,7 +230,7 @@ def test_any_slicing_of_a_run_gives_the_same_bytes_at_the_same_time() -> None:
 
 
 def test_firmware_files_are_refused_with_the_errors_of_this_package(tmp_path: Path) -> None:
-    (tmp_path / "text.elf").write_text("hello, this is no firmware\n")
+    (tmp_path / "text.elf").write_text("hello, I am a text\n")
     with pytest.raises(FcuError, match=r"text\.elf"):
         Board(firmware=tmp_path / "text.elf")
 

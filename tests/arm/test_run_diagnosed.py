@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from tests.support.words import Words
 
 BROKEN = Path(__file__).parent / "broken"
 
@@ -25,26 +28,25 @@ def run(program: str, *arguments: str) -> tuple[int, str]:
 
 
 @pytest.mark.parametrize(
-    ("program", "says"),
-    [
-        ("wrong_address", "no answer at I2C2 address 0x6A: the LSM6DSL answers at 0x6B"),
-        ("null_pointer", "write through a NULL pointer"),
-        ("stack_overflow", "stack"),
-    ],
+    ("program", "named"),
+    [("wrong_address", "0x6B"), ("null_pointer", "NULL"), ("stack_overflow", "HardFault")],
 )
-def test_a_firmware_that_cannot_go_on_is_explained_and_ends_with_3(program: str, says: str) -> None:
+def test_a_firmware_that_cannot_go_on_is_explained_and_ends_with_3(
+    program: str, named: str, words: Words
+) -> None:
     code, text = run(program, "--duration", "100ms")
     assert code == 3
-    summary = next(line for line in text.splitlines() if says in line)
+    summary = next(line for line in text.splitlines() if named in line)
     assert summary.startswith("fcu: ")
     assert text.count(summary) == 1
+    words("run", summary)
 
 
 def test_a_silent_firmware_is_explained_while_it_runs_and_named_again_at_the_end() -> None:
     code, text = run("wrong_address", "--duration", "4s")
     lines = text.splitlines()
     told = [number for number, line in enumerate(lines) if "fcu: stuck in Error_Handler()" in line]
-    end = next(number for number, line in enumerate(lines) if "s of virtual time in" in line)
+    end = next(number for number, line in enumerate(lines) if re.match(r"fcu: [\d.]+ s ", line))
     assert code == 3
     assert len(told) == 2
     assert told[0] < end < told[1]
@@ -57,17 +59,11 @@ def test_a_firmware_that_goes_on_badly_is_explained_and_keeps_its_exit_code() ->
     assert "main() never runs" in text
 
 
-@pytest.mark.parametrize(
-    ("limit", "says"),
-    [
-        ("instructions=1000", "it has executed more than 1000 instructions"),
-        ("terminal_bytes=20", "it has printed more than 20 bytes"),
-    ],
-)
-def test_a_limit_ends_the_run_in_one_line(limit: str, says: str) -> None:
+@pytest.mark.parametrize("limit", ["instructions=1000", "terminal_bytes=20"])
+def test_a_limit_ends_the_run_in_one_line(limit: str, words: Words) -> None:
     code, text = run("solution", "--duration", "100ms", "--limit", limit)
     assert code == 3
-    assert says in text.splitlines()[-1]
+    words("run", text.splitlines()[-1])
 
 
 @pytest.mark.parametrize("limit", ["instructions", "instructions=-1", "memory=7", "wall_s=soon"])

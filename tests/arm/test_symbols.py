@@ -29,6 +29,7 @@ from tests.support.arm.elf_builder import (
     uleb,
 )
 from tests.support.arm.symbol_programs import contents, loaded, memory, named, replaced
+from tests.support.words import Words
 
 # functions
 
@@ -125,7 +126,7 @@ def test_a_static_name_in_several_places_is_refused_naming_the_files() -> None:
         ("lit.1", COUNT, 4, STATIC_OBJECT),
     )
 
-    with pytest.raises(KeyError, match=r"'lit' is static 2 times \(a.c, b.c\)"):
+    with pytest.raises(KeyError, match=r"'lit'.* 2 .*\(a.c, b.c\)"):
         program.address_of("lit")
 
 
@@ -135,28 +136,30 @@ def test_a_global_name_hides_statics_of_the_same_name() -> None:
     assert program.address_of("lit") == ACC
 
 
-def test_what_is_no_variable_is_a_key_error() -> None:
+def test_what_is_no_variable_is_a_key_error(words: Words) -> None:
     program = loaded(*debug_sections())
 
-    with pytest.raises(KeyError, match="no variable or function 'nothing'"):
+    with pytest.raises(KeyError, match="'nothing'"):
         program.read_variable("nothing", memory)
-    with pytest.raises(KeyError, match="'main' is a function"):
+    with pytest.raises(KeyError) as caught:
         program.read_variable("main", memory)
+    words("firmware_file", caught.value.args[0])
 
 
-def test_a_variable_compiled_without_debug_information_has_an_address_only() -> None:
+def test_a_variable_compiled_without_debug_information_has_an_address_only(words: Words) -> None:
     program = named(("acc", ACC, 8, GLOBAL_OBJECT))
 
     assert program.address_of("acc") == ACC
-    with pytest.raises(KeyError, match="compile with GCC and -g"):
+    with pytest.raises(KeyError) as caught:
         program.read_variable("acc", memory)
+    words("firmware_file", caught.value.args[0])
 
 
 def test_a_variable_outside_the_memories_is_not_read() -> None:
     data = debug_elf().replace(struct.pack("<I", ACC), struct.pack("<I", 0x4000_0000))
     program = parse_firmware(data, "a.elf").symbols
 
-    with pytest.raises(KeyError, match="lies at 0x40000000, outside"):
+    with pytest.raises(KeyError, match=r"'acc'.*0x40000000"):
         program.read_variable("acc", memory)
 
 

@@ -21,6 +21,7 @@ from tests.support.arm.elf_builder import (
     unit,
 )
 from tests.support.arm.symbol_programs import contents, loaded, memory, named, replaced
+from tests.support.words import Words
 
 
 @pytest.mark.parametrize("name", [".debug_info", ".debug_line", ".debug_abbrev"])
@@ -43,60 +44,63 @@ BOMB = zlib.compress(bytes(80 << 20), 1)
 
 
 @pytest.mark.parametrize(
-    ("packed", "note"),
+    "packed",
     [
-        (struct.pack("<3I", 1, 80 << 20, 1) + BOMB, "unpacks to 83886080 bytes; 67108864 are allowed"),
-        (struct.pack("<3I", 1, 0xFFFF_FFFF, 1) + b"x", "unpacks to 4294967295 bytes"),
-        (struct.pack("<3I", 1, 1000, 1) + BOMB, "cut short"),
-        (struct.pack("<3I", 1, 10, 1) + zlib.compress(b"12"), "another size"),
-        (struct.pack("<3I", 1, 10, 1) + b"no zlib", "cannot be unpacked"),
-        (struct.pack("<3I", 2, 10, 1) + b"zstd", "packed with method 2"),
-        (b"\1\0", "cut short"),
+        struct.pack("<3I", 1, 80 << 20, 1) + BOMB,  # more than is allowed
+        struct.pack("<3I", 1, 0xFFFF_FFFF, 1) + b"x",
+        struct.pack("<3I", 1, 1000, 1) + BOMB,  # cut short
+        struct.pack("<3I", 1, 10, 1) + zlib.compress(b"12"),  # another size
+        struct.pack("<3I", 1, 10, 1) + b"no zlib",
+        struct.pack("<3I", 2, 10, 1) + b"zstd",  # method 2
+        b"\1\0",  # no whole header
     ],
 )
-def test_packing_cannot_exhaust_the_memory(packed: bytes, note: str) -> None:
+def test_packing_cannot_exhaust_the_memory(packed: bytes, words: Words) -> None:
     program = replaced(".debug_line", packed, flags=0x800)
 
     assert program.line_at(RESET) is None
-    assert [note in line for line in program.notes] == [True]
+    (note,) = program.notes
+    words("firmware_file", note)
 
 
 FOREVER = b"\xff" * 9 + b"\x0f"  # 2**64 - 1
 
 
 @pytest.mark.parametrize(
-    ("names", "note"),
+    "names",
     [
-        (b"\x00" + FOREVER, "announces 1"),
-        (b"\x01\x01\x19" + FOREVER, "announces 1"),  # entries of a flag that takes no bytes
-        (b"\x01\x01\x08" + FOREVER + b"a\0b\0", "announces 1"),
-        (b"\x01" + b"\x80" * 5000, "a number in the debug information has no end"),
-        (b"\x01\x01\x08\x01" + b"a" * 5000, "has no end"),
-        (b"\x01\x01\x0e\x01\xff\xff\xff\xff", "has no end"),
+        b"\x00" + FOREVER,
+        b"\x01\x01\x19" + FOREVER,  # entries of a flag that takes no bytes
+        b"\x01\x01\x08" + FOREVER + b"a\0b\0",
+        b"\x01" + b"\x80" * 5000,  # a number without end
+        b"\x01\x01\x08\x01" + b"a" * 5000,  # a string without end
+        b"\x01\x01\x0e\x01\xff\xff\xff\xff",
     ],
 )
-def test_endless_tables_of_files_are_given_up_at_once(names: bytes, note: str) -> None:
+def test_endless_tables_of_files_are_given_up_at_once(names: bytes, words: Words) -> None:
     program = replaced(".debug_line", line_program(END_SEQUENCE, names, 5))
 
     assert program.line_at(RESET) is None
-    assert note in program.notes[0]
     assert program.work < 1000
+    words("firmware_file", program.notes[0])
 
 
 @pytest.mark.parametrize(
-    ("name", "data", "note"),
+    ("name", "data"),
     [
-        (".debug_line", b"\xff\xff\xff\xff" + bytes(20), "64-bit format"),
-        (".debug_line", b"\x00", "cut short"),
-        (".debug_line", b"\x10\0\0\0\x09\0" + bytes(14), "of version 9"),
-        (".debug_info", b"\x10\0\0\0\x09\0" + bytes(14), "of version 9"),
-        (".debug_info", b"\x08\0\0\0\x04\0\0\0\0\0\x08\0", "addresses of 8 bytes"),
-        (".debug_abbrev", b"", "cut short"),
-        (".debug_abbrev", b"\0", "unknown code 1"),
-        (".debug_abbrev", contents(".debug_abbrev").replace(b"\x03\x08", b"\x03\x7f"), "unknown form 0x7F"),
+        (".debug_line", b"\xff\xff\xff\xff" + bytes(20)),  # 64-bit format
+        (".debug_line", b"\x00"),
+        (".debug_line", b"\x10\0\0\0\x09\0" + bytes(14)),  # version 9
+        (".debug_info", b"\x10\0\0\0\x09\0" + bytes(14)),
+        (".debug_info", b"\x08\0\0\0\x04\0\0\0\0\0\x08\0"),  # addresses of 8 bytes
+        (".debug_abbrev", b""),
+        (".debug_abbrev", b"\0"),  # code 1 is missing
+        (".debug_abbrev", contents(".debug_abbrev").replace(b"\x03\x08", b"\x03\x7f")),  # form 0x7F
     ],
 )
-def test_damaged_debug_information_is_noted_and_costs_nothing_else(name: str, data: bytes, note: str) -> None:
+def test_damaged_debug_information_is_noted_and_costs_nothing_else(
+    name: str, data: bytes, words: Words
+) -> None:
     program = replaced(name, data)
 
     assert program.function_at(MAIN).name == "main"
@@ -105,18 +109,20 @@ def test_damaged_debug_information_is_noted_and_costs_nothing_else(name: str, da
         assert program.read_variable("acc", memory).X == -44
     else:
         assert str(program.line_at(RESET)) == "main.c:3"
-        with pytest.raises(KeyError, match="'acc' is unknown"):
+        with pytest.raises(KeyError, match="'acc'"):
             program.read_variable("acc", memory)
-    assert [note in line for line in program.notes] == [True]
+    (note,) = program.notes
+    words("firmware_file", note)
 
 
-def test_a_line_range_of_zero_is_damage() -> None:
+def test_a_line_range_of_zero_is_damage(words: Words) -> None:
     data = contents(".debug_line").replace(b"\xfb\x0e\x0d", b"\xfb\x00\x0d")
 
     program = replaced(".debug_line", data)
 
     assert program.line_at(RESET) is None
-    assert program.notes == ["no source lines: line numbers have a line_range of 0"]
+    (note,) = program.notes
+    words("firmware_file", note)
 
 
 def in_a_circle() -> bytes:
@@ -138,35 +144,37 @@ def place_of(entry: bytes) -> int:
 
 
 @pytest.mark.parametrize(
-    ("info", "problem"),
+    "info",
     [
-        (in_a_circle(), "contains itself"),
-        (with_member(place_of(b"\x03\x08"), 0), "contains itself"),
-        (with_member(place_of(b"\x02float"), 5), "member 'F' does not fit"),
-        (with_member(place_of(b"\x02float"), 255), "member 'F' does not fit"),
-        (with_member(place_of(b"\x06"), 0), "member 'F' does not fit"),
-        (with_member(0, 0), "leads out of its unit"),
-        (with_member(0xFFFF_FFFF, 0), "leads out of its unit"),
-        (with_member(place_of(b"\x05acc"), 0), "of kind 0x34"),
-        (contents(".debug_info").replace(b"float\0\x04\x04", b"float\0\x05\x04"), "5 bytes and encoding 4"),
-        (contents(".debug_info").replace(b"int\0\x04\x05", b"int\0\x00\x05"), "0 bytes and encoding 5"),
-        (contents(".debug_info").replace(b"int\0\x04\x05", b"int\0\x04\x7f"), "encoding 127"),
+        in_a_circle(),
+        with_member(place_of(b"\x03\x08"), 0),  # contains itself
+        with_member(place_of(b"\x02float"), 5),  # F does not fit
+        with_member(place_of(b"\x02float"), 255),
+        with_member(place_of(b"\x06"), 0),
+        with_member(0, 0),  # out of the unit
+        with_member(0xFFFF_FFFF, 0),
+        with_member(place_of(b"\x05acc"), 0),  # a variable as a type
+        contents(".debug_info").replace(b"float\0\x04\x04", b"float\0\x05\x04"),  # 5 bytes
+        contents(".debug_info").replace(b"int\0\x04\x05", b"int\0\x00\x05"),  # 0 bytes
+        contents(".debug_info").replace(b"int\0\x04\x05", b"int\0\x04\x7f"),  # encoding 127
     ],
 )
-def test_impossible_types_have_no_value(info: bytes, problem: str) -> None:
-    with pytest.raises(KeyError, match=problem):
+def test_impossible_types_have_no_value(info: bytes, words: Words) -> None:
+    with pytest.raises(KeyError) as caught:
         replaced(".debug_info", info).read_variable("acc", memory)
+    words("firmware_file", caught.value.args[0])
 
 
-def test_types_nested_without_end_are_given_up() -> None:
+def test_types_nested_without_end_are_given_up(words: Words) -> None:
     """A thousand aliases, each of the next: no C program has them, and Python's stack has an end."""
     chain = b"".join(b"\x08\0" + struct.pack("<I", 13 + 6 * (number + 1)) for number in range(1000))
     info = unit(
         b"\x01\0" + chain + b"\x05acc\0" + struct.pack("<I", 13) + b"\x05\x03" + struct.pack("<I", ACC)
     )
 
-    with pytest.raises(KeyError, match="nested too deep"):
+    with pytest.raises(KeyError) as caught:
         replaced(".debug_info", info).read_variable("acc", memory)
+    words("firmware_file", caught.value.args[0])
 
 
 def test_a_string_table_without_end_gives_a_name_cut_short() -> None:
@@ -176,12 +184,13 @@ def test_a_string_table_without_end_gives_a_name_cut_short() -> None:
     assert program.function_at(MAIN).name == "a" * 256
 
 
-def test_more_symbols_than_the_flash_could_hold_are_not_read() -> None:
+def test_more_symbols_than_the_flash_could_hold_are_not_read(words: Words) -> None:
     table, strings = symbols(("main", MAIN | 1, 4, GLOBAL_FUNC))
     program = loaded(table._replace(data=table.data * 140_000), strings)
 
     assert program.function_at(MAIN) is None
-    assert program.notes == ["no symbols: the symbol table has more than 262144 entries"]
+    (note,) = program.notes
+    words("firmware_file", note)
 
 
 def test_names_cannot_steer_the_terminal() -> None:
@@ -191,15 +200,18 @@ def test_names_cannot_steer_the_terminal() -> None:
 
 
 @pytest.mark.parametrize("link", [99, 0xFFFF_FFFF])
-def test_a_symbol_table_without_strings_is_noted(link: int) -> None:
+def test_a_symbol_table_without_strings_is_noted(link: int, words: Words) -> None:
     table, strings = symbols(("main", MAIN | 1, 4, GLOBAL_FUNC))
     program = loaded(table._replace(link=link), strings)
 
     assert program.function_at(MAIN) is None
-    assert f"links to section {link}, which does not exist" in program.notes[0]
+    assert str(link) in program.notes[0]
+    words("firmware_file", program.notes[0])
 
 
-def test_entries_that_share_one_huge_abbreviation_run_out_of_budget(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_entries_that_share_one_huge_abbreviation_run_out_of_budget(
+    monkeypatch: pytest.MonkeyPatch, words: Words
+) -> None:
     """Three thousand attributes that take no bytes, in each of ten thousand entries of one byte."""
     monkeypatch.setattr(Budget, "LIMIT", 100_000)
     attributes = b"\x02\x19" * 3_000
@@ -212,6 +224,7 @@ def test_entries_that_share_one_huge_abbreviation_run_out_of_budget(monkeypatch:
     ]
     program = loaded(*sections)
 
-    with pytest.raises(KeyError, match="cannot be read"):
+    with pytest.raises(KeyError, match="'acc'"):
         program.read_variable("acc", memory)
-    assert "takes more than 100000 steps" in program.notes[0]
+    assert "100000" in program.notes[0]
+    words("firmware_file", program.notes[0])

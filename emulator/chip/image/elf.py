@@ -101,11 +101,11 @@ def open_elf(file: str, data: bytes) -> Elf:
     for load in loads:
         _check_load(file, data, load)
     if sum(load.file_size for load in loads) > CAPACITY:
-        raise FirmwareFileError(file, f"has segments that overlap or do not fit; {CHIP}")
+        raise FirmwareFileError(file, f"has segments that overlap or do not fit; {CHIP}", kind="overlap")
     pieces = [Segment(load.physical, data[load.offset : load.offset + load.file_size]) for load in loads]
     segments = join(file, pieces)
     if not segments:
-        raise FirmwareFileError(file, f"loads nothing; {_RIGHT}")
+        raise FirmwareFileError(file, f"loads nothing; {_RIGHT}", kind="nothing_loaded")
     sections = Sections(data, header.section_headers, header.section_header_count, header.names_section)
     hard_float = bool(header.flags & _HARD_FLOAT)
     if ".symtab" in sections:
@@ -116,32 +116,40 @@ def open_elf(file: str, data: bytes) -> Elf:
 
 def _header(file: str, data: bytes) -> _ElfHeader:
     if len(data) < _HEADER.size:
-        raise FirmwareFileError(file, f"is an ELF cut short after {len(data)} bytes; build or copy it again")
+        raise FirmwareFileError(
+            file, f"is an ELF cut short after {len(data)} bytes; build or copy it again", kind="cut_short"
+        )
     header = _ElfHeader(*_HEADER.unpack_from(data))
     bits, order, abi = header.ident[4], header.ident[5], header.ident[7]
     machine = header.machine if order == 1 else int.from_bytes(data[18:20], "big")
     if machine != _ARM:  # the field lies at the same place in 64-bit files
         name = _MACHINES.get(machine, f"machine {machine}")
-        raise FirmwareFileError(file, f"is an ELF for {name}, not for a Cortex-M4; {_RIGHT}")
+        raise FirmwareFileError(
+            file, f"is an ELF for {name}, not for a Cortex-M4; {_RIGHT}", kind="wrong_machine"
+        )
     if bits != 1 or order != 1:
-        raise FirmwareFileError(file, f"is no little-endian 32-bit ELF, as a Cortex-M4 needs; {_RIGHT}")
+        raise FirmwareFileError(
+            file, f"is no little-endian 32-bit ELF, as a Cortex-M4 needs; {_RIGHT}", kind="wrong_format"
+        )
     if abi == _LINUX_ABI:
-        raise FirmwareFileError(file, f"is a program for Linux on ARM; {_RIGHT}")
+        raise FirmwareFileError(file, f"is a program for Linux on ARM; {_RIGHT}", kind="linux_program")
     if header.type != _EXECUTABLE:
         what = _TYPES.get(header.type, f"of ELF type {header.type}")
-        raise FirmwareFileError(file, f"is {what}; {_RIGHT}")
+        raise FirmwareFileError(file, f"is {what}; {_RIGHT}", kind="wrong_type")
     return header
 
 
 def _program_headers(file: str, data: bytes, header: _ElfHeader) -> list[_ProgramHeader]:
     count, start = header.program_header_count, header.program_headers
     if count == 0:
-        raise FirmwareFileError(file, f"has no program headers, so nothing to load; {_RIGHT}")
+        raise FirmwareFileError(
+            file, f"has no program headers, so nothing to load; {_RIGHT}", kind="no_program_headers"
+        )
     if header.program_header_size != _PROGRAM_HEADER.size:
         problem = (
             f"has program headers of {header.program_header_size} bytes, 32 would be right; it is damaged"
         )
-        raise FirmwareFileError(file, problem)
+        raise FirmwareFileError(file, problem, kind="program_header_size")
     _check_inside(file, data, "program header table", start, count * _PROGRAM_HEADER.size)
     if header.section_header_count:
         size = header.section_header_count * _SECTION_HEADER.size
@@ -149,19 +157,22 @@ def _program_headers(file: str, data: bytes, header: _ElfHeader) -> list[_Progra
     table = data[start : start + count * _PROGRAM_HEADER.size]
     programs = [_ProgramHeader(*fields) for fields in _PROGRAM_HEADER.iter_unpack(table)]
     if any(program.type in {_DYNAMIC, _INTERPRETER} for program in programs):
-        raise FirmwareFileError(file, f"is a program for Linux on ARM (dynamically linked); {_RIGHT}")
+        raise FirmwareFileError(
+            file, f"is a program for Linux on ARM (dynamically linked); {_RIGHT}", kind="linux_program"
+        )
     return programs
 
 
 def _check_load(file: str, data: bytes, load: _ProgramHeader) -> None:
     if load.file_size > load.memory_size:
         problem = f"has a segment of {load.file_size} bytes for {load.memory_size} of memory; it is damaged"
-        raise FirmwareFileError(file, problem)
+        raise FirmwareFileError(file, problem, kind="segment_size")
     if not fits(load.virtual, load.virtual + load.memory_size):
         last = load.virtual + load.memory_size - 1
         raise FirmwareFileError(
             file,
             f"uses memory 0x{load.virtual:08X}..0x{last:08X}; {CHIP}: is its linker script for another chip?",
+            kind="other_chip",
         )
     if load.file_size:
         check_place(file, load.physical, load.physical + load.file_size)
@@ -174,6 +185,7 @@ def _check_inside(file: str, data: bytes, what: str, start: int, size: int) -> N
             file,
             f"is cut short or damaged: its {what} ends at byte {start + size}, the file at {len(data)}; "
             "build or copy it again",
+            kind="cut_short",
         )
 
 

@@ -62,6 +62,7 @@ def checked(
             file,
             f"has no vector table at 0x{FLASH_MEMORY.start:08X}, where the core starts; "
             "link .isr_vector to the start of flash (no boot loader runs here)",
+            kind="no_vector_table",
         )
     stack_pointer, reset_vector = struct.unpack_from("<II", table.data)
     if not RAM_MEMORY.start < stack_pointer <= RAM_MEMORY.end:
@@ -71,6 +72,7 @@ def checked(
             file,
             f"{what} for this board: its vector table begins with the stack pointer "
             f"0x{stack_pointer:08X}, which must lie in {RAM_MEMORY} (its end is 0x{RAM_MEMORY.end:08X})",
+            kind="stack_pointer",
         )
     _check_reset(file, reset_vector, segments)
     return FirmwareImage(path, kind, segments, stack_pointer, reset_vector, symbols, hard_float, notes)
@@ -83,16 +85,20 @@ def _check_reset(file: str, vector: int, segments: tuple[Segment, ...]) -> None:
         raise FirmwareFileError(
             file,
             f"is not firmware for this board: its reset vector 0x{vector:08X} must lie in {FLASH_MEMORY}",
+            kind="reset_outside_flash",
         )
     if vector == start:
         raise FirmwareFileError(
             file,
             f"has the even reset vector 0x{vector:08X}; a Cortex-M needs bit 0 set: "
             "compile with -mthumb, declare the handler as a function (.type Reset_Handler, %function)",
+            kind="reset_even",
         )
     if not any(segment.address <= start and start + 2 <= segment.end for segment in segments):
         raise FirmwareFileError(
-            file, f"has nothing at its reset vector 0x{vector:08X}; is it cut short, or the wrong file?"
+            file,
+            f"has nothing at its reset vector 0x{vector:08X}; is it cut short, or the wrong file?",
+            kind="reset_nothing",
         )
 
 
@@ -115,10 +121,12 @@ def parse_firmware(data: bytes, path: str | Path) -> FirmwareImage:
     path = Path(path)
     file = str(path)
     if not data:
-        raise FirmwareFileError(file, "is empty; give the ELF, HEX or BIN file that the build made")
+        raise FirmwareFileError(
+            file, "is empty; give the ELF, HEX or BIN file that the build made", kind="empty"
+        )
     if len(data) > LONGEST_FILE:
         raise FirmwareFileError(
-            file, f"is {len(data)} bytes long; firmware files have {LONGEST_FILE} at most"
+            file, f"is {len(data)} bytes long; firmware files have {LONGEST_FILE} at most", kind="too_long"
         )
     if data.startswith(MAGIC):
         elf = open_elf(file, data)
@@ -134,19 +142,25 @@ def _contents(path: Path) -> bytes:
     try:
         status = path.stat()
         if stat.S_ISDIR(status.st_mode):
-            raise FirmwareFileError(str(path), "is a folder; give the ELF, HEX or BIN file in it")
+            raise FirmwareFileError(
+                str(path), "is a folder; give the ELF, HEX or BIN file in it", kind="folder"
+            )
         if not stat.S_ISREG(status.st_mode):
-            raise FirmwareFileError(str(path), "is no ordinary file; give an ELF, HEX or BIN file")
+            raise FirmwareFileError(
+                str(path), "is no ordinary file; give an ELF, HEX or BIN file", kind="not_a_file"
+            )
         if status.st_size > LONGEST_FILE:
             problem = f"is {status.st_size} bytes long; firmware files have {LONGEST_FILE} at most"
-            raise FirmwareFileError(str(path), problem)
+            raise FirmwareFileError(str(path), problem, kind="too_long")
         with path.open("rb") as file:
             return file.read(LONGEST_FILE + 1)
     except FileNotFoundError:
-        raise FirmwareFileError(str(path), "does not exist; give the ELF, HEX or BIN file to run") from None
+        raise FirmwareFileError(
+            str(path), "does not exist; give the ELF, HEX or BIN file to run", kind="no_such_file"
+        ) from None
     except (OSError, ValueError) as problem:  # ValueError: a path with a zero byte in it
         reason = getattr(problem, "strerror", None) or problem
-        raise FirmwareFileError(str(path), f"cannot be read: {reason}") from None
+        raise FirmwareFileError(str(path), f"cannot be read: {reason}", kind="unreadable") from None
 
 
 # -- raw binary: the bytes of flash from its first address on, nothing else ---------------------------------
@@ -168,11 +182,13 @@ def read_binary(file: str, data: bytes) -> tuple[Segment, ...]:
     """The file as contents of flash. Raises FirmwareFileError if it is something else or too long."""
     problem = _foreign(data)
     if problem:
-        raise FirmwareFileError(file, problem)
+        raise FirmwareFileError(file, problem, kind="other_file")
     size = FLASH_MEMORY.end - FLASH_MEMORY.start
     if len(data) > size:
         raise FirmwareFileError(
-            file, f"is {len(data)} bytes long; as raw contents of flash it can have {size} at most"
+            file,
+            f"is {len(data)} bytes long; as raw contents of flash it can have {size} at most",
+            kind="too_long",
         )
     return (Segment(FLASH_MEMORY.start, data),)
 

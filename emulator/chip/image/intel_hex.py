@@ -36,7 +36,9 @@ def read_hex(file: str, data: bytes) -> tuple[Segment, ...]:
     """Contents by rising address; any line ending. Raises FirmwareFileError, which names the line."""
     if len(data) > _LONGEST_FILE:
         raise FirmwareFileError(
-            file, f"is {len(data)} bytes long; Intel HEX for this board has {_LONGEST_FILE} at most"
+            file,
+            f"is {len(data)} bytes long; Intel HEX for this board has {_LONGEST_FILE} at most",
+            kind="too_long",
         )
     pieces: list[Segment] = []
     base, wraps, ended = 0, False, False
@@ -46,7 +48,9 @@ def read_hex(file: str, data: bytes) -> tuple[Segment, ...]:
             continue
         where = f"line {number}"
         if ended:
-            raise FirmwareFileError(file, f"{where}: follows the end record; remove what comes after it")
+            raise FirmwareFileError(
+                file, f"{where}: follows the end record; remove what comes after it", kind="after_end"
+            )
         record = _record(file, where, text)
         if record.kind == _DATA:
             pieces += _placed(file, record, base, wraps)
@@ -56,7 +60,9 @@ def read_hex(file: str, data: bytes) -> tuple[Segment, ...]:
         ended = record.kind == _END
     if not ended:
         raise FirmwareFileError(
-            file, "has no end record (:00000001FF); it is cut short: build or copy it again"
+            file,
+            "has no end record (:00000001FF); it is cut short: build or copy it again",
+            kind="no_end_record",
         )
     return join(file, pieces)
 
@@ -68,22 +74,26 @@ def _record(file: str, where: str, text: bytes) -> HexRecord:
         raw = bytes.fromhex(text[1:].decode("ascii"))
     except ValueError:
         problem = f"{where}: is no record; one is a colon and pairs of hexadecimal digits"
-        raise FirmwareFileError(file, problem) from None
+        raise FirmwareFileError(file, problem, kind="not_a_record") from None
     if len(raw) < 5 or len(raw) != raw[0] + 5:
         announced = raw[0] + 5 if raw else 5
         raise FirmwareFileError(
-            file, f"{where}: has {len(raw)} bytes where its length announces {announced}; it is damaged"
+            file,
+            f"{where}: has {len(raw)} bytes where its length announces {announced}; it is damaged",
+            kind="record_length",
         )
     wrong = sum(raw) & 0xFF
     if wrong:
         expected = (raw[-1] - wrong) & 0xFF
         raise FirmwareFileError(
-            file, f"{where}: has checksum {raw[-1]:02X}, its bytes give {expected:02X}; the file is damaged"
+            file,
+            f"{where}: has checksum {raw[-1]:02X}, its bytes give {expected:02X}; the file is damaged",
+            kind="checksum",
         )
     record = HexRecord(raw[3], int.from_bytes(raw[1:3], "big"), raw[4:-1])
     if record.kind != _DATA and _LENGTHS.get(record.kind) != len(record.data):
         problem = f"{where}: record type {record.kind:02X} with {len(record.data)} bytes does not exist"
-        raise FirmwareFileError(file, problem)
+        raise FirmwareFileError(file, problem, kind="record_type")
     return record
 
 

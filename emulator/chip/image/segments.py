@@ -34,6 +34,7 @@ def join(file: str, pieces: Iterable[Segment]) -> tuple[Segment, ...]:
             raise FirmwareFileError(
                 file,
                 f"has two contents for address 0x{piece.address:08X}; build it again, from one linker script",
+                kind="overlap",
             )
         if piece.address != end:
             runs.append((piece.address, []))
@@ -45,4 +46,6 @@ def join(file: str, pieces: Iterable[Segment]) -> tuple[Segment, ...]:
 def check_place(file: str, start: int, end: int) -> None:
     """Raise FirmwareFileError unless [start, end) lies inside flash or inside RAM."""
     if not fits(start, end):
-        raise FirmwareFileError(file, f"has contents for 0x{start:08X}..0x{end - 1:08X}; {CHIP}")
+        raise FirmwareFileError(
+            file, f"has contents for 0x{start:08X}..0x{end - 1:08X}; {CHIP}", kind="other_chip"
+        )
