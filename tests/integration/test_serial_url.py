@@ -70,7 +70,7 @@ def test_a_read_ends_when_its_bytes_have_come() -> None:
 def test_without_a_timeout_a_silent_board_is_an_error_in_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(protocol_fcu, "SILENCE_S", 0.1)
     port = port_of(Board(firmware=None))  # the processor is held in reset
-    with pytest.raises(serial.SerialException, match=r"^1 of 1 bytes have not come in 0.1 s of virtual time"):
+    with pytest.raises(serial.SerialException, match=r"^1 of 1 .* 0\.1 s "):
         port.read(1)
 
 

@@ -42,7 +42,10 @@ def serve(board: DebuggedBoard, port: int, halted: bool = False) -> GdbServer:
     """
     firmware = board.chip
     if firmware is None:
-        raise InputError("--gdb: a debugger needs firmware built for the chip (ELF, HEX or BIN), not Python")
+        raise InputError(
+            "--gdb: a debugger needs firmware built for the chip (ELF, HEX or BIN), not Python",
+            kind="no_chip",
+        )
     core = firmware.chip.core
     target = CoreTarget(core, board.clock, board.run_until_ps)
     monitor = Monitor(board.world, board.clock, core.all_peripherals, lambda: where(firmware), target.reset)
