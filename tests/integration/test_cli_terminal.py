@@ -200,7 +200,7 @@ def test_all_byte_values_pass_between_pipes_and_board(words: Words) -> None:
             assert typed == ALL_BYTES * 100
             link.flush(DEADLINE_S)
             link.close()
-            words("terminal", terminal.stderr.read().decode())
+            words("terminal", terminal.stderr.read().decode().strip())
             assert terminal.wait(DEADLINE_S) == 0
 
 

@@ -33,7 +33,7 @@ DOCS = [
 ]
 IMPORT = re.compile(r"^\s*from fcu_emulator import ([\w, ]+)$", re.MULTILINE)
 # in docs/api and docs/rubrics.md
-ROOMS_OF_USERS = r"adapters|chip\.gdb|testing|strategies|grading|analysis\.mistakes|analysis\.witness"
+ROOMS_OF_USERS = r"adapters|chip\.gdb|testing|strategies|grading|analysis\.mistakes|analysis\.recorder"
 INNARDS = re.compile(rf"^\s*from fcu_emulator\.emulator\.(?!{ROOMS_OF_USERS})[\w.]+ import", re.MULTILINE)
 
 

@@ -94,7 +94,7 @@ def test_what_is_typed_arrives_at_the_lines_speed() -> None:
     ("url", "message"),
     [
         ("fcu://lab4", "unknown firmware 'lab4'"),
-        ("fcu://lab3?sede=1", "unknown option 'sede'; known: ideal, wiring, scenario, seed"),
+        ("fcu://lab3?sede=1", "unknown option 'sede'; known: ideal, scenario, seed, wiring"),
         ("fcu://lab3?seed=x", "seed is 'x'; give a whole number"),
         ("fcu://?scenario=nowhere", "nowhere"),
     ],
