@@ -19,8 +19,10 @@ class FileLink:
         self._path = path
         try:
             if path.exists() and not _takes_bytes(path):
-                problem = "not a file; give the path of one, or a name for a new one"
-                raise LinkError(f"--serial file:{path}: {problem}", kind="no_file")
+                raise LinkError(
+                    f"--serial file:{path}: not a file; give the path of one, or a name for a new one",
+                    kind="no_file",
+                )
             self._file = path.open("wb", buffering=0)
         except (OSError, ValueError) as error:  # ValueError: a null character
             problem = getattr(error, "strerror", None) or error
