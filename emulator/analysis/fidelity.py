@@ -106,7 +106,9 @@ def rewrite(text: str) -> str:
             text = f"{before}{begin}\n\n{made()}\n\n{end}{after}"
             found = True
     if not found:
-        raise InputError(f"no place for the fidelity table; put it between {BEGIN} and {END}")
+        raise InputError(
+            f"no place for the fidelity table; put it between {BEGIN} and {END}", kind="no_markers"
+        )
     return text
 
 

@@ -143,7 +143,10 @@ def _reads(board: Board) -> Iterator[_Read]:
     for event in board.trace.of(BusTransfer):
         if event.result != "ok":
             at = f"at {event.t_ps / PS_PER_S:.6f} s"
-            raise InputError(f"cannot be replayed: {at} a transfer on the sensor bus failed ({event.result})")
+            raise InputError(
+                f"cannot be replayed: {at} a transfer on the sensor bus failed ({event.result})",
+                kind="bus_fault",
+            )
         if event.read:
             register = event.written[0] & 0x7F if event.bus in board.description.spi else event.written[0]
             yield _Read(event.t_ps, event.device, register, event.read)
@@ -211,7 +214,8 @@ class _ReplayHal(HalGpio):
             if self._timer_runs:
                 raise InputError(
                     f"cannot be replayed: at {read.t_ps / PS_PER_S:.6f} s register 0x{read.register:02X} of "
-                    f"{read.device} was read, where this firmware reads 0x{register:02X} of {device}"
+                    f"{read.device} was read, where this firmware reads 0x{register:02X} of {device}",
+                    kind="other_register",
                 )
         raise _OverError
 

@@ -202,7 +202,8 @@ class Board:
         """Run for exactly this much virtual time. Raises FirmwareError when the firmware itself fails."""
         if not isinstance(seconds, int | float) or not 0 <= seconds <= LONGEST_RUN_S:
             raise InputError(
-                f"cannot run for {seconds!r} s; give a number of seconds from 0 to {LONGEST_RUN_S}"
+                f"cannot run for {seconds!r} s; give a number of seconds from 0 to {LONGEST_RUN_S}",
+                kind="duration",
             )
         self.run_until_ps(self.clock.now_ps + to_ps(seconds))
 
@@ -213,7 +214,8 @@ class Board:
         """
         if not isinstance(seconds, int | float) or not 0 <= seconds <= LONGEST_RUN_S:
             raise InputError(
-                f"cannot run until {seconds!r} s; give the seconds since power-on, from 0 to {LONGEST_RUN_S}"
+                f"cannot run until {seconds!r} s; give the seconds since power-on, from 0 to {LONGEST_RUN_S}",
+                kind="time",
             )
         if to_ps(seconds) > self.clock.now_ps:
             self.run_until_ps(to_ps(seconds))
@@ -325,7 +327,7 @@ class Board:
     def _built(self, what: str) -> ArmFirmware:
         if self.chip is None:
             raise InputError(
-                f'{what} needs firmware built for the chip: Board(firmware="mylab.elf")', kind="not_built"
+                f'{what} needs firmware built for the chip: Board(firmware="mylab.elf")', kind="no_chip"
             )
         return self.chip
 

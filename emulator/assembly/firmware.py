@@ -87,7 +87,7 @@ def python_firmware(name: str, settings: Settings | None = None) -> FirmwareFact
     from fcu_emulator.firmware_model import Settings as FirmwareSettings
 
     if name not in FIRMWARES:
-        raise InputError(f"unknown firmware {name!r}; known: {', '.join(FIRMWARES)}")
+        raise InputError(f"unknown firmware {name!r}; known: {', '.join(FIRMWARES)}", kind="unknown_firmware")
     try:
         chosen = FirmwareSettings(**dict(settings or {}))
     except (TypeError, ValueError) as error:
@@ -123,7 +123,9 @@ def _built(
         return Choice(usual, firmware, image=load_firmware(prebuilt(program, usual.bus)))
     if not _is_file(firmware):
         known = f"known: {', '.join(board.firmware)}; or give" if board.firmware else "give"
-        raise InputError(f"unknown firmware {str(firmware)!r}; {known} an ELF, HEX or BIN file")
+        raise InputError(
+            f"unknown firmware {str(firmware)!r}; {known} an ELF, HEX or BIN file", kind="unknown_firmware"
+        )
     image, reason = load_firmware(firmware), ""
     wiring = usual
     if reaches_sensors is not None:

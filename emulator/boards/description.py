@@ -56,7 +56,9 @@ class MountedPart:
     def __post_init__(self) -> None:
         measures_vectors = any(quantity.axes == 3 for quantity in self.part.SIGNALS)
         if measures_vectors and not self.mountings:
-            raise InputError(f"the {self.part.NAME} measures vectors: give its mounting on the board")
+            raise InputError(
+                f"the {self.part.NAME} measures vectors: give its mounting on the board", kind="no_mounting"
+            )
 
     @property
     def key(self) -> str:
@@ -186,7 +188,7 @@ class BoardDescription:
             if wiring.name == name:
                 return wiring
         known = ", ".join(wiring.name for wiring in self.wirings)
-        raise InputError(f"unknown board wiring {name!r}; known: {known}")
+        raise InputError(f"unknown board wiring {name!r}; known: {known}", kind="unknown_wiring")
 
     def wiring_with(self, bus: str) -> Wiring | None:
         """The first wiring that has the sensors on a bus; None if there is none."""

@@ -49,7 +49,7 @@ class LabExercises:
         self._rubric.exercise(exercise)
         if self._running is not None:
             raise InputError(
-                f"cannot check exercise {exercise}: exercise {self._running[0]} is being checked"
+                f"cannot check exercise {exercise}: exercise {self._running[0]} is being checked", kind="busy"
             )
         folder = tempfile.TemporaryDirectory(prefix="fcu-check-")
         try:

@@ -36,7 +36,9 @@ def _read(record: Path) -> dict[str, Any]:
     try:
         found = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise InputError(f"{record}: no JSON ({error}); give the file of fcu run --json") from error
+        problem = f"{record}: no JSON ({error}); give the file of fcu run --json"
+        raise InputError(problem, kind="no_json") from error
     if not isinstance(found, dict) or not isinstance(found.get("printed"), list):
-        raise InputError(f"{record}: not the record of a run; give the file of fcu run --json")
+        problem = f"{record}: not the record of a run; give the file of fcu run --json"
+        raise InputError(problem, kind="no_record")
     return found

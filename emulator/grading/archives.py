@@ -106,9 +106,10 @@ def _unpack(opened: zipfile.ZipFile, into: Path, bounds: Bounds, packed: int) ->
             while piece := source.read(_PIECE):
                 left -= len(piece)
                 if left < 0:
-                    raise ArchiveError(f"unpacks to more than {bounds.bytes} bytes")
+                    raise ArchiveError(f"unpacks to more than {bounds.bytes} bytes", kind="too_large")
                 if bounds.bytes - left > most:
-                    raise ArchiveError(f"unpacks to more than {bounds.ratio:g} times its size: a zip bomb")
+                    problem = f"unpacks to more than {bounds.ratio:g} times its size: a zip bomb"
+                    raise ArchiveError(problem, kind="zip_bomb")
                 sink.write(piece)
         _set_time(target, entry)
 
@@ -134,7 +135,7 @@ def _checked_name(entry: zipfile.ZipInfo) -> tuple[str, ...]:
     if not path.parts and not name.endswith("/"):  # "./" is the archive's own folder
         raise ArchiveError("has a file without a name")
     if path.is_absolute() or PureWindowsPath(name).anchor or ".." in path.parts:
-        raise ArchiveError(f"has {_shown(entry)}, which leads out of it")
+        raise ArchiveError(f"has {_shown(entry)}, which leads out of it", kind="leads_out")
     if len(name) > _LONGEST_NAME or any(not part.isprintable() for part in path.parts):
         raise ArchiveError(f"has {_shown(entry)}, which is no name for a file")
     if any(_RESERVED.fullmatch(part) or ":" in part for part in path.parts):

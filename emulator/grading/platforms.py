@@ -379,7 +379,8 @@ def _yaml(file: Path) -> Any:
     try:
         import yaml
     except ImportError as error:  # without it, grades would go to numbers instead of students
-        raise InputError(f"{file}: reading it needs PyYAML; install it with: pip install PyYAML") from error
+        problem = f"{file}: reading it needs PyYAML; install it with: pip install PyYAML"
+        raise InputError(problem, kind="not_installed") from error
     try:
         return yaml.safe_load(file.read_bytes())
     except MemoryError:

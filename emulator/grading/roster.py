@@ -91,7 +91,7 @@ def load_roster(path: Path) -> Roster:
             student = _student(path, lines.line_num, columns, row)
             if student.id.casefold() in students:
                 problem = f"the id {one_line(student.id, 40)!r} stands there twice; ids are unique"
-                raise InputError(f"{path}:{lines.line_num}: {problem}")
+                raise InputError(f"{path}:{lines.line_num}: {problem}", kind="same_id")
             students[student.id.casefold()] = student
             if len(students) > _MOST_ROWS:
                 raise InputError(f"{path}: has more than {_MOST_ROWS} students")
@@ -135,7 +135,8 @@ def _columns(path: Path, header: list[str]) -> dict[str, int]:
     }
     if "id" not in found:
         has = ", ".join(filter(None, names)) or "nothing"
-        raise InputError(f"{path}:1: has no column for ids (it has {has}); call one of them id")
+        problem = f"{path}:1: has no column for ids (it has {has}); call one of them id"
+        raise InputError(problem, kind="no_id_column")
     return found
 
 

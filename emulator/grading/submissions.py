@@ -136,7 +136,7 @@ class Submission:
         the submission is at fault, NotJudgedError if this machine is.
         """
         if self.problem:
-            raise RejectedError(self.problem)
+            raise RejectedError(self.problem, kind="problem")
         assert self.path is not None
         counted = self.counted
         try:
@@ -145,7 +145,7 @@ class Submission:
                 return _content(gathered, scratch / "unpacked", take)
             return _content(counted[0].path if counted else self.path, scratch, take)
         except ArchiveError as error:
-            raise RejectedError(f"the archive {error}") from error
+            raise RejectedError(f"the archive {error}", kind=error.kind) from error
         except OSError as error:
             reason = f"cannot be read: {one_line(error.strerror or str(error), 80)}"
             if is_about_the_name(error):
@@ -189,7 +189,8 @@ def find_submissions(where: Path, roster: Roster | None, scratch: Path) -> list[
             first = found.get(student.id.casefold())
         found[one.student.id.casefold()] = _joined(first, one)
     if not found:
-        raise InputError(f"{where}: has no submissions; give a folder with an entry for each student")
+        problem = f"{where}: has no submissions; give a folder with an entry for each student"
+        raise InputError(problem, kind="no_submissions")
     if roster is None:
         return sorted(found.values(), key=lambda one: one.student.id.casefold())
     listed = [
@@ -220,7 +221,8 @@ def _class_folder(where: Path, scratch: Path) -> Path:
     if where.is_dir():
         return where
     if where.suffix.casefold() != ".zip" or not where.is_file():
-        raise InputError(f"{where}: is no folder and no zip file; give the folder with the submissions")
+        problem = f"{where}: is no folder and no zip file; give the folder with the submissions"
+        raise InputError(problem, kind="no_such_folder")
     try:
         unpack(where, scratch, CLASS)
     except ArchiveError as error:
@@ -261,7 +263,7 @@ def _gathered(handed_in: Sequence[HandedIn], folder: Path) -> Path:
     for source, name in _own_files(handed_in):
         target = folder / name
         if target.exists():
-            raise RejectedError(f"has two files {one_line(target.name, 60)!r}; hand in one")
+            raise RejectedError(f"has two files {one_line(target.name, 60)!r}; hand in one", kind="same_name")
         target.parent.mkdir(parents=True, exist_ok=True)
         data = _read(source, left)
         left -= len(data)
@@ -274,7 +276,7 @@ def _own_files(handed_in: Sequence[HandedIn]) -> Iterator[tuple[Path, str]]:
     for entry in handed_in:
         kind = entry.path.lstat().st_mode
         if stat.S_ISLNK(kind) or not (stat.S_ISREG(kind) or stat.S_ISDIR(kind)):
-            raise RejectedError("is a link or a device; hand in the file itself")
+            raise RejectedError("is a link or a device; hand in the file itself", kind="link")
         if stat.S_ISREG(kind):
             yield entry.path, entry.own_name or entry.path.name
             continue
@@ -287,11 +289,11 @@ def _own_files(handed_in: Sequence[HandedIn]) -> Iterator[tuple[Path, str]]:
 
 def _content(path: Path, scratch: Path, take: Take | None) -> SubmittedFirmware | SubmittedSource:
     if path.is_symlink():
-        raise RejectedError("is a link; hand in the file itself")
+        raise RejectedError("is a link; hand in the file itself", kind="link")
     if path.is_dir():
         return _choose(path, scratch, take)
     if not path.is_file():
-        raise RejectedError(f"is not an ordinary file; hand in {_wanted(take)}")
+        raise RejectedError(f"is not an ordinary file; hand in {_wanted(take)}", kind="no_file")
     suffix = path.suffix.casefold()
     if suffix == ".zip":
         unpack(path, scratch / "outer")
@@ -300,7 +302,7 @@ def _content(path: Path, scratch: Path, take: Take | None) -> SubmittedFirmware 
         return SubmittedSource({"main.c": _read(path, _LARGEST_SOURCE)})
     if suffix in _FIRMWARE and take != "source":
         return SubmittedFirmware(one_line(path.name), _read(path, _LARGEST))
-    raise RejectedError(_nothing(take, [path]))
+    raise _nothing(take, [path])
 
 
 def _choose(folder: Path, scratch: Path | None, take: Take | None) -> SubmittedFirmware | SubmittedSource:
@@ -314,7 +316,7 @@ def _choose(folder: Path, scratch: Path | None, take: Take | None) -> SubmittedF
         if len(mains) == 1:
             return _source(mains[0])
         if mains:
-            raise RejectedError(_several("C programs", mains, folder))
+            raise _several("C programs", mains, folder)
     if take != "source":
         images = [path for path in own if path.suffix.casefold() in _FIRMWARE]
         images = images or [path for path in files if path.suffix.casefold() in _FIRMWARE]
@@ -324,7 +326,7 @@ def _choose(folder: Path, scratch: Path | None, take: Take | None) -> SubmittedF
     if len(archives) == 1 and scratch is not None:
         unpack(archives[0], scratch)
         return _choose(scratch, None, take)
-    raise RejectedError(_nothing(take, own))
+    raise _nothing(take, own)
 
 
 def _walk(folder: Path) -> Iterator[Path]:
@@ -337,7 +339,8 @@ def _walk(folder: Path) -> Iterator[Path]:
         folders[:] = sorted(name for name in folders if not name.startswith((".", "__MACOSX")))
         count += len(folders) + len(files)
         if count > _MOST_ENTRIES:
-            raise RejectedError(f"has more than {_MOST_ENTRIES} files; hand in main.c, or the ELF file")
+            problem = f"has more than {_MOST_ENTRIES} files; hand in main.c, or the ELF file"
+            raise RejectedError(problem, kind="too_many")
         for name in sorted(files):
             path = here / name
             if not name.startswith(".") and stat.S_ISREG(path.lstat().st_mode):
@@ -360,11 +363,13 @@ def _source(main: Path) -> SubmittedSource:
                 files["main.c"] = _read(path, left)
                 left -= len(files["main.c"])
                 continue
-            raise RejectedError(f"the file {one_line(path.name, 60)!r} has a name that make cannot take")
+            problem = f"the file {one_line(path.name, 60)!r} has a name that make cannot take"
+            raise RejectedError(problem, kind="file_name")
         if wanted:
             data = _read(path, left)
             if data.startswith((b"\xff\xfe", b"\xfe\xff")):
-                raise RejectedError(f"{one_line(path.name, 60)} is saved as UTF-16; save it as UTF-8")
+                problem = f"{one_line(path.name, 60)} is saved as UTF-16; save it as UTF-8"
+                raise RejectedError(problem, kind="encoding")
             left -= len(data)
             files[path.name if path != main or path.suffix == ".c" else "main.c"] = data
     return SubmittedSource(files)
@@ -377,7 +382,7 @@ def _firmware(images: list[Path], folder: Path) -> SubmittedFirmware:
     of_kind = [path for path in images if path.suffix.casefold() == preferred]
     contents = {_read(path, _LARGEST): path for path in reversed(of_kind)}
     if len(contents) > 1:
-        raise RejectedError(_several("programs", of_kind, folder))
+        raise _several("programs", of_kind, folder)
     ((data, path),) = contents.items()
     return SubmittedFirmware(one_line(path.name), data)
 
@@ -386,25 +391,29 @@ def _read(path: Path, most: int) -> bytes:
     with path.open("rb") as file:
         data = file.read(most + 1)
     if len(data) > most:
-        raise RejectedError(f"{one_line(path.name, 60)} is too large: {most >> 20} MiB are allowed in all")
+        problem = f"{one_line(path.name, 60)} is too large: {most >> 20} MiB are allowed in all"
+        raise RejectedError(problem, kind="too_large")
     return data
 
 
-def _several(what: str, paths: list[Path], folder: Path) -> str:
+def _several(what: str, paths: list[Path], folder: Path) -> RejectedError:
     names = ", ".join(one_line(path.relative_to(folder).as_posix(), 60) for path in paths[:4])
     more = f" and {len(paths) - 4} more" if len(paths) > 4 else ""
-    return f"has {len(paths)} {what} ({names}{more}); hand in one"
+    return RejectedError(f"has {len(paths)} {what} ({names}{more}); hand in one", kind="several")
 
 
-def _nothing(take: Take | None, paths: list[Path]) -> str:
+def _nothing(take: Take | None, paths: list[Path]) -> RejectedError:
     wanted = _wanted(take)
     foreign = next((path for path in paths if path.suffix.casefold() in _FOREIGN_ARCHIVES), None)
     if foreign is not None:
-        return f"{one_line(foreign.name, 60)} is an archive of another kind; hand in a zip file, or {wanted}"
+        problem = (
+            f"{one_line(foreign.name, 60)} is an archive of another kind; hand in a zip file, or {wanted}"
+        )
+        return RejectedError(problem, kind="archive_type")
     other = next((path for path in paths if path.suffix.casefold() in _OTHER_LANGUAGES), None)
     if other is not None and take != "firmware":
-        return f"{one_line(other.name, 60)} is not C; hand in {wanted}"
-    return f"has no program in it; hand in {wanted}"
+        return RejectedError(f"{one_line(other.name, 60)} is not C; hand in {wanted}", kind="language")
+    return RejectedError(f"has no program in it; hand in {wanted}", kind="no_program")
 
 
 def _wanted(take: Take | None) -> str:

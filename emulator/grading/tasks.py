@@ -46,7 +46,8 @@ def judge_task(task: Task) -> str:
     if task.limits is not None:
         task.limits.apply()
     if task.code != code_digest():
-        raise NotJudgedError("the worker has another version of fcu-emulator; install the same everywhere")
+        problem = "the worker has another version of fcu-emulator; install the same everywhere"
+        raise NotJudgedError(problem, kind="version_differs")
     rubric = _rubric(task.rubric, task.rubric_digest)
     from fcu_emulator.emulator.grading.judge import judge
 
@@ -61,7 +62,7 @@ def judge_task(task: Task) -> str:
                     raise error.__cause__ from None
                 raise RejectedError(str(error).replace(f"{path}", path.name)) from None
             except InputError as error:  # of this machine, such as a C library that is missing
-                raise NotJudgedError(str(error)) from error
+                raise NotJudgedError(str(error), kind=error.kind) from error
     except OSError as error:
         raise NotJudgedError(f"this machine has run out of something: {error}") from error
     finally:
@@ -90,7 +91,8 @@ def code_digest() -> str:
 def _rubric(name: str, digest: str) -> Rubric:
     rubric = load_rubric(name)
     if rubric.digest != digest:
-        raise NotJudgedError(f"the worker has another rubric {name}; give all workers the same file")
+        problem = f"the worker has another rubric {name}; give all workers the same file"
+        raise NotJudgedError(problem, kind="rubric_differs")
     return rubric
 
 

@@ -116,24 +116,24 @@ class LocalWorkers(Executor):
 
     def _do(self, task: _Task, worker: _Worker | None) -> _Worker | None:
         """Let a process do a task; that process, or None if there is none any more."""
-        problem = ""
+        kind = problem = ""
         for _ in range(_ATTEMPTS):
             try:
                 worker = worker or self._new_worker()
             except Exception as error:  # no process, no pipe
                 reason = one_line(getattr(error, "strerror", None) or str(error))
-                problem = f"this machine cannot start a worker process: {reason}"
+                kind, problem = "no_worker", f"this machine cannot start a worker process: {reason}"
                 continue
             try:
                 done, value = worker.call(task.function, task.arguments, self._longest_s)
             except _DiedError as error:
-                problem = str(error)
+                kind, problem = "worker_died", str(error)
                 self._end(worker)
                 worker = None
                 if self._closed or error.out_of_time:
                     break
             except TimeoutError:  # not tried again: it would take as long
-                problem = f"took more than {self._longest_s:g} s of wall time"
+                kind, problem = "wall_time", f"took more than {self._longest_s:g} s of wall time"
                 self._end(worker)
                 break
             except Exception as error:  # arguments that cannot be pickled
@@ -148,7 +148,7 @@ class LocalWorkers(Executor):
                     return worker
                 self._end(worker)
                 return None
-        task.future.set_exception(NotJudgedError(problem))
+        task.future.set_exception(NotJudgedError(problem, kind=kind))
         return None
 
     def _new_worker(self) -> _Worker:
@@ -269,7 +269,7 @@ class DaskWorkers(Executor):
             problem = (
                 f"no Dask scheduler answers there; start one with dask scheduler ({type(error).__name__})"
             )
-            raise InputError(f"--dask {address}: {problem}") from error
+            raise InputError(f"--dask {address}: {problem}", kind="no_answer") from error
         self._executor = self._client.get_executor(pure=False)
 
     @property

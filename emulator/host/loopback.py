@@ -33,7 +33,6 @@ def listen(port: int, option: str) -> socket.socket:
     except (OSError, OverflowError) as error:
         listener.close()
         reason = getattr(error, "strerror", None) or error
-        raise LinkError(
-            f"{option}: {reason}; give another port of {HOST}, or 0 for a free one", kind="port"
-        ) from error
+        problem = f"{option}: {reason}; give another port of {HOST}, or 0 for a free one"
+        raise LinkError(problem, kind="port_not_free") from error
     return listener

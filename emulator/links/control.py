@@ -216,10 +216,13 @@ def the_running_board(wanted: str | None = None) -> RunningBoard:
         boards = [one for one in boards if str(one.process) == wanted]
         if not boards:
             raise InputError(
-                f"no board runs in process {wanted}; without the number, the running ones are named"
+                f"no board runs in process {wanted}; without the number, the running ones are named",
+                kind="no_such_process",
             )
     if not boards:
-        raise InputError("no board runs; start one in another terminal, such as: fcu run --serial port")
+        raise InputError(
+            "no board runs; start one in another terminal, such as: fcu run --serial port", kind="no_board"
+        )
     if len(boards) > 1:
         known = ", ".join(f"{one.process} ({one.name})" for one in boards)
         raise InputError(f"{len(boards)} boards run: {known}; say which one with --board PROCESS")

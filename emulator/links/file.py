@@ -20,12 +20,14 @@ class FileLink:
         try:
             if path.exists() and not _takes_bytes(path):
                 raise LinkError(
-                    f"--serial file:{path}: not a file; give the path of one, or a name for a new one"
+                    f"--serial file:{path}: not a file; give the path of one, or a name for a new one",
+                    kind="no_file",
                 )
             self._file = path.open("wb", buffering=0)
         except (OSError, ValueError) as error:  # ValueError: a null character
             problem = getattr(error, "strerror", None) or error
-            raise LinkError(f"--serial file:{path}: {problem}; give a path that can be written") from error
+            text = f"--serial file:{path}: {problem}; give a path that can be written"
+            raise LinkError(text, kind="not_writable") from error
         self._writer = BackgroundWriter(self._file, "serial-file")
         self._closed = False
 

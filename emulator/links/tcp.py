@@ -300,8 +300,6 @@ def _listen(kind: str, first_port: int, port: int | None) -> socket.socket:
 def parse_port(kind: str, text: str) -> int:
     """The port in ``tcp:PORT``. Raises LinkError."""
     if not text.isascii() or not text.isdigit() or len(text) > 5 or int(text) > LARGEST_PORT:
-        raise LinkError(
-            f"--serial {kind}:{text}: no port; give a number up to {LARGEST_PORT}, 0 for a free one",
-            kind="not_a_port",
-        )
+        problem = f"no port; give a number up to {LARGEST_PORT}, 0 for a free one"
+        raise LinkError(f"--serial {kind}:{text}: {problem}", kind="no_port")
     return int(text)

@@ -19,11 +19,18 @@ def checked(listen: str) -> str:
     try:
         address = ipaddress.ip_address(listen)
     except ValueError as error:
-        raise InputError(f"--listen must be an IP address of this machine, not {shown(listen)}") from error
+        raise InputError(
+            f"--listen must be an IP address of this machine, not {shown(listen)}", kind="address"
+        ) from error
     if address.is_unspecified or address.is_multicast:
-        raise InputError(f"--listen must be one address of this machine, such as 192.168.1.20, not {address}")
+        raise InputError(
+            f"--listen must be one address of this machine, such as 192.168.1.20, not {address}",
+            kind="address",
+        )
     if address.version == 6 and address.is_link_local:
-        raise InputError(f"--listen must be an address that a browser can open, not {address}")
+        raise InputError(
+            f"--listen must be an address that a browser can open, not {address}", kind="address"
+        )
     return str(address)
 
 

@@ -39,7 +39,8 @@ class Moved:
         if board.scenario is not None:
             name = board.scenario.name
             raise InputError(
-                f"the board plays the scenario {name}, which moves it; run it without --scenario"
+                f"the board plays the scenario {name}, which moves it; run it without --scenario",
+                kind="moved_by_scenario",
             )
         entry = parse_entry(table, board.description)
         entry.plan(board.world, board.now_s)

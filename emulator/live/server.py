@@ -74,7 +74,9 @@ class Controls(Protocol):
 
 def websockets_missing() -> InputError:
     """For who has not got the library."""
-    return InputError("fcu web needs the package websockets; install it with: pip install websockets")
+    return InputError(
+        "fcu web needs the package websockets; install it with: pip install websockets", kind="not_installed"
+    )
 
 
 class PageServer:

@@ -76,7 +76,8 @@ class PythonCpu:
         except ValueError as error:
             raise InputError(
                 "firmware in Python cannot go on in another thread than the one in which it first ran; "
-                "run the board there, or use firmware built for the chip"
+                "run the board there, or use firmware built for the chip",
+                kind="other_thread",
             ) from error
         pause = self._clock.schedule(at_ps, self._pause, last=True)
         try:
@@ -97,7 +98,8 @@ class PythonCpu:
         if self._main is not None:
             raise InputError(
                 "firmware in Python runs on a stack that cannot be copied, so this board has no snapshots; "
-                "use firmware built for the chip, or no firmware"
+                "use firmware built for the chip, or no firmware",
+                kind="not_copied",
             )
 
     def restore(self, state: None) -> None:

@@ -256,7 +256,7 @@ class Scenario:
         """What a board that plays this scenario has done. Raises InputError if it plays another one."""
         recorder = self._recorders.get(board.terminal)
         if recorder is None:
-            raise InputError(f"this board does not play the scenario {self.name}")
+            raise InputError(f"this board does not play the scenario {self.name}", kind="other_scenario")
         end_ps = min(self.duration_ps, board.clock.now_ps)
         watched = self._watched[board.terminal]
         return RunView(

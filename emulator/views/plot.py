@@ -36,7 +36,7 @@ def draw(record: Mapping[str, Any], picture: Path) -> None:
     Raises InputError if nothing in it can be drawn or the package is missing, LinkError for the file.
     """
     if picture.suffix.lower() not in KINDS:
-        raise InputError(f"{picture}: give a name that ends in {', '.join(KINDS)}")
+        raise InputError(f"{picture}: give a name that ends in {', '.join(KINDS)}", kind="picture_type")
     try:
         import matplotlib as mpl
     except ImportError as error:
@@ -50,9 +50,11 @@ def draw(record: Mapping[str, Any], picture: Path) -> None:
         if not math.isfinite(end_s):
             raise ValueError("the end of the run must be a finite time")
     except (TypeError, ValueError, KeyError, AttributeError, OverflowError) as error:
-        raise InputError("the record is damaged; make it again with fcu run --json") from error
+        problem = "the record is damaged; make it again with fcu run --json"
+        raise InputError(problem, kind="damaged") from error
     if not panels:
-        raise InputError("nothing in this run's lines could be read, so there is nothing to draw")
+        problem = "nothing in this run's lines could be read, so there is nothing to draw"
+        raise InputError(problem, kind="nothing_to_draw")
     settings: Any = {
         "svg.hashsalt": "fcu",
         "font.size": 9,

@@ -241,7 +241,7 @@ def test_before_start_up_code_nothing_can_be_called(words: Words) -> None:
     words("python", str(caught.value))
     with pytest.raises(InputError) as caught:
         Board(firmware="lab3").call("eCompass")
-    assert caught.value.kind == "not_built"
+    assert caught.value.kind == "no_chip"
 
 
 # -- variables ----------------------------------------------------------------------------------------------

@@ -228,7 +228,7 @@ def test_nothing_that_a_client_sends_breaks_the_server(pieces: list[bytes]) -> N
 def test_a_port_in_use_is_one_line(bench: Bench) -> None:
     with pytest.raises(LinkError, match=f"--gdb {bench.server.port}: ") as caught:
         GdbServer(FakeTarget(), str, bench.server.port)
-    assert caught.value.kind == "port"
+    assert caught.value.kind == "port_not_free"
     assert "\n" not in str(caught.value)
 
 
@@ -249,7 +249,7 @@ def _built(**settings: bool) -> Board:
 def test_python_firmware_cannot_be_debugged_this_way() -> None:
     with pytest.raises(InputError) as caught:
         serve(Board(firmware="lab3"), 0)
-    assert caught.value.kind == "not_built"
+    assert caught.value.kind == "no_chip"
 
 
 def test_a_run_under_a_debugger_is_the_same_run() -> None:

@@ -46,10 +46,10 @@ REJECTED = {
     "does not compile": "does not compile",
     "includes a file of the grader's": "No such file",
     "zip bomb": "zip bomb",
-    "leads out of its archive": "leads out of it",
+    "leads out of its archive": "../main.c",
     "link in an archive": "link or a device",
-    "no file": "has no program",
-    "two programs": "has 2 programs",
+    "no file": "no program",
+    "two programs": "0.elf, 1.elf",
     "wrong chip": "x86-64",
     "no program but a text": "is a text",
 }

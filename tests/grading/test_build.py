@@ -17,6 +17,7 @@ from fcu_emulator.emulator.grading.build import SANDBOX, Builder, CompileError
 from fcu_emulator.emulator.grading.submissions import SubmittedSource
 from fcu_emulator.firmware_model import arm
 from tests.support.arm import student_programs
+from tests.support.words import Words
 
 TEMPLATE = (arm.sources() / "template" / "main.c").read_bytes()
 
@@ -75,7 +76,7 @@ def test_own_files_and_headers_belong_to_the_program(builder: Builder) -> None:
     )
 
     assert built.log == ""
-    assert "undefined reference to `one'" in said_of(builder, files)
+    assert "`one'" in said_of(builder, files)
 
 
 def said_of(builder: Builder, files: dict[str, bytes]) -> str:
@@ -232,22 +233,22 @@ def test_the_bus_decides_what_is_built(builder: Builder) -> None:
 
 
 @pytest.mark.parametrize(
-    ("system", "words"),
+    ("system", "packages"),
     [
-        ("linux", ["needs arm-none-eabi-gcc and make and bwrap: sudo apt install "]),
-        ("linux", ["gcc-arm-none-eabi libnewlib-arm-none-eabi make bubblewrap; or grade ELF"]),
-        ("darwin", ["brew install --cask gcc-arm-embedded; xcode-select --install; ", "on Linux alone"]),
+        ("linux", ["gcc-arm-none-eabi", "libnewlib-arm-none-eabi", "make", "bubblewrap"]),
+        ("darwin", ["gcc-arm-embedded", "xcode-select"]),
     ],
 )
 def test_a_machine_without_tools_says_what_to_install(
-    monkeypatch: pytest.MonkeyPatch, system: str, words: list[str]
+    monkeypatch: pytest.MonkeyPatch, system: str, packages: list[str], words: Words
 ) -> None:
     monkeypatch.setenv("PATH", "/nowhere")
     monkeypatch.setattr(sys, "platform", system)
     with pytest.raises(InputError) as refused:
         Builder()
 
-    assert all(one in str(refused.value) for one in words)
+    assert all(one in str(refused.value) for one in packages)
     assert ("apt" in str(refused.value)) is (system == "linux")
     assert "--build-without-sandbox" in str(refused.value)
     assert "--submission-type firmware" in str(refused.value)
+    words("grade", str(refused.value))

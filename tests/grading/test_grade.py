@@ -33,6 +33,7 @@ from fcu_emulator.emulator.grading.workers import LocalWorkers
 from fcu_emulator.firmware_model.arm import prebuilt
 from tests.grading.test_build import needs_compiler, needs_sandbox
 from tests.grading.test_reports import assert_is_gradescopes
+from tests.support.words import Words
 
 RUBRIC = """
 schema = 1
@@ -130,6 +131,7 @@ def test_a_class_is_graded_and_what_is_bad_costs_only_itself(
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
+    words: Words,
 ) -> None:
     monkeypatch.setattr("fcu_emulator.emulator.cli.grade.monotonic", lambda: 0.0)
     out = tmp_path / "out"
@@ -153,13 +155,17 @@ def test_a_class_is_graded_and_what_is_bad_costs_only_itself(
     page = (out / "students" / "bob.html").read_text(encoding="utf-8")
     assert "Print what eCompass computes." in page
     said = capsys.readouterr()
-    assert said.out.startswith("7 students: 2 judged, 5 rejected\n7 files and folders were handed in")
-    assert said.out.endswith(f"reports: {out / 'index.html'}\n")
+    assert said.out.endswith(f": {out / 'index.html'}\n")
+    words("grade", said.out)
     assert said.err == ""  # no time has passed
 
 
 def test_a_log_is_told_now_and_then_how_far_a_class_is(
-    rubric: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    rubric: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    words: Words,
 ) -> None:
     """At tenths ten seconds apart, of which some are missed and one is two minutes in coming."""
     folder = tmp_path / "submissions"
@@ -171,12 +177,14 @@ def test_a_log_is_told_now_and_then_how_far_a_class_is(
     monkeypatch.setattr("fcu_emulator.emulator.cli.grade.monotonic", lambda: next(clock_s))
 
     assert grade(folder, "--rubric", rubric, "--out", tmp_path / "out") == 0
-    assert capsys.readouterr().err.splitlines() == [
-        "fcu: 9 of 20 submissions done after 12 s",
-        "fcu: 10 of 20 submissions done after 22 s",
-        "fcu: 12 of 20 submissions done after 42 s",
-        "fcu: 13 of 20 submissions done after 172 s",
+    said = capsys.readouterr().err
+    assert [re.findall(r"\d+", line) for line in said.splitlines()] == [
+        ["9", "20", "12"],
+        ["10", "20", "22"],
+        ["12", "20", "42"],
+        ["13", "20", "172"],
     ]
+    words("grade", said)
 
 
 def test_a_second_run_emulates_nothing_and_a_changed_hint_is_in_the_reports(
@@ -226,7 +234,7 @@ def test_a_roster_names_orders_and_says_who_is_missing(
     assert found["9"]["points"] == ""
     assert found["ada"]["points"] == "3"
     assert [found[who]["on_roster"] for who in ("7", "9", "ada")] == ["yes", "yes", "no"]
-    assert "not on the roster" in (out / "index.html").read_text(encoding="utf-8")
+    assert "roster" in (out / "index.html").read_text(encoding="utf-8")
 
 
 def test_anonymous_reports_name_nobody(submissions: Path, rubric: Path, out: Path, tmp_path: Path) -> None:
@@ -300,7 +308,7 @@ def test_a_killed_worker_costs_one_grade_and_gives_no_zero(
     assert results["ada"].points == 3
     assert results["bob"].status == "unjudged"
     assert results["bob"].points is None
-    assert "the worker process died (SIGKILL)" in results["bob"].reason
+    assert "(SIGKILL)" in results["bob"].reason
     with LocalWorkers(1) as workers:
         again = {one.id: one for _, one in grader(workers, rubric, tmp_path / "kept").grade(found)}
     assert again["bob"].points == 1
@@ -333,9 +341,10 @@ def test_a_damaged_kept_verdict_is_judged_again(
 def test_a_worker_of_another_version_or_rubric_does_not_answer(rubric: Path) -> None:
     digest = load_rubric(rubric).digest
     task = Task(prebuilt("template").read_bytes(), "a.elf", str(rubric), digest, 1, code_digest())
-    for changed in ({"code": "another"}, {"rubric_digest": "another"}):
-        with pytest.raises(NotJudgedError, match="the worker has another"):
-            judge_task(Task(**{**vars(task), **changed}))
+    for changed, kind in (("code", "version_differs"), ("rubric_digest", "rubric_differs")):
+        with pytest.raises(NotJudgedError) as refused:
+            judge_task(Task(**{**vars(task), changed: "another"}))
+        assert refused.value.kind == kind
 
 
 def test_missing_c_library_is_no_fault_of_the_submission(
@@ -345,12 +354,13 @@ def test_missing_c_library_is_no_fault_of_the_submission(
     task = Task(prebuilt("template").read_bytes(), "a.elf", str(rubric), digest, 1, code_digest())
 
     def missing() -> None:
-        raise InputError("the C library is missing; build it")
+        raise InputError("no library", kind="no_library")
 
     monkeypatch.setattr(library, "load", missing)
 
-    with pytest.raises(NotJudgedError, match="C library"):
+    with pytest.raises(NotJudgedError) as refused:
         judge_task(task)
+    assert refused.value.kind == "no_library"
 
 
 # -- source -------------------------------------------------------------------------------------------------
@@ -417,18 +427,18 @@ def test_missing_compiler_costs_only_submissions_that_are_source(
 
 
 @pytest.mark.parametrize(
-    ("arguments", "words"),
+    "arguments",
     [
-        (["nowhere", "--out", "o"], "nowhere: is no folder and no zip file"),
-        ([], "give the folder with the submissions"),
-        (["."], "--out DIR"),
-        (["--gradescope", "--autograder", "nowhere"], "is no folder; --gradescope runs where"),
-        ([".", "--out", "o", "--roster", "nowhere"], "nowhere: cannot be read"),
+        ["nowhere", "--out", "o"],
+        [],
+        ["."],
+        ["--gradescope", "--autograder", "nowhere"],
+        [".", "--out", "o", "--roster", "nowhere"],
     ],
 )
 def test_wrong_use_says_what_would_be_right(
     arguments: list[str],
-    words: str,
+    words: Words,
     rubric: Path,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -437,10 +447,12 @@ def test_wrong_use_says_what_would_be_right(
     monkeypatch.chdir(tmp_path)
 
     assert grade(*arguments, "--rubric", rubric) == 2
-    assert words in capsys.readouterr().err
+    words("grade", capsys.readouterr().err.replace(os.sep, "/"))
 
 
 # -- Gradescope ---------------------------------------------------------------------------------------------
+
+posix_scripts = pytest.mark.skipif(sys.platform == "win32", reason="Windows cannot run shell scripts")
 
 
 @pytest.fixture
@@ -487,7 +499,7 @@ def run_autograder(folder: Path) -> subprocess.CompletedProcess[str]:
     )
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Gradescope runs Linux")
+@posix_scripts
 def test_gradescopes_setup_installs_the_package_and_hides_the_rubric(autograder: Path) -> None:
     """apt-get and venv are played by a script that notes how it was called."""
     source, played = autograder / "source", autograder / "played"
@@ -503,16 +515,18 @@ def test_gradescopes_setup_installs_the_package_and_hides_the_rubric(autograder:
     calls = (played / "calls").read_text(encoding="utf-8").splitlines()
 
     assert calls[0] == "apt-get update"
-    assert calls[1].startswith("apt-get install -y ")
-    assert {"gcc-arm-none-eabi", "libnewlib-arm-none-eabi", "make", "python3-venv"} <= set(calls[1].split())
-    assert calls[2:] == [
-        "python3 -m venv /opt/fcu",
-        f"pip install {source}/fcu_emulator-{version('fcu-emulator')}-py3-none-any.whl",
+    installed = calls[1].split()
+    assert installed[:3] == ["apt-get", "install", "-y"]
+    assert {"gcc-arm-none-eabi", "libnewlib-arm-none-eabi", "make", "python3-venv"} <= set(installed)
+    wheel = f"{source}/fcu_emulator-{version('fcu-emulator')}-py3-none-any.whl"
+    assert [call.split() for call in calls[2:]] == [
+        ["python3", "-m", "venv", "/opt/fcu"],
+        ["pip", "install", wheel],
     ]
     assert stat.S_IMODE(source.stat().st_mode) == 0o700
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Gradescope runs Linux")
+@posix_scripts
 def test_gradescopes_autograder_runs_in_its_folders(autograder: Path) -> None:
     shutil.copyfile(prebuilt("template"), autograder / "submission" / "lab3.elf")
     done = run_autograder(autograder)
@@ -527,7 +541,7 @@ def test_gradescopes_autograder_runs_in_its_folders(autograder: Path) -> None:
     assert results["extra_data"]["seed"] == seed
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Gradescope runs Linux")
+@posix_scripts
 @pytest.mark.parametrize(("own_due", "score"), [("2026-11-18T23:00:00-08:00", 0.5), (None, 0.75)])
 def test_gradescopes_autograder_takes_the_late_penalty_off(
     autograder: Path, own_due: str | None, score: float
@@ -550,7 +564,7 @@ def test_gradescopes_autograder_takes_the_late_penalty_off(
     assert f"{1 - score:g} points less" in results["output"]
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Gradescope runs Linux")
+@posix_scripts
 def test_gradescopes_autograder_says_what_to_hand_in(autograder: Path) -> None:
     (autograder / "submission" / "report.pdf").write_bytes(b"%PDF")
     run_autograder(autograder)
@@ -560,7 +574,7 @@ def test_gradescopes_autograder_says_what_to_hand_in(autograder: Path) -> None:
     assert "hand in main.c" in results["output"]
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Gradescope runs Linux")
+@posix_scripts
 def test_gradescopes_archive_has_the_files_that_the_rubric_names(tmp_path: Path) -> None:
     folder = tmp_path / "course"
     (folder / "more").mkdir(parents=True)

@@ -79,8 +79,9 @@ def test_a_task_whose_process_is_killed_is_done_again_elsewhere(
 
 
 def test_a_task_that_always_ends_its_process_is_given_up_with_a_cause(workers: LocalWorkers) -> None:
-    with pytest.raises(NotJudgedError, match=r"the worker process died \(exit code 7\)"):
+    with pytest.raises(NotJudgedError, match=r"\(exit code 7\)") as ended:
         workers.submit(die).result()
+    assert ended.value.kind == "worker_died"
     assert workers.submit(give, 1).result() == 1
 
 
@@ -100,8 +101,9 @@ def test_a_process_without_memory_is_replaced(workers: LocalWorkers) -> None:
 def test_a_task_that_takes_too_long_is_stopped() -> None:
     with LocalWorkers(1, longest_s=0.2) as workers:
         stuck = workers.submit(pid_after, 3600)
-        with pytest.raises(NotJudgedError, match=r"more than 0\.2 s of wall time"):
+        with pytest.raises(NotJudgedError, match=r"0\.2 s") as ended:
             stuck.result()
+    assert ended.value.kind == "wall_time"
 
 
 def test_task_without_a_process_is_not_judged(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -111,8 +113,9 @@ def test_task_without_a_process_is_not_judged(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr(workers_module, "_Worker", refuse)
     with LocalWorkers(1) as workers:
         for _ in range(2):
-            with pytest.raises(NotJudgedError, match="cannot start a worker process"):
+            with pytest.raises(NotJudgedError) as ended:
                 workers.submit(give, 1).result(timeout=10)
+            assert ended.value.kind == "no_worker"
 
 
 def test_the_end_with_cancel_leaves_no_process() -> None:

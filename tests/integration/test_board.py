@@ -68,7 +68,7 @@ def test_the_banner_is_out_after_its_frames_and_the_lines_a_second_later() -> No
     assert board.terminal.text == BOOT[:39]
     board.run_for(0.99)
     assert board.terminal.text == BOOT[:39]
-    board.terminal.expect("LSM6DSL MEMS Accelerometer", timeout_s=0.05)
+    board.terminal.expect("LSM6DSL", timeout_s=0.05)
 
 
 def test_800_callbacks_a_second_exactly() -> None:
@@ -179,7 +179,7 @@ def test_the_terminal_reads_expects_and_keeps() -> None:
     board.terminal.expect(r"Init\.\.\.\n")
     assert board.terminal.read().decode() == BOOT
     assert board.terminal.read() == b""
-    with pytest.raises(ExpectationError, match=r"'nothing like this' was not printed within 0.5 s"):
+    with pytest.raises(ExpectationError, match=r"'nothing like this' .* 0\.5 s "):
         board.terminal.expect("nothing like this", timeout_s=0.5)
     assert board.now_s == pytest.approx(1.54, abs=0.02)
 
@@ -323,18 +323,25 @@ def test_a_board_may_go_away_while_another_one_runs() -> None:
 
 
 def test_names_that_do_not_exist_are_answered_with_those_that_do() -> None:
-    with pytest.raises(InputError, match="unknown firmware 'lab4'; known: lab3, template"):
+    with pytest.raises(InputError, match=r"'lab4'.*: lab3, template") as firmware:
         Board(firmware="lab4")
-    with pytest.raises(InputError, match="unknown board wiring 'lab2'; known: lab3"):
+    with pytest.raises(InputError, match=r"'lab2'.*: lab3") as wiring:
         Board(wiring="lab2")
-    with pytest.raises(InputError, match=r"cannot run for -1 s; give a number of seconds from 0"):
-        Board().run_for(-1)
-    with pytest.raises(InputError, match=r"cannot run for nan s"):
-        Board().run_for(float("nan"))
-    with pytest.raises(InputError, match="no regular expression"):
-        Board().terminal.expect("(")
-    with pytest.raises(InputError, match="no Latin-1 character"):
-        Board().terminal.write("\u20ac")
+    assert (firmware.value.kind, wiring.value.kind) == ("unknown_firmware", "unknown_wiring")
+
+
+def test_values_that_cannot_be_used_are_refused_with_a_kind() -> None:
+    board = Board()
+    for seconds in (-1, float("nan")):
+        with pytest.raises(InputError, match=rf" {seconds} s") as refused:
+            board.run_for(seconds)
+        assert refused.value.kind == "duration"
+    with pytest.raises(InputError) as refused:
+        board.terminal.expect("(")
+    assert refused.value.kind == "pattern"
+    with pytest.raises(InputError) as refused:
+        board.terminal.write("\u20ac")
+    assert refused.value.kind == "not_latin_1"
 
 
 def test_a_callback_that_finds_the_bus_taken_is_busy() -> None:

@@ -13,6 +13,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.words import Words
+
 BANNER = "STEVAL-FCU001V1 FH rev.1.0 - Sep 2017\n\n"
 
 
@@ -45,13 +47,13 @@ def test_help_names_every_command() -> None:
         assert f"\n  {command} " in text
 
 
-def test_run_prints_the_terminal_on_stdout_and_the_rest_on_stderr() -> None:
+def test_run_prints_the_terminal_on_stdout_and_the_rest_on_stderr(words: Words) -> None:
     done = fcu("run", "--duration", "2500ms")
     assert done.stdout.decode().startswith(BANNER)
     assert b"fcu:" not in done.stdout
     errors = done.stderr.decode()
-    assert "board lab3, firmware lab3, seed 0, as fast as possible" in errors
-    assert "2.500 s of virtual time" in errors
+    words("run", errors.splitlines()[0])
+    assert "\nfcu: 2.500 s " in errors
     assert "TIM9 800.000 Hz" in errors
 
 
@@ -87,23 +89,23 @@ def test_the_trace_is_json_lines_with_register_names(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    "arguments",
     [
-        (("lab4",), "unknown firmware 'lab4'; known: lab3, template"),
-        (("--wiring", "lab9"), "unknown board wiring 'lab9'; known: lab3"),
-        (("--duration", "10"), "--duration is '10'; give a number and a unit (us, ms, s, min, h)"),
-        (("--duration", "999999h"), "--duration is '999999h'; the longest is 277h"),
-        (("--duration", "-1s"), "--duration is '-1s'; it cannot be negative, give a time such as"),
-        (("--speed", "fast"), "--speed fast: give max, or a factor from 0.001 up"),
-        (("--speed", "-1"), "--speed -1: give max, or a factor from 0.001 up"),
-        (("--serial", "com3"), "--serial com3: unknown link; choose stdout, port, pty"),
-        (("--scenario", "nowhere"), "nowhere"),
+        ("lab4",),
+        ("--wiring", "lab9"),
+        ("--duration", "10"),
+        ("--duration", "999999h"),
+        ("--duration", "-1s"),
+        ("--speed", "fast"),
+        ("--speed", "-1"),
+        ("--serial", "com3"),
+        ("--scenario", "nowhere"),
     ],
 )
 def test_what_cannot_be_is_one_line_that_says_what_would_be_right(
-    arguments: tuple[str, ...], message: str
+    arguments: tuple[str, ...], words: Words
 ) -> None:
-    assert message in one_line_error("run", *arguments)
+    words("run", one_line_error("run", *arguments))
 
 
 def test_an_unwritable_trace_is_refused_before_anything_runs(tmp_path: Path) -> None:
@@ -113,14 +115,14 @@ def test_an_unwritable_trace_is_refused_before_anything_runs(tmp_path: Path) -> 
     assert not where.exists()
 
 
-def test_registers_prints_the_map_with_meanings() -> None:
+def test_registers_prints_the_map_with_meanings(words: Words) -> None:
     text = fcu("registers", "lsm6dsl").stdout.decode()
     assert "0x10       RW 0x00     CTRL1_XL: " in text
     assert "ODR_XL: rate: 0 off, 1 to 10: 12.5" in text
     assert "bank A" in text
     assert "INT1_CTRL" in text
     assert "(not modelled)" in text
-    assert "known: LSM6DSL, LIS2MDL, LPS22HB" in one_line_error("registers", "bme280")
+    words("registers", one_line_error("registers", "bme280"))
 
 
 def test_a_register_is_shown_wherever_it_is() -> None:
@@ -136,16 +138,16 @@ def test_a_register_is_shown_wherever_it_is() -> None:
     assert fcu("registers", "SR1").stdout.decode().count("SMBALERT: ") == len(["I2C1", "I2C2", "I2C3"])
 
 
-def test_registers_begins_with_how_the_part_is_reached_and_ends_with_how_it_deviates() -> None:
+def test_registers_begins_with_how_the_part_is_reached_and_ends_with_how_it_deviates(words: Words) -> None:
     text = fcu("registers", "lps22hb").stdout.decode()
-    assert text.startswith(
-        "LPS22HB measures air pressure (hPa), temperature of the part (degC)\n"
-        "I2C at 0x5C or 0x5D, up to 400 kHz; SPI in mode 0 or 3, 4 wires after reset, up to 10 MHz\n"
-    )
-    assert "keys of [sensors.lps22hb] in a scenario:" in text
-    rows = [line.split()[:3] for line in text.partition("deviations of")[2].splitlines()]
-    assert ["odr_percent", "%", "+-2.5"] in rows
-    assert re.search("typically 0.0075 +RMS in the quietest setting", text)
+    lines = text.splitlines()
+    assert lines[0].startswith("LPS22HB ")
+    assert "0x5C or 0x5D" in lines[1]
+    words("registers", "\n".join(lines[:2]))
+    assert "[sensors.lps22hb]" in text
+    rows = [line.split() for line in text.partition("deviations of")[2].splitlines()]
+    assert ["odr_percent", "%", "+-2.5"] in [row[:3] for row in rows]
+    words("registers", "\n".join(" ".join(row) for row in rows if "0.0075" in row))
     deviations = fcu("registers", "lsm6dsl").stdout.decode().partition("deviations of")[2]
     assert "zero-g offset (datasheet Table 3; 4.6: a standard deviation)" in deviations
     assert "0 to 1000" in deviations
@@ -153,7 +155,7 @@ def test_registers_begins_with_how_the_part_is_reached_and_ends_with_how_it_devi
 
 def test_doctor_says_what_works() -> None:
     text = fcu("doctor").stdout.decode()
-    assert "the firmware lab3 boots and runs at" in text
+    assert re.search(r"^ok .*\blab3 .*\d", text, re.MULTILINE)
     needed = [one for one in importlib.metadata.requires("fcu-emulator") or [] if "extra ==" not in one]
     assert needed
     for requirement in needed:

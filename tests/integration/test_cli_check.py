@@ -16,10 +16,13 @@ from fcu_emulator.emulator.grading.verdict import Verdict
 from fcu_emulator.firmware_model.arm import prebuilt
 from tests.arm.test_agreement_student import solved, write_code
 from tests.support.arm import student_programs
+from tests.support.words import Words
 
 ROOT = Path(__file__).parents[2]
 STUDENT = ROOT / "docs" / "student.md"
 QUICK = "--exercise", "2"
+SAMPLED = "  ReadSensorRawData(&acc, &gyro, &mag, &press);\n"
+"""The line of the template that reads the sensors."""
 
 needs_compiler = pytest.mark.skipif(
     not student_programs.is_buildable(), reason="arm-none-eabi-gcc or make is not installed"
@@ -63,17 +66,28 @@ def test_the_solution_is_all_right() -> None:
     assert done.stderr == ""
 
 
-def test_the_template_is_told_what_to_do_next(tmp_path: Path) -> None:
+def next_steps(screen: str) -> str:
+    """Return the end of a screen: the advice and the commands."""
+    return screen.partition("\nNext: ")[2]
+
+
+def line_with(text: str, part: str) -> str:
+    """Return the only line of a text that has a part."""
+    (line,) = [line for line in text.splitlines() if part in line]
+    return line
+
+
+def test_the_template_is_told_what_to_do_next(tmp_path: Path, words: Words) -> None:
     shutil.copyfile(prebuilt("template", "I2C2"), tmp_path / "lab3.elf")
     done = fcu("check", *QUICK, folder=tmp_path)
 
     assert done.returncode == 1
     assert "  2   not yet     0 of 4    Altitude from the pressure\n" in done.stdout
-    assert "  - the altitude follows the stairs, 0 m at the floor\n" in done.stdout
-    assert 'seen: no line "Altitude: %f m"' in done.stdout
-    assert "\n  fcu check --exercise 2\n" in done.stdout
-    assert "\n  fcu run lab3.elf\n" in done.stdout
-    assert done.stdout.splitlines()[-1].split("  ")[1] == "fcu check --exercise 2 --save motions"
+    assert "Altitude: %f m" in done.stdout
+    commands = [line.split("  ")[1] for line in next_steps(done.stdout).splitlines() if line[:2] == "  "]
+    assert {"fcu check --exercise 2", "fcu run lab3.elf"} < set(commands)
+    assert commands[-1] == "fcu check --exercise 2 --save motions"
+    words("check", done.stdout.partition("Exercise 2")[2])
 
 
 def test_template_is_told_to_write_the_function_of_each_exercise() -> None:
@@ -90,11 +104,12 @@ def test_a_failed_check_is_replayed_by_the_command_that_is_printed(tmp_path: Pat
     assert again == ["fcu", "run", "template-arm", "--scenario", "my motions/stairs.toml"]
     assert replayed.returncode == 1
     assert "seed 7" in replayed.stderr
-    assert 'no line "Altitude: %f m" among 158' in replayed.stderr
+    assert "Altitude: %f m" in replayed.stderr
+    assert "158" in replayed.stderr
     assert fcu("run", "solution", *again[3:], "--quiet", folder=tmp_path).returncode == 0
 
 
-def test_hints_come_one_by_one() -> None:
+def test_hints_come_one_by_one(words: Words) -> None:
     """Two checks have one at once; each --hint shows one more of the first, until there are no more."""
     none, two, all_of_them = (
         fcu("check", "template-arm", *QUICK, *["--hint"] * count).stdout for count in (0, 2, 5)
@@ -104,38 +119,41 @@ def test_hints_come_one_by_one() -> None:
     assert hints[0] == ["hint 1 of 4: ", "hint: "]
     assert hints[1] == ["hint 1 of 4: ", "hint 2 of 4: ", "hint 3 of 4: ", "hint: "]
     assert len(hints[2]) == 5
-    assert "\n  fcu check template-arm --exercise 2 --hint     for the next hint\n" in none
-    assert " --hint --hint --hint     for the next hint\n" in two
     assert "0.0065" not in two
     assert "0.0065" in all_of_them
-    assert "for the next hint" not in all_of_them
-    assert [screen.count("no more hints") for screen in (none, two, all_of_them)] == [0, 0, 1]
+    ends = [next_steps(screen) for screen in (none, two, all_of_them)]
+    assert "\n  fcu check template-arm --exercise 2 --hint  " in ends[0]
+    assert [end.count("--hint") for end in ends] == [1, 3, 0]
+    for end in ends:
+        words("check", end)
 
 
 @needs_compiler
-def test_next_hint_is_offered_beside_a_cause(tmp_path: Path) -> None:
+def test_next_hint_is_offered_beside_a_cause(tmp_path: Path, words: Words) -> None:
     """A cause is shown below the checks, and the hints of the checks with it."""
     program = student_programs.programs("exercises.toml")["wrong_axis_in_root"]
     elf = str(student_programs.build(program, "Og", tmp_path))
     first, last = (fcu("check", elf, "--exercise", "3", *["--hint"] * count).stdout for count in (0, 3))
 
-    assert "Gx in the root of its own formula" in first
+    assert "Gx" in first
+    words("check", "\n".join(line for line in first.splitlines() if "Gx" in line))
     assert "hint 1 of 3: " in first
-    assert " --exercise 3 --hint     for the next hint\n" in first
+    assert " --exercise 3 --hint  " in next_steps(first)
     assert "hint 3 of 3: " in last
-    assert "no more hints" in last
+    assert "--hint" not in next_steps(last)
 
 
 @needs_compiler
-def test_no_hint_is_announced_while_hints_are_hidden(tmp_path: Path) -> None:
+def test_no_hint_is_announced_while_hints_are_hidden(tmp_path: Path, words: Words) -> None:
     """Ticks that are lost are fixed first."""
     program = student_programs.programs("exercises.toml")["short_delay_in_callback"]
     elf = str(student_programs.build(program, "Og", tmp_path))
     done = fcu("check", elf, "--exercise", "1", "--hint").stdout
 
-    assert "fix this first" in done
-    assert re.search(r"hint[: ]|more hints|next hint", done) is None
-    assert "  Hints for exercise 1 are shown when the problem above is fixed.\n" in done
+    words("check", line_with(done, "Exercise 1,"))
+    assert re.search(r"hint(?: \d of \d)?: |--hint", done) is None
+    (told,) = [line for line in next_steps(done).splitlines() if line.lower().startswith("  hint")]
+    words("check", told)
 
 
 def test_check_leaves_no_files_behind(tmp_path: Path) -> None:
@@ -176,7 +194,7 @@ def test_saved_scenario_of_a_led_fails_as_the_check_does(tmp_path: Path) -> None
     done = fcu("check", "template-arm", "--exercise", "4", "--save", "motions", folder=tmp_path)
     saved = ["--scenario", "motions/steep_y.toml", "--speed", "max", "--quiet"]
 
-    assert "These scenarios only move the board for" not in done.stdout
+    assert next_steps(done.stdout).splitlines()[-1].startswith("  fcu run ")  # no restriction is told
     assert fcu("run", "template-arm", *saved, folder=tmp_path).returncode == 1
     assert fcu("run", "solution", *saved, folder=tmp_path).returncode == 0
 
@@ -218,25 +236,28 @@ def test_a_verdict_is_written_as_json(tmp_path: Path) -> None:
 
 
 @needs_compiler
-def test_a_folder_is_built_and_a_warning_is_told(project: Path) -> None:
+def test_a_folder_is_built_and_a_warning_is_told(project: Path, words: Words) -> None:
     change(project / "main.c", "int main(void)\n{\n", "int main(void)\n{\n  int unused;\n")
     first, second = fcu("check", str(project), "-e", "1"), fcu("check", str(project), "-e", "1")
 
     assert first.returncode == 0, first.stderr
-    assert "Not graded:\n  - the compiler has no warnings\n" in first.stdout
-    assert "seen: 1 warning, the first: main.c:" in first.stdout
+    ungraded = first.stdout.partition("Not graded:\n")[2].splitlines()
+    assert "main.c:" in ungraded[2]
+    words("check", "\n".join((*ungraded[:2], *ungraded[-4:])))
     assert first.stdout == second.stdout
 
 
 @needs_compiler
-def test_what_does_not_build_is_not_judged(project: Path) -> None:
+def test_what_does_not_build_is_not_judged(project: Path, words: Words) -> None:
     change(project / "main.c", "int main(void)\n{\n", "int main(void)\n{\n  pitch = 0;\n")
     done = fcu("check", str(project))
 
     assert done.returncode == 2
     assert done.stdout == ""
-    assert done.stderr.startswith(f"fcu: {project} does not build:\nfcu:   main.c:")
-    assert done.stderr.endswith(f"fix the first error, then: fcu check {project}\n")
+    first, second, *_, last = done.stderr.splitlines()
+    assert second.startswith("fcu:   main.c:")
+    assert last.endswith(f": fcu check {project}")
+    words("check", f"{first}\n{last}")
 
 
 @needs_compiler
@@ -247,54 +268,56 @@ def test_a_misspelt_function_is_named_with_its_line(project: Path) -> None:
     done = fcu("check", str(project))
 
     assert done.returncode == 2
-    assert f"fcu:   main.c:{line}: undefined reference to `HAL_delay'\n" in done.stderr
+    assert f"fcu:   main.c:{line}: " in line_with(done.stderr, "`HAL_delay'")
     assert "collect2" not in done.stderr
 
 
 @needs_compiler
-def test_a_crash_is_explained_by_its_line(project: Path) -> None:
-    crash = "  ReadSensorRawData(&acc, &gyro, &mag, &press);\n"
-    change(project / "main.c", crash, f"{crash}  *(volatile int *)0x10 = 1;\n")
+def test_a_crash_is_explained_by_its_line(project: Path, words: Words) -> None:
+    change(project / "main.c", SAMPLED, f"{SAMPLED}  *(volatile int *)0x10 = 1;\n")
     done = fcu("check", str(project), "-e", "1")
 
     assert done.returncode == 3
-    assert "The program is stuck:\n  HardFault at " in done.stdout
+    before, _, _ = done.stdout.partition("\n  HardFault at ")
+    assert before != done.stdout
+    words("check", before.splitlines()[-1])
     assert "HAL_TIM_PeriodElapsedCallback(), main.c:" in done.stdout
 
 
 @needs_compiler
-def test_a_callback_that_starves_main_is_said_before_hints_about_formulas(project: Path) -> None:
-    sampled = "  ReadSensorRawData(&acc, &gyro, &mag, &press);\n"
-    change(project / "main.c", sampled, f'{sampled}  PRINTF("sampled\\n");\n')
+def test_a_callback_that_starves_main_is_said_before_hints_about_formulas(
+    project: Path, words: Words
+) -> None:
+    change(project / "main.c", SAMPLED, f'{SAMPLED}  PRINTF("sampled\\n");\n')
     done = fcu("check", str(project), "-e", "2")
     head, _, rest = done.stdout.partition("Exercise 2, ")
 
     assert done.returncode == 1, done.stderr
     assert "  2   not yet     0 of 4    Altitude from the pressure\n" in head
     first, cause, *_ = rest.splitlines()
-    assert first == "fix this first, the rest may follow from it:"
-    assert cause.startswith("  HAL_TIM_PeriodElapsedCallback() takes about ")
-    assert "It calls PRINTF(), from HAL_TIM_PeriodElapsedCallback(), main.c:" in rest
-    assert "What is not right yet:\n  - the altitude follows the stairs, 0 m at the floor\n" in rest
+    assert cause.startswith("  HAL_TIM_PeriodElapsedCallback() ")
+    assert "PRINTF(), from HAL_TIM_PeriodElapsedCallback(), main.c:" in rest
+    check = next(line for line in rest.splitlines() if line.startswith("  - "))
+    before_check = rest.partition(check)[0].splitlines()[-1]
     assert "hint:" not in rest
-    assert "Next: fix the problems above, starting with the first, and check again.\n" in rest
+    words("check", "\n".join((first, before_check, check, next_steps(rest).splitlines()[0])))
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    "arguments",
     [
-        (("check", "nowhere.elf"), "nowhere.elf: "),
-        (("check", "lab3", "--exercise", "9"), "unknown exercise '9'; the rubric lab3 has 1, 2, 3, 4, 5"),
-        (("check", "lab3", "--rubric", "lab4"), "unknown rubric 'lab4'; did you mean lab3?"),
-        (("check", "."), ". has neither a Makefile nor a lab3.elf; give a project of `fcu new`"),
+        ("nowhere.elf",),
+        ("lab3", "--exercise", "9"),
+        ("lab3", "--rubric", "lab4"),
+        (".",),
     ],
 )
-def test_wrong_use_is_one_line(tmp_path: Path, arguments: tuple[str, ...], message: str) -> None:
-    done = fcu(*arguments, folder=tmp_path)
+def test_wrong_use_is_one_line(tmp_path: Path, arguments: tuple[str, ...], words: Words) -> None:
+    done = fcu("check", *arguments, folder=tmp_path)
 
     assert done.returncode == 2
-    assert done.stderr.startswith(f"fcu: {message}")
     assert len(done.stderr.splitlines()) == 1
+    words("check", done.stderr)
 
 
 def test_a_machine_without_make_and_compiler_is_told_so(project: Path, tmp_path: Path) -> None:
@@ -304,11 +327,12 @@ def test_a_machine_without_make_and_compiler_is_told_so(project: Path, tmp_path:
     assert done.stderr.startswith("fcu: arm-none-eabi-gcc is not installed: ")
 
 
-def test_a_rubric_file_is_checked_and_its_schema_is_printed(tmp_path: Path) -> None:
+def test_a_rubric_file_is_checked_and_its_schema_is_printed(tmp_path: Path, words: Words) -> None:
     checked = fcu("rubric", "check", str(ROOT / "scenarios" / "rubrics" / "lab3.toml"))
     wrong = tmp_path / "wrong.toml"
     wrong.write_text("schema = 1\ntitel = 1\n", encoding="utf-8")
 
-    assert "good; 5 exercises" in checked.stdout
-    assert "titel: unknown key; did you mean title?" in fcu("rubric", "check", str(wrong)).stderr
+    assert checked.returncode == 0
+    words("rubric", checked.stdout.splitlines()[0])
+    words("rubric", fcu("rubric", "check", str(wrong)).stderr)
     assert '"title": "fcu-emulator rubric, schema 1"' in fcu("rubric", "schema").stdout

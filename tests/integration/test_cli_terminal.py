@@ -20,6 +20,7 @@ from fcu_emulator.emulator.cli.terminal import key, open_port
 from fcu_emulator.emulator.errors import InputError, LinkError
 from fcu_emulator.emulator.links.control import ControlServer, Message, running_boards, the_running_board
 from fcu_emulator.emulator.links.tcp import TcpLink
+from tests.support.words import Words
 
 ALL_BYTES = bytes(range(256))
 DEADLINE_S = 30.0
@@ -99,8 +100,9 @@ def test_the_board_that_runs_is_found_and_answers(folder: Path) -> None:
             assert stat.S_IMODE(file.stat().st_mode) == 0o600
         door.close()
     assert list(folder.iterdir()) == []
-    with pytest.raises(InputError, match=r"^no board runs; start one .*: fcu run --serial port$"):
+    with pytest.raises(InputError, match=r"fcu run --serial port$") as refused:
         the_running_board()
+    assert refused.value.kind == "no_board"
 
 
 def test_of_several_boards_one_is_named() -> None:
@@ -109,8 +111,9 @@ def test_of_several_boards_one_is_named() -> None:
             InputError, match=r"^2 boards run: \d+ \(lab3\), \d+ \(mine.elf\); .* --board PROCESS$"
         ):
             the_running_board()
-        with pytest.raises(InputError, match="no board runs in process 1;"):
+        with pytest.raises(InputError, match=r"\b1\b") as refused:
             the_running_board("1")
+        assert refused.value.kind == "no_such_process"
 
 
 def test_the_file_of_a_board_that_was_killed_is_removed(folder: Path) -> None:
@@ -175,7 +178,7 @@ def test_many_strangers_do_not_keep_others_out() -> None:
 # -- pipes: bytes as they are -------------------------------------------------------------------------------
 
 
-def test_all_byte_values_pass_between_pipes_and_board() -> None:
+def test_all_byte_values_pass_between_pipes_and_board(words: Words) -> None:
     with contextlib.closing(TcpLink(0)) as link:
         link.send(ALL_BYTES * 100)
         with (
@@ -197,7 +200,7 @@ def test_all_byte_values_pass_between_pipes_and_board() -> None:
             assert typed == ALL_BYTES * 100
             link.flush(DEADLINE_S)
             link.close()
-            assert terminal.stderr.read().decode().strip() == "fcu: the board has gone"
+            words("terminal", terminal.stderr.read().decode().strip())
             assert terminal.wait(DEADLINE_S) == 0
 
 
@@ -219,7 +222,7 @@ def test_of_a_board_without_a_port_it_is_the_door_and_an_older_board_has_gone() 
 @pytest.mark.parametrize(
     ("where", "message"),
     [
-        ("tcp:x", "no port; give a number up to 65535"),
+        ("tcp:x", "65535"),
         ("/nowhere/at/all", "/nowhere/at/all"),
         ("nonsense://x", "invalid URL"),
     ],
@@ -235,9 +238,7 @@ def test_a_port_that_nobody_serves_says_what_to_start() -> None:
     with socket.socket() as reserved:
         reserved.bind(("127.0.0.1", 0))
         number = reserved.getsockname()[1]
-        with pytest.raises(
-            LinkError, match=f"^tcp:{number}: .*; is a board running.* fcu run --serial tcp:{number}$"
-        ):
+        with pytest.raises(LinkError, match=f"^tcp:{number}: .* fcu run --serial tcp:{number}$"):
             open_port(f"tcp:{number}")
 
 

@@ -165,7 +165,7 @@ def test_fragments_of_the_changelog_have_a_kind() -> None:
 
 def test_ci_runs_the_readmes_test_command() -> None:
     commands = re.findall(r"^```sh\n(.*?)\n```$", text_of(ROOT / "README.md"), re.MULTILINE)
-    assert "fcu run --scenario desk" in commands[0]
+    assert " --scenario desk" in commands[0]
     assert commands[1] in text_of(ROOT / ".ci" / "run").splitlines()
 
 

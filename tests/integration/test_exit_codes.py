@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -17,6 +18,7 @@ from fcu_emulator.firmware_model.arm import prebuilt
 from tests.grading.test_build import needs_compiler
 from tests.grading.test_grade import RUBRIC
 from tests.support.scenario_files import HEAD, write
+from tests.support.words import Words
 
 PASSED, FAILED, USAGE_ERROR, FIRMWARE_FAILED, NOT_JUDGED = range(5)
 READER_GONE = 141
@@ -115,7 +117,7 @@ def test_limits_hold_wherever_firmware_runs(command: str, limit: str, code: int)
     both = ("run", "solution", "--duration", "2s") if command == "run" else DIFF
     done = fcu(*both, "--limit", limit)
     assert done.returncode == code, done.stderr
-    assert "the firmware was stopped" in done.stdout + done.stderr
+    assert f"--limit {limit.partition('=')[0]}=" in done.stdout + done.stderr  # how to allow more
 
 
 DIFF = ("diff", "solution", "solution", "--scenario", "flat", "--duration", "2s")
@@ -127,7 +129,7 @@ def test_nothing_is_printed_into_a_full_disk_unseen(arguments: tuple[str, ...]) 
     done = fcu(*arguments, stdout=FULL)
     assert done.returncode == NOT_JUDGED
     (line,) = done.stderr.splitlines()
-    assert line == "fcu: standard output: No space left on device; what was printed is not complete"
+    assert "standard output: No space left on device" in line
 
 
 @needs_full
@@ -142,7 +144,14 @@ def test_nothing_is_printed_nowhere_unseen(arguments: tuple[str, ...]) -> None:
     done = fcu(*arguments, after=">&-")
     assert done.returncode == NOT_JUDGED
     (line,) = done.stderr.splitlines()
-    assert line.startswith("fcu: standard output is closed; give it somewhere to go")
+    assert line.endswith(f" > {os.devnull}")
+
+
+@needs_full
+@posix
+def test_output_that_is_lost_is_told_in_words(words: Words) -> None:
+    words("doctor", fcu("doctor", stdout=FULL).stderr)
+    words("doctor", fcu("doctor", after=">&-").stderr)
 
 
 @posix
@@ -200,10 +209,11 @@ def test_an_unknown_part_is_one_line() -> None:
         assert line.startswith("fcu: ")
 
 
-def test_names_of_files_send_nothing_to_the_terminal() -> None:
+def test_names_of_files_send_nothing_to_the_terminal(words: Words) -> None:
     done = fcu("run", "a\x1b[31m\x07.elf")
     assert done.returncode == USAGE_ERROR
-    assert done.stderr == "fcu: a\\x1b[31m\\x07.elf: does not exist; give the ELF, HEX or BIN file to run\n"
+    assert done.stderr.startswith("fcu: a\\x1b[31m\\x07.elf: ")
+    words("run", done.stderr)
 
 
 def test_two_files_of_a_run_are_two(tmp_path: Path) -> None:
@@ -224,11 +234,12 @@ def test_a_project_whose_next_steps_nobody_has_read(tmp_path: Path, after: str) 
 
 @needs_full
 @pytest.mark.parametrize("expected", [GOOD, BAD])
-def test_a_terminals_text_that_is_lost_leaves_no_verdict(tmp_path: Path, expected: str) -> None:
+def test_a_terminals_text_that_is_lost_leaves_no_verdict(tmp_path: Path, expected: str, words: Words) -> None:
     path = write(tmp_path, SECOND + expected)
     done = fcu("run", "--scenario", path, "--speed", "max", stdout=FULL)
     assert done.returncode == NOT_JUDGED
-    assert "bytes lost on standard output: No space left on device" in done.stderr
+    (lost,) = [line for line in done.stderr.splitlines() if "No space left on device" in line]
+    words("run", re.sub(r"\d+", "COUNT", lost))
 
 
 @needs_full
@@ -247,10 +258,10 @@ def test_a_disk_that_fills_up_under_a_file_of_the_run(tmp_path: Path) -> None:
 
 
 @posix
-def test_standard_output_that_is_closed_has_no_terminal() -> None:
+def test_standard_output_that_is_closed_has_no_terminal(words: Words) -> None:
     done = fcu("run", "--duration", "100ms", after=">&-")
     assert done.returncode == USAGE_ERROR
-    assert "this process has no standard output; use --serial port" in done.stderr
+    words("run", done.stderr)
 
 
 @posix
@@ -293,7 +304,7 @@ def test_a_run_that_is_to_outlive_its_terminal_does(name: str) -> None:
 
 @posix
 @pytest.mark.usefixtures("interruptible")
-def test_a_run_that_is_interrupted_is_not_judged(tmp_path: Path) -> None:
+def test_a_run_that_is_interrupted_is_not_judged(tmp_path: Path, words: Words) -> None:
     path = write(tmp_path, HEAD + 'duration = "300s"\n' + GOOD)
     process = subprocess.Popen(
         [sys.executable, "-m", "fcu_emulator", "run", "--scenario", str(path), "--speed", "1"],
@@ -307,7 +318,8 @@ def test_a_run_that_is_interrupted_is_not_judged(tmp_path: Path) -> None:
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=60)
     assert process.returncode == NOT_JUDGED
-    assert "expectations not checked: the run was ended at" in errors
+    (unchecked,) = [line for line in errors.splitlines() if line.endswith(" 300 s")]
+    words("run", re.sub(r"\d+\.\d+ s", "TIME", unchecked))
 
 
 def test_an_interrupt_that_python_drops_comes_again() -> None:
@@ -315,6 +327,7 @@ def test_an_interrupt_that_python_drops_comes_again() -> None:
     program = """
 import signal
 from fcu_emulator.emulator import cli
+from tests.support.words import Words
 
 class Destroyed:
     def __del__(self):

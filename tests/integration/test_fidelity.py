@@ -58,8 +58,9 @@ def test_the_command_rewrites_only_what_is_between_the_markers(tmp_path: Path) -
 
 @pytest.mark.parametrize("text", ["", BEGIN, END, f"{END}{BEGIN}"])
 def test_a_page_without_markers_is_refused(text: str) -> None:
-    with pytest.raises(InputError, match="no place for the fidelity table"):
+    with pytest.raises(InputError) as refused:
         rewrite(text)
+    assert refused.value.kind == "no_markers"
 
 
 def test_the_page_has_tables_of_the_sensors_of_the_chip_and_of_the_board() -> None:
@@ -73,8 +74,8 @@ def test_the_boards_table_has_every_figure_with_its_size_and_source() -> None:
     rows = board_table().splitlines()[2:]
 
     assert [row.split("`")[1] for row in rows] == list(BoardErrors.figures())
-    ending = "| +-300 (limit) | mgauss | published calibrations of other boards |"
-    assert any(row.endswith(ending) for row in rows)
+    (row,) = [row for row in rows if "| +-300 (limit) | mgauss |" in row]
+    assert len(row.split("|")[-2]) > 10  # the source
 
 
 def test_the_chips_table_names_each_block_and_what_it_lacks() -> None:
@@ -113,7 +114,7 @@ def test_what_has_no_behaviour_is_named_in_the_table_and_in_the_register_map(nam
     printed = fcu("registers", name)
 
     assert [entry.strip("` |") for entry in row.partition("touched: ")[2].split(",")] == (names or [""])
-    assert f"not modelled, reported when touched: {', '.join(names) or 'nothing'}\n" in printed
+    assert f" touched: {', '.join(names) or 'nothing'}\n" in printed
     assert printed.count("(not modelled)") == len(names)
 
 

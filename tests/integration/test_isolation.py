@@ -29,9 +29,9 @@ from tests.integration.test_exit_codes import (
     run_scenario,
 )
 from tests.support.scenario_files import HEAD, write
+from tests.support.words import Words
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="limits that only Linux keeps; /proc")
-DIED = "fcu: the worker process has died: "
 INTERRUPTED = 130
 
 
@@ -55,39 +55,34 @@ def test_a_verdict_is_the_same(tmp_path: Path, text: str, more: tuple[str, ...],
     assert isolated.stderr.splitlines()[-1] == alone.stderr.splitlines()[-1]
 
 
-def test_what_is_limited_is_said() -> None:
+def test_what_is_limited_is_said(words: Words) -> None:
     more = ("--limit", "cpu_s=60", "--limit", "memory_bytes=536870912") if not not_limited() else ()
     done = fcu("run", "--duration", "100ms", "--isolate", *more)
-    (line,) = [line for line in done.stderr.splitlines() if "process of its own" in line]
     if more:
-        assert line == (
-            "fcu: in a process of its own, with at most 512 MiB of memory, 60 s of processor time, "
-            "4096 MiB in a file, 128 open files"
-        )
+        (line,) = [line for line in done.stderr.splitlines() if "512 MiB" in line]
+        words("run", line)
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    "arguments",
     [
-        (("--limit", "cpu_s=5"), "limit cpu_s=5: limits a process; give --isolate as well"),
-        (("--isolate", "--limit", "cpu_s=1.5"), "limit cpu_s=1.5: give a whole number, such as cpu_s=3600"),
-        (("--isolate", "--limit", "open_files=0"), "limit open_files is 0; give a number above 0"),
-        (
-            ("--isolate", "--limit", "memory_bytes=1000"),
-            "limit memory_bytes is 1000; Python and numpy alone need 268435456",
-        ),
+        ("--limit", "cpu_s=5"),
+        ("--isolate", "--limit", "cpu_s=1.5"),
+        ("--isolate", "--limit", "open_files=0"),
+        ("--isolate", "--limit", "memory_bytes=1000"),
     ],
 )
-def test_limits_that_make_no_sense(arguments: tuple[str, ...], message: str) -> None:
+def test_limits_that_make_no_sense(arguments: tuple[str, ...], words: Words) -> None:
     done = fcu("run", "--duration", "100ms", *arguments)
-    assert (done.returncode, done.stdout, done.stderr) == (USAGE_ERROR, "", f"fcu: {message}\n")
+    assert (done.returncode, done.stdout, len(done.stderr.splitlines())) == (USAGE_ERROR, "", 1)
+    words("run", done.stderr)
 
 
 @posix
-def test_standard_output_that_is_closed_is_closed_for_the_worker() -> None:
+def test_standard_output_that_is_closed_is_closed_for_the_worker(words: Words) -> None:
     done = fcu("run", "--duration", "100ms", "--isolate", after=">&-")
     assert done.returncode == USAGE_ERROR
-    assert "this process has no standard output" in done.stderr
+    words("run", done.stderr)
 
 
 @posix
@@ -99,7 +94,7 @@ def test_everything_closed() -> None:
 
 
 @linux
-def test_processor_time_that_runs_out_blames_nobody() -> None:
+def test_processor_time_that_runs_out_blames_nobody(words: Words) -> None:
     done = fcu(
         "run",
         prebuilt("solution"),
@@ -112,26 +107,23 @@ def test_processor_time_that_runs_out_blames_nobody() -> None:
         "max",
     )
     assert done.returncode == NOT_JUDGED
-    assert done.stderr.splitlines()[-1] == (
-        f"{DIED}it took more than 1 s of processor time; to allow more: --limit cpu_s=NUMBER; "
-        "this says nothing about the firmware"
-    )
+    words("run", done.stderr.splitlines()[-1])
 
 
 @linux
-def test_files_that_grow_too_large_blame_nobody(tmp_path: Path) -> None:
+def test_files_that_grow_too_large_blame_nobody(tmp_path: Path, words: Words) -> None:
     trace = tmp_path / "trace.jsonl"
     done = fcu("run", "--duration", "3s", "--trace", trace, "--isolate", "--limit", "file_bytes=1000")
     assert done.returncode == NOT_JUDGED
-    assert done.stderr.splitlines()[-1].endswith("File too large; the run was stopped")
+    words("run", done.stderr.splitlines()[-1])
     assert trace.stat().st_size == 1000
 
 
 @linux
-def test_memory_that_runs_out_blames_nobody(program: str) -> None:
+def test_memory_that_runs_out_blames_nobody(program: str, words: Words) -> None:
     ending = run_isolated(program, ["list(range(10**9))"], WorkerLimits(memory_bytes=256 << 20))
     assert ending.code is None
-    assert ending.cause.startswith("it ended with 1 and no verdict")
+    words("run", ending.cause)
 
 
 def test_a_worker_may_put_itself_under_limits_again() -> None:
@@ -174,21 +166,21 @@ def test_an_end_of_its_own(program: str, code: str, number: int) -> None:
 
 @posix
 @pytest.mark.parametrize(
-    ("code", "cause"),
+    "code",
     [
-        ("os.kill(os.getpid(), signal.SIGKILL)", "it was killed, as the system does"),
-        ("os.kill(os.getpid(), signal.SIGSEGV)", "it crashed (SIGSEGV)"),
-        ("os.abort()", "it crashed (SIGABRT)"),
-        ("os.kill(os.getpid(), signal.SIGTERM)", "it was told to end (SIGTERM)"),
-        ("os._exit(0)", "it ended with 0 and no verdict"),
-        ("os._exit(1)", "it ended with 1 and no verdict"),
-        ("os._exit(120)", "it ended with 120 and no verdict"),
+        "os.kill(os.getpid(), signal.SIGKILL)",
+        "os.kill(os.getpid(), signal.SIGSEGV)",
+        "os.abort()",
+        "os.kill(os.getpid(), signal.SIGTERM)",
+        "os._exit(0)",
+        "os._exit(1)",
+        "os._exit(120)",
     ],
 )
-def test_a_death(program: str, code: str, cause: str) -> None:
+def test_a_death(program: str, code: str, words: Words) -> None:
     ending = run_isolated(program, [code], WorkerLimits())
     assert ending.code is None
-    assert ending.cause.startswith(cause)
+    words("run", ending.cause)
 
 
 def workers(process: subprocess.Popen[str]) -> list[int]:
@@ -212,13 +204,13 @@ def started(*arguments: str | Path, group: bool = False) -> subprocess.Popen[str
 
 
 @linux
-def test_a_worker_that_is_killed_is_nobodys_failure(tmp_path: Path) -> None:
+def test_a_worker_that_is_killed_is_nobodys_failure(tmp_path: Path, words: Words) -> None:
     process = started("--scenario", write(tmp_path, HEAD + 'duration = "300s"\n' + GOOD))
     (worker,) = workers(process)
     os.kill(worker, signal.SIGKILL)
     _, errors = process.communicate(timeout=60)
     assert process.returncode == NOT_JUDGED
-    assert errors.splitlines()[-1].startswith(f"{DIED}it was killed")
+    words("run", errors.splitlines()[-1])
 
 
 @linux
@@ -235,7 +227,7 @@ def test_a_request_to_end_reaches_the_worker_once(name: str, everybody: bool) ->
         process.send_signal(getattr(signal, name))
     _, errors = process.communicate(timeout=60)
     assert process.returncode == PASSED, errors
-    assert "s of virtual time in" in errors
+    assert re.search(r"^fcu: [\d.]+ s .* s", errors, re.M)
     assert not Path(f"/proc/{worker}").exists()
 
 
@@ -291,11 +283,11 @@ def test_a_command_says_the_same_in_a_worker(command: tuple[str, ...]) -> None:
 @pytest.mark.parametrize(
     "command", [("diff", "lab3", "solution", "--scenario", "tilt_sweep"), ("check", "solution")]
 )
-def test_a_worker_that_takes_too_much_is_no_verdict(command: tuple[str, ...]) -> None:
+def test_a_worker_that_takes_too_much_is_no_verdict(command: tuple[str, ...], words: Words) -> None:
     done = fcu(*command, "--isolate", "--limit", "cpu_s=1")
 
     assert done.returncode == NOT_JUDGED
-    assert done.stderr.startswith(f"{DIED}it took more than 1 s of processor time")
+    words(command[0], done.stderr)
 
 
 def test_a_live_board_may_be_in_a_worker() -> None:
@@ -303,14 +295,12 @@ def test_a_live_board_may_be_in_a_worker() -> None:
 
     assert done.returncode == PASSED, done.stderr
     assert "fcu: board lab3, firmware lab3, scenario iron, seed 4\n" in done.stderr
-    assert "process of its own" in done.stderr
-    assert re.search(
-        r"^fcu: \d of \d expectations met, \d still open at [\d.]+ s of \d+ s$", done.stderr, re.M
-    )
+    assert re.search(r"^fcu: .*128 open files$", done.stderr, re.M) or not_limited()
+    assert re.search(r"^fcu: \d of \d .*, \d .* [\d.]+ s .* \d+ s$", done.stderr, re.M)
 
 
-def test_what_only_a_run_is_limited_to_is_refused_elsewhere() -> None:
+def test_what_only_a_run_is_limited_to_is_refused_elsewhere(words: Words) -> None:
     done = fcu("check", "lab3", "--limit", "wall_s=3")
 
     assert done.returncode == USAGE_ERROR
-    assert done.stderr.startswith("fcu: limit wall_s=3: here only a process has limits: memory_bytes, ")
+    words("check", done.stderr)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import socket
 import threading
 import tomllib
@@ -23,6 +24,7 @@ from fcu_emulator.emulator.live.session import LiveSession
 from fcu_emulator.emulator.live.setup import Setup
 from fcu_emulator.emulator.time.clock import PS_PER_MS
 from tests.support.live_fakes import do
+from tests.support.words import Words
 
 DEADLINE_S = 30.0
 
@@ -145,18 +147,20 @@ def test_a_board_without_a_port_has_a_terminal_through_its_door(board: Live) -> 
     assert bytes.fromhex("".join(entry["hex"] for entry in timeline)) == b"\x00\xffp" * 700
 
 
-def test_what_the_door_does_not_know_is_answered_in_a_line(board: Live) -> None:
+def test_what_the_door_does_not_know_is_answered_in_a_line(board: Live, words: Words) -> None:
     del board
     running = the_running_board()
     pause, nonsense, far = running.ask(
         {"type": "pause"}, {"type": "do", "entry": {"do": "fly"}}, {"type": "text", "position": 10**9}
     )
-    assert pause["error"] == "a running board takes the messages do, truth and text, no 'pause'"
+    words("move", pause["error"])
     assert "fly" in nonsense["error"]
     assert far["text"] == ""
 
 
-def test_while_a_debugger_holds_the_board_the_page_says_so_and_goes_on_living(debugged: Live) -> None:
+def test_while_a_debugger_holds_the_board_the_page_says_so_and_goes_on_living(
+    debugged: Live, words: Words
+) -> None:
     session = debugged.session
     debugged.until_state("running")
     with closing(Debugger(session)) as gdb:
@@ -164,14 +168,15 @@ def test_while_a_debugger_holds_the_board_the_page_says_so_and_goes_on_living(de
         at_ps = session.board.clock.now_ps
         assert len(gdb.ask(b"g")) > 100
         session.post(debugged, do(do="tap"))
-        with pytest.raises(InputError, match="gdb holds the board"):
+        with pytest.raises(InputError) as refused:
             move(MoveOptions(roll=30.0))
         assert session.board.clock.now_ps == at_ps
         gdb.say(b"c")
         debugged.until_state("running")
     move(MoveOptions(roll=30.0))
     notices = [one.text for one in debugged.said if isinstance(one, messages.Notice)]
-    assert notices == ["gdb holds the board; let it go on there (continue), or end gdb"]
+    assert notices == [str(refused.value)]
+    words("gdb", notices[0])
 
 
 def test_after_a_reset_the_debugger_finds_the_board_at_the_same_port(debugged: Live) -> None:
@@ -198,15 +203,16 @@ def test_a_paused_page_answers_a_debugger_too(debugged: Live) -> None:
 
 
 def test_python_firmware_cannot_be_debugged() -> None:
-    with pytest.raises(InputError, match="a debugger needs firmware built for the chip"):
+    with pytest.raises(InputError) as refused:
         LiveSession(Setup("lab3", gdb=0), lambda _event, _client: None)
+    assert refused.value.kind == "no_chip"
 
 
-def test_with_halt_the_firmware_waits_for_the_debugger() -> None:
+def test_with_halt_the_firmware_waits_for_the_debugger(words: Words) -> None:
     one = Live(Setup("solution", gdb=0, halt=True))
     try:
         one.until_state("halted")
         assert one.session.board.clock.now_ps == 0
-        assert one.session.ways()[0].endswith("the firmware waits for it")
+        words("gdb", re.sub(r":\d+", ":PORT", one.session.ways()[0]))
     finally:
         one.close()

@@ -92,8 +92,9 @@ def test_run_until_takes_seconds_since_power_on() -> None:
 
 @pytest.mark.parametrize("when", [-1, float("nan"), float("inf"), 10**9, "2 s", None])
 def test_run_until_refuses_what_is_no_time(when: float) -> None:
-    with pytest.raises(InputError, match="give the seconds since power-on"):
+    with pytest.raises(InputError) as refused:
         Board().run_until(when)
+    assert refused.value.kind == "time"
 
 
 def test_a_fault_is_for_good_or_for_a_time_in_seconds() -> None:
@@ -183,8 +184,9 @@ def test_closing_ends_the_firmware_and_the_traces_files(tmp_path: Path) -> None:
 
 def test_a_board_that_fails_in_its_block_is_closed_and_the_error_is_the_users() -> None:
     board = Board("lab3")
-    with pytest.raises(InputError, match="cannot run for -1"), board:
+    with pytest.raises(InputError) as refused, board:
         board.run_for(-1)
+    assert refused.value.kind == "duration"
     with pytest.raises(InputError, match="closed"):
         board.run_for(0.1)
 

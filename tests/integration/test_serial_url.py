@@ -70,7 +70,7 @@ def test_a_read_ends_when_its_bytes_have_come() -> None:
 def test_without_a_timeout_a_silent_board_is_an_error_in_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(protocol_fcu, "SILENCE_S", 0.1)
     port = port_of(Board(firmware=None))  # the processor is held in reset
-    with pytest.raises(serial.SerialException, match=r"^1 of 1 bytes have not come in 0.1 s of virtual time"):
+    with pytest.raises(serial.SerialException, match=r"^1 of 1 .* 0\.1 s "):
         port.read(1)
 
 
@@ -94,7 +94,7 @@ def test_what_is_typed_arrives_at_the_lines_speed() -> None:
     ("url", "message"),
     [
         ("fcu://lab4", "unknown firmware 'lab4'"),
-        ("fcu://lab3?sede=1", "unknown option 'sede'; known: ideal, wiring, scenario, seed"),
+        ("fcu://lab3?sede=1", "unknown option 'sede'; known: ideal, scenario, seed, wiring"),
         ("fcu://lab3?seed=x", "seed is 'x'; give a whole number"),
         ("fcu://?scenario=nowhere", "nowhere"),
     ],

@@ -55,7 +55,7 @@ def test_the_error_has_the_last_lines_and_the_diagnosis() -> None:
 
     assert error.value.lines == ()
     assert error.value.diagnosis.startswith("stuck in waitForData(), flag_never_set.c:8")
-    assert "what is wrong with the firmware:\n  stuck in waitForData()" in str(error.value)
+    assert f":\n  {error.value.diagnosis.splitlines()[0]}" in str(error.value)
 
 
 def test_the_error_of_a_firmware_that_works_has_its_last_lines_only() -> None:

@@ -21,7 +21,10 @@ import pytest
 ROOT: Final = Path(__file__).parents[2]
 FOLDER: Final = ROOT / "tests" / "golden" / "words"
 _SECTION: Final = re.compile(r"^=== (.*)\n", re.MULTILINE)
-_TEMPORARY: Final = re.compile(r"[^\s'\"=(]*pytest-of-[^/\s]+/pytest-\d+/(?:popen-gw\d+/)?[^/\s'\":,;)]+")
+_TEMPORARY: Final = re.compile(
+    r"[^\s'\"=(]*pytest-of-[^\\/\s]+[\\/]pytest-\d+[\\/](?:popen-gw\d+[\\/])?[^\\/\s'\":,;)]+"
+)
+_FOLDERS: Final = re.compile(r"(?:TMP|ROOT)\\[^\s'\":,;)]+")
 
 
 class Words:
@@ -54,9 +57,10 @@ class Words:
 
 
 def neutral(text: str) -> str:
-    """Return the text without the paths of this machine, and without blanks at its end."""
+    """Return the text without the paths of this machine, with its slashes, and without blanks at its end."""
     text = _TEMPORARY.sub("TMP", text)
-    return text.replace(sys.executable, "PYTHON").replace(str(ROOT), "ROOT").rstrip()
+    text = text.replace(sys.executable, "PYTHON").replace(str(ROOT), "ROOT").rstrip()
+    return _FOLDERS.sub(lambda path: path[0].replace("\\", "/"), text)  # as on Windows
 
 
 def sections(path: Path) -> dict[str, str]:

@@ -46,7 +46,7 @@ def test_windows_is_told_to_use_tcp(spec: str, monkeypatch: pytest.MonkeyPatch) 
 def test_what_is_no_port_is_told_so(kind: str, port: str) -> None:
     with pytest.raises(LinkError, match="65535") as caught:
         open_link(f"{kind}:{port}")
-    assert caught.value.kind == "not_a_port"
+    assert caught.value.kind == "no_port"
 
 
 def on_windows(monkeypatch: pytest.MonkeyPatch, python: str) -> None:

@@ -44,7 +44,7 @@ def serve(board: DebuggedBoard, port: int, halted: bool = False) -> GdbServer:
     if firmware is None:
         raise InputError(
             "--gdb: a debugger needs firmware built for the chip (ELF, HEX or BIN), not Python",
-            kind="not_built",
+            kind="no_chip",
         )
     core = firmware.chip.core
     target = CoreTarget(core, board.clock, board.run_until_ps)
