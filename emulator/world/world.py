@@ -110,7 +110,6 @@ class World(Truth):
         self._lag = Track(Warmth(time_constant_s=time_constant_s))
 
     def set_humidity(self, percent: float) -> None:
-        """Another relative humidity of the air."""
         self._set(self._humidity, limits.HUMIDITY.check("percent", percent), "humidity")
 
     def set_magnetic_field(self, north_ut: float, east_ut: float, down_ut: float) -> None:
@@ -132,7 +131,6 @@ class World(Truth):
         self._set(self._soft_iron, checked, "mag")
 
     def set_iron(self, hard_mgauss: npt.ArrayLike, soft: npt.ArrayLike) -> None:
-        """Both at once, as a board has them."""
         self.set_hard_iron(*np.asarray(hard_mgauss).tolist())
         self.set_soft_iron(soft)
 
