@@ -31,7 +31,9 @@ def calibration_hint(lines: Sequence[LabLine], iron_mgauss: Numbers) -> Hint | N
     if not off.any() or np.abs(iron_mgauss).max() < _FAR:
         return None
     summary, advice = _cause(constant, iron_mgauss, radius, off)
-    shown = (f"The constant is {_vector(constant)} mgauss, the board's hard iron {_vector(iron_mgauss)}.",)
+    shown = (
+        f"The printed MAG is off by {_vector(constant)} mgauss; the board's hard iron is {_vector(iron_mgauss)}.",
+    )
     return Hint(summary, (*shown, advice), line)
 
 

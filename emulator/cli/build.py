@@ -19,6 +19,7 @@ import subprocess
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from hashlib import sha256
 from pathlib import Path
 
 import click
@@ -164,7 +165,9 @@ class _Build:
         """Compile and link; the compiler's output. Raises BuildError, InputError."""
         self._forget_the_old_file()
         units = list(self._units())
-        stale = [unit for unit in units if self._is_stale(unit)]
+        inputs, stamp = self._inputs(), self._folder / "build" / self._bus / "inputs.sha256"
+        changed = not stamp.is_file() or stamp.read_text(encoding="ascii", errors="replace") != inputs
+        stale = [unit for unit in units if changed or self._is_stale(unit)]
         for unit in stale:
             (self._folder / unit.object).parent.mkdir(parents=True, exist_ok=True)
         with ThreadPoolExecutor(os.cpu_count()) as pool:
@@ -172,6 +175,7 @@ class _Build:
         log = "".join(text for _, text in done)
         if any(code for code, _ in done):
             raise BuildError(log)
+        _write_text(stamp, inputs)
         linked = f"build/{self._bus}/{ELF}"
         script = ["@support/link.options", "-T", "support/STM32F401CC.ld"]
         objects = [unit.object for unit in units]
@@ -202,11 +206,19 @@ class _Build:
             yield _Unit(f"support/{name}.c", f"build/{self._bus}/support/{name}.o")
 
     def _is_stale(self, unit: _Unit) -> bool:
-        made = self._folder / unit.object
-        if not unit.source.startswith("support/") or not made.exists():
-            return True
-        inputs = [self._makefile, *self._support.iterdir()]
-        return max(path.stat().st_mtime for path in inputs) > made.stat().st_mtime
+        return not unit.source.startswith("support/") or not (self._folder / unit.object).exists()
+
+    def _inputs(self) -> str:
+        """Return a digest of the files on which all objects of support/ depend.
+
+        Decision: their contents are compared, not their times. A file that is restored from a copy is older than its
+        object, and the program of before would run.
+        """
+        digest = sha256(str(self._gcc).encode())
+        for path in [self._makefile, *sorted(self._support.iterdir())]:
+            if path.is_file():
+                digest.update(f"{path.name}\0".encode() + path.read_bytes() + b"\0")
+        return digest.hexdigest()
 
     def _compile(self, unit: _Unit) -> tuple[int, str]:
         return self._call(
@@ -215,6 +227,13 @@ class _Build:
 
     def _call(self, arguments: Sequence[str]) -> tuple[int, str]:
         return _run([str(self._gcc), *arguments], self._folder)
+
+
+def _write_text(file: Path, text: str) -> None:
+    try:
+        file.write_text(text, encoding="ascii")
+    except OSError as error:
+        raise InputError(f"cannot write {file}: {error.strerror or error}") from error
 
 
 def _chosen(prefix: str) -> Path:

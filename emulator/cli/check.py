@@ -82,10 +82,12 @@ def check_program(options: CheckOptions) -> ExitCode:
     shown = _judged(firmware, build_log, rubric, options, options.seed).for_student()
     if options.json is not None:
         _write(options.json, shown)
-    laws = _save(options.save, shown, rubric, firmware) if options.save is not None else {}
+    laws, saved = _save(options.save, shown, rubric, firmware) if options.save is not None else ({}, [])
     warning = _first_warning(build_log or "")
     for line in _Screen(shown, rubric, options, firmware, laws, warning).lines():
         click.echo(visible(line, lines=True))
+    if options.save is not None:
+        click.echo(f"Saved in {visible(str(options.save))}: {visible(', '.join(saved) or 'nothing')}")
     return exit_code(shown)
 
 
@@ -134,8 +136,8 @@ def _write(path: Path, verdict: Verdict) -> None:
         raise LinkError(f"--json {path}: {problem}") from error
 
 
-def _save(folder: Path, verdict: Verdict, rubric: Rubric, firmware: str) -> dict[str, Path]:
-    """Write what shows the failures as scenarios; those of laws by check."""
+def _save(folder: Path, verdict: Verdict, rubric: Rubric, firmware: str) -> tuple[dict[str, Path], list[str]]:
+    """Write the motions as scenarios; return those of laws by check, and the names of all files."""
     texts = {f"{run.run}.toml": run.replay for run in verdict.evidence if run.replay}
     laws: dict[str, Path] = {}
     for check in verdict.checks:
@@ -149,7 +151,7 @@ def _save(folder: Path, verdict: Verdict, rubric: Rubric, firmware: str) -> dict
             write_atomically(folder / name, text)
     except OutputError as error:
         raise LinkError(f"--save {error}; give a folder that can be written") from error
-    return laws
+    return laws, list(texts)
 
 
 def _laws(rubric: Rubric, check: CheckResult) -> list[Property]:
@@ -304,8 +306,10 @@ class _Screen:
             yield f"Exercise {name}, what is not right yet:"
         for check in wrong[:_CHECKS_SHOWN]:
             yield from _check(check, self._hints(check) if self._hints_are_shown(causes) else [])
-        if len(wrong) > _CHECKS_SHOWN:
-            yield f"  ... and {len(wrong) - _CHECKS_SHOWN} more"
+        if wrong[_CHECKS_SHOWN:]:
+            yield from _wrapped(
+                "Also not right: " + "; ".join(one.title for one in wrong[_CHECKS_SHOWN:]), "  "
+            )
         for check in checks:
             if check.outcome == "unjudged":
                 yield from _wrapped(f"{check.title}: could not be judged: {check.unjudged_because}", "  ")

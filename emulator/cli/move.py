@@ -82,4 +82,4 @@ def _asked(board: RunningBoard, message: dict[str, Any]) -> dict[str, Any]:
 
 def _shown(truth: dict[str, Any]) -> str:
     roll, pitch, yaw = (f"{name[:-4]} {truth[name]:.1f}" for name in _ANGLES)
-    return f"{roll}, {pitch}, {yaw} deg, {truth['altitude_m']:.2f} m ({truth['t_s']:.3f} s)"
+    return f"{roll}, {pitch}, {yaw} deg, {truth['altitude_m']:.2f} m, at {truth['t_s']:.3f} s of the board's time"

@@ -430,9 +430,13 @@ def _first_printed(miss: Failure) -> str:
 
 def _expected(failed: Sequence[Failure], check: CheckTable) -> str:
     """Name the expectations of a check that are not met; of a partial one, with the points of the further ones."""
-    share = f" (for {check.points / len(check.expect):g} of {check.points:g} points)" if check.partial else ""
     texts = list(dict.fromkeys(miss.expected for miss in failed))
-    return "; also not met: ".join([*texts[:1], *(f"{text}{share}" for text in texts[1:])])
+    if check.partial and len(texts) > 1:
+        share = f"{check.points / len(check.expect):g} of {check.points:g} points"
+        return f"{texts[0]}; nor, for {share}, {'; '.join(texts[1:])}"
+    if failed and failed[0].fault == "missing":
+        return texts[0]  # what else is expected of lines that are not printed says nothing
+    return "; also not met: ".join(texts)
 
 
 def _shortened(text: str) -> str:

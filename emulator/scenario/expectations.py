@@ -494,7 +494,7 @@ def _not_printed(
     """Nothing in the window begins like the format: there is another form of it, or none."""
     near = [line for line in lines if line_format.is_meant_by(line.text)]
     if not near:
-        text = f'no line "{line_format.text}" among {len(lines)}'
+        text = f'no line "{line_format.text}" among {len(lines)} lines'
         outside = [line for line in seen.lines if line_format.is_begun_by(line.text)]
         if outside:
             text += f", the last one is at {seconds(outside[-1].at_ps)}"

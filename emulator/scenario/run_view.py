@@ -384,6 +384,7 @@ class Recorder:
 
 _MOST_ROWS = 12
 _STILL_G = 0.05
+_RIGHT_DEG = 1.0  # an angle that is as near needs no explanation
 
 
 def against_truth(field: str, lines: Sequence[PrintedLine], settle_ps: int, window: str = "") -> list[str]:
@@ -401,22 +402,25 @@ def against_truth(field: str, lines: Sequence[PrintedLine], settle_ps: int, wind
         if fields is not None:
             truth = round(float(line.truth[field][1][-1]), 3) + 0.0  # not -0.000
             error = line.error(field, fields[field], 0)
-            rows.append((line.at_ps / PS_PER_S, fields[field], truth, error, _flag(field, line)))
+            flag = _flag(field, line) if abs(error) > _RIGHT_DEG else ""
+            rows.append((line.at_ps / PS_PER_S, fields[field], truth, error, flag))
             judged.append(line.error(field, fields[field], settle_ps))
     if not rows:
         return [f"{field} against the truth{window}: never printed"]
     title = f"{field} against the truth at the moment of printing{window}"
     table = [title, f"{'t':>9} {'printed':>12} {'truth':>12} {'error':>12}"]
-    for index in _chosen(len(rows)):
+    worst = max(range(len(rows)), key=lambda row: abs(rows[row][3]) if math.isfinite(rows[row][3]) else -1.0)
+    for index in _chosen(len(rows), worst):
         t_s, printed, truth, error, flag = rows[index]
         table.append(f"{t_s:>7.3f} s {printed:>12.3f} {truth:>12.3f} {error:>+12.3f}{flag}")
     count = "1 print" if len(rows) == 1 else f"{len(rows)} prints"
     first, last, largest = rows[0][3], rows[-1][3], _largest(row[3] for row in rows)
-    table.append(f"error: first {first:+.3f}, last {last:+.3f}, largest {largest:+.3f}, {count}")
+    shown = "" if len(rows) <= _MOST_ROWS else f", {_MOST_ROWS} of them in the table"
+    table.append(f"error: first {first:+.3f}, last {last:+.3f}, largest {largest:+.3f}, {count}{shown}")
     counted = f"{_largest(judged):+.3f}"
     if counted != f"{largest:+.3f}":
         which = nearest_truth(settle_ps)
-        table.append(f"against {which}, as expectations compare: largest {counted}")
+        table.append(f"judged is the error against {which}: largest {counted}")
     return table
 
 
@@ -437,8 +441,12 @@ def _flag(field: str, line: PrintedLine) -> str:
     return "" if moving_g <= _STILL_G else f"   accelerated by {moving_g:.2f} g: no tilt sensor now"
 
 
-def _chosen(count: int) -> list[int]:
-    """Indices of at most a dozen rows, evenly spaced, the first and the last among them."""
+def _chosen(count: int, worst: int) -> list[int]:
+    """Return the indices of at most a dozen rows: the first, the last, ``worst``, and evenly spaced ones."""
     if count <= _MOST_ROWS:
         return list(range(count))
-    return [index * (count - 1) // (_MOST_ROWS - 1) for index in range(_MOST_ROWS)]
+    chosen = [index * (count - 1) // (_MOST_ROWS - 1) for index in range(_MOST_ROWS)]
+    if worst not in chosen:
+        inner = min(chosen[1:-1], key=lambda index: abs(index - worst))
+        chosen[chosen.index(inner)] = worst
+    return sorted(chosen)
