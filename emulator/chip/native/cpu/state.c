@@ -1,4 +1,4 @@
-/* Program status, CONTROL, the two stack pointers, and registers by number for whoever looks from outside. */
+/* Program status, CONTROL, the two stack pointers, and registers by number for debuggers. */
 #include <string.h>
 
 #include "fcu.h"
