@@ -147,7 +147,7 @@ class Core(FcuChip):
         """Everything in C is as it was when :meth:`snapshot` gave ``saved``; breakpoints stay as they are."""
         self.library.fcu_restore(self.handle, saved)
 
-    # -- what it is doing -------------------------------------------------------------------------------
+    # -- the present state ------------------------------------------------------------------------------
 
     def status(self) -> ChipStatus:
         """What the core is doing, as one picture; the same object each time."""

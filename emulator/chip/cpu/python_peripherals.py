@@ -17,7 +17,7 @@ from fcu_emulator.emulator.chip.peripherals.rcc import ENABLE
 from fcu_emulator.emulator.chip.registers import DECLARED
 from fcu_emulator.emulator.trace import DeviceNote
 
-# -- what stands where the model has no peripheral ---------------------------------------------------------------
+# -- addresses without a modelled peripheral ---------------------------------------------------------------------
 
 _MOST_REPORTED = 100
 NOTHING_PS, SILENT_PAGE_PS = -2, -3
@@ -154,7 +154,7 @@ class PythonPeripherals:
         register = address - peripheral.base & 0xFFFF_FFFC
         return peripheral.peek(register) if _has(peripheral, register) else 0
 
-    # -- what firmware should know ----------------------------------------------------------------------
+    # -- notes about firmware ---------------------------------------------------------------------------
 
     def report_clock(self, peripheral: Peripheral, register: int, what: str) -> None:
         """Firmware used a peripheral without clock."""

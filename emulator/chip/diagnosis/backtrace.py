@@ -25,7 +25,7 @@ ReadCode = Callable[[int, int], "memoryview[int] | None"]
 
 _MOST_FUNCTIONS = 500
 
-# -- addresses as function and source line, as far as the file tells ----------------------------------------
+# -- addresses as function and source line ------------------------------------------------------------------
 
 
 class Places:

@@ -168,7 +168,7 @@ def _unselected(transfers: RecentTransfers) -> Diagnosis | None:
     return cause and Diagnosis("bus", cause.short, tuple(cause.sentences), fatal=False)
 
 
-# -- a timer's callback that takes longer than the timer's period -------------------------------------------
+# -- timer callbacks longer than the timer's period ---------------------------------------------------------
 
 _CALLBACK = "HAL_TIM_PeriodElapsedCallback"
 _FEWEST_TICKS = 20  # a shorter account says nothing
@@ -250,7 +250,7 @@ def _slow(chip: Chip, places: Places, timer: Timer) -> Diagnosis:
     return Diagnosis("callback", summary, tuple(details), fatal=False)
 
 
-# -- a chip that was reset: by a watchdog, or again and again by its own firmware (RM0368 sections 15, 16) --
+# -- resets by a watchdog, or repeatedly by firmware (RM0368 sections 15, 16) -------------------------------
 
 _WATCHDOGS = {
     "IWDG": "the independent watchdog: HAL_IWDG_Refresh() was not called in time",

@@ -15,7 +15,7 @@ from fcu_emulator.emulator.chip.diagnosis.report import Cause, at
 from fcu_emulator.emulator.trace import BusTransfer, DeviceNote, Trace
 from fcu_emulator.sensors.spi import READ
 
-# -- an I2C address at which nobody answers, and which one was probably meant -------------------------------
+# -- an I2C address without a device, and the address probably meant ----------------------------------------
 
 _DEVICE_ADDRESSES = range(0x08, 0x78)  # of devices (NXP UM10204 table 4)
 
@@ -219,7 +219,7 @@ def _text(transfer: BusTransfer, i2c: Mapping[str, I2CBus]) -> str:
     return f"{who}: {', '.join(actions)}"
 
 
-# -- accesses to the chip's peripherals that cannot work ---------------------------------------------------------
+# -- accesses to the chip's peripherals without effect -----------------------------------------------------------
 
 _NO_CLOCK = "while the peripheral has no clock"
 _NOTES_SHOWN = 6

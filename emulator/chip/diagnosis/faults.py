@@ -63,7 +63,7 @@ def decoded(register: type[Word], value: int, meanings: Mapping[str, str]) -> It
             yield f"  {bits.name}: {meanings[bits.name]}"
 
 
-# -- what a fault means for whoever wrote the program -------------------------------------------------------
+# -- causes of a fault in the program -----------------------------------------------------------------------
 
 _NULL_OBJECT = 0x1000  # bytes; what lies below is a member of something at address 0
 _NEAR = 0x1000  # bytes from the stack pointer that a store to the stack may be away
@@ -168,7 +168,7 @@ def _of_stack(record: FaultRecord, places: Places) -> Cause:
     )
 
 
-# -- where execution went -------------------------------------------------------------------------------
+# -- the destination of a jump --------------------------------------------------------------------------
 
 
 def _of_even_address(record: FaultRecord) -> Cause:

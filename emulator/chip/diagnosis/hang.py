@@ -72,7 +72,7 @@ def handler_name(number: int) -> str:
     return f"{exception_name(number)}_{'Handler' if number < FIRST_INTERRUPT else 'IRQHandler'}"
 
 
-# -- which interrupts may still come, and why the tick may not (ARMv7-M ARM B1.5.4, B3.3) -------------------
+# -- interrupts that may still come, and reasons for a missing tick (ARMv7-M ARM B1.5.4, B3.3) --------------
 
 _SYST_CSR = address_of("SysTick", systick.SYST_CSR)
 _TICKING = systick.SYST_CSR.ENABLE.mask | systick.SYST_CSR.TICKINT.mask
@@ -123,7 +123,7 @@ class Interrupts:
         )
 
 
-# -- what a loop waits for ----------------------------------------------------------------------------------
+# -- the condition of a loop --------------------------------------------------------------------------------
 
 _PATIENCE_PS = 3 * PS_PER_S  # hardware does nothing slower by itself than start the 32 kHz crystal, 2 s
 
@@ -181,7 +181,7 @@ class Waits:
         )
 
 
-# -- the loop that the firmware is caught in ----------------------------------------------------------------
+# -- the loop in which firmware is stuck --------------------------------------------------------------------
 
 _HANDLER_AT_WORK_PS = 200 * PS_PER_MS  # no handler that works takes so long
 _WRONG_ENDS = {"Error_Handler", "_Error_Handler", "__assert_func", "assert_failed", "abort", "_exit"}
@@ -228,7 +228,7 @@ class Hang:
             return self._in_handler()
         return self._interrupted_thread()
 
-    # -- where it may be --------------------------------------------------------------------------------
+    # -- the place of the loop --------------------------------------------------------------------------
 
     def _sleeping(self) -> Diagnosis | None:
         if self._interrupts.tick_on or self._interrupts.from_peripherals(now=False):
@@ -297,7 +297,7 @@ class Hang:
         once = read_once(core, self._places, loop.code)
         return once and self._report(address, once)
 
-    # -- loops that look at nothing ---------------------------------------------------------------------
+    # -- loops that read nothing ------------------------------------------------------------------------
 
     def _endless(self, place: int, cause: Cause) -> Diagnosis | None:
         name = self._places.function_name(place)

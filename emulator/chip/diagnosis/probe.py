@@ -65,7 +65,7 @@ class Probe:
         names = ("r0", "r1", "r2", "r3", "r12", "lr", "pc", "xpsr")
         CoreRegisters(self._copy, names).write(*saved)
 
-    # -- what the copy does -----------------------------------------------------------------------------
+    # -- execution in the copy --------------------------------------------------------------------------
 
     def loop(self) -> Loop | None:
         """The loop that the core is in; None if it is in none, or in one that does something."""
@@ -124,7 +124,7 @@ class Probe:
         top = int.from_bytes(self._copy.flash[:4], "little")
         return sp <= top and sp - _BELOW <= address < top
 
-    # -- what it sees -----------------------------------------------------------------------------------
+    # -- accesses of the copy ---------------------------------------------------------------------------
 
     def _memory(self, address: int, _size: int, is_write: bool) -> None:
         if not is_write:

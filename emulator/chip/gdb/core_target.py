@@ -128,7 +128,7 @@ class CoreTarget:
         self._lock_up_reported = False
         self._new_code = False
 
-    # -- a debugger comes and goes ----------------------------------------------------------------------
+    # -- attaching and releasing ------------------------------------------------------------------------
 
     def attach(self) -> None:
         """Halt for a debugger that has come."""

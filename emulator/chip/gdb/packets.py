@@ -186,7 +186,7 @@ def continues(text: bytes) -> bytes:
     raise MalformedError
 
 
-# -- the short answers ("Packets"): done, not understood, cannot be done ------------------------------------
+# -- short answers ("Packets"): done, not understood, not possible ------------------------------------------
 
 OK: Final = b"OK"
 MALFORMED, REFUSED = b"E01", b"E02"

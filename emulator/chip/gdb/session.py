@@ -21,7 +21,7 @@ from fcu_emulator.emulator.chip.gdb.packets import LONGEST, MALFORMED, MOST_BYTE
 from fcu_emulator.emulator.chip.gdb.target import HaltReason, Point, PointKind, Target
 from fcu_emulator.emulator.chip.memory_map import FLASH, FLASH_SIZE
 
-# -- packets that look at and change registers and memory ("Packets") ---------------------------------------
+# -- packets that read and change registers and memory ("Packets") ------------------------------------------
 
 
 class StatePackets:
@@ -161,7 +161,7 @@ class GdbSession:
             b"v": self._long,
         }
 
-    # -- what the server calls --------------------------------------------------------------------------
+    # -- the interface for the server -------------------------------------------------------------------
 
     def handle(self, packet: bytes) -> None:
         """Answer one packet; while the target runs only a stop is an answer."""

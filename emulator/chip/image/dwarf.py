@@ -17,7 +17,7 @@ from functools import cached_property
 
 from fcu_emulator.emulator.chip.image.elf import DebugInfoError, Sections, printable
 
-# -- numbers and strings, never beyond the end, never more than a budget allows -----------------------------
+# -- numbers and strings, within the file and within a budget -----------------------------------------------
 
 _LONGEST_LEB128 = 10  # bytes of a 64-bit number; more would only be padding
 _LONGEST_STRING = 4096

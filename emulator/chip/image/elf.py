@@ -177,7 +177,7 @@ def _check_inside(file: str, data: bytes, what: str, start: int, size: int) -> N
         )
 
 
-# -- sections by name, unpacked where compressed, with bounds on everything ---------------------------------
+# -- sections by name, decompressed, with limits on everything ----------------------------------------------
 
 
 class DebugInfoError(Exception):

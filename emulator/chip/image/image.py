@@ -149,7 +149,7 @@ def _contents(path: Path) -> bytes:
         raise FirmwareFileError(str(path), f"cannot be read: {reason}") from None
 
 
-# -- raw binary: the bytes of flash from its first address on, nothing else ---------------------------------
+# -- raw binary: only the bytes of flash from its first address ---------------------------------------------
 
 _FOREIGN = {
     b"MZ": "a Windows program",

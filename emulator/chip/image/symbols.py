@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from fcu_emulator.emulator.chip.image.lines import LineTable, SourceLine
 
 
-# -- the symbol table: which function holds an address, where is a variable ---------------------------------
+# -- the symbol table: functions and variables by address and name ------------------------------------------
 
 _SYMBOL = struct.Struct("<3I2BH")
 _MOST_SYMBOLS = 1 << 18  # more than this chip's flash has room for

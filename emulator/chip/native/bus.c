@@ -9,7 +9,7 @@
 
 #define STEADY_AFTER 1000 /* reads of a steady peripheral without a write, after which it is read like memory */
 
-/* -- what is where ------------------------------------------------------------------------------------ */
+/* -- the address map ---------------------------------------------------------------------------------- */
 
 static bool in_ram(uint32_t address, unsigned size) { return address - RAM_BASE <= RAM_SIZE - size; }
 
@@ -55,7 +55,7 @@ static void copy(void *to, const void *from, unsigned size) {
   }
 }
 
-/* -- one access, now: DMA, debuggers, and the core's to registers ------------------------------------- */
+/* -- single accesses at the current time: DMA, debuggers, and the core's to registers ----------------- */
 
 void core_note_stores(Core *core, uint32_t address, uint32_t size) {
   if (core->slow_stores & STORES_CHANGE_CODE) {
@@ -289,7 +289,7 @@ static bool write_outside(Chip *chip, uint32_t address, unsigned size, uint32_t 
   return true;
 }
 
-/* -- whatever is there: the core's accesses ----------------------------------------------------------- */
+/* -- any address: the core's accesses ----------------------------------------------------------------- */
 
 static bool fault(Core *core, uint32_t address, enum Stop why) {
   core->fault_address = address;
@@ -417,7 +417,7 @@ bool core_write(Core *core, uint32_t address, unsigned size, uint32_t value) {
   return true;
 }
 
-/* -- what makes loads and stores slow ----------------------------------------------------------------- */
+/* -- conditions that make loads and stores slow ------------------------------------------------------- */
 
 static void look_at_accesses(Core *core) {
   bool looks = core->watches || core->unalign_trp;

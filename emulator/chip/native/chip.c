@@ -9,7 +9,7 @@
 
 #define PYTHON 63 /* the bit of Python's peripherals among those that may set an NVIC input */
 
-/* -- its life -------------------------------------------------------------------------------------------- */
+/* -- creation -------------------------------------------------------------------------------------------- */
 
 Chip *fcu_create(const Host *host) {
   Chip *chip = calloc(1, sizeof(Chip));

@@ -80,7 +80,7 @@ void fcu_forget_code(Chip *chip);
 /* Halt before the instruction at an address (STOP_BREAKPOINT), or remove the breakpoint. */
 void fcu_set_breakpoint(Chip *chip, uint32_t address, int32_t on);
 
-/* -- what it is doing: chip.c, nvic.c --------------------------------------------------------------------- */
+/* -- the present state: chip.c, nvic.c -------------------------------------------------------------------- */
 
 typedef struct {
   int64_t now_ps;    /* the time when the next instruction begins */

@@ -19,7 +19,7 @@ from fcu_emulator.emulator.chip.registers import DECLARED, adc
 from fcu_emulator.emulator.chip.registers.declaration import masks, offsets
 from fcu_emulator.emulator.time.clock import PS_PER_S, Event
 
-# -- battery, inner temperature sensor, reference (RM0368 11.9, 11.10) --------------------------------------
+# -- battery, internal temperature sensor, reference (RM0368 11.9, 11.10) -----------------------------------
 
 Volts: TypeAlias = Callable[[], float]
 

@@ -111,7 +111,7 @@ class ConnectedI2c:
         self._shared.injected = self._bus.has_faults
         self._shared.target_at[:] = [kept.get(address, -1) for address in range(_ADDRESSES)]
 
-    # -- what C has had alone -----------------------------------------------------------------------------
+    # -- messages that C handled alone --------------------------------------------------------------------
 
     def _recent(self) -> Iterator[Message]:
         shared = self._shared

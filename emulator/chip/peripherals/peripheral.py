@@ -22,7 +22,7 @@ from fcu_emulator.emulator.chip.registers.declaration import DeclaredPeripheral
 from fcu_emulator.emulator.time.clock import NEVER_PS, Clock
 from fcu_emulator.emulator.trace import DeviceNote, Trace
 
-# -- the inner wiring of the chip ---------------------------------------------------------------------------
+# -- the internal connections of the chip -------------------------------------------------------------------
 
 
 class ClockTree(Protocol):

@@ -127,7 +127,7 @@ def _timer_hz(hclk_hz: int, shift: int, timpre: bool) -> int:
     return hclk_hz >> max(shift - multiple, 0)
 
 
-# -- which bit gates and resets which peripheral (sections 6.3.5 to 6.3.12) --------------------------------------
+# -- the gate and reset bits of the peripherals (sections 6.3.5 to 6.3.12) ---------------------------------------
 
 _PERIPHERALS_BY_FIELD = {"OTGFS": "OTG_FS", "ADC": "ADC1"}
 """Where a field does not begin with its peripheral's name; the ADCs have one reset for all."""

@@ -153,7 +153,7 @@ EACH_OPERAND(DEFINE_TEST, teq, n ^ m)
 EACH_OPERAND(DEFINE_COMPARISON, cmn, m, 0)
 EACH_OPERAND(DEFINE_COMPARISON, cmp, ~m, 1)
 
-/* -- the choice ----------------------------------------------------------------------------------------- */
+/* -- selection ------------------------------------------------------------------------------------------ */
 
 #define ENTRY(operand, name) name##_##operand,
 #define ROW(name) {EACH_OPERAND(ENTRY, name)}

@@ -91,8 +91,8 @@ static bool decode_exchange(uint32_t address, uint16_t first, Insn *insn) {
   return bits(first, 2, 0) == 0;
 }
 
-/* -- IT: whoever puts blocks together makes an instruction of its block conditional. One whose condition fails
- * takes a cycle, as most others do (Cortex-M4 TRM, ARM DDI 0439, 3.3.1): it is counted as they are -------- */
+/* -- IT: decode_cache.c makes the instructions of an IT block conditional. One whose condition fails takes a
+ * cycle, like most instructions (Cortex-M4 TRM, ARM DDI 0439, 3.3.1), and is counted in the same way ------- */
 
 #define DEFINE_UNLESS(name, condition)                                                                   \
   OPERATION(unless_##name) {                                                                             \
@@ -134,7 +134,7 @@ static bool decode_it(uint32_t itstate, Insn *insn) {
   return !insn->it;
 }
 
-/* -- others --------------------------------------------------------------------------------------------- */
+/* -- other instructions --------------------------------------------------------------------------------- */
 
 OPERATION(svc) { stop_after(core, insn, budget, STOP_SVC); }
 

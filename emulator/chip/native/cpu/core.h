@@ -192,7 +192,7 @@ void write_stack_pointer(Core *core, bool process, uint32_t value);
 
 static inline bool in_handler(const Core *core) { return core->ipsr != 0; }
 
-/* -- decode: false if there is no such instruction (the caller makes it UNDEFINED) ---------------------- */
+/* -- decode: false for an unknown instruction (the caller makes it UNDEFINED) --------------------------- */
 
 /* Decode one instruction at `address`. insn->it is set, all else is 0. decode.c selects the decoder. */
 bool decode16(uint32_t address, uint16_t first, Insn *insn);
@@ -209,7 +209,7 @@ bool is_floating_point(uint16_t first, uint16_t second);
 void no_coprocessor(Core *core, const Insn *insn, int32_t budget);
 bool decode_vfp(uint32_t address, uint16_t first, uint16_t second, Insn *insn);
 
-/* -- small things of the pseudocode --------------------------------------------------------------------- */
+/* -- small functions of the pseudocode ------------------------------------------------------------------ */
 
 static inline uint32_t bits(uint32_t word, unsigned high, unsigned low) {
   return word >> low & ((2u << (high - low)) - 1);

@@ -1,7 +1,7 @@
 /* 16-bit data processing (ARMv7-M ARM A5.2.1 to A5.2.3, and parts of A5.2 and A5.2.5). */
 #include "cpu/operations.h"
 
-/* -- what alu.c has not --------------------------------------------------------------------------------- */
+/* -- operations that are not in alu.c ------------------------------------------------------------------- */
 
 /* Shifts of n by the lowest byte of m. A shift by 0 leaves C unchanged; more than 33 has the effect of 33 (A7.4.2). */
 #define DEFINE_SHIFT(name, not_zero)                                    \

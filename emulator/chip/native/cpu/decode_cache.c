@@ -18,7 +18,7 @@ struct DecodeCache {
   Insn insns[CAPACITY], part[ROOM], single[WIDEST + 2];
 };
 
-/* -- steps that are no instructions ---------------------------------------------------------------------- */
+/* -- steps that are not instructions --------------------------------------------------------------------- */
 
 OPERATION(to_loop) {
   leave_chain(core, insn->address, budget);
@@ -189,7 +189,7 @@ static Insn *written(Core *core, const Memory *memory, uint32_t address, Insn *f
   return writer.at;
 }
 
-/* -- forgetting ------------------------------------------------------------------------------------------ */
+/* -- discarding ------------------------------------------------------------------------------------------ */
 
 static Memory *memory_at(Core *core, uint32_t address) {
   for (Memory *memory = core->memory; memory < core->memory + MEMORIES; memory++) {
@@ -247,7 +247,7 @@ void fcu_set_breakpoint(Chip *chip, uint32_t address, int32_t on) {
   }
 }
 
-/* -- what the loop takes --------------------------------------------------------------------------------- */
+/* -- the interface for the loop -------------------------------------------------------------------------- */
 
 const Insn *decode_cache_at(Core *core, const Memory *memory, uint32_t address) {
   DecodeCache *blocks = core->blocks;
@@ -300,7 +300,7 @@ const Insn *decode_cache_single(Core *core, const Memory *memory, uint32_t addre
   return single;
 }
 
-/* -- a core's blocks ------------------------------------------------------------------------------------- */
+/* -- creation -------------------------------------------------------------------------------------------- */
 
 bool decode_cache_create(Core *core) {
   core->blocks = calloc(1, sizeof(DecodeCache));

@@ -100,7 +100,7 @@ static inline void stop_after(Core *core, const Insn *insn, int32_t budget, enum
   core->itstate = it_advance(insn->it);
 }
 
-/* -- where a branch goes: what enter() takes ------------------------------------------------------------- */
+/* -- the target of a branch, for enter() ----------------------------------------------------------------- */
 
 /* Instructions without an address: run_loop.c. The loop continues at r[15], or the run ends with EXCEPTION_RETURN. */
 extern const Insn elsewhere, exception_return;

@@ -9,7 +9,7 @@
 #define M core->r[insn->m]
 #define D core->r[insn->d]
 
-/* -- shifts by a register (A7.4.2): by the lowest byte of m, and by 0 the carry stays ------------------- */
+/* -- shifts by a register (A7.4.2): by the lowest byte of m; a shift by 0 keeps the carry --------------- */
 
 INLINE uint32_t shifted(Core *core, enum Shift type, uint32_t value, unsigned by, bool set_carry) {
   uint64_t wide; /* the last bit shifted out: bit 32 (LSL) or bit 31 */
@@ -37,7 +37,7 @@ DEFINE_SHIFT(lsr, LSR)
 DEFINE_SHIFT(asr, ASR)
 DEFINE_SHIFT(ror, ROR)
 
-/* -- extension, with n added to it unless n is 15 ------------------------------------------------------- */
+/* -- extension, with n added unless n is 15 ------------------------------------------------------------- */
 
 static uint32_t rotated(const Core *core, const Insn *insn) { return rotate_right(M, insn->by); }
 

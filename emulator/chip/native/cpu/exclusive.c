@@ -56,7 +56,7 @@ bool decode_exclusive_word(bool load, unsigned n, uint16_t second, Insn *insn) {
   return load ? d == 15 && decode_exclusive(ldrex, n, t, 0, insn) : decode_exclusive(strex, n, d, t, insn);
 }
 
-/* -- TBB, TBH: n is the table, or it begins at imm; m is the index --------------------------------------- */
+/* -- TBB, TBH: the table is at n or at imm; m is the index ----------------------------------------------- */
 
 #define DEFINE_TABLE_BRANCH(name, bits, base)                                                            \
   RARE_OPERATION(name##_outside) {                                                                       \

@@ -5,7 +5,7 @@
 
 #include "cpu/transfers.h"
 
-/* -- LDM, STM: imm is the list, by its size in bytes; of loads, PC is not in the list but in the operation -- */
+/* -- LDM, STM: imm is the list, `by` its size in bytes; a load of PC is in the operation, not in the list ---- */
 
 #define FIRST_IN(list) __builtin_ctz(list)
 #define FOR_EACH_IN(list, rest) for (uint32_t rest = (list); rest; rest &= rest - 1)

@@ -16,7 +16,7 @@ void run_loop_create(Chip *chip) {
   chip->run_loop = (RunLoop){0};
 }
 
-/* -- where branches go that the loop deals with ---------------------------------------------------------- */
+/* -- branch targets that the loop handles ---------------------------------------------------------------- */
 
 OPERATION(to_loop) {
   leave_chain(core, core->r[15], budget);
@@ -30,7 +30,7 @@ OPERATION(return_from_exception) {
 
 const Insn elsewhere = {.run = to_loop}, exception_return = {.run = return_from_exception};
 
-/* -- what is to be executed ------------------------------------------------------------------------------ */
+/* -- the next instruction -------------------------------------------------------------------------------- */
 
 static void end_run(Core *core, enum Stop why) {
   core->stop = why;
@@ -53,7 +53,7 @@ static const Memory *code_at_pc(Core *core) {
   return NULL;
 }
 
-/* -- single instructions, where more care is needed ------------------------------------------------------ */
+/* -- single instructions, if more care is needed --------------------------------------------------------- */
 
 static bool was_not_executed(enum Stop stop) {
   return stop > STOP_EXCEPTION_RETURN || stop == STOP_BREAKPOINT || stop == STOP_BKPT;
@@ -426,7 +426,7 @@ int32_t fcu_run_until(Chip *chip, int64_t at_ps) {
   }
 }
 
-/* -- instructions alone ---------------------------------------------------------------------------------- */
+/* -- instructions without peripherals -------------------------------------------------------------------- */
 
 int32_t fcu_execute(Chip *chip, int64_t instructions, int32_t past) {
   Core *core = &chip->core;

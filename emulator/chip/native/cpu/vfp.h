@@ -62,7 +62,7 @@ static inline void use_floating_point(Core *core) {
   }
 }
 
-/* -- vfp_exact.c: the operations of A2.5.4 as the pseudocode has them, for all operands and modes ------- */
+/* -- vfp_exact.c: the operations of A2.5.4 as in the pseudocode, for all operands and modes ------------- */
 
 uint32_t exact_add(Core *core, uint32_t left, uint32_t right);
 uint32_t exact_multiply(Core *core, uint32_t left, uint32_t right);

@@ -148,7 +148,7 @@ static void latch(GpioPort *port, uint32_t odr) {
   }
 }
 
-/* -- set-up --------------------------------------------------------------------------------------------- */
+/* -- configuration -------------------------------------------------------------------------------------- */
 
 static void set_up(GpioPort *port, int pin) {
   port->peripheral.chip->work += WORK_PIN;

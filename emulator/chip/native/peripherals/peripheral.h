@@ -127,7 +127,7 @@ void pin_listen(Peripheral *peripheral, char port, int pin, PinChanged changed);
 /* Return the resulting level; -1 while the pin floats. port: its index. */
 int pin_level(const Chip *chip, int port, int pin);
 
-/* -- what firmware should know --------------------------------------------------------------------------- */
+/* -- notes about firmware -------------------------------------------------------------------------------- */
 
 enum NoteKind { NOTE_FORBIDDEN, NOTE_NOT_MODELLED, NOTE_REFUSED };
 

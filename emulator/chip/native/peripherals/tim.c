@@ -44,7 +44,7 @@ enum { FORCED_LOW = 4, FORCED_HIGH = 5, PWM1 = 6, PWM2 = 7 };
 
 enum { NOTE_SMCR, NOTE_DIER, NOTE_DCR, NOTE_DMAR };
 
-/* -- which timer can do what ----------------------------------------------------------------------------- */
+/* -- the variants of the timers -------------------------------------------------------------------------- */
 
 typedef struct {
   uint8_t flags, number; /* bits of SR, and the NVIC input they activate */
@@ -256,7 +256,7 @@ static bool captures(TimChannel *channel, bool level) {
   return true;
 }
 
-/* -- the account of ticks -------------------------------------------------------------------------------- */
+/* -- the counts of ticks --------------------------------------------------------------------------------- */
 
 /* A tick is an update while its interrupt is enabled. It is lost if the flag of the previous tick was still set. It
  * is late if its handler cleared the flag more than PROMPT_PS after it. */
@@ -483,7 +483,7 @@ static inline void catch_up(Tim *tim) {
   }
 }
 
-/* -- flags to come, and interrupts ----------------------------------------------------------------------- */
+/* -- future flags, and interrupts ------------------------------------------------------------------------ */
 
 /* Return the time of the next flag that is not set yet. Compare values may change at an update, so the prediction
  * ends there. */
