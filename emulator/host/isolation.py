@@ -5,17 +5,17 @@ of :class:`WorkerLimits`, with the streams of this process. It distinguishes a w
 with its exit code, from one that died: killed, crashed, out of memory or of processor time. A death is not a
 verdict on the firmware.
 
-Decision: the worker adds a constant to its exit code. Without it, exit code 1 of a library that ends the
-process when memory is short would be the verdict "wrong". A pipe for the verdict was rejected, because it
+Decision: the worker process adds a constant to its exit code. Without it, exit code 1 of a library that ends
+the process when memory is short would be the verdict "wrong". A pipe for the verdict was rejected, because it
 needs an inherited handle, which differs between systems.
 
-Decision: the worker stays in the process group of its parent, so that Ctrl-C reaches both and typed text
-reaches the board. A request to end that only the parent gets is passed on as SIGTERM. The worker obeys only
-one request, because it may have received the same request itself. A killed parent cannot pass anything on, so
-the worker waits on a pipe whose other end the parent holds.
+Decision: the worker process stays in the process group of its parent, so that Ctrl-C reaches both and typed
+text reaches the board. A request to end that only the parent gets is passed on as SIGTERM. The worker obeys
+only one request, because it may have received the same request itself. A killed parent cannot pass anything
+on, so the worker waits on a pipe whose other end the parent holds.
 
-Decision: the worker sets its own limits, before it loads anything. A function called between fork and exec
-was rejected: it is unsafe in programs with threads and does not exist on Windows.
+Decision: the worker process sets its own limits, before it loads anything. A function called between fork and
+exec was rejected: it is unsafe in programs with threads and does not exist on Windows.
 """
 
 from __future__ import annotations

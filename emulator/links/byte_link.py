@@ -8,9 +8,9 @@ depend on the scheduling of threads. A link may use threads internally; they are
 All links guarantee this: a reader that is absent, slow or leaves neither stops nor slows the board, and loses
 no bytes that a real UART would not lose. All 256 byte values pass unchanged both ways. Memory is bounded.
 
-Decision: a full queue drops its oldest bytes, not the newest. A user who returns after a pause wants to see
-the board's current output. Refusing new bytes was rejected: it would show minutes-old text and then a gap of
-unknown length.
+Decision: the full queue of a link drops its oldest bytes, not the newest. A user who returns after a pause
+wants to see the board's current output. Refusing new bytes was rejected: it would show minutes-old text and
+then a gap of unknown length.
 """
 
 from __future__ import annotations

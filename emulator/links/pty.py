@@ -1,17 +1,17 @@
 """The board's serial port as a pseudo-terminal, which any terminal program opens like a USB serial adapter.
 
-Decision: text is kept until the first reader comes, so that a user who opens the port late still sees the
-boot messages. A real board has a reset button for that. Without the kept text a student would have to restart
-the emulator and would miss the messages each time.
+Decision: the pseudo-terminal keeps text until the first reader comes, so that a user who opens the port late
+still sees the boot messages. A real board has a reset button for that. Without the kept text a student would
+have to restart the emulator and would miss the messages each time.
 
-Decision: data is held back until a new reader has flushed its input and no further flush came for
-``SETTLE_S``. A terminal program flushes its input right after opening (pyserial: open, tcsetattr, tcflush),
-which would destroy data already in the kernel. For programs that do not flush (``cat``), data is held for
-``HOLD_S`` after the opening. An opening shorter than that (``stty``, a modem prober) does not count as a
-reader.
+Decision: the pseudo-terminal holds data back until a new reader has flushed its input and no further flush
+came for ``SETTLE_S``. A terminal program flushes its input right after opening (pyserial: open, tcsetattr,
+tcflush), which would destroy data already in the kernel. For programs that do not flush (``cat``), data is
+held for ``HOLD_S`` after the opening. An opening shorter than that (``stty``, a modem prober) does not count
+as a reader.
 
-Decision: after a reader has left, text is lost as on a real wire. Keeping it was rejected, because the next
-reader would see text that is minutes old.
+Decision: after a reader of the pseudo-terminal has left, text is lost as on a real wire. Keeping it was
+rejected, because the next reader would see text that is minutes old.
 
 Decision: the emulator never keeps the slave side of the pseudo-terminal open. It opens the slave once after
 creating the pair and closes it again. From then on ``poll`` on the master reports POLLHUP exactly while no

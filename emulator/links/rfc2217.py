@@ -3,14 +3,14 @@
 A client sets rate and format of the line as with a real port. pyserial's ``PortManager`` implements the
 protocol; this module contains the port that it manages, and protects the board from clients.
 
-Decision: a rate other than the firmware's is accepted, as a real adapter accepts it, and reported. A real
-terminal would show garbage. Here the text stays readable (as in :mod:`fcu_emulator.emulator.buses.uart`, and
-for the same reason), and a message tells the user both rates. Refusing the rate was rejected: pyserial then
-fails with "remote rejected value for option 'baudrate'", without either rate.
+Decision: a client's rate other than the firmware's is accepted, as a real adapter accepts it, and reported. A
+real terminal would show garbage. Here the text stays readable (as in :mod:`fcu_emulator.emulator.buses.uart`,
+and for the same reason), and a message tells the user both rates. Refusing the rate was rejected: pyserial
+then fails with "remote rejected value for option 'baudrate'", without either rate.
 
-Decision: text is held back while a new client negotiates. A client opens the port, negotiates, and then
-discards its input. Text is therefore held until no further discard came for ``SETTLE_S``, or for ``HOLD_S``
-if a client does not negotiate.
+Decision: the RFC 2217 port holds text back while a new client negotiates. A client opens the port,
+negotiates, and then discards its input. Text is therefore held until no further discard came for
+``SETTLE_S``, or for ``HOLD_S`` if a client does not negotiate.
 """
 
 from __future__ import annotations

@@ -1,13 +1,14 @@
 """The terminal that started the emulator: output on standard output, input from standard input.
 
-Standard output may be a terminal, a pipe or a file:
+Decision: a daemon thread writes to standard output (:mod:`fcu_emulator.emulator.links.writer`), because it
+may be a terminal, a pipe or a file, and may block.
 
-* A daemon thread writes (:mod:`fcu_emulator.emulator.links.writer`).
-* The thread writes to the raw file beneath ``sys.stdout.buffer``. The buffered layer has a lock, and an
-  interpreter that exits while a blocked daemon thread holds it aborts; raw writes also need no flush.
-* After a failed write (reader gone, disk full) writing stops, and standard output is redirected to the null
-  device. The interpreter's flush at exit then cannot fail either (Python library reference, module
-  ``signal``, "Note on SIGPIPE").
+Decision: the thread writes to the raw file beneath ``sys.stdout.buffer``. The buffered layer has a lock, and
+an interpreter that exits while a blocked daemon thread holds it aborts. Raw writes also need no flush.
+
+Decision: after a failed write (reader gone, disk full) writing stops, and standard output is redirected to
+the null device. The interpreter's flush at exit then cannot fail either (Python library reference, module
+``signal``, "Note on SIGPIPE").
 
 Decision: standard input is read only if it is a terminal and this process is in its foreground process group.
 A pipe, a file or a background job is left alone. Reading it would take bytes from another program, and a

@@ -3,25 +3,25 @@
 Bytes pass unchanged, so it is *raw* TCP to terminal programs; the Telnet protocol with the settings of a
 serial line is :mod:`fcu_emulator.emulator.links.rfc2217`.
 
-Decision: several readers may connect at a time. Each one gets all output while it is connected, and input
-from all of them goes to the board in the order of arrival. A lecturer's projector and a recording program
-thus see the same board. One reader at a time was rejected: a terminal program that was not closed properly
-would lock the user out.
+Decision: several readers may connect to the TCP port at a time. Each one gets all output while it is
+connected, and input from all of them goes to the board in the order of arrival. A lecturer's projector and a
+recording program thus see the same board. One reader at a time was rejected: a terminal program that was not
+closed properly would lock the user out.
 
-Decision: output before the first reader is kept for it, as with a pseudo-terminal.
+Decision: the TCP port keeps output for the first reader, like the pseudo-terminal.
 
-Decision: a reader that closes the connection, or its sending half, counts as gone. A half-closed connection
-cannot be told from a closed one until bytes have been sent into it, and these would be lost without notice.
-Bytes sent before closing arrive.
+Decision: a TCP reader that closes the connection, or its sending half, counts as gone. A half-closed
+connection cannot be told from a closed one until bytes have been sent into it, and these would be lost
+without notice. Bytes sent before closing arrive.
 
-A reader that has left does not read its queued bytes; without any reader, text is lost as on a real wire. All
-of these bytes are counted.
+Decision: bytes queued for a TCP reader that has left are lost, and text without any reader is lost as on a
+real wire. All of these bytes are counted.
 
-Decision: sockets never block and are polled whenever the board has time, without threads. The system's buffer
-for each reader is made small, so that the limits below are the real ones.
+Decision: the sockets of the TCP port never block and are polled whenever the board has time, without threads.
+The system's buffer for each reader is made small, so that the limits below are the real ones.
 
-Every program on this machine can connect (127.0.0.1). The port has no password, because a terminal program could
-not send one.
+Every program on this machine can connect (127.0.0.1). The port has no password, because a terminal program
+could not send one.
 """
 
 from __future__ import annotations

@@ -4,8 +4,9 @@ It contains the world's setters and motions, the text typed on the terminal and 
 each with its virtual time. Actions without an entry in scenarios, such as setting a variable, are listed, so
 that the reader knows how the scenario differs from the test.
 
-Decision: the board's objects get subclasses that record a call and pass it on. Hooks in world, terminal and
-buses were rejected, because every board would run them, although only failing tests need them.
+Decision: a test's actions are recorded by subclasses of the board's objects, which record a call and pass it
+on. Hooks in world, terminal and buses were rejected, because every board would run them, although only
+failing tests need them.
 """
 
 from __future__ import annotations

@@ -3,10 +3,10 @@
 Each scenario expects the value that the law requires. It therefore fails on the firmware that violates the
 law and passes on a correct one. The expected values come from the law, not from the firmware's results.
 
-Decision: a scenario is shown only after a run of it, on the firmware and on the lab's. A counter-example
-gives a function its arguments directly, but on the board they come from sensors with finite resolution. A
-small error, or an error at a single value, may not appear there. The report then says so; it does not show a
-scenario that the firmware passes.
+Decision: the scenario of a counter-example is shown only after a run of it, on the student's firmware and on
+the lab's. A counter-example gives a function its arguments directly, but on the board they come from sensors
+with finite resolution. A small error, or an error at a single value, may not appear there. The report then
+says so; it does not show a scenario that the firmware passes.
 """
 
 from __future__ import annotations

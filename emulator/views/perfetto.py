@@ -7,9 +7,10 @@ Functions are found by reading the stack every ``LOOK_PS``, as a sampling profil
 be missing, and begin and end of the rest are exact to one sample. Firmware in Python does not use the chip's
 stack; of it, main and callback are shown.
 
-Decision: the file is JSON in the "Trace Event Format" (Google, 2016), which both viewers and any program can
-read. Perfetto's protocol buffers were rejected: they are a third of the size, but need a generated module.
-Each event is written when it has ended, so memory does not grow, and the file's size is bounded.
+Decision: the Perfetto file is JSON in the "Trace Event Format" (Google, 2016), which both viewers and any
+program can read. Perfetto's protocol buffers were rejected: they are a third of the size, but need a
+generated module. Each event is written when it has ended, so memory does not grow, and the file's size is
+bounded.
 """
 
 from __future__ import annotations

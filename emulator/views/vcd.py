@@ -3,8 +3,8 @@
 The file contains the sensors' bus, the serial line, the LEDs (1: lit), the sensors' interrupt pins, and
 whether the timer's callback is running, which is sampled every ``LOOK_PS``.
 
-Decision: all wires have one bit. sigrok's reader of these files stops at a vector, and its decoders compute
-the contents of a vector from the wires.
+Decision: all wires in the VCD file have one bit. The reader of sigrok stops at a vector, and its decoders
+compute the contents of a vector from the wires.
 
 The writer is pyvcd, of the extra ``views``. It requires increasing times, but a transfer is known only when
 it has ended, so edges wait for ``HELD_PS``. A longer transfer is left out and counted.

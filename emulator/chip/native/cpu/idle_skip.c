@@ -6,8 +6,8 @@
  * are then counted instead of executed. New loops are found by single steps, from the end of such a run until the
  * core's state recurs.
  *
- * Decision: loops are detected at the end of a run. A check at every backward branch was rejected, because it slows
- * down every loop of the program.
+ * Decision: idle loops are detected at the end of a run. A check at every backward branch was rejected, because it
+ * slows down every loop of the program.
  */
 #include <string.h>
 

@@ -6,11 +6,11 @@
  * Directions: full duplex; one line out (BIDIMODE, BIDIOE); one line in (BIDIMODE), and receive-only (RXONLY). In
  * the last two the clock is started by SPE, not by DR, and BSY stays low in the third (20.3.7).
  *
- * Decision: in the receive directions a byte starts when SPE is set, and each further byte when DR is read while SPE
- * is still set. A byte in progress when SPE is cleared is completed. A pulse of SPE therefore gives exactly one
- * byte, as ST's sensor driver expects (67 DSB instructions between bit 1 and bit 8), for any number of cycles per
- * instruction. The chip's clock does not wait for DR, and a pulse that is too long causes an overrun. This overrun
- * is not modelled, because instruction timing is an estimate.
+ * Decision: in the receive directions of SPI a byte starts when SPE is set, and each further byte when DR is read
+ * while SPE is still set. A byte in progress when SPE is cleared is completed. A pulse of SPE therefore gives
+ * exactly one byte, as ST's sensor driver expects (67 DSB instructions between bit 1 and bit 8), for any number of
+ * cycles per instruction. The chip's clock does not wait for DR, and a pulse that is too long causes an overrun.
+ * This overrun is not modelled, because instruction timing is an estimate.
  *
  * A master whose internal NSS is low (SSM = 1, SSI = 0) gets MODF.
  *
