@@ -13,11 +13,11 @@
 Arguments and results follow the procedure call standard (AAPCS, IHI 0042; with floating-point registers if
 the ELF has the hard-float flag), with the types of the debug information.
 
-Decision: a copy of the core and its memories executes a function that Python calls, so that registers, RAM
-and all peripherals of the board are unchanged afterwards, at five thousand calls a second. A function that
+Decision: a copy of the core and its memories executes a function that Python calls, so that the board's
+registers, RAM and peripherals do not change. This allows five thousand calls a second. A function that
 accesses a peripheral, sleeps, or waits for an interrupt is executed again by the chip itself, in virtual
-time, and the whole board is restored afterwards. A snapshot of the board around every call was rejected,
-because it is five times as slow.
+time. The whole board is restored afterwards. A snapshot of the board around every call was rejected, because
+it is five times as slow.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""Byte links: how the virtual board's serial line reaches the outside.
+"""Byte links: the connection of the virtual board's serial line to the outside.
 
-``open_link`` turns the word after ``--serial`` into a link; the board knows only the ``ByteLink`` protocol.
+``open_link`` turns the word after ``--serial`` into a link; the board uses only the ``ByteLink`` protocol.
 """
 
 from __future__ import annotations

@@ -93,7 +93,7 @@ class Reader:
         self.coding = coding
         self.gone = False
         self._socket = connection
-        self._encoded = b""  # on its way into the socket
+        self._encoded = b""  # in transit to the socket
 
     def unread(self) -> int:
         """Return how many bytes have not been passed to the system."""

@@ -11,10 +11,9 @@ Installed with the package (entry point ``pytest11``)::
 ``firmware`` is the value of ``--firmware FILE``, else the marker's first argument, else ``lab3``. Parametrise
 this fixture to run one test with several programs. All times are virtual seconds: tests never wait, and do
 not depend on the speed of the machine. A failed test shows the end of the terminal, the last transfers before
-it ended, the diagnosis, and the command that runs the same board by hand. The test's actions on the board are
-saved as a scenario, with a list of actions that a scenario cannot contain. With ``junit_logging =
-"system-out"`` all of it is also in the JUnit file. Boards share nothing, so tests run in any number of
-processes.
+it, the diagnosis, and the command that runs the same board. The test's actions on the board are saved as a
+scenario, with a list of actions that a scenario cannot contain. With ``junit_logging = "system-out"`` all of
+it is also in the JUnit file. Boards share nothing, so tests run in any number of processes.
 """
 
 from __future__ import annotations

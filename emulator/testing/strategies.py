@@ -50,7 +50,7 @@ Vector: TypeAlias = tuple[int, int, int]
 
 ONE_G_MG = 1000
 MGAUSS_PER_UT = 10
-_NEAR = 0.01  # degrees: on either side of an edge
+_NEAR = 0.01  # degrees: the distance from an edge case
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ def fields() -> st.SearchStrategy[tuple[float, float, float]]:
     """Return the earth's field at places on earth: north, east (0) and down in microtesla.
 
     A total of 22 to 67 uT (World Magnetic Model, the extremes at the surface), and at least 10 uT of it
-    horizontal, because a compass does not work close to the magnetic poles.
+    horizontal. A compass does not work close to the magnetic poles.
     """
     return (
         st.tuples(st.floats(22.0, 67.0), st.floats(-80.0, 80.0))

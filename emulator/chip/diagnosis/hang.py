@@ -1,9 +1,9 @@
 """Firmware in an endless loop: the condition of the loop, and the reason why it never becomes true.
 
-Decision: a loop in ``main()`` that reads nothing, while interrupts of peripherals are enabled, counts as a
-correct program, because in many programs the handlers do all the work. The same loop without such interrupts
-may be the intended end of the program, and is reported without being called a failure. Tasks of an operating
-system (on the process stack) are not checked, because its idle task is an endless loop.
+Decision: a loop in ``main()`` that reads nothing, while interrupts of peripherals are enabled, counts as
+correct. In many programs the handlers do all the work. The same loop without such interrupts may be the
+intended end of the program, and is reported without being called a failure. Tasks of an operating system (on
+the process stack) are not checked, because its idle task is an endless loop.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """The terminal's output compared with the format strings in flash: numbers that printf could not print.
 
-A line of the terminal is matched with its format, and the format with the instruction that loads its address,
-so that a hint names the source line. Matching searches for the texts between the conversions, one after the
-other, without backtracking: a hostile format cannot make it slow.
+A line of the terminal is matched with its format, and the format with the instruction that loads its address.
+A hint can therefore name the source line. Matching searches for the texts between the conversions, one after
+the other, without backtracking: a hostile format cannot make it slow.
 """
 
 from __future__ import annotations

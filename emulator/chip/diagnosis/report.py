@@ -37,7 +37,7 @@ class Diagnosis:
     ``kind``: a fault of the core, an endless loop, a stack that has grown into the variables, resets, a
     callback that takes too long, a peripheral without clock, unacknowledged transfers, a terminal without
     output, a timer with a wrong rate, full memories, numbers that printf could not print.
-    :mod:`fcu_emulator.emulator.analysis.mistakes` compares with the world and the sensors, and adds numbers
+    :mod:`fcu_emulator.emulator.analysis.mistakes` compares with the world and the sensors. It adds numbers
     that differ from the truth, unconfigured sensors, and LEDs that do not follow the board.
     """
 

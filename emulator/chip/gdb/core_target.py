@@ -42,8 +42,8 @@ point."""
 
 
 class Points:
-    """The requested points. They are set in the core when it resumes, and only after a change, because a
-    debugger removes all its points at each stop and inserts them again before it resumes.
+    """The requested points. They are set in the core when it resumes, and only after a change. A debugger
+    removes all its points at each stop and inserts them again before it resumes.
 
     ``accessed(point, address)`` is called during an access that ``point`` watches.
     """

@@ -1,9 +1,9 @@
 """Packets on the wire: ``$payload#checksum``, acknowledgements, escapes, Ctrl-C ("Overview", "Packet
 Acknowledgment", "Interrupts"), and the parts of a payload.
 
-The sender is not trusted. A packet that is longer than announced is dropped while it arrives, every sequence
-of bytes is a valid sequence of arrivals, and numbers are checked and limited. Replies are never compressed by
-run lengths, which is optional.
+The sender is not trusted. A packet that is longer than announced is dropped while it arrives. Every sequence
+of bytes is a valid sequence of arrivals. Numbers are checked and limited. Replies are never compressed by run
+lengths, which is optional.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ firmware continues. A board that is halted without a visible reason would be wor
 Decision: a new connection becomes the debugger only with its first valid packet. Until then it changes
 nothing: the board neither halts for it nor leaves ``halted``. A connection that does not begin like the
 protocol (a browser's request, a port scanner's greeting) is closed at once, before any of its bytes is taken
-for a packet, because any web page can send to a port of this machine.
+for a packet. Any web page can send to a port of this machine.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ bool bus_store(Chip *chip, uint32_t address, unsigned size, uint32_t value);
 
 /* -- python_registers.c: the cache of Python's registers ------------------------------------------------------- */
 
-#define MAX_KEPT_READS 1024 /* reads; a power of 2, as the next */
+#define MAX_KEPT_READS 1024 /* reads; a power of 2, like the following limit */
 #define FORGOTTEN 4096  /* registers */
 
 typedef struct {

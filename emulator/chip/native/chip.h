@@ -101,7 +101,7 @@ void chip_advance(Chip *chip, int64_t to_ps);
 void chip_settle(Chip *chip);
 /* Return the index of a port's letter. */
 int port_index(char port);
-/* The peripheral at an address; NULL if it is Python's or there is none. */
+/* Return the peripheral at an address; NULL if it is in Python or does not exist. */
 static inline Peripheral *chip_peripheral_at(const Chip *chip, uint32_t address) {
   uint32_t offset = address - PERIPHERALS_BASE;
   if (UNLIKELY(chip->bare)) {

@@ -204,7 +204,7 @@ void fcu_connect_usarts(Chip *chip, const UsartCalls *calls);
 void fcu_usart_wire(Chip *chip, int32_t index, int32_t port, int32_t pin, int32_t function, int32_t baud);
 /* Call sent() with the bytes that it has not received yet. */
 void fcu_usart_hand_over(Chip *chip, int32_t index);
-/* The length of its frames, num / den ps; 0 while it has no bit clock. */
+/* The length of a frame, num / den ps; 0 while it has no bit clock. */
 int32_t fcu_usart_frame(const Chip *chip, int32_t index, int64_t *num, int64_t *den);
 /* The next time when TXE or TC is set. */
 int64_t fcu_usart_next_change(Chip *chip, int32_t index);

@@ -33,7 +33,7 @@ _DIVIDER = 20 / 30  # 10k over 20k (steval_fcu001_v1.h of STSW-FCU001, ST's firm
 
 
 class AdcInputs:
-    """Voltages by channel. ``battery_v`` is the battery's own voltage, one lithium cell by default."""
+    """Voltages by channel. ``battery_v`` is the battery's voltage, by default of one lithium cell."""
 
     def __init__(self, battery_v: float = 3.7, die_degc: float = 30.0) -> None:
         self.battery_v = battery_v

@@ -1,7 +1,7 @@
 """FLASH interface: wait states, caches, the unlock sequences (RM0368 section 3.8).
 
 The virtual board's flash contains the student's file and firmware cannot program it. An attempt to erase or
-program is noted by name and ends with the write protection error WRPERR, so that a HAL call reports the
+program is noted by name and ends with the write protection error WRPERR. A HAL call therefore reports the
 failure.
 
 Wait states cost no time in this model, but too few of them for the clock would crash a real board, which is

@@ -1,8 +1,8 @@
 """The interface of a peripheral: its place in the memory map, registers, clock and reset, and the connections
 that peripherals share: time, trace, interrupt lines, clock tree, pins.
 
-The core sets ``soc.clock.now_ps`` to the exact time of an access before it calls ``read`` or ``write``, and
-fires every event that is due by then. A peripheral therefore computes its state from the time when it is
+The core sets ``soc.clock.now_ps`` to the exact time of an access before it calls ``read`` or ``write``. It
+also fires every event that is due by then. A peripheral therefore computes its state from the time when it is
 read, or schedules an event. An event ends a run of instructions, so use it for actions that may raise an
 interrupt, move a pin or start a DMA transfer.
 

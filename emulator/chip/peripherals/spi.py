@@ -6,9 +6,9 @@ bytes are not cached, if registers are written, or for sequences that no driver 
 Python at the end of each byte.
 
 The board's Bluetooth module is absent: SPI1 (PA5 to PA7), chip select PB0, reset PB2, interrupt PA4. MISO has
-no driver, so ST's stock firmware reads a header that is not 0x02, ends each of its requests by time-out (0.2
-s per request) and reaches its main loop. The interrupt line is low, as of a module without data: high would
-keep HCI_Isr in its loop forever.
+no driver, so ST's stock firmware reads a header that is not 0x02. It ends each request by time-out (0.2 s)
+and reaches its main loop. The interrupt line is low, as of a module without data: high would keep HCI_Isr in
+its loop forever.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """The registers of the chip's peripherals, declared once; each module contains one chapter of a manual.
 
-They define the names in traces, diagnoses and debuggers, ``fcu registers TIM9``, the reset values and masks
-of the peripherals in Python, the C headers of the peripherals in C (``c_headers``) and the chip's rows of the
-fidelity table.
+They define the names in traces, diagnoses and debuggers, the output of ``fcu registers TIM9``, and the reset
+values and masks of the peripherals in Python. The C headers (``c_headers``) and the chip's rows of the
+fidelity table are generated from them.
 """
 
 from __future__ import annotations

@@ -90,7 +90,6 @@ OPERATION(smlal_halves) {
 COMPUTATION(smlald, set_long(core, insn, long_accumulator(core, insn) + (uint64_t)dual(core, insn, false)))
 COMPUTATION(smlsld, set_long(core, insn, long_accumulator(core, insn) + (uint64_t)dual(core, insn, true)))
 
-/* Division by zero gives 0; the caller of core_run() handles CCR.DIV_0_TRP. */
 /* Division by 0 gives 0, or a fault if CCR.DIV_0_TRP is set. */
 #define DEFINE_DIVISION(name, quotient)                                                                  \
   OPERATION(name) {                                                                                      \

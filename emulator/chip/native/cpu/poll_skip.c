@@ -1,9 +1,9 @@
 /* Skipping of poll loops: a loop that polls registers and changes nothing repeats itself until one of them changes.
  *
- * A passage is a read of a register, with the core's state at that read. If core registers and RAM have the same
- * contents as at an earlier passage of the same run, and nothing in between had an effect, the following
- * instructions repeat. The repetition lasts until one of the registers read in the loop may change, or until the end
- * of the run. Up to the earliest of these times whole iterations are counted instead of executed. The result is
+ * A passage is a read of a register, with the core's state at that read. The following instructions repeat under two
+ * conditions: core registers and RAM have the same contents as at an earlier passage of the same run, and nothing in
+ * between had an effect. The repetition lasts until one of the registers read in the loop may change, or until the
+ * end of the run. Up to the earliest of these times whole iterations are counted instead of executed. The result is
  * exact; only the speed depends on it. Instead of a copy of RAM for each passage, a log lists the words that have
  * changed since the first one.
  *

@@ -6,7 +6,7 @@
 #include "cpu/decode_cache.h"
 #include "fcu.h"
 
-#define LONGEST 2000000 /* instructions of a run: some 10 ms of the host's time, and numbers stay small */
+#define LONGEST 2000000 /* instructions of a run: some 10 ms of the host's time, and the numbers stay small */
 #define CHAIN 1000 /* instructions that are executed without a return to the loop; more than a block has */
 #define RESET_PULSE_PS INT64_C(20000000) /* minimum duration of a reset from inside the chip (RM0368 6.1.1) */
 #define THUMB (1u << 24)

@@ -173,7 +173,7 @@ static void syscfg_write(Peripheral *peripheral, uint32_t offset, uint32_t value
   }
 }
 
-/* All lines back to port A. */
+/* Connect all lines to port A. */
 static void syscfg_reset(Peripheral *peripheral) {
   memset(((Syscfg *)peripheral)->registers, 0, sizeof((Syscfg *)peripheral)->registers);
   select_pins(peripheral->chip);

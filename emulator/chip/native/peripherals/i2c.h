@@ -25,7 +25,7 @@ typedef struct {
 typedef struct {
   int32_t (*start)(int64_t now_ps, int32_t address, int64_t start_ps); /* the address byte; enum Answer */
   int32_t (*write)(int64_t now_ps, int32_t value);                    /* returns 1 if it was acknowledged */
-  /* Returns the byte, plus 256 times the number of bytes in chip->read_cache.foreseen. */
+  /* Returns the byte, plus 256 times the number of bytes in chip->read_cache.prefetched. */
   int32_t (*read)(int64_t now_ps);
   void (*stop)(int64_t now_ps, int64_t end_ps); /* the message ended at end_ps */
   void (*abort)(int64_t now_ps);                /* the master releases the bus without a stop */

@@ -46,7 +46,7 @@ typedef struct {
   uint32_t (*read)(Peripheral *peripheral, uint32_t offset, int64_t *until_ps);
   /* Read the word without side effects. */
   uint32_t (*peek)(const Peripheral *peripheral, uint32_t offset);
-  /* Write the bits of mask (bytes or half-words where firmware stores those). value is already masked. */
+  /* Write the bits of mask (of a byte or half-word for such a store). value is already masked. */
   void (*write)(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask);
   /* Restore the state after reset: system reset, or the peripheral's bit in RCC_xxxRSTR. */
   void (*reset)(Peripheral *peripheral);
@@ -74,7 +74,7 @@ struct Peripheral {
 
 /* -- peripherals --------------------------------------------------------------------------------------------- */
 
-/* Put a peripheral into the memory map. offsets: its registers; -1 ends them. */
+/* Add a peripheral to the memory map. offsets: its registers; -1 ends them. */
 void peripheral_create(Chip *chip, Peripheral *peripheral, const PeripheralType *type, uint32_t base, uint32_t size,
                   const int16_t *offsets);
 

@@ -1,14 +1,14 @@
 /* The read cache of sensors' bytes: a master reads them without a call into Python for each byte or message.
  *
- * A Target is one sensor at one bus. For a sub-address Python gives the bytes that follow, the time until which they
- * are valid, and which reads of them are quiet, that is, have no visible side effect (sensors/register_file.py). C
- * keeps them across messages. They need no call as long as they are valid and the sensor's version is the same.
- * Reads that are not quiet are reported to Python before any of its code runs (emulator/chip/targets.py). Until
- * then, following reads are counted with them.
+ * A Target is one sensor at one bus. For a sub-address Python gives the bytes that follow, the end of their
+ * validity, and the quiet reads. A quiet read has no visible side effect (sensors/register_file.py). C keeps them
+ * across messages. They need no call as long as they are valid and the sensor's version is the same. Reads that are
+ * not quiet are reported to Python before any of its code runs (emulator/chip/read_cache.py). Until then, following
+ * reads are counted with them.
  *
  * A master calls target_begin(chip, target, address, 0), then target_read(chip, target, &byte) for each byte, then
- * target_end(). If begin or read returns false, the master reads live: one call into Python for each byte. The reads
- * that Python's side of the bus has not yet received are described by the sub-address in chip->target_position.
+ * target_end(). If begin or read returns false, the master reads live: one call into Python for each byte. Python's
+ * side of the bus does not know the sub-address then; chip->read_cache.positions contains it.
  */
 #ifndef FCU_READ_CACHE_H
 #define FCU_READ_CACHE_H
@@ -42,7 +42,7 @@ typedef struct {
 /* Callbacks into Python. */
 typedef struct {
   /* Prefetch about count bytes from address, or from the sub-address that `skip` bytes from there lead to. Return
-   * their number; the bytes are in chip->prefetched. 0: they must be read live. */
+   * their number; the bytes are in chip->read_cache.prefetched. 0: they must be read live. */
   int32_t (*prefetch)(int64_t now_ps, int32_t target, int32_t address, int32_t skip, int32_t count);
   /* Report the reads in C that Python has not yet received (`unreported`), as before every other callback. */
   void (*settle)(int64_t now_ps);
@@ -56,7 +56,7 @@ typedef struct {
   uint8_t bytes[LINE_BYTES];
 } Prefetched;
 
-/* All targets of a chip; Python reads this struct (targets.py). */
+/* All targets of a chip; Python accesses this struct (read_cache.py). */
 typedef struct {
   uint64_t unreported;         /* bit = target: Python has not yet received a read in C, namely: */
   int64_t reads[TARGETS];      /* address << 8 | count */

@@ -27,13 +27,13 @@
 
 _Static_assert(sizeof TIM_RESETS[0] == sizeof((Tim *)0)->registers, "the registers of a timer");
 
-/* Flags of SR; the enable bits of DIER and the events of EGR have the same places. */
+/* Flags of SR; the enable bits of DIER and the events of EGR have the same positions. */
 #define CC_FLAGS (SR_CC1IF | SR_CC2IF | SR_CC3IF | SR_CC4IF)
 #define COM_TRIGGER (SR_COMIF | SR_TIF)
 #define ALL_FLAGS 0xFFu
 #define CC_DMA (DIER_CC1DE | DIER_CC2DE | DIER_CC3DE | DIER_CC4DE)
 #define ECE_SMS (SMCR_ECE | SMCR_SMS)
-/* CCMRx: of one channel, in the place of channel 1. */
+/* Fields of one channel in CCMRx, at the position of channel 1. */
 #define OCM(settings) FIELD(settings, CCMR1_OC1M)
 #define ICPSC(settings) FIELD(settings, CCMR1_IC1PSC)
 #define CCS(settings) FIELD(settings, CCMR1_CC1S)
@@ -462,7 +462,7 @@ static void skip_cycles(Tim *tim, int64_t ticks) {
   }
 }
 
-/* Bring the counter to now. */
+/* Update the counter to the current time. */
 static inline void catch_up(Tim *tim) {
   int64_t now_ps = tim->peripheral.chip->now_ps;
   move_origin(tim, now_ps);

@@ -1,9 +1,9 @@
 /* USART1, USART2 and USART6 in asynchronous mode (RM0368 section 19; interrupt numbers of table 38).
  *
  * Sending has two stages, the data register and the shift register. A byte may be written as soon as the previous
- * one is in the shift register (TXE), so an uninterrupted sender keeps the line busy without gaps. TXE and TC are
- * computed from the time when SR is read. An event is scheduled only while an interrupt or a DMA request waits for
- * one of them. Sent bytes go to Python in pieces.
+ * one is in the shift register (TXE). An uninterrupted sender therefore keeps the line busy without gaps. TXE and TC
+ * are computed from the time when SR is read. An event is scheduled only while an interrupt or a DMA request waits
+ * for one of them. Sent bytes go to Python in pieces.
  *
  * As on the chip (sections 19.3, 19.6.1): TC is cleared by a read of SR followed by a write of DR, or by writing 0
  * to it; ORE and IDLE by a read of SR that shows them followed by a read of DR. A byte written before the
