@@ -110,8 +110,7 @@ class Frame:
         return kind.value(b"".join(word.to_bytes(4, "little") for word in words[:8]), 0)
 
     def _hidden_result(self) -> int | None:
-        """Return the address for a result that does not fit into registers; R0 contains it at the
-        beginning."""
+        """Return the address for a result that does not fit into registers; R0 contains it at the beginning."""
         kind = self._result
         if not isinstance(kind, Structure | Array) or kind.size <= 4:
             return None
@@ -127,8 +126,7 @@ class Frame:
         return self.sp
 
     def _value(self, name: str, parameter: Any, argument: Any) -> tuple[CType, bytes]:
-        """Return the bytes to pass; if a pointer's argument is not an address, its target is put on the
-        stack."""
+        """Return the bytes to pass; if a pointer's argument is not an address, its target is put on the stack."""
         kind = parameter.type
         if parameter.points_to is not None and not isinstance(argument, int):
             return kind, self._pointed(name, parameter.points_to(), argument).to_bytes(4, "little")

@@ -61,8 +61,7 @@ class SystemPeripherals:
 
 
 class Chip:
-    """The chip with its firmware, at power-on: ``core``, with the peripherals in C, and the peripherals in
-    Python."""
+    """The chip with its firmware, at power-on: ``core``, with the peripherals in C, and the peripherals in Python."""
 
     def __init__(
         self,

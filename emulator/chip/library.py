@@ -302,8 +302,7 @@ class FcuChip:
         return count
 
     def close(self) -> None:
-        """Free C's memory now, without waiting for the garbage collector; the object must not be used
-        afterwards."""
+        """Free C's memory now, without waiting for the garbage collector; the object must not be used afterwards."""
         nothing = memoryview(b"")
         self.flash = self.ram = self.system_memory = self.shared = nothing
         self._memories = ()
@@ -445,8 +444,7 @@ class FcuChip:
         self.shared[3] = 1
 
     def callback(self, kind: Any, function: Callable[..., Any]) -> Any:
-        """Return ``function(...)`` for calls from C, with the time as first argument, which becomes the
-        clock's.
+        """Return ``function(...)`` for calls from C, with the time as first argument, which becomes the clock's.
 
         It never raises into C. C keeps no reference; this object does.
         """
@@ -544,8 +542,7 @@ class NativePeripheral(Peripheral):
         return value
 
     def pure_read(self, offset: int) -> bool:
-        """Return whether a read of ``offset`` has no side effect and its value does not change
-        continuously."""
+        """Return whether a read of ``offset`` has no side effect and its value does not change continuously."""
         return bool(self._chip.library.fcu_is_pure(self._chip.handle, self.index, offset))
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:

@@ -1,5 +1,4 @@
-"""The read cache of sensors' bytes in C (emulator/chip/native/peripherals/read_cache.h), and its interface in
-Python.
+"""The read cache of sensors' bytes in C (emulator/chip/native/peripherals/read_cache.h), and its interface in Python.
 
 C requests the bytes from a sub-address, and keeps them as long as they are valid. Reads with side effects in
 the sensor (data-ready is cleared) are reported to it before any Python code runs that could see a difference:
@@ -45,8 +44,7 @@ class KeepingTarget(Protocol):
         ...
 
     def prefetch(self, address: int, count: int, now_ps: int, /) -> tuple[bytes, int, int]:
-        """Return the bytes, the end of their validity (ps), and how many of them can be read without side
-        effects."""
+        """Return the bytes, the end of their validity (ps), and how many of them can be read without side effects."""
         ...
 
     def consumed(self, address: int, count: int, /) -> None:
@@ -79,8 +77,7 @@ class CachingChip(Protocol):
 
 
 class Targets:
-    """All targets of a chip. ``unreported[0]`` is 0 unless reads must be reported to a sensor
-    (:meth:`settle`)."""
+    """All targets of a chip. ``unreported[0]`` is 0 unless reads must be reported to a sensor (:meth:`settle`)."""
 
     def __init__(self, chip: CachingChip) -> None:
         self._chip = chip

@@ -141,8 +141,7 @@ _CAUSES = {
 
 @dataclass(frozen=True)
 class WorkerExit:
-    """The end of a worker. ``code``: its exit code, None if it died; ``cause``: the cause of death, else
-    ""."""
+    """The end of a worker. ``code``: its exit code, None if it died; ``cause``: the cause of death, else ""."""
 
     code: int | None
     cause: str
@@ -192,8 +191,7 @@ def _cause(status: int, limits: WorkerLimits) -> str:
 
 
 def _lifeline() -> tuple[int | None, int | None]:
-    """Create the pipe that the worker waits on; its ends are never standard streams, even if those are
-    closed."""
+    """Create the pipe that the worker waits on; its ends are never standard streams, even if those are closed."""
     read: int | None = None
     write: int | None = None
     if sys.platform != "win32":
@@ -208,8 +206,7 @@ def _lifeline() -> tuple[int | None, int | None]:
 
 @contextmanager
 def _passed_on(asked: list[int]) -> Iterator[list[subprocess.Popen[bytes]]]:
-    """Record requests to end in this context and pass them on to the process in the list; a second one kills
-    it.
+    """Record requests to end in this context and pass them on to the process in the list; a second one kills it.
 
     Windows sends Ctrl-C to the worker itself, and cannot pass on other requests gently. Ignored signals stay
     ignored, as in the worker.

@@ -1,5 +1,4 @@
-"""The interface of all byte links, and their common parts: the other end of the virtual UART, as the board
-sees it.
+"""The interface of all byte links, and their common parts: the other end of the virtual UART, as the board sees it.
 
 Decision: a link is a pair of calls that never block, which the runner polls every 10 to 20 ms of wall time. A
 callback per received byte from the link's thread was rejected: the board would need locks, and a run would

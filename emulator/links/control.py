@@ -211,8 +211,7 @@ def running_boards() -> list[RunningBoard]:
 
 
 def the_running_board(wanted: str | None = None) -> RunningBoard:
-    """Return the running board, or of several the one with the process id ``wanted``. Raises InputError
-    otherwise."""
+    """Return the running board, or of several the one with the process id ``wanted``. Raises InputError otherwise."""
     boards = running_boards()
     if wanted is not None:
         boards = [one for one in boards if str(one.process) == wanted]
@@ -240,8 +239,7 @@ def _age(file: Path) -> float:
 
 
 def _read(file: Path) -> RunningBoard:
-    """Return the board of a file. Raises OSError, or ValueError for a file that was not written by a
-    board."""
+    """Return the board of a file. Raises OSError, or ValueError for a file that was not written by a board."""
     known = _parsed(read_own_file(file, _LARGEST_FILE))
     port, token, process, name, serial = (known.get(one.name) for one in fields(RunningBoard))
     if not (

@@ -18,8 +18,7 @@ EVERY_S = 10.0
 
 
 class LimitedLines:
-    """Passes lines to ``say``, escaped and limited in rate; the next line contains the number of omitted
-    lines.
+    """Passes lines to ``say``, escaped and limited in rate; the next line contains the number of omitted lines.
 
     Not thread-safe: each server has one, and uses it in its thread.
     """

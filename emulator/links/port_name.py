@@ -108,8 +108,7 @@ def _lock_path(path: Path) -> Path:
 
 
 def _lock(path: Path) -> int | None:
-    """Create the lock file ``path`` and return its locked descriptor; None if another board holds the
-    lock."""
+    """Create the lock file ``path`` and return its locked descriptor; None if another board holds the lock."""
     while True:
         flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
         lock_fd = os.open(path, flags, 0o600)

@@ -1,5 +1,4 @@
-"""The run loop of the command line: the board in slices, paced by the wall clock, with its links served in
-between.
+"""The run loop of the command line: the board in slices, paced by the wall clock, with its links served in between.
 
 Wall time exists only here and in the links. Input from a link reaches the board between two slices. Apart
 from input, the output does not depend on the slices, so a paced run and one at full speed give the same

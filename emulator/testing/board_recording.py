@@ -58,8 +58,7 @@ _AT_POWER_ON: Mapping[str, Callable[[Mapping[str, Any]], dict[str, object]]] = {
 
 
 class BoardRecording:
-    """Records ``board`` from now on, its power-on; ``cold``: whether its sensors were also powered on
-    then."""
+    """Records ``board`` from now on, its power-on; ``cold``: whether its sensors were also powered on then."""
 
     def __init__(self, board: Board, cold: bool = False) -> None:
         self._board = board

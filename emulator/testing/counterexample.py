@@ -21,8 +21,7 @@ from fcu_emulator.emulator.testing.lab3 import Compiled, lab3_properties
 
 
 def counterexample(firmware: str, law: str, examples: int) -> str | None:
-    """Return the violation of the property ``test_<law>`` of ``lab3_properties``, in one line; None if it
-    holds.
+    """Return the violation of the property ``test_<law>`` of ``lab3_properties``, in one line; None if it holds.
 
     Raises NotJudgedError for a firmware without the function, CallError if the call fails.
     """
@@ -67,8 +66,7 @@ def _failure(laws: Any, law: str) -> Exception | None:
 
 @contextmanager
 def _nothing_stored() -> Iterator[None]:
-    """Prevent Hypothesis from creating a folder in the student's project: it stores tables even without a
-    database."""
+    """Prevent Hypothesis from creating a folder in the student's project: it stores tables even without a database."""
     before = vars(configuration).get("__hypothesis_home_directory")
     with TemporaryDirectory(prefix="fcu-hypothesis-") as folder:
         configuration.set_hypothesis_home_dir(folder)

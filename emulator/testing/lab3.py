@@ -68,8 +68,7 @@ from fcu_emulator.firmware_model.sensor_data import AxesRaw_TypeDef
 _Method = TypeVar("_Method", bound=Callable[..., None])
 
 ANGLE_TOLERANCE_DEG = 0.01
-"""Difference between an angle in single precision and the one computed here in double, from the same
-integers."""
+"""Difference between an angle in single precision and the one computed here in double, from the same integers."""
 _LEAST_HORIZONTAL_MGAUSS = 50.0
 _STARTED_S = 0.1
 
@@ -349,8 +348,7 @@ class _Properties:
 
     @_of(hard_irons(), st.integers(100, 600), st.permutations(range(6)))
     def test_calibration_finds_any_offset(self, offset: Vector, field: int, order: list[int]) -> None:
-        """After each axis has pointed along the field both ways, offsets are removed except for C's
-        rounding."""
+        """After each axis has pointed along the field both ways, offsets are removed except for C's rounding."""
         self._require("calibration")
         ends = [_axis(axis, sign * field) for axis in range(3) for sign in (1, -1)]
         turned = [_plus(ends[index], offset) for index in order]
@@ -429,8 +427,7 @@ class _Properties:
 
 
 def replay(pose: Pose) -> str:
-    """Return a scenario in which the board takes the pose, its compass calibrated, and its angles are
-    expected.
+    """Return a scenario in which the board takes the pose, its compass calibrated, and its angles are expected.
 
     Roll and yaw are compared with the truth only where the lab's formulas are exact.
     """
@@ -441,8 +438,7 @@ def replay(pose: Pose) -> str:
 
 
 def _inclination(acc: Vector, axis: int) -> float | None:
-    """Return the angle of an axis to the horizontal plane, positive for X down, and for Y up; None without
-    gravity."""
+    """Return the angle of an axis to the horizontal plane, positive for X down, and for Y up; None without gravity."""
     length = math.sqrt(sum(component * component for component in acc))
     if length == 0:
         return None

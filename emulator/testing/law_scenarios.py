@@ -50,8 +50,7 @@ def angle_tolerance_deg(name: str, error_deg: float) -> float:
 def pose_scenario(
     pose: Pose, expected_deg: Mapping[str, tuple[float, float]], *, gravity: float = 1, field: float = 1
 ) -> str:
-    """Return a scenario: calibrate the compass and take the pose; ``expected_deg``: value and tolerance by
-    field.
+    """Return a scenario: calibrate the compass and take the pose; ``expected_deg``: value and tolerance by field.
 
     ``gravity`` and ``field``: multiples of the usual specific force and the usual magnetic field.
     """
@@ -134,8 +133,7 @@ def calibration_scenario(offset: Vector, field_mgauss: int, order: Sequence[int]
 def altitude_scenario(
     zero_hpa: float, press_hpa: float, temperature_degc: float, altitude_m: float, error_m: float
 ) -> str:
-    """Return a scenario with one pressure at the floor and later another one; it expects the altitude of the
-    law."""
+    """Return a scenario with one pressure at the floor and later another one; it expects the altitude of the law."""
     tolerance = least_m(zero_hpa, press_hpa, temperature_degc, altitude_m)
     if math.isfinite(error_m):
         tolerance = max(error_m / 2, tolerance)

@@ -142,8 +142,7 @@ def hard_irons(most_mgauss: int = 500) -> st.SearchStrategy[Vector]:
 
 
 def soft_irons(most: float = 0.2) -> st.SearchStrategy[tuple[tuple[float, ...], ...]]:
-    """Return symmetric matrices that distort the field: the unit matrix, each element changed by up to
-    ``most``."""
+    """Return symmetric matrices that distort the field: the unit matrix, each element changed by up to ``most``."""
     six = st.tuples(*[st.floats(-most, most).map(lambda number: round(number, 3) + 0.0)] * 6)
     return six.map(lambda s: ((1 + s[0], s[1], s[2]), (s[1], 1 + s[3], s[4]), (s[2], s[4], 1 + s[5])))
 
@@ -156,8 +155,7 @@ def zero_vectors() -> st.SearchStrategy[tuple[Vector, Vector]]:
 
 
 class GeneratedMotion:
-    """A generated motion of the board: ``scenario`` is for ``Board(firmware, scenario=...)``, ``text`` its
-    file."""
+    """A generated motion of the board: ``scenario`` is for ``Board(firmware, scenario=...)``, ``text`` its file."""
 
     def __init__(self, scenario: Scenario, text: str) -> None:
         self.scenario = scenario

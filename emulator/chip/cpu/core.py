@@ -1,5 +1,4 @@
-"""The Cortex-M4 and the peripherals around it: firmware in flash, time, interrupts, the functions for
-debuggers.
+"""The Cortex-M4 and the peripherals around it: firmware in flash, time, interrupts, the functions for debuggers.
 
 The running parts are in C (emulator/chip/native). This is their interface in Python, and it connects the
 peripherals that are written in Python::
@@ -285,8 +284,8 @@ class Core(FcuChip):
     # -- registers of peripherals, for debuggers, diagnoses and DMA -------------------------------------------
 
     def find(self, address: int) -> tuple[Peripheral, int] | None:
-        """Return the peripheral at an address, and the register's offset in it; None for addresses of other
-        kinds."""
+        """Return the peripheral at an address, and the register's offset in it; None outside of the
+        peripherals' ranges."""
         peripheral: Peripheral | None
         index = self.library.fcu_peripheral_at(self.handle, address)
         peripheral = self.peripheral_by_index(index) if index >= 0 else self.python.find(address)
@@ -309,8 +308,7 @@ class Core(FcuChip):
         return bool(stored)
 
     def read(self, address: int, size: int) -> bytes | None:
-        """Read as DMA does, through the bus matrix: memory, or a register with side effects; None is a bus
-        error."""
+        """Read as DMA does, through the bus matrix: memory, or a register with side effects; None is a bus error."""
         value = ctypes.c_uint32()
         loaded = self.library.fcu_load(self.handle, address, size, ctypes.byref(value))
         return value.value.to_bytes(size, "little") if loaded else None

@@ -28,8 +28,7 @@ class Engine(Protocol):
 
 
 class CoreRegisters:
-    """Some registers, read and written in one call; ``words`` contains their values, in the order of
-    ``names``."""
+    """Some registers, read and written in one call; ``words`` contains their values, in the order of ``names``."""
 
     def __init__(self, engine: Engine, names: Sequence[str]) -> None:
         self.names = tuple(names)

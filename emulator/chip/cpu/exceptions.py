@@ -40,8 +40,7 @@ VECTTBL, FORCED, DEBUGEVT = masks(scb.HFSR.VECTTBL, scb.HFSR.FORCED, scb.HFSR.DE
 
 @dataclass(frozen=True, slots=True)
 class CoreFault:
-    """``status`` contains its bits in CFSR, ``hard`` those in HFSR; ``address`` goes to BFAR if it is
-    known."""
+    """``status`` contains its bits in CFSR, ``hard`` those in HFSR; ``address`` goes to BFAR if it is known."""
 
     exception: int
     status: int = 0

@@ -51,8 +51,7 @@ class FaultRecord:
 
     @property
     def lr(self) -> int:
-        """The link register: the return address of the function, unless it has called another function
-        since."""
+        """The link register: the return address of the function, unless it has called another function since."""
         return self.registers[_LR]
 
     @property

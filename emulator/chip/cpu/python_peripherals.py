@@ -1,5 +1,4 @@
-"""The peripherals of the chip that are written in Python, and addresses without a peripheral, for calls from
-C.
+"""The peripherals of the chip that are written in Python, and addresses without a peripheral, for calls from C.
 
 C contains the peripherals that firmware accesses continuously. The rare ones (RCC, PWR, FLASH, ADC, RTC, CRC,
 watchdogs, DBGMCU) are here, behind one callback for reads and one for writes. The same callbacks serve
@@ -26,8 +25,7 @@ NOTHING_PS, SILENT_PAGE_PS = -2, -3
 
 
 class Absent(Peripheral):
-    """A peripheral of the chip that is not modelled, or (named "reserved") an address where the chip has
-    none."""
+    """A peripheral of the chip that is not modelled, or (named "reserved") an address where the chip has none."""
 
     def __init__(self, soc: Soc, name: str, base: int, size: int) -> None:
         super().__init__(soc, name, base, size)
@@ -110,7 +108,7 @@ class PythonPeripherals:
         self._reserved = [Absent(soc, "reserved", base, size) for base, size in _RANGES]
 
     def find(self, address: int) -> Peripheral | None:
-        """Return the peripheral there; None for addresses of other kinds."""
+        """Return the peripheral there; None for an address outside of the peripherals' ranges."""
         peripheral = self._pages.get(address >> PAGE_SHIFT)
         if peripheral is not None:
             return peripheral
@@ -149,8 +147,7 @@ class PythonPeripherals:
         return _validity(peripheral, ALREADY_PS)
 
     def peek(self, address: int) -> int | None:
-        """Return the word there without side effects, with or without clock; None for addresses of other
-        kinds."""
+        """Return the word there without side effects, with or without clock; None outside of the peripherals' ranges."""
         peripheral = self.find(address)
         if peripheral is None:
             return None

@@ -45,8 +45,7 @@ class Places:
         return found.name if found else ""
 
     def place(self, address: int) -> str:
-        """Return ``main(), main.c:42``; without line numbers ``main() + 0x1C``; without symbols the
-        address."""
+        """Return ``main(), main.c:42``; without line numbers ``main() + 0x1C``; without symbols the address."""
         function = self.function(address)
         line = self._symbols.line_at(address) if self._symbols else None
         if function is None:
@@ -70,8 +69,7 @@ class Places:
         return None
 
     def end_of_variables(self) -> int | None:
-        """Return the end of ``.bss``, where heap and stack may begin, by the linker script's usual
-        symbols."""
+        """Return the end of ``.bss``, where heap and stack may begin, by the linker script's usual symbols."""
         return self.address_of("_end", "end", "_ebss", "__bss_end__")
 
     def call_of(self, names: Container[str], start: int, code: ReadCode) -> tuple[int, str] | None:
@@ -143,9 +141,7 @@ _MOST_CALLS = 12
 
 
 class Call(NamedTuple):
-    """``address`` is the current instruction, for a caller the BL. ``times``: the number of nested calls like
-    this.
-    """
+    """``address`` is the current instruction, for a caller the BL. ``times``: the number of nested calls like this."""
 
     address: int
     interrupted: bool = False

@@ -181,8 +181,7 @@ _WAITING = {
 
 
 def slow_callback(chip: Chip, places: Places) -> Diagnosis | None:
-    """Report the first timer that loses more than a tenth of its ticks, or loses some because of a waiting
-    call.
+    """Report the first timer that loses more than a tenth of its ticks, or loses some because of a waiting call.
 
     The duration of its callback is not measured, but computed from the counts of ticks. While the handler
     takes longer than the period, it is entered again as soon as it has returned. It therefore takes the

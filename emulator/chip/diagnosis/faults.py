@@ -289,8 +289,7 @@ def _report(
 
 
 def _from_program(calls: Sequence[Call], callers: Sequence[str], places: Places) -> str:
-    """Return the first caller in the file of main(), for a fault in another file or in a library without
-    lines."""
+    """Return the first caller in the file of main(), for a fault in another file or in a library without lines."""
     start = places.address_of("main")
     own = places.file(start) if start is not None else ""
     if not own or places.file(calls[0].address) == own:

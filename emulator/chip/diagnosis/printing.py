@@ -84,8 +84,7 @@ class PrintedLines:
                 at = segment.data.find(wanted, at + 1)
 
     def _loads(self, start: int, literal: int) -> Iterator[int]:
-        """Return the instructions after ``start`` that load the word at ``literal`` relative to the PC
-        (A7.7.44)."""
+        """Return the instructions after ``start`` that load the word at ``literal`` relative to the PC (A7.7.44)."""
         address = start
         while address < literal:
             code = self._code(address)

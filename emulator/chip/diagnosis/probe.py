@@ -39,8 +39,7 @@ class Loop:
 
 
 class Probe:
-    """A copy of ``core`` in its present state, for one question: a live board asks for hours, and a copy is
-    large."""
+    """A copy of ``core`` in its present state, for one question: a live board asks for hours, and a copy is large."""
 
     def __init__(self, core: Core) -> None:
         self._core = core

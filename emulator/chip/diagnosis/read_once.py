@@ -24,8 +24,7 @@ _OTHER_VALUES = (0, 1, 0xFFFF_FFFF, 0x7FFF_FFFF, 0x8000_0000)
 
 
 def read_once(core: Core, places: Places, loop: frozenset[int]) -> Cause | None:
-    """Return why the loop at these addresses was entered, if a variable that has changed since is the
-    reason."""
+    """Return why the loop at these addresses was entered, if a variable that has changed since is the reason."""
     condition = _Condition(core, max(loop))
     starts = _instructions(core, places, min(loop))
     seen = (condition.decided_by(start) for start in starts)
@@ -46,8 +45,7 @@ def read_once(core: Core, places: Places, loop: frozenset[int]) -> Cause | None:
 
 
 def _instructions(core: Core, places: Places, begin: int) -> Iterator[int]:
-    """Return the addresses of instructions of the same function shortly before ``begin``, the farthest
-    first."""
+    """Return the addresses of instructions of the same function shortly before ``begin``, the farthest first."""
     function = places.function(begin)
     address = function.start if function is not None else begin - _FARTHEST
     while address < begin:
@@ -90,8 +88,7 @@ class _Condition:
         self._at = 0
 
     def decided_by(self, start: int) -> _Variable | None:
-        """Return the variable that decides, from ``start``, if the loop is left; with its present value it
-        is."""
+        """Return the variable that decides, from ``start``, if the loop is left; with its present value it is."""
         if self._stays(start) is not False:
             return None
         address, size, load = self._loads[0]
@@ -102,8 +99,7 @@ class _Condition:
         return None
 
     def _stays(self, start: int, other: tuple[int, bytes] | None = None) -> bool | None:
-        """Return whether execution from ``start`` stays in the loop; None if it does more than decide
-        that."""
+        """Return whether execution from ``start`` stays in the loop; None if it does more than decide that."""
         copy = self._copy
         copy.ram[:] = self._ram
         if other is not None:

@@ -50,8 +50,7 @@ def serve(board: DebuggedBoard, port: int, halted: bool = False) -> GdbServer:
 
 
 def where(firmware: ArmFirmware) -> str:
-    """Return the next instruction as address, function and source line, as far as the firmware's file has
-    them."""
+    """Return the next instruction as address, function and source line, as far as the firmware's file has them."""
     core = firmware.chip.core
     address = core.pc
     known = firmware.image.symbols
@@ -152,8 +151,7 @@ class Monitor:
         return "".join(f"{line}\n" for line in lines or [f"{peripheral.name} is not modelled"])
 
     def _reset_chip(self, arguments: list[str]) -> str:
-        """Reset the chip; ``reset halt`` and ``reset init`` are other servers' names: here a reset always
-        halts."""
+        """Reset the chip; ``reset halt`` and ``reset init`` are other servers' names: here a reset always halts."""
         del arguments
         self._reset()
         return "the chip has been reset and is halted\n"

@@ -37,8 +37,7 @@ _WATCHED = {
     PointKind.ACCESS: (False, True),
 }
 _Range = tuple[Point, int, int, int]
-"""A watchpoint, its first address, the address after its last one, and the bytes there per byte of the
-point."""
+"""A watchpoint, its first address, the address after its last one, and the bytes there per byte of the point."""
 
 
 class Points:

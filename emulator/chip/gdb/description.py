@@ -1,5 +1,4 @@
-"""The description of the board for the debugger: registers and memory ("Target Descriptions", "Memory Map
-Format").
+"""The description of the board for the debugger: registers and memory ("Target Descriptions", "Memory Map Format").
 
 The registers are those of an ARMv7-M core with single-precision floating point (GDB manual, "ARM Features":
 m-profile, vfp, m-system). Their order here is their number in packets.

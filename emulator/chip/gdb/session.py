@@ -1,5 +1,4 @@
-"""One debugger's session: every packet gets its answer ("Packets", "General Query Packets", "Stop Reply
-Packets").
+"""One debugger's session: every packet gets its answer ("Packets", "General Query Packets", "Stop Reply Packets").
 
 The answer is E01 for a malformed packet, E02 for an impossible request, and the empty packet for an
 unsupported one. No packet raises an exception here. There is one thread, number 1: the core. The whole chip
@@ -79,8 +78,7 @@ class StatePackets:
         return OK if not data or self._target.write_memory(address, data) else REFUSED
 
     def flash(self, text: bytes) -> bytes:
-        """Answer the packets with which GDB's ``load`` writes the flash, without the "v"; b"" for all other
-        packets.
+        """Answer the packets with which GDB's ``load`` writes the flash, without the "v"; b"" for all other packets.
 
         It erases the sectors of the memory map.
         """

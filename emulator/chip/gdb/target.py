@@ -18,8 +18,7 @@ class PointKind(Enum):
 
     @property
     def is_break(self) -> bool:
-        """Whether it is a breakpoint; both kinds are the same here: neither changes memory, and neither is
-        limited."""
+        """Whether it is a breakpoint; both kinds are the same here: neither changes memory, and neither is limited."""
         return self in {PointKind.SOFTWARE_BREAK, PointKind.HARDWARE_BREAK}
 
 

@@ -1,5 +1,4 @@
-"""Conversion of Python's values to bytes of a C type: the reverse of
-:mod:`fcu_emulator.emulator.chip.image.c_types`.
+"""Conversion of Python's values to bytes of a C type: the reverse of :mod:`fcu_emulator.emulator.chip.image.c_types`.
 
 A value that cannot be stored causes an InputError that names the member, for example ``acc.AXIS_X``. Integers
 are never cut and never wrap: a value that does not fit is a mistake in a test, not arithmetic of C.
@@ -77,8 +76,7 @@ def alignment(kind: CType) -> int:
 
 
 def floats_of(kind: CType) -> tuple[int, int]:
-    """Return (size, count) of the numbers in a homogeneous floating-point aggregate, or of one number; else
-    (0, 0).
+    """Return (size, count) of the numbers in a homogeneous floating-point aggregate, or of one number; else (0, 0).
 
     IHI 0042, 4.3.5: at most four of the same type, without other members.
     """

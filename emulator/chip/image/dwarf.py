@@ -228,8 +228,7 @@ class DebugEntry:
         return value if isinstance(value, int) else None
 
     def block(self, attribute: int) -> bytes | None:
-        """Return the value of an attribute that is a block or an expression; None if it is absent or of
-        another kind."""
+        """Return the value of an attribute that is a block or an expression; None if it is absent or of another kind."""
         value = self.values.get(attribute, (0, None))[1]
         return value if isinstance(value, bytes) else None
 

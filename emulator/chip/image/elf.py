@@ -231,8 +231,7 @@ class Sections:
         return b"" if header is None else self._unpack_old(self._contents(header, old_style), old_style)
 
     def linked(self, name: str) -> bytes:
-        """Return the contents of the section that section ``name`` links to: the strings of a symbol
-        table."""
+        """Return the contents of the section that section ``name`` links to: the strings of a symbol table."""
         header = self._by_name[name.encode()]
         if header.link >= len(self._headers):
             raise DebugInfoError(f"{name} links to section {header.link}, which does not exist")
@@ -284,8 +283,7 @@ class Sections:
 
 
 def string_at(strings: bytes, offset: int, longest: int) -> bytes:
-    """Return the zero-terminated string at ``offset``, cut after ``longest`` bytes; empty outside the
-    table."""
+    """Return the zero-terminated string at ``offset``, cut after ``longest`` bytes; empty outside the table."""
     end = strings.find(b"\0", offset, offset + longest)
     return strings[offset : end if end >= 0 else offset + longest]
 

@@ -106,8 +106,7 @@ class Functions:
         raise DebugInfoError("its entry refers to itself")
 
     def _pointer(self, entry: DebugEntry) -> DebugEntry | None:
-        """Return the pointer type of an entry, without typedefs and qualifiers; None if it is not a
-        pointer."""
+        """Return the pointer type of an entry, without typedefs and qualifiers; None if it is not a pointer."""
         for _ in range(_LONGEST_CHAIN):
             target = self._info.referred(entry, AT_TYPE)
             if target is None or target.tag == _POINTER:

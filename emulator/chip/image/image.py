@@ -77,8 +77,7 @@ def checked(
 
 
 def _check_reset(file: str, vector: int, segments: tuple[Segment, ...]) -> None:
-    """Check that the vector is odd: a Cortex-M executes only Thumb, and an even one faults (ARMv7-M ARM
-    B1.5.3)."""
+    """Check that the vector is odd: a Cortex-M executes only Thumb, and an even one faults (ARMv7-M ARM B1.5.3)."""
     start = vector & ~1
     if not FLASH_MEMORY.holds(start, start + 2):
         raise FirmwareFileError(

@@ -34,8 +34,7 @@ def looks_like_hex(data: bytes) -> bool:
 
 
 def read_hex(file: str, data: bytes) -> tuple[Segment, ...]:
-    """Return the contents by rising address; any line ending. Raises FirmwareFileError, which names the
-    line."""
+    """Return the contents by rising address; any line ending. Raises FirmwareFileError, which names the line."""
     if len(data) > _LONGEST_FILE:
         raise FirmwareFileError(
             file, f"is {len(data)} bytes long; Intel HEX for this board has {_LONGEST_FILE} at most"

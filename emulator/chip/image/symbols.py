@@ -83,8 +83,7 @@ class SymbolTable:
         self._starts = list(best)
 
     def function_at(self, address: int) -> FunctionAt | None:
-        """Return the function that contains ``address``; bit 0, the Thumb bit of a code address, is
-        ignored."""
+        """Return the function that contains ``address``; bit 0, the Thumb bit of a code address, is ignored."""
         address &= ~1
         index = bisect_right(self._starts, address) - 1
         if index < 0:
@@ -158,8 +157,7 @@ class SymbolTable:
 
 
 def _source_name(name: str) -> str:
-    """Return the name in the source: GCC adds characters that C forbids to clones, parts and statics of
-    functions."""
+    """Return the name in the source: GCC adds characters that C forbids to clones, parts and statics of functions."""
     return name.partition(".")[0] or name
 
 

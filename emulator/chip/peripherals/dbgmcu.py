@@ -28,8 +28,7 @@ class Dbgmcu(Peripheral, declared=DECLARED["DBGMCU"]):
 
 
 def system_memory(board: int = 0) -> bytes:
-    """Return the 48 bytes from ``SYSTEM_MEMORY``: unique id of board ``board``, flash size, ADC
-    calibration."""
+    """Return the 48 bytes from ``SYSTEM_MEMORY``: unique id of board ``board``, flash size, ADC calibration."""
     memory = bytearray(b"\xff" * 0x30)
     # the id of a real chip: wafer coordinates, never 0; wafer number; lot number in ASCII (24.1)
     coordinates = _FIRST_COORDINATES + board & 0xFFFF_FFFF

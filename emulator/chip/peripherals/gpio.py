@@ -1,5 +1,4 @@
-"""The pins of a chip in C, connected to the board's pins in
-:class:`fcu_emulator.emulator.buses.gpio.Gpio`."""
+"""The pins of a chip in C, connected to the board's pins in :class:`fcu_emulator.emulator.buses.gpio.Gpio`."""
 
 from __future__ import annotations
 
@@ -59,8 +58,7 @@ class ConnectedPins:
         trace.add_kept(kept, lost.value)
 
     def side(self, port: str, pin: int) -> tuple[int | None, int | None, int | None]:
-        """Return the level of the output stage, of the pull resistor, and the alternate function; None for
-        none."""
+        """Return the level of the output stage, of the pull resistor, and the alternate function; None for none."""
         where = self._handle, PORTS.index(port), pin
         library = self._library
         return (

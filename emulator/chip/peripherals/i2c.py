@@ -1,5 +1,4 @@
-"""The bus of an I2C peripheral in C (emulator/chip/native/peripherals/i2c.c): a byte on the wire, at its
-time.
+"""The bus of an I2C peripheral in C (emulator/chip/native/peripherals/i2c.c): a byte on the wire, at its time.
 
 Messages that C handles alone, from the read cache, are fetched here only when needed: for a message that
 continues in another way, for a recording, for a diagnosis.

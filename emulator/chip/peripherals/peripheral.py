@@ -161,8 +161,7 @@ class Peripheral:
         self.base = base
         self.size = size
         self.clocked = True
-        """Set by RCC: a peripheral without clock reads as 0 and ignores writes; the core reports such
-        accesses."""
+        """Set by RCC: a peripheral without clock reads as 0 and ignores writes; the core reports such accesses."""
         self.registers = dict(self.REGISTERS)
         self._noted: set[tuple[str, str]] = set()
 
@@ -212,8 +211,7 @@ class Peripheral:
         return True
 
     def read_with_validity(self, offset: int) -> tuple[int, int]:
-        """Return ``read``, and the end of the value's validity without further accesses and events of the
-        clock.
+        """Return ``read``, and the end of the value's validity without further accesses and events of the clock.
 
         That is ``ALREADY_PS`` if the read has a side effect. Frequently polled peripherals override this with
         one step.

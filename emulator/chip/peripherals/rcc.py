@@ -1,5 +1,4 @@
-"""RCC: oscillators, PLL, clock selection, gates and resets of the other peripherals, reset flags (RM0368
-section 6).
+"""RCC: oscillators, PLL, clock selection, gates and resets of the other peripherals, reset flags (RM0368 section 6).
 
 An oscillator is ready its typical start-up time after it was switched on (STM32F401xB/C datasheet, tables of
 the oscillators' characteristics). Firmware that does not wait for a ready flag therefore fails here as on the
@@ -107,8 +106,7 @@ class Frequencies:
 
 @lru_cache(maxsize=_SETTINGS)
 def frequencies(sysclk_hz: int, cfgr: int, *, timpre: bool = False) -> Frequencies:
-    """Return the clocks that RCC_CFGR's prescalers derive from SYSCLK; ``timpre`` is RCC_DCKCFGR.TIMPRE
-    (6.3.23)."""
+    """Return the clocks that RCC_CFGR's prescalers derive from SYSCLK; ``timpre`` is RCC_DCKCFGR.TIMPRE (6.3.23)."""
     hclk_hz = sysclk_hz >> _AHB_SHIFT[rcc.CFGR.HPRE.get(cfgr)]
     shift1, shift2 = _APB_SHIFT[rcc.CFGR.PPRE1.get(cfgr)], _APB_SHIFT[rcc.CFGR.PPRE2.get(cfgr)]
     return Frequencies(
@@ -220,8 +218,7 @@ class GatedChip(Protocol):
 
 
 class _Controlled:
-    """The peripherals that the bits of one register gate or reset: those in C by their index, and those in
-    Python."""
+    """The peripherals that the bits of one register gate or reset: those in C by their index, and those in Python."""
 
     def __init__(self, names: Mapping[int, str], peripherals: Mapping[str, Peripheral]) -> None:
         known = [(bit, peripherals[name]) for bit, name in names.items() if name in peripherals]
@@ -232,8 +229,7 @@ class _Controlled:
         self._latest: dict[int, tuple[int, tuple[tuple[int, Peripheral], ...]]] = {}
 
     def of(self, bits: int) -> tuple[int, tuple[tuple[int, Peripheral], ...]]:
-        """Return the peripherals of these bits: those in C (bit = index), and those in Python with their
-        bits."""
+        """Return the peripherals of these bits: those in C (bit = index), and those in Python with their bits."""
         found = self._latest.get(bits)
         if found is None:
             if len(self._latest) >= _SETTINGS:

@@ -148,8 +148,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
     # -- calendar ---------------------------------------------------------------------------------------
 
     def _initialise(self, wanted: bool) -> None:
-        """Set INIT, which stops the calendar for writes of TR, DR and PRER, or clear it and start at the new
-        time."""
+        """Set INIT, which stops the calendar for writes of TR, DR and PRER, or clear it and start at the new time."""
         running = not self.registers[ISR] & _INITF
         if wanted and running:
             shown = {offset: self.peek(offset) for offset in (TR, DR)}

@@ -137,8 +137,7 @@ class SpiWire:
         bus.is_enabled = False
 
     def take_kept(self) -> None:
-        """Pass the messages that the chip has answered alone, and bytes that no sensor received, to the
-        bus."""
+        """Pass the messages that the chip has answered alone, and bytes that no sensor received, to the bus."""
         library, handle, bus = self._chip.library, self._chip.handle, self._bus
         message, unheard = _KeptMessage(), _Unheard()
         while library.fcu_take_spi_message(handle, self._number, ctypes.byref(message)):

@@ -72,8 +72,7 @@ class Timer(NativePeripheral):
         return rate
 
     def pwm(self, channel: int) -> Pwm | None:
-        """Return the output of channel 1 to 4; None while it outputs no PWM or the timer is stopped (RM0368
-        12.3.9).
+        """Return the output of channel 1 to 4; None while it outputs no PWM or the timer is stopped (RM0368 12.3.9).
 
         TIM1 also needs BDTR.MOE. Raises IndexError for a channel that the timer does not have.
         """

@@ -58,8 +58,7 @@ class Iwdg(Peripheral, declared=DECLARED["IWDG"]):
             self._reload()
 
     def _reload(self) -> None:
-        """Reload; the event is moved only when it fires, because frequent reloads would fill the clock's
-        queue."""
+        """Reload; the event is moved only when it fires, because frequent reloads would fill the clock's queue."""
         cycles = (4 << min(self.registers[IWDG_PR], 6)) * (self.registers[IWDG_RLR] + 1)
         self._deadline_ps = self.soc.clock.now_ps + cycles * PS_PER_S // LSI_HZ
         if self._event is None:

@@ -138,8 +138,7 @@ def _number(first: int) -> str:
 
 
 def _tables(module: ModuleType, kind: str) -> Iterator[str]:
-    """Return the offsets of all registers; if peripherals of a kind differ, also the bits of each, by offset
-    / 4."""
+    """Return the offsets of all registers; if peripherals of a kind differ, also the bits of each, by offset / 4."""
     peripherals = [peripheral(module, name) for name in module.INSTANCES]
     offsets = sorted({register.offset for one in peripherals for register in one.registers})
     texts = [f"0x{offset:02X}" for offset in offsets]
