@@ -17,7 +17,7 @@ from fcu_emulator.emulator.trace import Trace
 class Stop(Enum):
     """The reason why a run ended. All but SLICE, HALT, BREAKPOINT and the sleeps require an exception of the core."""
 
-    SLICE = auto()  # the requested number of instructions, or fewer after a cut
+    SLICE = auto()  # the requested number of instructions, or fewer after ``cut``
     HALT = auto()  # before the instruction, for a debugger
     BREAKPOINT = auto()  # before an instruction with a breakpoint
     WFI = auto()  # after the instruction

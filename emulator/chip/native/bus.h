@@ -118,7 +118,7 @@ typedef struct {
     uint16_t period; /* instructions of an iteration; 0: unknown */
     uint16_t vain;   /* consecutive iterations that repeated nothing */
   } places[IDLE_SKIP_SLOTS];
-  int64_t next_look; /* the maximum length of the next run to be checked */
+  int64_t next_look; /* the maximum length of the next run before a check */
   int64_t accesses, not_before;
   uint32_t suspect; /* the address of an instruction in a suspected loop; 1: none */
   int32_t failures;

@@ -57,7 +57,7 @@ enum Shift { LSL, LSR, ASR, ROR, RRX }; /* SRType (A7.4.2) */
 
 /* The reason why a run of instructions ended; bare_core.py has the same numbers. */
 enum Stop {
-  STOP_SLICE,     /* the requested number of instructions, or fewer after a cut */
+  STOP_SLICE,     /* the requested number of instructions, or fewer after fcu_cut() */
   STOP_BREAKPOINT,     /* before an instruction with a breakpoint */
   STOP_WFI,       /* after the instruction */
   STOP_WFE,       /* after the instruction */

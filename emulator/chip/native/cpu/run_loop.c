@@ -37,7 +37,7 @@ static void end_run(Core *core, enum Stop why) {
   core->limit = core->counter;
 }
 
-/* Return the memory at PC; NULL, after the end of the run, if no code can be executed there. */
+/* Return the memory at PC; NULL if no code can be executed there: the run has then ended. */
 static const Memory *code_at_pc(Core *core) {
   if (!core->thumb) {
     end_run(core, STOP_INVALID_STATE);
